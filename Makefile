@@ -1,0 +1,42 @@
+# Each target makes what it needs: only Python 3.10+, make and a C++20 compiler are expected.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt pyproject.toml
+
+.PHONY: demo test bench clean
+
+# The built-in scene, completed from 5 % of its pixels.
+demo: $(VENV)/installed
+	@mkdir -p out
+	$(BIN)/bobrossnet render --fraction 5% --panels --out out/demo.png
+
+# Style, types, the core's own tests (plain, and under the sanitizers), then everything else.
+test: $(VENV)/installed-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/cmake -S . -B build/core -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN)/ninja) -DBOBROSSNET_TESTS=ON
+	$(BIN)/cmake --build build/core && build/core/core_tests
+	$(BIN)/cmake -S . -B build/sanitize -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN)/ninja) -DBOBROSSNET_TESTS=ON -DBOBROSSNET_SANITIZE=ON
+	$(BIN)/cmake --build build/sanitize && build/sanitize/core_tests
+	$(BIN)/pytest
+
+bench: $(VENV)/installed-test
+	$(BIN)/python bench/trace.py
+	$(BIN)/python bench/complete.py
+	$(BIN)/python bench/progressive.py
+
+$(BIN)/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/installed: $(BIN)/python $(SOURCES)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check .
+	@touch $@
+
+$(VENV)/installed-test: $(BIN)/python $(SOURCES) constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt '.[test]'
+	@touch $@ $(VENV)/installed
+
+clean:
+	rm -rf $(VENV) build out

@@ -1,0 +1,70 @@
+#include "complete/conv3x3.h"
+
+#include <array>
+#include <numeric>
+#include <stdexcept>
+
+#include "parallel.h"
+
+namespace bob {
+
+Conv3x3::Conv3x3(std::span<const float> weight, std::span<const float> bias, int in, int groups)
+    : in_(in), out_(static_cast<int>(bias.size())), groups_(groups), bias_(bias.begin(), bias.end()) {
+    const int inputs = in / groups, outputs = out_ / groups;
+    if (inputs * groups != in || outputs * groups != out_ ||
+        weight.size() != static_cast<std::size_t>(out_ * inputs * 9)) {
+        throw std::invalid_argument("Conv3x3: weight and bias do not fit the channels and groups");
+    }
+    block_ = outputs % 5 == 0 ? 5 : 1;
+    weight_.resize(weight.size());
+    float* packed = weight_.data();
+    for (int first = 0; first < out_; first += block_) {
+        for (int tap = 0; tap < inputs * 9; ++tap) {
+            for (int c = 0; c < block_; ++c) {
+                *packed++ = weight[static_cast<std::size_t>((first + c) * inputs * 9 + tap)];
+            }
+        }
+    }
+}
+
+void Conv3x3::operator()(const Planes& input, int first_input, Planes& output, std::span<const int> output_channel,
+                         Then then) const {
+    const int inputs = in_ / groups_, outputs = out_ / groups_;
+    const auto kernel = block_ == 5 ? best_conv_kernels().conv5 : best_conv_kernels().conv1;
+    const auto row_pairs = static_cast<std::size_t>((input.height() + 1) / 2);
+    parallel_for(row_pairs, 4, [&](std::size_t begin, std::size_t end) {
+        for (int y = 2 * static_cast<int>(begin); y < 2 * static_cast<int>(end); y += 2) {
+            const int rows = y + 1 < input.height() ? 2 : 1;
+            const int out_y = then == Then::relu_pool ? y / 2 : then == Then::relu_upsample ? 2 * y : y;
+            const int out_rows = then == Then::relu_pool ? 1 : then == Then::relu_upsample ? 2 * rows : rows;
+            for (int first = 0; first < out_; first += block_) {
+                ConvRow row{};
+                row.input = input.row(first_input + first / outputs * inputs, y);
+                row.row_stride = input.row_stride();
+                row.plane_stride = input.plane_stride();
+                row.inputs = inputs;
+                row.width = input.width();
+                row.weight = weight_.data() + first * inputs * 9;
+                row.bias = bias_.data() + first;
+                row.output_row_stride = output.row_stride();
+                for (int c = 0; c < block_; ++c) {
+                    row.output[c] = output.row(output_channel[static_cast<std::size_t>(first + c)], out_y);
+                }
+                kernel(row, rows, then);
+                for (int c = 0; c < block_; ++c) {
+                    for (int r = 0; r < out_rows; ++r) {
+                        output.clear_tail(output_channel[static_cast<std::size_t>(first + c)], out_y + r);
+                    }
+                }
+            }
+        }
+    });
+}
+
+void Conv3x3::operator()(const Planes& input, int first_input, Planes& output, int first_output, Then then) const {
+    std::vector<int> channels(static_cast<std::size_t>(out_));
+    std::iota(channels.begin(), channels.end(), first_output);
+    (*this)(input, first_input, output, channels, then);
+}
+
+}  // namespace bob

@@ -1,0 +1,36 @@
+/// 3x3 convolutions with zero padding: the arithmetic of every network here.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "complete/conv3x3_kernels.h"
+#include "complete/planes.h"
+
+namespace bob {
+
+/// The weights of a convolution in groups, as PyTorch's Conv2d has them, rearranged for the kernels.
+class Conv3x3 {
+public:
+    /// weight: (out, in / groups, 3, 3); bias: (out,).
+    Conv3x3(std::span<const float> weight, std::span<const float> bias, int in, int groups);
+
+    /// Convolves the channels of `input` from `first_input` on; output channel c is written to the channel
+    /// `output_channel[c]` of `output`. Uses all threads.
+    void operator()(const Planes& input, int first_input, Planes& output, std::span<const int> output_channel,
+                    Then then) const;
+    /// The same with the output's channels in order, from `first_output` on.
+    void operator()(const Planes& input, int first_input, Planes& output, int first_output, Then then) const;
+
+    [[nodiscard]] int in() const { return in_; }
+    [[nodiscard]] int out() const { return out_; }
+    [[nodiscard]] int groups() const { return groups_; }
+
+private:
+    int in_, out_, groups_;
+    int block_;                  // output channels that a kernel computes at once: 5 or 1
+    std::vector<float> weight_;  // (out / block, in / groups, 3, 3, block)
+    std::vector<float> bias_;    // (out,)
+};
+
+}  // namespace bob

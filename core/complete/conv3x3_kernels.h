@@ -1,0 +1,39 @@
+/// The inner loops of 3x3 convolutions, one variant for each instruction set.
+#pragma once
+
+#include <cstddef>
+
+#include "isa.h"
+
+namespace bob {
+
+/// What follows a convolution, in the same pass over the image.
+enum class Then {
+    nothing,
+    relu,
+    relu_pool,      // 2x2 maxima: half the height and width, both even
+    relu_upsample,  // each pixel becomes 2x2
+};
+
+/// One block of output channels over one row of input (two rows where pooling).
+struct ConvRow {
+    const float* input;  // first pixel of the row in the first input channel of the group
+    std::size_t row_stride, plane_stride;
+    int inputs;  // channels
+    int width;
+    const float* weight;  // (inputs, 3, 3, block)
+    const float* bias;    // (block,)
+    float* output[5];     // first pixel of the (first) row written
+    std::size_t output_row_stride;
+};
+
+struct ConvKernels {
+    /// Computes blocks of five channels and of one; writes whole vectors, beyond the width if need be. Two rows are
+    /// done at once: `rows` is 2, or 1 at the image's end.
+    void (*conv5)(const ConvRow& row, int rows, Then then);
+    void (*conv1)(const ConvRow& row, int rows, Then then);
+};
+
+BOB_DECLARE_KERNELS(ConvKernels, conv_kernels)
+
+}  // namespace bob

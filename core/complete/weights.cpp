@@ -1,0 +1,41 @@
+#include "complete/weights.h"
+
+#include <stdexcept>
+
+namespace bob {
+namespace {
+
+std::string text(const std::vector<int>& shape) {
+    std::string result = "(";
+    for (std::size_t i = 0; i < shape.size(); ++i) result += (i ? ", " : "") + std::to_string(shape[i]);
+    return result + ")";
+}
+
+const Tensor& find(const Weights& weights, const std::string& name) {
+    const auto found = weights.find(name);
+    if (found == weights.end()) throw std::invalid_argument(name + ": expected in the weights, not found");
+    return found->second;
+}
+
+}  // namespace
+
+Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out) {
+    const Tensor& weight = find(weights, name + ".weight");
+    const Tensor& bias = find(weights, name + ".bias");
+    const auto& shape = weight.shape;
+    const int inputs = shape.size() == 4 ? shape[1] : 0;
+    const int groups = inputs > 0 ? in / inputs : 0;
+    const bool fits = groups > 0 && groups * inputs == in && out % groups == 0 && shape[0] == out && shape[2] == 3 &&
+                      shape[3] == 3;
+    if (!fits) {
+        throw std::invalid_argument(name + ".weight: expected shape (" + std::to_string(out) + ", " +
+                                    std::to_string(in) + " / groups, 3, 3), got " + text(shape));
+    }
+    if (bias.shape != std::vector<int>{out}) {
+        throw std::invalid_argument(name + ".bias: expected shape (" + std::to_string(out) + "), got " +
+                                    text(bias.shape));
+    }
+    return {weight.values, bias.values, in, groups};
+}
+
+}  // namespace bob

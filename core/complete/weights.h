@@ -1,0 +1,25 @@
+/// The named tensors of a weight file, as the reader of the file hands them over.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "complete/conv3x3.h"
+
+namespace bob {
+
+struct Tensor {
+    std::vector<int> shape;
+    std::span<const float> values;
+};
+
+using Weights = std::map<std::string, Tensor, std::less<>>;
+
+/// The convolution `name` from the tensors `name.weight` (out, in / groups, 3, 3) and `name.bias` (out,); its groups
+/// follow from the shapes. Throws std::invalid_argument, naming the tensor, if one is missing or does not fit.
+[[nodiscard]] Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out);
+
+}  // namespace bob

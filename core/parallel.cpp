@@ -1,0 +1,143 @@
+#include "parallel.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace bob {
+namespace {
+
+struct Job {
+    std::size_t count, grain;
+    const std::function<void(std::size_t, std::size_t)>& body;
+    std::atomic<std::size_t> next{0};
+    std::atomic<bool> stopped{false};
+    std::atomic_flag failed = ATOMIC_FLAG_INIT;
+    std::exception_ptr failure{};  // the first exception that a body threw, for the caller
+
+    /// Does the next piece; false when none is left.
+    bool step() {
+        if (stopped.load(std::memory_order_relaxed)) return false;
+        const std::size_t begin = next.fetch_add(grain, std::memory_order_relaxed);
+        if (begin >= count) return false;
+        try {
+            body(begin, std::min(begin + grain, count));
+        } catch (...) {
+            if (!failed.test_and_set()) failure = std::current_exception();
+            stopped = true;
+        }
+        return true;
+    }
+
+    /// Does pieces on the calling thread until none is left or `keep_going` says no.
+    void work(const std::function<bool()>& keep_going) {
+        while (step()) {
+            if (keep_going && !keep_going()) stopped = true;
+        }
+    }
+};
+
+class Pool {
+public:
+    explicit Pool(int threads) {
+        for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
+    }
+
+    ~Pool() {
+        {
+            const std::lock_guard lock(mutex_);
+            quit_ = true;
+        }
+        wake_.notify_all();
+        for (auto& worker : workers_) worker.join();
+    }
+
+    Pool(const Pool&) = delete;
+    Pool& operator=(const Pool&) = delete;
+
+    void run(Job& job, const std::function<bool()>& keep_going) {
+        {
+            const std::lock_guard lock(mutex_);
+            job_ = &job;
+            ++generation_;
+        }
+        wake_.notify_all();
+        job.work(keep_going);
+        std::unique_lock lock(mutex_);
+        job_ = nullptr;  // a worker that wakes up late finds nothing to do
+        idle_.wait(lock, [this] { return busy_ == 0; });
+    }
+
+    [[nodiscard]] int threads() const { return static_cast<int>(workers_.size()) + 1; }
+
+private:
+    void work() {
+        std::uint64_t seen = 0;
+        std::unique_lock lock(mutex_);
+        while (true) {
+            wake_.wait(lock, [&] { return quit_ || (job_ && generation_ != seen); });
+            if (quit_) return;
+            seen = generation_;
+            Job& job = *job_;
+            ++busy_;
+            lock.unlock();
+            while (job.step()) {}
+            lock.lock();
+            if (--busy_ == 0) idle_.notify_one();
+        }
+    }
+
+    std::vector<std::thread> workers_;
+    std::mutex mutex_;
+    std::condition_variable wake_, idle_;
+    Job* job_ = nullptr;
+    std::uint64_t generation_ = 0;
+    int busy_ = 0;
+    bool quit_ = false;
+};
+
+std::atomic_flag pool_in_use = ATOMIC_FLAG_INIT;  // a flag, since its holder may ask again from inside a body
+Pool* pool = nullptr;
+pid_t pool_owner = 0;
+std::atomic<int> wanted_threads{0};
+
+/// The pool, for the holder of pool_in_use. Never destroyed at exit: a daemon thread may still be tracing then. Threads do
+/// not survive a fork, so that a forked child starts a pool of its own and abandons its copy of the parent's.
+Pool& ready_pool() {
+    if (pool && pool_owner == getpid() && pool->threads() == thread_count()) return *pool;
+    if (pool && pool_owner == getpid()) delete pool;
+    pool = new Pool(thread_count());
+    pool_owner = getpid();
+    return *pool;
+}
+
+}  // namespace
+
+int thread_count() {
+    const int wanted = wanted_threads;
+    return wanted > 0 ? wanted : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+void set_thread_count(int count) { wanted_threads = std::max(1, count); }
+
+bool parallel_for(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body,
+                  const std::function<bool()>& keep_going) {
+    Job job{count, std::max<std::size_t>(1, grain), body};
+    if (thread_count() > 1 && count > job.grain && !pool_in_use.test_and_set()) {
+        ready_pool().run(job, keep_going);
+        pool_in_use.clear();
+    } else {
+        job.work(keep_going);
+    }
+    if (job.failure) std::rethrow_exception(job.failure);
+    return !job.stopped;
+}
+
+}  // namespace bob

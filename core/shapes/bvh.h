@@ -1,0 +1,82 @@
+/// Bounding volume hierarchy over triangles: eight boxes to a node, four triangles to a packet.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "isa.h"
+#include "vec.h"
+
+namespace bob {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+struct Ray {
+    Vec3 origin;
+    Vec3 direction;  // of any length but zero; t counts in its lengths
+};
+
+constexpr std::uint32_t no_triangle = 0xffffffff;
+
+struct Hit {
+    float t = std::numeric_limits<float>::infinity();
+    float u = 0, v = 0;  // barycentric weights of the triangle's first and second corner
+    std::uint32_t triangle = no_triangle;
+};
+
+/// Where a child's subtree lies: a node, or a run of triangle packets.
+struct ChildRef {
+    static constexpr std::uint32_t leaf_bit = 0x80000000;
+    static constexpr int max_packets = 8;
+
+    std::uint32_t bits;
+
+    static ChildRef node(std::size_t index) { return {static_cast<std::uint32_t>(index)}; }
+    static ChildRef leaf(std::size_t first_packet, std::size_t packets) {
+        return {leaf_bit | static_cast<std::uint32_t>(first_packet) << 3 | static_cast<std::uint32_t>(packets - 1)};
+    }
+    [[nodiscard]] bool is_leaf() const { return bits & leaf_bit; }
+    [[nodiscard]] std::uint32_t node_index() const { return bits; }
+    [[nodiscard]] std::uint32_t first_packet() const { return (bits & ~leaf_bit) >> 3; }
+    [[nodiscard]] std::uint32_t packets() const { return (bits & 7) + 1; }
+};
+
+/// 224 bytes. An absent child has a box that no ray enters (low = +inf, high = -inf).
+struct alignas(32) BvhNode {
+    float bounds[2][3][8];  // [low, high][axis][child]
+    ChildRef child[8];
+};
+
+/// 160 bytes. An absent triangle repeats the packet's first.
+struct alignas(32) TrianglePacket {
+    float vertex[3][3][4];  // [corner][axis][lane]
+    std::uint32_t triangle[4];
+};
+
+struct Bvh {
+    std::vector<BvhNode> nodes;  // the first is the root
+    std::vector<TrianglePacket> packets;
+
+    [[nodiscard]] std::size_t bytes() const {
+        return nodes.size() * sizeof(BvhNode) + packets.size() * sizeof(TrianglePacket);
+    }
+};
+
+/// Builds by the surface area heuristic; the result is a function of the mesh alone, not of the number of threads.
+[[nodiscard]] Bvh build_bvh(std::span<const Vec3> vertices, std::span<const Triangle> triangles);
+
+struct BvhKernels {
+    /// The nearest intersection with t > 0 of each ray.
+    ///
+    /// Watertight (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2013) for origins within a
+    /// few sizes of the mesh: a ray never passes between two triangles that share an edge or a corner.
+    void (*closest_hits)(const BvhNode* nodes, const TrianglePacket* packets, const Ray* rays, std::size_t count,
+                         Hit* hits);
+};
+
+BOB_DECLARE_KERNELS(BvhKernels, bvh_kernels)
+
+}  // namespace bob

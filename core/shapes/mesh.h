@@ -1,0 +1,32 @@
+/// Triangle meshes, ready to be traced.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "shapes/bvh.h"
+#include "shapes/normals.h"
+#include "vec.h"
+
+namespace bob {
+
+class Mesh {
+public:
+    /// `vertices` are finite and about 1 in size; `vertex_normals` is empty, or holds one normal for each vertex.
+    Mesh(std::span<const Vec3> vertices, std::span<const Triangle> triangles, std::span<const Vec3> vertex_normals);
+
+    void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const;
+
+    /// The shading normal at a hit: unit length, turned to the side of the face that the ray came from.
+    [[nodiscard]] Vec3 shading_normal(const Hit& hit, Vec3 ray_direction) const;
+
+    [[nodiscard]] const Bvh& bvh() const { return bvh_; }
+    [[nodiscard]] std::size_t bytes() const;
+
+private:
+    std::vector<CornerNormals> normals_;
+    std::vector<Vec3> face_normals_;
+    Bvh bvh_;
+};
+
+}  // namespace bob

@@ -1,0 +1,125 @@
+#include "shapes/normals.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+
+#include "parallel.h"
+
+namespace bob {
+namespace {
+
+// A corner where more faces meet than this stays flat: comparing each with each would take too long. (The pole of a
+// sphere of 1024 meridians is within it.)
+constexpr std::size_t max_faces_at_vertex = 1024;
+
+float corner_angle(std::span<const Vec3> vertices, const Triangle& t, std::size_t corner) {
+    const Vec3 p = vertices[t[corner]];
+    const Vec3 a = normalized(vertices[t[(corner + 1) % 3]] - p);
+    const Vec3 b = normalized(vertices[t[(corner + 2) % 3]] - p);
+    return std::acos(std::clamp(dot(a, b), -1.f, 1.f));
+}
+
+std::uint64_t hash(Vec3 p) {
+    // + 0.f: -0 and 0 are the same position.
+    std::uint64_t h = std::bit_cast<std::uint32_t>(p.x + 0.f);
+    h = h * 0x9e3779b97f4a7c15 + std::bit_cast<std::uint32_t>(p.y + 0.f);
+    h = (h ^ h >> 29) * 0x9e3779b97f4a7c15 + std::bit_cast<std::uint32_t>(p.z + 0.f);
+    h = (h ^ h >> 32) * 0xd6e8feb86659fd93;
+    return h ^ h >> 32;
+}
+
+/// For each vertex, the first one at the same position.
+std::vector<std::uint32_t> merge_positions(std::span<const Vec3> vertices) {
+    const std::size_t mask = std::bit_ceil(2 * vertices.size()) - 1;
+    constexpr std::uint32_t empty = 0xffffffff;
+    std::vector<std::uint32_t> table(mask + 1, empty), first(vertices.size());
+    for (std::uint32_t i = 0; i < vertices.size(); ++i) {
+        const Vec3 p = vertices[i];
+        std::size_t slot = hash(p) & mask;
+        while (table[slot] != empty) {
+            const Vec3 q = vertices[table[slot]];
+            if (p.x == q.x && p.y == q.y && p.z == q.z) break;
+            slot = (slot + 1) & mask;
+        }
+        if (table[slot] == empty) table[slot] = i;
+        first[i] = table[slot];
+    }
+    return first;
+}
+
+}  // namespace
+
+Vec3 face_normal(std::span<const Vec3> vertices, const Triangle& t) {
+    return normalized(cross(vertices[t[1]] - vertices[t[0]], vertices[t[2]] - vertices[t[0]]));
+}
+
+std::vector<CornerNormals> crease_normals(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
+    const std::vector<std::uint32_t> position = merge_positions(vertices);
+
+    // The corners (3 * triangle + corner) at each position, in one array sorted by position.
+    std::vector<std::uint32_t> begin(vertices.size() + 1, 0);
+    for (const Triangle& t : triangles) {
+        for (const auto vertex : t) ++begin[position[vertex] + 1];
+    }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<std::uint32_t> corners(3 * triangles.size());
+    {
+        std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+        for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+            for (std::uint32_t c = 0; c < 3; ++c) corners[next[position[triangles[i][c]]]++] = 3 * i + c;
+        }
+    }
+
+    std::vector<Vec3> face(triangles.size());
+    std::vector<float> angle(3 * triangles.size());
+    parallel_for(triangles.size(), 4096, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            face[i] = face_normal(vertices, triangles[i]);
+            for (std::size_t c = 0; c < 3; ++c) angle[3 * i + c] = corner_angle(vertices, triangles[i], c);
+        }
+    });
+
+    const float cos_crease = std::cos(crease_angle_degrees * 3.14159265f / 180);
+    std::vector<CornerNormals> normals(triangles.size());
+    parallel_for(triangles.size(), 4096, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                const std::uint32_t vertex = position[triangles[i][c]];
+                normals[i][c] = face[i];
+                if (begin[vertex + 1] - begin[vertex] > max_faces_at_vertex) continue;
+                Vec3 sum;
+                for (std::uint32_t k = begin[vertex]; k < begin[vertex + 1]; ++k) {
+                    const Vec3 neighbour = face[corners[k] / 3];
+                    if (dot(neighbour, face[i]) > cos_crease) sum = sum + angle[corners[k]] * neighbour;
+                }
+                if (dot(sum, sum) > 0) normals[i][c] = normalized(sum);
+            }
+        }
+    });
+    return normals;
+}
+
+std::vector<CornerNormals> stored_normals(std::span<const Vec3> vertices, std::span<const Triangle> triangles,
+                                          std::span<const Vec3> vertex_normals) {
+    std::vector<CornerNormals> normals(triangles.size());
+    bool complete = true;
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            normals[i][c] = normalized(vertex_normals[triangles[i][c]]);
+            complete = complete && dot(normals[i][c], normals[i][c]) > 0;
+        }
+    }
+    if (complete) return normals;
+    const std::vector<CornerNormals> computed = crease_normals(vertices, triangles);
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            if (dot(normals[i][c], normals[i][c]) == 0) normals[i][c] = computed[i][c];
+        }
+    }
+    return normals;
+}
+
+}  // namespace bob

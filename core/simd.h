@@ -1,0 +1,144 @@
+/// Vectors of floats: the one place that knows instruction sets. Included by *_kernels.cpp files alone (isa.h), since
+/// everything here lies in the namespace of the instruction set that the file is compiled for.
+///
+/// Products and sums are never fused unless `fma` is written: where results must agree to the bit between two
+/// triangles that share an edge, the compiler has no say (-ffp-contract=off).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace bob::BOB_ISA {
+
+template <int N>
+using Vector [[gnu::vector_size(N * 4)]] = float;
+template <int N>
+using IntVector [[gnu::vector_size(N * 4)]] = std::int32_t;
+
+/// Floats in the widest register.
+#if defined(__AVX512F__)
+constexpr int lanes = 16;
+#elif defined(__AVX2__)
+constexpr int lanes = 8;
+#else
+constexpr int lanes = 4;
+#endif
+
+template <class V>
+inline V load(const float* p) {
+    V v;
+    std::memcpy(&v, p, sizeof v);
+    return v;
+}
+
+template <class V>
+inline void store(float* p, V v) {
+    std::memcpy(p, &v, sizeof v);
+}
+
+/// `w` in every lane. (`V{} + w` compiles to worse code on GCC 12.)
+template <class V>
+inline V broadcast(float w) {
+    return w - V{};
+}
+
+/// a * b + c, rounded once where the instruction set can.
+template <class V>
+inline V fma(V a, V b, V c) {
+#if defined(__AVX512F__)
+    if constexpr (sizeof(V) == 64) return (V)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
+#endif
+#if defined(__FMA__)
+    if constexpr (sizeof(V) == 32) return (V)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
+    if constexpr (sizeof(V) == 16) return (V)_mm_fmadd_ps((__m128)a, (__m128)b, (__m128)c);
+#endif
+    return a * b + c;
+}
+
+/// The smaller of each two lanes; b where either is NaN.
+template <class V>
+inline V min(V a, V b) {
+#if defined(__AVX512F__)
+    if constexpr (sizeof(V) == 64) return (V)_mm512_min_ps((__m512)a, (__m512)b);
+#endif
+#if defined(__AVX__)
+    if constexpr (sizeof(V) == 32) return (V)_mm256_min_ps((__m256)a, (__m256)b);
+#endif
+#if defined(__SSE2__)
+    if constexpr (sizeof(V) == 16) return (V)_mm_min_ps((__m128)a, (__m128)b);
+#endif
+    return a < b ? a : b;
+}
+
+/// The larger of each two lanes; b where either is NaN.
+template <class V>
+inline V max(V a, V b) {
+#if defined(__AVX512F__)
+    if constexpr (sizeof(V) == 64) return (V)_mm512_max_ps((__m512)a, (__m512)b);
+#endif
+#if defined(__AVX__)
+    if constexpr (sizeof(V) == 32) return (V)_mm256_max_ps((__m256)a, (__m256)b);
+#endif
+#if defined(__SSE2__)
+    if constexpr (sizeof(V) == 16) return (V)_mm_max_ps((__m128)a, (__m128)b);
+#endif
+    return a > b ? a : b;
+}
+
+/// One bit for each lane of a comparison's result, lane 0 lowest.
+template <class M>
+inline unsigned bits(M mask) {
+#if defined(__AVX__)
+    if constexpr (sizeof(M) == 32) return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
+#endif
+#if defined(__SSE2__)
+    if constexpr (sizeof(M) == 16) return static_cast<unsigned>(_mm_movemask_ps((__m128)mask));
+#endif
+    unsigned result = 0;
+    for (std::size_t i = 0; i < sizeof(M) / 4; ++i) result |= (mask[i] ? 1u : 0u) << i;
+    return result;
+}
+
+namespace detail {
+
+template <int Scale, int Offset, int Divide, class V, int... I>
+inline V pick(V a, V b, std::integer_sequence<int, I...>) {
+    return __builtin_shufflevector(a, b, (Scale * I / Divide + Offset)...);
+}
+
+template <class V>
+using Lanes = std::make_integer_sequence<int, sizeof(V) / 4>;
+
+}  // namespace detail
+
+/// The even lanes of a and then b.
+template <class V>
+inline V even(V a, V b) {
+    return detail::pick<2, 0, 1>(a, b, detail::Lanes<V>{});
+}
+
+/// The odd lanes of a and then b.
+template <class V>
+inline V odd(V a, V b) {
+    return detail::pick<2, 1, 1>(a, b, detail::Lanes<V>{});
+}
+
+/// Each lane of the lower half, twice.
+template <class V>
+inline V twice_low(V a) {
+    return detail::pick<1, 0, 2>(a, a, detail::Lanes<V>{});
+}
+
+/// Each lane of the upper half, twice.
+template <class V>
+inline V twice_high(V a) {
+    return detail::pick<1, static_cast<int>(sizeof(V) / 8), 2>(a, a, detail::Lanes<V>{});
+}
+
+}  // namespace bob::BOB_ISA

@@ -1,0 +1,45 @@
+"""Trace a few percent of the pixels, see the whole picture.
+
+>>> import bobrossnet as bob
+>>> scene = bob.Scene(bob.happy_tree())
+>>> part = bob.trace(scene, bob.Camera(azimuth=30, elevation=20), size=(120, 160), fraction=0.05)
+>>> image = bob.complete(part)
+"""
+
+from bobrossnet._core import set_thread_count, thread_count
+from bobrossnet.adapters.files import load_mesh
+from bobrossnet.complete.model import complete
+from bobrossnet.errors import InputError, InputTypeError, InputWarning
+from bobrossnet.metrics import psnr, ssim
+from bobrossnet.render.camera import Camera
+from bobrossnet.render.gbuffer import GBuffer, Samples
+from bobrossnet.render.order import pixel_order
+from bobrossnet.render.progressive import Frame, progressive
+from bobrossnet.render.trace import SceneTracer, trace
+from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.shapes.scene import Scene, load
+from bobrossnet.shapes.tree import happy_tree
+
+__all__ = [
+    "Camera",
+    "Frame",
+    "GBuffer",
+    "InputError",
+    "InputTypeError",
+    "InputWarning",
+    "Mesh",
+    "Samples",
+    "Scene",
+    "SceneTracer",
+    "complete",
+    "happy_tree",
+    "load",
+    "load_mesh",
+    "pixel_order",
+    "progressive",
+    "psnr",
+    "set_thread_count",
+    "ssim",
+    "thread_count",
+    "trace",
+]

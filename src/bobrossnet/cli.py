@@ -1,0 +1,225 @@
+"""The command line: `bobrossnet render | info | train | evaluate`.
+
+Only argparse is imported up here, so that --help and mistakes are answered at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import time
+import warnings
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+USAGE_ERROR = 2
+INTERRUPTED = 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status: 0, 2 after an error of one line on stderr, 130 after Ctrl-C."""
+    from bobrossnet.errors import InputError
+
+    warnings.showwarning = _print_warning
+    signal.signal(signal.SIGTERM, _terminate)  # so that files in the making are cleaned up
+    try:
+        options = _parser().parse_args(arguments)
+        status: int = options.run(options) or 0
+        return status
+    except (InputError, _UsageError) as error:
+        return _fail(str(error))
+    except MemoryError:
+        return _fail("not enough memory for a picture or a model of this size")
+    except ModuleNotFoundError as error:
+        return _fail(f"this command needs {error.name}: pip install 'bobrossnet[train]'")
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader left; Python flushes at exit
+        return 0
+    except KeyboardInterrupt:
+        print("bobrossnet: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+class _UsageError(Exception):
+    """What argparse has to say, in one line instead of its usage text."""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise _UsageError(f"{message} (see {self.prog} --help)")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="bobrossnet", description="Trace a few percent of the pixels, see the whole picture.")
+    parser.add_argument("--version", action="version", version=_version())
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
+
+    render = commands.add_parser("render", help="make a picture of shapes", description="Make a picture of shapes.")
+    render.set_defaults(run=_render)
+    render.add_argument("files", nargs="*", metavar="FILE", help="mesh files; without any, the built-in scene")
+    render.add_argument("--size", type=_size, default=(480, 640), metavar="WIDTHxHEIGHT", help="default: 640x480")
+    render.add_argument("--fraction", type=_fraction, default=0.1, metavar="PERCENT",
+                        help="share of the pixels to trace, 5%% or 0.05; 100%% is the exact picture (default: 10%%)")  # fmt: skip
+    render.add_argument("--order", default="uniform", help="sequence of the pixels (default: uniform)")
+    render.add_argument("--seed", type=int, default=0, help="of the order (default: 0)")
+    render.add_argument("--azimuth", type=float, default=30.0, metavar="DEGREES", help="default: 30")
+    render.add_argument("--elevation", type=float, default=20.0, metavar="DEGREES", help="default: 20")
+    render.add_argument("--roll", type=float, default=0.0, metavar="DEGREES", help="default: 0")
+    render.add_argument("--zoom", type=float, default=1.0, help="1 fits the bounding sphere (default: 1)")
+    render.add_argument("--up", choices=("y", "z"), default="z",
+                        help="the models' axis that points up; y turns them upright (default: z)")  # fmt: skip
+    render.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
+    render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
+    render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
+
+    info = commands.add_parser("info", help="tell what is in a model or a weight file",
+                               description="Tell what is in a model or a weight file.")  # fmt: skip
+    info.set_defaults(run=_info)
+    info.add_argument("file", metavar="FILE", help="a mesh file, a .safetensors file, or the name of shipped weights")
+    return parser
+
+
+def _render(options: argparse.Namespace) -> None:
+    import bobrossnet as bob
+    from bobrossnet.complete.model import load_model
+    from bobrossnet.progress import progress
+    from bobrossnet.render.picture import check_picture_path, side_by_side, to_8_bit, traced_on_green, write_picture
+
+    _limit_memory()
+    out = check_picture_path(options.out)
+    camera = bob.Camera(options.azimuth, options.elevation, options.roll, options.zoom)
+    model = load_model(options.model)
+    scene = bob.load(options.files) if options.files else bob.Scene(bob.happy_tree())
+    if options.up == "y":
+        scene = scene.turned_upright()
+    height, width = options.size
+
+    def timed_trace(what: str, fraction: float) -> tuple[bob.GBuffer, float]:
+        start = time.perf_counter()
+        with progress(what) as report:
+            gbuffer = bob.trace(scene, camera, size=options.size, fraction=fraction, order=options.order,
+                                seed=options.seed, progress=report)  # fmt: skip
+        return gbuffer, 1000 * (time.perf_counter() - start)
+
+    start = time.perf_counter()
+    scene.core  # noqa: B018  built here, so that its time is not taken for the rays'
+    build_ms = 1000 * (time.perf_counter() - start)
+    part, trace_ms = timed_trace("tracing", options.fraction)
+    bob.complete(part, model=model)  # the first run fetches memory
+    start = time.perf_counter()
+    image = bob.complete(part, model=model)
+    complete_ms = 1000 * (time.perf_counter() - start)
+
+    rays = int(part.mask.sum())
+    print(f"scene      {scene.triangle_count:,} triangles, built in {build_ms:.0f} ms")
+    print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {rays:,} rays in {trace_ms:.1f} ms")
+    print(f"completed  in {complete_ms:.1f} ms")
+    if options.panels:
+        full, full_ms = timed_trace("tracing the reference", 1.0)
+        quality = f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
+        print(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
+        picture = side_by_side([
+            (traced_on_green(part), f"traced: {100 * part.fraction:.4g} %, {rays:,} rays, {trace_ms:.1f} ms"),
+            (to_8_bit(image), f"completed: {complete_ms:.1f} ms, {quality}"),
+            (to_8_bit(full.gray), f"reference: {width * height:,} rays, {full_ms:.1f} ms"),
+        ])  # fmt: skip
+    else:
+        picture = to_8_bit(image)
+    write_picture(out, picture)
+    print(f"wrote      {out}")
+
+
+def _info(options: argparse.Namespace) -> None:
+    import bobrossnet as bob
+    from bobrossnet.complete.model import find_weights
+    from bobrossnet.complete.weights import read_weights
+
+    _limit_memory()
+    weights = find_weights(options.file)
+    if weights is not None:
+        metadata, tensors = read_weights(weights)
+        _print_table({"file": weights, **metadata, "parameters": f"{sum(t.size for t in tensors.values()):,}"})
+        _print_table({name: f"{tensor.shape}" for name, tensor in sorted(tensors.items())}, indent="  ")
+        return
+    mesh = bob.load_mesh(options.file)
+    scene = bob.Scene(mesh)
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    _print_table(
+        {
+            "file": options.file,
+            "vertices": f"{len(mesh.vertices):,}",
+            "triangles": f"{len(mesh.triangles):,}",
+            "normals": "stored in the file" if mesh.normals is not None else "computed: smooth up to the crease angle",
+            "bounds": " .. ".join("(" + ", ".join(f"{x:.6g}" for x in corner) + ")" for corner in (low, high)),
+            "sphere": "(" + ", ".join(f"{x:.6g}" for x in scene.center) + f"), radius {scene.radius:.6g}",
+        }
+    )
+
+
+def _print_table(rows: dict[str, Any], indent: str = "") -> None:
+    width = max(map(len, rows))
+    for name, value in rows.items():
+        print(f"{indent}{name:{width}}  {value}")
+
+
+def _size(text: str) -> tuple[int, int]:
+    """(height, width) from WIDTHxHEIGHT."""
+    from bobrossnet.errors import InputError
+    from bobrossnet.render.order import check_size
+
+    width, x, height = text.lower().partition("x")
+    if not (x and width.isdecimal() and height.isdecimal()):
+        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT such as 640x480, got {text!r}")
+    try:
+        return check_size((int(height), int(width)))
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _fraction(text: str) -> float:
+    number, percent, rest = text.partition("%")
+    try:
+        value = float(number) / (100 if percent else 1)
+    except ValueError:
+        value = -1
+    if rest or not 0 < value <= 1:
+        raise argparse.ArgumentTypeError(f"expected a share of the pixels, above 0% to 100% or 0 to 1, got {text!r}")
+    return value
+
+
+def _limit_memory() -> None:
+    """Let allocations beyond the machine's memory fail, so that an absurd file ends in a message, not in a machine that
+    stands still."""
+    if sys.platform != "linux":
+        return
+    import resource
+
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    limit = memory if hard == resource.RLIM_INFINITY else min(memory, hard)
+    resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("bobrossnet")
+
+
+def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    print(f"bobrossnet: warning: {message}", file=sys.stderr)
+
+
+def _fail(message: str) -> int:
+    print(f"bobrossnet: error: {' '.join(message.split())}", file=sys.stderr)
+    return USAGE_ERROR
+
+
+def _terminate(*_: Any) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+if __name__ == "__main__":
+    sys.exit(main())

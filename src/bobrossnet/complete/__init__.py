@@ -1,0 +1,1 @@
+"""Completion: networks that fill in the pixels that were not traced."""

@@ -1,0 +1,133 @@
+"""Fillings without a network, which every network is measured against: nearest, pull-push, Delaunay-linear.
+
+Each takes the gray picture and its mask, (H, W), and returns (H, W) float32 where the known pixels are as they
+came in. `nearest` and `delaunay_linear` need scipy, which only the tests and benchmarks install.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.errors import InputError, check_array, check_finite
+
+
+def nearest(gray: Any, mask: Any) -> NDArray[np.float32]:
+    """Give each untraced pixel the value of the nearest traced one.
+
+    Parameters
+    ----------
+    gray : (H, W) numbers
+        Only read where `mask` is not 0.
+    mask : (H, W) numbers
+        Not 0 where traced; at least one pixel is.
+
+    Returns
+    -------
+    (H, W) float32; traced pixels are returned as they came in.
+    """
+    from scipy.ndimage import distance_transform_edt
+
+    gray, known = _inputs(gray, mask)
+    row, column = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    return np.ascontiguousarray(gray[row, column])
+
+
+def pull_push(gray: Any, mask: Any) -> NDArray[np.float32]:
+    """Fill in from a pyramid of averages over the traced pixels, coarse to fine, smoothly.
+
+    Pull: each level halves the picture; a pixel is the mean of those of its 2x2 children that know a value.
+    Push: a pixel that knows no value takes it from the coarser level, interpolated bilinearly.
+
+    Parameters
+    ----------
+    gray, mask : (H, W) numbers, as in `nearest`
+
+    Returns
+    -------
+    (H, W) float32; traced pixels are returned as they came in.
+
+    References
+    ----------
+    Kraus, *The pull-push algorithm revisited*, 2009.
+    """
+    gray, known = _inputs(gray, mask)
+    levels = [(gray, known.astype(np.float32))]
+    while levels[-1][0].size > 1:
+        levels.append(_pull(*levels[-1]))
+    filled = levels[-1][0]
+    for value, weight in reversed(levels[:-1]):
+        height, width = value.shape
+        filled = weight * value + (1 - weight) * _upsample(filled)[:height, :width]
+    return np.where(known, gray, filled)
+
+
+def delaunay_linear(gray: Any, mask: Any) -> NDArray[np.float32]:
+    """Interpolate linearly over the Delaunay triangles of the traced pixels; nearest outside of their hull.
+
+    Parameters
+    ----------
+    gray, mask : (H, W) numbers, as in `nearest`
+
+    Returns
+    -------
+    (H, W) float32; traced pixels are returned as they came in.
+    """
+    from scipy.interpolate import LinearNDInterpolator
+    from scipy.spatial import QhullError
+
+    gray, known = _inputs(gray, mask)
+    filled = nearest(gray, known)
+    try:
+        interpolate = LinearNDInterpolator(np.argwhere(known), gray[known].astype(np.float64))
+    except (QhullError, ValueError):  # fewer than three traced pixels, or all on one line: no triangle
+        return filled
+    unknown = np.argwhere(~known)
+    values = interpolate(unknown)
+    inside = np.isfinite(values)
+    filled[tuple(unknown[inside].T)] = values[inside]
+    return filled
+
+
+FILLINGS: dict[str, Callable[[Any, Any], NDArray[np.float32]]] = {
+    "nearest": nearest,
+    "pull-push": pull_push,
+    "delaunay-linear": delaunay_linear,
+}
+
+
+def _pull(
+    value: NDArray[np.float32], weight: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Halve a level: means weighted by what the children know; whoever has one known child knows a value."""
+    height, width = value.shape
+    edge = ((0, height % 2), (0, width % 2))  # an odd row or column gets unknown neighbours
+    weight = np.pad(weight, edge)
+    weighted = np.pad(value, edge) * weight
+    total = weight[::2, ::2] + weight[1::2, ::2] + weight[::2, 1::2] + weight[1::2, 1::2]
+    total_value = weighted[::2, ::2] + weighted[1::2, ::2] + weighted[::2, 1::2] + weighted[1::2, 1::2]
+    return total_value / np.maximum(total, 1e-20), np.minimum(total, 1)
+
+
+def _upsample(value: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Double a level bilinearly: (H, W) → (2H, 2W), weights 9, 3, 3, 1 sixteenths, edges repeated."""
+    for axis in (0, 1):
+        value = np.moveaxis(value, axis, 0)
+        before, after = np.concatenate([value[:1], value[:-1]]), np.concatenate([value[1:], value[-1:]])
+        doubled = np.stack([0.75 * value + 0.25 * before, 0.75 * value + 0.25 * after], 1)
+        value = np.moveaxis(doubled.reshape(-1, *value.shape[1:]), 0, axis)
+    return value
+
+
+def _inputs(gray: Any, mask: Any) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    known = check_finite("mask", check_array("mask", mask, (None, None))) != 0
+    values = np.asarray(check_array("gray", gray, (None, None)), dtype=np.float32)
+    if values.shape != known.shape:
+        raise InputError(f"gray: expected shape {known.shape} to match mask, got {values.shape}")
+    if not known.any():
+        raise InputError(f"mask: expected at least one traced pixel, got none of {known.size}")
+    check_finite("gray", values[known])
+    return np.where(known, values, np.float32(0)), known

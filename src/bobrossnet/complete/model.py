@@ -1,0 +1,123 @@
+"""Completing a picture with a network in the core."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet import _core
+from bobrossnet.complete.weights import WEIGHTS, read_weights
+from bobrossnet.errors import InputError, InputTypeError
+from bobrossnet.render.gbuffer import GBuffer
+
+NETWORKS = {"paper": _core.Paper}
+"""The networks of the core, by the name that a weight file gives."""
+
+DEFAULT = "paper"
+"""The shipped weights that `model="default"` stands for."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A network with its weights, ready to run."""
+
+    network: Any
+
+    def predict(self, gbuffer: GBuffer) -> NDArray[np.float32]:
+        """The network's own output at every pixel, known ones too: (H, W) float32, of any value."""
+        gray = np.empty(gbuffer.size, np.float32)
+        self.network(gbuffer.stack(), gray)
+        return gray
+
+
+ModelLike: TypeAlias = "str | os.PathLike[str] | Model"
+
+
+def complete(gbuffer: GBuffer, *, model: ModelLike = "default") -> NDArray[np.float32]:
+    """Fill in the pixels that were not traced.
+
+    Parameters
+    ----------
+    gbuffer : GBuffer, (H, W)
+        Of any size, with any pixels traced.
+    model : str, path or Model
+        Name of shipped weights ("default", "paper"), or a .safetensors file.
+
+    Returns
+    -------
+    (H, W) float32 in 0..1
+        Traced pixels are returned as they came in; with every pixel traced, that is `gbuffer.gray`.
+
+    Raises
+    ------
+    InputError
+        If `gbuffer` is none, or the weights can't be used.
+
+    Examples
+    --------
+    >>> import bobrossnet as bob
+    >>> part = bob.trace(bob.happy_tree(), size=(120, 160), fraction=0.05)
+    >>> image = bob.complete(part)
+    >>> image.shape
+    (120, 160)
+    """
+    if not isinstance(gbuffer, GBuffer):
+        raise InputTypeError(f"gbuffer: expected a GBuffer, got {type(gbuffer).__name__}")
+    network = load_model(model)
+    if gbuffer.mask.all():
+        return gbuffer.gray.copy()
+    image = network.predict(gbuffer)
+    _core.keep_known(gbuffer.stack(), image)
+    return image
+
+
+def load_model(model: ModelLike) -> Model:
+    """The network that `model` names; it stays loaded.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or what it holds can't be used.
+    """
+    if isinstance(model, Model):
+        return model
+    if not isinstance(model, str | os.PathLike):
+        raise InputTypeError(f"model: expected a name or a path, got {type(model).__name__}")
+    path = find_weights(model)
+    if path is None:
+        names = ", ".join(["default", *sorted(file.stem for file in WEIGHTS.glob("*.safetensors"))])
+        raise InputError(f"model: expected one of {names} or a .safetensors file, got {os.fspath(model)!r}")
+    try:
+        modified = path.stat().st_mtime_ns
+    except OSError as error:
+        raise InputError(f"model: can't read {path}: {error.strerror}") from error
+    return _load(path, modified)
+
+
+@lru_cache(maxsize=8)
+def _load(path: Path, modified: int) -> Model:
+    """`modified` makes a file that was written anew another key."""
+    metadata, tensors = read_weights(path)
+    network = NETWORKS.get(metadata["network"])
+    if network is None:
+        known = ", ".join(NETWORKS)
+        raise InputError(f"{path.name}: expected weights of one of the networks {known}, got {metadata['network']!r}")
+    try:
+        return Model(network(tensors))
+    except ValueError as error:
+        raise InputError(f"{path.name}: {error}") from error
+
+
+def find_weights(model: str | os.PathLike[str]) -> Path | None:
+    """The file of shipped weights of that name, or `model` itself if it is a .safetensors file's path, else None."""
+    name = os.fspath(model)
+    shipped = WEIGHTS / f"{DEFAULT if name == 'default' else name}.safetensors"
+    if Path(name).name == name and shipped.is_file():
+        return shipped
+    return Path(name) if Path(name).suffix == ".safetensors" else None

@@ -1,0 +1,48 @@
+"""Weight files: safetensors with a network's tensors under its layers' names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.errors import InputError
+
+WEIGHTS = Path(__file__).parent.parent / "weights"
+"""The folder of the shipped weights."""
+
+FORMAT = "bobrossnet-1"
+"""Stands in each file's metadata under "format", beside "network", the network's name."""
+
+
+def read_weights(path: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float32]]]:
+    """Read a weight file.
+
+    Returns
+    -------
+    metadata : dict of str to str
+        "format", "network" and whatever else was written.
+    tensors : dict of str to float32 arrays
+
+    Raises
+    ------
+    InputError
+        If the file can't be read, is no safetensors file or none of ours, or holds other than finite float32.
+    """
+    from safetensors import SafetensorError, safe_open
+
+    try:
+        with safe_open(path, framework="numpy") as file:
+            metadata: dict[str, str] = file.metadata() or {}
+            tensors: dict[str, NDArray[Any]] = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+    except (OSError, SafetensorError) as error:
+        reason = str(error).splitlines()[0]
+        raise InputError(f"{path.name}: expected a safetensors file, can't read it: {reason}") from error
+    if metadata.get("format") != FORMAT or "network" not in metadata:
+        raise InputError(f"{path.name}: expected weights of format {FORMAT}, got format {metadata.get('format')!r}")
+    for name, tensor in tensors.items():
+        if tensor.dtype != np.float32 or not np.isfinite(tensor).all():
+            raise InputError(f"{path.name}: {name}: expected finite float32 values, got {tensor.dtype} or NaN")
+    return metadata, tensors

@@ -1,0 +1,86 @@
+"""What goes wrong when an input can't be used, and the checks that say so.
+
+Every message has the same four parts: the name of the argument, what was expected, what came, and, where
+there is one, what to do about it.
+"""
+
+from __future__ import annotations
+
+import math
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class InputError(ValueError):
+    """A value, an array or a file that can't be used."""
+
+
+class InputTypeError(InputError, TypeError):
+    """An input of the wrong type or dtype."""
+
+
+class InputWarning(UserWarning):
+    """A part of an input that can't be used and was left out."""
+
+
+def check_number(
+    name: str, value: Any, low: float = -math.inf, high: float = math.inf, *, above: bool = False
+) -> float:
+    """Return `value` as a float if it is a finite real number in [low, high], or (low, high] if `above`."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
+        raise InputTypeError(f"{name}: expected a number, got {_brief(value)}")
+    number = float(value)
+    inside = (low < number if above else low <= number) and number <= high
+    if not (math.isfinite(number) and inside):
+        raise InputError(f"{name}: expected {_interval(low, high, above)}, got {number:g}")
+    return number
+
+
+def check_integer(name: str, value: Any, low: int, high: int) -> int:
+    """Return `value` as an int if it is an integer in [low, high]."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
+        raise InputTypeError(f"{name}: expected an integer, got {_brief(value)}")
+    if not low <= int(value) <= high:
+        raise InputError(f"{name}: expected an integer in {low}..{high}, got {int(value)}")
+    return int(value)
+
+
+def check_array(name: str, value: Any, shape: tuple[int | None, ...], *, hint: str = "") -> NDArray[Any]:
+    """Return `value` as an array of numbers of `shape`; None stands for any length."""
+    try:
+        array = np.asarray(value)
+    except (ValueError, TypeError) as error:
+        raise InputTypeError(f"{name}: expected an array of numbers, got {_brief(value)}") from error
+    if array.dtype.kind not in "biuf":
+        raise InputTypeError(f"{name}: expected an array of numbers, got dtype {array.dtype}")
+    fits = array.ndim == len(shape) and all(
+        want in (None, got) for want, got in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        wanted = "(" + ", ".join("n" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
+        raise InputError(f"{name}: expected shape {wanted}, got {array.shape}{'; ' + hint if hint else ''}")
+    return array
+
+
+def check_finite(name: str, array: NDArray[Any]) -> NDArray[Any]:
+    """Return `array` if it holds no NaN and no infinity."""
+    bad = array.size - int(np.count_nonzero(np.isfinite(array)))
+    if bad:
+        raise InputError(f"{name}: expected finite numbers, got {bad} of {array.size} NaN or infinite")
+    return array
+
+
+def _interval(low: float, high: float, above: bool) -> str:
+    if math.isinf(low) and math.isinf(high):
+        return "a finite number"
+    if math.isinf(high):
+        return f"a number {'above' if above else 'of at least'} {low:g}"
+    return f"a number in {'(' if above else '['}{low:g}, {high:g}]"
+
+
+def _brief(value: Any) -> str:
+    text = repr(value)
+    return f"{type(value).__name__} {text if len(text) <= 40 else text[:37] + '...'}"

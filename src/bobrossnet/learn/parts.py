@@ -1,0 +1,261 @@
+"""Building blocks of procedural meshes: sweeps, lathes, extrusions, bitmaps, isosurfaces, transforms, noise.
+
+A part is (vertices, triangles): (V, 3) float64 and (T, 3) integers, anticlockwise seen from outside where it has
+an outside. `rng` is a seeded generator; nothing else is random.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Part = tuple[Array, NDArray[np.int64]]
+
+
+# ---- surfaces over a grid ------------------------------------------------------------------------------------
+
+
+def grid(points: Array, wrap_u: bool = False, wrap_v: bool = False) -> Part:
+    """Return the quads between (M, N, 3) points, closed along an axis where it wraps."""
+    m, n = points.shape[:2]
+    index = np.arange(m * n).reshape(m, n)
+    if wrap_u:
+        index = np.concatenate([index, index[:1]], 0)
+    if wrap_v:
+        index = np.concatenate([index, index[:, :1]], 1)
+    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
+    triangles = np.stack([a, b, c, a, c, d], -1).reshape(-1, 3)
+    return points.reshape(-1, 3), triangles
+
+
+def lathe(profile: Array, sides: int = 32) -> Part:
+    """Return the surface of revolution about z of (n, 2) radii and heights; starts and ends at radius 0 if closed."""
+    angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+    radius, height = profile[:, 0, None], profile[:, 1, None]
+    points = np.stack([radius * np.cos(angle), radius * np.sin(angle), height + 0 * angle], -1)  # (n, sides, 3)
+    vertices, triangles = grid(points, wrap_v=True)
+    return vertices, triangles[:, ::-1]
+
+
+def sphere(sides: int = 32) -> Part:
+    """Return the unit sphere."""
+    angle = np.linspace(-np.pi / 2, np.pi / 2, sides // 2 + 1)
+    return lathe(np.stack([np.cos(angle), np.sin(angle)], 1), sides)
+
+
+def cylinder(radius: float, height: float, sides: int = 24, top: float = 1.0) -> Part:
+    """Return a closed cylinder from z 0 to `height`; its upper radius is `top` times the lower."""
+    profile = [[0, 0], [radius, 0], [radius * top, height], [0, height]]
+    return lathe(np.array(profile, dtype=float), sides)
+
+
+def torus(radius: float, tube: float, sides: int = 48, around: int = 20) -> Part:
+    """Return a torus about z."""
+    angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+    circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1) * radius
+    return sweep(circle, round_outline(around) * tube, closed=True)
+
+
+def sweep(path: Array, outline: Array, scale: Array | float = 1.0, closed: bool = False) -> Part:
+    """Return a tube: the (m, 2) outline carried along the (n, 3) path, `scale` times as large at each point."""
+    n = len(path)
+    tangent = np.roll(path, -1, 0) - np.roll(path, 1, 0) if closed else np.gradient(path, axis=0)
+    tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
+    side = np.empty_like(path)  # carried along with as little twist as possible
+    side[0] = np.cross(tangent[0], np.eye(3)[np.argmin(np.abs(tangent[0]))])
+    for i in range(n):
+        side[i] = side[i - 1] if i else side[0]
+        side[i] -= tangent[i] * (side[i] @ tangent[i])
+        side[i] /= max(float(np.linalg.norm(side[i])), 1e-12)
+    if closed:  # share the frame's remaining twist out over the whole loop
+        other = np.cross(tangent[0], side[0])
+        twist = np.arctan2(side[-1] @ other, side[-1] @ side[0]) * np.arange(n)[:, None] / n
+        side = side * np.cos(twist) - np.cross(tangent, side) * np.sin(twist)
+    up = np.cross(tangent, side)
+    size = np.broadcast_to(np.asarray(scale, dtype=float), (n,))[:, None, None]
+    points = path[:, None] + size * (outline[:, :1] * side[:, None] + outline[:, 1:] * up[:, None])  # (n, m, 3)
+    if closed:
+        return grid(points, True, True)
+    ends = [np.broadcast_to(path[i], points[0].shape)[None] for i in (0, -1)]
+    return grid(np.concatenate([ends[0], points, ends[1]]), wrap_v=True)
+
+
+def rod(start: Array, end: Array, radius: float, sides: int = 8) -> Part:
+    """Return a thin cylinder between two points."""
+    return sweep(np.stack([start, end]), round_outline(sides) * radius)
+
+
+def smooth_path(rng: np.random.Generator, knots: int, count: int, size: float = 1.0) -> Array:
+    """Return `count` points of a smooth curve through random knots (Catmull-Rom)."""
+    p = rng.uniform(-size, size, (knots + 2, 3))
+    t = np.linspace(0, knots - 1 - 1e-9, count)
+    i = t.astype(int)
+    t = (t - i)[:, None]
+    a, b, c, d = p[i], p[i + 1], p[i + 2], p[np.minimum(i + 3, knots + 1)]
+    return np.asarray(
+        0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3)
+    )
+
+
+# ---- flat outlines and their extrusions ------------------------------------------------------------------------
+
+
+def round_outline(sides: int) -> Array:
+    """Return the corners of a regular polygon in the unit circle, (sides, 2)."""
+    angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+    return np.stack([np.cos(angle), np.sin(angle)], 1)
+
+
+def extrude(outer: Array, inner: Array, height: float) -> Part:
+    """Return the prism between two outlines of as many corners, from z 0 to `height`; `inner` may shrink to a point."""
+    ring = np.stack([inner, outer, outer, inner])  # (4, n, 2), once around the section
+    z = np.array([0, 0, height, height])[:, None, None]
+    points = np.concatenate([ring, np.broadcast_to(z, (*ring.shape[:2], 1))], -1)
+    vertices, triangles = grid(points, True, True)
+    return vertices, triangles[:, ::-1]
+
+
+def plate(holes: tuple[int, int], radius: float, height: float, sides: int = 24) -> Part:
+    """Return a plate of unit square tiles, each with a round hole of `radius` below 0.5."""
+    circle = round_outline(sides)
+    square = circle / (2 * np.abs(circle).max(1, keepdims=True))
+    tile = extrude(square, circle * radius, height)
+    return join([moved(tile, offset=(x, y, 0)) for x in range(holes[0]) for y in range(holes[1])])
+
+
+def box(x: float, y: float, z: float, bevel: float = 0.0) -> Part:
+    """Return a box centred on the origin, its upright edges and the others rounded off flat by `bevel`."""
+    if bevel <= 0:
+        corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * (x / 2, y / 2, z / 2)
+        quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+        return corners, np.array([[q[i] for i in tri] for q in quads for tri in ((0, 1, 2), (0, 2, 3))])
+    bevel = min(bevel, 0.45 * min(x, y, z))
+    sx, sy, b = x / 2, y / 2, bevel
+    outline = np.array([[sx, b - sy], [sx, sy - b], [sx - b, sy], [b - sx, sy], [-sx, sy - b], [-sx, b - sy], [b - sx, -sy], [sx - b, -sy]])
+    shrunk = outline * ((sx - b) / sx, (sy - b) / sy)
+    layers = [(0 * outline, -z / 2), (shrunk, -z / 2), (outline, b - z / 2), (outline, z / 2 - b), (shrunk, z / 2), (0 * outline, z / 2)]
+    vertices, triangles = grid(np.array([np.c_[flat, np.full(len(flat), h)] for flat, h in layers]), wrap_v=True)
+    return vertices, triangles[:, ::-1]
+
+
+def bitmap(picture: NDArray[np.bool_], cell: float, height: float) -> Part:
+    """Return the set pixels of a bitmap as square columns, without the walls between them."""
+    set_ = np.pad(picture, 1)
+    row, column = np.nonzero(set_)
+    corner = np.stack([row, column, 0 * row], 1)[:, None]  # (n, 1, 3)
+    bottom = np.array([[0, 0, 0], [0, 1, 0], [1, 1, 0], [1, 0, 0]])
+    quads = [corner + bottom, corner + bottom[::-1] + (0, 0, 1)]
+    for (dr, dc), a, b in (((-1, 0), 0, 1), ((0, 1), 1, 2), ((1, 0), 2, 3), ((0, -1), 3, 0)):
+        wall = ~set_[row + dr, column + dc]
+        quads.append(corner[wall] + np.array([bottom[b], bottom[a], bottom[a] + (0, 0, 1), bottom[b] + (0, 0, 1)]))
+    points = np.concatenate(quads).reshape(-1, 3) * (cell, cell, height)
+    triangles = np.array([[0, 1, 2], [0, 2, 3]]) + 4 * np.arange(len(points) // 4)[:, None, None]
+    return points.astype(float), triangles.reshape(-1, 3)
+
+
+# ---- implicit surfaces -------------------------------------------------------------------------------------------
+
+
+def lattice(count: int, size: float = 1.0) -> tuple[Array, Array, Array]:
+    """Return open grids of x, y, z over the cube -size..size, for `isosurface`."""
+    axis = np.linspace(-size, size, count)
+    return axis[:, None, None], axis[None, :, None], axis[None, None, :]
+
+
+def isosurface(field: Array, size: float = 1.0) -> Part:
+    """Return the surface where a (n, n, n) field over the cube -size..size changes sign, negative inside (surface nets)."""
+    n = len(field)
+    field = np.pad(field, 1, constant_values=1.0)  # closed at the cube's faces
+    inside = field < 0
+    total = np.zeros((n + 1, n + 1, n + 1, 3))
+    crossings = np.zeros((n + 1, n + 1, n + 1))
+    quads = []
+    for axis in range(3):
+        low = [slice(None)] * 3
+        high = [slice(None)] * 3
+        low[axis], high[axis] = slice(0, -1), slice(1, None)
+        i = np.argwhere(inside[tuple(low)] != inside[tuple(high)])  # edges along this axis that cross
+        step = np.eye(3, dtype=np.int64)[axis]
+        a, b = field[tuple(i.T)], field[tuple((i + step).T)]
+        position = i + step * (a / (a - b))[:, None]
+        u, v = np.eye(3, dtype=np.int64)[(axis + 1) % 3], np.eye(3, dtype=np.int64)[(axis + 2) % 3]
+        cells = np.stack([i - u - v, i - v, i, i - u], 1)  # the four cells round the edge, (m, 4, 3)
+        cells[a > b] = cells[a > b][:, ::-1]
+        for corner in range(4):
+            flat = np.ravel_multi_index(tuple(cells[:, corner].T), crossings.shape)
+            crossings += np.bincount(flat, minlength=crossings.size).reshape(crossings.shape)
+            for k in range(3):
+                total[..., k] += np.bincount(flat, position[:, k], crossings.size).reshape(crossings.shape)
+        quads.append(np.ravel_multi_index(tuple(np.moveaxis(cells, -1, 0)), crossings.shape))
+    corners = np.concatenate(quads)
+    if len(corners) == 0:
+        return sphere()
+    used = crossings.ravel() > 0
+    vertices = total.reshape(-1, 3)[used] / crossings.ravel()[used, None]  # one vertex a cell, amid its crossings
+    corners = (np.cumsum(used) - 1)[corners]
+    triangles = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
+    return ((vertices - 1) / (n - 1) * 2 - 1) * size, triangles
+
+
+# ---- placing, joining, deforming -----------------------------------------------------------------------------------
+
+
+def join(parts: Sequence[Part]) -> Part:
+    """Return several parts as one."""
+    start = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
+    triangles = [triangles + offset for (_, triangles), offset in zip(parts, start, strict=False)]
+    return np.concatenate([vertices for vertices, _ in parts]), np.concatenate(triangles)
+
+
+def moved(part: Part, matrix: Array | float = 1.0, offset: Sequence[float] | Array = (0, 0, 0)) -> Part:
+    """Return the part after a (3, 3) matrix, or a factor, and an offset."""
+    vertices, triangles = part
+    turned = vertices * matrix if np.ndim(matrix) < 2 else vertices @ np.asarray(matrix).T
+    if np.ndim(matrix) == 2 and np.linalg.det(np.asarray(matrix)) < 0:
+        triangles = triangles[:, ::-1]
+    return turned + np.asarray(offset), triangles
+
+
+def rotation(axis: int, angle: float) -> Array:
+    """Return the (3, 3) rotation about x, y or z, in radians."""
+    c, s = np.cos(angle), np.sin(angle)
+    matrix = np.eye(3)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    matrix[i, i], matrix[i, j], matrix[j, i], matrix[j, j] = c, -s, s, c
+    return matrix
+
+
+def random_rotation(rng: np.random.Generator) -> Array:
+    """Return a uniformly random (3, 3) rotation."""
+    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
+    q = q * np.sign(np.diag(r))
+    return np.asarray(q if np.linalg.det(q) > 0 else -q)
+
+
+def fitted(part: Part) -> Part:
+    """Return the part moved and scaled so that its bounding box is centred and its longest side is 2."""
+    vertices, triangles = part
+    low, high = vertices.min(0), vertices.max(0)
+    return (vertices - (low + high) / 2) * (2 / max(float((high - low).max()), 1e-9)), triangles
+
+
+def noise(rng: np.random.Generator, points: Array, frequency: float, waves: int = 12) -> Array:
+    """Return smooth noise of about unit variance at (n, 3) points: a sum of random plane waves."""
+    direction = rng.normal(size=(3, waves)) * frequency
+    phase = rng.uniform(0, 2 * np.pi, waves)
+    return np.asarray(np.sin(points @ direction + phase).sum(1) * np.sqrt(2 / waves))
+
+
+def displaced(part: Part, amount: Array) -> Part:
+    """Return the part with each vertex moved outwards along its normal by `amount`, (V,)."""
+    vertices, triangles = part
+    face = np.cross(vertices[triangles[:, 1]] - vertices[triangles[:, 0]], vertices[triangles[:, 2]] - vertices[triangles[:, 0]])
+    normal = np.zeros_like(vertices)
+    for corner in range(3):
+        for k in range(3):
+            normal[:, k] += np.bincount(triangles[:, corner], face[:, k], len(vertices))
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    return vertices + normal * amount[:, None], triangles

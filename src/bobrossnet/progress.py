@@ -1,0 +1,79 @@
+"""How far long work has come: a bar on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Protocol
+
+PATIENCE = 1.0  # seconds before anything is shown: short work needs no bar
+LINE_EVERY = 10.0  # seconds between plain lines
+
+
+class Report(Protocol):
+    def __call__(self, share: float, note: str = "") -> None:
+        """Say that `share` of the work, 0..1, is done, with a few words on how it goes."""
+
+
+@contextmanager
+def progress(what: str) -> Iterator[Report]:
+    """Show on stderr how far `what` has come, once it has taken a second.
+
+    Yields
+    ------
+    callable
+        To be called now and then with the share of the work done, 0..1, and maybe a note.
+    """
+    bar = _Bar(what) if sys.stderr.isatty() else _Lines(what)
+    try:
+        yield bar.report
+    finally:
+        bar.close()
+
+
+class _Bar:
+    def __init__(self, what: str) -> None:
+        self.what = what
+        self.start = time.monotonic()
+        self.bar = None
+
+    def report(self, share: float, note: str = "") -> None:
+        if self.bar is None:
+            if time.monotonic() - self.start < PATIENCE:
+                return
+            from rich.console import Console
+            from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+            columns = ("{task.description}", BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+            self.bar = Progress(*columns, TextColumn("{task.fields[note]}"), console=Console(stderr=True), transient=True)
+            self.task = self.bar.add_task(self.what, total=1.0, note="")
+            self.bar.start()
+        self.bar.update(self.task, completed=share, note=note)
+
+    def close(self) -> None:
+        if self.bar is not None:
+            self.bar.stop()
+
+
+class _Lines:
+    def __init__(self, what: str) -> None:
+        self.what = what
+        self.start = time.monotonic()
+        self.next = self.start + PATIENCE
+
+    def report(self, share: float, note: str = "") -> None:
+        now = time.monotonic()
+        if now < self.next or share <= 0:
+            return
+        self.next = now + LINE_EVERY
+        left = (now - self.start) * (1 - share) / share
+        print(f"{self.what}: {100 * share:.0f} %, {_duration(left)} left {note}".rstrip(), file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        pass
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"

@@ -1,0 +1,1 @@
+"""Rendering: cameras, pixel orders, tracers, G-buffers, progressive pictures."""

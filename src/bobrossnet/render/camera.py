@@ -1,0 +1,35 @@
+"""The camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from bobrossnet.errors import check_number
+
+
+@dataclass(frozen=True)
+class Camera:
+    """An orthographic camera that orbits the scene's bounding sphere.
+
+    Raises
+    ------
+    InputError
+        If a value is no finite number, if the elevation lies beyond the poles, or if the zoom is not above 0.
+    """
+
+    azimuth: float = 30.0
+    """Degrees; 0 looks along -x from +x, growing anticlockwise seen from +z."""
+    elevation: float = 20.0
+    """Degrees above the horizon, -90..90; 90 looks straight down."""
+    roll: float = 0.0
+    """Degrees; turns the camera anticlockwise about its line of sight, so that the picture turns clockwise."""
+    zoom: float = 1.0
+    """1 fits the bounding sphere exactly into the shorter side of the image, 2 shows half as much."""
+
+    def __post_init__(self) -> None:
+        check_number("azimuth", self.azimuth)
+        check_number("elevation", self.elevation, -90, 90)
+        check_number("roll", self.roll)
+        check_number("zoom", self.zoom, 1e-3, 1e6)
+        for field in fields(self):
+            object.__setattr__(self, field.name, float(getattr(self, field.name)))

@@ -1,0 +1,73 @@
+"""Pixel orders: in which sequence the pixels of an image are traced."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet import _core
+from bobrossnet.errors import InputError, InputTypeError, check_integer, check_number
+
+Size = tuple[int, int]
+
+MAX_PIXELS = 2**28
+"""An image of 16384 x 16384: five float32 arrays of it take 5.4 GB."""
+
+ORDERS = ("uniform",)
+
+
+def pixel_order(
+    size: Size, *, order: str = "uniform", seed: int = 0, start: int = 0, count: int | None = None
+) -> NDArray[np.int32]:
+    """Pixels in the sequence in which they are traced.
+
+    Every order visits each pixel once, is a function of (seed, size) alone, and is nested: the first 5 % of the pixels
+    are the first of the 25 %.
+
+    Parameters
+    ----------
+    size : (height, width)
+    order : "uniform"
+        "uniform": at random, all sequences alike.
+    seed : int, 0..2**64 - 1
+    start, count : int
+        Which part of the sequence; by default all.
+
+    Returns
+    -------
+    (count, 2) int32, row and column
+    """
+    height, width = check_size(size)
+    check_order(order, seed)
+    total = height * width
+    start = check_integer("start", start, 0, total)
+    count = total - start if count is None else check_integer("count", count, 0, total - start)
+    pixels = np.empty((count, 2), np.int32)
+    _core.uniform_order(int(seed), height, width, start, pixels)
+    return pixels
+
+
+def check_size(size: Any) -> Size:
+    """Return (height, width) as ints if an image can have that size."""
+    try:
+        height, width = size
+    except (TypeError, ValueError):
+        raise InputTypeError(f"size: expected (height, width), got {size!r}") from None
+    height, width = check_integer("height", height, 1, MAX_PIXELS), check_integer("width", width, 1, MAX_PIXELS)
+    if height * width > MAX_PIXELS:
+        raise InputError(f"size: expected at most {MAX_PIXELS} pixels, got {height} x {width} = {height * width}")
+    return height, width
+
+
+def check_order(order: Any, seed: Any) -> None:
+    """Raise InputError unless `order` is known and `seed` usable."""
+    if order not in ORDERS:
+        raise InputError(f"order: expected one of {', '.join(ORDERS)}, got {order!r}")
+    check_integer("seed", seed, 0, 2**64 - 1)
+
+
+def pixel_count(fraction: Any, size: Size) -> int:
+    """How many pixels a fraction in (0, 1] of an image is: the nearest whole number, at least one."""
+    return max(1, round(check_number("fraction", fraction, 0, 1, above=True) * size[0] * size[1]))

@@ -1,0 +1,83 @@
+"""Pictures of what was traced and completed, for people to look at."""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.atomic import write_whole
+from bobrossnet.errors import InputError
+from bobrossnet.render.gbuffer import GBuffer
+
+F32 = NDArray[np.float32]
+U8 = NDArray[np.uint8]
+
+UNTRACED = (0, 150, 70)
+"""Green: a colour that no shade of gray is."""
+
+FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WebP", ".bmp": "BMP", ".tif": "TIFF", ".tiff": "TIFF"}
+
+CAPTION_HEIGHT = 26
+GAP = 4
+
+
+def to_8_bit(gray: F32) -> U8:
+    """(H, W) float32 in 0..1 to (H, W) uint8; gray is display-referred, so that there is no gamma to apply."""
+    return np.rint(np.clip(gray, 0, 1) * 255).astype(np.uint8)
+
+
+def traced_on_green(gbuffer: GBuffer) -> U8:
+    """The traced pixels, and green where none was: (H, W, 3) uint8."""
+    gray = to_8_bit(gbuffer.gray)[..., None]
+    return np.where(gbuffer.mask[..., None] > 0, gray, np.uint8(UNTRACED))
+
+
+def side_by_side(panels: list[tuple[U8, str]]) -> U8:
+    """Images of one size next to each other, each above its caption: (H', W', 3) uint8."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    height, width = panels[0][0].shape[:2]
+    sheet = Image.new("RGB", (len(panels) * (width + GAP) - GAP, height + CAPTION_HEIGHT), "white")
+    draw = ImageDraw.Draw(sheet)
+    for i, (image, caption) in enumerate(panels):
+        left = i * (width + GAP)
+        sheet.paste(Image.fromarray(image), (left, 0))
+        # The largest type that fits: captions must not run into their neighbours in small pictures.
+        for size in range(15, 5, -1):
+            font = ImageFont.load_default(size)
+            if draw.textlength(caption, font=font) <= width - 8:
+                break
+        draw.text((left + width / 2, height + CAPTION_HEIGHT / 2), caption, "black", font=font, anchor="mm")
+    return np.asarray(sheet)
+
+
+def check_picture_path(path: str | os.PathLike[str]) -> Path:
+    """Return `path` if a picture can be written there, before any time is spent on making it."""
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{path}: expected a picture's ending ({' '.join(FORMATS)}), got {path.suffix or 'none'}")
+    if path.is_dir():
+        raise InputError(f"{path}: expected a file to write, got a folder")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: can't write it: there is no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK):
+        raise InputError(f"{path}: can't write it: the folder {path.parent} is read-only")
+    return path
+
+
+def write_picture(path: str | os.PathLike[str], image: U8) -> None:
+    """Write (H, W) or (H, W, 3) uint8 in the format that the ending says, whole or not at all."""
+    from PIL import Image
+
+    path = check_picture_path(path)
+    content = io.BytesIO()
+    picture = Image.fromarray(image)
+    try:
+        picture.save(content, FORMATS[path.suffix.lower()])
+    except (OSError, ValueError) as error:  # a format's own limits, such as WebP's 16383 pixels a side
+        raise InputError(f"{path}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}") from error
+    write_whole(path, content.getvalue())

@@ -1,0 +1,200 @@
+"""A picture that is complete from the first frame on and exact in the last."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.complete.model import Model, ModelLike, complete, load_model
+from bobrossnet.errors import InputError, InputTypeError, check_number
+from bobrossnet.render.camera import Camera
+from bobrossnet.render.gbuffer import GBuffer, scatter
+from bobrossnet.render.order import Size, check_order, check_size, pixel_count, pixel_order
+from bobrossnet.render.trace import SceneTracer, Tracer, check_samples
+from bobrossnet.shapes.scene import SceneLike
+
+MIN_TRACING = 0.25
+"""Least time for tracing in a frame, as a share of the time for completing, so that every budget gets to an end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One step of a converging picture."""
+
+    image: NDArray[np.float32]
+    """(H, W) in 0..1: traced pixels as traced, the others completed."""
+    gbuffer: GBuffer
+    """All that has been traced so far."""
+    fraction: float
+    """Share of the pixels traced so far, 1 in the last frame."""
+    seconds: float
+    """What this frame took to trace and complete."""
+
+
+def progressive(
+    scene: SceneLike | None = None,
+    camera: Camera | None = None,
+    *,
+    tracer: Tracer | None = None,
+    size: Size = (480, 640),
+    frame_ms: float | None = None,
+    fraction: float | None = None,
+    order: str = "uniform",
+    seed: int = 0,
+    model: ModelLike = "default",
+) -> Iterator[Frame]:
+    """Trace on and on, with a complete picture after each step, until every pixel is exact.
+
+    Give a scene to trace it here, or a tracer of your own. Arguments are checked, and what takes time once (the scene's
+    BVH, the network) is made, before this returns.
+
+    Parameters
+    ----------
+    scene : Scene, Mesh or iterable of Mesh, optional
+    camera : Camera, optional
+        How the scene is seen.
+    tracer : callable, optional
+        Instead of scene and camera: from pixels, (n, 2) int32 rows and columns, to `Samples` of the same length.
+    size : (height, width)
+    frame_ms : float above 0, optional
+        Time for each frame in milliseconds; how many pixels that is, is measured all the while. 33 if neither this
+        nor `fraction` is given. Each picture has to be completed, and each frame traces at least a quarter as long
+        as that takes: a smaller budget is overrun.
+    fraction : float in (0, 1], optional
+        Share of the image that each frame adds, instead of `frame_ms`.
+    order, seed
+        In which order the pixels are traced, as in `pixel_order`.
+    model : str or path
+        As in `complete`.
+
+    Yields
+    ------
+    Frame
+        The last one has every pixel traced, and its image is exactly what was traced.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or the tracer returns something else than was asked for.
+    """
+    size = check_size(size)
+    if (scene is None) == (tracer is None):
+        raise InputError("progressive: expected either a scene or a tracer, got " + ("both" if scene else "neither"))
+    if tracer is None:
+        assert scene is not None
+        tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
+    elif camera is not None:
+        raise InputError("camera: expected none beside a tracer, which has its own")
+    elif not callable(tracer):
+        raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
+    if frame_ms is not None and fraction is not None:
+        raise InputError("progressive: expected frame_ms or fraction, got both")
+    check_order(order, seed)
+    network = load_model(model)
+    picture = _Picture(tracer, size, order, seed, network)
+    if fraction is not None:
+        return _by_share(picture, pixel_count(fraction, size))
+    return _by_time(picture, check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000)
+
+
+class _Picture:
+    """The picture so far, and the pixels still to come."""
+
+    def __init__(self, tracer: Tracer, size: Size, order: str, seed: int, network: Model) -> None:
+        self.tracer, self.size, self.order, self.seed, self.network = tracer, size, order, seed, network
+        self.planes = np.zeros((5, *size), np.float32)
+        self.total = size[0] * size[1]
+        self.traced = 0
+        complete(GBuffer.from_stack(self.planes.copy()), model=network)  # the first run also fetches memory
+
+    @property
+    def left(self) -> int:
+        return self.total - self.traced
+
+    def trace(self, count: int) -> None:
+        pixels = pixel_order(self.size, order=self.order, seed=self.seed, start=self.traced, count=count)
+        scatter(check_samples(self.tracer(pixels), count), pixels, self.planes)
+        self.traced += count
+
+    def frame(self, start: float) -> Frame:
+        gbuffer = GBuffer.from_stack(self.planes.copy())
+        image = complete(gbuffer, model=self.network)
+        return Frame(image, gbuffer, self.traced / self.total, time.perf_counter() - start)
+
+
+def _by_share(picture: _Picture, count: int) -> Iterator[Frame]:
+    while picture.left:
+        start = time.perf_counter()
+        picture.trace(min(count, picture.left))
+        yield picture.frame(start)
+
+
+class _Pace:
+    """How many pixels a call of the tracer can take in a given time, from what was measured.
+
+    A call costs something, however few its pixels, and something for each: a line through the last calls, fitted with
+    weights that fade. Within a frame each call is given half of the time that remains, so that an error of the
+    estimate shrinks from call to call before it can overrun the frame, and so that the calls' sizes differ enough for
+    the fit.
+    """
+
+    FIRST = 32  # pixels of the first call, when nothing is known: 1 ms of a tracer of 30,000 rays a second
+    GROWTH = 8  # a call has at most so many times the pixels of the last: a small one says little of a large one
+    FADE = 0.8  # weight of the call before, against this one
+
+    def __init__(self) -> None:
+        self.sums = np.zeros(5)  # of 1, n, t, n * n and n * t
+        self.last = 0
+
+    def measured(self, pixels: int, seconds: float) -> None:
+        self.sums = self.FADE * self.sums + (1, pixels, seconds, pixels**2, pixels * seconds)
+        self.last = pixels
+
+    def pixels_in(self, seconds: float) -> int:
+        if not self.last:
+            return self.FIRST
+        weight, n, t, nn, nt = self.sums
+        spread = weight * nn - n * n
+        per_pixel = (weight * nt - n * t) / spread if spread > 1e-6 * n * n else t / n
+        per_call = (t - per_pixel * n) / weight
+        if per_call < 0:
+            per_call, per_pixel = 0.0, t / n
+        fitting = (seconds - per_call) / max(per_pixel, 1e-10)
+        return int(max(0, min(fitting, self.GROWTH * self.last)))
+
+
+def _by_time(picture: _Picture, budget: float) -> Iterator[Frame]:
+    pace = _Pace()
+    completing = [_seconds_to_complete(picture) for _ in range(3)]
+    while picture.left:
+        start = time.perf_counter()
+        to_complete = max(completing[-8:])
+        deadline = start + max(budget - to_complete, MIN_TRACING * to_complete)
+        traced_before = picture.traced
+        while picture.left:
+            called = time.perf_counter()
+            remaining = deadline - called
+            last_call = remaining < 0.15 * budget
+            count = min(picture.left, pace.pixels_in(remaining if last_call else remaining / 2))
+            if count == 0 and picture.traced > traced_before:
+                break
+            count = max(count, 1)
+            picture.trace(count)
+            pace.measured(count, time.perf_counter() - called)
+            if last_call:
+                break
+        traced = time.perf_counter()
+        frame = picture.frame(start)
+        completing.append(time.perf_counter() - traced)
+        yield frame
+
+
+def _seconds_to_complete(picture: _Picture) -> float:
+    start = time.perf_counter()
+    picture.frame(start)
+    return time.perf_counter() - start

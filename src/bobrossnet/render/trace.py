@@ -1,0 +1,140 @@
+"""Tracing: from pixels to a G-buffer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.errors import InputError, InputTypeError
+from bobrossnet.render.camera import Camera
+from bobrossnet.render.gbuffer import GBuffer, Samples, scatter
+from bobrossnet.render.order import Size, check_order, check_size, pixel_count, pixel_order
+from bobrossnet.shapes.scene import SceneLike, as_scene
+
+Tracer: TypeAlias = Callable[[NDArray[np.int32]], Samples]
+"""From pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds."""
+
+PIXELS_PER_PROGRESS = 2**18
+"""Between two reports of progress: a few hundredths of a second."""
+
+
+class SceneTracer:
+    """The core's ray tracer as a `Tracer`: a scene, seen by a camera, at an image size.
+
+    Parameters
+    ----------
+    scene : Scene, Mesh or iterable of Mesh
+    camera : Camera
+    size : (height, width)
+    """
+
+    def __init__(self, scene: SceneLike, camera: Camera, size: Size) -> None:
+        if not isinstance(camera, Camera):
+            raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
+        self.size = check_size(size)
+        self.camera = camera
+        self._core = as_scene(scene).core
+
+    def __call__(self, pixels: NDArray[np.int32]) -> Samples:
+        n = len(pixels)
+        samples = object.__new__(Samples)  # the core's values need no check
+        samples.gray, samples.depth = np.empty(n, np.float32), np.empty(n, np.float32)
+        samples.normal, samples.hit = np.empty((n, 2), np.float32), np.empty(n, np.bool_)
+        camera = self.camera
+        self._core.trace(
+            camera.azimuth,
+            camera.elevation,
+            camera.roll,
+            camera.zoom,
+            *self.size,
+            pixels,
+            samples.gray,
+            samples.depth,
+            samples.normal,
+            samples.hit,
+        )
+        return samples
+
+
+def trace(
+    scene: SceneLike,
+    camera: Camera | None = None,
+    *,
+    size: Size = (480, 640),
+    fraction: float = 1.0,
+    order: str = "uniform",
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> GBuffer:
+    """Trace a share of an image's pixels, one ray through the centre of each.
+
+    Parameters
+    ----------
+    scene : Scene, Mesh or iterable of Mesh
+    camera : Camera, optional
+    size : (height, width)
+    fraction : float in (0, 1]
+        Share of the pixels; 1 traces them all.
+    order, seed
+        Which pixels: the first ones of `pixel_order(size, order=order, seed=seed)`.
+    progress : callable, optional
+        Called now and then with the share of the work done, 0..1.
+
+    Returns
+    -------
+    GBuffer
+        A function of the arguments alone, whatever the number of threads.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import bobrossnet as bob
+    >>> part = bob.trace(bob.happy_tree(), bob.Camera(azimuth=30), size=(120, 160), fraction=0.05)
+    >>> int(part.mask.sum())
+    960
+    """
+    tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
+    check_order(order, seed)
+    count = pixel_count(fraction, tracer.size)
+    pixels = (
+        every_pixel(tracer.size)
+        if count == tracer.size[0] * tracer.size[1]
+        else pixel_order(tracer.size, order=order, seed=seed, count=count)
+    )
+    planes = np.zeros((5, *tracer.size), np.float32)
+    step = count if progress is None else PIXELS_PER_PROGRESS
+    for start in range(0, count, step):
+        part = pixels[start : start + step]
+        scatter(tracer(part), part, planes)
+        if progress is not None:
+            progress(min(1.0, (start + step) / count))
+    return GBuffer.from_stack(planes)
+
+
+def every_pixel(size: Size) -> NDArray[np.int32]:
+    """All pixels, (H * W, 2) int32, in 8x8 tiles: neighbours one after the other visit the same parts of a BVH."""
+    height, width = size
+    rows, columns = np.arange(0, height, 8, dtype=np.int32), np.arange(0, width, 8, dtype=np.int32)
+    inside = np.arange(8, dtype=np.int32)
+    row = rows[:, None, None, None] + inside[:, None]  # (tile row, tile column, row, column)
+    column = columns[None, :, None, None] + inside
+    pixels = np.stack(np.broadcast_arrays(row, column), axis=-1).reshape(-1, 2)
+    if height % 8 or width % 8:
+        pixels = pixels[(pixels[:, 0] < height) & (pixels[:, 1] < width)]
+    return np.ascontiguousarray(pixels)
+
+
+def check_samples(samples: Any, count: int) -> Samples:
+    """Return what a user's tracer returned, if it is `count` samples."""
+    if not isinstance(samples, Samples):
+        raise InputTypeError(f"tracer: expected it to return bobrossnet.Samples, got {type(samples).__name__}")
+    if len(samples) != count:
+        raise InputError(f"tracer: expected it to return {count} samples, one per pixel, got {len(samples)}")
+    return samples

@@ -1,0 +1,1 @@
+"""Shapes: what can be traced."""
