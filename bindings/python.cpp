@@ -5,6 +5,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string_view.h>
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <stdexcept>
@@ -128,22 +129,36 @@ void scatter(const Pixels& pixels, const Array<float, -1>& gray, const Array<flo
              const Array<float, -1, 2>& normal, const Array<bool, -1>& hit, const Array<float, 5, -1, -1>& planes) {
     check_pixels(pixels, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)));
     const bob::Samples from = samples(pixels, gray, depth, normal, hit);
-    const nb::gil_scoped_release release;
-    bob::scatter(items<bob::Pixel>(pixels), from, planes.data(), planes.shape(1), planes.shape(2));
+    // Fresh memory is slow when it is touched first, in pictures of gigabytes for seconds: piece by piece, for Ctrl-C.
+    const auto all = items<bob::Pixel>(pixels);
+    Interrupt interrupt;
+    {
+        const nb::gil_scoped_release release;
+        constexpr std::size_t piece = 4096;
+        for (std::size_t i = 0; i < all.size() && interrupt.keep_going(); i += piece) {
+            bob::scatter(all.subspan(i, std::min(piece, all.size() - i)), from.from(i), planes.data(), planes.shape(1),
+                         planes.shape(2));
+        }
+    }
+    interrupt.rethrow();
 }
 
 void uniform_order(std::uint64_t seed, std::uint32_t height, std::uint32_t width, std::uint32_t start,
                    const Array<std::int32_t, -1, 2>& pixels) {
     expect(std::uint64_t{start} + pixels.shape(0) <= std::uint64_t{height} * width, "start: beyond the last pixel");
-    const nb::gil_scoped_release release;
     const bob::UniformOrder order(seed, height * width);
-    bob::parallel_for(pixels.shape(0), 8192, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const std::uint32_t pixel = order(start + static_cast<std::uint32_t>(i));
-            pixels.data()[2 * i] = static_cast<std::int32_t>(pixel / width);
-            pixels.data()[2 * i + 1] = static_cast<std::int32_t>(pixel % width);
-        }
-    });
+    Interrupt interrupt;
+    {
+        const nb::gil_scoped_release release;
+        bob::parallel_for(pixels.shape(0), 8192, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const std::uint32_t pixel = order(start + static_cast<std::uint32_t>(i));
+                pixels.data()[2 * i] = static_cast<std::int32_t>(pixel / width);
+                pixels.data()[2 * i + 1] = static_cast<std::int32_t>(pixel % width);
+            }
+        }, [&] { return interrupt.keep_going(); });
+    }
+    interrupt.rethrow();
 }
 
 void init_paper(bob::Paper* self, const nb::dict& tensors) {

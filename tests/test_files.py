@@ -485,9 +485,7 @@ def test_gltf_without_a_scene_shows_all_its_nodes(tmp_path: Path) -> None:
     ids=["itself", "circle", "doubling"],
 )
 def test_gltf_nodes_form_trees(nodes: list[dict[str, Any]], tmp_path: Path) -> None:
-    assert "expected nodes that form a tree" in error_of(
-        written(tmp_path / "a.gltf", json.dumps(gltf(nodes)))
-    )
+    assert "expected nodes that form a tree" in error_of(written(tmp_path / "a.gltf", json.dumps(gltf(nodes))))
 
 
 def test_gltf_deep_trees_load(tmp_path: Path) -> None:
@@ -559,9 +557,7 @@ def test_3mf_places_components(tmp_path: Path) -> None:
     # 3MF multiplies from the right: a quarter turn about z takes x to y; then the item moves it.
     turn = "0 1 0 -1 0 0 0 0 1 0 0 0"
     resources = f"<object id='1'>{TRIANGLE}</object><object id='2'><components>"
-    resources += (
-        f"<component objectid='1' transform='{turn}'/><component objectid='1'/></components></object>"
-    )
+    resources += f"<component objectid='1' transform='{turn}'/><component objectid='1'/></components></object>"
     build = "<item objectid='2' transform='1 0 0 0 1 0 0 0 1 5 6 7'/>"
     mesh = load_mesh(threemf(tmp_path / "a.3mf", resources, build))
     corners = sorted(mesh.vertices[mesh.triangles].tolist())

@@ -53,7 +53,7 @@ def test_the_outside_of_every_part_is_outside() -> None:
     a, b, c = (tree.vertices[tree.triangles] - tree.vertices[owner, None]).transpose(1, 0, 2)
     six_volumes = np.bincount(owner, np.einsum("ij,ij->i", a, np.cross(b, c)))
     volumes = six_volumes[np.unique(part)] / 6
-    assert len(volumes) > 10_000
+    assert 400 < len(volumes) < 1000  # most are leaves, each large enough to be seen when completed
     assert volumes.min() > 0
 
 

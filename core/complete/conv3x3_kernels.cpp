@@ -31,6 +31,8 @@ inline Sums<Block, Rows> convolve(const ConvRow& row, int first_row, int x) {
     for (int input = 0; input < row.inputs; ++input) {
 #pragma GCC unroll 4
         for (int y = 0; y < Rows + 2; ++y) {
+            // A weight serves one row of output now and the other at the next y: GCC would spill 90 registers between.
+            reload(weight);
 #pragma GCC unroll 3
             for (int kx = 0; kx < 3; ++kx) {
                 const float* p = corner + row.row_stride * static_cast<std::size_t>(y) + kx;

@@ -20,14 +20,16 @@ INTERRUPTED = 130
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status: 0, 2 after an error of one line on stderr, 130 after Ctrl-C."""
-    from bobrossnet.errors import InputError
+    from bobrossnet.errors import InputError, InputWarning
 
-    warnings.showwarning = _print_warning
     signal.signal(signal.SIGTERM, _terminate)  # so that files in the making are cleaned up
     try:
         options = _parser().parse_args(arguments)
-        status: int = options.run(options) or 0
-        return status
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", InputWarning)
+            warnings.showwarning = _print_warning
+            options.run(options)
+        return 0
     except (InputError, _UsageError) as error:
         return _fail(str(error))
     except MemoryError:
@@ -35,7 +37,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ModuleNotFoundError as error:
         return _fail(f"this command needs {error.name}: pip install 'bobrossnet[train]'")
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader left; Python flushes at exit
+        os.dup2(
+            os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
+        )  # the reader left; Python flushes at exit
         return 0
     except KeyboardInterrupt:
         print("bobrossnet: interrupted", file=sys.stderr)
@@ -52,14 +56,22 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(prog="bobrossnet", description="Trace a few percent of the pixels, see the whole picture.")
+    parser = _Parser(
+        prog="bobrossnet", description="Trace a few percent of the pixels, see the whole picture."
+    )
     parser.add_argument("--version", action="version", version=_version())
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
 
-    render = commands.add_parser("render", help="make a picture of shapes", description="Make a picture of shapes.")
+    render = commands.add_parser(
+        "render", help="make a picture of shapes", description="Make a picture of shapes."
+    )
     render.set_defaults(run=_render)
-    render.add_argument("files", nargs="*", metavar="FILE", help="mesh files; without any, the built-in scene")
-    render.add_argument("--size", type=_size, default=(480, 640), metavar="WIDTHxHEIGHT", help="default: 640x480")
+    render.add_argument(
+        "files", nargs="*", metavar="FILE", help="mesh files; without any, the built-in scene"
+    )
+    render.add_argument(
+        "--size", type=_size, default=(480, 640), metavar="WIDTHxHEIGHT", help="default: 640x480"
+    )
     render.add_argument("--fraction", type=_fraction, default=0.1, metavar="PERCENT",
                         help="share of the pixels to trace, 5%% or 0.05; 100%% is the exact picture (default: 10%%)")  # fmt: skip
     render.add_argument("--order", default="uniform", help="sequence of the pixels (default: uniform)")
@@ -72,12 +84,16 @@ def _parser() -> argparse.ArgumentParser:
                         help="the models' axis that points up; y turns them upright (default: z)")  # fmt: skip
     render.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
     render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
-    render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
+    render.add_argument(
+        "--panels", action="store_true", help="traced pixels on green | completed | reference"
+    )
 
     info = commands.add_parser("info", help="tell what is in a model or a weight file",
                                description="Tell what is in a model or a weight file.")  # fmt: skip
     info.set_defaults(run=_info)
-    info.add_argument("file", metavar="FILE", help="a mesh file, a .safetensors file, or the name of shipped weights")
+    info.add_argument(
+        "file", metavar="FILE", help="a mesh file, a .safetensors file, or the name of shipped weights"
+    )
     return parser
 
 
@@ -85,7 +101,13 @@ def _render(options: argparse.Namespace) -> None:
     import bobrossnet as bob
     from bobrossnet.complete.model import load_model
     from bobrossnet.progress import progress
-    from bobrossnet.render.picture import check_picture_path, side_by_side, to_8_bit, traced_on_green, write_picture
+    from bobrossnet.render.picture import (
+        check_picture_path,
+        side_by_side,
+        to_8_bit,
+        traced_on_green,
+        write_picture,
+    )
 
     _limit_memory()
     out = check_picture_path(options.out)
@@ -118,7 +140,9 @@ def _render(options: argparse.Namespace) -> None:
     print(f"completed  in {complete_ms:.1f} ms")
     if options.panels:
         full, full_ms = timed_trace("tracing the reference", 1.0)
-        quality = f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
+        quality = (
+            f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
+        )
         print(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
         picture = side_by_side([
             (traced_on_green(part), f"traced: {100 * part.fraction:.4g} %, {rays:,} rays, {trace_ms:.1f} ms"),
@@ -140,7 +164,9 @@ def _info(options: argparse.Namespace) -> None:
     weights = find_weights(options.file)
     if weights is not None:
         metadata, tensors = read_weights(weights)
-        _print_table({"file": weights, **metadata, "parameters": f"{sum(t.size for t in tensors.values()):,}"})
+        _print_table(
+            {"file": weights, **metadata, "parameters": f"{sum(t.size for t in tensors.values()):,}"}
+        )
         _print_table({name: f"{tensor.shape}" for name, tensor in sorted(tensors.items())}, indent="  ")
         return
     mesh = bob.load_mesh(options.file)
@@ -151,8 +177,12 @@ def _info(options: argparse.Namespace) -> None:
             "file": options.file,
             "vertices": f"{len(mesh.vertices):,}",
             "triangles": f"{len(mesh.triangles):,}",
-            "normals": "stored in the file" if mesh.normals is not None else "computed: smooth up to the crease angle",
-            "bounds": " .. ".join("(" + ", ".join(f"{x:.6g}" for x in corner) + ")" for corner in (low, high)),
+            "normals": "stored in the file"
+            if mesh.normals is not None
+            else "computed: smooth up to the crease angle",
+            "bounds": " .. ".join(
+                "(" + ", ".join(f"{x:.6g}" for x in corner) + ")" for corner in (low, high)
+            ),
             "sphere": "(" + ", ".join(f"{x:.6g}" for x in scene.center) + f"), radius {scene.radius:.6g}",
         }
     )
@@ -185,7 +215,9 @@ def _fraction(text: str) -> float:
     except ValueError:
         value = -1
     if rest or not 0 < value <= 1:
-        raise argparse.ArgumentTypeError(f"expected a share of the pixels, above 0% to 100% or 0 to 1, got {text!r}")
+        raise argparse.ArgumentTypeError(
+            f"expected a share of the pixels, above 0% to 100% or 0 to 1, got {text!r}"
+        )
     return value
 
 

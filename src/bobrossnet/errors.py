@@ -60,7 +60,12 @@ def check_array(name: str, value: Any, shape: tuple[int | None, ...], *, hint: s
         want in (None, got) for want, got in zip(shape, array.shape, strict=True)
     )
     if not fits:
-        wanted = "(" + ", ".join("n" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
+        wanted = (
+            "("
+            + ", ".join("n" if n is None else str(n) for n in shape)
+            + ("," if len(shape) == 1 else "")
+            + ")"
+        )
         raise InputError(f"{name}: expected shape {wanted}, got {array.shape}{'; ' + hint if hint else ''}")
     return array
 

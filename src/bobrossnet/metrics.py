@@ -36,7 +36,7 @@ def ssim(image: Any, reference: Any) -> float:
 
     References
     ----------
-    Wang, Bovik, Sheikh, Simoncelli, *Image quality assessment: from error visibility to structural similarity*, 2004.
+    Wang, Bovik, Sheikh, Simoncelli, *Image quality assessment*, 2004.
 
     Examples
     --------
@@ -79,33 +79,22 @@ def gaussian_window() -> NDArray[np.float64]:
     return np.asarray(weights / weights.sum())
 
 
-def gaussian_band(size: int) -> NDArray[np.float64]:
-    """Return the (size - 10, size) matrix which smooths a column of `size` pixels, valid positions only."""
-    band = np.zeros((size - WINDOW + 1, size))
-    for offset, weight in enumerate(gaussian_window()):
-        np.fill_diagonal(band[:, offset:], weight)
-    return band
-
-
 def _smooth(pictures: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Smooth (n, H, W) with the window: (n, H - 10, W - 10).
+    """Smooth (n, H, W) with the window, valid positions only: (n, H - 10, W - 10).
 
-    As products with narrow band matrices, block by block, which BLAS does at its own speed (640x480, two
-    cores): TODO ms. Eleven shifted sums took TODO ms, one band matrix as large as the picture TODO ms.
+    Shifted sums, 23 of the 34 ms that `ssim` takes at 640x480. Products with band matrices, block by block,
+    took 8 ms on an idle machine, but 1,600 ms on a busy one, where BLAS's threads wait for each other.
     """
-    block = 64  # output pixels: at 32 the overlap costs, at 128 the zeros outside the band
-
-    def along_rows(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        size = x.shape[-1] - WINDOW + 1
-        result = np.empty((*x.shape[:-1], size))
-        for start in range(0, size, block):
-            stop = min(start + block, size)
-            part = x[..., start : stop + WINDOW - 1]
-            result[..., start:stop] = part @ gaussian_band(part.shape[-1]).T
-        return result
-
-    smoothed = along_rows(pictures)  # (n, H, W - 10)
-    return along_rows(smoothed.swapaxes(1, 2)).swapaxes(1, 2)
+    half = gaussian_window()[: WINDOW // 2 + 1]  # symmetric
+    for axis in (1, 2):
+        shifted = np.lib.stride_tricks.sliding_window_view(pictures, WINDOW, axis)  # a view, (n, ., ., 11)
+        smoothed = half[-1] * shifted[..., WINDOW // 2]
+        for offset, weight in enumerate(half[:-1]):
+            pair = shifted[..., offset] + shifted[..., WINDOW - 1 - offset]
+            pair *= weight
+            smoothed += pair
+        pictures = smoothed
+    return pictures
 
 
 def _pictures(image: Any, reference: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -113,10 +102,14 @@ def _pictures(image: Any, reference: Any) -> tuple[NDArray[np.float64], NDArray[
     for name, value in (("image", image), ("reference", reference)):
         array = check_finite(name, check_array(name, value, (None, None)))
         if array.dtype.kind != "f":
-            raise InputTypeError(f"{name}: expected floats in 0..1, got dtype {array.dtype}; divide bytes by 255")
+            raise InputTypeError(
+                f"{name}: expected floats in 0..1, got dtype {array.dtype}; divide bytes by 255"
+            )
         if array.size == 0:
             raise InputError(f"{name}: expected at least one pixel, got shape {array.shape}")
         pictures.append(array.astype(np.float64))
     if pictures[0].shape != pictures[1].shape:
-        raise InputError(f"image: expected shape {pictures[1].shape} to match reference, got {pictures[0].shape}")
+        raise InputError(
+            f"image: expected shape {pictures[1].shape} to match reference, got {pictures[0].shape}"
+        )
     return pictures[0], pictures[1]

@@ -47,7 +47,9 @@ class _Bar:
             from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
             columns = ("{task.description}", BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-            self.bar = Progress(*columns, TextColumn("{task.fields[note]}"), console=Console(stderr=True), transient=True)
+            self.bar = Progress(
+                *columns, TextColumn("{task.fields[note]}"), console=Console(stderr=True), transient=True
+            )
             self.task = self.bar.add_task(self.what, total=1.0, note="")
             self.bar.start()
         self.bar.update(self.task, completed=share, note=note)
@@ -69,7 +71,11 @@ class _Lines:
             return
         self.next = now + LINE_EVERY
         left = (now - self.start) * (1 - share) / share
-        print(f"{self.what}: {100 * share:.0f} %, {_duration(left)} left {note}".rstrip(), file=sys.stderr, flush=True)
+        print(
+            f"{self.what}: {100 * share:.0f} %, {_duration(left)} left {note}".rstrip(),
+            file=sys.stderr,
+            flush=True,
+        )
 
     def close(self) -> None:
         pass

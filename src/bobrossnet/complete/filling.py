@@ -1,7 +1,7 @@
 """Fillings without a network, which every network is measured against: nearest, pull-push, Delaunay-linear.
 
-Each takes the gray picture and its mask, (H, W), and returns (H, W) float32 where the known pixels are as they
-came in. `nearest` and `delaunay_linear` need scipy, which only the tests and benchmarks install.
+Each takes the gray picture and its mask, (H, W), and returns (H, W) float32 where the known pixels are as
+they came in. `nearest` and `delaunay_linear` need scipy, which only the tests and benchmarks install.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def pull_push(gray: Any, mask: Any) -> NDArray[np.float32]:
     for value, weight in reversed(levels[:-1]):
         height, width = value.shape
         filled = weight * value + (1 - weight) * _upsample(filled)[:height, :width]
-    return np.where(known, gray, filled)
+    return np.asarray(np.where(known, gray, filled), dtype=np.float32)
 
 
 def delaunay_linear(gray: Any, mask: Any) -> NDArray[np.float32]:
@@ -118,7 +118,7 @@ def _upsample(value: NDArray[np.float32]) -> NDArray[np.float32]:
         value = np.moveaxis(value, axis, 0)
         before, after = np.concatenate([value[:1], value[:-1]]), np.concatenate([value[1:], value[-1:]])
         doubled = np.stack([0.75 * value + 0.25 * before, 0.75 * value + 0.25 * after], 1)
-        value = np.moveaxis(doubled.reshape(-1, *value.shape[1:]), 0, axis)
+        value = np.moveaxis(doubled.reshape(-1, *value.shape[1:]).astype(np.float32, copy=False), 0, axis)
     return value
 
 

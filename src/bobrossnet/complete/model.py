@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -16,8 +17,23 @@ from bobrossnet.complete.weights import WEIGHTS, read_weights
 from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.render.gbuffer import GBuffer
 
-NETWORKS = {"paper": _core.Paper}
-"""The networks of the core, by the name that a weight file gives."""
+
+
+@dataclass(frozen=True)
+class Network:
+    """A network of the core."""
+
+    make: Callable[[Mapping[str, NDArray[np.float32]]], Any]
+    reach: int
+    """How many pixels away, up or down, an input can change the output; a multiple of the network's coarsest pixel."""
+
+
+NETWORKS = {"paper": Network(_core.Paper, reach=20)}
+"""By the name that a weight file gives. Paper: 3x3 kernels at 1, 1/2, 1/4, 1/4, 1/2 and 1 of the resolution reach
+1 + 2 + 4 + 4 + 2 + 1 = 14, and blocks of 4 pixels share what they see."""
+
+BAND = 2**22
+"""Pixels completed at once: larger pictures are cut, so that memory stays below half a GB and Ctrl-C is heard."""
 
 DEFAULT = "paper"
 """The shipped weights that `model="default"` stands for."""
@@ -27,12 +43,20 @@ DEFAULT = "paper"
 class Model:
     """A network with its weights, ready to run."""
 
-    network: Any
+    run: Any
+    reach: int
 
     def predict(self, gbuffer: GBuffer) -> NDArray[np.float32]:
         """The network's own output at every pixel, known ones too: (H, W) float32, of any value."""
-        gray = np.empty(gbuffer.size, np.float32)
-        self.network(gbuffer.stack(), gray)
+        height, width = gbuffer.size
+        gray = np.empty((height, width), np.float32)
+        rows = height if height * width <= BAND else max(4, BAND // width // 4 * 4)
+        for top in range(0, height, rows):
+            # Rows within reach belong to the band as well: the result is the same to the bit as in one piece.
+            first, last = max(0, top - self.reach), min(height, top + rows + self.reach)
+            band = np.empty((last - first, width), np.float32)
+            self.run(np.ascontiguousarray(gbuffer.stack()[:, first:last]), band)
+            gray[top : top + rows] = band[top - first :][: min(rows, height - top)]
         return gray
 
 
@@ -107,9 +131,11 @@ def _load(path: Path, modified: int) -> Model:
     network = NETWORKS.get(metadata["network"])
     if network is None:
         known = ", ".join(NETWORKS)
-        raise InputError(f"{path.name}: expected weights of one of the networks {known}, got {metadata['network']!r}")
+        raise InputError(
+            f"{path.name}: expected weights of one of the networks {known}, got {metadata['network']!r}"
+        )
     try:
-        return Model(network(tensors))
+        return Model(network.make(tensors), network.reach)
     except ValueError as error:
         raise InputError(f"{path.name}: {error}") from error
 

@@ -1,13 +1,12 @@
 """Weight files: a network's tensors as safetensors, and in the header what they are and how they were made.
 
-The header's strings: `format` (this file's version), `network` (a name in `NETWORKS`), the network's own settings
-(`groups`), and whatever the training adds. The core's reader mirrors this one; it needs no torch.
+The header's strings: `format` (this file's version), `network` (a name in `NETWORKS`), the network's own
+settings (`groups`), and whatever the training adds. The core's reader mirrors this one; it needs no torch.
 """
 
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -15,10 +14,10 @@ import safetensors
 import safetensors.torch
 from torch import Tensor, nn
 
+from bobrossnet.atomic import write_whole
+from bobrossnet.complete.weights import FORMAT
 from bobrossnet.errors import InputError
 from bobrossnet.learn.networks import NETWORKS
-
-FORMAT = "bobrossnet-1"
 
 
 def save(path: str | os.PathLike[str], network: nn.Module, metadata: Mapping[str, str] | None = None) -> None:
@@ -56,7 +55,8 @@ def load(path: str | os.PathLike[str]) -> tuple[nn.Module, dict[str, str]]:
     if header.get("format") != FORMAT:
         raise InputError(f"{path}: expected weights of format {FORMAT!r}, got {header.get('format')!r}")
     if header.get("network") not in NETWORKS:
-        raise InputError(f"{path}: expected a network of {', '.join(NETWORKS)}, got {header.get('network')!r}")
+        known = ", ".join(NETWORKS)
+        raise InputError(f"{path}: expected a network of {known}, got {header.get('network')!r}")
     try:
         network = NETWORKS[header["network"]](groups=int(header["groups"]))
         network.load_state_dict(tensors)
@@ -67,20 +67,11 @@ def load(path: str | os.PathLike[str]) -> tuple[nn.Module, dict[str, str]]:
 
 def write_tensors(path: str | os.PathLike[str], tensors: Mapping[str, Tensor], header: Mapping[str, str]) -> None:
     """Write tensors and strings to a safetensors file, whole or not at all."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     content = safetensors.torch.save(
         {name: tensor.detach().cpu().contiguous() for name, tensor in tensors.items()}, dict(header)
     )
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(temporary, 0o644)  # mkstemp makes it private
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, content)
 
 
 def read_tensors(path: str | os.PathLike[str]) -> tuple[dict[str, Tensor], dict[str, str]]:

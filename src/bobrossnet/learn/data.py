@@ -1,8 +1,8 @@
 """What to learn from: views of procedural meshes cut into patches, and mini-batches of them, partly traced.
 
 Everything is a function of seeds and counters: which view a shape gets, which patches stay, which pixels of a
-sample are traced. So samples can be made in any order, on any machine, and again. A patch is stored once, fully
-traced, without its mask; `batch` draws masks as it reads. Letters: N patches, S = 128 their size.
+sample are traced. So samples can be made in any order, on any machine, and again. A patch is stored once,
+fully traced, without its mask; `batch` draws masks as it reads. Letters: N patches, S = 128 their size.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ EMPTY_KEPT = 0.1  # share of those that stay, so that black stays black
 
 
 def random_generator(*counters: int) -> np.random.Generator:
-    """Return the generator of some counters, e.g. (seed, purpose, index): the same for the same, else unrelated."""
+    """Return the generator of some counters, e.g. (seed, purpose, index)."""
     return np.random.Generator(np.random.Philox(np.random.SeedSequence(counters)))
 
 
@@ -39,12 +39,13 @@ def camera(seed: int, shape: int, view: int) -> Camera:
 
 
 def patches_of_shape(seed: int, shape: int, views: int) -> Iterator[NDArray[np.float16]]:
-    """Yield a shape's patches, each (4, S, S) float16: gray, depth, normal x, normal y, zeros where no surface is."""
+    """Yield a shape's patches, each (4, S, S) float16: gray, depth, normal x, normal y; 0 off the surface."""
     # A shape's own seed is a function of both, so that two data sets share no shape.
     scene = Scene([procedural_mesh(seed * 1_000_000 + shape)])
     for view in range(views):
         for size in SIZES:
-            picture = trace(scene, camera(seed, shape, view), size=(size, size)).stack()[1:]  # (4, size, size)
+            full = trace(scene, camera(seed, shape, view), size=(size, size))
+            picture = full.stack()[1:]  # (4, size, size)
             keep = random_generator(seed, 2, shape, view, size).random((size // PATCH, size // PATCH))
             for (i, j), chance in np.ndenumerate(keep):
                 patch = picture[:, i * PATCH : (i + 1) * PATCH, j * PATCH : (j + 1) * PATCH]
@@ -69,11 +70,17 @@ def render_patches(
     (N, 4, S, S) float16
         Gray, depth, normal x, normal y. float16 keeps gray to 0.0005, an eighth of a step of 8 bits.
     """
-    patches: list[NDArray[np.float16]] = []
+    shapes = list(shapes)
+    most = len(shapes) * views * sum((size // PATCH) ** 2 for size in SIZES)
+    # As many as there may be: the system gives no memory for what isn't written.
+    patches = np.empty((most, 4, PATCH, PATCH), np.float16)
+    count = 0
     for shape in shapes:
-        patches.extend(patches_of_shape(seed, shape, views))
+        for patch in patches_of_shape(seed, shape, views):
+            patches[count] = patch
+            count += 1
         report(shape)
-    return np.stack(patches) if patches else np.zeros((0, 4, PATCH, PATCH), np.float16)
+    return patches[:count]
 
 
 def fraction(seed: int, sample: int) -> float:

@@ -11,9 +11,16 @@ from functools import lru_cache
 import torch
 from torch import Tensor
 
-from bobrossnet.metrics import C1, C2, gaussian_band
+from bobrossnet.metrics import C1, C2, gaussian_window
 
 LEAK = 0.01
+"""How much of what lies outside of 0..1 the SSIM losses see.
+
+Most of a patch may be exactly black, and there SSIM punishes an offset of 0.01 as much as a wrong picture. A
+picture is shown clamped, so the losses clamp it too, and the network may answer "at most 0" for black: after
+250 steps the SSIM at 5 % was .71 instead of .44 (AdamW, ssim+l2, raw output, same start and batches). Without
+any leak a network whose answers are all below 0 has no gradient; with 0.1 the offset would hurt again.
+"""
 
 
 def l1(image: Tensor, reference: Tensor) -> Tensor:
@@ -39,11 +46,12 @@ def ssim(image: Tensor, reference: Tensor) -> Tensor:
     (N,) float32 of at most 1
     """
     x, y = image.float(), reference.float()
-    mean_x, mean_y, square, product = _smooth(torch.stack([x, y, x * x + y * y, x * y]))  # (N, 1, H-10, W-10) each
+    smooth = _smooth(torch.stack([x, y, x * x + y * y, x * y]))  # (4, N, 1, H-10, W-10)
+    mean_x, mean_y, square, product = smooth.unbind()
     mean_square, mean_product = mean_x * mean_x + mean_y * mean_y, mean_x * mean_y
     variance, covariance = square - mean_square, product - mean_product
     numerator = (2 * mean_product + C1) * (2 * covariance + C2)
-    return (numerator / ((mean_square + C1) * (variance + C2))).mean((1, 2, 3))
+    return torch.mean(numerator / ((mean_square + C1) * (variance + C2)), (1, 2, 3))
 
 
 def dissimilarity(image: Tensor, reference: Tensor) -> Tensor:
@@ -71,4 +79,9 @@ def _smooth(pictures: Tensor) -> Tensor:
 
 @lru_cache(maxsize=8)
 def _band(size: int, device: torch.device) -> Tensor:
-    return torch.tensor(gaussian_band(size), dtype=torch.float32, device=device)
+    """Return the (size - 10, size) matrix which smooths a column (faster than a convolution here)."""
+    window = torch.tensor(gaussian_window(), dtype=torch.float32)
+    band = torch.zeros(size - len(window) + 1, size)
+    for offset, weight in enumerate(window):
+        band[:, offset:].fill_diagonal_(weight.item())
+    return band.to(device)

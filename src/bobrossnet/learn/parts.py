@@ -1,7 +1,7 @@
 """Building blocks of procedural meshes: sweeps, lathes, extrusions, bitmaps, isosurfaces, transforms, noise.
 
-A part is (vertices, triangles): (V, 3) float64 and (T, 3) integers, anticlockwise seen from outside where it has
-an outside. `rng` is a seeded generator; nothing else is random.
+A part is (vertices, triangles): (V, 3) float64 and (T, 3) integers, anticlockwise seen from outside where it
+has an outside. `rng` is a seeded generator; nothing else is random.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 Part = tuple[Array, NDArray[np.int64]]
 
 
-# ---- surfaces over a grid ------------------------------------------------------------------------------------
+# ---- surfaces over a grid ---------------------------------------------------------------------------------
 
 
 def grid(points: Array, wrap_u: bool = False, wrap_v: bool = False) -> Part:
@@ -32,10 +32,11 @@ def grid(points: Array, wrap_u: bool = False, wrap_v: bool = False) -> Part:
 
 
 def lathe(profile: Array, sides: int = 32) -> Part:
-    """Return the surface of revolution about z of (n, 2) radii and heights; starts and ends at radius 0 if closed."""
+    """Return the surface of revolution about z of (n, 2) radii and heights."""
     angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     radius, height = profile[:, 0, None], profile[:, 1, None]
-    points = np.stack([radius * np.cos(angle), radius * np.sin(angle), height + 0 * angle], -1)  # (n, sides, 3)
+    x, y, z = np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle), height)
+    points = np.stack([x, y, z], -1)  # (n, sides, 3)
     vertices, triangles = grid(points, wrap_v=True)
     return vertices, triangles[:, ::-1]
 
@@ -60,7 +61,7 @@ def torus(radius: float, tube: float, sides: int = 48, around: int = 20) -> Part
 
 
 def sweep(path: Array, outline: Array, scale: Array | float = 1.0, closed: bool = False) -> Part:
-    """Return a tube: the (m, 2) outline carried along the (n, 3) path, `scale` times as large at each point."""
+    """Return a tube: the (m, 2) outline carried along the (n, 3) path, `scale` times as large."""
     n = len(path)
     tangent = np.roll(path, -1, 0) - np.roll(path, 1, 0) if closed else np.gradient(path, axis=0)
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
@@ -76,11 +77,13 @@ def sweep(path: Array, outline: Array, scale: Array | float = 1.0, closed: bool 
         side = side * np.cos(twist) - np.cross(tangent, side) * np.sin(twist)
     up = np.cross(tangent, side)
     size = np.broadcast_to(np.asarray(scale, dtype=float), (n,))[:, None, None]
-    points = path[:, None] + size * (outline[:, :1] * side[:, None] + outline[:, 1:] * up[:, None])  # (n, m, 3)
-    if closed:
-        return grid(points, True, True)
-    ends = [np.broadcast_to(path[i], points[0].shape)[None] for i in (0, -1)]
-    return grid(np.concatenate([ends[0], points, ends[1]]), wrap_v=True)
+    section = outline[:, :1] * side[:, None] + outline[:, 1:] * up[:, None]  # (n, m, 3)
+    points = path[:, None] + size * section
+    if not closed:
+        first, last = (np.broadcast_to(path[i], points[0].shape)[None] for i in (0, -1))
+        points = np.concatenate([first, points, last])
+    vertices, triangles = grid(points, closed, True)
+    return vertices, triangles[:, ::-1]
 
 
 def rod(start: Array, end: Array, radius: float, sides: int = 8) -> Part:
@@ -95,12 +98,10 @@ def smooth_path(rng: np.random.Generator, knots: int, count: int, size: float = 
     i = t.astype(int)
     t = (t - i)[:, None]
     a, b, c, d = p[i], p[i + 1], p[i + 2], p[np.minimum(i + 3, knots + 1)]
-    return np.asarray(
-        0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3)
-    )
+    return np.asarray(0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3))
 
 
-# ---- flat outlines and their extrusions ------------------------------------------------------------------------
+# ---- flat outlines and their extrusions -------------------------------------------------------------------
 
 
 def round_outline(sides: int) -> Array:
@@ -110,7 +111,7 @@ def round_outline(sides: int) -> Array:
 
 
 def extrude(outer: Array, inner: Array, height: float) -> Part:
-    """Return the prism between two outlines of as many corners, from z 0 to `height`; `inner` may shrink to a point."""
+    """Return the prism between two outlines of as many corners, from z 0 to `height`."""
     ring = np.stack([inner, outer, outer, inner])  # (4, n, 2), once around the section
     z = np.array([0, 0, height, height])[:, None, None]
     points = np.concatenate([ring, np.broadcast_to(z, (*ring.shape[:2], 1))], -1)
@@ -129,15 +130,19 @@ def plate(holes: tuple[int, int], radius: float, height: float, sides: int = 24)
 def box(x: float, y: float, z: float, bevel: float = 0.0) -> Part:
     """Return a box centred on the origin, its upright edges and the others rounded off flat by `bevel`."""
     if bevel <= 0:
-        corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * (x / 2, y / 2, z / 2)
+        signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
+        corners = signs * (x / 2, y / 2, z / 2)
         quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
         return corners, np.array([[q[i] for i in tri] for q in quads for tri in ((0, 1, 2), (0, 2, 3))])
     bevel = min(bevel, 0.45 * min(x, y, z))
     sx, sy, b = x / 2, y / 2, bevel
-    outline = np.array([[sx, b - sy], [sx, sy - b], [sx - b, sy], [b - sx, sy], [-sx, sy - b], [-sx, b - sy], [b - sx, -sy], [sx - b, -sy]])
+    quarter = np.array([[sx, b - sy], [sx, sy - b], [sx - b, sy], [b - sx, sy]])
+    outline = np.concatenate([quarter, -quarter])
     shrunk = outline * ((sx - b) / sx, (sy - b) / sy)
-    layers = [(0 * outline, -z / 2), (shrunk, -z / 2), (outline, b - z / 2), (outline, z / 2 - b), (shrunk, z / 2), (0 * outline, z / 2)]
-    vertices, triangles = grid(np.array([np.c_[flat, np.full(len(flat), h)] for flat, h in layers]), wrap_v=True)
+    heights = np.array([-z / 2, -z / 2, b - z / 2, z / 2 - b, z / 2, z / 2])
+    layers = [0 * outline, shrunk, outline, outline, shrunk, 0 * outline]
+    rings = [np.c_[layer, np.full(len(layer), height)] for layer, height in zip(layers, heights, strict=True)]
+    vertices, triangles = grid(np.array(rings), wrap_v=True)
     return vertices, triangles[:, ::-1]
 
 
@@ -147,16 +152,17 @@ def bitmap(picture: NDArray[np.bool_], cell: float, height: float) -> Part:
     row, column = np.nonzero(set_)
     corner = np.stack([row, column, 0 * row], 1)[:, None]  # (n, 1, 3)
     bottom = np.array([[0, 0, 0], [0, 1, 0], [1, 1, 0], [1, 0, 0]])
-    quads = [corner + bottom, corner + bottom[::-1] + (0, 0, 1)]
+    up = np.array([0, 0, 1])
+    quads = [corner + bottom, corner + bottom[::-1] + up]
     for (dr, dc), a, b in (((-1, 0), 0, 1), ((0, 1), 1, 2), ((1, 0), 2, 3), ((0, -1), 3, 0)):
         wall = ~set_[row + dr, column + dc]
-        quads.append(corner[wall] + np.array([bottom[b], bottom[a], bottom[a] + (0, 0, 1), bottom[b] + (0, 0, 1)]))
+        quads.append(corner[wall] + np.array([bottom[b], bottom[a], bottom[a] + up, bottom[b] + up]))
     points = np.concatenate(quads).reshape(-1, 3) * (cell, cell, height)
     triangles = np.array([[0, 1, 2], [0, 2, 3]]) + 4 * np.arange(len(points) // 4)[:, None, None]
     return points.astype(float), triangles.reshape(-1, 3)
 
 
-# ---- implicit surfaces -------------------------------------------------------------------------------------------
+# ---- implicit surfaces ------------------------------------------------------------------------------------
 
 
 def lattice(count: int, size: float = 1.0) -> tuple[Array, Array, Array]:
@@ -166,7 +172,10 @@ def lattice(count: int, size: float = 1.0) -> tuple[Array, Array, Array]:
 
 
 def isosurface(field: Array, size: float = 1.0) -> Part:
-    """Return the surface where a (n, n, n) field over the cube -size..size changes sign, negative inside (surface nets)."""
+    """Return the surface where a field changes sign, by surface nets.
+
+    `field` is (n, n, n) over the cube -size..size, negative inside.
+    """
     n = len(field)
     field = np.pad(field, 1, constant_values=1.0)  # closed at the cube's faces
     inside = field < 0
@@ -194,13 +203,14 @@ def isosurface(field: Array, size: float = 1.0) -> Part:
     if len(corners) == 0:
         return sphere()
     used = crossings.ravel() > 0
-    vertices = total.reshape(-1, 3)[used] / crossings.ravel()[used, None]  # one vertex a cell, amid its crossings
+    # One vertex a cell, amid its crossings.
+    vertices = total.reshape(-1, 3)[used] / crossings.ravel()[used, None]
     corners = (np.cumsum(used) - 1)[corners]
     triangles = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
     return ((vertices - 1) / (n - 1) * 2 - 1) * size, triangles
 
 
-# ---- placing, joining, deforming -----------------------------------------------------------------------------------
+# ---- placing, joining, deforming --------------------------------------------------------------------------
 
 
 def join(parts: Sequence[Part]) -> Part:
@@ -252,7 +262,8 @@ def noise(rng: np.random.Generator, points: Array, frequency: float, waves: int 
 def displaced(part: Part, amount: Array) -> Part:
     """Return the part with each vertex moved outwards along its normal by `amount`, (V,)."""
     vertices, triangles = part
-    face = np.cross(vertices[triangles[:, 1]] - vertices[triangles[:, 0]], vertices[triangles[:, 2]] - vertices[triangles[:, 0]])
+    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
+    face = np.cross(b - a, c - a)
     normal = np.zeros_like(vertices)
     for corner in range(3):
         for k in range(3):

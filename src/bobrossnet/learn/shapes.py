@@ -1,13 +1,14 @@
-"""Procedural meshes to learn from: twenty-odd families of shapes, alone or assembled, each a function of its seed.
+"""Procedural meshes to learn from: twenty-odd families of shapes, alone or assembled, each from its seed.
 
-They stand in for real models, which are kept for testing: scans and creatures (blobs, metaballs, noise), turned
-and cast parts (lathes, gears, plates, boolean solids), built things (furniture, buildings, trusses, vehicles),
-plants, and what is thin (wires, sheets, glyphs). Each family returns a part of any size and place.
+They stand in for real models, which are kept for testing: scans and creatures (blobs, metaballs, noise),
+turned and cast parts (lathes, gears, plates, boolean solids), built things (furniture, buildings, trusses,
+vehicles), plants, and what is thin (wires, sheets, glyphs). Each family returns a part of any size and place.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
@@ -86,7 +87,7 @@ def deformed(rng: Rng, part: Part) -> Part:
     return v, triangles
 
 
-# ---- organic -------------------------------------------------------------------------------------------------------
+# ---- organic ----------------------------------------------------------------------------------------------
 
 
 def blob(rng: Rng) -> Part:
@@ -118,10 +119,16 @@ def creature(rng: Rng) -> Part:
             d = b - a
             along = ((x - a[0]) * d[0] + (y - a[1]) * d[1] + (z - a[2]) * d[2]) / max(float(d @ d), 1e-6)
             along = np.clip(along, 0, 1)
-            gap = np.sqrt((x - a[0] - along * d[0]) ** 2 + (y - a[1] - along * d[1]) ** 2 + (z - a[2] - along * d[2]) ** 2)
+            gap = np.sqrt(
+                (x - a[0] - along * d[0]) ** 2 + (y - a[1] - along * d[1]) ** 2 + (z - a[2] - along * d[2]) ** 2
+            )
             capsule = gap - thick - (thin - thick) * along
             mix = np.clip(0.5 + 0.5 * (field - capsule) / blend, 0, 1)
-            field = np.where(mix > 0, np.where(mix < 1, _mix(field, capsule, mix) - blend * mix * (1 - mix), capsule), field)
+            field = np.where(
+                mix > 0,
+                np.where(mix < 1, _mix(field, capsule, mix) - blend * mix * (1 - mix), capsule),
+                field,
+            )
     part = parts.isosurface(field)
     if rng.random() < 0.5:
         part = parts.displaced(part, rng.uniform(0.005, 0.02) * parts.noise(rng, part[0], rng.uniform(6, 25)))
@@ -152,7 +159,11 @@ def lattice_solid(rng: Rng) -> Part:
         field = np.cos(x) + np.cos(y) + np.cos(z)
     field = np.abs(field) - wall if rng.random() < 0.6 else field
     u, v, w = parts.lattice(64)
-    hull = u * u + v * v + w * w - 0.9 if rng.random() < 0.6 else np.maximum(np.maximum(np.abs(u), np.abs(v)), np.abs(w)) - 0.9
+    hull = (
+        u * u + v * v + w * w - 0.9
+        if rng.random() < 0.6
+        else np.maximum(np.maximum(np.abs(u), np.abs(v)), np.abs(w)) - 0.9
+    )
     return parts.isosurface(np.maximum(field, hull * 6))
 
 
@@ -170,8 +181,13 @@ def spiky(rng: Rng) -> Part:
     height = 1 - 2 * (np.arange(count) + 0.5) / count
     turn = np.pi * (1 + 5**0.5) * np.arange(count)  # a Fibonacci spiral
     for z, angle in zip(height, turn, strict=True):
-        pieces.append(moved(thorn, rotation(2, angle) @ rotation(1, np.arccos(z)) @ np.diag([1, 1, rng.uniform(0.6, 1)]),
-                            0.97 * np.array([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z])))
+        pieces.append(
+            moved(
+                thorn,
+                rotation(2, angle) @ rotation(1, np.arccos(z)) @ np.diag([1, 1, rng.uniform(0.6, 1)]),
+                0.97 * np.array([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z]),
+            )
+        )
     return moved(join(pieces), np.diag(rng.uniform(0.6, 1.4, 3)))
 
 
@@ -179,7 +195,10 @@ def seashell(rng: Rng) -> Part:
     """A tube that winds and grows: shells, horns, tails."""
     t = np.linspace(0, rng.uniform(1, 5), 240)
     grow = np.exp(rng.uniform(0.2, 0.8) * (t - t[-1]))
-    path = np.stack([np.cos(2 * np.pi * t), np.sin(2 * np.pi * t), -rng.uniform(0.2, 2.5) * np.ones_like(t)], 1) * grow[:, None]
+    path = (
+        np.stack([np.cos(2 * np.pi * t), np.sin(2 * np.pi * t), -rng.uniform(0.2, 2.5) * np.ones_like(t)], 1)
+        * grow[:, None]
+    )
     ribs = 1 + rng.uniform(0, 0.12) * np.sin(2 * np.pi * rng.integers(6, 25) * t)
     return parts.sweep(path, parts.round_outline(28) * rng.uniform(0.25, 0.55), grow * ribs)
 
@@ -195,7 +214,9 @@ def tree(rng: Rng) -> Part:
         bend = direction + rng.normal(0, 0.15, 3)
         middle = start + direction * length / 2
         end = middle + bend / np.linalg.norm(bend) * length / 2
-        pieces.append(parts.sweep(np.stack([start, middle, end]), parts.round_outline(8), np.array([1, 0.85, 0.7]) * radius))
+        pieces.append(
+            parts.sweep(np.stack([start, middle, end]), parts.round_outline(8), np.array([1, 0.85, 0.7]) * radius)
+        )
         if level == 0:
             if leaf_kind == 1:
                 pieces.append(moved(parts.sphere(8), length * 0.6, end))
@@ -204,7 +225,13 @@ def tree(rng: Rng) -> Part:
             return
         for _ in range(int(rng.integers(2, 4))):
             way = bend + rng.normal(0, spread, 3)
-            branch(end, way / np.linalg.norm(way), length * shrink * rng.uniform(0.8, 1.1), radius * 0.65, level - 1)
+            branch(
+                end,
+                way / np.linalg.norm(way),
+                length * shrink * rng.uniform(0.8, 1.1),
+                radius * 0.65,
+                level - 1,
+            )
 
     branch(np.zeros(3), np.array([0, 0, 1.0]), 1.0, rng.uniform(0.04, 0.14), depth)
     return join(pieces)
@@ -231,7 +258,7 @@ def plant(rng: Rng) -> Part:
     return join(pieces)
 
 
-# ---- turned, swept, cast and cut -----------------------------------------------------------------------------------
+# ---- turned, swept, cast and cut --------------------------------------------------------------------------
 
 
 def turned(rng: Rng) -> Part:
@@ -283,8 +310,11 @@ def tube(rng: Rng) -> Part:
             taper = np.linspace(1, rng.uniform(0.1, 1), 120)
             pieces.append(parts.sweep(path, _section(rng) * rng.uniform(0.015, 0.15), taper))
         return join(pieces)
-    corners = np.cumsum(np.eye(3)[rng.integers(3, size=8)] * rng.choice([-1, 1], 8)[:, None] * rng.uniform(0.3, 1, 8)[:, None], 0)
-    pieces = [parts.rod(a, b, 0.1, 16) for a, b in zip(corners[:-1], corners[1:], strict=True)]
+    corners = np.cumsum(
+        np.eye(3)[rng.integers(3, size=8)] * rng.choice([-1, 1], 8)[:, None] * rng.uniform(0.3, 1, 8)[:, None],
+        0,
+    )
+    pieces = [parts.rod(a, b, 0.1, 16) for a, b in pairwise(corners)]
     return join(pieces + [moved(parts.sphere(16), rng.uniform(0.1, 0.17), corner) for corner in corners])
 
 
@@ -306,9 +336,17 @@ def gear(rng: Rng) -> Part:
     steps = 8
     phase = (np.arange(teeth * steps) % steps) / steps
     depth = rng.uniform(0.05, 0.25)
-    shape = np.clip(2.5 * np.abs(2 * phase - 1) - 0.75, 0, 1) if rng.random() < 0.7 else 0.5 + 0.5 * np.cos(2 * np.pi * phase)
+    shape = (
+        np.clip(2.5 * np.abs(2 * phase - 1) - 0.75, 0, 1)
+        if rng.random() < 0.7
+        else 0.5 + 0.5 * np.cos(2 * np.pi * phase)
+    )
     circle = parts.round_outline(teeth * steps)
-    outer, bore, height = circle * (1 - depth * shape)[:, None], rng.uniform(0.1, 0.65), rng.uniform(0.08, 0.7)
+    outer, bore, height = (
+        circle * (1 - depth * shape)[:, None],
+        rng.uniform(0.1, 0.65),
+        rng.uniform(0.08, 0.7),
+    )
     pieces = [parts.extrude(outer, circle * bore, height)]
     if rng.random() < 0.5:
         pieces.append(moved(parts.extrude(circle * (bore + 0.12), circle * bore, height * rng.uniform(1.2, 2.5))))
@@ -333,12 +371,19 @@ def flange(rng: Rng) -> Part:
     first = parts.plate(holes, rng.uniform(0.1, 0.45), thickness, int(rng.choice([6, 24, 36])))
     pieces = [first]
     if rng.random() < 0.4:
-        pieces.append(moved(parts.plate((holes[0], int(rng.integers(1, 4))), rng.uniform(0.1, 0.45), thickness),
-                            rotation(0, np.pi / 2), (0, -0.5 + thickness, 0.5)))
+        pieces.append(
+            moved(
+                parts.plate((holes[0], int(rng.integers(1, 4))), rng.uniform(0.1, 0.45), thickness),
+                rotation(0, np.pi / 2),
+                (0, -0.5 + thickness, 0.5),
+            )
+        )
     if rng.random() < 0.3:
         gap = rng.uniform(0.5, 2)
         pieces.append(moved(first, offset=(0, 0, gap)))
-        pieces += [moved(parts.cylinder(0.1, gap, 12), offset=(x, y, 0)) for x in (0, holes[0] - 1) for y in (0, holes[1] - 1)]
+        pieces += [
+            moved(parts.cylinder(0.1, gap, 12), offset=(x, y, 0)) for x in (0, holes[0] - 1) for y in (0, holes[1] - 1)
+        ]
     if rng.random() < 0.4:
         peg = some_fastener(rng)
         for x in range(holes[0]):
@@ -398,7 +443,7 @@ def sheet(rng: Rng) -> Part:
     return parts.grid(points.reshape(n, n, 3))
 
 
-# ---- built ---------------------------------------------------------------------------------------------------------
+# ---- built ------------------------------------------------------------------------------------------------
 
 
 def furniture(rng: Rng) -> Part:
@@ -411,25 +456,42 @@ def furniture(rng: Rng) -> Part:
     for sx in (-1, 1):
         for sy in (-1, 1):
             top = np.array([sx * (w / 2 - leg), sy * (d / 2 - leg), h])
-            pieces.append(parts.sweep(np.stack([top * (splay, splay, 0), top]), parts.round_outline(12 if round_legs else 4) * leg))
+            pieces.append(
+                parts.sweep(
+                    np.stack([top * (splay, splay, 0), top]),
+                    parts.round_outline(12 if round_legs else 4) * leg,
+                )
+            )
     if rng.random() < 0.6:  # a back, of one board or of slats
         slats = int(rng.choice([1, 1, 3, 6]))
         for i in range(slats):
             y = d * ((i + 0.5) / slats - 0.5)
-            pieces.append(moved(parts.box(board, d / slats * (1 if slats == 1 else 0.5), h, bevel), offset=(-w / 2, y, 1.5 * h)))
+            pieces.append(
+                moved(
+                    parts.box(board, d / slats * (1 if slats == 1 else 0.5), h, bevel),
+                    offset=(-w / 2, y, 1.5 * h),
+                )
+            )
     for level in range(int(rng.integers(0, 4))):  # shelves or rungs
-        pieces.append(moved(parts.box(w * 0.95, d * rng.choice([0.05, 0.95]), board), offset=(0, 0, h * (level + 0.5) / 4)))
+        shelf = parts.box(w * 0.95, d * rng.choice([0.05, 0.95]), board)
+        pieces.append(moved(shelf, offset=(0, 0, h * (level + 0.5) / 4)))
     for _ in range(int(rng.integers(0, 5))):  # things on it
         size = rng.uniform(0.1, 0.35)
         thing = parts.box(1, 1, 1, bevel) if rng.random() < 0.5 else moved(turned(rng), 0.7)
-        pieces.append(moved(thing, size, (rng.uniform(-0.4, 0.4) * w, rng.uniform(-0.4, 0.4) * d, h + board / 2 + size / 4)))
+        pieces.append(
+            moved(
+                thing,
+                size,
+                (rng.uniform(-0.4, 0.4) * w, rng.uniform(-0.4, 0.4) * d, h + board / 2 + size / 4),
+            )
+        )
     if rng.random() < 0.3:
         pieces.append(moved(parts.box(w * 0.9, d * 0.9, 2 * board, board), offset=(0, 0, h + board)))  # a cushion
     return join(pieces)
 
 
 def building(rng: Rng) -> Part:
-    """Blocks with rows of windows, ledges, roofs and columns: houses, towers, circuit boards, robots' casings."""
+    """Blocks with rows of windows, ledges, roofs and columns: houses, towers, circuit boards."""
     pieces: list[Part] = []
     for _ in range(int(rng.integers(1, 6))):
         w, d, h = rng.uniform(0.3, 1, 3) * (1, 1, 2)
@@ -450,10 +512,17 @@ def building(rng: Rng) -> Part:
         elif top == 1:
             block.append(moved(parts.box(w * 1.15, d * 1.15, 0.08), offset=(0, 0, h)))
         elif top == 2:
-            block += [moved(parts.box(w / 7, d, 0.12), offset=(w * (i / 3 - 1) / 2.3, 0, h + 0.05)) for i in range(0, 7, 2)]
+            block += [
+                moved(parts.box(w / 7, d, 0.12), offset=(w * (i / 3 - 1) / 2.3, 0, h + 0.05)) for i in range(0, 7, 2)
+            ]
         pieces += [moved(piece, offset=at) for piece in block]
     if rng.random() < 0.4:
-        pieces += _ring(rng, parts.cylinder(0.06, rng.uniform(0.5, 2), 16), rng.uniform(0.8, 1.4), int(rng.integers(4, 14)))
+        pieces += _ring(
+            rng,
+            parts.cylinder(0.06, rng.uniform(0.5, 2), 16),
+            rng.uniform(0.8, 1.4),
+            int(rng.integers(4, 14)),
+        )
     if rng.random() < 0.5:
         pieces.append(moved(parts.box(2.4, 2.4, 0.1), offset=(0, 0, -0.05)))
     return join(pieces)
@@ -467,11 +536,18 @@ def truss(rng: Rng) -> Part:
     if kind == 0:  # a tower or a beam with diagonals
         levels, corners = int(rng.integers(3, 9)), int(rng.integers(3, 6))
         waist = rng.uniform(0.3, 1)
-        ring = [np.c_[parts.round_outline(corners) * 0.5 * (1 + (waist - 1) * i / levels), np.full(corners, 0.5 * i)] for i in range(levels + 1)]
+        ring = [
+            np.c_[parts.round_outline(corners) * 0.5 * (1 + (waist - 1) * i / levels), np.full(corners, 0.5 * i)]
+            for i in range(levels + 1)
+        ]
         for i in range(levels):
             for j in range(corners):
                 k = (j + 1) % corners
-                ends = [(ring[i][j], ring[i + 1][j]), (ring[i + 1][j], ring[i + 1][k]), (ring[i][j], ring[i + 1][k])]
+                ends = [
+                    (ring[i][j], ring[i + 1][j]),
+                    (ring[i + 1][j], ring[i + 1][k]),
+                    (ring[i][j], ring[i + 1][k]),
+                ]
                 pieces += [parts.rod(a, b, thick) for a, b in ends]
     elif kind == 1:  # a cage of hoops
         count = int(rng.integers(4, 16))
@@ -499,16 +575,35 @@ def vehicle(rng: Rng) -> Part:
     """A body, a cabin and wheels or rotors: cars, planes, carts, quadrotors."""
     length, width, height = rng.uniform(1.5, 3), rng.uniform(0.6, 1.2), rng.uniform(0.25, 0.7)
     smooth = rng.random() < 0.4
-    body = moved(parts.sphere(64), np.diag([length / 2, width / 2, height])) if smooth else parts.box(length, width, height, rng.uniform(0, 0.2))
-    pieces = [body, moved(parts.box(length * rng.uniform(0.2, 0.6), width * 0.85, height, rng.uniform(0.02, 0.15)), offset=(rng.uniform(-0.3, 0.3), 0, height * 0.8))]
+    body = (
+        moved(parts.sphere(64), np.diag([length / 2, width / 2, height]))
+        if smooth
+        else parts.box(length, width, height, rng.uniform(0, 0.2))
+    )
+    pieces = [
+        body,
+        moved(
+            parts.box(length * rng.uniform(0.2, 0.6), width * 0.85, height, rng.uniform(0.02, 0.15)),
+            offset=(rng.uniform(-0.3, 0.3), 0, height * 0.8),
+        ),
+    ]
     radius = rng.uniform(0.2, 0.45)
-    wheel = join([parts.torus(radius, radius * 0.35, 32, 12), moved(parts.cylinder(radius * 0.9, 0.16, 24), offset=(0, 0, -0.08)), _spoked(rng, radius)])
+    wheel = join(
+        [
+            parts.torus(radius, radius * 0.35, 32, 12),
+            moved(parts.cylinder(radius * 0.9, 0.16, 24), offset=(0, 0, -0.08)),
+            _spoked(rng, radius),
+        ]
+    )
     axles = int(rng.integers(0, 4))
     for i in range(axles):
         x = length * (0.8 * i / max(axles - 1, 1) - 0.4)
         pieces += [moved(wheel, rotation(0, np.pi / 2), (x, side * width / 2, -height / 2)) for side in (-1, 1)]
     if rng.random() < 0.5:  # wings and a fin
-        wing = moved(parts.box(length * 0.25, 2.5 * width, 0.05), np.eye(3) + rng.uniform(-0.3, 0.3) * np.eye(3)[[1, 0, 2]] * 0.3)
+        wing = moved(
+            parts.box(length * 0.25, 2.5 * width, 0.05),
+            np.eye(3) + rng.uniform(-0.3, 0.3) * np.eye(3)[[1, 0, 2]] * 0.3,
+        )
         pieces += [wing, moved(parts.box(0.3, 0.04, 0.7), offset=(-length / 2, 0, height))]
     if rng.random() < 0.3:  # rotors
         blade = join([moved(parts.box(1, 0.08, 0.015), rotation(2, np.pi / 2 * i)) for i in range(2)])
@@ -536,13 +631,21 @@ def robot_arm(rng: Rng) -> Part:
         elif kind == 1:
             link = moved(parts.box(radius * 1.2, radius, length, radius * 0.3), offset=(0, 0, length / 2))
         else:
-            link = join([moved(parts.box(radius * 0.2, radius, length), offset=(x, 0, length / 2)) for x in (-radius / 2, radius / 2)])
+            link = join(
+                [
+                    moved(parts.box(radius * 0.2, radius, length), offset=(x, 0, length / 2))
+                    for x in (-radius / 2, radius / 2)
+                ]
+            )
         joint = moved(parts.cylinder(radius, radius * 2, 32), rotation(1, np.pi / 2), (-radius, 0, 0))
         pieces += [moved(joint, turn, at), moved(link, turn, at)]
         at = at + turn @ (0, 0, length)
         turn = turn @ rotation(int(rng.integers(3)), rng.uniform(-1.2, 1.2))
         radius *= rng.uniform(0.75, 1)
-    pieces += [moved(parts.box(radius * 0.3, radius * 0.5, radius * 3), turn, at + turn @ (side * radius, 0, radius)) for side in (-1, 1)]
+    pieces += [
+        moved(parts.box(radius * 0.3, radius * 0.5, radius * 3), turn, at + turn @ (side * radius, 0, radius))
+        for side in (-1, 1)
+    ]
     return join(pieces)
 
 
@@ -554,7 +657,13 @@ def stack(rng: Rng) -> Part:
     for i in range(int(rng.integers(3, 20))):
         w, d, h = rng.uniform(0.3, 1, 3) * (1, 1, 0.4)
         if kind == 0:
-            pieces.append(moved(parts.box(w, d, h, 0.02), rotation(2, rng.uniform(0, 0.8)), (*rng.uniform(-0.1, 0.1, 2), z + h / 2)))
+            pieces.append(
+                moved(
+                    parts.box(w, d, h, 0.02),
+                    rotation(2, rng.uniform(0, 0.8)),
+                    (*rng.uniform(-0.1, 0.1, 2), z + h / 2),
+                )
+            )
         elif kind == 1:
             pieces.append(moved(parts.box(0.4, 1.2, 0.15 * (i + 1)), offset=(0.4 * i, 0, 0.075 * (i + 1))))
         else:
@@ -571,7 +680,9 @@ def glyphs(rng: Rng) -> Part:
         picture = rng.random((rows, columns)) < rng.uniform(0.2, 0.6)
     elif kind == 1:  # letters: random 5x3 patterns, apart
         letters = rng.random((max(rows // 6, 1), max(columns // 4, 1), 5, 3)) < 0.6
-        picture = np.pad(letters, ((0, 0), (0, 0), (0, 1), (0, 1))).transpose(0, 2, 1, 3).reshape(letters.shape[0] * 6, -1)
+        picture = (
+            np.pad(letters, ((0, 0), (0, 0), (0, 1), (0, 1))).transpose(0, 2, 1, 3).reshape(letters.shape[0] * 6, -1)
+        )
     else:
         i, j = np.mgrid[:rows, :columns]
         step = int(rng.integers(2, 5))
@@ -583,7 +694,15 @@ def glyphs(rng: Rng) -> Part:
     w, d = (picture.shape[0] + 2) * size, (picture.shape[1] + 2) * size
     if rng.random() < 0.25:
         return relief
-    return join([relief, moved(parts.box(w * 1.05, d * 1.05, height * 2, rng.choice([0, 0.03])), offset=(w / 2, d / 2, -height))])
+    return join(
+        [
+            relief,
+            moved(
+                parts.box(w * 1.05, d * 1.05, height * 2, rng.choice([0, 0.03])),
+                offset=(w / 2, d / 2, -height),
+            ),
+        ]
+    )
 
 
 def array(rng: Rng) -> Part:
@@ -596,7 +715,11 @@ def array(rng: Rng) -> Part:
         return join([*_ring(rng, turned_part, rng.uniform(1, 4), count), parts.cylinder(rng.uniform(0.5, 3), 0.3, 48)])
     nx, ny = int(rng.integers(2, 6)), int(rng.integers(1, 6))
     gap = rng.uniform(1.6, 3)
-    pieces = [moved(part, rotation(2, rng.integers(4) * np.pi / 2), (gap * i, gap * j, 0)) for i in range(nx) for j in range(ny)]
+    pieces = [
+        moved(part, rotation(2, rng.integers(4) * np.pi / 2), (gap * i, gap * j, 0))
+        for i in range(nx)
+        for j in range(ny)
+    ]
     floor = parts.box(gap * nx, gap * ny, 0.2, 0.05)
     return join([*pieces, moved(floor, offset=(gap * (nx - 1) / 2, gap * (ny - 1) / 2, -1))])
 
@@ -609,11 +732,20 @@ FAMILIES: dict[str, Callable[[Rng], Part]] = {
     function.__name__: function
     for function in (
         blob, creature, metaballs, lattice_solid, spiky, seashell, tree, plant, turned, tube, gear, flange,
-        boolean_solid, ngon_solid, sheet, furniture, building, truss, vehicle, robot_arm, stack, glyphs, array,
+        boolean_solid, ngon_solid, sheet, furniture, building, truss, vehicle, robot_arm, stack, glyphs,
+        array,
     )
 }  # fmt: skip
 """Each takes a generator and returns a part of any size and place."""
 
-_COMMON = {"creature": 3.0, "blob": 1.5, "furniture": 2.0, "turned": 1.5, "boolean_solid": 2.0, "lattice_solid": 0.5, "sheet": 0.7}
+_COMMON = {
+    "creature": 3.0,
+    "blob": 1.5,
+    "furniture": 2.0,
+    "turned": 1.5,
+    "boolean_solid": 2.0,
+    "lattice_solid": 0.5,
+    "sheet": 0.7,
+}
 _WEIGHTS = np.array([_COMMON.get(name, 1.0) for name in FAMILIES])
 _WEIGHTS /= _WEIGHTS.sum()

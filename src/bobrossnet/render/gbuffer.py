@@ -112,7 +112,9 @@ class GBuffer:
         order, seed
             As in `pixel_order`.
         """
-        rows, columns = pixel_order(self.size, order=order, seed=seed, count=pixel_count(fraction, self.size)).T
+        rows, columns = pixel_order(
+            self.size, order=order, seed=seed, count=pixel_count(fraction, self.size)
+        ).T
         planes = np.zeros_like(self._planes)
         planes[:, rows, columns] = self._planes[:, rows, columns]
         return GBuffer.from_stack(planes)

@@ -55,9 +55,14 @@ def check_size(size: Any) -> Size:
         height, width = size
     except (TypeError, ValueError):
         raise InputTypeError(f"size: expected (height, width), got {size!r}") from None
-    height, width = check_integer("height", height, 1, MAX_PIXELS), check_integer("width", width, 1, MAX_PIXELS)
+    height, width = (
+        check_integer("height", height, 1, MAX_PIXELS),
+        check_integer("width", width, 1, MAX_PIXELS),
+    )
     if height * width > MAX_PIXELS:
-        raise InputError(f"size: expected at most {MAX_PIXELS} pixels, got {height} x {width} = {height * width}")
+        raise InputError(
+            f"size: expected at most {MAX_PIXELS} pixels, got {height} x {width} = {height * width}"
+        )
     return height, width
 
 

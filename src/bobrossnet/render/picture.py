@@ -19,7 +19,15 @@ U8 = NDArray[np.uint8]
 UNTRACED = (0, 150, 70)
 """Green: a colour that no shade of gray is."""
 
-FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WebP", ".bmp": "BMP", ".tif": "TIFF", ".tiff": "TIFF"}
+FORMATS = {
+    ".png": "PNG",
+    ".jpg": "JPEG",
+    ".jpeg": "JPEG",
+    ".webp": "WebP",
+    ".bmp": "BMP",
+    ".tif": "TIFF",
+    ".tiff": "TIFF",
+}
 
 CAPTION_HEIGHT = 26
 GAP = 4
@@ -59,7 +67,9 @@ def check_picture_path(path: str | os.PathLike[str]) -> Path:
     """Return `path` if a picture can be written there, before any time is spent on making it."""
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: expected a picture's ending ({' '.join(FORMATS)}), got {path.suffix or 'none'}")
+        raise InputError(
+            f"{path}: expected a picture's ending ({' '.join(FORMATS)}), got {path.suffix or 'none'}"
+        )
     if path.is_dir():
         raise InputError(f"{path}: expected a file to write, got a folder")
     if not path.parent.is_dir():
@@ -79,5 +89,7 @@ def write_picture(path: str | os.PathLike[str], image: U8) -> None:
     try:
         picture.save(content, FORMATS[path.suffix.lower()])
     except (OSError, ValueError) as error:  # a format's own limits, such as WebP's 16383 pixels a side
-        raise InputError(f"{path}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}") from error
+        raise InputError(
+            f"{path}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}"
+        ) from error
     write_whole(path, content.getvalue())

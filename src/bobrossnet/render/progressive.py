@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +63,7 @@ def progressive(
     frame_ms : float above 0, optional
         Time for each frame in milliseconds; how many pixels that is, is measured all the while. 33 if neither this
         nor `fraction` is given. Each picture has to be completed, and each frame traces at least a quarter as long
-        as that takes: a smaller budget is overrun.
+        as that takes, and as many pixels as are worth a call of the tracer: a smaller budget is overrun.
     fraction : float in (0, 1], optional
         Share of the image that each frame adds, instead of `frame_ms`.
     order, seed
@@ -84,7 +83,9 @@ def progressive(
     """
     size = check_size(size)
     if (scene is None) == (tracer is None):
-        raise InputError("progressive: expected either a scene or a tracer, got " + ("both" if scene else "neither"))
+        raise InputError(
+            "progressive: expected either a scene or a tracer, got " + ("both" if scene else "neither")
+        )
     if tracer is None:
         assert scene is not None
         tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
@@ -99,7 +100,9 @@ def progressive(
     picture = _Picture(tracer, size, order, seed, network)
     if fraction is not None:
         return _by_share(picture, pixel_count(fraction, size))
-    return _by_time(picture, check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000)
+    return _by_time(
+        picture, check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
+    )
 
 
 class _Picture:
@@ -144,7 +147,9 @@ class _Pace:
     """
 
     FIRST = 32  # pixels of the first call, when nothing is known: 1 ms of a tracer of 30,000 rays a second
-    GROWTH = 8  # a call has at most so many times the pixels of the last: a small one says little of a large one
+    GROWTH = (
+        8  # a call has at most so many times the pixels of the last: a small one says little of a large one
+    )
     FADE = 0.8  # weight of the call before, against this one
 
     def __init__(self) -> None:
@@ -156,16 +161,25 @@ class _Pace:
         self.last = pixels
 
     def pixels_in(self, seconds: float) -> int:
+        """How many pixels fit into a call of so many seconds; 0 if less than a call costs."""
         if not self.last:
             return self.FIRST
+        per_call, per_pixel = self._costs()
+        return int(max(0, min((seconds - per_call) / per_pixel, self.GROWTH * self.last)))
+
+    def worthwhile(self) -> int:
+        """How many pixels take as long as the call around them: with fewer, most of the time is lost."""
+        per_call, per_pixel = self._costs()
+        return int(max(1, min(per_call / per_pixel, self.GROWTH * self.last)))
+
+    def _costs(self) -> tuple[float, float]:
+        """Seconds for a call and for each of its pixels."""
         weight, n, t, nn, nt = self.sums
         spread = weight * nn - n * n
         per_pixel = (weight * nt - n * t) / spread if spread > 1e-6 * n * n else t / n
+        per_pixel = max(per_pixel, 1e-10)
         per_call = (t - per_pixel * n) / weight
-        if per_call < 0:
-            per_call, per_pixel = 0.0, t / n
-        fitting = (seconds - per_call) / max(per_pixel, 1e-10)
-        return int(max(0, min(fitting, self.GROWTH * self.last)))
+        return (per_call, per_pixel) if per_call >= 0 else (0.0, t / n)
 
 
 def _by_time(picture: _Picture, budget: float) -> Iterator[Frame]:
@@ -181,9 +195,10 @@ def _by_time(picture: _Picture, budget: float) -> Iterator[Frame]:
             remaining = deadline - called
             last_call = remaining < 0.15 * budget
             count = min(picture.left, pace.pixels_in(remaining if last_call else remaining / 2))
-            if count == 0 and picture.traced > traced_before:
-                break
-            count = max(count, 1)
+            if count == 0:
+                if picture.traced > traced_before:
+                    break
+                count = min(picture.left, pace.worthwhile())
             picture.trace(count)
             pace.measured(count, time.perf_counter() - called)
             if last_call:

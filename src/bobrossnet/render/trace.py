@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -17,8 +17,8 @@ from bobrossnet.shapes.scene import SceneLike, as_scene
 Tracer: TypeAlias = Callable[[NDArray[np.int32]], Samples]
 """From pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds."""
 
-PIXELS_PER_PROGRESS = 2**18
-"""Between two reports of progress: a few hundredths of a second."""
+BATCH = 2**18
+"""Pixels handed to the tracer at once: a few hundredths of a second, and a few MB of their own."""
 
 
 class SceneTracer:
@@ -103,22 +103,29 @@ def trace(
     tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
     check_order(order, seed)
     count = pixel_count(fraction, tracer.size)
-    pixels = (
-        every_pixel(tracer.size)
-        if count == tracer.size[0] * tracer.size[1]
-        else pixel_order(tracer.size, order=order, seed=seed, count=count)
-    )
     planes = np.zeros((5, *tracer.size), np.float32)
-    step = count if progress is None else PIXELS_PER_PROGRESS
-    for start in range(0, count, step):
-        part = pixels[start : start + step]
-        scatter(tracer(part), part, planes)
+    done = 0
+    for pixels in _batches(tracer.size, order, seed, count):
+        scatter(tracer(pixels), pixels, planes)
+        done += len(pixels)
         if progress is not None:
-            progress(min(1.0, (start + step) / count))
+            progress(done / count)
     return GBuffer.from_stack(planes)
 
 
-def every_pixel(size: Size) -> NDArray[np.int32]:
+def _batches(size: Size, order: str, seed: int, count: int) -> Iterator[NDArray[np.int32]]:
+    """The first `count` pixels of an order; all of them in an order of our own, which is faster to trace."""
+    height, width = size
+    if count < height * width:
+        for start in range(0, count, BATCH):
+            yield pixel_order(size, order=order, seed=seed, start=start, count=min(BATCH, count - start))
+    else:
+        band = max(8, BATCH // width // 8 * 8)
+        for top in range(0, height, band):
+            yield tiled_pixels((min(band, height - top), width)) + np.array((top, 0), np.int32)
+
+
+def tiled_pixels(size: Size) -> NDArray[np.int32]:
     """All pixels, (H * W, 2) int32, in 8x8 tiles: neighbours one after the other visit the same parts of a BVH."""
     height, width = size
     rows, columns = np.arange(0, height, 8, dtype=np.int32), np.arange(0, width, 8, dtype=np.int32)
@@ -126,15 +133,15 @@ def every_pixel(size: Size) -> NDArray[np.int32]:
     row = rows[:, None, None, None] + inside[:, None]  # (tile row, tile column, row, column)
     column = columns[None, :, None, None] + inside
     pixels = np.stack(np.broadcast_arrays(row, column), axis=-1).reshape(-1, 2)
-    if height % 8 or width % 8:
-        pixels = pixels[(pixels[:, 0] < height) & (pixels[:, 1] < width)]
-    return np.ascontiguousarray(pixels)
+    return pixels[(pixels[:, 0] < height) & (pixels[:, 1] < width)]
 
 
 def check_samples(samples: Any, count: int) -> Samples:
     """Return what a user's tracer returned, if it is `count` samples."""
     if not isinstance(samples, Samples):
-        raise InputTypeError(f"tracer: expected it to return bobrossnet.Samples, got {type(samples).__name__}")
+        raise InputTypeError(
+            f"tracer: expected it to return bobrossnet.Samples, got {type(samples).__name__}"
+        )
     if len(samples) != count:
         raise InputError(f"tracer: expected it to return {count} samples, one per pixel, got {len(samples)}")
     return samples

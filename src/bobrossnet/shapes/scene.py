@@ -74,12 +74,17 @@ class Scene:
         from their origin lose nothing. Built when first asked for."""
         vertices = [((mesh.vertices - self.center) / self.radius).astype(np.float32) for mesh in self.shapes]
         starts = np.cumsum([0, *(len(mesh.vertices) for mesh in self.shapes)])
-        triangles = [mesh.triangles + np.int32(start) for mesh, start in zip(self.shapes, starts, strict=False)]
+        triangles = [
+            mesh.triangles + np.int32(start) for mesh, start in zip(self.shapes, starts, strict=False)
+        ]
         normals = None
         if any(mesh.normals is not None for mesh in self.shapes):
             # A shape without normals among some with: zeros, and the core takes the crease rule there.
             normals = np.concatenate(
-                [np.zeros((len(m.vertices), 3), np.float32) if m.normals is None else m.normals for m in self.shapes]
+                [
+                    np.zeros((len(m.vertices), 3), np.float32) if m.normals is None else m.normals
+                    for m in self.shapes
+                ]
             )
         return _core.Mesh(np.concatenate(vertices), np.concatenate(triangles), normals)
 

@@ -1,13 +1,15 @@
-"""The report's network: a U-Net of six 3x3 convolutions, 10,346 parameters. Its sibling is core/complete/paper.cpp.
+"""The report's network: a U-Net of six 3x3 convolutions, 10,346 parameters.
 
-Letters in shape comments: N pictures, C channels, H and W the padded picture's height and width.
+Its sibling is core/complete/paper.cpp, step for step. Letters in shape comments: N pictures, C channels,
+H and W the padded picture's height and width.
 """
 
 from __future__ import annotations
 
 import torch
 from torch import Tensor, nn
-from torch.nn import functional as F
+from torch.nn import functional
+from torch.nn.functional import relu
 
 
 class Paper(nn.Module):
@@ -55,12 +57,12 @@ class Paper(nn.Module):
         height, width = gbuffer.shape[-2:]
         input = pad(gbuffer, self.multiple)  # (N, 5, H, W)
 
-        encode1 = pool(F.relu(self.encode1(input)))  # (N, 20, H/2, W/2)
-        encode2 = pool(F.relu(self.encode2(encode1)))  # (N, 80, H/4, W/4)
-        encoded = F.relu(self.encoded(shuffle(encode2, self.groups)))  # (N, 20, H/4, W/4)
+        encode1 = pool(relu(self.encode1(input)))  # (N, 20, H/2, W/2)
+        encode2 = pool(relu(self.encode2(encode1)))  # (N, 80, H/4, W/4)
+        encoded = relu(self.encoded(shuffle(encode2, self.groups)))  # (N, 20, H/4, W/4)
 
-        decode1 = upsample(F.relu(self.decode1(encoded)))  # (N, 5, H/2, W/2)
-        decode2 = upsample(F.relu(self.decode2(torch.cat([decode1, encode1], 1))))  # (N, 5, H, W)
+        decode1 = upsample(relu(self.decode1(encoded)))  # (N, 5, H/2, W/2)
+        decode2 = upsample(relu(self.decode2(torch.cat([decode1, encode1], 1))))  # (N, 5, H, W)
         output: Tensor = self.output(torch.cat([decode2, input], 1))  # (N, 1, H, W)
 
         return output[..., :height, :width]
@@ -69,23 +71,23 @@ class Paper(nn.Module):
 def pad(x: Tensor, multiple: int) -> Tensor:
     """Return `x` with zeros at the bottom and at the right, up to the next multiple."""
     height, width = x.shape[-2:]
-    return F.pad(x, (0, -width % multiple, 0, -height % multiple))
+    return functional.pad(x, (0, -width % multiple, 0, -height % multiple))
 
 
 def pool(x: Tensor) -> Tensor:
     """Return the maximum of each 2x2 block: (N, C, H, W) → (N, C, H/2, W/2)."""
-    return F.max_pool2d(x, 2)
+    return functional.max_pool2d(x, 2)
 
 
 def upsample(x: Tensor) -> Tensor:
     """Repeat each pixel 2x2 times: (N, C, H, W) → (N, C, 2H, 2W)."""
-    return F.interpolate(x, scale_factor=2, mode="nearest")
+    return functional.interpolate(x, scale_factor=2, mode="nearest")
 
 
 def shuffle(x: Tensor, groups: int) -> Tensor:
-    """Deal the channels of each group out to all groups, so that grouped layers in a row mix (ShuffleNet, 2017).
+    """Deal the channels of each group out to all groups, so that grouped layers in a row mix.
 
-    Channel g · C/groups + i moves to i · groups + g.
+    As in ShuffleNet, 2017: channel g · C/groups + i moves to i · groups + g.
     """
     n, channels, height, width = x.shape
     return x.view(n, groups, channels // groups, height, width).transpose(1, 2).reshape(x.shape)

@@ -1,0 +1,187 @@
+#include "shapes/bvh.h"
+
+#include <algorithm>
+
+#include "check.h"
+#include "meshes.h"
+#include "parallel.h"
+
+using bob::Hit;
+using bob::Ray;
+using bob::Vec3;
+
+namespace {
+
+Hit trace(const bob::Bvh& bvh, const Ray& ray) {
+    Hit hit;
+    bob::best_bvh_kernels().closest_hits(bvh.nodes.data(), bvh.packets.data(), &ray, 1, &hit);
+    return hit;
+}
+
+/// Möller and Trumbore in double precision, over all triangles: another method, as the oracle.
+double brute_force(const test::TriangleMesh& mesh, const Ray& ray) {
+    struct D3 { double x, y, z; };
+    const auto wide = [](Vec3 v) { return D3{v.x, v.y, v.z}; };
+    const auto sub = [](D3 a, D3 b) { return D3{a.x - b.x, a.y - b.y, a.z - b.z}; };
+    const auto crossed = [](D3 a, D3 b) { return D3{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; };
+    const auto dotted = [](D3 a, D3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
+    double nearest = HUGE_VAL;
+    for (const auto& t : mesh.triangles) {
+        const D3 a = wide(mesh.vertices[t[0]]), d = wide(ray.direction);
+        const D3 ab = sub(wide(mesh.vertices[t[1]]), a), ac = sub(wide(mesh.vertices[t[2]]), a);
+        const D3 p = crossed(d, ac), s = sub(wide(ray.origin), a), q = crossed(s, ab);
+        const double det = dotted(ab, p);
+        const double u = dotted(s, p) / det, v = dotted(d, q) / det, distance = dotted(ac, q) / det;
+        if (det != 0 && u >= 0 && v >= 0 && u + v <= 1 && distance > 0) nearest = std::min(nearest, distance);
+    }
+    return nearest;
+}
+
+Ray random_ray(test::Random& random) {
+    const Vec3 direction = test::random_direction(random);
+    return {Vec3{random(-0.6f, 0.6f), random(-0.6f, 0.6f), random(-0.6f, 0.6f)} - 1.5f * direction, direction};
+}
+
+}  // namespace
+
+TEST(bvh_equals_brute_force) {
+    for (const float size : {0.02f, 0.3f}) {
+        for (const int count : {1, 2, 4, 5, 33, 1000}) {
+            const auto mesh = test::soup(count, size, 7);
+            const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+            test::for_each_isa([&] {
+                test::Random random(11);
+                int disagreements = 0;
+                for (int i = 0; i < 2000; ++i) {
+                    const Ray ray = random_ray(random);
+                    const double want = brute_force(mesh, ray);
+                    const Hit hit = trace(bvh, ray);
+                    const bool found = hit.triangle != bob::no_triangle;
+                    if (found != (want < HUGE_VAL) || (found && std::fabs(hit.t - want) > 1e-4)) ++disagreements;
+                }
+                // Rays within rounding of an edge may go either way: none of these seeds has more than two.
+                CHECK_LT(disagreements, 3);
+            });
+        }
+    }
+}
+
+TEST(barycentric_weights_give_the_point) {
+    const auto mesh = test::soup(300, 0.3f, 3);
+    const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+    test::Random random(5);
+    int hits = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Ray ray = random_ray(random);
+        const Hit hit = trace(bvh, ray);
+        if (hit.triangle == bob::no_triangle) continue;
+        ++hits;
+        const auto& t = mesh.triangles[hit.triangle];
+        const Vec3 point = hit.u * mesh.vertices[t[0]] + hit.v * mesh.vertices[t[1]] +
+                           (1 - hit.u - hit.v) * mesh.vertices[t[2]];
+        CHECK_LT(length(point - (ray.origin + hit.t * ray.direction)), 1e-4f);
+    }
+    CHECK_LT(500, hits);
+}
+
+TEST(rays_never_leak_through_shared_edges_and_corners) {
+    for (const int levels : {0, 1, 3, 5}) {
+        auto mesh = test::sphere(levels, 0.7f);
+        test::Random random(static_cast<std::uint64_t>(levels));
+        // Moved and dented, so that coordinates are not round and triangles not alike.
+        for (auto& v : mesh.vertices) v = random(0.8f, 1) * v + Vec3{0.1f, -0.07f, 0.05f};
+        const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+        test::for_each_isa([&] {
+            int leaks = 0;
+            for (int i = 0; i < 20000; ++i) {
+                const auto& t = mesh.triangles[static_cast<std::size_t>(random(0, 0.9999f) * mesh.triangles.size())];
+                const float along = i % 3 == 0 ? 0.f : random();  // a corner, or a point on an edge
+                const Vec3 target = (1 - along) * mesh.vertices[t[0]] + along * mesh.vertices[t[1]];
+                const Vec3 inside{0.1f, -0.07f, 0.05f};
+                // From outside towards the inside, and from inside out: either way something must be in front.
+                const Vec3 inward = inside - target;
+                if (trace(bvh, {target - 0.5f * inward, inward}).triangle == bob::no_triangle) ++leaks;
+                if (trace(bvh, {inside, target - inside}).triangle == bob::no_triangle) ++leaks;
+                // Along an axis, where slabs and shears are degenerate.
+                const int axis = i % 3;
+                Vec3 direction{};
+                direction[axis] = inward[axis] > 0 ? 1.f : -1.f;
+                Vec3 origin = inside;
+                origin[axis] -= 1.2f * direction[axis];
+                if (trace(bvh, {origin, direction}).triangle == bob::no_triangle) ++leaks;
+            }
+            CHECK_EQ(leaks, 0);
+        });
+    }
+}
+
+TEST(axis_aligned_rays_hit_an_axis_aligned_grid_exactly_on_its_lines) {
+    // Two triangles a cell; rays run through lines, corners and diagonals of the grid.
+    test::TriangleMesh mesh;
+    constexpr std::uint32_t n = 16;
+    for (std::uint32_t y = 0; y <= n; ++y) {
+        for (std::uint32_t x = 0; x <= n; ++x) {
+            mesh.vertices.push_back({static_cast<float>(x) / n - 0.5f, static_cast<float>(y) / n - 0.5f, 0});
+        }
+    }
+    for (std::uint32_t y = 0; y < n; ++y) {
+        for (std::uint32_t x = 0; x < n; ++x) {
+            const std::uint32_t a = y * (n + 1) + x;
+            mesh.triangles.push_back({a, a + 1, a + n + 2});
+            mesh.triangles.push_back({a, a + n + 2, a + n + 1});
+        }
+    }
+    const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+    test::for_each_isa([&] {
+        int missed = 0;
+        for (int y = 0; y <= 64; ++y) {
+            for (int x = 0; x <= 64; ++x) {
+                const Ray ray{{static_cast<float>(x) / 64 - 0.5f, static_cast<float>(y) / 64 - 0.5f, 1}, {0, 0, -1}};
+                const Hit hit = trace(bvh, ray);
+                if (hit.triangle == bob::no_triangle || hit.t != 1) ++missed;
+            }
+        }
+        CHECK_EQ(missed, 0);
+    });
+}
+
+TEST(odd_meshes_are_built_and_traced) {
+    // All centroids in one point, sizes over twenty orders of magnitude, and triangles without area.
+    test::TriangleMesh same, growing, flat;
+    for (std::uint32_t i = 0; i < 1000; ++i) {
+        const float size = std::ldexp(1.f, -static_cast<int>(i % 64));
+        for (const Vec3 v : {Vec3{-1, -1, 0}, Vec3{1, -1, 0}, Vec3{0, 2, 0}}) {
+            same.vertices.push_back(v);
+            growing.vertices.push_back(size * v + Vec3{size, size, size});
+            flat.vertices.push_back({v.x, 0, 0});
+        }
+        for (auto* mesh : {&same, &growing, &flat}) mesh->triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    test::for_each_isa([&] {
+        const Ray down{{0.01f, 0.01f, 3}, {0, 0, -1}};
+        const auto same_bvh = bob::build_bvh(same.vertices, same.triangles);
+        CHECK_EQ(trace(same_bvh, down).t, 3.f);
+        const auto growing_bvh = bob::build_bvh(growing.vertices, growing.triangles);
+        CHECK_NEAR(trace(growing_bvh, {{1, 1, 3}, {0, 0, -1}}).t, 2.f, 1e-6f);
+        const auto flat_bvh = bob::build_bvh(flat.vertices, flat.triangles);
+        CHECK_EQ(trace(flat_bvh, {{0, 1, 0}, {0, -1, 0}}).triangle, bob::no_triangle);
+        const float nan = std::nanf("");
+        CHECK_EQ(trace(same_bvh, {{nan, 0, 3}, {0, 0, -1}}).triangle, bob::no_triangle);
+    });
+}
+
+TEST(bvh_does_not_depend_on_the_number_of_threads) {
+    const auto mesh = test::soup(30000, 0.02f, 1);
+    const int threads = bob::thread_count();
+    bob::set_thread_count(1);
+    const auto one = bob::build_bvh(mesh.vertices, mesh.triangles);
+    bob::set_thread_count(4);
+    const auto four = bob::build_bvh(mesh.vertices, mesh.triangles);
+    bob::set_thread_count(threads);
+    CHECK_EQ(one.nodes.size(), four.nodes.size());
+    bool same = one.packets.size() == four.packets.size();
+    for (std::size_t i = 0; same && i < one.packets.size(); ++i) {
+        same = std::equal(one.packets[i].triangle, one.packets[i].triangle + 4, four.packets[i].triangle);
+    }
+    CHECK(same);
+}

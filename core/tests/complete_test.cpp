@@ -1,0 +1,143 @@
+#include <stdexcept>
+
+#include "check.h"
+#include "complete/conv3x3.h"
+#include "complete/known.h"
+#include "complete/paper.h"
+#include "meshes.h"
+
+using bob::Planes;
+using bob::Then;
+
+namespace {
+
+/// The convolution by its definition, in double precision, at one pixel.
+double convolved(const Planes& input, const std::vector<float>& weight, const std::vector<float>& bias, int in,
+                 int groups, int channel, int y, int x) {
+    const int inputs = in / groups, outputs = static_cast<int>(bias.size()) / groups;
+    double sum = bias[static_cast<std::size_t>(channel)];
+    for (int i = 0; i < inputs; ++i) {
+        for (int ky = 0; ky < 3; ++ky) {
+            for (int kx = 0; kx < 3; ++kx) {
+                const int py = y + ky - 1, px = x + kx - 1;
+                if (py < 0 || py >= input.height() || px < 0 || px >= input.width()) continue;
+                sum += double{weight[static_cast<std::size_t>(((channel * inputs + i) * 3 + ky) * 3 + kx)]} *
+                       input.row(channel / outputs * inputs + i, py)[px];
+            }
+        }
+    }
+    return sum;
+}
+
+void check_conv(int in, int out, int groups, int height, int width, Then then) {
+    test::Random random(static_cast<std::uint64_t>(in * 1000 + width));
+    std::vector<float> weight(static_cast<std::size_t>(out * in / groups * 9)), bias(static_cast<std::size_t>(out));
+    for (auto& w : weight) w = random(-0.3f, 0.3f);
+    for (auto& b : bias) b = random(-0.3f, 0.3f);
+    Planes input(in, height, width);
+    for (int c = 0; c < in; ++c) {
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) input.row(c, y)[x] = random(-1, 1);
+        }
+    }
+    const int scale = then == Then::relu_upsample ? 2 : 1, shrink = then == Then::relu_pool ? 2 : 1;
+    Planes output(out + 1, height * scale / shrink, width * scale / shrink);
+    bob::Conv3x3(weight, bias, in, groups)(input, 0, output, 1, then);
+
+    const auto relu = [&](double v) { return then == Then::nothing ? v : std::max(0., v); };
+    const auto at = [&](int c, int y, int x) { return relu(convolved(input, weight, bias, in, groups, c, y, x)); };
+    for (int c = 0; c < out; ++c) {
+        for (int y = 0; y < output.height(); ++y) {
+            for (int x = 0; x < output.width(); ++x) {
+                const double want = then == Then::relu_pool
+                                        ? std::max(std::max(at(c, 2 * y, 2 * x), at(c, 2 * y, 2 * x + 1)),
+                                                   std::max(at(c, 2 * y + 1, 2 * x), at(c, 2 * y + 1, 2 * x + 1)))
+                                        : at(c, y / scale, x / scale);
+                CHECK_NEAR(output.row(c + 1, y)[x], want, 1e-5);
+            }
+            CHECK_EQ(output.row(c + 1, y)[-1], 0.f);
+            CHECK_EQ(output.row(c + 1, y)[output.width()], 0.f);
+        }
+        for (int x = -1; x <= output.width(); ++x) {
+            CHECK_EQ(output.row(c + 1, -1)[x], 0.f);
+            CHECK_EQ(output.row(c + 1, output.height())[x], 0.f);
+        }
+    }
+}
+
+bob::Weights paper_weights(std::vector<std::vector<float>>& storage, int groups) {
+    struct Layer { const char* name; int in, out, groups; };
+    bob::Weights weights;
+    storage.reserve(12);
+    for (const Layer& layer : {Layer{"encode1", 5, 20, 1}, {"encode2", 20, 80, groups}, {"encoded", 80, 20, groups},
+                               {"decode1", 20, 5, 1}, {"decode2", 25, 5, 1}, {"output", 10, 1, 1}}) {
+        const int inputs = layer.in / layer.groups;
+        storage.emplace_back(static_cast<std::size_t>(layer.out * inputs * 9), 0.01f);
+        weights[std::string(layer.name) + ".weight"] = {{layer.out, inputs, 3, 3}, storage.back()};
+        storage.emplace_back(static_cast<std::size_t>(layer.out), 0.1f);
+        weights[std::string(layer.name) + ".bias"] = {{layer.out}, storage.back()};
+    }
+    return weights;
+}
+
+}  // namespace
+
+TEST(convolutions_follow_their_definition) {
+    test::for_each_isa([] {
+        for (const int width : {2, 6, 14, 32, 34, 70, 130}) {
+            check_conv(5, 20, 1, 6, width, Then::relu_pool);
+            check_conv(20, 40, 4, 4, width, Then::relu_pool);
+            check_conv(8, 20, 4, 5, width, Then::relu);
+            check_conv(7, 5, 1, 3, width, Then::relu_upsample);
+            check_conv(10, 1, 1, 7, width, Then::nothing);
+        }
+        check_conv(3, 5, 1, 1, 1, Then::nothing);
+    });
+}
+
+TEST(paper_gives_the_same_from_call_to_call_and_size_to_size) {
+    std::vector<std::vector<float>> storage;
+    const bob::Paper network(paper_weights(storage, 4));
+    const auto run = [&](int height, int width) {
+        test::Random random(9);
+        std::vector<float> gbuffer(static_cast<std::size_t>(5 * height * width));
+        for (auto& v : gbuffer) v = random();
+        std::vector<float> gray(static_cast<std::size_t>(height * width));
+        network(gbuffer.data(), height, width, gray.data());
+        return gray;
+    };
+    const auto first = run(37, 51);
+    const auto other = run(38, 50);  // the same padded size: what the first left there must not show
+    CHECK(run(37, 51) == first);
+    CHECK(run(38, 50) == other);
+    CHECK_EQ(run(1, 1).size(), 1u);
+}
+
+TEST(weights_that_do_not_fit_are_refused_by_name) {
+    const auto refused = [](auto spoil, const char* name) {
+        std::vector<std::vector<float>> storage;
+        auto weights = paper_weights(storage, 4);
+        spoil(weights);
+        try {
+            const bob::Paper network(weights);
+        } catch (const std::invalid_argument& error) {
+            return std::string(error.what()).find(name) != std::string::npos;
+        }
+        return false;
+    };
+    CHECK(refused([](auto& w) { w.erase("encoded.bias"); }, "encoded.bias"));
+    CHECK(refused([](auto& w) { w["decode2.weight"].shape = {5, 24, 3, 3}; }, "decode2.weight"));
+    CHECK(refused([](auto& w) { w["encode1.weight"].shape = {20, 5, 9}; }, "encode1.weight"));
+    CHECK(refused([](auto& w) { w["output.bias"].shape = {2}; }, "output.bias"));
+    CHECK(refused([](auto& w) { w["encode2.weight"].shape = {80, 0, 3, 3}; }, "encode2.weight"));
+}
+
+TEST(known_pixels_are_kept_and_the_others_clamped) {
+    const std::vector<float> gbuffer{1, 0, 0, 0, /* gray */ 0.25f, 0, 0, 0};
+    std::vector<float> gray{0.9f, 1.5f, -2, std::nanf("")};
+    bob::keep_known(gbuffer.data(), 4, gray.data());
+    CHECK_EQ(gray[0], 0.25f);
+    CHECK_EQ(gray[1], 1.f);
+    CHECK_EQ(gray[2], 0.f);
+    CHECK_EQ(gray[3], 0.f);
+}

@@ -1,0 +1,68 @@
+#include "parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <numeric>
+#include <stdexcept>
+#include <vector>
+
+#include "check.h"
+
+namespace {
+
+/// Runs body with four threads, however many the machine has.
+template <class Body>
+void with_threads(Body body) {
+    const int threads = bob::thread_count();
+    bob::set_thread_count(4);
+    body();
+    bob::set_thread_count(threads);
+}
+
+}  // namespace
+
+TEST(parallel_for_covers_every_index_once) {
+    with_threads([] {
+        for (const std::size_t count : {0, 1, 7, 1000}) {
+            std::vector<int> visits(count, 0);
+            CHECK(bob::parallel_for(count, 3, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) ++visits[i];
+            }));
+            CHECK_EQ(static_cast<std::size_t>(std::count(visits.begin(), visits.end(), 1)), count);
+        }
+    });
+}
+
+TEST(parallel_for_inside_parallel_for) {
+    with_threads([] {
+        std::atomic<int> sum = 0;
+        bob::parallel_for(10, 1, [&](std::size_t, std::size_t) {
+            bob::parallel_for(10, 1, [&](std::size_t begin, std::size_t) { sum += static_cast<int>(begin); });
+        });
+        CHECK_EQ(sum.load(), 450);
+    });
+}
+
+TEST(parallel_for_stops_when_told) {
+    with_threads([] {
+        std::atomic<int> pieces = 0;
+        CHECK(!bob::parallel_for(100000, 1, [&](std::size_t, std::size_t) { ++pieces; }, [] { return false; }));
+        CHECK_LT(pieces.load(), 100000);
+    });
+}
+
+TEST(parallel_for_passes_exceptions_on) {
+    with_threads([] {
+        for (int i = 0; i < 100; ++i) {
+            bool caught = false;
+            try {
+                bob::parallel_for(64, 1, [](std::size_t begin, std::size_t) {
+                    if (begin == 40) throw std::runtime_error("forty");
+                });
+            } catch (const std::runtime_error&) {
+                caught = true;
+            }
+            CHECK(caught);
+        }
+    });
+}

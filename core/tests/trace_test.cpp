@@ -1,0 +1,129 @@
+#include "trace/trace.h"
+
+#include <numeric>
+
+#include "check.h"
+#include "meshes.h"
+#include "parallel.h"
+#include "trace/order.h"
+#include "trace/shading.h"
+
+namespace {
+
+struct Picture {
+    std::vector<float> gray, depth, normal;
+    std::vector<char> hit;  // not bool: std::vector<bool> has no array
+};
+
+Picture render(const bob::Mesh& mesh, const bob::Camera& camera, int height, int width) {
+    std::vector<bob::Pixel> pixels;
+    for (int row = 0; row < height; ++row) {
+        for (int column = 0; column < width; ++column) pixels.push_back({row, column});
+    }
+    const std::size_t n = pixels.size();
+    Picture picture{std::vector<float>(n), std::vector<float>(n), std::vector<float>(2 * n), std::vector<char>(n)};
+    const auto hits = std::make_unique<bool[]>(n);
+    CHECK(bob::trace(mesh, camera, height, width, pixels,
+                     {picture.gray.data(), picture.depth.data(), picture.normal.data(), hits.get()}));
+    std::copy_n(hits.get(), n, picture.hit.begin());
+    return picture;
+}
+
+}  // namespace
+
+TEST(sphere_matches_the_analytic_one) {
+    const auto sphere = test::sphere(6, 1);
+    const bob::Mesh mesh(sphere.vertices, sphere.triangles, {});
+    constexpr int height = 90, width = 121;
+    for (const bob::Camera camera : {bob::Camera{}, bob::Camera{200, -70, 33, 1}, bob::Camera{0, 90, 0, 0.7f}}) {
+        const auto picture = render(mesh, camera, height, width);
+        for (int row = 0; row < height; ++row) {
+            for (int column = 0; column < width; ++column) {
+                const std::size_t i = static_cast<std::size_t>(row * width + column);
+                const float x = (column + 0.5f - width / 2.f) * 2 / height / camera.zoom;
+                const float y = (height / 2.f - row - 0.5f) * 2 / height / camera.zoom;
+                const float r2 = x * x + y * y;
+                if (r2 > 0.998f && r2 < 1.002f) continue;  // within the facets of the silhouette
+                CHECK_EQ(picture.hit[i] != 0, r2 < 1);
+                if (!picture.hit[i]) {
+                    CHECK_EQ(picture.gray[i] + picture.depth[i], 0.f);
+                    continue;
+                }
+                const float z = std::sqrt(1 - r2);
+                CHECK_NEAR(picture.normal[2 * i], x, 0.01f);
+                CHECK_NEAR(picture.normal[2 * i + 1], y, 0.01f);
+                // The facets lie 3e-4 inside the sphere at most, more along a grazing ray.
+                CHECK_NEAR(picture.depth[i], (1 + z) / 2, 5e-4f / z);
+                CHECK_NEAR(picture.gray[i], bob::blinn_phong({x, y, z}), 0.01f);
+            }
+        }
+    }
+}
+
+TEST(camera_axes_are_as_agreed) {
+    // A small triangle on each axis, seen from where it is nearest.
+    const auto nearest_seen = [](bob::Camera camera, bob::Vec3 at) {
+        const std::vector<bob::Vec3> v{at + bob::Vec3{0.1f, 0, 0}, at + bob::Vec3{0, 0.1f, 0}, at + bob::Vec3{0, 0, 0.1f},
+                                       -at};
+        const std::vector<bob::Triangle> t{{0, 1, 2}};
+        const auto picture = render(bob::Mesh(v, t, {}), camera, 64, 64);
+        std::size_t row = 0, column = 0, count = 0;
+        for (std::size_t i = 0; i < picture.hit.size(); ++i) {
+            if (picture.hit[i]) row += i / 64, column += i % 64, ++count;
+        }
+        return std::pair{count ? row / count : 999, count ? column / count : 999};
+    };
+    // From +x, looking along -x: +y is to the right, +z up.
+    CHECK_LT(40u, nearest_seen({0, 0, 0, 1}, {0, 0.5f, 0}).second);
+    CHECK_LT(nearest_seen({0, 0, 0, 1}, {0, 0, 0.5f}).first, 24u);
+    // A quarter turn anticlockwise seen from +z: from +y, +x is to the left.
+    CHECK_LT(nearest_seen({90, 0, 0, 1}, {0.5f, 0, 0}).second, 24u);
+    // From straight above at azimuth 0: -x is up.
+    CHECK_LT(nearest_seen({0, 90, 0, 1}, {-0.5f, 0, 0}).first, 24u);
+    // The camera rolled anticlockwise by a quarter: what was up is at the right.
+    CHECK_LT(40u, nearest_seen({0, 0, 90, 1}, {0, 0, 0.5f}).second);
+}
+
+TEST(pictures_do_not_depend_on_threads) {
+    const auto soup = test::soup(3000, 0.1f, 2);
+    const bob::Mesh mesh(soup.vertices, soup.triangles, {});
+    const int threads = bob::thread_count();
+    bob::set_thread_count(1);
+    const auto one = render(mesh, {}, 100, 70);
+    bob::set_thread_count(5);
+    const auto five = render(mesh, {}, 100, 70);
+    bob::set_thread_count(threads);
+    CHECK(one.gray == five.gray && one.depth == five.depth && one.normal == five.normal && one.hit == five.hit);
+}
+
+TEST(both_sides_of_a_face_are_shaded_alike) {
+    const std::vector<bob::Vec3> v{{0, -0.7f, -0.7f}, {0, 0.7f, -0.7f}, {0, 0, 0.9f}};
+    const std::vector<bob::Triangle> front{{0, 1, 2}}, back{{0, 2, 1}};
+    const auto a = render(bob::Mesh(v, front, {}), {0, 0, 0, 1}, 40, 40);
+    const auto b = render(bob::Mesh(v, back, {}), {0, 0, 0, 1}, 40, 40);
+    CHECK(a.gray == b.gray);
+    CHECK_NEAR(a.gray[20 * 40 + 20], bob::blinn_phong({0, 0, 1}), 1e-6f);
+}
+
+TEST(blinn_phong_worked_values) {
+    // Facing the camera: n.l = 1 / sqrt(0.09 + 0.16 + 1), n.h = sqrt((1 + n.l) / 2).
+    const double n_l = 1 / std::sqrt(1.25), n_h = std::sqrt((1 + n_l) / 2);
+    CHECK_NEAR(bob::blinn_phong({0, 0, 1}), 0.1 + 0.7 * n_l + 0.2 * std::pow(n_h, 32), 1e-5);
+    CHECK_NEAR(bob::blinn_phong(bob::normalized(bob::light_direction)), 0.8 + 0.2 * std::pow(n_h, 32), 1e-5);
+    CHECK_NEAR(bob::blinn_phong(bob::normalized({0.3f, -0.4f, -1})), 0.1, 1e-6);
+}
+
+TEST(uniform_order_is_a_permutation) {
+    for (const std::uint32_t size : {1u, 2u, 3u, 5u, 16u, 97u, 640u * 48u, 65537u}) {
+        for (const std::uint64_t seed : {0ull, 1ull, ~0ull}) {
+            const bob::UniformOrder order(seed, size);
+            std::vector<bool> seen(size);
+            for (std::uint32_t i = 0; i < size; ++i) {
+                const std::uint32_t pixel = order(i);
+                CHECK_LT(pixel, size);
+                seen[pixel] = true;
+            }
+            CHECK_EQ(static_cast<std::uint32_t>(std::accumulate(seen.begin(), seen.end(), 0)), size);
+        }
+    }
+}

@@ -1,0 +1,73 @@
+"""OBJ: points, normals and polygons; materials, curves and texture coordinates are passed over.
+
+It is read here because trimesh 5.2 counts relative indices back from the end of the file rather than from
+the line they stand in, takes the invalid index 0 for the first vertex, and gives up a whole file for one bad
+face.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.adapters.part import Part, fan
+
+
+def read_obj(file: Path) -> list[Part]:
+    """All groups of an OBJ as one part: a vertex for each pair of point and normal that some corner names.
+
+    Raises
+    ------
+    ValueError
+        If a number isn't one.
+    """
+    points: list[list[bytes]] = []
+    normals: list[list[bytes]] = []
+    lengths: list[int] = []
+    corners: list[int] = []
+    corner_of: dict[tuple[int, int], int] = {}  # (point, normal) → vertex of the part
+    seen: dict[bytes, int] = {}  # the same, by the word in the file: most words come six times
+    for line in re.sub(rb"\\\r?\n", b" ", file.read_bytes()).splitlines():
+        words = line.partition(b"#")[0].split()
+        kind = words[0] if words else b""
+        if kind in (b"v", b"vn"):
+            (points if kind == b"v" else normals).append(words[1:4] if len(words) >= 4 else [b"nan"] * 3)
+        elif kind == b"f":
+            for word in words[1:]:
+                corner = seen.get(word)
+                if corner is None:
+                    point, _, normal = (*word.split(b"/"), b"", b"")[:3]
+                    key = _index(point, len(points)), _index(normal or b"0", len(normals))
+                    corner = corner_of.setdefault(key, len(corner_of))
+                    if b"-" not in word:  # a relative index means something else on the next line
+                        seen[word] = corner
+                corners.append(corner)
+            lengths.append(len(words) - 1)
+
+    at, towards = np.array(list(corner_of), dtype=np.int64).reshape(-1, 2).T
+    triangles = fan(np.array(lengths, np.int64), np.array(corners, np.int64))
+    return [Part(
+        _picked(points, at) if len(triangles) else _numbers(points),
+        triangles,
+        _picked(normals, towards) if (towards >= 0).any() else None,
+    )]  # fmt: skip
+
+
+def _index(word: bytes, count: int) -> int:
+    """Count from 0; -1 if there is no such item. Below 0 counts back from the last one read so far."""
+    number = int(word)
+    return number - 1 if number >= 0 else max(count + number, -1)
+
+
+def _numbers(rows: list[list[bytes]]) -> NDArray[np.float64]:
+    return np.array(rows, dtype=np.float64).reshape(-1, 3)
+
+
+def _picked(rows: list[list[bytes]], at: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Rows as numbers, (n, 3); NaN where there is no such row."""
+    numbers = np.concatenate([_numbers(rows), [[np.nan] * 3]])
+    picked: NDArray[np.float64] = numbers[np.where((at >= 0) & (at < len(rows)), at, -1)]
+    return picked

@@ -1,0 +1,97 @@
+"""Parts: what readers of mesh files make, as the file stores it, and what is done to those of any format."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.errors import InputError
+
+# Instances can repeat one part without end; this many triangles and vertices still fit into a few GB.
+MAX_ITEMS = 100_000_000
+
+
+class Part(NamedTuple):
+    """One mesh of a file, as it came: indices unchecked, numbers perhaps not finite.
+
+    Missing normals are None for the whole part, NaN for single vertices.
+    """
+
+    vertices: NDArray[np.float64]  # (V, 3)
+    triangles: NDArray[np.int64]  # (T, 3)
+    normals: NDArray[np.float64] | None = None  # (V, 3)
+
+
+def trimesh_part(stored: dict[str, Any]) -> Part:
+    """A part from what trimesh's readers return, who have `vertex_normals` only where the file has them."""
+    normals = stored.get("vertex_normals")
+    return Part(
+        np.asarray(stored["vertices"], dtype=np.float64).reshape(-1, 3),
+        np.asarray(stored["faces"]).astype(np.int64).reshape(-1, 3),
+        None if normals is None else np.asarray(normals, dtype=np.float64),
+    )
+
+
+def fan(lengths: NDArray[np.int64], corners: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Cut polygons into fans of triangles, (T, 3).
+
+    Parameters
+    ----------
+    lengths : (n,) int64, 0 or above
+        Corners of each polygon; those with fewer than 3 make no triangle.
+    corners : (sum of lengths,) int64
+        The corners of all polygons, one polygon after another.
+    """
+    cuts = np.maximum(lengths - 2, 0)
+    first = np.repeat(np.cumsum(lengths) - lengths, cuts)
+    second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(cuts) - cuts, cuts)
+    return np.stack([corners[first], corners[second], corners[second + 1]], axis=1)
+
+
+def placed(part: Part, matrix: NDArray[np.float64]) -> Part:
+    """The part moved by a (4, 4) matrix that is multiplied from the left."""
+    linear = matrix[:3, :3]
+    mirrored = np.linalg.det(linear) < 0
+    normals = part.normals
+    if normals is not None:
+        # The cofactors are det · inverse transpose, and exist where a part is pressed flat.
+        a, b, c = linear.T
+        cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+        normals = normals @ cofactors.T * (-1.0 if mirrored else 1.0)
+    return Part(
+        part.vertices @ linear.T + matrix[:3, 3],
+        part.triangles[:, ::-1] if mirrored else part.triangles,  # the outside stays anticlockwise
+        normals,
+    )
+
+
+def joined(parts: Sequence[Part]) -> Part:
+    """All parts as one; an index that misses its own part's vertices becomes -1."""
+    vertices, triangles, normals = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty((0, 3))]
+    start = 0
+    for part in parts:
+        # An index past the end of its part must not reach into the next one.
+        inside = (part.triangles >= 0) & (part.triangles < len(part.vertices))
+        triangles.append(np.where(inside, part.triangles + start, -1))
+        vertices.append(part.vertices)
+        stored = part.normals
+        if stored is None or stored.shape != part.vertices.shape:
+            stored = np.full(part.vertices.shape, np.nan)
+        normals.append(stored)
+        start += len(part.vertices)
+    directions = np.concatenate(normals)
+    return Part(
+        np.concatenate(vertices),
+        np.concatenate(triangles),
+        None if np.isnan(directions).all() else directions,
+    )
+
+
+def counted(total: int, more: int) -> int:
+    """`total + more`, unless that exceeds `MAX_ITEMS`: stops before a file of copies fills the memory."""
+    if total + more > MAX_ITEMS:
+        raise InputError(f"expected at most {MAX_ITEMS:,} triangles and vertices in all its parts, got more")
+    return total + more

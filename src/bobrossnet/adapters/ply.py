@@ -1,0 +1,223 @@
+"""PLY, text and binary: vertices, their normals, polygons and triangle strips.
+
+It is read here because trimesh 5.2 refuses polygons of mixed sizes, and sees a point cloud where the faces
+are triangle strips; plyfile reads both, but is under the GPL.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.adapters.part import Part, fan
+from bobrossnet.errors import InputError
+
+TYPES = {
+    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
+    "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "int64": "i8", "uint64": "u8",
+    "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
+}  # fmt: skip
+ORDERS = {"ascii": "<", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+class Property(NamedTuple):
+    name: str
+    dtype: np.dtype[Any]
+    length: np.dtype[Any] | None  # the type of a list's length; None for a scalar
+
+
+class Element(NamedTuple):
+    name: str
+    rows: int
+    properties: list[Property]
+
+
+class Column(NamedTuple):
+    """One property of all rows: `lengths` (rows,) of the lists, and their values one after another."""
+
+    lengths: NDArray[np.int64]
+    values: NDArray[Any]
+
+
+Table: TypeAlias = dict[str, Column]
+
+
+def read_ply(file: Path) -> list[Part]:
+    """The one mesh of a PLY.
+
+    Raises
+    ------
+    InputError
+        If the header is none, if the file is shorter than it says, or if it has no vertices.
+    """
+    data = file.read_bytes()
+    elements, body, text = _header(data)
+    # Whatever comes after the last of these, edges or materials, is of no use here.
+    useful = [n for n, element in enumerate(elements) if element.name in ("vertex", "face", "tristrips")]
+    elements = elements[: max(useful, default=-1) + 1]
+    # Text becomes binary in which every number is a double, so that one reader does for both.
+    data = _binary(data[body:], elements) if text else data[body:]
+    tables: dict[str, Table] = {}
+    at = 0
+    for element in elements:
+        tables[element.name], at = _table(data, at, element)
+
+    vertex = tables.get("vertex", {})
+    if not {"x", "y", "z"} <= vertex.keys():
+        raise InputError("expected a PLY with vertices x, y, z, got none")
+    vertices = _vectors(vertex, "x", "y", "z")
+    normals = _vectors(vertex, "nx", "ny", "nz") if {"nx", "ny", "nz"} <= vertex.keys() else None
+    triangles = [np.empty((0, 3), np.int64)]
+    for name, cut in (("face", fan), ("tristrips", _unstripped)):
+        table = tables.get(name, {})
+        corners = table.get("vertex_indices", table.get("vertex_index"))
+        if corners is not None and len(corners.values):
+            triangles.append(cut(corners.lengths, corners.values.astype(np.int64)))
+    return [Part(vertices, np.concatenate(triangles), normals)]
+
+
+def _vectors(table: Table, *names: str) -> NDArray[np.float64]:
+    return np.stack([table[name].values.astype(np.float64) for name in names], axis=1)
+
+
+def _unstripped(lengths: NDArray[np.int64], corners: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Triangle strips, which end with their list or at a -1 within it, as triangles (T, 3)."""
+    strip = np.insert(corners, np.cumsum(lengths), -1)
+    index = np.arange(len(strip))
+    start = np.maximum.accumulate(np.where(strip < 0, index + 1, 0))
+    triangles = np.stack([strip[:-2], strip[1:-1], strip[2:]], axis=1)
+    odd = (index - start)[:-2] % 2 == 1  # every second triangle of a strip turns the other way
+    triangles[odd] = triangles[odd][:, [1, 0, 2]]
+    a, b, c = triangles.T
+    # Repeated corners steer a strip round a bend; they are not meant to be seen.
+    shown: NDArray[np.int64] = triangles[(triangles >= 0).all(axis=1) & (a != b) & (b != c) & (c != a)]
+    return shown
+
+
+# ---- Header ----------------------------------------------------------------------------------------------
+
+
+def _header(data: bytes) -> tuple[list[Element], int, bool]:
+    """The elements that are declared, where the body starts, and whether it is text."""
+    if not data.startswith(b"ply"):
+        raise InputError(f"expected a PLY, which starts with 'ply', got {data[:8]!r}")
+    end = re.compile(rb"[\r\n]end_header[ \t]*(?:\r\n|\n|\r|\Z)").search(data, 0, 1 << 20)
+    if end is None:
+        raise InputError("expected a PLY header that ends in end_header, got none")
+    form, elements = "", list[Element]()
+    for words in (line.split() for line in data[: end.start()].decode("latin-1").splitlines()):
+        if words[:1] == ["format"] and len(words) > 1:
+            form = words[1]
+        elif words[:1] == ["element"] and len(words) == 3:
+            elements.append(Element(words[1], int(words[2]), []))
+        elif words[:1] == ["property"] and elements and len(words) in (3, 5):
+            *length, dtype = [_dtype(word, form) for word in words[1:-1] if word != "list"]
+            elements[-1].properties.append(Property(words[-1], dtype, length[0] if length else None))
+    elements = [element for element in elements if element.properties]
+    if form not in ORDERS:
+        raise InputError(f"expected a PLY of format ascii or binary, got {form or 'none'}")
+
+    # A list takes at least its length; a number in a text at least a digit and a space, but for the last.
+    text = form == "ascii"
+    smallest = sum(e.rows * sum(2 if text else (p.length or p.dtype).itemsize for p in e.properties) for e in elements)
+    left = len(data) - end.end()
+    if smallest > left + text or any(e.rows < 0 for e in elements):
+        declared = ", ".join(f"{e.rows:,} {e.name}" for e in elements)
+        raise InputError(f"expected {declared}, got only {left:,} bytes to hold them")
+    return elements, end.end(), text
+
+
+def _dtype(word: str, form: str) -> np.dtype[Any]:
+    if word not in TYPES:
+        raise InputError(f"expected a PLY type such as float or int, got {word}")
+    return np.dtype(ORDERS.get(form, "<") + ("f8" if form == "ascii" else TYPES[word]))
+
+
+# ---- Body ------------------------------------------------------------------------------------------------
+
+
+def _binary(text: bytes, elements: list[Element]) -> bytes:
+    """The numbers that the header declares, as doubles. A line may hold more; some writers do that."""
+    lines = (words for words in map(bytes.split, text.splitlines()) if words)
+    kept: list[bytes] = []
+    for element in elements:
+        lists = [prop.length is not None for prop in element.properties]
+        for row in range(element.rows):
+            words, end = next(lines, []), len(lists)
+            if any(lists):
+                end = 0
+                for is_list in lists:
+                    end += 1 + (max(int(words[end]), 0) if is_list and end < len(words) else 0)
+            if len(words) < end:
+                raise InputError(f"expected {element.rows:,} {element.name}, got {row:,} and a bit")
+            kept += words[:end]
+    return np.array(kept, dtype="<f8").tobytes()
+
+
+def _table(data: bytes, at: int, element: Element) -> tuple[Table, int]:
+    """All rows of an element from byte `at` on, and where the next element starts."""
+    if element.rows == 0:
+        none = Column(np.empty(0, np.int64), np.empty(0))
+        return {prop.name: none for prop in element.properties}, at
+    try:
+        return _even_rows(data, at, element) or _uneven_rows(data, at, element)
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError(f"expected {element.rows:,} {element.name}, the file ends before them") from error
+
+
+def _even_rows(data: bytes, at: int, element: Element) -> tuple[Table, int] | None:
+    """The fast way, if all rows have lists as long as the first row's; None if they have not."""
+    fields: list[tuple[str, Any] | tuple[str, Any, tuple[int]]] = []
+    offset = at
+    for number, prop in enumerate(element.properties):
+        length = 1
+        if prop.length is not None:
+            length = _length(data, offset, prop.length)
+            fields.append((f"length{number}", prop.length))
+            offset += prop.length.itemsize
+        fields.append((f"values{number}", prop.dtype, (length,)))
+        offset += length * prop.dtype.itemsize
+    end = at + element.rows * (offset - at)
+    if end > len(data):
+        return None
+    rows = np.frombuffer(data, np.dtype(fields), element.rows, at)
+    table = {}
+    for number, prop in enumerate(element.properties):
+        values = rows[f"values{number}"]
+        if prop.length is not None and (rows[f"length{number}"] != values.shape[1]).any():
+            return None
+        lengths = np.full(element.rows, values.shape[1], np.int64)
+        table[prop.name] = Column(lengths, values.reshape(-1))
+    return table, end
+
+
+def _uneven_rows(data: bytes, at: int, element: Element) -> tuple[Table, int]:
+    lengths: list[list[int]] = [[] for _ in element.properties]
+    values: list[list[NDArray[Any]]] = [[] for _ in element.properties]
+    for _ in range(element.rows):
+        for number, prop in enumerate(element.properties):
+            length = 1
+            if prop.length is not None:
+                length = _length(data, at, prop.length)
+                at += prop.length.itemsize
+            none = np.empty(0, prop.dtype)
+            values[number].append(np.frombuffer(data, prop.dtype, length, at) if length else none)
+            lengths[number].append(length)
+            at += length * prop.dtype.itemsize
+    return {
+        prop.name: Column(np.array(lengths[number], np.int64), np.concatenate(values[number]))
+        for number, prop in enumerate(element.properties)
+    }, at
+
+
+def _length(data: bytes, at: int, dtype: np.dtype[Any]) -> int:
+    length = float(np.frombuffer(data, dtype, 1, at)[0])
+    if not 0 <= length <= len(data):
+        raise InputError(f"expected a list no longer than the file, got one of {length:,.15g}")
+    return int(length)

@@ -1,0 +1,117 @@
+"""3MF: a zip file of XML.
+
+It is read here because trimesh 5.2 needs lxml and networkx for it, and walks every path through the
+components, of which a file of a few lines can have 2ⁿ.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import IO, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.adapters.part import Part, counted, placed
+from bobrossnet.errors import InputError
+
+MAX_INSTANCES = 100_000
+
+Key: TypeAlias = tuple[str, str]
+"""The model file that an object is in, and its id there."""
+
+
+class Instance(NamedTuple):
+    key: Key
+    matrix: NDArray[np.float64]  # (4, 4), multiplied from the left
+
+
+class Object(NamedTuple):
+    part: Part
+    components: list[Instance]
+
+
+def read_3mf(file: Path) -> list[Part]:
+    """The meshes of what a 3MF builds, each where it is built.
+
+    Raises
+    ------
+    InputError
+        If there is no model in it, one that unpacks without end, an object that is missing, or too many.
+    """
+    from zipfile import ZipFile
+
+    objects: dict[Key, Object] = {}
+    items: list[Instance] = []
+    with ZipFile(file) as archive:
+        models = [info for info in archive.infolist() if info.filename.lower().endswith(".model")]
+        unpacked = sum(info.file_size for info in models)
+        # Coordinates shrink to a third or a tenth of their text; only a bomb shrinks to a hundredth.
+        if unpacked > 1 << 26 and unpacked > 100 * file.stat().st_size:
+            raise InputError(f"expected a 3MF model, got a zip file that unpacks to {unpacked:,} bytes")
+        for info in models:
+            with archive.open(info) as stream:
+                items += _read_model(stream, info.filename.lower().strip("/"), objects)
+    if not models:
+        raise InputError("expected a 3MF with a 3D/3dmodel.model in it, got none")
+
+    # What is built is placed; whatever it is made of is placed relative to it.
+    parts: list[Part] = []
+    visited = total = 0
+    while items:
+        key, matrix = items.pop()
+        found = objects.get(key)
+        if found is None:
+            raise InputError(f"expected an object with id {key[1]}, found none")
+        visited += 1
+        if visited > MAX_INSTANCES:
+            raise InputError("expected finitely many components, got too many; does one hold itself?")
+        total = counted(total, len(found.part.triangles) + len(found.part.vertices))
+        if len(found.part.vertices):
+            parts.append(placed(found.part, matrix))
+        items += [Instance(child, matrix @ relative) for child, relative in found.components]
+    return parts
+
+
+def _read_model(stream: IO[bytes], model: str, objects: dict[Key, Object]) -> list[Instance]:
+    """Collect the objects of one model file into `objects`; return what it builds."""
+    from xml.etree.ElementTree import iterparse
+
+    items: list[Instance] = []
+    points: list[tuple[str, str, str]] = []
+    corners: list[tuple[str, str, str]] = []
+    components: list[Instance] = []
+    for _, element in iterparse(stream):
+        get = element.attrib
+        kind = _local(element.tag)
+        if kind == "vertex":
+            points.append((get["x"], get["y"], get["z"]))
+        elif kind == "triangle":
+            corners.append((get["v1"], get["v2"], get["v3"]))
+        elif kind in ("component", "item"):
+            path = next((value for key, value in get.items() if _local(key) == "path"), model)
+            key = path.lower().strip("/"), get["objectid"]
+            instance = Instance(key, _matrix(get.get("transform")))
+            (components if kind == "component" else items).append(instance)
+        elif kind == "object":
+            part = Part(
+                np.array(points, dtype=np.float64).reshape(-1, 3),
+                np.array(corners, dtype=np.float64).astype(np.int64).reshape(-1, 3),
+            )
+            objects[model, get["id"]] = Object(part, components)
+            points, corners, components = [], [], []
+        element.clear()
+    return items
+
+
+def _local(name: str) -> str:
+    """A name without its namespace."""
+    return name.rpartition("}")[2]
+
+
+def _matrix(text: str | None) -> NDArray[np.float64]:
+    """Read the 12 numbers of a transform, which 3MF multiplies from the right."""
+    matrix = np.eye(4)
+    if text:
+        matrix[:3] = np.array(text.split(), dtype=np.float64).reshape(4, 3).T
+    return matrix

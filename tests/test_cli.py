@@ -1,0 +1,245 @@
+"""The command line as users have it: its pictures, its one-line errors, and how it stops."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from models import MODELS, needs_models
+from PIL import Image
+
+import bobrossnet as bob
+from bobrossnet import cli
+from bobrossnet.render.picture import CAPTION_HEIGHT, GAP
+
+TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
+
+
+def run(*arguments, timeout=60, cwd=None):
+    """The installed command in a process of its own."""
+    command = [sys.executable, "-m", "bobrossnet.cli", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=timeout, cwd=cwd, check=False)
+
+
+def pixels(file):
+    with Image.open(file) as image:
+        return np.asarray(image)
+
+
+@pytest.fixture(autouse=True)
+def leave_signals_alone():
+    handler = signal.getsignal(signal.SIGTERM)
+    yield
+    signal.signal(signal.SIGTERM, handler)
+
+
+def test_render_the_built_in_scene(tmp_path):
+    out = tmp_path / "out.png"
+    done = run("render", "--size", "100x60", "--fraction", "5%", "-o", out)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    assert "5 % of 100x60: 300 rays in" in done.stdout
+    image = pixels(out)
+    part = bob.trace(bob.happy_tree(), size=(60, 100), fraction=0.05)
+    assert np.array_equal(image, np.rint(bob.complete(part) * 255))
+
+
+def test_out_png_here_is_the_default(tmp_path):
+    assert run("render", "--size", "16x16", cwd=tmp_path).returncode == 0
+    assert [file.name for file in tmp_path.iterdir()] == ["out.png"]
+
+
+def test_the_whole_picture_is_exact(tmp_path):
+    out = tmp_path / "full.png"
+    assert (
+        cli.main(["render", "--size", "96x64", "--fraction", "100%", "--azimuth", "70", "-o", str(out)]) == 0
+    )
+    full = bob.trace(bob.happy_tree(), bob.Camera(azimuth=70), size=(64, 96))
+    assert np.array_equal(pixels(out), np.rint(full.gray * 255))
+
+
+def test_panels(tmp_path, capsys):
+    out = tmp_path / "panels.png"
+    assert cli.main(["render", "--size", "320x240", "--fraction", "0.05", "--panels", "-o", str(out)]) == 0
+    image = pixels(out)
+    assert image.shape == (240 + CAPTION_HEIGHT, 3 * 320 + 2 * GAP, 3)
+    traced, completed, reference = (image[:240, i * (320 + GAP) :][:, :320] for i in range(3))
+    full = bob.trace(bob.happy_tree(), size=(240, 320))
+    part = full.sample(0.05)
+    assert np.array_equal(reference[..., 0], np.rint(full.gray * 255))
+    assert np.array_equal(completed[..., 1], np.rint(bob.complete(part) * 255))
+    green = traced[..., 1] != traced[..., 0]
+    assert np.array_equal(green, part.mask == 0)
+    printed = capsys.readouterr().out
+    assert f"SSIM {bob.ssim(bob.complete(part), full.gray):.4f}" in printed
+    for word in ("5 % of 320x240", "3,840 rays", "completed", "reference  76,800 rays", "wrote"):
+        assert word in printed
+
+
+def test_several_files_and_up(tmp_path):
+    for i, name in enumerate(("a.obj", "b.obj")):
+        (tmp_path / name).write_text(TRIANGLE.replace("v 0", f"v {i}"))
+    out = tmp_path / "out.png"
+    files = [str(tmp_path / "a.obj"), str(tmp_path / "b.obj")]
+    arguments = ["render", *files, "--size", "40x40", "--fraction", "1", "-o", str(out)]
+    assert cli.main(arguments) == 0
+    upright = bob.trace(bob.load(files), size=(40, 40))
+    assert np.array_equal(pixels(out), np.rint(upright.gray * 255))
+    assert cli.main([*arguments, "--up", "y"]) == 0
+    turned = bob.trace(bob.load(files).turned_upright(), size=(40, 40))
+    assert np.array_equal(pixels(out), np.rint(turned.gray * 255))
+    assert turned != upright
+
+
+@needs_models
+def test_a_bunny(tmp_path):
+    out = tmp_path / "bunny.png"
+    done = run("render", MODELS / "scans/stanford_bunny.ply", "--fraction", "5%", "--panels", "-o", out)
+    assert done.returncode == 0, done.stderr
+    assert "69,451 triangles" in done.stdout
+    assert pixels(out).shape == (480 + CAPTION_HEIGHT, 3 * 640 + 2 * GAP, 3)
+
+
+def test_info_on_a_mesh(tmp_path, capsys):
+    file = tmp_path / "a.obj"
+    file.write_text(TRIANGLE)
+    assert cli.main(["info", str(file)]) == 0
+    printed = capsys.readouterr().out
+    assert "triangles  1" in printed
+    assert "(0, 0, 0) .. (0, 1, 1)" in printed
+    assert "computed" in printed
+
+
+@pytest.mark.parametrize("name", ["paper", "default"])
+def test_info_on_weights(name, capsys):
+    assert cli.main(["info", name]) == 0
+    printed = capsys.readouterr().out
+    assert "10,346" in printed
+    assert "(80, 5, 3, 3)" in printed
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["render", "missing.ply"], "missing.ply: "),
+        (["render", "notes.txt"], "notes.txt: "),
+        (["render", "."], "expected"),
+        (["render", "--size", "640"], "--size: expected WIDTHxHEIGHT such as 640x480, got '640'"),
+        (["render", "--size", "0x5"], "--size: width: expected an integer in 1.."),
+        (["render", "--size", "99999x99999"], "--size: size: expected at most"),
+        (["render", "--size", "-4x5"], "size"),
+        (["render", "--fraction", "0"], "--fraction: expected a share of the pixels"),
+        (["render", "--fraction", "150%"], "--fraction"),
+        (["render", "--fraction", "5%%"], "--fraction"),
+        (["render", "--fraction", "nan"], "--fraction"),
+        (["render", "--order", "spiral"], "order: expected one of uniform, got 'spiral'"),
+        (["render", "--seed", "-1"], "seed: expected an integer in 0.."),
+        (["render", "--azimuth", "east"], "--azimuth"),
+        (["render", "--azimuth", "inf"], "azimuth: expected a finite number"),
+        (["render", "--elevation", "100"], "elevation: expected a number in [-90, 90]"),
+        (["render", "--zoom", "0"], "zoom"),
+        (["render", "--up", "x"], "--up"),
+        (["render", "--model", "oil"], "model: expected one of"),
+        (["render", "-o", "no/such/folder.png"], "there is no folder"),
+        (["render", "-o", "picture.gif"], "picture.gif: expected a picture's ending"),
+        (["render", "-o", "picture"], "picture: expected a picture's ending"),
+        (["info", "missing.safetensors"], "missing.safetensors: "),
+        (["info"], "FILE"),
+        (["paint"], "paint"),
+        ([], "COMMAND"),
+    ],
+)
+def test_mistakes_get_one_line_and_status_2(arguments, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("notes.txt").write_text("hello")
+    assert cli.main(arguments) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith("bobrossnet: error: ")
+    assert printed.err.count("\n") == 1
+    assert message in printed.err
+    assert [file.name for file in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def broken_files():
+    return sorted((MODELS / "broken_odd").glob("*")) if MODELS.is_dir() else []
+
+
+@needs_models
+@pytest.mark.parametrize("file", broken_files(), ids=lambda file: file.name)
+def test_broken_files_render_or_get_one_line(file, tmp_path, capsys):
+    """Which of the two is in the table of test_files.py; here, that nothing else comes of it."""
+    start = time.monotonic()
+    status = cli.main(["render", str(file), "--size", "64x48", "-o", str(tmp_path / "out.png")])
+    assert time.monotonic() - start < 10
+    errors = capsys.readouterr().err
+    assert status in (0, 2)
+    if status == 0:
+        assert pixels(tmp_path / "out.png").shape == (48, 64)
+        assert all(line.startswith("bobrossnet: warning: ") for line in errors.splitlines())
+    else:
+        assert errors.startswith(f"bobrossnet: error: {file.name}: ")
+        assert errors.count("\n") == 1
+        assert not list(tmp_path.iterdir())
+
+
+def test_warnings_are_one_line(tmp_path, capsys):
+    file = tmp_path / "nan.obj"
+    file.write_text(TRIANGLE + "v nan 0 0\nf 1 2 4\n")
+    assert cli.main(["render", str(file), "--size", "16x16", "-o", str(tmp_path / "out.png")]) == 0
+    errors = capsys.readouterr().err
+    assert errors.startswith("bobrossnet: warning: nan.obj: ")
+    assert errors.count("\n") == 1
+
+
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+def test_stopping_a_long_render(stop, tmp_path):
+    """72 million rays take ten seconds and more."""
+    out = tmp_path / "huge.png"
+    out.write_bytes(b"what was here before")
+    command = [sys.executable, "-m", "bobrossnet.cli", "render", "--size", "12000x12000", "--fraction", "50%"]
+    process = subprocess.Popen([*command, "-o", str(out)], stderr=subprocess.PIPE, text=True)
+    time.sleep(3)
+    assert process.poll() is None
+    process.send_signal(stop)
+    start = time.monotonic()
+    _, errors = process.communicate(timeout=20)
+    assert time.monotonic() - start < 1.5
+    assert process.returncode == 130
+    assert errors.splitlines()[-1] == "bobrossnet: interrupted"
+    assert "Traceback" not in errors
+    assert [file.name for file in tmp_path.iterdir()] == ["huge.png"]
+    assert out.read_bytes() == b"what was here before"
+
+
+def test_a_reader_that_leaves_is_no_error(tmp_path):
+    command = f"{sys.executable} -m bobrossnet.cli info paper | true"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+
+
+def seconds(*arguments):
+    """The fastest of five: the others wait for whatever else the machine does."""
+    times = []
+    for _ in range(5):
+        start = time.perf_counter()
+        subprocess.run([sys.executable, *arguments], capture_output=True, check=True)
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def test_help_and_import_are_quick():
+    assert seconds("-m", "bobrossnet.cli", "--help") < 0.3
+    assert seconds("-c", "import bobrossnet") < 0.3
+
+
+def test_run_time_needs_no_torch():
+    code = (
+        "import sys; sys.modules['torch'] = None; import bobrossnet as bob;"
+        "bob.complete(bob.trace(bob.happy_tree(), size=(32, 32), fraction=0.1))"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, env={**os.environ, "PYTHONWARNINGS": "error"})

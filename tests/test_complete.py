@@ -1,0 +1,175 @@
+"""Completion in the core: equal to PyTorch, exact where known, clear about what it can't use."""
+
+import os
+import shutil
+
+import numpy as np
+import pytest
+import torch
+from safetensors.numpy import save_file
+
+import bobrossnet as bob
+from bobrossnet import _core
+from bobrossnet.complete.model import load_model
+from bobrossnet.complete.weights import WEIGHTS, read_weights
+from bobrossnet.learn.networks.paper import Paper
+
+PAPER = WEIGHTS / "paper.safetensors"
+
+
+@pytest.mark.parametrize("size", [(480, 640), (128, 128), (61, 47), (5, 7), (2, 3), (1, 1)])
+@pytest.mark.parametrize("groups", [4, 1])
+def test_core_equals_pytorch(size, groups, every_instruction_set):
+    """Within 1e-5: both sum in float32, in another order. Weights of unit scale, larger than trained ones."""
+    torch.manual_seed(0)
+    network = Paper(groups=groups).eval()
+    core = _core.Paper({name: tensor.numpy() for name, tensor in network.state_dict().items()})
+    stack = np.random.default_rng(0).random((5, *size), dtype=np.float32)
+    with torch.no_grad():
+        expected = network(torch.from_numpy(stack)[None])[0, 0].numpy()
+    for name in every_instruction_set:
+        _core.set_isa(name)
+        gray = np.full(size, np.nan, np.float32)
+        core(stack, gray)
+        assert np.abs(gray - expected).max() < 1e-5, name
+
+
+def test_shipped_weights_equal_pytorch(tree, every_instruction_set):
+    _, tensors = read_weights(PAPER)
+    network = Paper(groups=4).eval()
+    network.load_state_dict({name: torch.from_numpy(tensor) for name, tensor in tensors.items()})
+    part = bob.trace(tree, size=(240, 322), fraction=0.05)
+    with torch.no_grad():
+        expected = network(torch.from_numpy(part.stack().copy())[None])[0, 0].numpy()
+    for name in every_instruction_set:
+        _core.set_isa(name)
+        assert np.abs(load_model("paper").predict(part) - expected).max() < 1e-5, name
+
+
+def test_known_pixels_are_exact(tree):
+    for fraction in (0.01, 0.3):
+        part = bob.trace(tree, size=(100, 150), fraction=fraction)
+        image = bob.complete(part)
+        known = part.mask > 0
+        assert image.dtype == np.float32
+        assert np.array_equal(image[known], part.gray[known])
+        assert image.min() >= 0
+        assert image.max() <= 1
+        assert image[~known].any()
+
+
+def test_everything_traced_is_exactly_what_was_traced(tree):
+    full = bob.trace(tree, size=(50, 70))
+    assert np.array_equal(bob.complete(full), full.gray)
+
+
+def test_more_pixels_make_a_better_picture(tree):
+    full = bob.trace(tree, size=(240, 320))
+    quality = [bob.ssim(bob.complete(full.sample(f)), full.gray) for f in (0.01, 0.05, 0.25, 0.5, 1.0)]
+    assert quality == sorted(quality)
+    assert quality[-1] == pytest.approx(1)
+
+
+def test_threads_do_not_matter(tree):
+    part = bob.trace(tree, size=(123, 217), fraction=0.1)
+    threads = bob.thread_count()
+    try:
+        images = []
+        for count in (1, 2, 5):
+            bob.set_thread_count(count)
+            images.append(bob.complete(part))
+    finally:
+        bob.set_thread_count(threads)
+    assert np.array_equal(images[0], images[1])
+    assert np.array_equal(images[0], images[2])
+
+
+def test_large_pictures_are_completed_in_bands(tree, monkeypatch):
+    part = bob.trace(tree, size=(311, 200), fraction=0.1)
+    whole = bob.complete(part)
+    for band in (1, 200 * 50, 200 * 96):
+        monkeypatch.setattr("bobrossnet.complete.model.BAND", band)
+        assert np.array_equal(bob.complete(part), whole)
+
+
+def test_models_by_name_and_path(tree, tmp_path):
+    part = bob.trace(tree, size=(60, 80), fraction=0.1)
+    copy = tmp_path / "mine.safetensors"
+    shutil.copy(PAPER, copy)
+    expected = bob.complete(part)
+    for model in ("default", "paper", copy, str(copy), load_model("paper")):
+        assert np.array_equal(bob.complete(part, model=model), expected)
+
+
+def test_a_file_written_anew_is_read_anew(tree, tmp_path):
+    part = bob.trace(tree, size=(60, 80), fraction=0.1)
+    file = tmp_path / "mine.safetensors"
+    metadata, tensors = read_weights(PAPER)
+    save_file(tensors, file, metadata)
+    before = bob.complete(part, model=file)
+    save_file({name: 0 * tensor for name, tensor in tensors.items()}, file, metadata)
+    os.utime(file, ns=(0, file.stat().st_mtime_ns + 10**9))  # clocks of file systems tick slowly
+    assert not np.array_equal(bob.complete(part, model=file), before)
+
+
+def changed_weights(file, metadata=None, **changed):
+    known, tensors = read_weights(PAPER)
+    tensors = {name: changed.get(name.replace(".", "_"), tensor) for name, tensor in tensors.items()}
+    save_file(
+        {name: t for name, t in tensors.items() if t is not None},
+        file,
+        known if metadata is None else metadata,
+    )
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda f: None, "can't read"),
+        (lambda f: f.write_bytes(b""), "expected a safetensors file"),
+        (lambda f: f.write_bytes(b"\xff" * 4096), "expected a safetensors file"),
+        (lambda f: f.write_bytes(PAPER.read_bytes()[:-100]), "expected a safetensors file"),
+        (
+            lambda f: changed_weights(f, {"format": "pt"}),
+            "expected weights of format bobrossnet-1, got format 'pt'",
+        ),
+        (lambda f: changed_weights(f, {"format": "bobrossnet-1", "network": "oil"}), "got 'oil'"),
+        (lambda f: changed_weights(f, encoded_bias=None), "encoded.bias: expected in the weights, not found"),
+        (
+            lambda f: changed_weights(f, encode1_weight=np.zeros((20, 4, 3, 3), np.float32)),
+            "encode1.weight: expected shape (20, 5 / groups, 3, 3), got (20, 4, 3, 3)",
+        ),
+        (
+            lambda f: changed_weights(f, output_bias=np.full(1, np.nan, np.float32)),
+            "output.bias: expected finite",
+        ),
+        (
+            lambda f: changed_weights(f, output_bias=np.zeros(1)),
+            "output.bias: expected finite float32 values, got float64",
+        ),
+    ],
+)
+def test_bad_weight_files_are_named(make, message, tmp_path, tree):
+    file = tmp_path / "bad.safetensors"
+    make(file)
+    with pytest.raises(bob.InputError) as error:
+        bob.complete(bob.trace(tree, size=(20, 20), fraction=0.5), model=file)
+    assert message in str(error.value)
+    assert "bad.safetensors" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"gbuffer": np.zeros((5, 8, 8), np.float32)}, "gbuffer: expected a GBuffer, got ndarray"),
+        ({"model": "oil"}, "model: expected one of default, paper or a .safetensors file, got 'oil'"),
+        ({"model": 3}, "model: expected a name or a path, got int"),
+        ({"model": "../paper"}, "model: expected one of"),
+    ],
+)
+def test_bad_arguments_are_named(arguments, message):
+    part = bob.GBuffer.from_stack(np.zeros((5, 8, 8), np.float32))
+    with pytest.raises(bob.InputError) as error:
+        bob.complete(**({"gbuffer": part} | arguments))
+    assert str(error.value).startswith(message)

@@ -1,0 +1,89 @@
+"""The fillings that networks are measured against."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bobrossnet.complete.filling import FILLINGS, delaunay_linear, nearest, pull_push
+from bobrossnet.errors import InputError
+from bobrossnet.metrics import ssim
+
+every_filling = pytest.mark.parametrize("fill", FILLINGS.values(), ids=FILLINGS.keys())
+Filling = Callable[[Any, Any], np.ndarray]
+
+
+def partial(size: tuple[int, int], fraction: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """A disc on black and which of its pixels are known."""
+    y, x = np.mgrid[: size[0], : size[1]] / np.array(size)[:, None, None] - 0.5
+    gray = np.where(x * x + y * y < 0.16, 0.6 + x - y, 0).astype(np.float32)
+    mask = np.random.default_rng(seed).random(size) < fraction
+    mask.flat[seed % mask.size] = True
+    return gray, mask
+
+
+@every_filling
+@pytest.mark.parametrize("size", [(64, 64), (37, 53), (1, 9), (5, 1), (1, 1), (128, 3)])
+def test_known_pixels_are_kept(fill: Filling, size: tuple[int, int]) -> None:
+    gray, mask = partial(size, 0.2)
+    filled = fill(np.where(mask, gray, 7), mask)  # what lies under unknown pixels isn't read
+    assert filled.dtype == np.float32
+    assert filled.shape == size
+    np.testing.assert_array_equal(filled[mask], gray[mask])
+    assert filled.min() >= gray[mask].min() - 1e-6
+    assert filled.max() <= gray[mask].max() + 1e-6
+
+
+@every_filling
+def test_all_known_and_one_known(fill: Filling) -> None:
+    gray, mask = partial((19, 30), 0.0)
+    np.testing.assert_array_equal(fill(gray, np.ones_like(gray)), gray)
+    np.testing.assert_allclose(fill(gray + 0.25, mask), gray[mask][0] + 0.25, rtol=1e-6)
+
+
+@every_filling
+def test_better_with_more_pixels(fill: Filling) -> None:
+    scores = []
+    for fraction in (0.02, 0.1, 0.5, 1.0):
+        gray, mask = partial((128, 128), fraction)
+        scores.append(ssim(fill(gray, mask), gray))
+    assert scores == sorted(scores)
+    assert scores[1] > 0.8
+    assert scores[-1] == 1
+
+
+def test_nearest_is_the_nearest() -> None:
+    gray, mask = partial((24, 31), 0.05)
+    known = np.argwhere(mask)
+    filled = nearest(gray, mask)
+    for row, column in np.ndindex(*gray.shape):
+        distance = ((known - (row, column)) ** 2).sum(1)
+        candidates = gray[tuple(known[distance == distance.min()].T)]
+        assert filled[row, column] in candidates
+
+
+def test_delaunay_is_exact_on_a_plane() -> None:
+    y, x = np.mgrid[:40, :50]
+    plane = (0.01 * x + 0.005 * y).astype(np.float32)
+    mask = np.random.default_rng(3).random(plane.shape) < 0.1
+    mask[[0, 0, -1, -1], [0, -1, 0, -1]] = True  # the hull is the picture
+    np.testing.assert_allclose(delaunay_linear(plane, mask), plane, atol=1e-5)
+
+
+def test_pull_push_by_hand() -> None:
+    """Two known pixels of a 2x2 block: the others get their mean, interpolated from one 1x1 level."""
+    mask = np.array([[1, 0], [0, 1]])
+    np.testing.assert_allclose(
+        pull_push(np.array([[0.2, 0], [0, 0.6]]), mask), [[0.2, 0.4], [0.4, 0.6]], rtol=1e-6
+    )
+
+
+@every_filling
+def test_bad_input(fill: Filling) -> None:
+    with pytest.raises(InputError, match="mask: expected at least one traced pixel, got none of 12"):
+        fill(np.zeros((3, 4)), np.zeros((3, 4)))
+    with pytest.raises(InputError, match=r"gray: expected shape \(3, 4\) to match mask, got \(4, 3\)"):
+        fill(np.zeros((4, 3)), np.ones((3, 4)))
+    with pytest.raises(InputError, match="gray: expected finite numbers"):
+        fill(np.full((3, 4), np.nan), np.ones((3, 4)))

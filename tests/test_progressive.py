@@ -1,0 +1,143 @@
+"""Progressive pictures: complete from the first frame, exact in the last, on time."""
+
+import time
+from itertools import islice
+
+import numpy as np
+import pytest
+
+import bobrossnet as bob
+
+SIZE = (48, 64)
+
+
+def test_by_share(tree):
+    full = bob.trace(tree, size=SIZE)
+    frames = list(bob.progressive(tree, size=SIZE, fraction=0.3))
+    assert [frame.fraction for frame in frames] == pytest.approx([0.3, 0.6, 0.9, 1], abs=1e-3)
+    for frame in frames:
+        assert frame.gbuffer == full.sample(frame.fraction)
+        assert np.array_equal(frame.image, bob.complete(frame.gbuffer))
+        assert frame.seconds > 0
+    assert np.array_equal(frames[-1].image, full.gray)
+
+
+def test_by_time(tree):
+    full = bob.trace(tree, size=SIZE)
+    frames = list(bob.progressive(tree, size=SIZE, frame_ms=2, seed=4))
+    fractions = [frame.fraction for frame in frames]
+    assert fractions == sorted(set(fractions))
+    assert fractions[-1] == 1
+    assert frames[0].gbuffer == full.sample(fractions[0], seed=4)
+    assert np.array_equal(frames[-1].image, full.gray)
+
+
+def test_frames_keep_what_they_were(tree):
+    frames = bob.progressive(tree, size=SIZE, fraction=0.25)
+    first = next(frames)
+    before = first.gbuffer.stack().copy(), first.image.copy()
+    next(frames)
+    assert np.array_equal(first.gbuffer.stack(), before[0])
+    assert np.array_equal(first.image, before[1])
+
+
+def flat_tracer(pixels):
+    n = len(pixels)
+    return bob.Samples(pixels[:, 1] / SIZE[1], np.full(n, 0.5), np.zeros((n, 2)), np.ones(n, bool))
+
+
+def test_any_tracer_can_be_plugged_in():
+    asked = []
+
+    def tracer(pixels):
+        assert pixels.dtype == np.int32
+        assert pixels.shape[1] == 2
+        asked.append(pixels)
+        return flat_tracer(pixels)
+
+    *_, last = bob.progressive(tracer=tracer, size=SIZE, fraction=0.4)
+    assert np.allclose(last.image, np.arange(SIZE[1]) / SIZE[1])
+    assert np.array_equal(np.concatenate(asked), bob.pixel_order(SIZE))
+
+
+class SimulatedTracer:
+    """Costs a fixed time a call and a fixed time a pixel, by the clock."""
+
+    def __init__(self, per_call, per_pixel):
+        self.per_call, self.per_pixel = per_call, per_pixel
+
+    def __call__(self, pixels):
+        end = time.perf_counter() + self.per_call + self.per_pixel * len(pixels)
+        samples = flat_tracer(pixels)
+        while time.perf_counter() < end:
+            pass
+        return samples
+
+
+@pytest.mark.parametrize(("per_call", "per_pixel"), [(0, 20e-6), (0, 200e-6), (1e-3, 20e-6), (4e-3, 2e-6)])
+def test_budget_is_kept_and_used(per_call, per_pixel):
+    """The median: single frames suffer from whatever else the machine does. bench/progressive.py measures more."""
+    budget = 20
+    frames = list(bob.progressive(tracer=SimulatedTracer(per_call, per_pixel), size=SIZE, frame_ms=budget))
+    seconds = [1000 * frame.seconds for frame in frames[:-1]]
+    if len(seconds) > 2:
+        assert 0.5 * budget < np.median(seconds) < 1.25 * budget
+    *_, last = frames
+    assert last.fraction == 1
+
+
+def test_a_budget_below_the_time_of_completing_comes_to_an_end():
+    frames = list(islice(bob.progressive(tracer=SimulatedTracer(0, 1e-6), size=SIZE, frame_ms=1e-3), 1000))
+    assert frames[-1].fraction == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "progressive: expected either a scene or a tracer, got neither"),
+        ({"scene": 1, "tracer": flat_tracer}, "progressive: expected either a scene or a tracer, got both"),
+        ({"scene": "bunny.ply"}, "shapes: expected a Mesh or several, got str"),
+        ({"tracer": 5}, "tracer: expected a callable, got int"),
+        ({"tracer": flat_tracer, "camera": bob.Camera()}, "camera: expected none beside a tracer"),
+        (
+            {"tracer": flat_tracer, "frame_ms": 33, "fraction": 0.1},
+            "progressive: expected frame_ms or fraction",
+        ),
+        ({"tracer": flat_tracer, "frame_ms": 0}, "frame_ms: expected a number above 0, got 0"),
+        ({"tracer": flat_tracer, "fraction": 2}, "fraction"),
+        ({"tracer": flat_tracer, "size": (0, 0)}, "height"),
+        ({"tracer": flat_tracer, "order": "spiral"}, "order"),
+        ({"tracer": flat_tracer, "model": "oil"}, "model"),
+    ],
+)
+def test_bad_arguments_are_named_at_once(arguments, message):
+    with pytest.raises(bob.InputError) as error:
+        bob.progressive(**({"size": SIZE} | arguments))
+    assert str(error.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("tracer", "message"),
+    [
+        (
+            lambda pixels: np.zeros(len(pixels)),
+            "tracer: expected it to return bobrossnet.Samples, got ndarray",
+        ),
+        (
+            lambda pixels: flat_tracer(pixels[1:]),
+            "tracer: expected it to return 1229 samples, one per pixel, got 1228",
+        ),
+    ],
+)
+def test_bad_tracers_are_named(tracer, message):
+    with pytest.raises(bob.InputError) as error:
+        next(bob.progressive(tracer=tracer, size=SIZE, fraction=0.4))
+    assert str(error.value) == message
+
+
+def test_what_a_tracer_raises_comes_through():
+    def tracer(pixels):
+        raise ZeroDivisionError("mine")
+
+    with pytest.raises(ZeroDivisionError, match="mine"):
+        next(bob.progressive(tracer=tracer, size=SIZE))
