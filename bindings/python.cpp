@@ -5,7 +5,6 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string_view.h>
 
-#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <stdexcept>
@@ -129,18 +128,8 @@ void scatter(const Pixels& pixels, const Array<float, -1>& gray, const Array<flo
              const Array<float, -1, 2>& normal, const Array<bool, -1>& hit, const Array<float, 5, -1, -1>& planes) {
     check_pixels(pixels, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)));
     const bob::Samples from = samples(pixels, gray, depth, normal, hit);
-    // Fresh memory is slow when it is touched first, in pictures of gigabytes for seconds: piece by piece, for Ctrl-C.
-    const auto all = items<bob::Pixel>(pixels);
-    Interrupt interrupt;
-    {
-        const nb::gil_scoped_release release;
-        constexpr std::size_t piece = 4096;
-        for (std::size_t i = 0; i < all.size() && interrupt.keep_going(); i += piece) {
-            bob::scatter(all.subspan(i, std::min(piece, all.size() - i)), from.from(i), planes.data(), planes.shape(1),
-                         planes.shape(2));
-        }
-    }
-    interrupt.rethrow();
+    const nb::gil_scoped_release release;
+    bob::scatter(items<bob::Pixel>(pixels), from, planes.data(), planes.shape(1), planes.shape(2));
 }
 
 void uniform_order(std::uint64_t seed, std::uint32_t height, std::uint32_t width, std::uint32_t start,

@@ -55,9 +55,7 @@ def test_out_png_here_is_the_default(tmp_path):
 
 def test_the_whole_picture_is_exact(tmp_path):
     out = tmp_path / "full.png"
-    assert (
-        cli.main(["render", "--size", "96x64", "--fraction", "100%", "--azimuth", "70", "-o", str(out)]) == 0
-    )
+    assert cli.main(["render", "--size", "96x64", "--fraction", "100%", "--azimuth", "70", "-o", str(out)]) == 0
     full = bob.trace(bob.happy_tree(), bob.Camera(azimuth=70), size=(64, 96))
     assert np.array_equal(pixels(out), np.rint(full.gray * 255))
 

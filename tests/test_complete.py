@@ -2,6 +2,7 @@
 
 import os
 import shutil
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -88,7 +89,7 @@ def test_large_pictures_are_completed_in_bands(tree, monkeypatch):
     part = bob.trace(tree, size=(311, 200), fraction=0.1)
     whole = bob.complete(part)
     for band in (1, 200 * 50, 200 * 96):
-        monkeypatch.setattr("bobrossnet.complete.model.BAND", band)
+        monkeypatch.setattr(import_module("bobrossnet.complete.model"), "BAND", band)
         assert np.array_equal(bob.complete(part), whole)
 
 

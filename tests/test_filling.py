@@ -74,9 +74,7 @@ def test_delaunay_is_exact_on_a_plane() -> None:
 def test_pull_push_by_hand() -> None:
     """Two known pixels of a 2x2 block: the others get their mean, interpolated from one 1x1 level."""
     mask = np.array([[1, 0], [0, 1]])
-    np.testing.assert_allclose(
-        pull_push(np.array([[0.2, 0], [0, 0.6]]), mask), [[0.2, 0.4], [0.4, 0.6]], rtol=1e-6
-    )
+    np.testing.assert_allclose(pull_push(np.array([[0.2, 0], [0, 0.6]]), mask), [[0.2, 0.4], [0.4, 0.6]], rtol=1e-6)
 
 
 @every_filling

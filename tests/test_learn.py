@@ -10,8 +10,8 @@ import pytest
 import torch
 
 from bobrossnet.errors import InputError
-from bobrossnet.learn import checkpoint, data, parts
-from bobrossnet.learn.shapes import FAMILIES, procedural_mesh
+from bobrossnet.learn import checkpoint, data
+from bobrossnet.learn.shapes import FAMILIES, parts, procedural_mesh
 from bobrossnet.learn.train import TrainConfig, keep_known, learning_rate, train
 
 TOY = TrainConfig(

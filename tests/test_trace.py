@@ -101,8 +101,8 @@ def test_zoom_and_the_shorter_side():
     ],
 )
 def test_agrees_with_embree(file):
-    """Hits and depths of rays from everywhere. Only rays within rounding of a silhouette may differ: at most 1 in 10,000.
-    Depths are within 1e-5 radii: float32 in either tracer, more only where a face is nearly edge-on."""
+    """Hits and depths of rays from everywhere. Only rays within rounding of a silhouette may differ: at most 1 in
+    10,000. Depths are within 1e-5 radii: float32 in either tracer, more only where a face is nearly edge-on."""
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 

@@ -26,9 +26,6 @@ struct Samples {
     float* normal;  // n pairs
     bool* hit;
 
-    /// The samples from the i-th on.
-    [[nodiscard]] Samples from(std::size_t i) const { return {gray + i, depth + i, normal + 2 * i, hit + i}; }
-
     void set(std::size_t i, const Sample& sample) const {
         gray[i] = sample.gray;
         depth[i] = sample.depth;

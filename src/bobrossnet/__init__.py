@@ -6,6 +6,8 @@
 >>> image = bob.complete(part)
 """
 
+import os
+
 from bobrossnet._core import set_thread_count, thread_count
 from bobrossnet.adapters.files import load_mesh
 from bobrossnet.complete.model import complete
@@ -20,6 +22,14 @@ from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.scene import Scene, load
 from bobrossnet.shapes.tree import happy_tree
 
+
+def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
+    """Write a network with its weights as ONNX; `bobrossnet.learn.export` says how. Needs the [train] extra."""
+    from bobrossnet.learn.export import export as to_onnx
+
+    to_onnx(model, path)
+
+
 __all__ = [
     "Camera",
     "Frame",
@@ -32,6 +42,7 @@ __all__ = [
     "Scene",
     "SceneTracer",
     "complete",
+    "export",
     "happy_tree",
     "load",
     "load_mesh",

@@ -37,9 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ModuleNotFoundError as error:
         return _fail(f"this command needs {error.name}: pip install 'bobrossnet[train]'")
     except BrokenPipeError:
-        os.dup2(
-            os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
-        )  # the reader left; Python flushes at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader left; Python flushes at exit
         return 0
     except KeyboardInterrupt:
         print("bobrossnet: interrupted", file=sys.stderr)
@@ -56,44 +54,58 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="bobrossnet", description="Trace a few percent of the pixels, see the whole picture."
-    )
+    parser = _Parser(prog="bobrossnet", description="Trace a few percent of the pixels, see the whole picture.")
     parser.add_argument("--version", action="version", version=_version())
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
 
-    render = commands.add_parser(
-        "render", help="make a picture of shapes", description="Make a picture of shapes."
-    )
+    render = commands.add_parser("render", help="make a picture of shapes", description="Make a picture of shapes.")
     render.set_defaults(run=_render)
+    render.add_argument("files", nargs="*", metavar="FILE", help="mesh files; without any, the built-in scene")
+    render.add_argument("--size", type=_size, default=(480, 640), metavar="WIDTHxHEIGHT", help="default: 640x480")
     render.add_argument(
-        "files", nargs="*", metavar="FILE", help="mesh files; without any, the built-in scene"
+        "--fraction",
+        type=_fraction,
+        default=0.1,
+        metavar="PERCENT",
+        help="share of the pixels to trace, 5%% or 0.05; 100%% is the exact picture (default: 10%%)",
     )
-    render.add_argument(
-        "--size", type=_size, default=(480, 640), metavar="WIDTHxHEIGHT", help="default: 640x480"
-    )
-    render.add_argument("--fraction", type=_fraction, default=0.1, metavar="PERCENT",
-                        help="share of the pixels to trace, 5%% or 0.05; 100%% is the exact picture (default: 10%%)")  # fmt: skip
     render.add_argument("--order", default="uniform", help="sequence of the pixels (default: uniform)")
     render.add_argument("--seed", type=int, default=0, help="of the order (default: 0)")
     render.add_argument("--azimuth", type=float, default=30.0, metavar="DEGREES", help="default: 30")
     render.add_argument("--elevation", type=float, default=20.0, metavar="DEGREES", help="default: 20")
     render.add_argument("--roll", type=float, default=0.0, metavar="DEGREES", help="default: 0")
     render.add_argument("--zoom", type=float, default=1.0, help="1 fits the bounding sphere (default: 1)")
-    render.add_argument("--up", choices=("y", "z"), default="z",
-                        help="the models' axis that points up; y turns them upright (default: z)")  # fmt: skip
+    render.add_argument(
+        "--up",
+        choices=("y", "z"),
+        default="z",
+        help="the models' axis that points up; y turns them upright (default: z)",
+    )
     render.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
     render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
-    render.add_argument(
-        "--panels", action="store_true", help="traced pixels on green | completed | reference"
-    )
+    render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
 
-    info = commands.add_parser("info", help="tell what is in a model or a weight file",
-                               description="Tell what is in a model or a weight file.")  # fmt: skip
-    info.set_defaults(run=_info)
-    info.add_argument(
-        "file", metavar="FILE", help="a mesh file, a .safetensors file, or the name of shipped weights"
+    info = commands.add_parser(
+        "info", help="tell what is in a model or a weight file", description="Tell what is in a model or a weight file."
     )
+    info.set_defaults(run=_info)
+    info.add_argument("file", metavar="FILE", help="a mesh file, a .safetensors file, or the name of shipped weights")
+
+    train = commands.add_parser("train", help="train a network", description="Train a network.")
+    train.set_defaults(run=_train)
+    train.add_argument("out", metavar="OUT.safetensors", help="the weight file to write")
+    train.add_argument("settings", nargs="*", metavar="NAME=VALUE", help="fields of TrainConfig, such as steps=2000")
+    train.add_argument("--checkpoint", metavar="FILE", help="written now and then; an interrupted run goes on from it")
+
+    evaluate = commands.add_parser(
+        "evaluate", help="measure weights on models", description="Measure weights on every model below a folder."
+    )
+    evaluate.set_defaults(run=_evaluate)
+    evaluate.add_argument("folder", metavar="FOLDER", help="of mesh files")
+    evaluate.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
+    evaluate.add_argument("--size", type=_size, default=(256, 256), metavar="WIDTHxHEIGHT", help="default: 256x256")
+    evaluate.add_argument("--views", type=int, default=1, help="pictures of each model (default: 1)")
+    evaluate.add_argument("--limit", type=int, help="how many models at most, spread over the folder")
     return parser
 
 
@@ -121,8 +133,15 @@ def _render(options: argparse.Namespace) -> None:
     def timed_trace(what: str, fraction: float) -> tuple[bob.GBuffer, float]:
         start = time.perf_counter()
         with progress(what) as report:
-            gbuffer = bob.trace(scene, camera, size=options.size, fraction=fraction, order=options.order,
-                                seed=options.seed, progress=report)  # fmt: skip
+            gbuffer = bob.trace(
+                scene,
+                camera,
+                size=options.size,
+                fraction=fraction,
+                order=options.order,
+                seed=options.seed,
+                progress=report,
+            )
         return gbuffer, 1000 * (time.perf_counter() - start)
 
     start = time.perf_counter()
@@ -140,15 +159,15 @@ def _render(options: argparse.Namespace) -> None:
     print(f"completed  in {complete_ms:.1f} ms")
     if options.panels:
         full, full_ms = timed_trace("tracing the reference", 1.0)
-        quality = (
-            f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
-        )
+        quality = f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
         print(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
-        picture = side_by_side([
-            (traced_on_green(part), f"traced: {100 * part.fraction:.4g} %, {rays:,} rays, {trace_ms:.1f} ms"),
-            (to_8_bit(image), f"completed: {complete_ms:.1f} ms, {quality}"),
-            (to_8_bit(full.gray), f"reference: {width * height:,} rays, {full_ms:.1f} ms"),
-        ])  # fmt: skip
+        picture = side_by_side(
+            [
+                (traced_on_green(part), f"traced: {100 * part.fraction:.4g} %, {rays:,} rays, {trace_ms:.1f} ms"),
+                (to_8_bit(image), f"completed: {complete_ms:.1f} ms, {quality}"),
+                (to_8_bit(full.gray), f"reference: {width * height:,} rays, {full_ms:.1f} ms"),
+            ]
+        )
     else:
         picture = to_8_bit(image)
     write_picture(out, picture)
@@ -164,9 +183,7 @@ def _info(options: argparse.Namespace) -> None:
     weights = find_weights(options.file)
     if weights is not None:
         metadata, tensors = read_weights(weights)
-        _print_table(
-            {"file": weights, **metadata, "parameters": f"{sum(t.size for t in tensors.values()):,}"}
-        )
+        _print_table({"file": weights, **metadata, "parameters": f"{sum(t.size for t in tensors.values()):,}"})
         _print_table({name: f"{tensor.shape}" for name, tensor in sorted(tensors.items())}, indent="  ")
         return
     mesh = bob.load_mesh(options.file)
@@ -177,15 +194,26 @@ def _info(options: argparse.Namespace) -> None:
             "file": options.file,
             "vertices": f"{len(mesh.vertices):,}",
             "triangles": f"{len(mesh.triangles):,}",
-            "normals": "stored in the file"
-            if mesh.normals is not None
-            else "computed: smooth up to the crease angle",
-            "bounds": " .. ".join(
-                "(" + ", ".join(f"{x:.6g}" for x in corner) + ")" for corner in (low, high)
-            ),
+            "normals": "stored in the file" if mesh.normals is not None else "computed: smooth up to the crease angle",
+            "bounds": " .. ".join("(" + ", ".join(f"{x:.6g}" for x in corner) + ")" for corner in (low, high)),
             "sphere": "(" + ", ".join(f"{x:.6g}" for x in scene.center) + f"), radius {scene.radius:.6g}",
         }
     )
+
+
+def _train(options: argparse.Namespace) -> None:
+    from bobrossnet.learn.train import config_from_settings, train
+
+    train(config_from_settings(options.settings), options.out, checkpoint_path=options.checkpoint)
+    print(f"wrote {options.out}")
+
+
+def _evaluate(options: argparse.Namespace) -> None:
+    from bobrossnet.learn.evaluate import evaluate
+
+    result = evaluate(options.model, options.folder, views=options.views, size=options.size, limit=options.limit)
+    print(f"{len(result.pictures)} pictures of {options.size[1]}x{options.size[0]}, traced pixels kept\n")
+    print(f"SSIM\n\n{result.table('ssim')}\n\nPSNR, dB\n\n{result.table('psnr')}")
 
 
 def _print_table(rows: dict[str, Any], indent: str = "") -> None:
@@ -215,9 +243,7 @@ def _fraction(text: str) -> float:
     except ValueError:
         value = -1
     if rest or not 0 < value <= 1:
-        raise argparse.ArgumentTypeError(
-            f"expected a share of the pixels, above 0% to 100% or 0 to 1, got {text!r}"
-        )
+        raise argparse.ArgumentTypeError(f"expected a share of the pixels, above 0% to 100% or 0 to 1, got {text!r}")
     return value
 
 

@@ -56,16 +56,9 @@ def check_array(name: str, value: Any, shape: tuple[int | None, ...], *, hint: s
         raise InputTypeError(f"{name}: expected an array of numbers, got {_brief(value)}") from error
     if array.dtype.kind not in "biuf":
         raise InputTypeError(f"{name}: expected an array of numbers, got dtype {array.dtype}")
-    fits = array.ndim == len(shape) and all(
-        want in (None, got) for want, got in zip(shape, array.shape, strict=True)
-    )
+    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
     if not fits:
-        wanted = (
-            "("
-            + ", ".join("n" if n is None else str(n) for n in shape)
-            + ("," if len(shape) == 1 else "")
-            + ")"
-        )
+        wanted = "(" + ", ".join("n" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
         raise InputError(f"{name}: expected shape {wanted}, got {array.shape}{'; ' + hint if hint else ''}")
     return array
 

@@ -102,14 +102,10 @@ def _pictures(image: Any, reference: Any) -> tuple[NDArray[np.float64], NDArray[
     for name, value in (("image", image), ("reference", reference)):
         array = check_finite(name, check_array(name, value, (None, None)))
         if array.dtype.kind != "f":
-            raise InputTypeError(
-                f"{name}: expected floats in 0..1, got dtype {array.dtype}; divide bytes by 255"
-            )
+            raise InputTypeError(f"{name}: expected floats in 0..1, got dtype {array.dtype}; divide bytes by 255")
         if array.size == 0:
             raise InputError(f"{name}: expected at least one pixel, got shape {array.shape}")
         pictures.append(array.astype(np.float64))
     if pictures[0].shape != pictures[1].shape:
-        raise InputError(
-            f"image: expected shape {pictures[1].shape} to match reference, got {pictures[0].shape}"
-        )
+        raise InputError(f"image: expected shape {pictures[1].shape} to match reference, got {pictures[0].shape}")
     return pictures[0], pictures[1]

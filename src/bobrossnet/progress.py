@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Protocol
+from typing import Any, Protocol
 
 PATIENCE = 1.0  # seconds before anything is shown: short work needs no bar
 LINE_EVERY = 10.0  # seconds between plain lines
@@ -37,7 +37,7 @@ class _Bar:
     def __init__(self, what: str) -> None:
         self.what = what
         self.start = time.monotonic()
-        self.bar = None
+        self.bar: Any = None  # rich is imported when there is something to show
 
     def report(self, share: float, note: str = "") -> None:
         if self.bar is None:

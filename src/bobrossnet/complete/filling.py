@@ -99,9 +99,7 @@ FILLINGS: dict[str, Callable[[Any, Any], NDArray[np.float32]]] = {
 }
 
 
-def _pull(
-    value: NDArray[np.float32], weight: NDArray[np.float32]
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def _pull(value: NDArray[np.float32], weight: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Halve a level: means weighted by what the children know; whoever has one known child knows a value."""
     height, width = value.shape
     edge = ((0, height % 2), (0, width % 2))  # an odd row or column gets unknown neighbours

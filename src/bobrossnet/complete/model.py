@@ -18,7 +18,6 @@ from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.render.gbuffer import GBuffer
 
 
-
 @dataclass(frozen=True)
 class Network:
     """A network of the core."""
@@ -49,13 +48,17 @@ class Model:
     def predict(self, gbuffer: GBuffer) -> NDArray[np.float32]:
         """The network's own output at every pixel, known ones too: (H, W) float32, of any value."""
         height, width = gbuffer.size
+        stack = gbuffer.stack()
         gray = np.empty((height, width), np.float32)
-        rows = height if height * width <= BAND else max(4, BAND // width // 4 * 4)
+        if height * width <= BAND:
+            self.run(stack, gray)
+            return gray
+        rows = max(4, BAND // width // 4 * 4)
         for top in range(0, height, rows):
             # Rows within reach belong to the band as well: the result is the same to the bit as in one piece.
             first, last = max(0, top - self.reach), min(height, top + rows + self.reach)
             band = np.empty((last - first, width), np.float32)
-            self.run(np.ascontiguousarray(gbuffer.stack()[:, first:last]), band)
+            self.run(np.ascontiguousarray(stack[:, first:last]), band)
             gray[top : top + rows] = band[top - first :][: min(rows, height - top)]
         return gray
 
@@ -111,12 +114,7 @@ def load_model(model: ModelLike) -> Model:
     """
     if isinstance(model, Model):
         return model
-    if not isinstance(model, str | os.PathLike):
-        raise InputTypeError(f"model: expected a name or a path, got {type(model).__name__}")
-    path = find_weights(model)
-    if path is None:
-        names = ", ".join(["default", *sorted(file.stem for file in WEIGHTS.glob("*.safetensors"))])
-        raise InputError(f"model: expected one of {names} or a .safetensors file, got {os.fspath(model)!r}")
+    path = weights_path(model)
     try:
         modified = path.stat().st_mtime_ns
     except OSError as error:
@@ -131,13 +129,28 @@ def _load(path: Path, modified: int) -> Model:
     network = NETWORKS.get(metadata["network"])
     if network is None:
         known = ", ".join(NETWORKS)
-        raise InputError(
-            f"{path.name}: expected weights of one of the networks {known}, got {metadata['network']!r}"
-        )
+        raise InputError(f"{path.name}: expected weights of one of the networks {known}, got {metadata['network']!r}")
     try:
         return Model(network.make(tensors), network.reach)
     except ValueError as error:
         raise InputError(f"{path.name}: {error}") from error
+
+
+def weights_path(model: str | os.PathLike[str]) -> Path:
+    """The file that `model` names.
+
+    Raises
+    ------
+    InputError
+        If it is neither the name of shipped weights nor a .safetensors path.
+    """
+    if not isinstance(model, str | os.PathLike):
+        raise InputTypeError(f"model: expected a name or a path, got {type(model).__name__}")
+    path = find_weights(model)
+    if path is None:
+        names = ", ".join(["default", *sorted(file.stem for file in WEIGHTS.glob("*.safetensors"))])
+        raise InputError(f"model: expected one of {names} or a .safetensors file, got {os.fspath(model)!r}")
+    return path
 
 
 def find_weights(model: str | os.PathLike[str]) -> Path | None:

@@ -10,7 +10,7 @@ import json
 import math
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -34,7 +34,8 @@ class TrainConfig:
 
     Measured on 128 validation patches at 1, 5, 25, 75 %, traced pixels kept, after 9,600 patches of AdamW: mini-batches
     of 32 reach an SSIM of .758, .820, .833, .934, of 8 .804, .871, .914, .971; a learning rate of 8e-3 in place of
-    3e-3 .809, .869, .913, .967; bfloat16 .802, .870, .913, .972 (no faster for mini-batches of 8). AdaDelta: TODO.
+    3e-3 .809, .869, .913, .967; bfloat16 .802, .870, .913, .972 (no faster for mini-batches of 8). AdaDelta (rate 1, no
+    cosine) .798, .841, .846, .919, and its scores still went up and down.
     """
 
     network: str = "paper"  # a name in `NETWORKS`
@@ -240,6 +241,27 @@ def check(config: TrainConfig) -> None:
     for field, table in tables.items():
         if getattr(config, field) not in table:
             raise InputError(f"{field}: expected one of {', '.join(table)}, got {getattr(config, field)!r}")
+
+
+def config_from_settings(settings: Sequence[str]) -> TrainConfig:
+    """Return a configuration from lines such as "steps=2000".
+
+    Raises
+    ------
+    InputError
+        If a name is no field of `TrainConfig`, or a value not of the field's type.
+    """
+    types: dict[str, type] = {name: type(value) for name, value in asdict(TrainConfig()).items()}
+    values: dict[str, Any] = {}
+    for setting in settings:
+        name, _, value = setting.partition("=")
+        if name not in types:
+            raise InputError(f"{setting}: expected NAME=VALUE with a name of {', '.join(types)}")
+        try:
+            values[name] = {"true": True, "false": False}[value] if types[name] is bool else types[name](value)
+        except (KeyError, ValueError):
+            raise InputError(f"{setting}: expected a value of type {types[name].__name__}") from None
+    return TrainConfig(**values)
 
 
 def _minutes(seconds: float) -> str:

@@ -40,6 +40,8 @@ class GBuffer:
 
     __slots__ = ("_planes",)
 
+    _planes: F32  # (5, H, W)
+
     def __init__(self, *, mask: Any, gray: Any, depth: Any, normal: Any) -> None:
         mask = check_float32("mask", mask, (None, None))
         size = check_size(mask.shape)
@@ -72,15 +74,15 @@ class GBuffer:
 
     @property
     def mask(self) -> F32:
-        return self._planes[0]
+        return self._planes[0, :, :]
 
     @property
     def gray(self) -> F32:
-        return self._planes[1]
+        return self._planes[1, :, :]
 
     @property
     def depth(self) -> F32:
-        return self._planes[2]
+        return self._planes[2, :, :]
 
     @property
     def normal(self) -> F32:
@@ -112,9 +114,7 @@ class GBuffer:
         order, seed
             As in `pixel_order`.
         """
-        rows, columns = pixel_order(
-            self.size, order=order, seed=seed, count=pixel_count(fraction, self.size)
-        ).T
+        rows, columns = pixel_order(self.size, order=order, seed=seed, count=pixel_count(fraction, self.size)).T
         planes = np.zeros_like(self._planes)
         planes[:, rows, columns] = self._planes[:, rows, columns]
         return GBuffer.from_stack(planes)
@@ -174,6 +174,20 @@ class Samples:
 
     def __len__(self) -> int:
         return len(self.hit)
+
+
+def untraced_planes(size: Size) -> F32:
+    """Zeros, (5, H, W), for `scatter` to fill.
+
+    In pictures of gigabytes the system takes seconds to hand out the memory, which it does when a page is first
+    touched: here, piece by piece, where Ctrl-C is heard, and not all at once under the first random pixels.
+    """
+    planes = np.empty((5, *size), np.float32)
+    flat = planes.reshape(-1)
+    piece = 2**22
+    for start in range(0, flat.size, piece):
+        flat[start : start + piece] = 0
+    return planes
 
 
 def scatter(samples: Samples, pixels: NDArray[np.int32], planes: F32) -> None:

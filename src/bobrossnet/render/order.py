@@ -60,9 +60,7 @@ def check_size(size: Any) -> Size:
         check_integer("width", width, 1, MAX_PIXELS),
     )
     if height * width > MAX_PIXELS:
-        raise InputError(
-            f"size: expected at most {MAX_PIXELS} pixels, got {height} x {width} = {height * width}"
-        )
+        raise InputError(f"size: expected at most {MAX_PIXELS} pixels, got {height} x {width} = {height * width}")
     return height, width
 
 

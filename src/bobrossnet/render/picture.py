@@ -41,7 +41,7 @@ def to_8_bit(gray: F32) -> U8:
 def traced_on_green(gbuffer: GBuffer) -> U8:
     """The traced pixels, and green where none was: (H, W, 3) uint8."""
     gray = to_8_bit(gbuffer.gray)[..., None]
-    return np.where(gbuffer.mask[..., None] > 0, gray, np.uint8(UNTRACED))
+    return np.where(gbuffer.mask[..., None] > 0, gray, np.array(UNTRACED, np.uint8))
 
 
 def side_by_side(panels: list[tuple[U8, str]]) -> U8:
@@ -67,9 +67,7 @@ def check_picture_path(path: str | os.PathLike[str]) -> Path:
     """Return `path` if a picture can be written there, before any time is spent on making it."""
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
-        raise InputError(
-            f"{path}: expected a picture's ending ({' '.join(FORMATS)}), got {path.suffix or 'none'}"
-        )
+        raise InputError(f"{path}: expected a picture's ending ({' '.join(FORMATS)}), got {path.suffix or 'none'}")
     if path.is_dir():
         raise InputError(f"{path}: expected a file to write, got a folder")
     if not path.parent.is_dir():
@@ -89,7 +87,5 @@ def write_picture(path: str | os.PathLike[str], image: U8) -> None:
     try:
         picture.save(content, FORMATS[path.suffix.lower()])
     except (OSError, ValueError) as error:  # a format's own limits, such as WebP's 16383 pixels a side
-        raise InputError(
-            f"{path}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}"
-        ) from error
+        raise InputError(f"{path}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}") from error
     write_whole(path, content.getvalue())

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bobrossnet.complete.model import Model, ModelLike, complete, load_model
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.render.camera import Camera
-from bobrossnet.render.gbuffer import GBuffer, scatter
+from bobrossnet.render.gbuffer import GBuffer, scatter, untraced_planes
 from bobrossnet.render.order import Size, check_order, check_size, pixel_count, pixel_order
 from bobrossnet.render.trace import SceneTracer, Tracer, check_samples
 from bobrossnet.shapes.scene import SceneLike
@@ -83,9 +83,7 @@ def progressive(
     """
     size = check_size(size)
     if (scene is None) == (tracer is None):
-        raise InputError(
-            "progressive: expected either a scene or a tracer, got " + ("both" if scene else "neither")
-        )
+        raise InputError("progressive: expected either a scene or a tracer, got " + ("both" if scene else "neither"))
     if tracer is None:
         assert scene is not None
         tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
@@ -100,9 +98,7 @@ def progressive(
     picture = _Picture(tracer, size, order, seed, network)
     if fraction is not None:
         return _by_share(picture, pixel_count(fraction, size))
-    return _by_time(
-        picture, check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
-    )
+    return _by_time(picture, check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000)
 
 
 class _Picture:
@@ -110,10 +106,12 @@ class _Picture:
 
     def __init__(self, tracer: Tracer, size: Size, order: str, seed: int, network: Model) -> None:
         self.tracer, self.size, self.order, self.seed, self.network = tracer, size, order, seed, network
-        self.planes = np.zeros((5, *size), np.float32)
+        self.planes = untraced_planes(size)
         self.total = size[0] * size[1]
         self.traced = 0
-        complete(GBuffer.from_stack(self.planes.copy()), model=network)  # the first run also fetches memory
+        self.seconds_to_complete: list[float] = []  # of the last frames
+        for _ in range(3):  # before anybody waits: the first run also fetches memory
+            self.frame(0)
 
     @property
     def left(self) -> int:
@@ -125,9 +123,12 @@ class _Picture:
         self.traced += count
 
     def frame(self, start: float) -> Frame:
+        traced = time.perf_counter()
         gbuffer = GBuffer.from_stack(self.planes.copy())
         image = complete(gbuffer, model=self.network)
-        return Frame(image, gbuffer, self.traced / self.total, time.perf_counter() - start)
+        now = time.perf_counter()
+        self.seconds_to_complete = [*self.seconds_to_complete[-7:], now - traced]
+        return Frame(image, gbuffer, self.traced / self.total, now - start)
 
 
 def _by_share(picture: _Picture, count: int) -> Iterator[Frame]:
@@ -147,9 +148,7 @@ class _Pace:
     """
 
     FIRST = 32  # pixels of the first call, when nothing is known: 1 ms of a tracer of 30,000 rays a second
-    GROWTH = (
-        8  # a call has at most so many times the pixels of the last: a small one says little of a large one
-    )
+    GROWTH = 8  # a call has at most so many times the pixels of the last: a small one says little of a large one
     FADE = 0.8  # weight of the call before, against this one
 
     def __init__(self) -> None:
@@ -174,7 +173,7 @@ class _Pace:
 
     def _costs(self) -> tuple[float, float]:
         """Seconds for a call and for each of its pixels."""
-        weight, n, t, nn, nt = self.sums
+        weight, n, t, nn, nt = map(float, self.sums)
         spread = weight * nn - n * n
         per_pixel = (weight * nt - n * t) / spread if spread > 1e-6 * n * n else t / n
         per_pixel = max(per_pixel, 1e-10)
@@ -184,10 +183,10 @@ class _Pace:
 
 def _by_time(picture: _Picture, budget: float) -> Iterator[Frame]:
     pace = _Pace()
-    completing = [_seconds_to_complete(picture) for _ in range(3)]
     while picture.left:
         start = time.perf_counter()
-        to_complete = max(completing[-8:])
+        # The second longest of the last eight: one outlier does not make all frames short.
+        to_complete = sorted(picture.seconds_to_complete)[-2]
         deadline = start + max(budget - to_complete, MIN_TRACING * to_complete)
         traced_before = picture.traced
         while picture.left:
@@ -203,13 +202,4 @@ def _by_time(picture: _Picture, budget: float) -> Iterator[Frame]:
             pace.measured(count, time.perf_counter() - called)
             if last_call:
                 break
-        traced = time.perf_counter()
-        frame = picture.frame(start)
-        completing.append(time.perf_counter() - traced)
-        yield frame
-
-
-def _seconds_to_complete(picture: _Picture) -> float:
-    start = time.perf_counter()
-    picture.frame(start)
-    return time.perf_counter() - start
+        yield picture.frame(start)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.render.camera import Camera
-from bobrossnet.render.gbuffer import GBuffer, Samples, scatter
+from bobrossnet.render.gbuffer import GBuffer, Samples, scatter, untraced_planes
 from bobrossnet.render.order import Size, check_order, check_size, pixel_count, pixel_order
 from bobrossnet.shapes.scene import SceneLike, as_scene
 
@@ -103,7 +103,7 @@ def trace(
     tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
     check_order(order, seed)
     count = pixel_count(fraction, tracer.size)
-    planes = np.zeros((5, *tracer.size), np.float32)
+    planes = untraced_planes(tracer.size)
     done = 0
     for pixels in _batches(tracer.size, order, seed, count):
         scatter(tracer(pixels), pixels, planes)
@@ -139,9 +139,7 @@ def tiled_pixels(size: Size) -> NDArray[np.int32]:
 def check_samples(samples: Any, count: int) -> Samples:
     """Return what a user's tracer returned, if it is `count` samples."""
     if not isinstance(samples, Samples):
-        raise InputTypeError(
-            f"tracer: expected it to return bobrossnet.Samples, got {type(samples).__name__}"
-        )
+        raise InputTypeError(f"tracer: expected it to return bobrossnet.Samples, got {type(samples).__name__}")
     if len(samples) != count:
         raise InputError(f"tracer: expected it to return {count} samples, one per pixel, got {len(samples)}")
     return samples

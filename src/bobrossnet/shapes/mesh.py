@@ -58,9 +58,7 @@ class Mesh:
     def turned_upright(self) -> Mesh:
         """The mesh with its y axis turned up to z: (x, y, z) becomes (x, -z, y)."""
         turn = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
-        return Mesh(
-            self.vertices @ turn, self.triangles, None if self.normals is None else self.normals @ turn
-        )
+        return Mesh(self.vertices @ turn, self.triangles, None if self.normals is None else self.normals @ turn)
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"

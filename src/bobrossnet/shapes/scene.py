@@ -70,21 +70,19 @@ class Scene:
 
     @cached_property
     def core(self) -> _core.Mesh:
-        """The scene in the core: scaled to the unit sphere in float64 before it is rounded to float32, so that files far
-        from their origin lose nothing. Built when first asked for."""
+        """The scene in the core, built when first asked for.
+
+        It is scaled to the unit sphere in float64 before it is rounded to float32, so that files far from their origin
+        lose nothing.
+        """
         vertices = [((mesh.vertices - self.center) / self.radius).astype(np.float32) for mesh in self.shapes]
         starts = np.cumsum([0, *(len(mesh.vertices) for mesh in self.shapes)])
-        triangles = [
-            mesh.triangles + np.int32(start) for mesh, start in zip(self.shapes, starts, strict=False)
-        ]
+        triangles = [mesh.triangles + np.int32(start) for mesh, start in zip(self.shapes, starts, strict=False)]
         normals = None
         if any(mesh.normals is not None for mesh in self.shapes):
             # A shape without normals among some with: zeros, and the core takes the crease rule there.
             normals = np.concatenate(
-                [
-                    np.zeros((len(m.vertices), 3), np.float32) if m.normals is None else m.normals
-                    for m in self.shapes
-                ]
+                [np.zeros((len(m.vertices), 3), np.float32) if m.normals is None else m.normals for m in self.shapes]
             )
         return _core.Mesh(np.concatenate(vertices), np.concatenate(triangles), normals)
 

@@ -1,7 +1,7 @@
 """Building blocks of procedural meshes: sweeps, lathes, extrusions, bitmaps, isosurfaces, transforms, noise.
 
 A part is (vertices, triangles): (V, 3) float64 and (T, 3) integers, anticlockwise seen from outside where it
-has an outside. `rng` is a seeded generator; nothing else is random.
+has an outside. Nothing is random but what takes an `rng`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Part = tuple[Array, NDArray[np.int64]]
+Rng = np.random.Generator
 
 
 # ---- surfaces over a grid ---------------------------------------------------------------------------------
@@ -91,9 +92,9 @@ def rod(start: Array, end: Array, radius: float, sides: int = 8) -> Part:
     return sweep(np.stack([start, end]), round_outline(sides) * radius)
 
 
-def smooth_path(rng: np.random.Generator, knots: int, count: int, size: float = 1.0) -> Array:
-    """Return `count` points of a smooth curve through random knots (Catmull-Rom)."""
-    p = rng.uniform(-size, size, (knots + 2, 3))
+def smooth_path(rng: Rng, knots: int, count: int) -> Array:
+    """Return `count` points of a smooth curve through random knots in the cube -1..1 (Catmull-Rom)."""
+    p = rng.uniform(-1, 1, (knots + 2, 3))
     t = np.linspace(0, knots - 1 - 1e-9, count)
     i = t.astype(int)
     t = (t - i)[:, None]
@@ -165,16 +166,16 @@ def bitmap(picture: NDArray[np.bool_], cell: float, height: float) -> Part:
 # ---- implicit surfaces ------------------------------------------------------------------------------------
 
 
-def lattice(count: int, size: float = 1.0) -> tuple[Array, Array, Array]:
-    """Return open grids of x, y, z over the cube -size..size, for `isosurface`."""
-    axis = np.linspace(-size, size, count)
+def lattice(count: int) -> tuple[Array, Array, Array]:
+    """Return open grids of x, y, z over the cube -1..1, for `isosurface`."""
+    axis = np.linspace(-1, 1, count)
     return axis[:, None, None], axis[None, :, None], axis[None, None, :]
 
 
-def isosurface(field: Array, size: float = 1.0) -> Part:
+def isosurface(field: Array) -> Part:
     """Return the surface where a field changes sign, by surface nets.
 
-    `field` is (n, n, n) over the cube -size..size, negative inside.
+    `field` is (n, n, n) over the cube -1..1, negative inside. Where it is nowhere negative, a sphere stands in.
     """
     n = len(field)
     field = np.pad(field, 1, constant_values=1.0)  # closed at the cube's faces
@@ -207,7 +208,7 @@ def isosurface(field: Array, size: float = 1.0) -> Part:
     vertices = total.reshape(-1, 3)[used] / crossings.ravel()[used, None]
     corners = (np.cumsum(used) - 1)[corners]
     triangles = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
-    return ((vertices - 1) / (n - 1) * 2 - 1) * size, triangles
+    return (vertices - 1) / (n - 1) * 2 - 1, triangles
 
 
 # ---- placing, joining, deforming --------------------------------------------------------------------------
@@ -221,12 +222,15 @@ def join(parts: Sequence[Part]) -> Part:
 
 
 def moved(part: Part, matrix: Array | float = 1.0, offset: Sequence[float] | Array = (0, 0, 0)) -> Part:
-    """Return the part after a (3, 3) matrix, or a factor, and an offset."""
+    """Return the part after a (3, 3) matrix that does not mirror, or a factor, and an offset."""
     vertices, triangles = part
     turned = vertices * matrix if np.ndim(matrix) < 2 else vertices @ np.asarray(matrix).T
-    if np.ndim(matrix) == 2 and np.linalg.det(np.asarray(matrix)) < 0:
-        triangles = triangles[:, ::-1]
     return turned + np.asarray(offset), triangles
+
+
+def ring(part: Part, radius: float, count: int) -> list[Part]:
+    """Return copies of a part in a ring about z."""
+    return [moved(moved(part, offset=(radius, 0, 0)), rotation(2, 2 * np.pi * i / count)) for i in range(count)]
 
 
 def rotation(axis: int, angle: float) -> Array:
@@ -238,7 +242,7 @@ def rotation(axis: int, angle: float) -> Array:
     return matrix
 
 
-def random_rotation(rng: np.random.Generator) -> Array:
+def random_rotation(rng: Rng) -> Array:
     """Return a uniformly random (3, 3) rotation."""
     q, r = np.linalg.qr(rng.normal(size=(3, 3)))
     q = q * np.sign(np.diag(r))
@@ -252,8 +256,9 @@ def fitted(part: Part) -> Part:
     return (vertices - (low + high) / 2) * (2 / max(float((high - low).max()), 1e-9)), triangles
 
 
-def noise(rng: np.random.Generator, points: Array, frequency: float, waves: int = 12) -> Array:
+def noise(rng: Rng, points: Array, frequency: float) -> Array:
     """Return smooth noise of about unit variance at (n, 3) points: a sum of random plane waves."""
+    waves = 12
     direction = rng.normal(size=(3, waves)) * frequency
     phase = rng.uniform(0, 2 * np.pi, waves)
     return np.asarray(np.sin(points @ direction + phase).sum(1) * np.sqrt(2 / waves))

@@ -1,0 +1,70 @@
+"""What the benchmarks share: the machine in words, timings of rivals in turn, and tables."""
+
+from __future__ import annotations
+
+import os
+import platform
+import statistics
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from datetime import date
+from pathlib import Path
+
+from bobrossnet import _core
+
+MODELS = Path(os.environ.get("BOBROSSNET_MODELS", Path(__file__).parents[2] / "shared" / "models"))
+
+
+def models(*files: str) -> list[Path]:
+    """Files in the folder of models; the benchmark ends here, with a reason, where it is missing."""
+    if not MODELS.is_dir():
+        sys.exit(f"no models at {MODELS}; name their folder in BOBROSSNET_MODELS")
+    return [MODELS / file for file in files]
+
+
+def in_turn(rivals: Mapping[str, Callable[[], object]], runs: int) -> dict[str, list[float]]:
+    """Seconds of each rival's runs, one after the other in turn, after a warm-up: what else the machine does meanwhile
+    falls on all alike."""
+    for run in rivals.values():
+        run()
+    seconds: dict[str, list[float]] = {name: [] for name in rivals}
+    for _ in range(runs):
+        for name, run in rivals.items():
+            start = time.perf_counter()
+            run()
+            seconds[name].append(time.perf_counter() - start)
+    return seconds
+
+
+def median_ratio(over: Sequence[float], under: Sequence[float]) -> float:
+    """The median of the ratios within each turn."""
+    return statistics.median(a / b for a, b in zip(over, under, strict=True))
+
+
+def spread(values: Sequence[float], scale: float = 1, digits: int = 1) -> str:
+    """Median and range, e.g. "9.8 (9.6..10.4)"."""
+    low, middle, high = (f"{scale * f(values):.{digits}f}" for f in (min, statistics.median, max))
+    return f"{middle} ({low}..{high})"
+
+
+def heading(title: str) -> None:
+    """Print the title, and what the figures below it were measured on."""
+    print(f"\n## {title}\n")
+    print(f"{_processor()}, {os.cpu_count()} cores, {_core.isa()}, {platform.system()}, {date.today().isoformat()}\n")
+
+
+def table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table in Markdown."""
+    widths = [max(map(len, cells)) for cells in zip(columns, *rows, strict=True)]
+    for cells in (columns, ["-" * width for width in widths], *rows):
+        print(
+            "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |", flush=True
+        )
+
+
+def _processor() -> str:
+    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []:
+        if line.startswith("model name"):
+            return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()

@@ -1,0 +1,104 @@
+"""Rays per second against Embree: the same rays, in the same run, one thread each.
+
+Rays are orthographic, of random directions, spread evenly over the disc that the bounding sphere fills: the worst case
+for caches, and no ray is like its neighbour. Also the time that each takes to build its BVH, with all threads.
+"""
+
+from __future__ import annotations
+
+import statistics
+from functools import partial
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from report import heading, in_turn, median_ratio, models, spread, table
+
+import bobrossnet as bob
+from bobrossnet import _core
+
+FILES = (
+    "scans/stanford_bunny.ply",
+    "scans/armadillo.ply",
+    "mechanical/satellite_fm1.ply",
+    "architecture/conference_room.ply",
+)
+RAYS = 200_000
+RUNS = 7
+
+
+def random_rays(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Origins and directions, (n, 3) float32, of rays through the unit sphere."""
+    rng = np.random.default_rng(0)
+    direction = rng.normal(size=(count, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    across = np.cross(direction, rng.normal(size=(count, 3)))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    origin = across * np.sqrt(rng.random((count, 1))) - 1.2 * direction
+    return origin.astype(np.float32), direction.astype(np.float32)
+
+
+def build_embree(vertices: np.ndarray, triangles: np.ndarray) -> EmbreeScene:
+    scene = EmbreeScene()
+    TriangleMesh(scene, vertices, triangles)
+    scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))  # builds the BVH
+    return scene
+
+
+def main() -> None:
+    origin, direction = random_rays(RAYS)
+    t, triangle = np.empty(RAYS, np.float32), np.empty(RAYS, np.int32)
+    threads = bob.thread_count()
+    rays, builds = [], []
+    for path in models(*FILES):
+        scene = bob.load(path)
+        mesh = scene.shapes[0]
+        vertices = ((mesh.vertices - scene.center) / scene.radius).astype(np.float32)
+
+        build = in_turn(
+            {
+                "ours": partial(_core.Mesh, vertices, mesh.triangles, None),
+                "embree": partial(build_embree, vertices, mesh.triangles),
+            },
+            RUNS,
+        )
+        embree = build_embree(vertices, mesh.triangles)
+        ours = partial(scene.core.closest_hits, origin, direction, t, triangle)
+
+        bob.set_thread_count(1)
+        seconds = in_turn({"ours": ours, "embree": partial(embree.run, origin, direction)}, RUNS)
+        bob.set_thread_count(threads)
+        many = in_turn({"ours": ours}, RUNS)["ours"]
+
+        hits = np.asarray(embree.run(origin, direction)) >= 0
+        ratio = median_ratio(seconds["embree"], seconds["ours"])
+        rays.append(
+            [
+                path.stem,
+                f"{len(mesh.triangles):,}",
+                spread([RAYS / s for s in seconds["ours"]], 1e-6, 2),
+                spread([RAYS / s for s in seconds["embree"]], 1e-6, 2),
+                f"{ratio:.2f}",
+                f"{statistics.median(seconds['ours']) / statistics.median(many):.2f}",
+                f"{np.count_nonzero(hits != (triangle >= 0))} of {RAYS:,}",
+            ]
+        )
+        builds.append(
+            [
+                path.stem,
+                spread(build["ours"], 1e3),
+                spread(build["embree"], 1e3),
+                f"{median_ratio(build['ours'], build['embree']):.2f}",
+                f"{scene.core.bvh_bytes / len(mesh.triangles):.0f}",
+                f"{scene.core.bytes / len(mesh.triangles):.0f}",
+            ]
+        )
+    heading("Tracing: millions of rays per second")
+    columns = ["model", "triangles", "ours", "Embree", "ours / Embree", f"{threads} threads / 1", "hits that differ"]
+    table(columns, rays)
+    heading("Building: milliseconds, all threads, shading normals included in ours")
+    table(["model", "ours", "Embree", "ours / Embree", "BVH bytes a triangle", "with normals"], builds)
+
+
+if __name__ == "__main__":
+    main()

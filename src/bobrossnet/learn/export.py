@@ -1,0 +1,50 @@
+"""Networks for other people's run times."""
+
+from __future__ import annotations
+
+import io
+import os
+import warnings
+from pathlib import Path
+
+import torch
+
+from bobrossnet.atomic import write_whole
+from bobrossnet.complete.model import weights_path
+from bobrossnet.learn.checkpoint import load
+
+
+def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
+    """Write a network with its weights as ONNX.
+
+    The graph maps `gbuffer`, (N, 5, H, W) float32 as `GBuffer.stack` gives it, to `gray`, (N, 1, H, W): the network's
+    own output, not clamped, for any N, H and W. Keep the known pixels yourself.
+
+    Parameters
+    ----------
+    model : str or path
+        Name of shipped weights, or a .safetensors file.
+    path : path
+        The .onnx file to write; replaced if it exists.
+
+    Raises
+    ------
+    InputError
+        If the weights can't be used or the file can't be written.
+    """
+    network, _ = load(weights_path(model))
+    content = io.BytesIO()
+    with warnings.catch_warnings():
+        # The exporter through TorchScript needs no further package, follows the padding's arithmetic on H and W, and is
+        # deprecated.
+        warnings.simplefilter("ignore")
+        torch.onnx.export(
+            network.eval(),
+            (torch.zeros(1, 5, 61, 47),),
+            content,  # type: ignore[arg-type]  # any file is fine for this exporter
+            dynamo=False,
+            input_names=["gbuffer"],
+            output_names=["gray"],
+            dynamic_axes={"gbuffer": {0: "N", 2: "H", 3: "W"}, "gray": {0: "N", 2: "H", 3: "W"}},
+        )
+    write_whole(Path(path), content.getvalue())
