@@ -26,7 +26,7 @@ struct Traversal {
         const float o[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
         const float d[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
         for (int axis = 0; axis < 3; ++axis) {
-            // A bound instead of 1/0 = inf: inf * 0 = NaN would lose rays that run inside a slab's plane.
+            // A bound instead of 1/0 = inf, which would make NaN of every slab: right still, but nothing is culled.
             constexpr float tiny = 1e-18f;
             const float safe = d[axis] < 0 ? (d[axis] < -tiny ? d[axis] : -tiny) : (d[axis] > tiny ? d[axis] : tiny);
             inverse[axis] = broadcast<Boxes>(1 / safe);

@@ -105,6 +105,21 @@ TEST(both_sides_of_a_face_are_shaded_alike) {
     CHECK_NEAR(a.gray[20 * 40 + 20], bob::blinn_phong({0, 0, 1}), 1e-6f);
 }
 
+TEST(smooth_normals_that_lean_away_are_seen_edge_on) {
+    // A face that turns its side to the camera, and a normal for it from beyond the horizon.
+    const std::vector<bob::Vec3> v{{0.3f, -0.1f, -0.7f}, {-0.3f, 0.1f, -0.7f}, {0, 0, 0.7f}};
+    const std::vector<bob::Vec3> leaning(3, {-0.3f, 0.95f, 0});
+    const auto picture = render(bob::Mesh(v, std::vector<bob::Triangle>{{0, 1, 2}}, leaning), {0, 0, 0, 1}, 64, 64);
+    int seen = 0;
+    for (std::size_t i = 0; i < picture.hit.size(); ++i) {
+        if (!picture.hit[i]) continue;
+        ++seen;
+        CHECK_NEAR(std::fabs(picture.normal[2 * i]), 1.f, 1e-6f);
+        CHECK_NEAR(picture.normal[2 * i + 1], 0.f, 1e-6f);
+    }
+    CHECK_LT(20, seen);
+}
+
 TEST(blinn_phong_worked_values) {
     // Facing the camera: n.l = 1 / sqrt(0.09 + 0.16 + 1), n.h = sqrt((1 + n.l) / 2).
     const double n_l = 1 / std::sqrt(1.25), n_h = std::sqrt((1 + n_l) / 2);
