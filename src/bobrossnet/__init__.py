@@ -9,17 +9,17 @@
 import os
 
 from bobrossnet._core import set_thread_count, thread_count
-from bobrossnet.adapters.files import load_mesh
+from bobrossnet.adapters.files import load, load_mesh
 from bobrossnet.complete.model import complete
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.metrics import psnr, ssim
+from bobrossnet.progressive import Frame, progressive
 from bobrossnet.render.camera import Camera
 from bobrossnet.render.gbuffer import GBuffer, Samples
 from bobrossnet.render.order import pixel_order
-from bobrossnet.render.progressive import Frame, progressive
 from bobrossnet.render.trace import SceneTracer, trace
 from bobrossnet.shapes.mesh import Mesh
-from bobrossnet.shapes.scene import Scene, load
+from bobrossnet.shapes.scene import Scene
 from bobrossnet.shapes.tree import happy_tree
 
 

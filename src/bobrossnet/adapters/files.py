@@ -1,4 +1,4 @@
-"""Mesh files: one `Mesh` out of whatever a file holds, or one line that says why not.
+"""Files: a scene or a mesh out of whatever they hold, or one line that says why not.
 
 STL, OFF and glTF are parsed by trimesh's readers, which hand over what the file stores and nothing they made
 up. PLY, OBJ and 3MF are read here, since trimesh 5.2 falls short on files that people have; their modules say
@@ -10,9 +10,10 @@ from __future__ import annotations
 import logging
 import os
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.shapes.scene import Scene
 
 READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".ply": read_ply,
@@ -37,8 +39,34 @@ READERS: dict[str, Callable[[Path], list[Part]]] = {
 }
 ENDINGS = tuple(READERS)
 
+Source: TypeAlias = "str | os.PathLike[str] | Scene | Mesh"
+
 # Beyond this, squares and products of coordinates leave float64.
 MAX_COORDINATE = 1e100
+
+
+def load(source: Source | Iterable[Source]) -> Scene:
+    """Make a scene of a file, a shape, or several of either.
+
+    Parameters
+    ----------
+    source : path, Mesh, Scene or iterable of these
+        Files end in .ply, .obj, .stl, .off, .glb, .gltf or .3mf. All are placed as their coordinates say.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    InputError
+        If a file can't be read or holds nothing to trace; one line that starts with the file's name.
+    """
+    if isinstance(source, str | os.PathLike | Mesh | Scene):
+        source = (source,)
+    if not isinstance(source, Iterable):
+        raise InputTypeError(f"source: expected a path, a shape or several, got {type(source).__name__}")
+    return Scene(load_mesh(item) if isinstance(item, str | os.PathLike) else item for item in source)
 
 
 def load_mesh(path: str | os.PathLike[str]) -> Mesh:

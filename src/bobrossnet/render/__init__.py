@@ -1,1 +1,1 @@
-"""Rendering: cameras, pixel orders, tracers, G-buffers, progressive pictures."""
+"""Rendering: cameras, pixel orders, tracers, G-buffers, and pictures of them."""

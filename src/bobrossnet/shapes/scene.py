@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.adapters.files import load_mesh
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
 from bobrossnet.shapes.mesh import Mesh
 
 Shape: TypeAlias = Mesh
 SceneLike: TypeAlias = "Scene | Shape | Iterable[Scene | Shape]"
-Source: TypeAlias = "str | os.PathLike[str] | Scene | Shape"
 
 
 class Scene:
@@ -118,30 +116,6 @@ class Scene:
         self.core.closest_hits(origin.astype(np.float32), direction.astype(np.float32), t, triangle)
         distance = np.where(triangle >= 0, (start + t) * self.radius, np.inf)
         return distance, triangle
-
-
-def load(source: Source | Iterable[Source]) -> Scene:
-    """Make a scene of a file, a shape, or several of either.
-
-    Parameters
-    ----------
-    source : path, Mesh, Scene or iterable of these
-        Files end in .ply, .obj, .stl, .off, .glb, .gltf or .3mf. All are placed as their coordinates say.
-
-    Returns
-    -------
-    Scene
-
-    Raises
-    ------
-    InputError
-        If a file can't be read or holds nothing to trace; one line that starts with the file's name.
-    """
-    if isinstance(source, str | os.PathLike | Mesh | Scene):
-        source = (source,)
-    if not isinstance(source, Iterable):
-        raise InputTypeError(f"source: expected a path, a shape or several, got {type(source).__name__}")
-    return Scene(load_mesh(item) if isinstance(item, str | os.PathLike) else item for item in source)
 
 
 def as_scene(scene: SceneLike) -> Scene:
