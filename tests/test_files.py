@@ -167,7 +167,9 @@ def test_originals(name: str) -> None:
     mesh = load_mesh(MODELS / "loader_originals" / name)
     assert (len(mesh.triangles), mesh.normals is not None) == ORIGINALS[name]
     if mesh.normals is not None:
-        assert np.allclose(np.linalg.norm(mesh.normals, axis=1), 1, atol=1e-6)  # float32
+        length = np.linalg.norm(mesh.normals, axis=1)
+        assert (length > 0).mean() > 0.99  # the spider's file has some without length
+        assert np.allclose(length[length > 0], 1, atol=1e-6)  # float32
         # Stored normals point out of the faces around them; few differ, at folds.
         a, b, c = mesh.vertices[mesh.triangles].transpose(1, 0, 2)
         cosine = np.einsum("ij,ij->i", np.cross(b - a, c - a), mesh.normals[mesh.triangles[:, 0]])
@@ -312,9 +314,9 @@ def test_obj_mixed_corners_and_polygons(tmp_path: Path) -> None:
     text = SQUARE + "v 0.5 2 0\nvt 0 0\nvn 0 0 2\n" + faces
     mesh = load_mesh(written(tmp_path / "a.obj", text))
     assert len(mesh.triangles) == 5
-    # Corners without a normal take their faces'.
+    # Zero where the file has none, for the tracer to make up.
     assert mesh.normals is not None
-    assert mesh.normals.tolist() == [[0, 0, 1]] * len(mesh.vertices)
+    assert sorted(set(map(tuple, mesh.normals.tolist()))) == [(0, 0, 0), (0, 0, 1)]
 
 
 def test_obj_errors(tmp_path: Path) -> None:

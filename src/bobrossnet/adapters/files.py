@@ -150,39 +150,23 @@ def _clean(parts: Sequence[Part]) -> tuple[Mesh, int, int]:
     used[triangles] = True
     renumbered = np.cumsum(used) - 1
     vertices, triangles = vertices[used], renumbered[triangles]
-    faces = _face_normals(vertices, triangles)
-    if not faces.any():
+    if not _any_area(vertices, triangles):
         raise InputError(f"expected triangles with an area, got {len(triangles):,} of zero area")
-    if normals is not None:
-        normals = _repaired(normals[used], triangles, faces)
-    return Mesh(vertices, triangles, normals), total - len(triangles), total
+    return Mesh(vertices, triangles, None if normals is None else _unit(normals[used])), total - len(triangles), total
 
 
-def _face_normals(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Cross products of two sides, (T, 3), in units of the largest extent: twice the area long."""
+def _any_area(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bool:
+    """Whether a triangle has an area, in units in which the largest extent is 1."""
     extent = float(np.max(np.ptp(vertices, axis=0))) or 1.0
     corners = ((vertices - vertices[0]) / extent)[triangles]
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return bool(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).any())
 
 
-def _repaired(
-    normals: NDArray[np.float64], triangles: NDArray[np.int64], faces: NDArray[np.float64]
-) -> NDArray[np.float64] | None:
-    """Unit normals; a vertex without a usable one takes the mean of its faces', weighted by their area."""
-    length = np.linalg.norm(normals, axis=1)
-    bad = ~((length > 0) & np.isfinite(length))
-    if bad.all():
-        return None
-    if bad.any():
-        means = np.zeros_like(normals)
-        for corner in range(3):
-            np.add.at(means, triangles[:, corner], faces)
-        normals = np.where(bad[:, None], means, normals)
-        length = np.linalg.norm(normals, axis=1)
-    # A vertex of nothing but zero-area triangles is never seen; any direction will do.
-    normals[~(length > 0)] = (0.0, 0.0, 1.0)
-    unit: NDArray[np.float64] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    return unit
+def _unit(normals: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Normals at length 1, zero where one is unusable; None if all are."""
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    usable = (length > 0) & np.isfinite(length)
+    return np.where(usable, normals / np.where(usable, length, 1), 0) if usable.any() else None
 
 
 # ---- Errors of one line ----------------------------------------------------------------------------------

@@ -20,8 +20,8 @@ class Mesh:
     triangles : (T, 3) integers in 0..V-1
         Corners of each triangle, anticlockwise seen from outside (both sides are visible all the same).
     normals : (V, 3) numbers, optional
-        Vertex normals of any length. Without them the tracer smooths over edges whose faces meet at less than
-        the crease angle (CONVENTIONS.md) and leaves sharper edges sharp.
+        Vertex normals of any length. Without them, or where one is zero or not finite, the tracer smooths over edges
+        whose faces meet at less than the crease angle (CONVENTIONS.md) and leaves sharper edges sharp.
 
     Raises
     ------
