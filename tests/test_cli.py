@@ -120,9 +120,26 @@ def test_info_on_weights(name, capsys):
     assert "(80, 5, 3, 3)" in printed
 
 
+def test_train_and_evaluate(tmp_path, capsys):
+    weights = tmp_path / "mine.safetensors"
+    small = ["shapes=1", "views=1", "validation_shapes=1", "validation_patches=2", "steps=2", "batch=2"]
+    assert cli.main(["train", str(weights), *small]) == 0
+    assert "step 2/2" in capsys.readouterr().out
+    assert cli.main(["info", str(weights)]) == 0
+    assert '"steps": 2' in capsys.readouterr().out
+    (tmp_path / "a.obj").write_text(TRIANGLE)
+    assert cli.main(["evaluate", str(tmp_path), "--model", str(weights), "--size", "32x32"]) == 0
+    printed = capsys.readouterr().out
+    assert "1 pictures of 32x32" in printed
+    assert "delaunay-linear" in printed
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (["train", "mine.safetensors", "speed=9"], "speed=9: expected NAME=VALUE with a name of"),
+        (["train", "mine.safetensors", "steps=many"], "steps=many: expected a value of type int"),
+        (["evaluate", "missing"], "missing"),
         (["render", "missing.ply"], "missing.ply: "),
         (["render", "notes.txt"], "notes.txt: "),
         (["render", "."], "expected"),

@@ -168,7 +168,7 @@ def test_originals(name: str) -> None:
     assert (len(mesh.triangles), mesh.normals is not None) == ORIGINALS[name]
     if mesh.normals is not None:
         length = np.linalg.norm(mesh.normals, axis=1)
-        assert (length > 0).mean() > 0.99  # the spider's file has some without length
+        assert (length > 0).mean() > 0.95  # the spider's file has some without length
         assert np.allclose(length[length > 0], 1, atol=1e-6)  # float32
         # Stored normals point out of the faces around them; few differ, at folds.
         a, b, c = mesh.vertices[mesh.triangles].transpose(1, 0, 2)

@@ -1,7 +1,8 @@
-"""Procedural meshes, the data made of them, and training, at toy size."""
+"""Procedural meshes, the data made of them, training and evaluation, at toy size."""
 
 import json
-from dataclasses import replace
+import math
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,14 @@ import numpy as np
 import pytest
 import torch
 
+import bobrossnet as bob
+from bobrossnet.complete.model import weights_path
 from bobrossnet.errors import InputError
 from bobrossnet.learn import checkpoint, data
+from bobrossnet.learn.config import OPTIMIZERS, TrainConfig, config_from_settings
+from bobrossnet.learn.evaluate import Evaluation, evaluate
 from bobrossnet.learn.shapes import FAMILIES, parts, procedural_mesh
-from bobrossnet.learn.train import TrainConfig, keep_known, learning_rate, train
+from bobrossnet.learn.train import keep_known, predict, train, validate
 
 TOY = TrainConfig(
     shapes=3, views=1, validation_shapes=1, validation_patches=4, steps=20, batch=4, warmup=5,
@@ -93,7 +98,7 @@ def test_batches_are_a_function_of_seed_and_step() -> None:
 
 
 def test_fractions_and_masks() -> None:
-    fractions = np.array([data.fraction(0, sample) for sample in range(3000)])
+    fractions = np.array([data.sample_fraction(0, sample) for sample in range(3000)])
     assert fractions.min() >= 0.01
     assert (fractions == 1).mean() == pytest.approx(0.1, abs=0.02)
     assert (fractions < 0.1).mean() == pytest.approx(0.45, abs=0.04)  # half of the decades, of nine tenths
@@ -132,8 +137,25 @@ def test_training_learns_and_resumes(tmp_path: Path, patches: Any, optimizer: st
     assert "resumed at step 10" in lines
     for name, tensor in whole.state_dict().items():
         assert torch.equal(tensor, resumed.state_dict()[name]), name
-    with pytest.raises(InputError, match="another seed; move it away"):
-        train(replace(config, seed=1), interrupted, checkpoint_path=saved, patches=patches)
+
+
+def test_a_checkpoint_of_another_configuration(tmp_path: Path, patches: Any) -> None:
+    saved, out = tmp_path / "checkpoint.safetensors", tmp_path / "weights.safetensors"
+    config = replace(TOY, steps=2, checkpoint_every=1, validate_every=2)
+    train(config, out, checkpoint_path=saved, patches=patches)
+    train(replace(config, threads=2), out, checkpoint_path=saved, patches=patches)  # threads may differ
+    message = "got one of seed 0 instead of 1, batch 4 instead of 2; move the file away"
+    with pytest.raises(InputError, match=message):
+        train(replace(config, seed=1, batch=2), out, checkpoint_path=saved, patches=patches)
+
+    tensors, header = checkpoint.read_tensors(saved)
+    settings = json.loads(header["training"])
+    del settings["loss"]  # as if an older version had written it, or a newer one
+    checkpoint.write_tensors(saved, tensors, {**header, "training": json.dumps({**settings, "momentum": 0.9})})
+    with pytest.raises(InputError, match=r"loss None instead of 'ssim\+l2', momentum 0.9 instead of None"):
+        train(config, out, checkpoint_path=saved, patches=patches)
+    with pytest.raises(InputError, match="expected a checkpoint, got a file without its step"):
+        train(config, out, checkpoint_path=out, patches=patches)
 
 
 def test_training_from_nothing_to_a_weight_file(tmp_path: Path) -> None:
@@ -148,18 +170,189 @@ def test_training_from_nothing_to_a_weight_file(tmp_path: Path) -> None:
     assert all(parameter.isfinite().all() for parameter in network.parameters())
 
 
-def test_learning_rate() -> None:
-    rates = [learning_rate(TOY, step) for step in range(TOY.steps)]
+def test_schedules() -> None:
+    _, cosine = OPTIMIZERS["adamw"]
+    rates = [cosine(TOY, step) for step in range(TOY.steps)]
     assert np.argmax(rates) == 4
     assert 0 < rates[-1] < rates[0] < TOY.learning_rate
+    assert cosine(replace(TOY, warmup=0), 10) == pytest.approx(TOY.learning_rate / 2)
+    _, constant = OPTIMIZERS["adadelta"]
+    assert {constant(TOY, step) for step in range(TOY.steps)} == {TOY.learning_rate}
 
 
 def test_keep_known() -> None:
-    partial = torch.zeros(1, 5, 2, 2)
+    partial = torch.zeros(2, 5, 2, 2)
     partial[0, :2, 0, 0] = torch.tensor([1, 0.5])
-    assert keep_known(torch.full((1, 1, 2, 2), 9.0), partial).flatten().tolist() == [0.5, 9, 9, 9]
+    partial[1, 0] = 1  # wholly traced
+    image = keep_known(torch.full((2, 1, 2, 2), 9.0), partial)
+    assert image.flatten(1).tolist() == [[0.5, 9, 9, 9], [9, 9, 9, 9]]
 
 
-def test_a_name_that_is_none(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"loss: expected one of l1, l2, ssim, ssim\+l1, ssim\+l2, got 'l3'"):
-        train(replace(TOY, loss="l3"), tmp_path / "weights.safetensors")
+def test_validation_is_of_the_prediction(patches: Any) -> None:
+    network, _ = checkpoint.load(weights_path("paper"))
+    scores = validate(network, patches[1], TOY)
+    assert list(scores) == [0.01, 0.05, 0.25, 0.75, 1.0]
+    assert scores[0.01] < scores[0.05] < scores[0.25] < scores[0.75] < 1
+    partial, _ = data.batch(patches[1], np.ones((len(patches[1]), 128, 128), np.float32))
+    with torch.no_grad():
+        half, single = predict(network, partial, bfloat16=True), predict(network, partial)
+    assert half.dtype == single.dtype == torch.float32
+    assert 0 < (half - single).abs().mean() < 0.02  # bfloat16 has 8 bits, over six layers
+
+
+NAN = math.nan
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("loss", "l3", r"loss: expected one of l1, l2, ssim, ssim\+l1, ssim\+l2, got 'l3'"),
+        ("network", "papper", "network: expected one of paper, got 'papper'"),
+        ("order", ["uniform"], "order: expected one of uniform, got"),
+        ("optimizer", None, "optimizer: expected one of adamw, adadelta, got None"),
+        ("groups", 0, "groups: expected an integer in 1"),
+        ("seed", -1, "seed: expected an integer in 0"),
+        ("shapes", 0, "shapes: expected an integer in 1..500000, got 0"),
+        ("views", 0, "views: expected an integer in 1"),
+        ("validation_shapes", 0, "validation_shapes: expected an integer in 1"),
+        ("validation_patches", 0, "validation_patches: expected an integer in 1"),
+        ("steps", -1, "steps: expected an integer in 0"),
+        ("batch", 0, "batch: expected an integer in 1"),
+        ("batch", 4.0, "batch: expected an integer, got float 4.0"),
+        ("warmup", -1, "warmup: expected an integer in 0"),
+        ("validate_every", 0, "validate_every: expected an integer in 1"),
+        ("checkpoint_every", 0, "checkpoint_every: expected an integer in 1"),
+        ("threads", 0, "threads: expected an integer in 1..1024, got 0"),
+        ("learning_rate", NAN, "learning_rate: expected a number above 0, got nan"),
+        ("learning_rate", 0, "learning_rate: expected a number above 0, got 0"),
+        ("weight_decay", -1e-4, "weight_decay: expected a number of at least 0, got -0.0001"),
+        ("weight_decay", math.inf, "weight_decay: expected a number of at least 0, got inf"),
+        ("keep_known", "no", "keep_known: expected True or False, got 'no'"),
+        ("bfloat16", 1, "bfloat16: expected True or False, got 1"),
+    ],
+)
+def test_a_configuration_that_cannot_be(field: str, value: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        replace(TOY, **{field: value})
+
+
+def test_no_field_goes_unchecked() -> None:
+    for field in fields(TrainConfig):
+        with pytest.raises(InputError, match=f"^{field.name}: expected"):
+            replace(TOY, **{field.name: None})  # type: ignore[arg-type]
+
+
+def test_numbers_of_numpy_can_be_written_to_a_header() -> None:
+    config = replace(TOY, seed=np.int64(3), learning_rate=np.float32(0.5))
+    assert (config.seed, type(config.seed), type(config.learning_rate)) == (3, int, float)
+
+
+def test_settings() -> None:
+    config = config_from_settings(["steps=20", "bfloat16=true", "learning_rate=1", "loss=l1"])
+    assert config == TrainConfig(steps=20, bfloat16=True, learning_rate=1.0, loss="l1")
+    assert config_from_settings([]) == TrainConfig()
+    for setting, message in {
+        "step=20": "step=20: expected NAME=VALUE with a name of network, groups, seed",
+        "steps=2e3": "steps=2e3: expected a value of type int",
+        "bfloat16=1": "bfloat16=1: expected true or false",
+        "batch=0": "batch: expected an integer in 1..2147483647, got 0",
+        "learning_rate=nan": "learning_rate: expected a number above 0, got nan",
+    }.items():
+        with pytest.raises(InputError, match=message):
+            config_from_settings([setting])
+
+
+def test_what_cannot_be_trained_is_refused_before_rendering(tmp_path: Path, patches: Any) -> None:
+    lines: list[str] = []
+    with pytest.raises(InputError, match="groups: expected a divisor of 20, got 3"):
+        train(replace(TOY, groups=3), tmp_path / "weights.safetensors", report=lines.append)
+    with pytest.raises(InputError, match="patches: expected some of each kind, got 0 and 4"):
+        train(TOY, tmp_path / "weights.safetensors", patches=(patches[0][:0], patches[1]), report=lines.append)
+    assert not lines
+
+
+def made_up(differences: list[list[float]]) -> Evaluation:
+    """An evaluation of a model whose SSIM is (P, F) `differences` above 0.5, the filling's; its PSNR is 30, 20."""
+    above = np.array(differences)
+    model, filling = np.stack([0.5 + above, np.full_like(above, 30)], -1), np.full((*above.shape, 2), (0.5, 20))
+    pictures = tuple(f"picture {i}" for i in range(len(above)))
+    return Evaluation(pictures, (0.01, 0.05)[: above.shape[1]], {"paper": model, "nearest": filling})
+
+
+def test_gain_is_paired() -> None:
+    result = made_up([[0.1, -0.02], [0.2, -0.02], [0.3, -0.02], [0.4, -0.02]])
+    half = 1.96 * math.sqrt((0.15**2 + 0.05**2) * 2 / 3) / 2  # n - 1 = 3; √n = 2
+    np.testing.assert_allclose(result.gain("nearest"), [[0.25, half], [-0.02, 0]], atol=1e-12)
+    assert result.gain_table() == (
+        "| traced | 1 % | 5 % |\n| --- | --- | --- |\n| over nearest | +0.2500 ± 0.1265 | -0.0200 ± 0.0000 |"
+    )
+    with pytest.raises(InputError, match="over: expected one of nearest, got 'paper'"):
+        result.gain("paper")
+    # A difficulty that both methods share widens nothing.
+    hard = np.array([0.1, 0.4, 0, 0.3])[:, None, None]
+    shifted = Evaluation(result.pictures, result.fractions, {k: v - hard for k, v in result.scores.items()})
+    np.testing.assert_allclose(shifted.gain("nearest"), result.gain("nearest"), atol=1e-12)
+
+
+def test_gain_covers_the_truth_in_95_of_100() -> None:
+    rng = np.random.default_rng(0)
+    trials = np.array([made_up(rng.normal(0.03, 0.1, (50, 1)).tolist()).gain("nearest")[0] for _ in range(2000)])
+    covered = np.mean(np.abs(trials[:, 0] - 0.03) <= trials[:, 1])
+    assert covered == pytest.approx(0.945, abs=0.015)  # 1.96 for Student's 2.01; three standard errors of the trials
+
+
+def test_tables() -> None:
+    result = made_up([[0.1, -0.02], [0.2, -0.02]])
+    assert result.table("ssim").splitlines()[2:] == [
+        "| paper | **0.6500** | 0.4800 |",
+        "| nearest | 0.5000 | **0.5000** |",
+    ]
+    assert result.table("psnr").splitlines()[3] == "| nearest | 20.00 | 20.00 |"
+    for part in ("SSIM\n\n| traced", result.gain_table(), "PSNR, dB\n\n| traced"):
+        assert part in str(result)
+    single = made_up([[0.1, -0.02]])
+    assert np.isnan(single.gain("nearest")[:, 1]).all()
+    alone = Evaluation(single.pictures, single.fractions, {"paper": single.scores["paper"]})
+    assert "Gain" not in str(alone)
+
+
+def test_evaluation_of_a_folder(tmp_path: Path) -> None:
+    """Names, files left out, progress, and a model called like a filling."""
+    weights = tmp_path / "nearest.safetensors"
+    checkpoint.save(weights, checkpoint.load(weights_path("paper"))[0])
+    models = tmp_path / "broken_odd" / "models"  # what lies above the folder doesn't matter
+    (models / "broken_odd").mkdir(parents=True)
+    triangle = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
+    for name in ("a.obj", "b.OBJ", "broken_odd/c.obj"):
+        (models / name).write_text(triangle)
+    for i in range(23):
+        (models / f"z{i:02}.obj").write_text("f 1 2 3\n")
+    lines: list[str] = []
+    options: dict[str, Any] = {"size": (16, 20), "fractions": [0.1, 0.5], "report": lines.append}
+    result = evaluate(weights, models, views=2, **options)
+    assert result.pictures == ("a.obj view 0", "a.obj view 1", "b.OBJ view 0", "b.OBJ view 1")
+    assert list(result.scores) == ["model nearest", "nearest", "pull-push", "delaunay-linear"]
+    assert {scores.shape for scores in result.scores.values()} == {(4, 2, 2)}
+    assert not np.array_equal(result.scores["model nearest"], result.scores["nearest"])
+    assert sum(line.startswith("left out: ") for line in lines) == 23
+    assert lines[-1] == "evaluated 25/25 files"  # though the 25th was left out
+
+    camera = bob.Camera(azimuth=30 + 180, elevation=45)
+    full = bob.trace(bob.Scene(bob.load_mesh(models / "b.OBJ")), camera, size=(16, 20))
+    image = bob.complete(full.sample(0.5, seed=3), model=weights)
+    expected = [bob.ssim(image, full.gray), bob.psnr(image, full.gray)]
+    assert result.scores["model nearest"][3, 1].tolist() == expected
+
+    for bad, message in (
+        ({"views": 0}, "views: expected an integer in 1"),
+        ({"limit": 0}, "limit: expected an integer in 1"),
+        ({"size": (10, 20)}, "size: expected at least 11x11 pixels"),
+        ({"fractions": []}, "fractions: expected at least one"),
+        ({"fractions": [0]}, "fractions: expected a number in"),
+        ({"fillings": ["farthest"]}, "fillings: expected some of nearest, pull-push, delaunay-linear, got 'farthest'"),
+        ({"order": "spiral"}, "order: expected one of uniform"),
+    ):
+        with pytest.raises(InputError, match=message):
+            evaluate(weights, models, **{**options, **bad})
+    with pytest.raises(InputError, match="expected mesh files"):
+        evaluate(weights, models / "broken_odd" / "none", **options)

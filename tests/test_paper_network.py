@@ -118,3 +118,21 @@ def test_weight_file_that_does_not_fit(tmp_path: Path) -> None:
     checkpoint.write_tensors(path, Paper(1).state_dict(), header)
     with pytest.raises(InputError, match="expected the tensors of 'paper'"):
         checkpoint.load(path)
+    checkpoint.write_tensors(path, Paper().state_dict(), {**header, "groups": "3"})
+    with pytest.raises(InputError, match="got groups: expected a divisor of 20, got 3"):
+        checkpoint.load(path)
+    checkpoint.write_tensors(path, Paper().state_dict(), {"format": "bobrossnet-1", "network": "paper"})
+    with pytest.raises(InputError, match="expected the tensors of 'paper', got 'groups'"):
+        checkpoint.load(path)
+
+
+@pytest.mark.parametrize("groups", [0, -4, 3, 40])
+def test_groups_that_divide_nothing(groups: int) -> None:
+    with pytest.raises(InputError, match=f"groups: expected a divisor of 20, got {groups}"):
+        Paper(groups)
+
+
+def test_settings_make_the_network_again() -> None:
+    network = Paper(groups=2)
+    assert Paper.from_settings(network.settings()).settings() == {"groups": 2}
+    assert Paper.from_settings({"groups": "2", "format": "other"}).settings() == {"groups": 2}

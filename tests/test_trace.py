@@ -175,8 +175,10 @@ def test_several_shapes_make_one_scene():
 
 
 def test_unused_vertices_do_not_count():
-    vertices = np.concatenate([cube().vertices, [[100.0, 0, 0]]])
-    assert bob.Scene(bob.Mesh(vertices, cube().triangles)).radius == bob.Scene(cube()).radius
+    vertices = np.concatenate([cube().vertices, [[1e60, 0, 0]]])
+    far = bob.Mesh(vertices, cube().triangles)
+    assert bob.Scene(far).radius == bob.Scene(cube()).radius
+    assert bob.trace(far, size=SIZE) == bob.trace(cube(), size=SIZE)
 
 
 def test_stored_normals_shade():

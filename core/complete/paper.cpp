@@ -51,17 +51,16 @@ void Paper::operator()(const float* gbuffer, int height, int width, float* gray)
     auto images = take_images((height + 3) / 4 * 4, (width + 3) / 4 * 4);  // zeros below and to the right
     auto& [full, half, quarter, code, result] = *images;
     const auto rows = static_cast<std::size_t>(height), columns = static_cast<std::size_t>(width);
-    for (int c = 0; c < input_channels; ++c) {
-        parallel_for(rows, 32, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t y = begin; y < end; ++y) {
-                const float* from = gbuffer + (static_cast<std::size_t>(c) * rows + y) * columns;
+    parallel_for(static_cast<std::size_t>(full.height()), 32, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t y = begin; y < end; ++y) {
+            for (int c = 0; c < input_channels; ++c) {
                 float* to = full.row(5 + c, static_cast<int>(y));
-                std::copy_n(from, columns, to);
-                std::fill(to + columns, to + full.width(), 0.f);
+                const std::size_t known = y < rows ? columns : 0;
+                std::copy_n(gbuffer + (static_cast<std::size_t>(c) * rows + std::min(y, rows - 1)) * columns, known, to);
+                std::fill(to + known, to + full.width(), 0.f);
             }
-        });
-        for (int y = height; y < full.height(); ++y) std::fill_n(full.row(5 + c, y), full.width(), 0.f);
-    }
+        }
+    });
 
     encode1(full, 5, half, 5, Then::relu_pool);
     encode2(half, 5, quarter, shuffled(80, encode2.groups()), Then::relu_pool);

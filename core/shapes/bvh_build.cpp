@@ -15,7 +15,7 @@ constexpr std::size_t packet_size = 4;
 constexpr std::size_t max_leaf = packet_size * ChildRef::max_packets;
 
 // Cost of visiting a node, in tests of a packet. TUNED
-constexpr float node_cost = 1.0f;
+constexpr float node_cost = 1.5f;
 
 // From this depth on ranges are halved, so that no mesh, however odd, makes the tree deeper than 60 + 28.
 constexpr int max_sah_depth = 60;
@@ -93,8 +93,11 @@ public:
 private:
     void bound_primitives() {
         float extent = 0;
-        for (const Vec3& v : vertices_) {
-            extent = std::max({extent, std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
+        for (const Triangle& t : triangles_) {
+            for (const auto corner : t) {
+                const Vec3 v = vertices_[corner];
+                extent = std::max({extent, std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
+            }
         }
         // More than the rounding of box and triangle tests can move a hit across a box' face: for vertices and origins
         // within some units, errors stay below 2^-21 units.

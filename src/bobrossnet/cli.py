@@ -202,7 +202,8 @@ def _info(options: argparse.Namespace) -> None:
 
 
 def _train(options: argparse.Namespace) -> None:
-    from bobrossnet.learn.train import config_from_settings, train
+    from bobrossnet.learn.config import config_from_settings
+    from bobrossnet.learn.train import train
 
     train(config_from_settings(options.settings), options.out, checkpoint_path=options.checkpoint)
     print(f"wrote {options.out}")
@@ -213,7 +214,7 @@ def _evaluate(options: argparse.Namespace) -> None:
 
     result = evaluate(options.model, options.folder, views=options.views, size=options.size, limit=options.limit)
     print(f"{len(result.pictures)} pictures of {options.size[1]}x{options.size[0]}, traced pixels kept\n")
-    print(f"SSIM\n\n{result.table('ssim')}\n\nPSNR, dB\n\n{result.table('psnr')}")
+    print(result)
 
 
 def _print_table(rows: dict[str, Any], indent: str = "") -> None:

@@ -1,26 +1,32 @@
-"""Weight files: a network's tensors as safetensors, and in the header what they are and how they were made.
+"""Safetensors files that a training writes: weights, to be used, and checkpoints, to go on from.
 
-The header's strings: `format` (this file's version), `network` (a name in `NETWORKS`), the network's own
-settings (`groups`), and whatever the training adds. The core's reader mirrors this one; it needs no torch.
+A weight file holds a network's tensors under its layers' names. Its header's strings: `format` (this file's version),
+`network` (a name in `NETWORKS`), the network's own settings (`groups`), and `training`, the configuration as JSON. The
+core's reader, complete/weights.py, mirrors it and needs no torch. A checkpoint holds `network.<tensor>` and
+`optimizer.<parameter>.<tensor>`, and in its header `step` and `training`.
 """
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 
 import safetensors
 import safetensors.torch
-from torch import Tensor, nn
+import torch
+from torch import Tensor
 
 from bobrossnet.atomic import write_whole
 from bobrossnet.complete.weights import FORMAT
 from bobrossnet.errors import InputError
-from bobrossnet.learn.networks import NETWORKS
+from bobrossnet.learn.config import TrainConfig
+from bobrossnet.learn.networks import NETWORKS, Network
 
 
-def save(path: str | os.PathLike[str], network: nn.Module, metadata: Mapping[str, str] | None = None) -> None:
+def save(path: str | os.PathLike[str], network: Network, metadata: Mapping[str, str] | None = None) -> None:
     """Write a network's weights, whole or not at all.
 
     Parameters
@@ -33,12 +39,12 @@ def save(path: str | os.PathLike[str], network: nn.Module, metadata: Mapping[str
         More to keep in the header, e.g. the training's configuration.
     """
     names = {type_: name for name, type_ in NETWORKS.items()}
-    settings = {key: str(value) for key, value in network.settings().items()}  # type: ignore[operator]
+    settings = {key: str(value) for key, value in network.settings().items()}
     header = {**(metadata or {}), "format": FORMAT, "network": names[type(network)], **settings}
     write_tensors(path, network.state_dict(), header)
 
 
-def load(path: str | os.PathLike[str]) -> tuple[nn.Module, dict[str, str]]:
+def load(path: str | os.PathLike[str]) -> tuple[Network, dict[str, str]]:
     """Read a network written by `save`.
 
     Returns
@@ -58,11 +64,61 @@ def load(path: str | os.PathLike[str]) -> tuple[nn.Module, dict[str, str]]:
         known = ", ".join(NETWORKS)
         raise InputError(f"{path}: expected a network of {known}, got {header.get('network')!r}")
     try:
-        network = NETWORKS[header["network"]](groups=int(header["groups"]))
+        network = NETWORKS[header["network"]].from_settings(header)
         network.load_state_dict(tensors)
-    except (KeyError, ValueError, ZeroDivisionError, RuntimeError) as error:
+    except (KeyError, ValueError, RuntimeError) as error:
         raise InputError(f"{path}: expected the tensors of {header['network']!r}, got {error}") from error
     return network, header
+
+
+def save_checkpoint(
+    path: str | os.PathLike[str],
+    config: TrainConfig,
+    network: Network,
+    optimizer: torch.optim.Optimizer,
+    done: int,
+) -> None:
+    """Write weights and the optimizer's state after `done` steps, whole or not at all."""
+    tensors = {f"network.{name}": tensor for name, tensor in network.state_dict().items()}
+    for index, state in optimizer.state_dict()["state"].items():
+        tensors |= {f"optimizer.{index}.{name}": torch.as_tensor(value) for name, value in state.items()}
+    write_tensors(path, tensors, {"step": str(done), "training": json.dumps(asdict(config))})
+
+
+def resume(
+    path: str | os.PathLike[str], config: TrainConfig, network: Network, optimizer: torch.optim.Optimizer
+) -> int:
+    """Set network and optimizer to a checkpoint's state; return how many steps it has behind it.
+
+    Raises
+    ------
+    InputError
+        If the file is no checkpoint, or another configuration's; only `threads` may differ.
+    """
+    tensors, header = read_tensors(path)
+    if not {"step", "training"} <= header.keys():
+        raise InputError(f"{path}: expected a checkpoint, got a file without its step; move the file away")
+    theirs, ours = json.loads(header["training"]), asdict(config)
+    different = [
+        f"{name} {theirs.get(name)!r} instead of {ours.get(name)!r}"
+        for name in {**ours, **theirs}
+        if name != "threads" and theirs.get(name) != ours.get(name)
+    ]
+    if different:
+        got = ", ".join(different)
+        raise InputError(f"{path}: expected this configuration's checkpoint, got one of {got}; move the file away")
+
+    weights: dict[str, Tensor] = {}
+    states: dict[int, dict[str, Tensor]] = {}
+    for name, tensor in tensors.items():
+        if name.startswith("network."):
+            weights[name.removeprefix("network.")] = tensor
+        elif name.startswith("optimizer."):
+            _, index, key = name.split(".")
+            states.setdefault(int(index), {})[key] = tensor
+    network.load_state_dict(weights)
+    optimizer.load_state_dict({"state": states, "param_groups": optimizer.state_dict()["param_groups"]})
+    return int(header["step"])
 
 
 def write_tensors(path: str | os.PathLike[str], tensors: Mapping[str, Tensor], header: Mapping[str, str]) -> None:

@@ -1,8 +1,8 @@
 """What to learn from: views of procedural meshes cut into patches, and mini-batches of them, partly traced.
 
 Everything is a function of seeds and counters: which view a shape gets, which patches stay, which pixels of a
-sample are traced. So samples can be made in any order, on any machine, and again. A patch is stored once,
-fully traced, without its mask; `batch` draws masks as it reads. Letters: N patches, S = 128 their size.
+sample are traced. So samples can be made in any order, and again. A patch is stored once, fully traced, without
+a mask; `training_batch` draws one for each sample. Letters: N patches, S = 128 their size.
 """
 
 from __future__ import annotations
@@ -27,12 +27,15 @@ EMPTY_KEPT = 0.1  # share of those that stay, so that black stays black
 
 
 def random_generator(*counters: int) -> np.random.Generator:
-    """Return the generator of some counters, e.g. (seed, purpose, index)."""
+    """Return the generator of some counters: a seed, what it is for, and which one of these.
+
+    What it is for: 1 cameras, 2 background patches, 3 fractions, 4 masks, 5 epochs.
+    """
     return np.random.Generator(np.random.Philox(np.random.SeedSequence(counters)))
 
 
 def camera(seed: int, shape: int, view: int) -> Camera:
-    """Return a view's camera: anywhere round the shape, seldom far below it, a little rolled."""
+    """Return a view's camera: uniform on the sphere down to 30° below the shape, rolled by 10° or so."""
     rng = random_generator(seed, 1, shape, view)
     elevation = np.degrees(np.arcsin(rng.uniform(-0.5, 1)))
     return Camera(azimuth=rng.uniform(0, 360), elevation=elevation, roll=rng.normal(0, 10))
@@ -40,7 +43,7 @@ def camera(seed: int, shape: int, view: int) -> Camera:
 
 def patches_of_shape(seed: int, shape: int, views: int) -> Iterator[NDArray[np.float16]]:
     """Yield a shape's patches, each (4, S, S) float16: gray, depth, normal x, normal y; 0 off the surface."""
-    # A shape's own seed is a function of both, so that two data sets share no shape.
+    # A million shapes to a seed, so that two seeds share none.
     scene = Scene([procedural_mesh(seed * 1_000_000 + shape)])
     for view in range(views):
         for size in SIZES:
@@ -63,12 +66,13 @@ def render_patches(
     seed : int of at least 0
     shapes : numbers of the shapes, below 1,000,000
     views : views of each, up to 21 patches a view
-    report : called with each shape's number when it is done
+    report : function of a shape's number
+        Called when the shape is done.
 
     Returns
     -------
     (N, 4, S, S) float16
-        Gray, depth, normal x, normal y. float16 keeps gray to 0.0005, an eighth of a step of 8 bits.
+        Gray, depth, normal x, normal y. float16 keeps gray to 0.00025, a sixteenth of a step of 8 bits.
     """
     shapes = list(shapes)
     most = len(shapes) * views * sum((size // PATCH) ** 2 for size in SIZES)
@@ -83,15 +87,15 @@ def render_patches(
     return patches[:count]
 
 
-def fraction(seed: int, sample: int) -> float:
-    """Return a sample's share of traced pixels, in 0.01..1: log-uniform, a tenth of the samples full."""
+def sample_fraction(seed: int, sample: int) -> float:
+    """Return a sample's share of traced pixels: 1 for a tenth of the samples, for the others log-uniform in 0.01..1."""
     rng = random_generator(seed, 3, sample)
     full, place = rng.random(2)
     return 1.0 if full < FULL_SHARE else float(FRACTION_LEAST ** (1 - place))
 
 
 def mask(seed: int, sample: int, fraction: float, order: str = "uniform") -> NDArray[np.float32]:
-    """Return (S, S) float32, 1 at the first `fraction` of the pixels in a sample's own order."""
+    """Return (S, S) float32, 1 at the first `fraction` of the pixels in a sample's own order, at least at one."""
     count = max(round(fraction * PATCH**2), 1)
     order_seed = int(random_generator(seed, 4, sample).integers(2**31))
     pixels = pixel_order((PATCH, PATCH), order=order, seed=order_seed, count=count)
@@ -128,10 +132,13 @@ def epoch_order(seed: int, epoch: int, count: int) -> NDArray[np.int64]:
 def training_batch(
     patches: NDArray[Any], seed: int, step: int, size: int, order: str = "uniform"
 ) -> tuple[Tensor, Tensor]:
-    """Return the mini-batch of a step, a function of the seed and the step alone, as `batch` does."""
+    """Return the mini-batch of a step as `batch` does: `size` patches, the next ones of a shuffle anew each epoch.
+
+    A function of its arguments alone; no step depends on those before.
+    """
     samples = range(step * size, (step + 1) * size)  # counted over the whole training
     n = len(patches)
     orders = {epoch: epoch_order(seed, epoch, n) for epoch in {sample // n for sample in samples}}
     index = [orders[sample // n][sample % n] for sample in samples]
-    masks = np.stack([mask(seed, sample, fraction(seed, sample), order) for sample in samples])
+    masks = np.stack([mask(seed, sample, sample_fraction(seed, sample), order) for sample in samples])
     return batch(patches[index], masks)

@@ -1,6 +1,7 @@
 """The five losses of the report, by name, and the SSIM that three of them are made of.
 
-Letters in shape comments: N pictures, H and W their size.
+A loss takes pictures as the network puts them out, of any value, and references in 0..1. Letters in shape
+comments: N pictures, H and W their size.
 """
 
 from __future__ import annotations
@@ -24,12 +25,12 @@ any leak a network whose answers are all below 0 has no gradient; with 0.1 the o
 
 
 def l1(image: Tensor, reference: Tensor) -> Tensor:
-    """Return the mean absolute difference of each picture, (N, 1, H, W) → (N,)."""
+    """Return the mean absolute difference of each picture: two (N, 1, H, W) → (N,)."""
     return (image - reference).abs().mean((1, 2, 3))
 
 
 def l2(image: Tensor, reference: Tensor) -> Tensor:
-    """Return the mean squared difference of each picture, (N, 1, H, W) → (N,)."""
+    """Return the mean squared difference of each picture: two (N, 1, H, W) → (N,)."""
     return (image - reference).square().mean((1, 2, 3))
 
 
@@ -38,12 +39,13 @@ def ssim(image: Tensor, reference: Tensor) -> Tensor:
 
     Parameters
     ----------
-    image, reference : (N, 1, H, W) float32 in 0..1
-        H and W of at least 11.
+    image, reference : (N, 1, H, W) float, meant for 0..1
+        H and W of at least 11. Not clamped here.
 
     Returns
     -------
-    (N,) float32 of at most 1
+    (N,) float32 in -1..1, up to rounding
+        1 where they are equal.
     """
     x, y = image.float(), reference.float()
     smooth = _smooth(torch.stack([x, y, x * x + y * y, x * y]))  # (4, N, 1, H-10, W-10)
@@ -55,7 +57,10 @@ def ssim(image: Tensor, reference: Tensor) -> Tensor:
 
 
 def dissimilarity(image: Tensor, reference: Tensor) -> Tensor:
-    """Return 1 − SSIM of each picture as it's shown, in 0..1: (N, 1, H, W) → (N,), in 0..2."""
+    """Return 1 − SSIM of each picture: two (N, 1, H, W) → (N,), in 0..2.
+
+    The picture is clamped to 0..1, as it is shown, but for a hundredth of what lies outside: `LEAK` says why.
+    """
     shown = torch.lerp(image.clamp(0, 1), image, LEAK)
     return 1 - ssim(shown, reference)
 
@@ -67,7 +72,7 @@ LOSSES: dict[str, Callable[[Tensor, Tensor], Tensor]] = {
     "ssim+l1": lambda image, reference: dissimilarity(image, reference) + l1(image, reference),
     "ssim+l2": lambda image, reference: dissimilarity(image, reference) + l2(image, reference),
 }
-"""Each takes (N, 1, H, W) pictures in 0..1 and their references, and returns (N,), 0 where they are equal."""
+"""Each takes pictures and their references, (N, 1, H, W), and returns (N,) of at least 0, 0 where they are equal."""
 
 
 def _smooth(pictures: Tensor) -> Tensor:
@@ -79,7 +84,7 @@ def _smooth(pictures: Tensor) -> Tensor:
 
 @lru_cache(maxsize=8)
 def _band(size: int, device: torch.device) -> Tensor:
-    """Return the (size - 10, size) matrix which smooths a column (faster than a convolution here)."""
+    """Return the matrix that smooths a column, (size - 10, size): in training it was faster than a convolution."""
     window = torch.tensor(gaussian_window(), dtype=torch.float32)
     band = torch.zeros(size - len(window) + 1, size)
     for offset, weight in enumerate(window):

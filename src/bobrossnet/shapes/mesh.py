@@ -55,6 +55,12 @@ class Mesh:
                 check_array("normals", normals, (len(points), 3), hint=hint), dtype=np.float32
             )
 
+    def used_vertices(self) -> NDArray[np.float64]:
+        """The vertices that a triangle uses, (n, 3)."""
+        used = np.zeros(len(self.vertices), np.bool_)
+        used[self.triangles] = True
+        return self.vertices[used]
+
     def turned_upright(self) -> Mesh:
         """The mesh with its y axis turned up to z: (x, y, z) becomes (x, -z, y)."""
         turn = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])

@@ -43,8 +43,7 @@ class Scene:
         self.shapes = _meshes(shapes)
         if not self.shapes:
             raise InputError("shapes: expected at least one shape, got none")
-        used = [mesh.vertices[np.unique(mesh.triangles)] for mesh in self.shapes]
-        points = used[0] if len(used) == 1 else np.concatenate(used)
+        points = np.concatenate([mesh.used_vertices() for mesh in self.shapes])
         # In units of the largest coordinate, since squares of very large or very small ones leave float64's range.
         unit = float(np.abs(points).max()) or 1.0
         points = points / unit
@@ -73,7 +72,8 @@ class Scene:
         It is scaled to the unit sphere in float64 before it is rounded to float32, so that files far from their origin
         lose nothing.
         """
-        vertices = [((mesh.vertices - self.center) / self.radius).astype(np.float32) for mesh in self.shapes]
+        with np.errstate(over="ignore"):  # vertices that no triangle uses may be anywhere
+            vertices = [((mesh.vertices - self.center) / self.radius).astype(np.float32) for mesh in self.shapes]
         starts = np.cumsum([0, *(len(mesh.vertices) for mesh in self.shapes)])
         triangles = [mesh.triangles + np.int32(start) for mesh, start in zip(self.shapes, starts, strict=False)]
         normals = None

@@ -1,9 +1,8 @@
 """The networks, one file each, by the name that their weight files carry."""
 
-from torch import nn
-
+from bobrossnet.learn.networks.network import Network
 from bobrossnet.learn.networks.paper import Paper
 
-NETWORKS: dict[str, type[nn.Module]] = {"paper": Paper}
+NETWORKS: dict[str, type[Network]] = {"paper": Paper}
 
-__all__ = ["NETWORKS", "Paper"]
+__all__ = ["NETWORKS", "Network", "Paper"]

@@ -6,13 +6,19 @@ H and W the padded picture's height and width.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 from torch.nn.functional import relu
 
+from bobrossnet.errors import InputError
+from bobrossnet.learn.networks.network import Network
 
-class Paper(nn.Module):
+
+class Paper(Network):
     """Complete the gray picture of a partial G-buffer.
 
     Parameters
@@ -20,6 +26,11 @@ class Paper(nn.Module):
     groups : int
         Groups of the two wide layers, `encode2` and `encoded`: 4 as in the report, 10,346 parameters; 1 for
         full convolutions, 31,946. Divides 20.
+
+    Raises
+    ------
+    InputError
+        If `groups` doesn't divide 20.
 
     Notes
     -----
@@ -30,6 +41,8 @@ class Paper(nn.Module):
 
     def __init__(self, groups: int = 4) -> None:
         super().__init__()
+        if groups < 1 or 20 % groups:
+            raise InputError(f"groups: expected a divisor of 20, got {groups}")
         self.groups = groups
         self.encode1 = nn.Conv2d(5, 20, 3, padding=1)
         self.encode2 = nn.Conv2d(20, 80, 3, padding=1, groups=groups)
@@ -42,8 +55,13 @@ class Paper(nn.Module):
             nn.init.kaiming_normal_(layer.weight, nonlinearity="linear" if layer is self.output else "relu")
             nn.init.zeros_(layer.bias)  # type: ignore[arg-type]
 
+    @classmethod
+    def from_settings(cls, settings: Mapping[str, Any]) -> Paper:
+        """Return `Paper(groups)` with the groups of a weight file's header or a configuration."""
+        return cls(groups=int(settings["groups"]))
+
     def settings(self) -> dict[str, int]:
-        """Return what `Paper(**settings)` needs to be this network again."""
+        """Return what `from_settings` needs to make this network again."""
         return {"groups": self.groups}
 
     def forward(self, gbuffer: Tensor) -> Tensor:
