@@ -4,6 +4,7 @@
 #include <atomic>
 #include <numeric>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "check.h"
@@ -46,7 +47,13 @@ TEST(parallel_for_inside_parallel_for) {
 TEST(parallel_for_stops_when_told) {
     with_threads([] {
         std::atomic<int> pieces = 0;
-        CHECK(!bob::parallel_for(100000, 1, [&](std::size_t, std::size_t) { ++pieces; }, [] { return false; }));
+        std::atomic<bool> asked = false;
+        const auto caller = std::this_thread::get_id();
+        const auto body = [&](std::size_t, std::size_t) {
+            ++pieces;
+            while (!asked && std::this_thread::get_id() != caller) std::this_thread::yield();
+        };
+        CHECK(!bob::parallel_for(100000, 1, body, [&] { return asked = true, false; }));
         CHECK_LT(pieces.load(), 100000);
     });
 }
