@@ -8,7 +8,7 @@ from pathlib import Path
 import bobrossnet as bob
 from bobrossnet.render.picture import side_by_side, to_8_bit, traced_on_green, write_picture
 
-SIZE = (300, 330)
+SIZE = (480, 500)
 FRACTION = 0.05
 
 
