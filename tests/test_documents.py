@@ -1,0 +1,75 @@
+"""What the documents say: their examples run, their links lead somewhere, their constants are the code's."""
+
+import doctest
+import pkgutil
+import re
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import bobrossnet as bob
+
+ROOT = Path(__file__).parent.parent
+DOCUMENTS = sorted(
+    path.relative_to(ROOT)
+    for folder in (".", "docs", "src/bobrossnet/weights")
+    for path in (ROOT / folder).glob("*.md")
+)
+MODULES = [
+    module.name for module in pkgutil.walk_packages(bob.__path__, "bobrossnet.") if module.name != "bobrossnet._core"
+]
+
+
+def write_ply(file, mesh):
+    rows = [" ".join(map(str, vertex)) for vertex in mesh.vertices.tolist()]
+    rows += [" ".join(map(str, (3, *triangle))) for triangle in mesh.triangles.tolist()]
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(mesh.vertices)}\n"
+    head += "property float x\nproperty float y\nproperty float z\n"
+    head += f"element face {len(mesh.triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
+    file.write_text(head + "\n".join(rows) + "\n")
+
+
+def test_readme_example_runs(tmp_path, monkeypatch, capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    write_ply(tmp_path / "bunny.ply", bob.happy_tree())
+    names = {}
+    exec(code, names)
+    assert names["image"].shape == (480, 640)
+    assert "100% in" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["bobrossnet", *MODULES])
+def test_docstring_examples_run(name):
+    assert doctest.testmod(import_module(name)).failed == 0
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=str)
+def test_links_lead_somewhere(document):
+    for target in re.findall(r"\]\(([^)#]+)\)", (ROOT / document).read_text()):
+        assert (ROOT / document).parent.joinpath(target).exists(), target
+
+
+def test_readme_map_is_the_tree():
+    tree = (ROOT / "README.md").read_text().split("## Map")[1]
+    named = {f"{folder}/" for folder in ("core", "bindings", "src/bobrossnet", "bench", "tests", "examples", "docs")}
+    assert all(folder in tree for folder in named)
+    package = {
+        path.name for path in (ROOT / "src/bobrossnet").iterdir() if path.is_dir() and path.name != "__pycache__"
+    }
+    core = {path.name for path in (ROOT / "core").iterdir() if path.is_dir()}
+    assert all(f"{folder}/" in tree for folder in package | core)
+
+
+def test_shading_constants_are_the_codes():
+    code = (ROOT / "core/trace/shading.h").read_text()
+    ambient, diffuse, specular, shininess = re.search(
+        r"ambient = (.+)f, diffuse = (.+)f, specular = (.+)f, shininess = (.+);", code
+    ).groups()
+    light = re.search(r"light_direction\{(.+)f, (.+)f, (.+)\}", code).groups()
+    text = (ROOT / "CONVENTIONS.md").read_text()
+    assert f"gray = {ambient} + {diffuse} max(0, n·l) + {specular} max(0, n·h)^{shininess}" in text
+    assert f"direction ({', '.join(light)})" in text
+    crease = re.search(r"crease_angle_degrees = (\d+)", (ROOT / "core/shapes/normals.h").read_text()).group(1)
+    assert f"crease angle of {crease}°" in text
