@@ -7,7 +7,6 @@
 
 #include <chrono>
 #include <optional>
-#include <stdexcept>
 #include <string_view>
 #include <vector>
 

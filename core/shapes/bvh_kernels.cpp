@@ -6,13 +6,10 @@ namespace {
 
 using Float4 = Vector<4>;
 using Int4 = IntVector<4>;
-using Uint4 [[gnu::vector_size(16)]] = std::uint32_t;
 
 // A node's eight boxes fill one register, or two where registers hold four.
 constexpr int box_lanes = lanes < 8 ? 4 : 8;
 using Boxes = Vector<box_lanes>;
-
-constexpr float infinity = __builtin_inff();
 
 /// What is computed once for a ray: the slabs' reciprocals and the shear that turns the ray into the axis k[2].
 struct Traversal {

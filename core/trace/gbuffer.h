@@ -35,9 +35,8 @@ struct Samples {
     }
 };
 
-constexpr int channels = 5;  // mask, gray, depth, normal x, normal y
-
-/// Writes samples to their pixels in `planes`, (5, height, width): mask becomes 1, and the rest 0 where the ray missed.
+/// Writes samples to their pixels in `planes`, (5, height, width): mask, gray, depth, normal x, normal y. The mask becomes
+/// 1, the rest 0 where the ray missed.
 inline void scatter(std::span<const Pixel> pixels, const Samples& samples, float* planes, std::size_t height,
                     std::size_t width) {
     const std::size_t plane = height * width;

@@ -1,0 +1,22 @@
+"""What must hold of the compiled kernels, besides their results."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+OBJECTS = sorted((Path(__file__).parent.parent / "build/core").glob("CMakeFiles/kernels_*.dir/**/*.o"))
+
+
+@pytest.mark.skipif(
+    not OBJECTS or shutil.which("nm") is None, reason="needs nm, and the core's tests built by make test"
+)
+def test_kernels_share_no_code():
+    """A function that two instruction sets both emit as shared is kept once by the linker: for a machine without AVX-512,
+    perhaps the wrong one."""
+    assert len(OBJECTS) % 2 == 0
+    for file in OBJECTS:
+        symbols = subprocess.run(["nm", "--demangle", str(file)], capture_output=True, text=True, check=True).stdout
+        assert "kernels" in symbols
+        assert not [line for line in symbols.splitlines() if line[17:18] in "WVu"], file
