@@ -5,6 +5,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string_view.h>
 
+#include <array>
 #include <chrono>
 #include <optional>
 #include <string_view>
@@ -81,11 +82,12 @@ void closest_hits(const bob::Mesh& mesh, const Points& origins, const Points& di
     Interrupt interrupt;
     {
         const nb::gil_scoped_release release;
-        bob::parallel_for(count, 1024, [&](std::size_t begin, std::size_t end) {
-            std::vector<bob::Ray> rays;
-            for (std::size_t i = begin; i < end; ++i) rays.push_back({origin[i], direction[i]});
-            std::vector<bob::Hit> hits(rays.size());
-            mesh.closest_hits(rays, hits);
+        constexpr std::size_t grain = 512;
+        bob::parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+            std::array<bob::Ray, grain> rays;
+            std::array<bob::Hit, grain> hits;
+            for (std::size_t i = begin; i < end; ++i) rays[i - begin] = {origin[i], direction[i]};
+            mesh.closest_hits({rays.data(), end - begin}, {hits.data(), end - begin});
             for (std::size_t i = begin; i < end; ++i) {
                 t.data()[i] = hits[i - begin].t;
                 triangle.data()[i] = static_cast<std::int32_t>(hits[i - begin].triangle);

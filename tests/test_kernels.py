@@ -13,8 +13,8 @@ OBJECTS = sorted((Path(__file__).parent.parent / "build/core").glob("CMakeFiles/
     not OBJECTS or shutil.which("nm") is None, reason="needs nm, and the core's tests built by make test"
 )
 def test_kernels_share_no_code():
-    """A function that two instruction sets both emit as shared is kept once by the linker: for a machine without AVX-512,
-    perhaps the wrong one."""
+    """The linker keeps one copy of a function that several objects emit as shared: perhaps the one with AVX-512, for a
+    machine without."""
     assert len(OBJECTS) % 2 == 0
     for file in OBJECTS:
         symbols = subprocess.run(["nm", "--demangle", str(file)], capture_output=True, text=True, check=True).stdout

@@ -22,12 +22,14 @@ struct Traversal {
     explicit Traversal(const Ray& ray) {
         const float o[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
         const float d[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
+        float reciprocal[3];
         for (int axis = 0; axis < 3; ++axis) {
             // A bound instead of 1/0 = inf, which would make NaN of every slab: right still, but nothing is culled.
             constexpr float tiny = 1e-18f;
             const float safe = d[axis] < 0 ? (d[axis] < -tiny ? d[axis] : -tiny) : (d[axis] > tiny ? d[axis] : tiny);
-            inverse[axis] = broadcast<Boxes>(1 / safe);
-            shift[axis] = broadcast<Boxes>(o[axis] / safe);
+            reciprocal[axis] = 1 / safe;
+            inverse[axis] = broadcast<Boxes>(reciprocal[axis]);
+            shift[axis] = broadcast<Boxes>(o[axis] * reciprocal[axis]);
             near_side[axis] = d[axis] < 0;
             origin[axis] = broadcast<Float4>(o[axis]);
         }
@@ -35,9 +37,9 @@ struct Traversal {
         k[2] = size[0] > size[1] ? (size[0] > size[2] ? 0 : 2) : (size[1] > size[2] ? 1 : 2);
         k[0] = (k[2] + 1) % 3;
         k[1] = (k[2] + 2) % 3;
-        shear_x = broadcast<Float4>(d[k[0]] / d[k[2]]);
-        shear_y = broadcast<Float4>(d[k[1]] / d[k[2]]);
-        scale_z = broadcast<Float4>(1 / d[k[2]]);
+        shear_x = broadcast<Float4>(d[k[0]] * reciprocal[k[2]]);
+        shear_y = broadcast<Float4>(d[k[1]] * reciprocal[k[2]]);
+        scale_z = broadcast<Float4>(reciprocal[k[2]]);
     }
 };
 
