@@ -83,7 +83,9 @@ def progressive(
     """
     size = check_size(size)
     if (scene is None) == (tracer is None):
-        raise InputError("progressive: expected either a scene or a tracer, got " + ("both" if scene else "neither"))
+        raise InputError(
+            "progressive: expected either a scene or a tracer, got " + ("both" if scene is not None else "neither")
+        )
     if tracer is None:
         assert scene is not None
         tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
