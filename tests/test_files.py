@@ -589,3 +589,31 @@ def test_3mf_bombs(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "c.3mf", "w") as archive:
         archive.writestr("readme.txt", "nothing here")
     assert "expected a 3MF with a 3D/3dmodel.model" in error_of(tmp_path / "c.3mf")
+
+
+# ---- Text beyond ASCII -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.off", "OFF # Würfel\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
+        ("a.obj", "# Würfel\ng Würfel\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+        ("a.stl", "solid Würfel\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+                  "endloop\nendfacet\nendsolid\n"),
+        ("a.ply", "ply\nformat ascii 1.0\ncomment Würfel\nelement vertex 3\nproperty float x\nproperty float y\n"
+                  "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                  "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_names_and_comments_in_any_encoding(name: str, text: str, encoding: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(text.encode(encoding))
+    assert len(load_mesh(tmp_path / name).triangles) == 1
+
+
+def test_binary_stl_with_any_head(tmp_path: Path) -> None:
+    corners = struct.pack("<12f", 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0) + bytes(2)
+    for head in (b"COLOR=\xff\xfe\x80\xff", b"solid \xe4", b""):
+        (tmp_path / "a.stl").write_bytes(head.ljust(80, b" ") + struct.pack("<I", 1) + corners)
+        assert len(load_mesh(tmp_path / "a.stl").triangles) == 1

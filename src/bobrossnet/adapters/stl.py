@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -19,16 +20,17 @@ def read_stl(file: Path) -> list[Part]:
     InputError
         If it is neither as long as a binary STL says it is, nor starts like a text.
     """
-    from trimesh.exchange.stl import load_stl
+    from trimesh.exchange.stl import load_stl_ascii, load_stl_binary
 
-    size = file.stat().st_size
-    with file.open("rb") as stream:
-        head = stream.read(84)
-        declared = int.from_bytes(head[80:84], "little")
-        if size != 84 + 50 * declared and not head.lstrip().lower().startswith(b"solid"):
-            raise InputError(f"expected an STL of 84 + 50·n bytes for n triangles, got {size:,} bytes")
-        stream.seek(0)
-        loaded: dict[str, Any] = load_stl(stream)
+    data = file.read_bytes()
+    declared = int.from_bytes(data[80:84], "little")
+    loaded: dict[str, Any]
+    if len(data) == 84 + 50 * declared:
+        loaded = load_stl_binary(io.BytesIO(bytes(80) + data[80:]))  # the head holds whatever its program liked
+    elif data[:84].lstrip().lower().startswith(b"solid"):
+        loaded = load_stl_ascii(_ascii(data))
+    else:
+        raise InputError(f"expected an STL of 84 + 50·n bytes for n triangles, got {len(data):,} bytes")
     solids = loaded["geometry"].values() if "geometry" in loaded else [loaded]
     return [_welded(trimesh_part(solid)) for solid in solids if "vertices" in solid]
 
@@ -37,8 +39,12 @@ def read_off(file: Path) -> list[Part]:
     """The one mesh of an OFF."""
     from trimesh.exchange.off import load_off
 
-    with file.open("rb") as stream:
-        return [trimesh_part(load_off(stream))]
+    return [trimesh_part(load_off(_ascii(file.read_bytes())))]
+
+
+def _ascii(data: bytes) -> io.BytesIO:
+    """A text without what its names and comments have beyond ASCII: trimesh wants a package to guess encodings."""
+    return io.BytesIO(data.decode("ascii", "replace").replace("\ufffd", "?").encode())
 
 
 def _welded(part: Part) -> Part:
