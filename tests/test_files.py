@@ -8,6 +8,8 @@ import math
 import os
 import re
 import struct
+import subprocess
+import sys
 import time
 import zipfile
 from pathlib import Path
@@ -617,3 +619,12 @@ def test_binary_stl_with_any_head(tmp_path: Path) -> None:
     for head in (b"COLOR=\xff\xfe\x80\xff", b"solid \xe4", b""):
         (tmp_path / "a.stl").write_bytes(head.ljust(80, b" ") + struct.pack("<I", 1) + corners)
         assert len(load_mesh(tmp_path / "a.stl").triangles) == 1
+
+
+def test_what_trimesh_logs_is_not_shown(tmp_path: Path) -> None:
+    facet = "facet normal x 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+    (tmp_path / "a.stl").write_text(f"solid a\n{facet}endsolid\n")
+    command = [sys.executable, "-m", "bobrossnet.cli", "info", str(tmp_path / "a.stl")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "triangles  1" in done.stdout
+    assert done.stderr == ""

@@ -194,8 +194,10 @@ def _line(text: object) -> str:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Hold back trimesh's log and numpy's warnings about odd numbers: what fails becomes an error."""
-    logger = logging.getLogger("trimesh")
-    before, logger.disabled = logger.disabled, True
+    # Not `disabled`, which would not hold for the loggers of trimesh's modules: these hand their records up to here.
+    logger, nowhere = logging.getLogger("trimesh"), logging.NullHandler()
+    before, logger.propagate = logger.propagate, False
+    logger.addHandler(nowhere)
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
@@ -203,4 +205,5 @@ def _quiet() -> Iterator[None]:
             warnings.filterwarnings("error", message="string or file could not be read")
             yield
     finally:
-        logger.disabled = before
+        logger.removeHandler(nowhere)
+        logger.propagate = before
