@@ -105,9 +105,6 @@ inline unsigned bits(M mask) {
     return result;
 }
 
-/// Makes the compiler load what `p` points to anew, where it would keep more values at hand than there are registers.
-inline void reload(const float*& p) { asm("" : "+r"(p)); }
-
 namespace detail {
 
 template <int Scale, int Offset, int Divide, class V, int... I>

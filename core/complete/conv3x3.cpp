@@ -7,6 +7,15 @@
 #include "parallel.h"
 
 namespace bob {
+namespace {
+
+/// Three taps of a column as the four that products with d0 - d2, d1 + d2, d2 - d1 and d1 - d3 of four pixels want, for two
+/// results: m0 + m1 + m2 and m1 - m2 - m3.
+std::array<float, 4> winograd_taps(const float (&g)[3]) {
+    return {g[0], (g[0] + g[1] + g[2]) / 2, (g[0] - g[1] + g[2]) / 2, g[2]};
+}
+
+}  // namespace
 
 Conv3x3::Conv3x3(std::span<const float> weight, std::span<const float> bias, int in, int groups)
     : in_(in), out_(static_cast<int>(bias.size())), groups_(groups), bias_(bias.begin(), bias.end()) {
@@ -16,12 +25,21 @@ Conv3x3::Conv3x3(std::span<const float> weight, std::span<const float> bias, int
         throw std::invalid_argument("Conv3x3: weight and bias do not fit the channels and groups");
     }
     block_ = outputs % 5 == 0 ? 5 : 1;
-    weight_.resize(weight.size());
-    float* packed = weight_.data();
+    weight_.reserve(weight.size());
+    weight_pair_.reserve(weight.size() / 9 * 12);
+    const auto tap = [&](int channel, int input, int ky, int kx) {
+        return weight[static_cast<std::size_t>(((channel * inputs + input) * 3 + ky) * 3 + kx)];
+    };
     for (int first = 0; first < out_; first += block_) {
-        for (int tap = 0; tap < inputs * 9; ++tap) {
-            for (int c = 0; c < block_; ++c) {
-                *packed++ = weight[static_cast<std::size_t>((first + c) * inputs * 9 + tap)];
+        for (int input = 0; input < inputs; ++input) {
+            for (int k = 0; k < 9; ++k) {
+                for (int c = first; c < first + block_; ++c) weight_.push_back(tap(c, input, k / 3, k % 3));
+            }
+            for (int k = 0; k < 12; ++k) {
+                for (int c = first; c < first + block_; ++c) {
+                    const float g[3] = {tap(c, input, 0, k / 4), tap(c, input, 1, k / 4), tap(c, input, 2, k / 4)};
+                    weight_pair_.push_back(winograd_taps(g)[static_cast<std::size_t>(k % 4)]);
+                }
             }
         }
     }
@@ -45,6 +63,7 @@ void Conv3x3::operator()(const Planes& input, int first_input, Planes& output, s
                 row.inputs = inputs;
                 row.width = input.width();
                 row.weight = weight_.data() + first * inputs * 9;
+                row.weight_pair = weight_pair_.data() + first * inputs * 12;
                 row.bias = bias_.data() + first;
                 row.output_row_stride = output.row_stride();
                 for (int c = 0; c < block_; ++c) {

@@ -29,8 +29,9 @@ public:
 private:
     int in_, out_, groups_;
     int block_;                  // output channels that a kernel computes at once: 5 or 1
-    std::vector<float> weight_;  // (out / block, in / groups, 3, 3, block)
-    std::vector<float> bias_;    // (out,)
+    std::vector<float> weight_;       // (out / block, in / groups, 3, 3, block)
+    std::vector<float> weight_pair_;  // (out / block, in / groups, 3, 4, block)
+    std::vector<float> bias_;         // (out,)
 };
 
 }  // namespace bob

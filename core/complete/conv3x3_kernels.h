@@ -21,7 +21,8 @@ struct ConvRow {
     std::size_t row_stride, plane_stride;
     int inputs;  // channels
     int width;
-    const float* weight;  // (inputs, 3, 3, block)
+    const float* weight;       // (inputs, 3, 3, block)
+    const float* weight_pair;  // (inputs, 3, 4, block): for two rows at once, see `winograd_taps`
     const float* bias;    // (block,)
     float* output[5];     // first pixel of the (first) row written
     std::size_t output_row_stride;
