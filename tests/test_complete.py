@@ -86,11 +86,14 @@ def test_threads_do_not_matter(tree):
 
 
 def test_large_pictures_are_completed_in_bands(tree, monkeypatch):
-    part = bob.trace(tree, size=(311, 200), fraction=0.1)
-    whole = bob.complete(part)
-    for band in (1, 200 * 50, 200 * 96):
-        monkeypatch.setattr(import_module("bobrossnet.complete.model"), "BAND", band)
-        assert np.array_equal(bob.complete(part), whole)
+    model = import_module("bobrossnet.complete.model")
+    for height in (311, 309, 305):  # an even and an odd number of rows at a quarter of the resolution
+        part = bob.trace(tree, size=(height, 200), fraction=0.1)
+        monkeypatch.setattr(model, "BAND", 2**22)
+        whole = bob.complete(part)
+        for band in (1, 200 * 50, 200 * 97):
+            monkeypatch.setattr(model, "BAND", band)
+            assert np.array_equal(bob.complete(part), whole)
 
 
 def test_models_by_name_and_path(tree, tmp_path):

@@ -24,12 +24,14 @@ class Network:
 
     make: Callable[[Mapping[str, NDArray[np.float32]]], Any]
     reach: int
-    """How many pixels away, up or down, an input can change the output; a multiple of the network's coarsest pixel."""
+    """How many pixels away, up or down, an input can change the output, rounded up to a multiple of `rows`."""
+    rows: int
+    """Bands of an image start at a multiple of so many rows, so that they give the same sums in the same order."""
 
 
-NETWORKS = {"paper": Network(_core.Paper, reach=20)}
+NETWORKS = {"paper": Network(_core.Paper, reach=24, rows=8)}
 """By the name that a weight file gives. Paper: 3x3 kernels at 1, 1/2, 1/4, 1/4, 1/2 and 1 of the resolution reach
-1 + 2 + 4 + 4 + 2 + 1 = 14, and blocks of 4 pixels share what they see."""
+1 + 2 + 4 + 4 + 2 + 1 = 14, and blocks of 4 pixels share what they see. Rows are computed in pairs, also at 1/4."""
 
 BAND = 2**22
 """Pixels completed at once: larger pictures are cut, so that memory stays below half a GB and Ctrl-C is heard."""
@@ -43,7 +45,7 @@ class Model:
     """A network with its weights, ready to run."""
 
     run: Any
-    reach: int
+    network: Network
 
     def predict(self, gbuffer: GBuffer) -> NDArray[np.float32]:
         """The network's own output at every pixel, known ones too: (H, W) float32, of any value."""
@@ -53,10 +55,11 @@ class Model:
         if height * width <= BAND:
             self.run(stack, gray)
             return gray
-        rows = max(4, BAND // width // 4 * 4)
+        reach, unit = self.network.reach, self.network.rows
+        rows = max(unit, BAND // width // unit * unit)
         for top in range(0, height, rows):
             # Rows within reach belong to the band as well: the result is the same to the bit as in one piece.
-            first, last = max(0, top - self.reach), min(height, top + rows + self.reach)
+            first, last = max(0, top - reach), min(height, top + rows + reach)
             band = np.empty((last - first, width), np.float32)
             self.run(np.ascontiguousarray(stack[:, first:last]), band)
             gray[top : top + rows] = band[top - first :][: min(rows, height - top)]
@@ -131,7 +134,7 @@ def _load(path: Path, modified: int) -> Model:
         known = ", ".join(NETWORKS)
         raise InputError(f"{path.name}: expected weights of one of the networks {known}, got {metadata['network']!r}")
     try:
-        return Model(network.make(tensors), network.reach)
+        return Model(network.make(tensors), network)
     except ValueError as error:
         raise InputError(f"{path.name}: {error}") from error
 
