@@ -9,8 +9,8 @@
 namespace bob {
 namespace {
 
-/// Three taps of a column as the four that products with d0 - d2, d1 + d2, d2 - d1 and d1 - d3 of four pixels want, for two
-/// results: m0 + m1 + m2 and m1 - m2 - m3.
+/// Winograd's F(2, 3): the three taps of a column as four factors. With pixels d0..d3 of the column and the products m0..m3
+/// of these factors and d0 - d2, d1 + d2, d2 - d1, d1 - d3, the two results are m0 + m1 + m2 and m1 - m2 - m3.
 std::array<float, 4> winograd_taps(const float (&g)[3]) {
     return {g[0], (g[0] + g[1] + g[2]) / 2, (g[0] - g[1] + g[2]) / 2, g[2]};
 }

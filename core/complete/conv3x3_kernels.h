@@ -15,22 +15,22 @@ enum class Then {
     relu_upsample,  // each pixel becomes 2x2
 };
 
-/// One block of output channels over one row of input (two rows where pooling).
+/// One block of output channels over a pair of rows, or over the last row alone.
 struct ConvRow {
-    const float* input;  // first pixel of the row in the first input channel of the group
+    const float* input;  // first pixel of the upper row in the first input channel of the group
     std::size_t row_stride, plane_stride;
     int inputs;  // channels
     int width;
     const float* weight;       // (inputs, 3, 3, block)
     const float* weight_pair;  // (inputs, 3, 4, block): for two rows at once, see `winograd_taps`
-    const float* bias;    // (block,)
-    float* output[5];     // first pixel of the (first) row written
+    const float* bias;         // (block,)
+    float* output[5];          // first pixel of the first row written
     std::size_t output_row_stride;
 };
 
 struct ConvKernels {
-    /// Computes blocks of five channels and of one; writes whole vectors, beyond the width if need be. Two rows are
-    /// done at once: `rows` is 2, or 1 at the image's end.
+    /// Computes blocks of five channels and of one; writes whole vectors, beyond the width if need be. `rows` is 2, or 1
+    /// at the image's end.
     void (*conv5)(const ConvRow& row, int rows, Then then);
     void (*conv1)(const ConvRow& row, int rows, Then then);
 };
