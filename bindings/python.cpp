@@ -39,26 +39,25 @@ std::span<const T> items(const A& array) {
     return {reinterpret_cast<const T*>(array.data()), array.shape(0)};
 }
 
-/// Lets Ctrl-C stop long work: Python's signal handlers run now and then, on the main thread, with the GIL taken back.
-class Interrupt {
-public:
-    bool keep_going() {
-        const auto now = std::chrono::steady_clock::now();
-        if (now - asked_ < std::chrono::milliseconds(20)) return true;
-        asked_ = now;
-        const nb::gil_scoped_acquire gil;
-        raised_ = PyErr_CheckSignals() != 0;
-        return !raised_;
+/// Runs work(keep_going) without the GIL and lets Ctrl-C stop it: when asked, keep_going runs Python's signal handlers
+/// now and then, on the main thread, with the GIL taken back. What a handler raised is raised here.
+template <class Work>
+void interruptible(Work work) {
+    auto asked = std::chrono::steady_clock::now();
+    bool raised = false;
+    {
+        const nb::gil_scoped_release release;
+        work([&] {
+            const auto now = std::chrono::steady_clock::now();
+            if (now - asked < std::chrono::milliseconds(20)) return true;
+            asked = now;
+            const nb::gil_scoped_acquire gil;
+            raised = PyErr_CheckSignals() != 0;
+            return !raised;
+        });
     }
-    /// Hands the handler's exception to Python, with the GIL held.
-    void rethrow() const {
-        if (raised_) throw nb::python_error();
-    }
-
-private:
-    std::chrono::steady_clock::time_point asked_ = std::chrono::steady_clock::now();
-    bool raised_ = false;
-};
+    if (raised) throw nb::python_error();
+}
 
 void init_mesh(bob::Mesh* self, const Points& vertices, const Array<const std::int32_t, -1, 3>& triangles,
                const std::optional<Points>& normals) {
@@ -79,9 +78,7 @@ void closest_hits(const bob::Mesh& mesh, const Points& origins, const Points& di
     expect(directions.shape(0) == count && t.shape(0) == count && triangle.shape(0) == count,
            "closest_hits: expected arrays of one length");
     const auto origin = items<bob::Vec3>(origins), direction = items<bob::Vec3>(directions);
-    Interrupt interrupt;
-    {
-        const nb::gil_scoped_release release;
+    interruptible([&](const auto& keep_going) {
         constexpr std::size_t grain = 512;
         bob::parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
             std::array<bob::Ray, grain> rays;
@@ -92,9 +89,8 @@ void closest_hits(const bob::Mesh& mesh, const Points& origins, const Points& di
                 t.data()[i] = hits[i - begin].t;
                 triangle.data()[i] = static_cast<std::int32_t>(hits[i - begin].triangle);
             }
-        }, [&] { return interrupt.keep_going(); });
-    }
-    interrupt.rethrow();
+        }, keep_going);
+    });
 }
 
 void check_pixels(const Pixels& pixels, int height, int width) {
@@ -116,13 +112,9 @@ void trace(const bob::Mesh& mesh, float azimuth, float elevation, float roll, fl
            const Array<float, -1, 2>& normal, const Array<bool, -1>& hit) {
     check_pixels(pixels, height, width);
     const bob::Samples out = samples(pixels, gray, depth, normal, hit);
-    Interrupt interrupt;
-    {
-        const nb::gil_scoped_release release;
-        bob::trace(mesh, {azimuth, elevation, roll, zoom}, height, width, items<bob::Pixel>(pixels), out,
-                   [&] { return interrupt.keep_going(); });
-    }
-    interrupt.rethrow();
+    interruptible([&](const auto& keep_going) {
+        bob::trace(mesh, {azimuth, elevation, roll, zoom}, height, width, items<bob::Pixel>(pixels), out, keep_going);
+    });
 }
 
 void scatter(const Pixels& pixels, const Array<float, -1>& gray, const Array<float, -1>& depth,
@@ -137,18 +129,15 @@ void uniform_order(std::uint64_t seed, std::uint32_t height, std::uint32_t width
                    const Array<std::int32_t, -1, 2>& pixels) {
     expect(std::uint64_t{start} + pixels.shape(0) <= std::uint64_t{height} * width, "start: beyond the last pixel");
     const bob::UniformOrder order(seed, height * width);
-    Interrupt interrupt;
-    {
-        const nb::gil_scoped_release release;
+    interruptible([&](const auto& keep_going) {
         bob::parallel_for(pixels.shape(0), 8192, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const std::uint32_t pixel = order(start + static_cast<std::uint32_t>(i));
                 pixels.data()[2 * i] = static_cast<std::int32_t>(pixel / width);
                 pixels.data()[2 * i + 1] = static_cast<std::int32_t>(pixel % width);
             }
-        }, [&] { return interrupt.keep_going(); });
-    }
-    interrupt.rethrow();
+        }, keep_going);
+    });
 }
 
 void init_paper(bob::Paper* self, const nb::dict& tensors) {

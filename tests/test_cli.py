@@ -139,6 +139,9 @@ def test_train_and_evaluate(tmp_path, capsys):
     [
         (["train", "mine.safetensors", "speed=9"], "speed=9: expected NAME=VALUE with a name of"),
         (["train", "mine.safetensors", "steps=many"], "steps=many: expected a value of type int"),
+        (["train", "."], "expected a file to write, got a folder"),
+        (["train", "notes.txt/mine.safetensors"], "can't make its folder"),
+        (["train", "mine.safetensors", "--checkpoint", "."], "expected a file to write, got a folder"),
         (["evaluate", "missing"], "missing"),
         (["render", "missing.ply"], "missing.ply: "),
         (["render", "notes.txt"], "notes.txt: "),

@@ -9,6 +9,24 @@ from pathlib import Path
 from bobrossnet.errors import InputError
 
 
+def check_writable(path: str | os.PathLike[str]) -> Path:
+    """Return `path` if a file can be written there, before time is spent on what goes into it.
+
+    Raises
+    ------
+    InputError
+        If it is a folder, or its folder does not exist or is read-only.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise InputError(f"{path}: expected a file to write, got a folder")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: can't write it: there is no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK):
+        raise InputError(f"{path}: can't write it: the folder {path.parent} is read-only")
+    return path
+
+
 def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
     """Write a file under another name beside its place, then move it there.
 

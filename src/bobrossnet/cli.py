@@ -111,7 +111,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _render(options: argparse.Namespace) -> None:
     import bobrossnet as bob
-    from bobrossnet.complete.model import load_model
+    from bobrossnet.complete.model import BAND, load_model
     from bobrossnet.progress import progress
     from bobrossnet.render.picture import (
         check_picture_path,
@@ -148,7 +148,8 @@ def _render(options: argparse.Namespace) -> None:
     scene.core  # noqa: B018  built here, so that its time is not taken for the rays'
     build_ms = 1000 * (time.perf_counter() - start)
     part, trace_ms = timed_trace("tracing", options.fraction)
-    bob.complete(part, model=model)  # the first run fetches memory
+    if height * width <= BAND:  # a larger picture is no matter of milliseconds, and is not completed twice
+        bob.complete(part, model=model)  # the first run fetches memory
     start = time.perf_counter()
     image = bob.complete(part, model=model)
     complete_ms = 1000 * (time.perf_counter() - start)
@@ -158,7 +159,8 @@ def _render(options: argparse.Namespace) -> None:
     print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {rays:,} rays in {trace_ms:.1f} ms")
     print(f"completed  in {complete_ms:.1f} ms")
     if options.panels:
-        full, full_ms = timed_trace("tracing the reference", 1.0)
+        whole = options.fraction == 1
+        full, full_ms = (part, trace_ms) if whole else timed_trace("tracing the reference", 1.0)
         quality = f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
         print(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
         picture = side_by_side(

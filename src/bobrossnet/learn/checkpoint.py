@@ -19,7 +19,7 @@ import safetensors.torch
 import torch
 from torch import Tensor
 
-from bobrossnet.atomic import write_whole
+from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.complete.weights import FORMAT
 from bobrossnet.errors import InputError
 from bobrossnet.learn.config import TrainConfig
@@ -121,13 +121,27 @@ def resume(
     return int(header["step"])
 
 
+def make_place(path: str | os.PathLike[str]) -> Path:
+    """Make the folder that a file is to lie in; return the file's path if it can be written there.
+
+    Raises
+    ------
+    InputError
+        If it can't.
+    """
+    try:
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: can't make its folder: {error.strerror}") from error
+    return check_writable(path)
+
+
 def write_tensors(path: str | os.PathLike[str], tensors: Mapping[str, Tensor], header: Mapping[str, str]) -> None:
     """Write tensors and strings to a safetensors file, whole or not at all."""
     content = safetensors.torch.save(
         {name: tensor.detach().cpu().contiguous() for name, tensor in tensors.items()}, dict(header)
     )
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, content)
+    write_whole(make_place(path), content)
 
 
 def read_tensors(path: str | os.PathLike[str]) -> tuple[dict[str, Tensor], dict[str, str]]:

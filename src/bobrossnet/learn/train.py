@@ -57,9 +57,13 @@ def train(
     Raises
     ------
     InputError
-        If the network can't be of these settings, the checkpoint is another configuration's, or there are no patches.
+        If a file can't be written where it is to be, the network can't be of these settings, the checkpoint is another
+        configuration's, or there are no patches.
     """
     # All that can be refused comes before the minutes of rendering, which draws on other random numbers.
+    for path in (out_path, checkpoint_path):
+        if path is not None:
+            checkpoint.make_place(path)
     torch.set_num_threads(config.threads)
     torch.manual_seed(config.seed)
     network = NETWORKS[config.network].from_settings(asdict(config))

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.atomic import write_whole
+from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.errors import InputError
 from bobrossnet.render.gbuffer import GBuffer
 
@@ -68,13 +68,7 @@ def check_picture_path(path: str | os.PathLike[str]) -> Path:
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: expected a picture's ending ({' '.join(FORMATS)}), got {path.suffix or 'none'}")
-    if path.is_dir():
-        raise InputError(f"{path}: expected a file to write, got a folder")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: can't write it: there is no folder {path.parent}")
-    if not os.access(path.parent, os.W_OK):
-        raise InputError(f"{path}: can't write it: the folder {path.parent} is read-only")
-    return path
+    return check_writable(path)
 
 
 def write_picture(path: str | os.PathLike[str], image: U8) -> None:
