@@ -1,0 +1,190 @@
+/// Expressions in x, y and z: how formulas, modelled shapes and .vm files all are held.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <stdexcept>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace bob {
+
+/// What a node computes. Everything passes NaN on: if an operand is NaN, so is the result.
+enum class Op : std::uint8_t {
+    constant,
+    x,
+    y,
+    z,
+    // of one operand, a
+    negate,
+    absolute,
+    square,
+    sqrt,
+    sin,
+    cos,
+    tan,
+    asin,
+    acos,
+    atan,
+    exp,
+    log,
+    floor,
+    ceil,
+    round,  // to the nearest integer, halves to the even one
+    power,  // a to the integer `value`
+    // of a and b
+    add,
+    subtract,
+    multiply,
+    divide,
+    minimum,
+    maximum,
+    hypot,   // sqrt(a^2 + b^2)
+    atan2,   // the angle of (b, a): a is y, b is x
+    modulo,  // a - b floor(a / b): the sign is b's, as in Python
+    // of a, b and c
+    select,  // b where a < 0, else c
+};
+constexpr int op_count = static_cast<int>(Op::select) + 1;
+
+/// Number of operands, 0 to 3.
+[[nodiscard]] int operands(Op op);
+
+/// The op's name, which is also its name in Python and in files.
+[[nodiscard]] std::string_view name(Op op);
+
+/// The value of an op, in double precision: what constants are folded by.
+[[nodiscard]] double evaluate(Op op, double value, double a, double b, double c);
+
+struct Node {
+    Op op = Op::constant;
+    std::uint32_t operand[3] = {};  // earlier nodes; 0 where there is none
+    double value = 0;               // of a constant; the exponent of a power
+
+    friend bool operator==(const Node&, const Node&) = default;
+};
+
+/// A formula f(x, y, z): nodes that each come after their operands; the last is the result, and each is needed for it.
+/// Never empty.
+class Expression {
+public:
+    /// Throws std::invalid_argument, saying why, unless the nodes are in order and the numbers finite or infinite.
+    /// Nodes that the last one does not need are dropped.
+    explicit Expression(std::vector<Node> nodes);
+
+    [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
+    [[nodiscard]] bool uses(Op op) const;
+
+    /// f at a point, in double precision, node by node: the reference for the faster evaluators.
+    [[nodiscard]] double operator()(double x, double y, double z) const;
+
+    friend bool operator==(const Expression&, const Expression&) = default;
+
+private:
+    std::vector<Node> nodes_;
+};
+
+/// What a graph throws when a formula grows beyond `Graph::max_nodes`.
+struct TooLarge : std::runtime_error {
+    TooLarge();
+};
+
+class Graph;
+
+/// A node of a graph under construction; arithmetic on values adds nodes. Values of two graphs do not mix.
+struct Value {
+    Graph* graph = nullptr;
+    std::uint32_t index = 0;
+
+    friend bool operator==(const Value&, const Value&) = default;
+};
+
+/// Builds expressions: no node twice, constants folded, and what algebra makes simpler without changing a value.
+/// (x + 0, x * 1, -(-x), min(x, x), and the like; x * 0 stays, since x may be infinite.)
+class Graph {
+public:
+    static constexpr std::size_t max_nodes = 1 << 20;
+
+    Graph() = default;
+    Graph(const Graph&) = delete;
+    Graph& operator=(const Graph&) = delete;
+
+    Value x() { return add({.op = Op::x}); }
+    Value y() { return add({.op = Op::y}); }
+    Value z() { return add({.op = Op::z}); }
+    Value constant(double value) { return add({.op = Op::constant, .value = value}); }
+    Value unary(Op op, Value a, double value = 0);
+    Value binary(Op op, Value a, Value b);
+    /// b where a < 0, else c.
+    Value select(Value a, Value b, Value c);
+
+    /// f(x, y, z) with other values in the place of x, y and z.
+    Value substitute(const Expression& f, Value x, Value y, Value z);
+
+    /// The node of that index, and whether it is a constant.
+    [[nodiscard]] const Node& node(Value v) const { return nodes_[v.index]; }
+    [[nodiscard]] bool is_constant(Value v) const { return nodes_[v.index].op == Op::constant; }
+
+    /// Forgets all nodes, but keeps the memory.
+    void clear();
+
+    /// What `root` needs.
+    [[nodiscard]] Expression expression(Value root) const;
+
+private:
+    struct Hash {
+        std::size_t operator()(const Node& node) const;
+    };
+
+    Value add(const Node& node);
+    Value simplified(Op op, Value a, Value b);
+
+    std::vector<Node> nodes_;
+    std::unordered_map<Node, std::uint32_t, Hash> index_;
+};
+
+// Arithmetic that reads like the formula. A number beside a value becomes a constant of its graph.
+
+inline Value operator-(Value a) { return a.graph->unary(Op::negate, a); }
+inline Value operator+(Value a, Value b) { return a.graph->binary(Op::add, a, b); }
+inline Value operator-(Value a, Value b) { return a.graph->binary(Op::subtract, a, b); }
+inline Value operator*(Value a, Value b) { return a.graph->binary(Op::multiply, a, b); }
+inline Value operator/(Value a, Value b) { return a.graph->binary(Op::divide, a, b); }
+inline Value operator+(Value a, double b) { return a + a.graph->constant(b); }
+inline Value operator-(Value a, double b) { return a - a.graph->constant(b); }
+inline Value operator*(Value a, double b) { return a * a.graph->constant(b); }
+inline Value operator/(Value a, double b) { return a / a.graph->constant(b); }
+inline Value operator+(double a, Value b) { return b.graph->constant(a) + b; }
+inline Value operator-(double a, Value b) { return b.graph->constant(a) - b; }
+inline Value operator*(double a, Value b) { return b.graph->constant(a) * b; }
+inline Value operator/(double a, Value b) { return b.graph->constant(a) / b; }
+
+inline Value abs(Value a) { return a.graph->unary(Op::absolute, a); }
+inline Value square(Value a) { return a.graph->unary(Op::square, a); }
+inline Value sqrt(Value a) { return a.graph->unary(Op::sqrt, a); }
+inline Value sin(Value a) { return a.graph->unary(Op::sin, a); }
+inline Value cos(Value a) { return a.graph->unary(Op::cos, a); }
+inline Value tan(Value a) { return a.graph->unary(Op::tan, a); }
+inline Value asin(Value a) { return a.graph->unary(Op::asin, a); }
+inline Value acos(Value a) { return a.graph->unary(Op::acos, a); }
+inline Value atan(Value a) { return a.graph->unary(Op::atan, a); }
+inline Value exp(Value a) { return a.graph->unary(Op::exp, a); }
+inline Value log(Value a) { return a.graph->unary(Op::log, a); }
+inline Value floor(Value a) { return a.graph->unary(Op::floor, a); }
+inline Value ceil(Value a) { return a.graph->unary(Op::ceil, a); }
+inline Value round(Value a) { return a.graph->unary(Op::round, a); }
+inline Value power(Value a, int exponent) { return a.graph->unary(Op::power, a, exponent); }
+inline Value min(Value a, Value b) { return a.graph->binary(Op::minimum, a, b); }
+inline Value max(Value a, Value b) { return a.graph->binary(Op::maximum, a, b); }
+inline Value min(Value a, double b) { return min(a, a.graph->constant(b)); }
+inline Value max(Value a, double b) { return max(a, a.graph->constant(b)); }
+inline Value hypot(Value a, Value b) { return a.graph->binary(Op::hypot, a, b); }
+inline Value atan2(Value y, Value x) { return y.graph->binary(Op::atan2, y, x); }
+inline Value modulo(Value a, Value b) { return a.graph->binary(Op::modulo, a, b); }
+inline Value modulo(Value a, double b) { return modulo(a, a.graph->constant(b)); }
+/// b where a < 0, else c.
+inline Value select(Value a, Value b, Value c) { return a.graph->select(a, b, c); }
+inline Value clamp(Value a, double low, double high) { return min(max(a, low), high); }
+
+}  // namespace bob

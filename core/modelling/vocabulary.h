@@ -1,0 +1,103 @@
+/// The modelling language's words, each declared once, as data: shapes, operations on shapes and easing functions after
+/// the names and meanings of fogleman/sdf. Python, shape scripts and the documentation are made from this table.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "formula/expression.h"
+
+namespace bob {
+
+/// A shape of the language: inside where its expression is negative. Two dimensions: an expression in x and y.
+struct Model {
+    int dimensions = 3;
+    std::shared_ptr<const Expression> expression;
+    std::optional<double> k;  // the radius of smooth blends with this shape, set by .k(); forgotten by every operation
+};
+
+/// A function of one number, t, held as an expression in x.
+struct Easing {
+    std::shared_ptr<const Expression> expression;
+};
+
+struct None {
+    friend bool operator==(None, None) = default;
+};
+
+/// A value of the language. A vector is a list of numbers.
+struct Object {
+    using List = std::vector<Object>;
+    std::variant<None, bool, double, std::string, Model, Easing, std::shared_ptr<const List>> value;
+};
+
+enum class Type {
+    number,
+    integer,  // a whole number
+    vector,   // two numbers in two dimensions, three in three
+    size,     // a number, for all axes, or a vector
+    numbers,  // a number, or one for each axis or corner, as the meaning says
+    points,   // a list of vectors
+    easing,
+    model,    // of the word's own dimensions
+};
+
+struct Parameter {
+    std::string_view name;
+    Type type;
+    std::optional<Object> default_value;  // none: must be given; None: may be left out
+    bool variadic = false;                // takes all further positional arguments, in Python's notation *name
+};
+
+class Arguments;  // what a word was called with, checked and in the order of its parameters
+
+struct Word {
+    enum class Kind {
+        shape,      // makes a model
+        operation,  // takes a model first: a function and a method of the same name
+        easing,
+    };
+    std::string_view name;
+    Kind kind;
+    int dimensions;         // of the models it takes, or makes if it is a shape; 0 for easings
+    int result_dimensions;  // of the model it makes
+    std::vector<Parameter> parameters;
+    std::string_view meaning;  // one line
+    Object (*call)(const Arguments&);
+};
+
+/// All words. A name may stand twice, once for each number of dimensions.
+[[nodiscard]] std::span<const Word> vocabulary();
+
+/// nullptr where there is none. `dimensions` 0 takes easings, and for shapes and operations it means 3, or 2 where the name
+/// has no meaning in three.
+[[nodiscard]] const Word* find_word(std::string_view name, int dimensions);
+
+/// What is wrong with a call, in one line: word, parameter, what was expected and what came.
+struct CallError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+using Keyword = std::pair<std::string, Object>;
+
+/// Calls a word as Python calls a function; throws CallError, or TooLarge.
+[[nodiscard]] Object call(const Word& word, std::span<const Object> positional, std::span<const Keyword> keywords);
+
+/// Calls the method `name` of a model: the operation of that name that takes models of its dimensions, or `k`.
+[[nodiscard]] Object call_method(const Model& model, std::string_view name, std::span<const Object> positional,
+                                 std::span<const Keyword> keywords);
+
+/// a | b, a & b and a - b of models: union, intersection and difference.
+[[nodiscard]] Object combine(char op, const Model& a, const Model& b);
+
+/// A short name of an object's type for messages, such as "a number" or "a 2D shape".
+[[nodiscard]] std::string describe(const Object& object);
+
+}  // namespace bob
