@@ -135,7 +135,7 @@ std::size_t hash(const bob::Expression& expression) {
 }  // namespace
 
 void bind_formula(nb::module_& m) {
-    nb::exception<bob::TooLarge>(m, "TooLarge", PyExc_ValueError);
+    nb::exception<bob::TooLarge>(m, "TooLargeError", PyExc_ValueError);
 
     nb::class_<bob::Expression>(m, "Expression")
         .def("__init__", &init_expression, "ops"_a.noconvert(), "operands"_a.noconvert(), "values"_a.noconvert())

@@ -45,7 +45,13 @@ private:
             case Op::negate: text_ += '-', operand(0, sign); break;
             case Op::square: operand(0, atom), text_ += "**2"; break;
             case Op::power: operand(0, atom), text_ += "**", number(node.value); break;
-            case Op::add: infix(" + "); break;
+            case Op::add:
+                if (nodes_[node.operand[1]].op == Op::constant && nodes_[node.operand[1]].value < 0) {
+                    operand(0, sum), text_ += " - ", number(-nodes_[node.operand[1]].value);
+                } else {
+                    infix(" + ");
+                }
+                break;
             case Op::subtract: infix(" - "); break;
             case Op::multiply: infix(" * "); break;
             case Op::divide: infix(" / "); break;

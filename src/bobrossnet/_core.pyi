@@ -47,7 +47,7 @@ class Paper:
 
 def keep_known(gbuffer: F32, gray: F32) -> None: ...
 
-class TooLarge(ValueError):
+class TooLargeError(ValueError):
     """A formula of more steps than the core takes."""
 
 class Expression:
