@@ -185,7 +185,11 @@ const Word* find_word(std::string_view name, int dimensions) {
 
 Object call(const Word& word, std::span<const Object> positional, std::span<const Keyword> keywords) {
     const Word& callee = suited(word, positional);
-    return callee.call(Arguments(callee, bind(callee, positional, keywords)));
+    try {
+        return callee.call(Arguments(callee, bind(callee, positional, keywords)));
+    } catch (const std::invalid_argument&) {  // a constant that became NaN, such as the difference of two that overflowed
+        throw CallError(std::string(callee.name) + ": expected numbers small enough to compute with, got too large ones");
+    }
 }
 
 Object call_method(const Model& model, std::string_view name, std::span<const Object> positional,

@@ -206,7 +206,11 @@ inline Value eased(const Expression& easing, Value t) {
     return t.graph->substitute(easing, t, zero, zero);
 }
 
-/// The larger of a and b, rounded by k where they are closer than that: what intersections are made of.
-Value smooth_max(Value a, Value b, std::optional<double> k);
+/// How far apart two distances may be for the edge between them to be rounded: the argument k, or else what the second
+/// model says; 0 where neither says anything.
+double smoothness(const Arguments& arguments, const Model* second);
+
+/// The larger of a and b, rounded where they are closer than k: what intersections are made of.
+Value smooth_max(Value a, Value b, double k);
 
 }  // namespace bob
