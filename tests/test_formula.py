@@ -497,11 +497,13 @@ def test_what_is_no_formula_of_points_is_refused_in_one_line(function, message) 
 
 def test_implicit_surfaces_hold_their_formula_and_box() -> None:
     shape = bob.implicit(lambda x, y, z: x**2 + y**2 + z**2 - 1)
-    assert repr(shape) == "Implicit(x**2 + y**2 + z**2 - 1)"
+    assert isinstance(shape, bob.Implicit)
+    assert str(shape.expression) == "x**2 + y**2 + z**2 - 1"
     assert shape.bounds is None
     shape = bob.implicit(lambda x, y, z: np.sin(x), ((-1, -2, -3), (1, 2, 3)))
     assert shape.expression == expression_of(lambda x, y, z: np.sin(x), 3)
     assert np.array_equal(shape.bounds, [[-1, -2, -3], [1, 2, 3]])
+    shape = bob.Implicit(shape.expression, shape.bounds)
     assert repr(shape) == "Implicit(sin(x), bounds=[[-1.0, -2.0, -3.0], [1.0, 2.0, 3.0]])"
 
 
