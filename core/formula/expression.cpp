@@ -102,7 +102,8 @@ double evaluate(Op op, double value, double a, double b, double c) {
         case Op::atan2: return std::atan2(a, b);
         case Op::modulo: {
             const double r = std::fmod(a, b);
-            return r != 0 && (r < 0) != (b < 0) ? r + b : r;
+            if (r == 0) return std::copysign(r, b);
+            return (r < 0) != (b < 0) ? r + b : r;
         }
         case Op::select: return a < 0 ? b : c;
     }
