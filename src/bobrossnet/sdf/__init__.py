@@ -19,7 +19,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from bobrossnet.sdf import d2, d3, ease
+from bobrossnet.sdf import custom, d2, d3, ease
+from bobrossnet.sdf.custom import *  # noqa: F403
 from bobrossnet.sdf.d2 import *  # noqa: F403
 from bobrossnet.sdf.d3 import *  # noqa: F403
 from bobrossnet.sdf.d3 import SDF3
@@ -44,6 +45,5 @@ def show_slice(shape: SDF3, *args: Any, **kwargs: Any) -> NoReturn:
     shape.show_slice(*args, **kwargs)
 
 
-__all__ = sorted(
-    {"d2", "d3", "degrees", "ease", "generate", "np", "pi", "radians", "save", "show_slice", *d2.__all__, *d3.__all__}
-)
+__all__ = ["d2", "d3", "degrees", "ease", "generate", "np", "pi", "radians", "save", "show_slice"]
+__all__ += [*custom.__all__, *d2.__all__, *d3.__all__]
