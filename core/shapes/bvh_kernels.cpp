@@ -20,23 +20,26 @@ struct Traversal {
     Float4 shear_x, shear_y, scale_z;
 
     explicit Traversal(const Ray& ray) {
-        const float o[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
-        const float d[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
-        float reciprocal[3];
+        const Float4 o{ray.origin.x, ray.origin.y, ray.origin.z};
+        const Float4 d{ray.direction.x, ray.direction.y, ray.direction.z};
+        // Nothing here branches: what a random ray does is not to be predicted.
+        const Int4 sign = (Int4)d & std::int32_t(0x80000000);
+        const Float4 size = (Float4)((Int4)d ^ sign);
+        // A bound instead of 1/0 = inf, which would make NaN of every slab: right still, but nothing is culled.
+        const Float4 safe = (Float4)((Int4)max(size, broadcast<Float4>(1e-18f)) | sign);
+        const Float4 reciprocal = 1 / safe;
+        const Float4 offset = o * reciprocal;
+        const unsigned negative = bits(sign);
         for (int axis = 0; axis < 3; ++axis) {
-            // A bound instead of 1/0 = inf, which would make NaN of every slab: right still, but nothing is culled.
-            constexpr float tiny = 1e-18f;
-            const float safe = d[axis] < 0 ? (d[axis] < -tiny ? d[axis] : -tiny) : (d[axis] > tiny ? d[axis] : tiny);
-            reciprocal[axis] = 1 / safe;
             inverse[axis] = broadcast<Boxes>(reciprocal[axis]);
-            shift[axis] = broadcast<Boxes>(o[axis] * reciprocal[axis]);
-            near_side[axis] = d[axis] < 0;
+            shift[axis] = broadcast<Boxes>(offset[axis]);
+            near_side[axis] = negative >> axis & 1;
             origin[axis] = broadcast<Float4>(o[axis]);
         }
-        const float size[3] = {__builtin_fabsf(d[0]), __builtin_fabsf(d[1]), __builtin_fabsf(d[2])};
-        k[2] = size[0] > size[1] ? (size[0] > size[2] ? 0 : 2) : (size[1] > size[2] ? 1 : 2);
-        k[0] = (k[2] + 1) % 3;
-        k[1] = (k[2] + 2) % 3;
+        const unsigned larger = (size[0] > size[1]) + 2 * (size[0] > size[2]) + 4 * (size[1] > size[2]);
+        k[2] = "\2\2\2\0\1\1\1\0"[larger];
+        k[0] = "\1\2\0"[k[2]];
+        k[1] = "\2\0\1"[k[2]];
         shear_x = broadcast<Float4>(d[k[0]] * reciprocal[k[2]]);
         shear_y = broadcast<Float4>(d[k[1]] * reciprocal[k[2]]);
         scale_z = broadcast<Float4>(reciprocal[k[2]]);
