@@ -181,7 +181,7 @@ TEST(bvh_does_not_depend_on_the_number_of_threads) {
     CHECK_EQ(one.nodes.size(), four.nodes.size());
     bool same = one.packets.size() == four.packets.size();
     for (std::size_t i = 0; same && i < one.packets.size(); ++i) {
-        same = std::equal(one.packets[i].triangle, one.packets[i].triangle + 4, four.packets[i].triangle);
+        same = std::ranges::equal(one.packets[i].triangle, four.packets[i].triangle);
     }
     CHECK(same);
 }
