@@ -30,7 +30,7 @@ struct Traversal {
         const Float4 size = (Float4)((Int4)d ^ sign);
         // A bound instead of 1/0 = inf, which would make NaN of every slab: right still, but nothing is culled.
         const Float4 safe = (Float4)((Int4)max(size, broadcast<Float4>(1e-18f)) | sign);
-        const Float4 reciprocal = 1 / safe;
+        const Float4 reciprocal = 1.f / safe;
         const Float4 slab_shift = o * reciprocal;
         for (int axis = 0; axis < 3; ++axis) {
             inverse[axis] = broadcast<Floats>(reciprocal[axis]);

@@ -1,6 +1,8 @@
 #include "shapes/bvh.h"
 
 #include <algorithm>
+#include <cstring>
+#include <vector>
 
 #include "check.h"
 #include "meshes.h"
@@ -17,6 +19,8 @@ Hit trace(const bob::Bvh& bvh, const Ray& ray) {
     bob::best_bvh_kernels().closest_hits(bvh.nodes.data(), bvh.packets.data(), &ray, 1, &hit);
     return hit;
 }
+
+bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 /// Möller and Trumbore in double precision, over all triangles: another method, as the oracle.
 double brute_force(const test::TriangleMesh& mesh, const Ray& ray) {
@@ -142,6 +146,39 @@ TEST(axis_aligned_rays_hit_an_axis_aligned_grid_exactly_on_its_lines) {
             }
         }
         CHECK_EQ(missed, 0);
+    });
+}
+
+TEST(zeros_of_either_sign_are_the_same_direction) {
+    const auto mesh = test::soup(1000, 0.3f, 9);
+    const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+    test::for_each_isa([&] {
+        test::Random random(2);
+        int hits = 0;
+        for (int i = 0; i < 2000; ++i) {
+            const int axis = i % 3;
+            Vec3 direction{}, negative{-0.f, -0.f, -0.f};
+            direction[axis] = negative[axis] = i % 2 ? 1.f : -1.f;
+            const Vec3 point{random(-0.6f, 0.6f), random(-0.6f, 0.6f), random(-0.6f, 0.6f)};
+            const Hit hit = trace(bvh, {point - 2 * direction, direction});
+            CHECK(same_bits(trace(bvh, {point - 2 * direction, negative}), hit));
+            hits += hit.triangle != bob::no_triangle;
+        }
+        CHECK_LT(1000, hits);
+    });
+}
+
+TEST(a_hit_depends_on_its_ray_alone) {
+    const auto mesh = test::soup(3000, 0.1f, 4);
+    const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+    test::Random random(8);
+    std::vector<Ray> rays(1000);
+    for (Ray& ray : rays) ray = random_ray(random);
+    test::for_each_isa([&] {
+        std::vector<Hit> hits(rays.size());
+        const auto closest_hits = bob::best_bvh_kernels().closest_hits;
+        closest_hits(bvh.nodes.data(), bvh.packets.data(), rays.data(), rays.size(), hits.data());
+        for (std::size_t i = 0; i < rays.size(); ++i) CHECK(same_bits(hits[i], trace(bvh, rays[i])));
     });
 }
 
