@@ -249,7 +249,10 @@ private:
                     node.bounds[0][axis][i] = box.low[axis];
                     node.bounds[1][axis][i] = box.high[axis];
                 }
-                if (i >= count) continue;
+                if (i >= count) {
+                    node.child[i] = ChildRef::leaf(0, 1);
+                    continue;
+                }
                 const BinaryNode& child = binary[static_cast<std::size_t>(children[i])];
                 if (child.is_leaf()) {
                     node.child[i] = emit_packets(bvh, child);

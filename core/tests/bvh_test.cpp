@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 #include "check.h"
@@ -180,6 +181,26 @@ TEST(a_hit_depends_on_its_ray_alone) {
         closest_hits(bvh.nodes.data(), bvh.packets.data(), rays.data(), rays.size(), hits.data());
         for (std::size_t i = 0; i < rays.size(); ++i) CHECK(same_bits(hits[i], trace(bvh, rays[i])));
     });
+}
+
+TEST(rays_that_are_not_finite_hit_nothing) {
+    for (const int count : {1, 9, 100, 1000}) {
+        const auto mesh = test::soup(count, 0.3f, 6);
+        const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+        constexpr float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+        test::for_each_isa([&] {
+            for (const float odd : {nan, -nan, inf, -inf}) {
+                for (int where = 1; where < 64; ++where) {  // any of the six numbers
+                    Ray ray{{0.1f, 0.2f, 3}, {0.01f, -0.02f, -1}};
+                    for (int axis = 0; axis < 3; ++axis) {
+                        if (where >> axis & 1) ray.origin[axis] = odd;
+                        if (where >> (axis + 3) & 1) ray.direction[axis] = odd;
+                    }
+                    CHECK(same_bits(trace(bvh, ray), Hit{}));
+                }
+            }
+        });
+    }
 }
 
 TEST(odd_meshes_are_built_and_traced) {
