@@ -44,8 +44,8 @@ struct ChildRef {
     [[nodiscard]] std::uint32_t packets() const { return (bits & 7) + 1; }
 };
 
-/// 224 bytes. An absent child has a box that no finite ray enters (low = +inf, high = -inf); those that do enter find the
-/// first packet, which does no harm.
+/// 224 bytes. An absent child has a box that no finite ray enters (low = +inf, high = -inf); others that enter it find
+/// the first packet, which does no harm.
 struct alignas(32) BvhNode {
     float bounds[2][3][8];  // [low, high][axis][child]
     ChildRef child[8];
