@@ -69,8 +69,8 @@ std::string_view name(Op op) { return facts[static_cast<int>(op)].name; }
 
 double evaluate(Op op, double value, double a, double b, double c) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    const int count = operands(op);
-    if ((count > 0 && std::isnan(a)) || (count > 1 && std::isnan(b)) || (count > 2 && std::isnan(c))) return nan;
+    const int count = op == Op::select ? 1 : operands(op);
+    if ((count > 0 && std::isnan(a)) || (count > 1 && std::isnan(b))) return nan;
     switch (op) {
         case Op::constant: return value;
         case Op::x:
