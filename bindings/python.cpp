@@ -1,16 +1,14 @@
 /// The core as a Python module: convert and call. Arguments are checked by the Python package, in better words; here
 /// only what would read or write out of bounds.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string_view.h>
 
 #include <array>
-#include <chrono>
 #include <optional>
 #include <string_view>
 #include <vector>
 
+#include "bindings.h"
 #include "complete/known.h"
 #include "complete/paper.h"
 #include "isa.h"
@@ -19,45 +17,13 @@
 #include "trace/order.h"
 #include "trace/trace.h"
 
-namespace nb = nanobind;
 using namespace nb::literals;
 
 namespace {
 
-template <class T, nb::ssize_t... Shape>
-using Array = nb::ndarray<T, nb::numpy, nb::shape<Shape...>, nb::c_contig, nb::device::cpu>;
 using Points = Array<const float, -1, 3>;
 using Pixels = Array<const std::int32_t, -1, 2>;
 using Image = Array<float, -1, -1>;
-
-void expect(bool condition, const char* what) {
-    if (!condition) throw nb::value_error(what);
-}
-
-template <class T, class A>
-std::span<const T> items(const A& array) {
-    return {reinterpret_cast<const T*>(array.data()), array.shape(0)};
-}
-
-/// Runs work(keep_going) without the GIL and lets Ctrl-C stop it: when asked, keep_going runs Python's signal handlers
-/// now and then, on the main thread, with the GIL taken back. What a handler raised is raised here.
-template <class Work>
-void interruptible(Work work) {
-    auto asked = std::chrono::steady_clock::now();
-    bool raised = false;
-    {
-        const nb::gil_scoped_release release;
-        work([&] {
-            const auto now = std::chrono::steady_clock::now();
-            if (now - asked < std::chrono::milliseconds(20)) return true;
-            asked = now;
-            const nb::gil_scoped_acquire gil;
-            raised = PyErr_CheckSignals() != 0;
-            return !raised;
-        });
-    }
-    if (raised) throw nb::python_error();
-}
 
 void init_mesh(bob::Mesh* self, const Points& vertices, const Array<const std::int32_t, -1, 3>& triangles,
                const std::optional<Points>& normals) {
@@ -203,4 +169,6 @@ NB_MODULE(_core, m) {
         .def("__init__", &init_paper, "tensors"_a)
         .def("__call__", &run_paper, "gbuffer"_a.noconvert(), "gray"_a.noconvert());
     m.def("keep_known", &keep_known, "gbuffer"_a.noconvert(), "gray"_a.noconvert());
+
+    bind_formula(m);
 }

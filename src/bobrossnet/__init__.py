@@ -18,6 +18,7 @@ from bobrossnet.render.camera import Camera
 from bobrossnet.render.gbuffer import GBuffer, Samples
 from bobrossnet.render.order import pixel_order
 from bobrossnet.render.trace import SceneTracer, trace
+from bobrossnet.shapes.implicit import Implicit, implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.scene import Scene
 from bobrossnet.shapes.tree import happy_tree
@@ -34,6 +35,7 @@ __all__ = [
     "Camera",
     "Frame",
     "GBuffer",
+    "Implicit",
     "InputError",
     "InputTypeError",
     "InputWarning",
@@ -44,6 +46,7 @@ __all__ = [
     "complete",
     "export",
     "happy_tree",
+    "implicit",
     "load",
     "load_mesh",
     "pixel_order",

@@ -1,0 +1,56 @@
+/// What the files of the Python module share: arrays, checks, and work that Ctrl-C can stop.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <span>
+
+namespace nb = nanobind;
+
+template <class T, nb::ssize_t... Shape>
+using Array = nb::ndarray<T, nb::numpy, nb::shape<Shape...>, nb::c_contig, nb::device::cpu>;
+
+inline void expect(bool condition, const char* what) {
+    if (!condition) throw nb::value_error(what);
+}
+
+template <class T, class A>
+std::span<const T> items(const A& array) {
+    return {reinterpret_cast<const T*>(array.data()), array.shape(0)};
+}
+
+/// A new array of Python's, its values not set.
+template <class T, nb::ssize_t... Shape, class... Sizes>
+Array<T, Shape...> make_array(Sizes... sizes) {
+    const std::size_t shape[] = {static_cast<std::size_t>(sizes)...};
+    auto values = std::make_unique_for_overwrite<T[]>((static_cast<std::size_t>(sizes) * ...));
+    T* data = values.get();
+    const nb::capsule owner(values.release(), [](void* p) noexcept { delete[] static_cast<T*>(p); });
+    return Array<T, Shape...>(data, sizeof...(sizes), shape, owner);
+}
+
+/// Runs work(keep_going) without the GIL and lets Ctrl-C stop it: when asked, keep_going runs Python's signal handlers
+/// now and then, on the main thread, with the GIL taken back. What a handler raised is raised here.
+template <class Work>
+void interruptible(Work work) {
+    auto asked = std::chrono::steady_clock::now();
+    bool raised = false;
+    {
+        const nb::gil_scoped_release release;
+        work([&] {
+            const auto now = std::chrono::steady_clock::now();
+            if (now - asked < std::chrono::milliseconds(20)) return true;
+            asked = now;
+            const nb::gil_scoped_acquire gil;
+            raised = PyErr_CheckSignals() != 0;
+            return !raised;
+        });
+    }
+    if (raised) throw nb::python_error();
+}
+
+void bind_formula(nb::module_& m);
