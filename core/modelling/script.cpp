@@ -202,10 +202,13 @@ private:
             throw ScriptError(term.at, name + ": " + std::string(hint));
         }
         if (name == "ease") throw ScriptError(term.at, "ease: expected an easing of it, as in ease.in_out_quad");
-        if (find_function(name) || find_word(name, 3)) {
+        const Word* word = find_word(name, 0);
+        if (word && word->kind == Word::Kind::easing) {
+            throw ScriptError(term.at, name + ": expected it behind ease, as in ease." + name);
+        }
+        if (word || find_function(name)) {
             throw ScriptError(term.at, name + ": expected it with arguments, as in " + name + "(...)");
         }
-        if (find_word(name, 0)) throw ScriptError(term.at, name + ": expected it with ease, as in ease." + name);
         throw ScriptError(term.at, name + ": expected a word of the language or a name assigned above");
     }
 
@@ -251,11 +254,11 @@ private:
     Value binary(Position where, Operator op, const Value& a, const Value& b) {
         return at(where, [&]() -> Value {
             const Model *first = std::get_if<Model>(&a.value), *second = std::get_if<Model>(&b.value);
-            if (!first && !second && op != Operator::unite && op != Operator::intersect) return arithmetic(op, a, b);
+            const bool difference = op == Operator::subtract && (first || second);
+            if (op != Operator::unite && op != Operator::intersect && !difference) return arithmetic(op, a, b);
             const char symbol = op == Operator::unite ? '|' : op == Operator::intersect ? '&' : '-';
-            if (!first || !second || (symbol == '-' && op != Operator::subtract)) {
-                throw CallError("expected two shapes and one of | & - between them, got " + describe(a) + " and " +
-                                describe(b));
+            if (!first || !second) {
+                throw CallError(symbol + (": expected two shapes, got " + describe(a)) + " and " + describe(b));
             }
             charge(where, a), charge(where, b);
             return from_object(combine(symbol, *first, *second));
@@ -340,15 +343,15 @@ private:
             throw ScriptError(term.at, std::string(term.text) + ": expected a word to call, got " +
                                            describe(found->second) + " of that name");
         }
-        const Function* function = find_function(term.text);
-        if (!function && !find_word(term.text, 3)) unknown(term);
-        const Called called = arguments(term.parts);
-        if (function) return call(term.at, *function, called);
-        const Model* first = called.positional.empty() ? nullptr : std::get_if<Model>(&called.positional[0].value);
-        const Word* word = find_word(term.text, first ? first->dimensions : 3);
-        if (!word) word = find_word(term.text, 3);  // says what it takes
-        return with_objects(term.at, called, [&](const auto& positional, const auto& keywords) {
-            return bob::call(*word, positional, keywords);
+        if (const Function* function = find_function(term.text)) return call(term.at, *function, arguments(term.parts));
+        const Word* word = find_word(term.text, 0);
+        if (!word || word->kind == Word::Kind::easing) unknown(term);
+        return call(term.at, *word, arguments(term.parts));
+    }
+
+    Value call(Position where, const Word& word, const Called& called) {
+        return with_objects(where, called, [&](const auto& positional, const auto& keywords) {
+            return bob::call(word, positional, keywords);
         });
     }
 
@@ -358,16 +361,20 @@ private:
             if (!called.keywords.empty()) throw CallError(name + ": expected arguments without names");
             const std::size_t count = called.positional.size();
             if (count < function.least || count > function.most) {
-                throw CallError(name + ": expected " + std::to_string(function.least) +
-                                (function.most == function.least ? " argument(s)"
-                                 : function.most == ScriptLimits::items
-                                     ? " or more arguments"
-                                     : " to " + std::to_string(function.most) + " arguments") +
-                                ", got " + std::to_string(count));
+                throw CallError(name + ": expected " + arguments_of(function) + ", got " + std::to_string(count));
             }
             for (const Value& value : called.positional) charge(where, value);
             return function.call(function.name, called.positional);
         });
+    }
+
+    /// How many arguments a function takes.
+    static std::string arguments_of(const Function& function) {
+        if (function.most == 1) return "1 argument";
+        if (function.most == function.least) return std::to_string(function.most) + " arguments";
+        const bool any = function.most == ScriptLimits::items;
+        const std::string most = any ? " or more" : " to " + std::to_string(function.most);
+        return std::to_string(function.least) + most + " arguments";
     }
 
     /// A value with the first `count` - 1 of the methods and indices behind it.
@@ -381,13 +388,11 @@ private:
     }
 
     Value ease(const Term& part) {
-        const std::string name(part.text);
-        const Word* word = find_word(part.text, 0);
-        if (!word) throw ScriptError(part.at, "expected an easing of ease, as in ease.in_out_quad");
-        if (part.kind != Kind::attribute) throw ScriptError(part.at, "expected ease." + name + " without brackets");
-        return with_objects(part.at, {}, [&](const auto& positional, const auto& keywords) {
-            return bob::call(*word, positional, keywords);
-        });
+        const Word* word = part.kind == Kind::index ? nullptr : find_word(part.text, 0);
+        if (!word || word->kind != Word::Kind::easing) {
+            throw ScriptError(part.at, "expected an easing behind ease, as in ease.in_out_quad");
+        }
+        return call(part.at, *word, arguments(part.parts));  // without arguments, the easing itself
     }
 
     Value follow(const Value& value, const Term& part) {

@@ -326,7 +326,8 @@ private:
         if (negated && precedence > logical_not_precedence) refuse();
         if (negated || is("-") || is("+")) {
             const Nested nested(*this);
-            Term result = term(negated ? Kind::logical_not : is("-") ? Kind::negative : Kind::positive, take().at);
+            const Kind kind = negated ? Kind::logical_not : is("-") ? Kind::negative : Kind::positive;
+            Term result = term(kind, take().at);
             result.parts.push_back(negated ? binary(logical_not_precedence) : operand(power_precedence));
             return result;
         }
