@@ -37,6 +37,13 @@ std::size_t decode(std::string_view text, char32_t& character) {
 
 }  // namespace
 
+std::string quoted(std::string_view text) {
+    std::string result;
+    result += '\'';
+    result += text;
+    return result += '\'';
+}
+
 std::string describe(const Token& token) {
     using Kind = Token::Kind;
     switch (token.kind) {
@@ -45,7 +52,7 @@ std::string describe(const Token& token) {
         case Kind::indent: return "an indented line";
         case Kind::dedent: return "a line indented less";
         case Kind::end: return "the end of the script";
-        default: return "'" + std::string(token.text.substr(0, 40)) + "'";
+        default: return quoted(token.text.substr(0, 40));
     }
 }
 
@@ -154,7 +161,7 @@ Token Lexer::number() {
     if (continues_name(peek(bytes))) {
         Position at = at_;
         at.column += static_cast<int>(bytes);
-        throw ScriptError(at, "expected a decimal number, got '" + std::string(1, peek(bytes)) + "' in it");
+        throw ScriptError(at, "expected a decimal number, got " + quoted(source_.substr(place_ + bytes, 1)) + " in it");
     }
     Token result = token(Token::Kind::number, bytes);
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), result.number);
@@ -207,7 +214,8 @@ Token Lexer::symbol() {
     } else if (c == ')' || c == ']') {
         if (brackets_.empty()) throw ScriptError(result.at, "expected a bracket opened before this one");
         if (brackets_.back().closing != c) {
-            throw ScriptError(result.at, std::string("expected '") + brackets_.back().closing + "', got '" + c + "'");
+            const std::string expected = quoted({&brackets_.back().closing, 1});
+            throw ScriptError(result.at, "expected " + expected + ", got " + quoted(result.text));
         }
         brackets_.pop_back();
     }

@@ -143,7 +143,7 @@ private:
     }
 
     void expect(std::string_view text) {
-        if (!take(text)) fail("'" + std::string(text) + "'");
+        if (!take(text)) fail(quoted(text));
     }
 
     /// Counts how deep the parser has called itself, so that no text can exhaust the stack.

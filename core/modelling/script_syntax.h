@@ -1,6 +1,7 @@
 /// The syntax of shape scripts: from text to tokens, and from tokens to trees. Texts in either point into the source.
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -53,6 +54,8 @@ private:
     std::vector<Indentation> indentations_{{0, 0}};
     std::vector<Bracket> brackets_;
 };
+
+[[nodiscard]] std::string quoted(std::string_view text);
 
 /// A token as messages show it.
 [[nodiscard]] std::string describe(const Token& token);

@@ -302,13 +302,13 @@ Object to_object(const Value& value) {
         if constexpr (std::is_same_v<T, std::string_view>) {
             return {std::string(held)};
         } else if constexpr (std::is_same_v<T, Vector>) {
-            auto list = std::make_shared<Object::List>();
-            for (const double x : *held.numbers) list->push_back({x});
-            return {std::shared_ptr<const Object::List>(std::move(list))};
+            Object::List list(held.numbers->size());
+            for (std::size_t i = 0; i < list.size(); ++i) list[i].value = (*held.numbers)[i];
+            return {std::make_shared<const Object::List>(std::move(list))};
         } else if constexpr (std::is_same_v<T, std::shared_ptr<const List>>) {
-            auto list = std::make_shared<Object::List>();
-            for (const Value& each : held->items) list->push_back(to_object(each));
-            return {std::shared_ptr<const Object::List>(std::move(list))};
+            Object::List list;
+            for (const Value& each : held->items) list.push_back(to_object(each));
+            return {std::make_shared<const Object::List>(std::move(list))};
         } else {
             return {held};
         }
