@@ -54,3 +54,4 @@ void interruptible(Work work) {
 }
 
 void bind_formula(nb::module_& m);
+void bind_modelling(nb::module_& m);

@@ -171,4 +171,5 @@ NB_MODULE(_core, m) {
     m.def("keep_known", &keep_known, "gbuffer"_a.noconvert(), "gray"_a.noconvert());
 
     bind_formula(m);
+    bind_modelling(m);
 }

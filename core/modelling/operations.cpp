@@ -139,7 +139,7 @@ Object rotate_3d(const Arguments& a) {
 
 /// Turned so that what pointed to `from` points to `to`; both of length 1.
 Object turned(const Model& other, const Vector<3>& from, const Vector<3>& to) {
-    const Vector<3> axis = cross(from, to);
+    const Vector<3> axis = cross(to, from);
     const double sine = length(axis), cosine = dot(from, to);
     if (sine > 1e-15) return rotated_3d(other, axis * (1 / sine), sine, cosine);
     if (cosine > 0) return {other};

@@ -72,7 +72,8 @@ Object hexagon(const Arguments& a) {
     // Mirrored until the upper edge is the nearest.
     const Value over = 2 * min(y * 0.5 - x * (sqrt3 / 2), 0);
     x = x + over * (sqrt3 / 2), y = y - over * 0.5;
-    return model<2>(graph, corner<2>({abs(x) - r / sqrt3, y - r}));
+    const Value outwards = y - r;
+    return model<2>(graph, min(outwards, 0) + hypot(max(abs(x) - r / sqrt3, 0), max(outwards, 0)));
 }
 
 Object rounded_x(const Arguments& a) {

@@ -127,7 +127,7 @@ class Symbol(NDArrayOperatorsMixin):
     def __bool__(self) -> bool:
         raise InputTypeError(
             "a condition on symbols has no truth value while the formula is traced: use np.where(x > 0, a, b), "
-            "np.minimum(x, y) for min(x, y), and np.stack([x, y]) for np.array([x, y])"
+            "np.minimum(x, y) for min(x, y), and np.stack([x, y]) for lists and arrays of symbols"
         )
 
     def __float__(self) -> float:
@@ -307,8 +307,8 @@ def _call(function: Any, args: Any, kwargs: Any) -> Any:
     """
     if function in FUNCTIONS:
         return FUNCTIONS[function](*args, **kwargs)
-    arrays = _symbols(0)
-    return _unwrapped(np.ndarray.__array_function__(arrays, function, (), _lifted(args), _lifted(kwargs)))
+    result = np.ndarray.__array_function__(_symbols(0), function, (), _lifted(args), _lifted(kwargs))
+    return result.view(Symbols) if isinstance(result, np.ndarray) and result.dtype == object else result
 
 
 def _lifted(value: Any) -> Any:

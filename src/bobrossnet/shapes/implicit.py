@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
 from bobrossnet.shapes.formula import expression_of
+
+if TYPE_CHECKING:
+    from bobrossnet.sdf.d3 import SDF3
 
 
 class Implicit:
@@ -46,7 +49,7 @@ class Implicit:
         return f"Implicit({self.expression}{bounds})"
 
 
-def implicit(function: Callable[..., Any], bounds: Any = None) -> Implicit:
+def implicit(function: Callable[..., Any], bounds: Any = None) -> SDF3:
     """The shape that is inside where a function is negative.
 
     The function is called once, with symbols, and what it computes becomes a formula; it may use operators, numpy's
@@ -61,7 +64,9 @@ def implicit(function: Callable[..., Any], bounds: Any = None) -> Implicit:
 
     Returns
     -------
-    Implicit
+    SDF3
+        With the modelling language's operations as methods; where f is no distance, blends and offsets are as uneven
+        as f is.
 
     Raises
     ------
@@ -71,10 +76,13 @@ def implicit(function: Callable[..., Any], bounds: Any = None) -> Implicit:
     Examples
     --------
     >>> import bobrossnet as bob
-    >>> bob.implicit(lambda x, y, z: x**4 + y**4 + z**4 - 5 * (x * x + y * y + z * z) + 11.8)
-    Implicit(x**4 + y**4 + z**4 - (x**2 + y**2 + z**2) * 5 + 11.8)
+    >>> tangle = bob.implicit(lambda x, y, z: x**4 + y**4 + z**4 - 5 * (x * x + y * y + z * z) + 11.8)
+    >>> print(tangle.expression)
+    x**4 + y**4 + z**4 - (x**2 + y**2 + z**2) * 5 + 11.8
     """
-    return Implicit(expression_of(function, 3), bounds)
+    from bobrossnet.sdf.d3 import SDF3  # the language is built on this file
+
+    return SDF3(expression_of(function, 3), bounds)
 
 
 def _box(bounds: Any) -> NDArray[np.float64]:
