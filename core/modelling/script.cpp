@@ -201,14 +201,12 @@ private:
         if (const std::string_view hint = advice(name); !hint.empty()) {
             throw ScriptError(term.at, name + ": " + std::string(hint));
         }
-        if (name == "ease") throw ScriptError(term.at, "ease: expected an easing of it, as in ease.in_out_quad");
+        if (module(term)) throw ScriptError(term.at, name + ": expected a word behind it, as in ease.in_quad");
         const Word* word = find_word(name, 0);
         if (word && word->kind == Word::Kind::easing) {
             throw ScriptError(term.at, name + ": expected it behind ease, as in ease." + name);
         }
-        if (word || find_function(name)) {
-            throw ScriptError(term.at, name + ": expected it with arguments, as in " + name + "(...)");
-        }
+        if (word || find_function(name)) needs_arguments(term);
         throw ScriptError(term.at, name + ": expected a word of the language or a name assigned above");
     }
 
@@ -381,18 +379,33 @@ private:
     Value postfix(const Term& term, std::size_t count) {
         std::size_t i = 1;
         const Term& base = term.parts[0];
-        const bool easing = base.kind == Kind::name && base.text == "ease" && !names_.contains("ease") && i < count;
-        Value value = easing ? ease(term.parts[i++]) : evaluate(base);
+        const std::optional<int> dimensions = i < count ? module(base) : std::nullopt;
+        Value value = dimensions ? word_of(*dimensions, base, term.parts[i++]) : evaluate(base);
         for (; i < count; ++i) value = follow(value, term.parts[i]);
         return value;
     }
 
-    Value ease(const Term& part) {
-        const Word* word = part.kind == Kind::index ? nullptr : find_word(part.text, 0);
-        if (!word || word->kind != Word::Kind::easing) {
-            throw ScriptError(part.at, "expected an easing behind ease, as in ease.in_out_quad");
+    /// The dimensions of the words behind a name of Python's modules of words, 0 for easings.
+    std::optional<int> module(const Term& term) const {
+        if (term.kind != Kind::name || names_.contains(term.text)) return std::nullopt;
+        if (term.text == "ease") return 0;
+        if (term.text == "d2") return 2;
+        if (term.text == "d3") return 3;
+        return std::nullopt;
+    }
+
+    Value word_of(int dimensions, const Term& module, const Term& part) {
+        const Word* word = part.kind == Kind::index ? nullptr : find_word(part.text, dimensions);
+        if (!word || word->dimensions != dimensions) {
+            throw ScriptError(part.at, "expected a word of " + std::string(module.text));
         }
-        return call(part.at, *word, arguments(part.parts));  // without arguments, the easing itself
+        if (part.kind == Kind::attribute && dimensions > 0) needs_arguments(part);
+        return call(part.at, *word, arguments(part.parts));  // an easing without arguments is the easing itself
+    }
+
+    [[noreturn]] static void needs_arguments(const Term& term) {
+        const std::string name(term.text);
+        throw ScriptError(term.at, name + ": expected it with arguments, as in " + name + "(...)");
     }
 
     Value follow(const Value& value, const Term& part) {
@@ -404,9 +417,7 @@ private:
         const std::string name(part.text);
         const Model* model = std::get_if<Model>(&value.value);
         if (!model) throw ScriptError(part.at, name + ": expected a shape before it, got " + describe(value));
-        if (part.kind == Kind::attribute) {
-            throw ScriptError(part.at, name + ": expected it with arguments, as in ." + name + "(...)");
-        }
+        if (part.kind == Kind::attribute) needs_arguments(part);
         if (name == "save") throw ScriptError(part.at, "save: expected it at the end of a line of its own");
         const Called called = arguments(part.parts);
         charge(part.at, value);

@@ -98,6 +98,7 @@ TEST(script_statements) {
     CHECK(same("n = 7\nn //= 2; n *= 4; n -= 1; n += 2; n /= 2; n **= 2; n %= 5\nsphere(n)", "sphere(2.25)"));
     CHECK(same("r = s = 2\n(a, [b, c]), d = (1, (r, s)), 3\nsphere(a + b + c + d)", "sphere(8)"));
     CHECK(same("x = 3\ny = [x for x in (1, 2)]\nsphere(x)", "sphere(3)"));  // a list's names are its own
+    CHECK(same("d2.slab(x0=1).extrude(1) | d3.slab(x0=1)", "x = slab(x0=1)\nd2.slab(x0=1).extrude(1) | x"));
     CHECK(same("circle = 2\nsphere(circle)", "sphere(2)"));                 // words can be names
     CHECK(same("'''A text\nof lines'''\nsphere(1)", "sphere(1)"));
     CHECK(same("sphere(1) | box(1) if 0 else circle(1).extrude(2)", "extrude(circle(1), 2)"));
@@ -127,11 +128,15 @@ TEST(script_errors) {
     CHECK(fails("f = spere(1)", "line 1, column 5: spere: expected a word of the language or a name assigned above"));
     CHECK(fails("f = sphere", "line 1, column 5: sphere: expected it with arguments, as in sphere(...)"));
     CHECK(fails("e = in_quad", "line 1, column 5: in_quad: expected it behind ease, as in ease.in_quad"));
+    CHECK(fails("f = ease", "line 1, column 5: ease: expected a word behind it"));
+    CHECK(fails("f = ease.box", "line 1, column 10: expected a word of ease"));
+    CHECK(fails("f = d2.box(1)", "line 1, column 8: expected a word of d2"));
+    CHECK(fails("f = d2.circle", "line 1, column 8: circle: expected it with arguments"));
     CHECK(fails("f = 3\nf(2)", "line 2, column 1: f: expected a word to call, got a number of that name"));
     CHECK(fails("# \xc3\xa9\nx = '\xc3\xa9\xe2\x82\xac' | sphere('a')", "line 2, column 12: sphere: "));
     CHECK(fails("f = sphere(1) | \\\n  box(1).translate(3)", "line 2, column 10: translate: "));
     CHECK(fails("f = sphere(1).nothing(3)", "line 1, column 15: "));
-    CHECK(fails("f = sphere(1).k", "line 1, column 15: k: expected it with arguments, as in .k(...)"));
+    CHECK(fails("f = sphere(1).k", "line 1, column 15: k: expected it with arguments, as in k(...)"));
     CHECK(fails("x = 3 + box(1)", "line 1, column 7: +: expected numbers or vectors, got a number and a 3D shape"));
     CHECK(fails("x = 3 | box(1)", "line 1, column 7: |: expected two shapes, got a number and a 3D shape"));
     CHECK(fails("x = 1 / 0", "line 1, column 7: /: division by zero"));

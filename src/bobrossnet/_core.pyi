@@ -85,3 +85,9 @@ class Graph:
     def substitute(self, f: Expression, x: int, y: int, z: int) -> int: ...
     def expression(self, root: int) -> Expression: ...
     def __len__(self) -> int: ...
+
+def run_script(source: bytes) -> Model:
+    """The shape of a script; ValueError with line and column if it is none."""
+
+def parse_vm(text: bytes) -> Expression:
+    """The formula of a .vm file; ValueError with its line if it is none."""
