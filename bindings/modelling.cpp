@@ -92,13 +92,15 @@ const char* kind_name(bob::Word::Kind kind) {
 }
 
 /// (name, kind, dimensions, result dimensions, ((name, type, required, default, variadic), ...), meaning) of each word.
+/// The default of an easing, which is ease.linear everywhere, is left out.
 nb::list vocabulary() {
     nb::list words;
     for (const bob::Word& word : bob::vocabulary()) {
         nb::list parameters;
         for (const bob::Parameter& p : word.parameters) {
             const bool required = !p.default_value && !p.variadic;
-            const nb::object value = p.default_value ? to_python(*p.default_value) : nb::none();
+            const bool stated = p.default_value && p.type != bob::Type::easing;
+            const nb::object value = stated ? to_python(*p.default_value) : nb::none();
             parameters.append(nb::make_tuple(p.name, type_name(p.type), required, value, p.variadic));
         }
         words.append(nb::make_tuple(word.name, kind_name(word.kind), word.dimensions, word.result_dimensions,

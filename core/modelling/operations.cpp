@@ -8,11 +8,6 @@ namespace bob {
 
 using std::numbers::pi;
 
-double smoothness(const Arguments& arguments, const Model* second) {
-    const double k = arguments.has("k") ? arguments.at_least(0, "k") : 0;
-    return k != 0 || !second ? k : second->k.value_or(0);
-}
-
 namespace {
 
 /// What rounding takes off the edge: k h (1 - h) and the mix of a and b by h together, with neither standing alone.
@@ -22,6 +17,8 @@ Value smooth_min(Value a, Value b, double k) { return k == 0 ? min(a, b) : min(a
 
 }  // namespace
 
+double smoothness(const Arguments& arguments) { return arguments.has("k") ? arguments.at_least(0, "k") : 0; }
+
 Value smooth_max(Value a, Value b, double k) { return k == 0 ? max(a, b) : max(a, b) + fillet(a, b, k); }
 
 namespace {
@@ -30,34 +27,35 @@ constexpr Vector<3> z_axis{0, 0, 1};
 
 // ---- Together --------------------------------------------------------------------------------------------
 
-/// Takes the models of `bs` to the model `a`, one after the other.
+/// Takes the models of `bs` to the model `a`, one after the other. k is the argument, or else what the model of `bs` says;
+/// 0 says nothing.
 template <std::size_t n, class Step>
-Object fold(const Arguments& a, Step step) {
+Object fold(const Arguments& a, double k, Step step) {
     Graph graph;
     const Point<n> p = point<n>(graph);
     Value result = at(a.model("a"), p);
-    for (const Model& b : a.models("bs")) result = step(result, at(b, p), smoothness(a, &b));
+    for (const Model& b : a.models("bs")) result = step(result, at(b, p), k != 0 ? k : b.k.value_or(0));
     return model<n>(graph, result);
 }
 
 template <std::size_t n>
 Object unite(const Arguments& a) {
-    return fold<n>(a, smooth_min);
+    return fold<n>(a, smoothness(a), smooth_min);
 }
 
 template <std::size_t n>
 Object subtract(const Arguments& a) {
-    return fold<n>(a, [](Value x, Value y, double k) { return smooth_max(x, -y, k); });
+    return fold<n>(a, smoothness(a), [](Value x, Value y, double k) { return smooth_max(x, -y, k); });
 }
 
 template <std::size_t n>
 Object intersect(const Arguments& a) {
-    return fold<n>(a, smooth_max);
+    return fold<n>(a, smoothness(a), smooth_max);
 }
 
 template <std::size_t n>
 Object blend(const Arguments& a) {
-    return fold<n>(a, [](Value x, Value y, double k) { return k * y + (1 - k) * x; });
+    return fold<n>(a, a.number("k"), [](Value x, Value y, double k) { return k * y + (1 - k) * x; });
 }
 
 // ---- Distances -------------------------------------------------------------------------------------------
@@ -391,9 +389,9 @@ void add_operations_3d(std::vector<Word>& words) {
     operation("rotate", {other, required("angle", number), with_default("vector", vector, z_axis)}, rotate_3d,
               "Turned around a vector by an angle in radians.");
     operation("rotate_to", {other, required("a", vector), required("b", vector)}, rotate_to,
-              "Turned so that what pointed along a points along b.");
+              "Turned by the angle between two vectors: what pointed along b points along a.");
     operation("orient", {other, required("axis", vector)}, orient,
-              "Turned so that what pointed up, along z, points along an axis.");
+              "Turned by the angle between z and an axis: what pointed along the axis points up.");
     operation("circular_array", {other, required("count", Type::integer), with_default("offset", number, 0.0)},
               circular_array_3d, "Copies in a circle around the z axis, each moved outwards by an offset.");
     operation("twist", {other, k}, twist, "Turned around the z axis by k radians for each unit of height.");

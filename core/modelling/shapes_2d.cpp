@@ -26,7 +26,7 @@ Object slab(const Arguments& a) {
     const auto cut = [&](std::string_view name, std::size_t axis, double sign) {
         if (!a.has(name)) return;
         const Value side = (p[axis] - a.number(name)) * sign;
-        result = result ? smooth_max(*result, side, smoothness(a, nullptr)) : side;
+        result = result ? smooth_max(*result, side, smoothness(a)) : side;
     };
     cut("x0", 0, -1), cut("x1", 0, 1), cut("y0", 1, -1), cut("y1", 1, 1);
     if (!result) a.reject("expected at least one of x0, y0, x1, y1, got none");

@@ -54,7 +54,7 @@ Object slab(const Arguments& a) {
     const auto cut = [&](std::string_view name, std::size_t axis, double sign) {
         if (!a.has(name)) return;
         const Value side = (p[axis] - a.number(name)) * sign;
-        result = result ? smooth_max(*result, side, smoothness(a, nullptr)) : side;
+        result = result ? smooth_max(*result, side, smoothness(a)) : side;
     };
     cut("x0", 0, -1), cut("x1", 0, 1), cut("y0", 1, -1), cut("y1", 1, 1), cut("z0", 2, -1), cut("z1", 2, 1);
     if (!result) a.reject("expected at least one of x0, y0, z0, x1, y1, z1, got none");
@@ -203,7 +203,7 @@ Object dodecahedron(const Arguments& a) {
 
 Object icosahedron(const Arguments& a) {
     const Vector<3> n = normalized(Vector<3>{(std::sqrt(5) + 3) / 2, 1, 0});
-    // As large as the dodecahedron whose edges cross its own: r reaches to the corners, this to the edges.
+    // r reaches to the corners, this to the middle of the edges, as for the dodecahedron.
     const double r = a.nonzero("r") * 0.8506507174597755;
     Graph graph;
     const Point<3> p = abs(point<3>(graph));

@@ -196,7 +196,7 @@ Object call_method(const Model& model, std::string_view name, std::span<const Ob
                    std::span<const Keyword> keywords) {
     if (name == "k") {
         // Not an operation: it tells how the next one treats this model.
-        static const Word set_k{"k", Word::Kind::operation, 0, 0, {optional("k", Type::number)}, "", nullptr};
+        static const Word set_k{"shape.k", Word::Kind::operation, 0, 0, {optional("k", Type::number)}, "", nullptr};
         const Arguments arguments(set_k, bind(set_k, positional, keywords));
         Model result = model;
         result.k = arguments.has("k") ? std::optional(arguments.at_least(0, "k")) : std::nullopt;

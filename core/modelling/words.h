@@ -206,9 +206,8 @@ inline Value eased(const Expression& easing, Value t) {
     return t.graph->substitute(easing, t, zero, zero);
 }
 
-/// How far apart two distances may be for the edge between them to be rounded: the argument k, or else what the second
-/// model says; 0 where neither says anything.
-double smoothness(const Arguments& arguments, const Model* second);
+/// How far apart two distances may be for the edge between them to be rounded: the argument k, 0 where there is none.
+double smoothness(const Arguments& arguments);
 
 /// The larger of a and b, rounded where they are closer than k: what intersections are made of.
 Value smooth_max(Value a, Value b, double k);
