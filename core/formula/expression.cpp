@@ -366,7 +366,7 @@ Value Graph::binary(Op op, Value left, Value right) {
             }
             break;
         case Op::divide:
-            if (b.is_constant() && b.constant() != 0) return left * (1 / b.constant());
+            if (b.is_constant() && std::isfinite(1 / b.constant())) return left * (1 / b.constant());
             break;
         case Op::minimum:
         case Op::maximum:
