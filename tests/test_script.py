@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import bobrossnet as bob
 from bobrossnet.adapters.script import read_script
 from bobrossnet.adapters.vm import read_vm
 from bobrossnet.errors import InputError
@@ -155,3 +156,28 @@ def test_vm_without_z_is_extruded(vm):
 def test_vm_errors_say_where(vm, text, message):
     with pytest.raises(InputError, match="^" + re.escape(message)):
         vm(text)
+
+
+# ---- Files -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("gear.SDF", "f = sphere(1)\nwhile True: pass", "gear.SDF: line 2, column 1: while: loops are written for"),
+        ("hi.vm", "x var-x\ny frob x", "hi.vm: line 2: expected an operation such as add"),
+    ],
+)
+def test_load_names_the_file(tmp_path, name, text, message):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match="^" + re.escape(message)):
+        bob.load(tmp_path / name)
+
+
+@pytest.mark.parametrize("ending", [".sdf", ".vm"])
+def test_load_without_a_file(tmp_path, ending):
+    with pytest.raises(InputError, match=rf"^none\{ending}: expected a file, found nothing"):
+        bob.load(tmp_path / f"none{ending}")
+    (tmp_path / f"folder{ending}").mkdir()
+    with pytest.raises(InputError, match=rf"^folder\{ending}: expected a file, got a folder"):
+        bob.load(tmp_path / f"folder{ending}")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import bobrossnet as bob
 from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.sdf import d2, d3, ease
+from bobrossnet.sdf import d2, d3, ease, solid
 from bobrossnet.sdf.d3 import SDF3, X, Y, Z
 from bobrossnet.sdf.words import WORDS, Word
 
@@ -896,7 +896,7 @@ def test_save_draws_a_picture(tmp_path, monkeypatch):
         traced.update(shape=shape, camera=camera, size=size)
         return bob.trace(bob.happy_tree(), camera, size=size)
 
-    monkeypatch.setattr(d3, "trace", trace)
+    monkeypatch.setattr(solid, "trace", trace)
     camera = bob.Camera(azimuth=10)
     shape = d3.sphere()
     shape.save(tmp_path / "a.png", samples=2**20, bounds=((-1, -1, -1), (1, 1, 1)), size=(30, 40), camera=camera)

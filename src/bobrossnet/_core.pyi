@@ -1,6 +1,7 @@
 """The C++ core (bindings/). Arrays are C-contiguous; none is converted or copied."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,6 +86,43 @@ class Graph:
     def substitute(self, f: Expression, x: int, y: int, z: int) -> int: ...
     def expression(self, root: int) -> Expression: ...
     def __len__(self) -> int: ...
+
+class CallError(ValueError):
+    """What is wrong with the arguments of a word, in one line."""
+
+class CallTypeError(TypeError):
+    """The same, where an argument has the wrong type or there are too many or too few."""
+
+class Model:
+    """A shape of the modelling language, of 2 or 3 dimensions; k is what `.k()` set."""
+
+    def __init__(self, dimensions: int, expression: Expression, k: float | None = None) -> None: ...
+    @property
+    def dimensions(self) -> int: ...
+    @property
+    def expression(self) -> Expression: ...
+    @property
+    def k(self) -> float | None: ...
+
+class Easing:
+    """A function of t, an expression in x."""
+
+    def __init__(self, expression: Expression) -> None: ...
+    @property
+    def expression(self) -> Expression: ...
+
+def vocabulary() -> list[tuple[Any, ...]]:
+    """(name, kind, dimensions, result dimensions, parameters, meaning) of each word.
+
+    A parameter is (name, type, required, default, variadic).
+    """
+
+def call(index: int, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+    """Call a word of the vocabulary. CallError, CallTypeError or TooLargeError say what can't be."""
+
+def call_method(model: Model, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any: ...
+def combine(op: str, a: Model, b: Model) -> Any:
+    """Union "|", intersection "&" or difference "-"."""
 
 def run_script(source: bytes) -> Model:
     """The shape of a script; ValueError with line and column if it is none."""

@@ -22,7 +22,7 @@ import numpy as np
 from bobrossnet.sdf import custom, d2, d3, ease
 from bobrossnet.sdf.custom import *  # noqa: F403
 from bobrossnet.sdf.d2 import *  # noqa: F403
-from bobrossnet.sdf.d3 import *  # noqa: F403
+from bobrossnet.sdf.d3 import *  # type: ignore[assignment]  # noqa: F403  # in place of those of two dimensions
 from bobrossnet.sdf.d3 import SDF3
 
 pi = math.pi

@@ -1,8 +1,4 @@
-"""Shapes in two dimensions, and operations on them."""
-
-from __future__ import annotations
-
-from typing import Any
+"""Shapes in two dimensions, and operations on them. Editors and type checkers read d2.pyi (docs/modelling.py)."""
 
 import numpy as np
 
@@ -16,7 +12,7 @@ Y = np.array((0, 1))
 UP = Y
 
 
-class SDF2(words.SDF):
+class SDF2(words.Flat):
     """A shape in two dimensions: operations on it are its methods, and ``|``, ``&`` and ``-`` join it to others.
 
     Parameters
@@ -29,14 +25,6 @@ class SDF2(words.SDF):
     ----------
     expression : Expression
     """
-
-    __slots__ = ("_k", "expression")
-
-    dimensions = 2
-
-    def __init__(self, function: Any) -> None:
-        self.expression = words.formula(function, 2)
-        self._k = None
 
 
 words.add_methods(SDF2)

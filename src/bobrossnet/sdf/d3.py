@@ -1,20 +1,9 @@
-"""Shapes in three dimensions, and operations on them."""
-
-from __future__ import annotations
-
-import os
-from pathlib import Path
-from typing import Any, NoReturn
+"""Shapes in three dimensions, and operations on them. Editors and type checkers read d3.pyi (docs/modelling.py)."""
 
 import numpy as np
 
-from bobrossnet.errors import InputError
-from bobrossnet.render.camera import Camera
-from bobrossnet.render.order import Size
-from bobrossnet.render.picture import FORMATS, check_picture_path, to_8_bit, write_picture
-from bobrossnet.render.trace import trace
 from bobrossnet.sdf import words
-from bobrossnet.shapes.implicit import Implicit
+from bobrossnet.sdf.solid import Solid
 
 ORIGIN = np.array((0, 0, 0))
 
@@ -25,10 +14,8 @@ Z = np.array((0, 0, 1))
 UP = Z
 
 
-class SDF3(words.SDF, Implicit):
+class SDF3(Solid):
     """A shape in three dimensions: operations on it are its methods, and ``|``, ``&`` and ``-`` join it to others.
-
-    It can be traced as any other shape.
 
     Parameters
     ----------
@@ -43,69 +30,6 @@ class SDF3(words.SDF, Implicit):
     expression : Expression
     bounds : (2, 3) float64 or None
     """
-
-    __slots__ = ("_k",)
-
-    dimensions = 3
-
-    def __init__(self, function: Any, bounds: Any = None) -> None:
-        super().__init__(words.formula(function, 3), bounds)
-        self._k = None
-
-    def save(
-        self,
-        path: str | os.PathLike[str],
-        step: Any = None,
-        bounds: Any = None,
-        samples: Any = None,
-        workers: Any = None,
-        batch_size: Any = None,
-        verbose: Any = None,
-        sparse: Any = None,
-        *,
-        size: Size = (480, 640),
-        camera: Camera | None = None,
-    ) -> None:
-        """Write a picture of the shape.
-
-        Parameters
-        ----------
-        path : str or path
-            Ends in that of a picture, such as ``.png``.
-        bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
-            The box that is looked at; by default the shape's own, or the one that is found.
-        step, samples, workers, batch_size, verbose, sparse
-            Of programs that write meshes; a picture doesn't need them.
-        size : (height, width)
-        camera : Camera, optional
-
-        Raises
-        ------
-        InputError
-            If the path isn't that of a picture, or the shape can't be traced.
-        """
-        if Path(path).suffix.lower() not in FORMATS:
-            raise InputError(
-                f"{path}: expected a picture's ending ({' '.join(FORMATS)}), got {Path(path).suffix or 'none'}; "
-                "shapes are traced, not turned into triangles"
-            )
-        path = check_picture_path(path)
-        shape = Implicit(self.expression, self.bounds if bounds is None else bounds)
-        write_picture(path, to_8_bit(trace(shape, camera, size=size).gray))
-
-    def generate(self, *args: Any, **kwargs: Any) -> NoReturn:
-        """Not possible: shapes are traced, not turned into triangles."""
-        raise InputError(
-            "generate: expected a picture, got a request for triangles, which shapes are not turned into; "
-            "shape.save('picture.png') draws it, bobrossnet.trace(shape) gives its G-buffer"
-        )
-
-    def show_slice(self, *args: Any, **kwargs: Any) -> NoReturn:
-        """Not possible: ``shape(points)`` gives the distances to plot."""
-        raise InputError(
-            "show_slice: expected a picture of the surface, got a request for a plot of distances; "
-            "shape(points) gives them, shape.slice() the section at z = 0, shape.save('picture.png') the surface"
-        )
 
 
 words.add_methods(SDF3)

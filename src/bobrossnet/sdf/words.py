@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,8 @@ from bobrossnet.errors import InputError, InputTypeError, check_array
 from bobrossnet.shapes.formula import Symbol, Symbols, expression_of, expression_of_points, substitute
 
 
-class Parameter(NamedTuple):
+@dataclass(frozen=True)
+class Parameter:
     """One of a word's parameters; `variadic` takes all further positional arguments."""
 
     name: str
@@ -37,7 +39,8 @@ class Parameter(NamedTuple):
         return f"{self.default:g}" if isinstance(self.default, float) else repr(self.default)
 
 
-class Word(NamedTuple):
+@dataclass(frozen=True)
+class Word:
     """A word of the language: `dimensions` of the shapes it takes, or makes if its kind is "shape"; 0 for easings."""
 
     index: int
@@ -57,7 +60,7 @@ def _word(index: int, row: tuple[Any, ...]) -> Word:
     name, kind, dimensions, result_dimensions, parameters, meaning = row
     described = [Parameter(*parameter) for parameter in parameters]
     if kind == "easing":
-        described[0] = described[0]._replace(required=True)  # without t the core gives the easing itself
+        described[0] = replace(described[0], required=True)  # without t the core gives the easing itself
     return Word(index, name, kind, dimensions, result_dimensions, tuple(described), meaning)
 
 
@@ -89,8 +92,6 @@ class SDF:
     ----------
     expression : Expression
     """
-
-    __slots__ = ()
 
     dimensions: int
     expression: _core.Expression
@@ -151,7 +152,17 @@ class SDF:
         return _from_core(_checked(_core.combine, op, self.model(), other.model()))
 
 
-SHAPES: dict[int, type[SDF]] = {}
+class Flat(SDF):
+    """A shape in two dimensions. The language's are `SDF2`."""
+
+    dimensions = 2
+
+    def __init__(self, function: Any) -> None:
+        self.expression = formula(function, 2)
+        self._k = None
+
+
+SHAPES: dict[int, Callable[[_core.Expression], SDF]] = {}
 """SDF2 and SDF3 by their dimensions."""
 
 
@@ -174,8 +185,8 @@ def easing_words() -> dict[str, Callable[..., Any]]:
     return {word.name: _easing(word) for word in WORDS if word.kind == "easing"}
 
 
-def add_methods(shape: type[SDF]) -> None:
-    """Give a class of shapes the operations on them as methods."""
+def add_methods(shape: type[Any]) -> None:
+    """Give SDF2 or SDF3 the operations on them as methods."""
     SHAPES[shape.dimensions] = shape
     for word in WORDS:
         if word.kind == "operation" and word.dimensions == shape.dimensions:
@@ -208,16 +219,15 @@ def _easing(word: Word) -> Callable[..., Any]:
         expression = _checked(_core.call, word.index, (), options).expression
         if isinstance(t, Symbol | Symbols):
             symbols = np.asarray(t, dtype=object)
-            points = np.stack([symbols.reshape(-1), np.zeros(symbols.size, object)], axis=1).view(Symbols)
-            values = substitute(expression, points).reshape(symbols.shape)
+            row = np.stack([symbols.reshape(-1), np.zeros(symbols.size, object)], axis=1)
+            values = substitute(expression, row.view(Symbols)).reshape(symbols.shape)
             return values if symbols.ndim else values[()]
         numbers = _numbers(word, t)
         points = np.zeros((numbers.size, 3))
         points[:, 0] = numbers.reshape(-1)
         return expression(points).reshape(numbers.shape)[()]
 
-    easing = _dressed(easing, word, "bobrossnet.sdf.ease")
-    return easing
+    return _dressed(easing, word, "bobrossnet.sdf.ease")
 
 
 def _numbers(word: Word, t: Any) -> NDArray[np.float64]:
@@ -252,13 +262,13 @@ def _documented(word: Word, parameter: Parameter) -> str:
 
 
 def _signature(word: Word) -> inspect.Signature:
-    parameters = []
-    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    parameters: list[inspect.Parameter] = []
     for parameter in word.parameters:
         if parameter.variadic:
             parameters.append(inspect.Parameter(parameter.name, inspect.Parameter.VAR_POSITIONAL))
-            kind = inspect.Parameter.KEYWORD_ONLY
             continue
+        after_variadic = parameters and parameters[-1].kind == inspect.Parameter.VAR_POSITIONAL
+        kind = inspect.Parameter.KEYWORD_ONLY if after_variadic else inspect.Parameter.POSITIONAL_OR_KEYWORD
         default = inspect.Parameter.empty if parameter.required else _python_default(parameter)
         parameters.append(inspect.Parameter(parameter.name, kind, default=default))
     return inspect.Signature(parameters)
@@ -301,9 +311,8 @@ def _to_core(word: Word, place: int | str, value: Any) -> Any:
 def _from_core(value: Any) -> Any:
     if not isinstance(value, _core.Model):
         return value
-    shape = SHAPES[value.dimensions](value.expression)  # type: ignore[call-arg]
-    shape._k = value.k
-    return shape
+    shape = SHAPES[value.dimensions](value.expression)
+    return shape if value.k is None else shape.k(value.k)
 
 
 def _checked(function: Callable[..., Any], *args: Any) -> Any:
