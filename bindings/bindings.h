@@ -54,4 +54,5 @@ void interruptible(Work work) {
 }
 
 void bind_formula(nb::module_& m);
+void bind_language(nb::module_& m);
 void bind_modelling(nb::module_& m);

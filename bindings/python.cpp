@@ -172,4 +172,5 @@ NB_MODULE(_core, m) {
 
     bind_formula(m);
     bind_modelling(m);
+    bind_language(m);
 }

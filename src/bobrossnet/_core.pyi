@@ -123,3 +123,9 @@ def call(index: int, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
 def call_method(model: Model, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any: ...
 def combine(op: str, a: Model, b: Model) -> Any:
     """Union "|", intersection "&" or difference "-"."""
+
+def run_script(source: bytes) -> Model:
+    """The shape of a script; ValueError with line and column if it is none."""
+
+def parse_vm(text: bytes) -> Expression:
+    """The formula of a .vm file; ValueError with its line if it is none."""

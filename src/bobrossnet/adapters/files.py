@@ -22,9 +22,12 @@ from bobrossnet.adapters.gltf import read_glb, read_gltf
 from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.part import Part, joined
 from bobrossnet.adapters.ply import read_ply
+from bobrossnet.adapters.script import read_script
 from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
+from bobrossnet.adapters.vm import read_vm
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
+from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.scene import Scene
 
@@ -38,6 +41,7 @@ READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".3mf": read_3mf,
 }
 ENDINGS = tuple(READERS)
+FORMULA_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script, ".vm": read_vm}
 
 Source: TypeAlias = "str | os.PathLike[str] | Scene | Mesh"
 
@@ -51,7 +55,8 @@ def load(source: Source | Iterable[Source]) -> Scene:
     Parameters
     ----------
     source : path, Mesh, Scene or iterable of these
-        Files end in .ply, .obj, .stl, .off, .glb, .gltf or .3mf. All are placed as their coordinates say.
+        Files end in .ply, .obj, .stl, .off, .glb, .gltf or .3mf, or they are shape scripts, .sdf, or formulas, .vm. All
+        are placed as their coordinates say.
 
     Returns
     -------
@@ -66,7 +71,18 @@ def load(source: Source | Iterable[Source]) -> Scene:
         source = (source,)
     if not isinstance(source, Iterable):
         raise InputTypeError(f"source: expected a path, a shape or several, got {type(source).__name__}")
-    return Scene(load_mesh(item) if isinstance(item, str | os.PathLike) else item for item in source)
+    return Scene(_load_shape(item) if isinstance(item, str | os.PathLike) else item for item in source)
+
+
+def _load_shape(path: str | os.PathLike[str]) -> Mesh | Implicit:
+    file = Path(os.fsdecode(path))
+    if file.suffix.lower() not in FORMULA_READERS:
+        return load_mesh(path)
+    try:
+        _check_file(file)
+        return FORMULA_READERS[file.suffix.lower()](file)
+    except (InputError, MemoryError, OSError) as error:
+        raise InputError(f"{_line(file.name)}: {_line(error)}") from error
 
 
 def load_mesh(path: str | os.PathLike[str]) -> Mesh:
