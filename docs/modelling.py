@@ -26,8 +26,8 @@ are traced like any others: `bob.trace(f)`.
 
 `a | b`, `a & b` and `a - b` are union, intersection and difference. `b.k(0.1)` rounds the edge that the next of them
 leaves where it joins b to something: `a - b.k(0.1)`. Angles are in radians; `degrees` and `radians` convert. X, Y, Z,
-UP and ORIGIN are vectors. What takes a number or a vector takes the number for all axes. Where an easing is expected, any
-function of t will do that is made of operators and numpy's functions.
+UP and ORIGIN are vectors. What takes a number or a vector takes the number for all axes. Where an easing is expected,
+any function of t will do that is made of operators and numpy's functions.
 
 A name that stands in two and in three dimensions means three, but an operation given a flat shape is the flat one; `d2`
 and `d3` have both: `d2.slab(x0=0)`. Shapes and operations of your own are functions under `@sdf2`, `@sdf3`, `@op2`,
@@ -52,7 +52,7 @@ SECTIONS = [
 def document() -> str:
     parts = [HEAD]
     for title, belongs in SECTIONS:
-        rows = [f"| `{_called(word)}` | {word.meaning} |" for word in WORDS if belongs(word)]
+        rows = [f"| `{_called(word)}` | {word.meaning.replace('|', '&#124;')} |" for word in WORDS if belongs(word)]
         parts.append("\n".join([f"## {title}", "", "| | |", "|---|---|", *rows]) + "\n")
     return "\n".join(parts)
 

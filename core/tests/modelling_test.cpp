@@ -136,8 +136,8 @@ TEST(methods_are_operations_and_k) {
     CHECK(*rounded.expression == *ball.expression);
     const std::vector<Object> both{{box}, {ball}};
     const std::vector<Keyword> k{{"k", quarter[0]}};
-    for (const auto& [op, name] : {std::pair('|', "union"), std::pair('&', "intersection"), std::pair('-', "difference")}) {
-        const Object named = bob::call(*bob::find_word(name, 3), both, k);
+    for (const auto& [op, word] : {std::pair('|', "union"), std::pair('&', "intersection"), std::pair('-', "difference")}) {
+        const Object named = bob::call(*bob::find_word(word, 3), both, k);
         const Object combined = bob::combine(op, box, rounded);
         CHECK(*std::get<bob::Model>(combined.value).expression == *std::get<bob::Model>(named.value).expression);
         CHECK(!std::get<bob::Model>(combined.value).k);

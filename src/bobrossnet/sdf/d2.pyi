@@ -16,10 +16,10 @@ Easing: TypeAlias = Callable[[Any], Any]
 
 __all__ = [
     "ORIGIN",
+    "SDF2",
     "UP",
     "X",
     "Y",
-    "SDF2",
     "blend",
     "circle",
     "circular_array",

@@ -16,11 +16,11 @@ Easing: TypeAlias = Callable[[Any], Any]
 
 __all__ = [
     "ORIGIN",
+    "SDF3",
     "UP",
     "X",
     "Y",
     "Z",
-    "SDF3",
     "bend",
     "bend_linear",
     "bend_radial",
