@@ -1,6 +1,6 @@
-"""The C++ core (bindings/python.cpp). Arrays are C-contiguous; none is converted or copied."""
+"""The C++ core (bindings/). Arrays are C-contiguous; none is converted or copied."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,21 @@ def set_thread_count(count: int) -> None: ...
 def isa() -> str: ...
 def set_isa(name: str) -> bool: ...
 
-class Mesh:
+class Shape:
+    @property
+    def bytes(self) -> int: ...
+
+class Mesh(Shape):
     def __init__(self, vertices: F32, triangles: I32, normals: F32 | None) -> None: ...
-    def closest_hits(self, origins: F32, directions: F32, t: F32, triangle: I32) -> None: ...
+    @property
+    def bvh_bytes(self) -> int: ...
+
+class Scene:
+    """`to_shape` (n, 3, 4), `boxes` (n, 2, 3): low and high, `materials` (n, 7): linear RGB, ambient, diffuse, specular,
+    shininess. Where instances coincide, the first is seen."""
+
+    def __init__(self, shapes: Sequence[Shape], to_shape: NDArray[np.float64], boxes: F32, materials: F32) -> None: ...
+    def closest_hits(self, origins: F32, directions: F32, t: F32, instance: I32, primitive: I32) -> None: ...
     def trace(
         self,
         azimuth: float,
@@ -30,8 +42,6 @@ class Mesh:
         normal: F32,
         hit: NDArray[np.bool_],
     ) -> None: ...
-    @property
-    def bvh_bytes(self) -> int: ...
     @property
     def bytes(self) -> int: ...
 

@@ -1,0 +1,131 @@
+#include "trace/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "parallel.h"
+
+namespace bob {
+namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+// More than rounding can move a hit across the face of its instance's box: origins and boxes are about 1 in size.
+constexpr float box_margin = 1e-5f;
+
+/// The rays that one shape is asked for.
+struct Batch {
+    std::vector<std::size_t> index;  // among all rays
+    std::vector<float> start;
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    std::vector<Vec3> normals;
+
+    void clear() { index.clear(), start.clear(), rays.clear(), hits.clear(); }
+};
+
+/// Memory that the calling thread keeps from call to call.
+Batch& empty_batch() {
+    thread_local Batch batch;
+    batch.clear();
+    return batch;
+}
+
+/// The t at which a ray enters the instance's box, 0 from within; infinite where it misses.
+float enter_box(const Instance& instance, const Ray& ray) {
+    float enter = 0, leave = infinity;
+    for (int axis = 0; axis < 3; ++axis) {
+        constexpr float tiny = 1e-18f;  // instead of 0, whose reciprocal times 0 is NaN
+        const float d = ray.direction[axis];
+        const float reciprocal = 1 / (std::fabs(d) > tiny ? d : tiny);
+        const float a = (instance.low[axis] - ray.origin[axis]) * reciprocal;
+        const float b = (instance.high[axis] - ray.origin[axis]) * reciprocal;
+        enter = std::max(enter, std::min(a, b));
+        leave = std::min(leave, std::max(a, b));
+    }
+    return enter <= leave ? enter : infinity;
+}
+
+/// The ray in the shape's coordinates from t = start on. Its direction keeps the map's scale, so that t counts alike.
+Ray in_shape(const Instance& instance, const Ray& ray, float start) {
+    if (instance.to_shape == AffineMap{}) return ray;
+    return {instance.to_shape.point(ray.origin, start, ray.direction), instance.to_shape.direction(ray.direction)};
+}
+
+/// The t to start a ray at that enters the instance's box at `enter`: a box' size before it, since shapes want origins
+/// that are not many of their sizes away.
+float start_before(const Instance& instance, const Ray& ray, float enter) {
+    if (instance.to_shape == AffineMap{}) return 0;
+    return std::max(0.f, enter - length(instance.high - instance.low) / length(ray.direction));
+}
+
+}  // namespace
+
+Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances)) {
+    constexpr Vec3 margin{box_margin, box_margin, box_margin};
+    for (Instance& instance : instances_) {
+        instance.low = instance.low - margin;
+        instance.high = instance.high + margin;
+    }
+}
+
+void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) const {
+    std::fill(hits.begin(), hits.end(), SceneHit{});
+    for (std::uint32_t k = 0; k < instances_.size(); ++k) {
+        const Instance& instance = instances_[k];
+        Batch& batch = empty_batch();
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const float enter = enter_box(instance, rays[i]);
+            if (!(enter < hits[i].t)) continue;
+            const float start = start_before(instance, rays[i], enter);
+            batch.index.push_back(i);
+            batch.start.push_back(start);
+            batch.rays.push_back(in_shape(instance, rays[i], start));
+        }
+        batch.hits.resize(batch.rays.size());
+        instance.shape->closest_hits(batch.rays, batch.hits);
+        for (std::size_t j = 0; j < batch.index.size(); ++j) {
+            SceneHit& hit = hits[batch.index[j]];
+            const float t = batch.start[j] + batch.hits[j].t;
+            if (t < hit.t) hit = {t, k, batch.start[j], batch.hits[j]};
+        }
+    }
+}
+
+void Scene::normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const {
+    std::fill(normals.begin(), normals.end(), Vec3{});
+    for (std::uint32_t k = 0; k < instances_.size(); ++k) {
+        const Instance& instance = instances_[k];
+        Batch& batch = empty_batch();
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            if (hits[i].instance != k) continue;
+            batch.index.push_back(i);
+            batch.rays.push_back(in_shape(instance, rays[i], hits[i].start));
+            batch.hits.push_back(hits[i].in_shape);
+        }
+        batch.normals.resize(batch.rays.size());
+        instance.shape->normals(batch.rays, batch.hits, batch.normals);
+        const bool same = instance.to_shape == AffineMap{};
+        for (std::size_t j = 0; j < batch.index.size(); ++j) {
+            const Vec3 normal = batch.normals[j];
+            normals[batch.index[j]] = same ? normal : instance.to_shape.normal_back(normal);
+        }
+    }
+}
+
+std::size_t Scene::bytes() const {
+    std::set<const Shape*> shapes;
+    std::size_t sum = 0;
+    for (const Instance& instance : instances_) {
+        if (shapes.insert(instance.shape.get()).second) sum += instance.shape->bytes();
+    }
+    return sum;
+}
+
+std::size_t batch_size(std::size_t count) {
+    constexpr std::size_t batches_per_thread = 4;
+    return std::clamp<std::size_t>(count / (batches_per_thread * static_cast<std::size_t>(thread_count())), 512, 8192);
+}
+
+}  // namespace bob
