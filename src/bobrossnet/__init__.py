@@ -18,8 +18,11 @@ from bobrossnet.render.camera import Camera
 from bobrossnet.render.gbuffer import GBuffer, Samples
 from bobrossnet.render.order import pixel_order
 from bobrossnet.render.trace import SceneTracer, trace
+from bobrossnet.shapes.instance import Instance
+from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.scene import Scene
+from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tree import happy_tree
 
 
@@ -37,10 +40,13 @@ __all__ = [
     "InputError",
     "InputTypeError",
     "InputWarning",
+    "Instance",
+    "Material",
     "Mesh",
     "Samples",
     "Scene",
     "SceneTracer",
+    "Shape",
     "complete",
     "export",
     "happy_tree",

@@ -23,7 +23,7 @@ class Mesh(Shape):
     def bvh_bytes(self) -> int: ...
 
 class Scene:
-    """`to_shape` (n, 3, 4), `boxes` (n, 2, 3): low and high, `materials` (n, 7): linear RGB, ambient, diffuse, specular,
+    """`to_shape` (n, 3, 4); `boxes` (n, 2, 3): low, high; `materials` (n, 7): linear RGB, ambient, diffuse, specular,
     shininess. Where instances coincide, the first is seen."""
 
     def __init__(self, shapes: Sequence[Shape], to_shape: NDArray[np.float64], boxes: F32, materials: F32) -> None: ...

@@ -155,7 +155,7 @@ def _render(options: argparse.Namespace) -> None:
     complete_ms = 1000 * (time.perf_counter() - start)
 
     rays = int(part.mask.sum())
-    print(f"scene      {scene.triangle_count:,} triangles, built in {build_ms:.0f} ms")
+    print(f"scene      {scene.describe()}, built in {build_ms:.0f} ms")
     print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {rays:,} rays in {trace_ms:.1f} ms")
     print(f"completed  in {complete_ms:.1f} ms")
     if options.panels:
