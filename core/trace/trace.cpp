@@ -30,8 +30,15 @@ struct Batch {
     std::vector<SceneHit> hits;
     std::vector<Vec3> normals;
 
-    void clear() { sample.clear(), rays.clear(); }
-    void resize_results() { hits.resize(rays.size()), normals.resize(rays.size()); }
+    /// Each thread keeps one from call to call.
+    static Batch& of_this_thread(std::size_t most_rays) {
+        thread_local Batch batch;
+        if (batch.rays.size() < most_rays) {
+            batch.sample.resize(most_rays), batch.rays.resize(most_rays);
+            batch.hits.resize(most_rays), batch.normals.resize(most_rays);
+        }
+        return batch;
+    }
 };
 
 }  // namespace
@@ -41,8 +48,8 @@ bool trace(const Scene& scene, const Camera& camera, int height, int width, std:
     const Frame frame(camera);
     const Raster raster(height, width, camera.zoom);
     return parallel_for(pixels.size(), batch_size(pixels.size()), [&](std::size_t begin, std::size_t end) {
-        thread_local Batch batch;
-        batch.clear();
+        Batch& batch = Batch::of_this_thread(end - begin);
+        std::size_t count = 0;
         for (std::size_t i = begin; i < end; ++i) {
             const float x = raster.x(pixels[i].column), y = raster.y(pixels[i].row);
             const float z2 = 1 - x * x - y * y;
@@ -51,17 +58,17 @@ bool trace(const Scene& scene, const Camera& camera, int height, int width, std:
                 continue;
             }
             const float z = std::sqrt(std::max(0.f, z2)) + start_margin;
-            batch.rays.push_back({x * frame.right + y * frame.up + z * frame.toward, -frame.toward});
-            batch.sample.push_back(i);
+            batch.rays[count] = {x * frame.right + y * frame.up + z * frame.toward, -frame.toward};
+            batch.sample[count++] = i;
         }
-        batch.resize_results();
-        scene.closest_hits(batch.rays, batch.hits);
-        scene.normals(batch.rays, batch.hits, batch.normals);
-        for (std::size_t j = 0; j < batch.rays.size(); ++j) {
+        const std::span<const Ray> rays{batch.rays.data(), count};
+        scene.closest_hits(rays, {batch.hits.data(), count});
+        scene.normals(rays, {batch.hits.data(), count}, {batch.normals.data(), count});
+        for (std::size_t j = 0; j < count; ++j) {
             const SceneHit& hit = batch.hits[j];
             Sample sample;
             if (hit.instance != no_instance) {
-                const Vec3 point = batch.rays[j].origin + hit.t * batch.rays[j].direction;
+                const Vec3 point = rays[j].origin + hit.t * rays[j].direction;
                 sample = shade(scene[hit.instance].material, frame, point, batch.normals[j]);
             }
             samples.set(batch.sample[j], sample);
