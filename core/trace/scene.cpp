@@ -58,15 +58,26 @@ Ray in_shape(const AffineMap& to_shape, const Ray& ray, float start) {
     return {to_shape.point(ray.origin, start, ray.direction), to_shape.direction(ray.direction)};
 }
 
+/// Whether rays stay finite under a map. Where they don't, the shape is too small to be seen.
+bool fits_float(const AffineMap& map) {
+    bool fits = true;
+    for (const auto& row : map.row) {
+        for (const double x : row) fits = fits && std::fabs(x) < 1e30;
+    }
+    return fits;
+}
+
 bool stands_as_it_is(const Instance& instance) { return instance.to_shape == AffineMap{}; }
 
 }  // namespace
 
 Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances)) {
     constexpr Vec3 margin{box_margin, box_margin, box_margin};
+    constexpr Vec3 nowhere{infinity, infinity, infinity};
     for (Instance& instance : instances_) {
-        instance.low = instance.low - margin;
-        instance.high = instance.high + margin;
+        const bool fits = fits_float(instance.to_shape);
+        instance.low = fits ? instance.low - margin : nowhere;
+        instance.high = fits ? instance.high + margin : -nowhere;
     }
 }
 

@@ -36,7 +36,8 @@ public:
     explicit Scene(std::vector<Instance> instances);
 
     /// The first intersection with t > 0 of each ray with any instance; where several instances lie at the same t, the
-    /// first of them is seen. A ray's hit depends on that ray alone. Rays should come in batches of `batch_size`.
+    /// first of them is seen. A ray's hit depends on that ray alone. Rays are finite, and should come in batches of
+    /// `batch_size`.
     void closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) const;
 
     /// The shading normal at each hit: unit length, turned to the side that the ray came from; zero where a ray missed.

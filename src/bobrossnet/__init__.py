@@ -9,6 +9,7 @@
 import os
 
 from bobrossnet._core import set_thread_count, thread_count
+from bobrossnet.adapters.container import save_scene
 from bobrossnet.adapters.files import load, load_mesh
 from bobrossnet.complete.model import complete
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
@@ -55,6 +56,7 @@ __all__ = [
     "pixel_order",
     "progressive",
     "psnr",
+    "save_scene",
     "set_thread_count",
     "ssim",
     "thread_count",

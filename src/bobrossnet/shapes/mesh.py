@@ -82,6 +82,14 @@ class Mesh(Shape):
         _, exponent = np.frexp(np.abs(points).max())
         return float(np.ldexp(np.sqrt((np.ldexp(points, -exponent) ** 2).sum(axis=1).max()), exponent))
 
+    def describe(self) -> dict[str, str]:
+        computed = "computed: smooth up to the crease angle"
+        return {
+            "vertices": f"{len(self.vertices):,}",
+            "triangles": f"{len(self.triangles):,}",
+            "normals": computed if self.normals is None else "stored in the file",
+        }
+
     def tensors(self) -> dict[str, NDArray[Any]]:
         tensors: dict[str, NDArray[Any]] = {"vertices": self.vertices, "triangles": self.triangles}
         return tensors if self.normals is None else {**tensors, "normals": self.normals}

@@ -40,6 +40,10 @@ class Shape(ABC):
         """The distance from `center` to the farthest point of the shape placed by a matrix."""
 
     @abstractmethod
+    def describe(self) -> dict[str, str]:
+        """What there is to say about it, for people: names and values."""
+
+    @abstractmethod
     def tensors(self) -> dict[str, NDArray[Any]]:
         """The arrays that the shape can be made from again, as files hold them."""
 
