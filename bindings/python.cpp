@@ -67,6 +67,7 @@ bool set_isa(std::string_view name) {
 
 NB_MODULE(_core, m) {
     m.doc() = "The C++ core of BobRossNet.";
+    nb::set_leak_warnings(false);  // what a user's modules still hold when Python ends is no leak
 
     m.def("thread_count", &bob::thread_count);
     m.def("set_thread_count", &bob::set_thread_count, "count"_a);

@@ -75,7 +75,7 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
                 "name": instance.name,
             }
         )
-    write_whole(file, _sealed(_file({"shapes": kinds, "instances": instances}, tensors)))
+    write_whole(file, sealed(layout({"shapes": kinds, "instances": instances}, tensors)))
 
 
 def check_scene_path(path: str | os.PathLike[str]) -> Path:
@@ -98,7 +98,7 @@ def read_scene(file: Path) -> Scene:
     data = file.read_bytes()
     if data[8 : DIGITS.start] != START:
         raise InputError(f"expected a {FORMAT} file, got one that starts with {data[:32]!r}")
-    if data != _sealed(data):
+    if data[DIGITS] != _checksum(data):
         raise InputError("expected a whole file, got one that was damaged or cut short: its checksum differs")
     header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
     metadata = header["__metadata__"]
@@ -117,7 +117,7 @@ def read_scene(file: Path) -> Scene:
 
 def _shapes(kinds: list[Any], tensors: Mapping[str, NDArray[Any]]) -> list[Shape]:
     of: list[dict[str, NDArray[Any]]] = [{} for _ in kinds]
-    for name, tensor in tensors.items():
+    for name, tensor in sorted(tensors.items()):
         number, _, own_name = name.partition(".")
         if not (number.isdecimal() and int(number) < len(kinds)):
             raise InputError(f"{name}: expected tensors of {len(kinds)} shapes, named NUMBER.NAME, got this one")
@@ -136,9 +136,10 @@ def _shapes(kinds: list[Any], tensors: Mapping[str, NDArray[Any]]) -> list[Shape
 def _instance(place: str, item: Any, shapes: list[Shape]) -> Instance:
     fields = _fields(place, item, "shape", "transform", "material", "name")
     number = check_integer(f"{place}.shape", fields["shape"], 0, len(shapes) - 1)
+    transform = _list(f"{place}.transform", fields["transform"])
     material = _fields(f"{place}.material", fields["material"], *Material.__dataclass_fields__)
     try:
-        return Instance(shapes[number], fields["transform"], Material(**material), fields["name"])
+        return Instance(shapes[number], transform, Material(**material), fields["name"])
     except InputError as error:
         raise InputError(f"{place}: {error}") from error
 
@@ -159,7 +160,7 @@ def _list(place: str, value: Any) -> list[Any]:
 # ---- Layout ----------------------------------------------------------------------------------------------
 
 
-def _file(scene: Any, tensors: Mapping[str, NDArray[Any]]) -> bytes:
+def layout(scene: Any, tensors: Mapping[str, NDArray[Any]]) -> bytes:
     """A safetensors file with zeros for its checksum. Tensors of large items come first, so that all are aligned."""
     metadata = {
         "sha256": "0" * 64,
@@ -182,9 +183,13 @@ def _file(scene: Any, tensors: Mapping[str, NDArray[Any]]) -> bytes:
     return b"".join([len(text).to_bytes(8, "little"), text, *body])
 
 
-def _sealed(data: bytes) -> bytes:
-    """The file with the checksum that it should have."""
+def sealed(data: bytes) -> bytes:
+    """The file with its checksum in place."""
+    return data[: DIGITS.start] + _checksum(data) + data[DIGITS.stop :]
+
+
+def _checksum(data: bytes) -> bytes:
     digest = hashlib.sha256(data[: DIGITS.start])
     digest.update(b"0" * 64)
     digest.update(memoryview(data)[DIGITS.stop :])
-    return data[: DIGITS.start] + digest.hexdigest().encode() + data[DIGITS.stop :]
+    return digest.hexdigest().encode()
