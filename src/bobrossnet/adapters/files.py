@@ -111,7 +111,7 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     """
     file = _file(path)
     ending = _line(file.suffix.lower())
-    with _errors_of_one_line(file, f"{ending} mesh"):
+    with _errors_of_one_line(file, "mesh"):
         _check_file(file)
         if ending not in READERS:
             raise InputError(f"expected one of {' '.join(ENDINGS)}, got {ending or 'no ending'}")
@@ -198,7 +198,8 @@ def _errors_of_one_line(file: Path, kind: str) -> Iterator[None]:
         raise InputError(f"{name}: expected a {kind}, got data nested too deeply") from error
     except Exception as error:  # readers of other people's bytes raise all sorts
         reason = _line(f"{type(error).__name__}: {error}")
-        raise InputError(f"{name}: expected a {kind}, could not read it ({reason})") from error
+        ending = _line(file.suffix.lower())
+        raise InputError(f"{name}: expected a {ending} {kind}, could not read it ({reason})") from error
 
 
 def _check_file(file: Path) -> None:
