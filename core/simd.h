@@ -91,9 +91,27 @@ inline V max(V a, V b) {
     return a > b ? a : b;
 }
 
+template <class V>
+inline V sqrt(V a) {
+#if defined(__AVX512F__)
+    if constexpr (sizeof(V) == 64) return (V)_mm512_sqrt_ps((__m512)a);
+#endif
+#if defined(__AVX__)
+    if constexpr (sizeof(V) == 32) return (V)_mm256_sqrt_ps((__m256)a);
+#endif
+#if defined(__SSE2__)
+    if constexpr (sizeof(V) == 16) return (V)_mm_sqrt_ps((__m128)a);
+#endif
+    for (std::size_t i = 0; i < sizeof(V) / 4; ++i) a[i] = __builtin_sqrtf(a[i]);
+    return a;
+}
+
 /// One bit for each lane of a comparison's result, lane 0 lowest.
 template <class M>
 inline unsigned bits(M mask) {
+#if defined(__AVX512DQ__)
+    if constexpr (sizeof(M) == 64) return _mm512_movepi32_mask((__m512i)mask);
+#endif
 #if defined(__AVX__)
     if constexpr (sizeof(M) == 32) return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
 #endif
@@ -103,6 +121,19 @@ inline unsigned bits(M mask) {
     unsigned result = 0;
     for (std::size_t i = 0; i < sizeof(M) / 4; ++i) result |= (mask[i] ? 1u : 0u) << i;
     return result;
+}
+
+/// p[index[i]] in each lane i.
+template <class I>
+inline I gather(const std::int32_t* p, I index) {
+#if defined(__AVX512F__)
+    if constexpr (sizeof(I) == 64) return (I)_mm512_i32gather_epi32((__m512i)index, p, 4);
+#endif
+#if defined(__AVX2__)
+    if constexpr (sizeof(I) == 32) return (I)_mm256_i32gather_epi32(p, (__m256i)index, 4);
+#endif
+    for (std::size_t i = 0; i < sizeof(I) / 4; ++i) index[i] = p[index[i]];
+    return index;
 }
 
 namespace detail {

@@ -2,10 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <stdexcept>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
 namespace bob {
@@ -100,8 +98,9 @@ struct Value {
     friend bool operator==(const Value&, const Value&) = default;
 };
 
-/// Builds expressions: no node twice, constants folded, and what algebra makes simpler without changing a value.
-/// (x + 0, x * 1, -(-x), min(x, x), and the like; x * 0 stays, since x may be infinite.)
+/// Builds expressions: no node twice, constants folded, and what algebra makes simpler: x + 0, -(-x), min(x, x), sums
+/// and products with several constants, sqrt(x^2 + y^2) as hypot. Values stay the same but for the last bits; x * 0
+/// stays, since x may be infinite.
 class Graph {
 public:
     static constexpr std::size_t max_nodes = 1 << 20;
@@ -122,9 +121,8 @@ public:
     /// f(x, y, z) with other values in the place of x, y and z.
     Value substitute(const Expression& f, Value x, Value y, Value z);
 
-    /// The node of that index, and whether it is a constant.
     [[nodiscard]] const Node& node(Value v) const { return nodes_[v.index]; }
-    [[nodiscard]] bool is_constant(Value v) const { return nodes_[v.index].op == Op::constant; }
+    [[nodiscard]] std::size_t size() const { return nodes_.size(); }
 
     /// Forgets all nodes, but keeps the memory.
     void clear();
@@ -133,15 +131,11 @@ public:
     [[nodiscard]] Expression expression(Value root) const;
 
 private:
-    struct Hash {
-        std::size_t operator()(const Node& node) const;
-    };
-
     Value add(const Node& node);
-    Value simplified(Op op, Value a, Value b);
+    void grow();
 
     std::vector<Node> nodes_;
-    std::unordered_map<Node, std::uint32_t, Hash> index_;
+    std::vector<std::uint32_t> slots_;  // open addressing: where each node's hash leads; no_node where free
 };
 
 // Arithmetic that reads like the formula. A number beside a value becomes a constant of its graph.

@@ -1,6 +1,9 @@
 #include "shapes/bvh.h"
 
 #include <algorithm>
+#include <cstring>
+#include <limits>
+#include <vector>
 
 #include "check.h"
 #include "meshes.h"
@@ -17,6 +20,8 @@ Hit trace(const bob::Bvh& bvh, const Ray& ray) {
     bob::best_bvh_kernels().closest_hits(bvh.nodes.data(), bvh.packets.data(), &ray, 1, &hit);
     return hit;
 }
+
+bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 /// Möller and Trumbore in double precision, over all triangles: another method, as the oracle.
 double brute_force(const test::TriangleMesh& mesh, const Ray& ray) {
@@ -145,6 +150,59 @@ TEST(axis_aligned_rays_hit_an_axis_aligned_grid_exactly_on_its_lines) {
     });
 }
 
+TEST(zeros_of_either_sign_are_the_same_direction) {
+    const auto mesh = test::soup(1000, 0.3f, 9);
+    const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+    test::for_each_isa([&] {
+        test::Random random(2);
+        int hits = 0;
+        for (int i = 0; i < 2000; ++i) {
+            const int axis = i % 3;
+            Vec3 direction{}, negative{-0.f, -0.f, -0.f};
+            direction[axis] = negative[axis] = i % 2 ? 1.f : -1.f;
+            const Vec3 point{random(-0.6f, 0.6f), random(-0.6f, 0.6f), random(-0.6f, 0.6f)};
+            const Hit hit = trace(bvh, {point - 2 * direction, direction});
+            CHECK(same_bits(trace(bvh, {point - 2 * direction, negative}), hit));
+            hits += std::isfinite(hit.t);
+        }
+        CHECK_LT(1000, hits);
+    });
+}
+
+TEST(a_hit_depends_on_its_ray_alone) {
+    const auto mesh = test::soup(3000, 0.1f, 4);
+    const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+    test::Random random(8);
+    std::vector<Ray> rays(1000);
+    for (Ray& ray : rays) ray = random_ray(random);
+    test::for_each_isa([&] {
+        std::vector<Hit> hits(rays.size());
+        const auto closest_hits = bob::best_bvh_kernels().closest_hits;
+        closest_hits(bvh.nodes.data(), bvh.packets.data(), rays.data(), rays.size(), hits.data());
+        for (std::size_t i = 0; i < rays.size(); ++i) CHECK(same_bits(hits[i], trace(bvh, rays[i])));
+    });
+}
+
+TEST(rays_that_are_not_finite_hit_nothing) {
+    for (const int count : {1, 9, 100, 1000}) {
+        const auto mesh = test::soup(count, 0.3f, 6);
+        const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+        constexpr float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+        test::for_each_isa([&] {
+            for (const float odd : {nan, -nan, inf, -inf}) {
+                for (int where = 1; where < 64; ++where) {  // any of the six numbers
+                    Ray ray{{0.1f, 0.2f, 3}, {0.01f, -0.02f, -1}};
+                    for (int axis = 0; axis < 3; ++axis) {
+                        if (where >> axis & 1) ray.origin[axis] = odd;
+                        if (where >> (axis + 3) & 1) ray.direction[axis] = odd;
+                    }
+                    CHECK(same_bits(trace(bvh, ray), Hit{}));
+                }
+            }
+        });
+    }
+}
+
 TEST(odd_meshes_are_built_and_traced) {
     // All centroids in one point, sizes over twenty orders of magnitude, and triangles without area.
     test::TriangleMesh same, growing, flat;
@@ -181,7 +239,7 @@ TEST(bvh_does_not_depend_on_the_number_of_threads) {
     CHECK_EQ(one.nodes.size(), four.nodes.size());
     bool same = one.packets.size() == four.packets.size();
     for (std::size_t i = 0; same && i < one.packets.size(); ++i) {
-        same = std::equal(one.packets[i].triangle, one.packets[i].triangle + 4, four.packets[i].triangle);
+        same = std::ranges::equal(one.packets[i].triangle, four.packets[i].triangle);
     }
     CHECK(same);
 }

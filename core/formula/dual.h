@@ -1,0 +1,215 @@
+/// Values with slopes: forward differentiation, over points or over intervals, by the same rules. The slopes of an
+/// interval hold every slope within it; where a formula may jump they are unknown. Only for *_kernels.cpp.
+#pragma once
+
+#include "formula/interval.h"
+
+namespace bob::BOB_ISA {
+
+// Points, under the names that intervals have. A point has no domain to tell of: NaN speaks for itself.
+
+inline F scaled(F a, float scale, float offset) { return a * scale + offset; }
+inline F divide(F a, F b, Domain&) { return a / b; }
+inline F sqrt(F a, Domain&) { return sqrt(a); }
+inline F log(F a, Domain&) { return log(a); }
+inline F asin(F a, Domain&) { return asin(a); }
+inline F acos(F a, Domain&) { return acos(a); }
+inline F modulo(F a, F b, Domain&) { return modulo(a, b); }
+inline F select(F a, F b, F c) { return is_nan(a) | is_nan(b) | is_nan(c) ? constant(not_a_number) : (a < F{} ? b : c); }
+
+inline void set(F& a, float x) { a = constant(x); }
+inline void set(Interval& a, float x) { a = interval(x); }
+
+/// a where s < 0, else b; both where it may be either.
+inline F by_sign(F s, F a, F b) { return s < F{} ? a : b; }
+inline Interval by_sign(Interval s, Interval a, Interval b) {
+    return choose(s.high < F{}, a, choose(s.low >= F{}, b, hull(a, b)));
+}
+
+/// a, where the formula does not jump.
+inline F unless(M, F a) { return a; }
+inline Interval unless(M jumps, Interval a) { return choose(jumps, unknown(), a); }
+
+inline M may_change_sign(F) { return M{}; }
+inline M may_change_sign(Interval a) { return ~((a.high < F{}) | (a.low >= F{})); }
+inline M may_step(F, F) { return M{}; }
+inline M may_step(Interval, Interval rounded) { return ~(rounded.low == rounded.high); }
+inline M may_wrap(F, F) { return M{}; }
+inline M may_wrap(Interval a, Interval b) { return ~same_quotient(a, b); }
+inline M may_cut(F, F) { return M{}; }
+inline M may_cut(Interval y, Interval x) { return crosses_cut(y, x); }
+
+/// a / hypot(a, b), which never leaves -1..1; 0 at the origin.
+inline F share(F a, F h) { return h > F{} ? a / h : (is_nan(h) ? h : F{}); }
+inline Interval share(Interval a, Interval h) {
+    const M apart = h.low > F{};
+    const Interval all = {constant(-1.f), constant(1.f)};
+    const Interval quotient = {a.low / (a.low < F{} ? h.low : h.high), a.high / (a.high < F{} ? h.high : h.low)};
+    return choose(is_nan(h.high), unknown(), choose(apart, meet(quotient, -1, 1), all));
+}
+
+template <class N, int K>
+struct Dual {
+    N value;
+    N slope[K];
+};
+
+template <class N, int K>
+inline void set(Dual<N, K>& a, float x) {
+    set(a.value, x);
+    for (N& slope : a.slope) set(slope, 0);
+}
+
+/// `value` with slopes made of each operand's by a rule.
+template <class N, int K, class Rule>
+inline Dual<N, K> chain(N value, const Dual<N, K>& a, Rule rule) {
+    Dual<N, K> result{value, {}};
+    for (int k = 0; k < K; ++k) result.slope[k] = rule(a.slope[k]);
+    return result;
+}
+template <class N, int K, class Rule>
+inline Dual<N, K> chain(N value, const Dual<N, K>& a, const Dual<N, K>& b, Rule rule) {
+    Dual<N, K> result{value, {}};
+    for (int k = 0; k < K; ++k) result.slope[k] = rule(a.slope[k], b.slope[k]);
+    return result;
+}
+
+template <class N, int K>
+inline Dual<N, K> scaled(const Dual<N, K>& a, float scale, float offset) {
+    return chain(scaled(a.value, scale, offset), a, [&](N s) { return scaled(s, scale, 0); });
+}
+template <class N, int K>
+inline Dual<N, K> operator+(const Dual<N, K>& a, const Dual<N, K>& b) {
+    return chain(a.value + b.value, a, b, [](N s, N t) { return s + t; });
+}
+template <class N, int K>
+inline Dual<N, K> operator-(const Dual<N, K>& a, const Dual<N, K>& b) {
+    return chain(a.value - b.value, a, b, [](N s, N t) { return s - t; });
+}
+template <class N, int K>
+inline Dual<N, K> operator*(const Dual<N, K>& a, const Dual<N, K>& b) {
+    return chain(a.value * b.value, a, b, [&](N s, N t) { return a.value * t + b.value * s; });
+}
+template <class N, int K>
+inline Dual<N, K> divide(const Dual<N, K>& a, const Dual<N, K>& b, Domain& domain) {
+    const N quotient = divide(a.value, b.value, domain);
+    return chain(quotient, a, b, [&](N s, N t) { return divide(s - quotient * t, b.value, domain); });
+}
+template <class N, int K>
+inline Dual<N, K> abs(const Dual<N, K>& a) {
+    return chain(abs(a.value), a, [&](N s) { return by_sign(a.value, -s, s); });
+}
+template <class N, int K>
+inline Dual<N, K> square(const Dual<N, K>& a) {
+    const N twice = scaled(a.value, 2, 0);
+    return chain(square(a.value), a, [&](N s) { return twice * s; });
+}
+template <class N, int K>
+inline Dual<N, K> power(const Dual<N, K>& a, int n) {
+    N factor;
+    if (n > 1) {
+        factor = scaled(power(a.value, n - 1), static_cast<float>(n), 0);
+    } else {
+        set(factor, 1);
+    }
+    return chain(power(a.value, n), a, [&](N s) { return factor * s; });
+}
+template <class N, int K>
+inline Dual<N, K> sqrt(const Dual<N, K>& a, Domain& domain) {
+    const N root = sqrt(a.value, domain), twice = scaled(root, 2, 0);
+    Domain of_slope;  // none at a root of zero, where there is a value
+    return chain(root, a, [&](N s) { return divide(s, twice, of_slope); });
+}
+template <class N, int K>
+inline Dual<N, K> hypot(const Dual<N, K>& a, const Dual<N, K>& b) {
+    const N h = hypot(a.value, b.value), p = share(a.value, h), q = share(b.value, h);
+    return chain(h, a, b, [&](N s, N t) { return p * s + q * t; });
+}
+template <class N, int K>
+inline Dual<N, K> minimum(const Dual<N, K>& a, const Dual<N, K>& b) {
+    const N order = a.value - b.value;
+    return chain(minimum(a.value, b.value), a, b, [&](N s, N t) { return by_sign(order, s, t); });
+}
+template <class N, int K>
+inline Dual<N, K> maximum(const Dual<N, K>& a, const Dual<N, K>& b) {
+    const N order = b.value - a.value;
+    return chain(maximum(a.value, b.value), a, b, [&](N s, N t) { return by_sign(order, s, t); });
+}
+template <class N, int K>
+inline Dual<N, K> select(const Dual<N, K>& a, const Dual<N, K>& b, const Dual<N, K>& c) {
+    const M jumps = may_change_sign(a.value);
+    return chain(select(a.value, b.value, c.value), b, c,
+                 [&](N s, N t) { return unless(jumps, by_sign(a.value, s, t)); });
+}
+template <class N, int K>
+inline Dual<N, K> floor(const Dual<N, K>& a) {
+    const N value = floor(a.value);
+    return chain(value, a, [&](N s) { return unless(may_step(a.value, value), scaled(s, 0, 0)); });
+}
+template <class N, int K>
+inline Dual<N, K> ceil(const Dual<N, K>& a) {
+    const N value = ceil(a.value);
+    return chain(value, a, [&](N s) { return unless(may_step(a.value, value), scaled(s, 0, 0)); });
+}
+template <class N, int K>
+inline Dual<N, K> round(const Dual<N, K>& a) {
+    const N value = round(a.value);
+    return chain(value, a, [&](N s) { return unless(may_step(a.value, value), scaled(s, 0, 0)); });
+}
+template <class N, int K>
+inline Dual<N, K> modulo(const Dual<N, K>& a, const Dual<N, K>& b, Domain& domain) {
+    const N quotient = floor(divide(a.value, b.value, domain));
+    const M jumps = may_wrap(a.value, b.value);
+    return chain(modulo(a.value, b.value, domain), a, b, [&](N s, N t) { return unless(jumps, s - quotient * t); });
+}
+template <class N, int K>
+inline Dual<N, K> sin(const Dual<N, K>& a) {
+    const N slope = cos(a.value);
+    return chain(sin(a.value), a, [&](N s) { return slope * s; });
+}
+template <class N, int K>
+inline Dual<N, K> cos(const Dual<N, K>& a) {
+    const N slope = -sin(a.value);
+    return chain(cos(a.value), a, [&](N s) { return slope * s; });
+}
+template <class N, int K>
+inline Dual<N, K> tan(const Dual<N, K>& a) {
+    const N value = tan(a.value), slope = scaled(square(value), 1, 1);
+    return chain(value, a, [&](N s) { return slope * s; });
+}
+template <class N, int K>
+inline Dual<N, K> asin(const Dual<N, K>& a, Domain& domain) {
+    const N root = sqrt(scaled(square(a.value), -1, 1), domain);
+    return chain(asin(a.value, domain), a, [&](N s) { return divide(s, root, domain); });
+}
+template <class N, int K>
+inline Dual<N, K> acos(const Dual<N, K>& a, Domain& domain) {
+    const N root = sqrt(scaled(square(a.value), -1, 1), domain);
+    return chain(acos(a.value, domain), a, [&](N s) { return -divide(s, root, domain); });
+}
+template <class N, int K>
+inline Dual<N, K> atan(const Dual<N, K>& a) {
+    Domain everywhere;
+    const N denominator = scaled(square(a.value), 1, 1);
+    return chain(atan(a.value), a, [&](N s) { return divide(s, denominator, everywhere); });
+}
+template <class N, int K>
+inline Dual<N, K> atan2(const Dual<N, K>& y, const Dual<N, K>& x) {
+    Domain of_slope;
+    const N distance2 = square(x.value) + square(y.value);
+    const M jumps = may_cut(y.value, x.value);
+    return chain(atan2(y.value, x.value), y, x, [&](N s, N t) {
+        return unless(jumps, divide(x.value * s - y.value * t, distance2, of_slope));
+    });
+}
+template <class N, int K>
+inline Dual<N, K> exp(const Dual<N, K>& a) {
+    const N value = exp(a.value);
+    return chain(value, a, [&](N s) { return value * s; });
+}
+template <class N, int K>
+inline Dual<N, K> log(const Dual<N, K>& a, Domain& domain) {
+    return chain(log(a.value, domain), a, [&](N s) { return divide(s, a.value, domain); });
+}
+
+}  // namespace bob::BOB_ISA

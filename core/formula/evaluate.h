@@ -1,0 +1,94 @@
+/// Evaluating formulas many times over: at points, with gradients, over boxes, and along rays to the first root.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "formula/expression.h"
+#include "isa.h"
+
+namespace bob {
+
+/// scale * a + offset: sums and products with constants, negation.
+constexpr Op affine = static_cast<Op>(op_count);
+
+struct Instruction {
+    Op op;
+    std::uint16_t out, a, b, c;  // registers; 0 where there is no operand
+    float scale, offset;         // of `affine`; a constant's value is in offset, a power's exponent in scale
+};
+
+/// A formula as instructions in order; registers 0, 1 and 2 hold x, y and z.
+struct Code {
+    const Instruction* instructions;
+    std::size_t count;
+    int registers;
+    int result;  // the register that holds the value at the end
+};
+
+/// The widest batch of any instruction set.
+constexpr int max_lanes = 16;
+
+/// Bytes of scratch memory, aligned to 64, that a kernel needs for each register.
+constexpr std::size_t register_bytes = 512;
+
+/// What is known of one decision (see is_decision) within each of several boxes: bit i is about box i.
+struct Decision {
+    std::uint32_t first = 0;   // a minimum or maximum is always a, a select always b, an absolute always a,
+    std::uint32_t second = 0;  // or b, or c, or -a. For roundings, first: the result is always `value`
+    float value[max_lanes] = {};
+};
+
+/// Whether a box may decide an op's outcome: minimum, maximum, select, absolute, floor, ceil and round.
+constexpr bool is_decision(Op op) {
+    return op == Op::minimum || op == Op::maximum || op == Op::select || op == Op::absolute || op == Op::floor ||
+           op == Op::ceil || op == Op::round;
+}
+
+/// Axis-aligned boxes and what a formula's values are in them.
+struct BoxBatch {
+    float low[3][max_lanes], high[3][max_lanes];  // [axis][box]: in
+    float least[max_lanes], most[max_lanes];      // out: every value lies between; NaN where nothing is known
+    std::uint32_t partly;                         // out: bit i: box i may hold points where the formula is NaN
+    std::uint32_t nowhere;                        // out: bit i: it is NaN everywhere in box i
+};
+
+/// Segments of rays, from t = 0 on.
+struct RayBatch {
+    float origin[3][max_lanes], direction[3][max_lanes];
+    float t_end[max_lanes];    // above 0
+    float finest[max_lanes];   // roots closer together than this are not told apart
+    int count;                 // of rays; the lanes after them are not read
+    float t[max_lanes];        // out: where there is a root
+    std::uint32_t found;       // out: bit i: ray i has a root
+    std::uint32_t unresolved;  // out: bit i: before that, there may be an even number of roots closer than `finest`
+};
+
+struct FormulaKernels {
+    /// Boxes, points or rays that one batch holds.
+    int lanes;
+
+    /// f at `count` points, at most `lanes`; coordinates by axis.
+    void (*values)(const Code& code, const float* const point[3], int count, float* value, void* scratch);
+
+    /// The gradient too, by axis.
+    void (*gradients)(const Code& code, const float* const point[3], int count, float* value, float* const gradient[3],
+                      void* scratch);
+
+    /// Bounds of f in each box, and what the boxes decide: one Decision for each op that is one, in the code's order.
+    void (*bounds)(const Code& code, BoxBatch& boxes, Decision* decisions, void* scratch);
+
+    /// Narrows `least` and `most` of boxes that `bounds` was called for: f is no farther from its value at the box's
+    /// centre than its slopes within the box allow. Sharper than bounds of the values alone where boxes are small, since
+    /// what is taken from x in one term and added in another shows in the slope.
+    void (*narrow)(const Code& code, BoxBatch& boxes, void* scratch);
+
+    /// Where f first changes its sign along each ray. Nothing is assumed of f: bounds of its values and slopes over
+    /// shrinking pieces of the segment tell where it can't change, and where it must. A jump counts as a change, a
+    /// pole does not; nor does a point where f is NaN.
+    void (*first_roots)(const Code& code, RayBatch& rays, void* scratch);
+};
+
+BOB_DECLARE_KERNELS(FormulaKernels, formula_kernels)
+
+}  // namespace bob

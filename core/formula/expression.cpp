@@ -1,0 +1,395 @@
+#include "formula/expression.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace bob {
+namespace {
+
+constexpr std::uint32_t no_node = 0xffffffff;
+constexpr int max_exponent = 1000;
+
+struct OpFacts {
+    std::string_view name;
+    int operands;
+};
+
+constexpr OpFacts facts[op_count] = {
+    {"constant", 0}, {"x", 0},     {"y", 0},        {"z", 0},        {"negate", 1},  {"absolute", 1}, {"square", 1},
+    {"sqrt", 1},     {"sin", 1},   {"cos", 1},      {"tan", 1},      {"asin", 1},    {"acos", 1},     {"atan", 1},
+    {"exp", 1},      {"log", 1},   {"floor", 1},    {"ceil", 1},     {"round", 1},   {"power", 1},    {"add", 2},
+    {"subtract", 2}, {"multiply", 2}, {"divide", 2}, {"minimum", 2}, {"maximum", 2}, {"hypot", 2},    {"atan2", 2},
+    {"modulo", 2},   {"select", 3},
+};
+
+bool commutes(Op op) {
+    return op == Op::add || op == Op::multiply || op == Op::minimum || op == Op::maximum || op == Op::hypot;
+}
+
+std::size_t hash(const Node& node) {
+    std::uint64_t h = static_cast<std::uint64_t>(node.op) + 1;
+    for (const std::uint32_t operand : node.operand) h = (h ^ operand) * 0x9e3779b97f4a7c15;
+    h = (h ^ (h >> 29) ^ std::bit_cast<std::uint64_t>(node.value)) * 0xbf58476d1ce4e5b9;
+    return h ^ (h >> 32);
+}
+
+/// Bit for bit, so that 0 and -0 are two constants.
+bool same(const Node& a, const Node& b) {
+    return a.op == b.op && a.operand[0] == b.operand[0] && a.operand[1] == b.operand[1] &&
+           a.operand[2] == b.operand[2] && std::bit_cast<std::uint64_t>(a.value) == std::bit_cast<std::uint64_t>(b.value);
+}
+
+/// The nodes that the one at `root` needs, in order, `root` last.
+std::vector<Node> needed(const std::vector<Node>& nodes, std::uint32_t root) {
+    std::vector<std::uint32_t> place(root + 1, 0);
+    place[root] = 1;
+    for (std::uint32_t i = root + 1; i-- > 0;) {
+        if (!place[i]) continue;
+        for (int k = 0; k < operands(nodes[i].op); ++k) place[nodes[i].operand[k]] = 1;
+    }
+    std::vector<Node> result;
+    for (std::uint32_t i = 0; i <= root; ++i) {
+        if (!place[i]) continue;
+        place[i] = static_cast<std::uint32_t>(result.size());
+        Node node = nodes[i];
+        for (int k = 0; k < 3; ++k) node.operand[k] = k < operands(node.op) ? place[node.operand[k]] : 0;
+        result.push_back(node);
+    }
+    return result;
+}
+
+}  // namespace
+
+int operands(Op op) { return facts[static_cast<int>(op)].operands; }
+
+std::string_view name(Op op) { return facts[static_cast<int>(op)].name; }
+
+double evaluate(Op op, double value, double a, double b, double c) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    const int count = operands(op);
+    if ((count > 0 && std::isnan(a)) || (count > 1 && std::isnan(b)) || (count > 2 && std::isnan(c))) return nan;
+    switch (op) {
+        case Op::constant: return value;
+        case Op::x:
+        case Op::y:
+        case Op::z: return nan;
+        case Op::negate: return -a;
+        case Op::absolute: return std::fabs(a);
+        case Op::square: return a * a;
+        case Op::sqrt: return std::sqrt(a);
+        case Op::sin: return std::sin(a);
+        case Op::cos: return std::cos(a);
+        case Op::tan: return std::tan(a);
+        case Op::asin: return std::asin(a);
+        case Op::acos: return std::acos(a);
+        case Op::atan: return std::atan(a);
+        case Op::exp: return std::exp(a);
+        case Op::log: return std::log(a);
+        case Op::floor: return std::floor(a);
+        case Op::ceil: return std::ceil(a);
+        case Op::round: return std::nearbyint(a);
+        case Op::power: return std::pow(a, value);
+        case Op::add: return a + b;
+        case Op::subtract: return a - b;
+        case Op::multiply: return a * b;
+        case Op::divide: return a / b;
+        case Op::minimum: return std::min(a, b);
+        case Op::maximum: return std::max(a, b);
+        case Op::hypot: return std::hypot(a, b);
+        case Op::atan2: return std::atan2(a, b);
+        case Op::modulo: {
+            const double r = std::fmod(a, b);
+            return r != 0 && (r < 0) != (b < 0) ? r + b : r;
+        }
+        case Op::select: return a < 0 ? b : c;
+    }
+    return nan;
+}
+
+TooLarge::TooLarge()
+    : std::runtime_error("expected a formula of at most " + std::to_string(Graph::max_nodes) + " steps, got more") {}
+
+// ---- Expression ------------------------------------------------------------------------------------------
+
+Expression::Expression(std::vector<Node> nodes) {
+    const auto refuse = [](std::size_t i, const char* what) {
+        throw std::invalid_argument("node " + std::to_string(i) + ": " + what);
+    };
+    if (nodes.empty()) throw std::invalid_argument("expected at least one node, got none");
+    if (nodes.size() > Graph::max_nodes) throw TooLarge();
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        const Node& node = nodes[i];
+        if (static_cast<int>(node.op) >= op_count) refuse(i, "expected an op, got an unknown one");
+        for (int k = 0; k < operands(node.op); ++k) {
+            if (node.operand[k] >= i) refuse(i, "expected operands that come before it");
+        }
+        if (node.op == Op::constant && std::isnan(node.value)) refuse(i, "expected a number, got NaN");
+        if (node.op == Op::power && !(std::fabs(node.value) <= max_exponent && node.value == std::floor(node.value))) {
+            refuse(i, "expected a whole exponent of at most 1000");
+        }
+    }
+    nodes_ = needed(nodes, static_cast<std::uint32_t>(nodes.size() - 1));
+}
+
+bool Expression::uses(Op op) const {
+    return std::any_of(nodes_.begin(), nodes_.end(), [op](const Node& node) { return node.op == op; });
+}
+
+double Expression::operator()(double x, double y, double z) const {
+    std::vector<double> values(nodes_.size());
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+        const Node& node = nodes_[i];
+        const auto operand = [&](int k) { return values[node.operand[k]]; };
+        values[i] = node.op == Op::x   ? x
+                    : node.op == Op::y ? y
+                    : node.op == Op::z ? z
+                                       : evaluate(node.op, node.value, i ? operand(0) : 0, i ? operand(1) : 0,
+                                                  i ? operand(2) : 0);
+    }
+    return values.back();
+}
+
+// ---- Graph: nodes ----------------------------------------------------------------------------------------
+
+Value Graph::add(const Node& node) {
+    if (2 * (nodes_.size() + 1) > slots_.size()) grow();
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t slot = hash(node) & mask;
+    for (; slots_[slot] != no_node; slot = (slot + 1) & mask) {
+        if (same(nodes_[slots_[slot]], node)) return {this, slots_[slot]};
+    }
+    if (nodes_.size() == max_nodes) throw TooLarge();
+    slots_[slot] = static_cast<std::uint32_t>(nodes_.size());
+    nodes_.push_back(node);
+    return {this, slots_[slot]};
+}
+
+void Graph::grow() {
+    slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), no_node);
+    const std::size_t mask = slots_.size() - 1;
+    for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
+        std::size_t slot = hash(nodes_[i]) & mask;
+        while (slots_[slot] != no_node) slot = (slot + 1) & mask;
+        slots_[slot] = i;
+    }
+}
+
+void Graph::clear() {
+    const std::size_t size = std::bit_ceil(std::max<std::size_t>(64, 4 * nodes_.size()));
+    nodes_.clear();
+    slots_.assign(std::min(slots_.size(), size), no_node);
+}
+
+Expression Graph::expression(Value root) const {
+    return Expression(std::vector<Node>(nodes_.begin(), nodes_.begin() + root.index + 1));
+}
+
+Value Graph::substitute(const Expression& f, Value x, Value y, Value z) {
+    std::vector<Value> values;
+    values.reserve(f.nodes().size());
+    for (const Node& node : f.nodes()) {
+        const auto operand = [&](int k) { return values[node.operand[k]]; };
+        switch (node.op) {
+            case Op::constant: values.push_back(constant(node.value)); break;
+            case Op::x: values.push_back(x); break;
+            case Op::y: values.push_back(y); break;
+            case Op::z: values.push_back(z); break;
+            case Op::select: values.push_back(select(operand(0), operand(1), operand(2))); break;
+            default:
+                values.push_back(operands(node.op) == 1 ? unary(node.op, operand(0), node.value)
+                                                        : binary(node.op, operand(0), operand(1)));
+        }
+    }
+    return values.back();
+}
+
+// ---- Graph: algebra --------------------------------------------------------------------------------------
+//
+// One view of a value's node, so that rules read like the algebra they state.
+
+namespace {
+
+struct Term {
+    Graph& graph;
+    Value value;
+
+    [[nodiscard]] const Node& node() const { return graph.node(value); }
+    [[nodiscard]] bool is(Op op) const { return node().op == op; }
+    [[nodiscard]] bool is_constant() const { return is(Op::constant); }
+    [[nodiscard]] bool is_constant(double c) const { return is_constant() && node().value == c; }
+    [[nodiscard]] double constant() const { return node().value; }
+    [[nodiscard]] Term operand(int k) const { return {graph, {&graph, node().operand[k]}}; }
+    /// Whether it is `op` of something and a constant, which canonical order puts second.
+    [[nodiscard]] bool is_with_constant(Op op) const { return is(op) && operand(1).is_constant(); }
+
+    [[nodiscard]] bool is_never_negative() const {
+        switch (node().op) {
+            case Op::absolute:
+            case Op::square:
+            case Op::sqrt:
+            case Op::exp:
+            case Op::hypot: return true;
+            case Op::constant: return constant() >= 0;
+            case Op::power: return std::fmod(node().value, 2) == 0;
+            case Op::maximum: return operand(1).is_constant() && operand(1).constant() >= 0;
+            default: return false;
+        }
+    }
+    /// Whether it is never infinite or NaN, as far as one look tells.
+    [[nodiscard]] bool is_finite() const {
+        return is(Op::x) || is(Op::y) || is(Op::z) || (is_constant() && std::isfinite(constant()));
+    }
+};
+
+/// The root of a sum of squares as a chain of hypot; false where a summand is no square.
+bool root_of_squares(Term sum, Value& chain, bool& started) {
+    if (sum.is(Op::add)) {
+        return root_of_squares(sum.operand(0), chain, started) && root_of_squares(sum.operand(1), chain, started);
+    }
+    Value side;
+    if (sum.is(Op::square)) {
+        side = sum.operand(0).value;
+    } else if (sum.is_constant() && sum.constant() >= 0) {
+        side = sum.graph.constant(std::sqrt(sum.constant()));
+    } else {
+        return false;
+    }
+    chain = started ? hypot(chain, side) : side;
+    started = true;
+    return true;
+}
+
+}  // namespace
+
+Value Graph::unary(Op op, Value value, double exponent) {
+    const Term a{*this, value};
+    if (a.is_constant()) {
+        const double folded = evaluate(op, exponent, a.constant(), 0, 0);
+        if (!std::isnan(folded)) return constant(folded);
+    }
+    switch (op) {
+        case Op::negate:
+            if (a.is(Op::negate)) return a.operand(0).value;
+            if (a.is(Op::subtract)) return a.operand(1).value - a.operand(0).value;
+            if (a.is_with_constant(Op::multiply)) return a.operand(0).value * -a.operand(1).constant();
+            break;
+        case Op::absolute:
+            if (a.is_never_negative()) return value;
+            if (a.is(Op::negate)) return abs(a.operand(0).value);
+            break;
+        case Op::square:
+            if (a.is(Op::negate) || a.is(Op::absolute)) return square(a.operand(0).value);
+            break;
+        case Op::sqrt: {
+            if (a.is(Op::square)) return abs(a.operand(0).value);
+            Value chain;
+            bool started = false;
+            if (a.is(Op::add) && root_of_squares(a, chain, started)) return chain;
+            break;
+        }
+        case Op::power:
+            if (exponent == 0) return constant(1);
+            if (exponent == 1) return value;
+            if (exponent == 2) return square(value);
+            if (exponent < 0) return 1 / unary(Op::power, value, -exponent);
+            break;
+        default: break;
+    }
+    return add({.op = op, .operand = {value.index}, .value = op == Op::power ? exponent : 0});
+}
+
+Value Graph::binary(Op op, Value left, Value right) {
+    Term a{*this, left}, b{*this, right};
+    if (a.is_constant() && b.is_constant()) {
+        const double folded = evaluate(op, 0, a.constant(), b.constant(), 0);
+        if (!std::isnan(folded)) return constant(folded);
+    }
+    // Constants second, so that the rules below find them there; else the older value first.
+    if (commutes(op) && (a.is_constant() || (!b.is_constant() && right.index < left.index))) {
+        std::swap(left, right);
+        std::swap(a.value, b.value);
+    }
+    switch (op) {
+        case Op::add:
+            if (b.is_constant(0)) return left;
+            if (b.is_constant() && a.is_with_constant(Op::add)) {
+                return a.operand(0).value + (a.operand(1).constant() + b.constant());
+            }
+            if (b.is_constant() && a.is(Op::subtract) && a.operand(0).is_constant()) {
+                return (a.operand(0).constant() + b.constant()) - a.operand(1).value;
+            }
+            if (b.is(Op::negate)) return left - b.operand(0).value;
+            if (a.is(Op::negate)) return right - a.operand(0).value;
+            // max(u, 0) + min(u, 0) is u: what is left of a box where one face is near.
+            if (((a.is(Op::maximum) && b.is(Op::minimum)) || (a.is(Op::minimum) && b.is(Op::maximum))) &&
+                a.operand(1).is_constant(0) && b.operand(1).is_constant(0) &&
+                a.operand(0).value == b.operand(0).value) {
+                return a.operand(0).value;
+            }
+            break;
+        case Op::subtract:
+            if (b.is_constant()) return left + -b.constant();
+            if (b.is(Op::negate)) return left + b.operand(0).value;
+            if (a.is_constant(0)) return -right;
+            if (a.is_constant() && b.is_with_constant(Op::add)) {
+                return (a.constant() - b.operand(1).constant()) - b.operand(0).value;
+            }
+            if (a.is_constant() && b.is(Op::subtract) && b.operand(0).is_constant()) {
+                return b.operand(1).value + (a.constant() - b.operand(0).constant());
+            }
+            break;
+        case Op::multiply:
+            if (b.is_constant(1)) return left;
+            if (b.is_constant(-1)) return -left;
+            if (b.is_constant(0) && a.is_finite()) return right;
+            if (b.is_constant() && std::isfinite(b.constant())) {
+                const double c = b.constant();
+                if (a.is(Op::negate)) return a.operand(0).value * -c;
+                if (a.is_with_constant(Op::multiply)) return a.operand(0).value * (a.operand(1).constant() * c);
+                if (a.is_with_constant(Op::add)) return a.operand(0).value * c + a.operand(1).constant() * c;
+            }
+            if (left == right) return square(left);
+            if (a.is(Op::negate) && b.is(Op::negate)) return a.operand(0).value * b.operand(0).value;
+            // Powers have tighter bounds than products: x * x * x rises everywhere.
+            if (a.is(Op::square) && a.operand(0).value == right) return power(right, 3);
+            if (b.is(Op::square) && b.operand(0).value == left) return power(left, 3);
+            if (a.is(Op::power) && a.operand(0).value == right && a.node().value < max_exponent) {
+                return unary(Op::power, right, a.node().value + 1);
+            }
+            if (b.is(Op::power) && b.operand(0).value == left && b.node().value < max_exponent) {
+                return unary(Op::power, left, b.node().value + 1);
+            }
+            break;
+        case Op::divide:
+            if (b.is_constant() && std::isfinite(1 / b.constant())) return left * (1 / b.constant());
+            break;
+        case Op::minimum:
+        case Op::maximum:
+            if (left == right) return left;
+            if (op == Op::maximum && b.is_constant() && b.constant() <= 0 && a.is_never_negative()) return left;
+            if (b.is_constant() && a.is_with_constant(op)) {
+                return binary(op, a.operand(0).value,
+                              constant(evaluate(op, 0, a.operand(1).constant(), b.constant(), 0)));
+            }
+            break;
+        case Op::hypot:
+            if (b.is_constant(0)) return abs(left);
+            if (a.is(Op::negate) || a.is(Op::absolute)) return hypot(a.operand(0).value, right);
+            if (b.is(Op::negate) || b.is(Op::absolute)) return hypot(left, b.operand(0).value);
+            break;
+        default: break;
+    }
+    return add({.op = op, .operand = {left.index, right.index}});
+}
+
+Value Graph::select(Value a, Value b, Value c) {
+    const Term condition{*this, a};
+    if (condition.is_constant()) return condition.constant() < 0 ? b : c;
+    if (b == c) return b;
+    return add({.op = Op::select, .operand = {a.index, b.index, c.index}});
+}
+
+}  // namespace bob

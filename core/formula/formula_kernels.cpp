@@ -1,0 +1,290 @@
+#include "formula/dual.h"
+#include "formula/evaluate.h"
+
+namespace bob::BOB_ISA {
+namespace {
+
+static_assert(lanes <= max_lanes);
+
+/// Bits of the first `count` lanes.
+inline M first_lanes(int count) {
+    M mask{};
+    for (int i = 0; i < lanes; ++i) mask[i] = i < count ? -1 : 0;
+    return mask;
+}
+inline bool any(M mask) { return bits(mask) != 0; }
+
+/// Runs the code on any kind of number: points, intervals, either with slopes. The results of decisions pass through
+/// `decided(op, a, b, result)`.
+template <class N, class Decided>
+inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domain, void* scratch, Decided decided) {
+    static_assert(sizeof(N) <= register_bytes);
+    N* const registers = static_cast<N*>(scratch);
+    registers[0] = x;
+    registers[1] = y;
+    registers[2] = z;
+    for (const Instruction *i = code.instructions, *end = i + code.count; i != end; ++i) {
+        const N &a = registers[i->a], &b = registers[i->b], &c = registers[i->c];
+        N& out = registers[i->out];  // may be an operand's register
+        if (i->op == affine) {
+            out = scaled(a, i->scale, i->offset);
+            continue;
+        }
+        switch (i->op) {
+            case Op::constant: set(out, i->offset); break;
+            case Op::absolute: out = decided(i->op, a, a, abs(a)); break;
+            case Op::square: out = square(a); break;
+            case Op::sqrt: out = sqrt(a, domain); break;
+            case Op::sin: out = sin(a); break;
+            case Op::cos: out = cos(a); break;
+            case Op::tan: out = tan(a); break;
+            case Op::asin: out = asin(a, domain); break;
+            case Op::acos: out = acos(a, domain); break;
+            case Op::atan: out = atan(a); break;
+            case Op::exp: out = exp(a); break;
+            case Op::log: out = log(a, domain); break;
+            case Op::floor: out = decided(i->op, a, a, floor(a)); break;
+            case Op::ceil: out = decided(i->op, a, a, ceil(a)); break;
+            case Op::round: out = decided(i->op, a, a, round(a)); break;
+            case Op::power: out = power(a, static_cast<int>(i->scale)); break;
+            case Op::add: out = a + b; break;
+            case Op::subtract: out = a - b; break;
+            case Op::multiply: out = a * b; break;
+            case Op::divide: out = divide(a, b, domain); break;
+            case Op::minimum: out = decided(i->op, a, b, minimum(a, b)); break;
+            case Op::maximum: out = decided(i->op, a, b, maximum(a, b)); break;
+            case Op::hypot: out = hypot(a, b); break;
+            case Op::atan2: out = atan2(a, b); break;
+            case Op::modulo: out = modulo(a, b, domain); break;
+            case Op::select: out = decided(i->op, a, b, select(a, b, c)); break;
+            default: break;
+        }
+    }
+    return registers[code.result];
+}
+
+template <class N>
+inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domain, void* scratch) {
+    return run(code, x, y, z, domain, scratch, [](Op, const N&, const N&, const N& result) { return result; });
+}
+
+/// `count` floats and zeros after them.
+inline F load_some(const float* p, int count) {
+    F v{};
+    for (int i = 0; i < count; ++i) v[i] = p[i];
+    return v;
+}
+inline void store_some(float* p, F v, int count) {
+    for (int i = 0; i < count; ++i) p[i] = v[i];
+}
+
+void values(const Code& code, const float* const point[3], int count, float* value, void* scratch) {
+    Domain domain;
+    store_some(value, run(code, load_some(point[0], count), load_some(point[1], count), load_some(point[2], count),
+                          domain, scratch), count);
+}
+
+void gradients(const Code& code, const float* const point[3], int count, float* value, float* const gradient[3],
+               void* scratch) {
+    using Gradient = Dual<F, 3>;
+    const F one = constant(1.f);
+    Domain domain;
+    const Gradient f = run(code, Gradient{load_some(point[0], count), {one, F{}, F{}}},
+                           Gradient{load_some(point[1], count), {F{}, one, F{}}},
+                           Gradient{load_some(point[2], count), {F{}, F{}, one}}, domain, scratch);
+    store_some(value, f.value, count);
+    for (int axis = 0; axis < 3; ++axis) store_some(gradient[axis], f.slope[axis], count);
+}
+
+/// Writes down what intervals decide.
+struct Record {
+    Decision*& next;
+
+    Interval operator()(Op op, const Interval& a, const Interval& b, const Interval& result) {
+        Decision& d = *next++;
+        switch (op) {
+            case Op::minimum:
+                d.first = bits(a.high < b.low);
+                d.second = bits(b.high < a.low);
+                break;
+            case Op::maximum:
+                d.first = bits(a.low > b.high);
+                d.second = bits(b.low > a.high);
+                break;
+            case Op::select:
+                d.first = bits(a.high < F{});
+                d.second = bits(a.low >= F{});
+                break;
+            case Op::absolute:
+                d.first = bits(a.low >= F{});
+                d.second = bits(a.high < F{});
+                break;
+            default:
+                d.first = bits(result.low == result.high);
+                d.second = 0;
+                store(d.value, result.low);
+                break;
+        }
+        return result;
+    }
+};
+
+void bounds(const Code& code, BoxBatch& boxes, Decision* decisions, void* scratch) {
+    Domain domain;
+    Interval p[3];
+    for (int axis = 0; axis < 3; ++axis) p[axis] = {load<F>(boxes.low[axis]), load<F>(boxes.high[axis])};
+    const Interval f = run(code, p[0], p[1], p[2], domain, scratch, Record{decisions});
+    store(boxes.least, f.low);
+    store(boxes.most, f.high);
+    boxes.partly = bits(domain.partly);
+    boxes.nowhere = bits(domain.nowhere);
+}
+
+void narrow(const Code& code, BoxBatch& boxes, void* scratch) {
+    using Slopes = Dual<Interval, 3>;
+    const Interval none = interval(0), one = interval(1);
+    Interval p[3];
+    F center[3], half[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        p[axis] = {load<F>(boxes.low[axis]), load<F>(boxes.high[axis])};
+        center[axis] = 0.5f * (p[axis].low + p[axis].high);
+        half[axis] = p[axis].high - center[axis];
+    }
+    Domain domain, at_center;
+    const Slopes f = run(code, Slopes{p[0], {one, none, none}}, Slopes{p[1], {none, one, none}},
+                         Slopes{p[2], {none, none, one}}, domain, scratch);
+    const F middle = run(code, center[0], center[1], center[2], at_center, scratch);
+    F reach{};
+    for (int axis = 0; axis < 3; ++axis) {
+        reach += maximum(abs(f.slope[axis].low), abs(f.slope[axis].high)) * half[axis];
+    }
+    reach += 1e-6f * (reach + abs(middle));
+    const F least = load<F>(boxes.least), most = load<F>(boxes.most);
+    // False where the slopes or the value are unknown.
+    const M smooth = ~domain.partly;
+    const M rises = smooth & (middle - reach > least), falls = smooth & (middle + reach < most);
+    store(boxes.least, rises ? middle - reach : least);
+    store(boxes.most, falls ? middle + reach : most);
+}
+
+/// The rays of a batch and the formula along them.
+struct Along {
+    const Code& code;
+    void* scratch;
+    F origin[3], direction[3];
+
+    [[nodiscard]] F value(F t) const {
+        Domain domain;
+        return run(code, origin[0] + t * direction[0], origin[1] + t * direction[1], origin[2] + t * direction[2],
+                   domain, scratch);
+    }
+    [[nodiscard]] Dual<F, 1> with_slope(F t) const {
+        Domain domain;
+        Dual<F, 1> p[3];
+        for (int axis = 0; axis < 3; ++axis) p[axis] = {origin[axis] + t * direction[axis], {direction[axis]}};
+        return run(code, p[0], p[1], p[2], domain, scratch);
+    }
+    [[nodiscard]] Dual<Interval, 1> over(F from, F to, Domain& domain) const {
+        Dual<Interval, 1> p[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            const F a = origin[axis] + from * direction[axis], b = origin[axis] + to * direction[axis];
+            p[axis] = {{min(a, b), max(a, b)}, {{direction[axis], direction[axis]}}};
+        }
+        return run(code, p[0], p[1], p[2], domain, scratch);
+    }
+};
+
+/// A piece of each ray, and f at its ends, which lie on different sides.
+struct Bracket {
+    F a{}, fa{}, b{}, fb{};
+};
+
+/// The root in each bracket: Newton's steps, kept inside a bracket that closes around the root.
+F refined(const Along& along, Bracket bracket, M wanted, F finest) {
+    constexpr int max_steps = 40;
+    F t = bracket.a - bracket.fa * (bracket.b - bracket.a) / (bracket.fb - bracket.fa);
+    M open = wanted;
+    const F close = finest * 0.0625f;
+    for (int step = 0; step < max_steps; ++step) {
+        const F middle = bracket.a + 0.5f * (bracket.b - bracket.a);
+        // Every fourth time in the middle, so that a bad slope can't hold things up.
+        const M inside = (t > bracket.a) & (t < bracket.b) & all(step % 4 == 3 ? 0 : -1);
+        t = open ? (inside ? t : middle) : t;
+        const Dual<F, 1> f = along.with_slope(t);
+        const M at_start = (f.value < F{}) == (bracket.fa < F{});  // the root is after t
+        bracket.a = at_start ? t : bracket.a;
+        bracket.b = at_start ? bracket.b : t;
+        const F next = t - f.value / f.slope[0];
+        open &= ~((abs(next - t) <= close) | (f.value == F{}) | (bracket.b - bracket.a <= close));
+        if (!any(open)) break;
+        t = open ? next : t;
+    }
+    return t;
+}
+
+void first_roots(const Code& code, RayBatch& rays, void* scratch) {
+    // Enough for every piece of a segment of a thousand times `finest`; what comes after is given up, and told.
+    constexpr int max_pieces = 4096;
+    Along along{code, scratch, {}, {}};
+    for (int axis = 0; axis < 3; ++axis) {
+        along.origin[axis] = load_some(rays.origin[axis], rays.count);
+        along.direction[axis] = load_some(rays.direction[axis], rays.count);
+    }
+    const F t_end = load_some(rays.t_end, rays.count), finest = load_some(rays.finest, rays.count);
+    M active = first_lanes(rays.count), found{}, unresolved{};
+    Bracket bracket;
+    F a{}, fa = along.value(a), width = t_end;
+    for (int piece = 0; any(active); ++piece) {
+        if (piece == max_pieces) {
+            unresolved |= active;
+            break;
+        }
+        const F b = min(a + width, t_end), length = b - a;
+        Domain domain;
+        const Dual<Interval, 1> f = along.over(a, b, domain);
+        const Interval value = f.value, slope = f.slope[0];
+        const F fb = along.value(b);
+        // Inside is where f < 0; comparisons with NaN are false, and a change to or from NaN is none.
+        const M differ = ((fa < F{}) & (fb >= F{})) | ((fa >= F{}) & (fb < F{}));
+
+        // How soon f may reach zero at the steepest slope.
+        const M smooth = ~(domain.partly | is_nan(slope.low) | is_nan(slope.high) | is_nan(fa));
+        const F steepest = fa < F{} ? slope.high : -slope.low;
+        const F reach = smooth ? (steepest > F{} ? abs(fa) / steepest : constant(infinity)) : F{};
+        const M one_sided = (value.low >= F{}) | (value.high < F{}) | domain.nowhere | (reach > length);
+        const M monotone = smooth & ((slope.low > F{}) | (slope.high < F{}));
+        const M narrow = length <= finest;
+        const M pole = narrow & ~(value.high - value.low < constant(infinity));
+
+        const M crossing = active & differ & (monotone | (narrow & ~pole));
+        const M empty = active & ((~differ & (one_sided | monotone)) | (differ & pole));
+        const M given_up = active & narrow & ~crossing & ~empty;
+        if (any(crossing)) {
+            bracket.a = crossing ? a : bracket.a;
+            bracket.fa = crossing ? fa : bracket.fa;
+            bracket.b = crossing ? b : bracket.b;
+            bracket.fb = crossing ? fb : bracket.fb;
+            found |= crossing;
+            active &= ~crossing;
+        }
+        unresolved |= given_up;
+        const M passed = empty | given_up, split = active & ~passed;
+        active &= ~(passed & (b >= t_end));
+        // On past the piece, with a wider one; or to where f may be zero at the soonest, with a narrower one.
+        const F skip = min(0.99f * reach, length - finest);
+        const M skips = split & (skip > 0.125f * length);
+        a = passed ? b : (skips ? a + skip : a);
+        width = passed ? width + width : maximum(0.5f * (b - a), finest);
+        fa = passed ? fb : fa;
+        if (any(skips & active)) fa = skips ? along.value(a) : fa;
+    }
+    store_some(rays.t, any(found) ? refined(along, bracket, found, finest) : F{}, rays.count);
+    rays.found = bits(found);
+    rays.unresolved = bits(unresolved);
+}
+
+}  // namespace
+
+const FormulaKernels formula_kernels = {lanes, values, gradients, bounds, narrow, first_roots};
+
+}  // namespace bob::BOB_ISA

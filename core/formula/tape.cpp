@@ -1,0 +1,185 @@
+#include "formula/tape.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+namespace bob {
+namespace {
+
+constexpr std::uint32_t unused = 0xffffffff;
+
+bool is_axis(Op op) { return op == Op::x || op == Op::y || op == Op::z; }
+
+/// One node as an instruction on nodes' numbers in the place of registers.
+struct Lowered {
+    Op op;
+    std::uint32_t operand[3];
+    double scale = 0, offset = 0;
+};
+
+/// Sums and products with a constant become one affine step, also one after the other.
+Lowered lower(const std::vector<Node>& nodes, std::uint32_t i) {
+    const Node& node = nodes[i];
+    const auto constant = [&](int k) { return nodes[node.operand[k]].op == Op::constant; };
+    const auto value = [&](int k) { return nodes[node.operand[k]].value; };
+    switch (node.op) {
+        case Op::constant: return {node.op, {}, 0, node.value};
+        case Op::power: return {node.op, {node.operand[0]}, node.value, 0};
+        case Op::negate: return {affine, {node.operand[0]}, -1, 0};
+        case Op::multiply:
+            if (constant(1)) return {affine, {node.operand[0]}, value(1), 0};
+            break;
+        case Op::subtract:
+            if (constant(0)) return {affine, {node.operand[1]}, -1, value(0)};
+            break;
+        case Op::add:
+            if (constant(1)) {
+                const Node& left = nodes[node.operand[0]];
+                if (left.op == Op::multiply && nodes[left.operand[1]].op == Op::constant) {
+                    return {affine, {left.operand[0]}, nodes[left.operand[1]].value, value(1)};
+                }
+                return {affine, {node.operand[0]}, 1, value(1)};
+            }
+            break;
+        default: break;
+    }
+    return {node.op, {node.operand[0], node.operand[1], node.operand[2]}, 0, 0};
+}
+
+int operands_of(const Lowered& step) { return step.op == affine ? 1 : operands(step.op); }
+
+/// Hands out registers and takes them back.
+class Registers {
+public:
+    std::uint16_t take() {
+        if (!free_.empty()) {
+            const std::uint16_t r = free_.back();
+            free_.pop_back();
+            return r;
+        }
+        if (count_ > std::numeric_limits<std::uint16_t>::max()) throw TooLarge();
+        return static_cast<std::uint16_t>(count_++);
+    }
+    void give_back(std::uint16_t r) { free_.push_back(r); }
+    [[nodiscard]] int count() const { return count_; }
+
+private:
+    int count_ = 3;
+    std::vector<std::uint16_t> free_;
+};
+
+}  // namespace
+
+
+Tape::Tape(const Expression& expression) : expression_(expression) {
+    const std::vector<Node>& nodes = expression_.nodes();
+    const auto count = static_cast<std::uint32_t>(nodes.size());
+
+    // Where each node is used for the last time; nodes that lowering skips over are not used at all.
+    std::vector<Lowered> steps;
+    steps.reserve(count);
+    for (std::uint32_t i = 0; i < count; ++i) steps.push_back(lower(nodes, i));
+    std::vector<std::uint32_t> last_use(count, unused);
+    last_use[count - 1] = count;
+    for (std::uint32_t i = count; i-- > 0;) {
+        if (last_use[i] == unused) continue;
+        for (int k = 0; k < operands_of(steps[i]); ++k) {
+            std::uint32_t& last = last_use[steps[i].operand[k]];
+            if (last == unused) last = i;
+        }
+    }
+
+    Registers registers;
+    std::vector<std::uint16_t> place(count, 0);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const Lowered& step = steps[i];
+        if (last_use[i] == unused) continue;
+        if (is_axis(step.op)) {
+            place[i] = static_cast<std::uint16_t>(static_cast<int>(step.op) - static_cast<int>(Op::x));
+            continue;
+        }
+        Instruction instruction{step.op, 0, 0, 0, 0, static_cast<float>(step.scale), static_cast<float>(step.offset)};
+        std::uint16_t* const slots[3] = {&instruction.a, &instruction.b, &instruction.c};
+        for (int k = 0; k < operands_of(step); ++k) *slots[k] = place[step.operand[k]];
+        // An operand's register may take the result: every step reads its operands before it writes.
+        for (int k = 0; k < operands_of(step); ++k) {
+            const std::uint32_t operand = step.operand[k];
+            if (last_use[operand] == i && place[operand] > 2) {
+                registers.give_back(place[operand]);
+                last_use[operand] = unused;  // once only, if it stands twice among the operands
+            }
+        }
+        instruction.out = place[i] = registers.take();
+        code_.push_back(instruction);
+        decisions_ += is_decision(step.op);
+    }
+    registers_ = registers.count();
+    result_ = place[count - 1];
+}
+
+Expression Tape::specialised(std::span<const Decision> decisions, int lane) const {
+    const std::vector<Node>& nodes = expression_.nodes();
+    const auto count = static_cast<std::uint32_t>(nodes.size());
+    const std::uint32_t bit = 1u << lane;
+
+    // What is still needed, from the result down. Decisions are in the order of the code, which is the nodes'.
+    enum : std::uint8_t { dropped, needed };
+    std::vector<std::uint8_t> state(count, dropped);
+    state[count - 1] = needed;
+    std::size_t at = decisions.size();
+    for (std::uint32_t i = count; i-- > 0;) {
+        const Node& node = nodes[i];
+        const Decision* decision = is_decision(node.op) ? &decisions[--at] : nullptr;
+        if (state[i] == dropped) continue;
+        const bool first = decision && decision->first & bit, second = decision && decision->second & bit;
+        const int branch = node.op == Op::select ? 1 : 0;
+        if (first && (node.op == Op::floor || node.op == Op::ceil || node.op == Op::round)) continue;
+        if ((first || second) && node.op != Op::absolute) {
+            state[node.operand[branch + (second ? 1 : 0)]] = needed;
+            continue;
+        }
+        for (int k = 0; k < operands(node.op); ++k) state[node.operand[k]] = needed;
+    }
+
+    thread_local Graph graph;
+    thread_local std::vector<Value> values;
+    graph.clear();
+    values.assign(count, {});
+    at = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const Node& node = nodes[i];
+        const Decision* decision = is_decision(node.op) ? &decisions[at++] : nullptr;
+        if (state[i] == dropped) continue;
+        const auto operand = [&](int k) { return values[node.operand[k]]; };
+        const bool first = decision && decision->first & bit, second = decision && decision->second & bit;
+        Value& value = values[i];
+        if (first || second) {
+            switch (node.op) {
+                case Op::minimum:
+                case Op::maximum: value = operand(second ? 1 : 0); break;
+                case Op::select: value = operand(second ? 2 : 1); break;
+                case Op::absolute: value = second ? -operand(0) : operand(0); break;
+                default: value = graph.constant(decision->value[lane]); break;
+            }
+            continue;
+        }
+        switch (node.op) {
+            case Op::constant: value = graph.constant(node.value); break;
+            case Op::x: value = graph.x(); break;
+            case Op::y: value = graph.y(); break;
+            case Op::z: value = graph.z(); break;
+            case Op::select: value = graph.select(operand(0), operand(1), operand(2)); break;
+            default:
+                value = operands(node.op) == 1 ? graph.unary(node.op, operand(0), node.value)
+                                               : graph.binary(node.op, operand(0), operand(1));
+        }
+    }
+    return graph.expression(values[count - 1]);
+}
+
+std::size_t Tape::bytes() const {
+    return sizeof *this + expression_.nodes().size() * sizeof(Node) + code_.size() * sizeof(Instruction);
+}
+
+}  // namespace bob

@@ -1,0 +1,32 @@
+/// Formulas ready to be evaluated: an expression and the code that computes it.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "formula/evaluate.h"
+#include "formula/expression.h"
+
+namespace bob {
+
+class Tape {
+public:
+    explicit Tape(const Expression& expression);
+
+    /// The formula within box `lane`, where less needs to be computed: what is never chosen is left out.
+    [[nodiscard]] Expression specialised(std::span<const Decision> decisions, int lane) const;
+
+    [[nodiscard]] const Expression& expression() const { return expression_; }
+    [[nodiscard]] Code code() const { return {code_.data(), code_.size(), registers_, result_}; }
+    [[nodiscard]] int decisions() const { return decisions_; }
+    [[nodiscard]] std::size_t bytes() const;
+
+private:
+    Expression expression_;
+    std::vector<Instruction> code_;
+    int registers_ = 3;
+    int result_ = 0;
+    int decisions_ = 0;
+};
+
+}  // namespace bob

@@ -1,0 +1,317 @@
+#include "shapes/cells.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <memory>
+#include <queue>
+
+#include "formula/scratch.h"
+#include "parallel.h"
+
+namespace bob {
+namespace {
+
+/// Cells with longer code are cut once more: fewer of its branches are left in smaller cells, and rays waste less of it.
+constexpr std::size_t short_code = 1000;
+
+constexpr float finest = 2.f / Cells::grid;
+
+int side(int level) { return Cells::grid >> (2 * level); }
+
+bool may_be_zero(const BoxBatch& boxes, int i) {
+    return !(boxes.least[i] >= 0 || boxes.most[i] < 0 || boxes.nowhere >> i & 1);
+}
+
+/// What the boxes decide about lane `lane`, as bytes that can be compared.
+std::vector<std::uint8_t> signature(std::span<const Decision> decisions, int lane) {
+    std::vector<std::uint8_t> result;
+    result.reserve(decisions.size());
+    for (const Decision& d : decisions) {
+        const bool first = d.first >> lane & 1, second = d.second >> lane & 1;
+        result.push_back(static_cast<std::uint8_t>(first | second << 1));
+        if (!first) continue;
+        const auto value = std::bit_cast<std::array<std::uint8_t, 4>>(d.value[lane]);
+        result.insert(result.end(), value.begin(), value.end());
+    }
+    return result;
+}
+
+bool decides(const std::vector<std::uint8_t>& signature) {
+    return std::any_of(signature.begin(), signature.end(), [](std::uint8_t b) { return b != 0; });
+}
+
+}  // namespace
+
+/// Builds the subtree of one cell, with numbers of its own.
+class Cells::Builder {
+public:
+    explicit Builder(std::uint32_t budget) : budget_(budget) {}
+
+    void build(const Tape& tape, std::array<int, 3> at, int level) {
+        build(add_node(), tape, at, level);
+    }
+
+    Cells result;
+
+private:
+    struct Child {
+        int index;
+        std::shared_ptr<const Tape> tape;
+    };
+
+    void build(std::int32_t node, const Tape& tape, std::array<int, 3> at, int level) {
+        for (const auto& [index, own] : occupied(tape, at, level + 1)) {
+            const Tape& child_tape = own ? *own : tape;
+            const std::array<int, 3> corner = child_at(at, level + 1, index);
+            std::int32_t child;
+            if (is_leaf(child_tape, level + 1)) {
+                child = CellGrid::leaf(add_cell(child_tape, node, corner, level + 1));
+            } else {
+                child = add_node();
+                build(child, child_tape, corner, level + 1);
+            }
+            result.children_[static_cast<std::size_t>(64 * node + index)] = child;
+        }
+    }
+
+    std::int32_t add_node() {
+        const std::size_t children = result.children_.size();
+        result.children_.resize(children + 64, CellGrid::empty);
+        return static_cast<std::int32_t>(children / 64);
+    }
+
+    bool is_leaf(const Tape& tape, int level) {
+        if (level == max_levels) return true;
+        if (level < max_levels - 1) return false;
+        if (tape.code().count <= short_code) return true;
+        if (result.cells_.size() < budget_) return false;
+        result.coarse_ = true;
+        return true;
+    }
+
+    static std::array<int, 3> child_at(std::array<int, 3> at, int level, int index) {
+        return {at[0] + (index & 3) * side(level), at[1] + (index >> 2 & 3) * side(level),
+                at[2] + (index >> 4) * side(level)};
+    }
+
+    static BoxBatch boxes_of(std::array<int, 3> at, int level, const int* children, int count) {
+        BoxBatch boxes{};
+        for (int lane = 0; lane < count; ++lane) {
+            const std::array<int, 3> corner = child_at(at, level, children[lane]);
+            for (int axis = 0; axis < 3; ++axis) {
+                boxes.low[axis][lane] = static_cast<float>(corner[axis]) * finest - 1 - margin;
+                boxes.high[axis][lane] = static_cast<float>(corner[axis] + side(level)) * finest - 1 + margin;
+            }
+        }
+        return boxes;
+    }
+
+    /// The children that the surface may pass, each with its own tape where that is simpler than the parent's.
+    std::vector<Child> occupied(const Tape& tape, std::array<int, 3> at, int level) {
+        const FormulaKernels& kernels = best_formula_kernels();
+        void* memory = scratch(tape.code().registers);
+        decisions_.resize(static_cast<std::size_t>(tape.decisions()));
+        std::vector<Child> children;
+        std::vector<std::pair<std::vector<std::uint8_t>, std::shared_ptr<const Tape>>> known;
+        for (int start = 0; start < 64; start += kernels.lanes) {
+            int index[max_lanes];
+            for (int lane = 0; lane < kernels.lanes; ++lane) index[lane] = start + lane;
+            BoxBatch boxes = boxes_of(at, level, index, kernels.lanes);
+            kernels.bounds(tape.code(), boxes, decisions_.data(), memory);
+            for (int lane = 0; lane < kernels.lanes; ++lane) {
+                if (!may_be_zero(boxes, lane)) continue;
+                Child child{index[lane], nullptr};
+                // A branch that is never taken may still be NaN, and so make all of the formula NaN.
+                if (!(boxes.partly >> lane & 1)) {
+                    std::vector<std::uint8_t> key = signature(decisions_, lane);
+                    if (decides(key)) {
+                        const auto same = std::find_if(known.begin(), known.end(),
+                                                       [&](const auto& k) { return k.first == key; });
+                        if (same != known.end()) {
+                            child.tape = same->second;
+                        } else {
+                            child.tape = std::make_shared<Tape>(tape.specialised(decisions_, lane));
+                            known.emplace_back(std::move(key), child.tape);
+                        }
+                    }
+                }
+                children.push_back(std::move(child));
+            }
+        }
+        narrow(children, tape, at, level);
+        return children;
+    }
+
+    /// Leaves out the children that slopes show to be empty. Children of one tape are looked at together.
+    void narrow(std::vector<Child>& children, const Tape& parent, std::array<int, 3> at, int level) {
+        const FormulaKernels& kernels = best_formula_kernels();
+        std::vector<Child> left;
+        std::vector<bool> seen(children.size(), false);
+        for (std::size_t i = 0; i < children.size(); ++i) {
+            if (seen[i]) continue;
+            int index[max_lanes], count = 0;
+            std::size_t place[max_lanes];
+            for (std::size_t j = i; j < children.size() && count < kernels.lanes; ++j) {
+                if (seen[j] || children[j].tape != children[i].tape) continue;
+                seen[j] = true;
+                place[count] = j;
+                index[count++] = children[j].index;
+            }
+            const Code code = (children[i].tape ? *children[i].tape : parent).code();
+            BoxBatch boxes = boxes_of(at, level, index, count);
+            std::fill_n(boxes.least, max_lanes, -std::numeric_limits<float>::infinity());
+            std::fill_n(boxes.most, max_lanes, std::numeric_limits<float>::infinity());
+            kernels.narrow(code, boxes, scratch(code.registers));
+            for (int lane = 0; lane < count; ++lane) {
+                if (may_be_zero(boxes, lane)) left.push_back(children[place[lane]]);
+            }
+        }
+        std::sort(left.begin(), left.end(), [](const Child& a, const Child& b) { return a.index < b.index; });
+        children = std::move(left);
+    }
+
+    /// A cell with its code, which cells of one node share where their tapes are the same.
+    std::uint32_t add_cell(const Tape& tape, std::int32_t node, std::array<int, 3> at, int level) {
+        const Code code = tape.code();
+        if (node != written_for_) written_.clear();
+        written_for_ = node;
+        auto known = std::find_if(written_.begin(), written_.end(), [&](const auto& w) { return w.first == &tape; });
+        if (known == written_.end()) {
+            written_.emplace_back(&tape, static_cast<std::uint32_t>(result.instructions_.size()));
+            known = written_.end() - 1;
+            result.instructions_.insert(result.instructions_.end(), code.instructions,
+                                        code.instructions + code.count);
+        }
+        result.max_code_ = std::max(result.max_code_, static_cast<std::uint32_t>(code.count));
+        result.max_registers_ = std::max(result.max_registers_, code.registers);
+        result.cells_.push_back({known->second, static_cast<std::uint32_t>(code.count),
+                                 static_cast<std::uint16_t>(code.registers), static_cast<std::uint16_t>(code.result),
+                                 {static_cast<std::uint8_t>(at[0]), static_cast<std::uint8_t>(at[1]),
+                                  static_cast<std::uint8_t>(at[2])},
+                                 static_cast<std::uint8_t>(level)});
+        return static_cast<std::uint32_t>(result.cells_.size() - 1);
+    }
+
+    std::uint32_t budget_;
+    std::vector<Decision> decisions_;
+    std::vector<std::pair<const Tape*, std::uint32_t>> written_;
+    std::int32_t written_for_ = -1;
+
+    friend class Cells;
+};
+
+Cells::Cells(const Expression& f) {
+    // The root's children are built apart, by all threads, and put together in order.
+    const Tape tape(f);
+    Builder root(0);
+    const std::vector<Builder::Child> children = root.occupied(tape, {0, 0, 0}, 1);
+    std::vector<Builder> subtrees(children.size(), Builder(max_cells / 64));
+    parallel_for(children.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const Tape& own = children[i].tape ? *children[i].tape : tape;
+            subtrees[i].build(own, Builder::child_at({0, 0, 0}, 1, children[i].index), 1);
+        }
+    });
+
+    children_.assign(64, CellGrid::empty);
+    for (std::size_t i = 0; i < children.size(); ++i) {
+        const Cells& part = subtrees[i].result;
+        if (part.cells_.empty()) continue;
+        const auto node0 = static_cast<std::int32_t>(children_.size() / 64);
+        const auto cell0 = static_cast<std::int32_t>(cells_.size());
+        const auto code0 = static_cast<std::uint32_t>(instructions_.size());
+        children_[static_cast<std::size_t>(children[i].index)] = node0;
+        for (const std::int32_t child : part.children_) {
+            children_.push_back(child == CellGrid::empty ? child : child + (child < 0 ? cell0 : node0));
+        }
+        for (Cell cell : part.cells_) {
+            cell.first += code0;
+            cells_.push_back(cell);
+        }
+        instructions_.insert(instructions_.end(), part.instructions_.begin(), part.instructions_.end());
+        max_code_ = std::max(max_code_, part.max_code_);
+        max_registers_ = std::max(max_registers_, part.max_registers_);
+        coarse_ = coarse_ || part.coarse_;
+    }
+
+    if (cells_.empty()) {
+        hull_ = {{0, 0, 0}, {0, 0, 0}};
+        return;
+    }
+    hull_ = box(cells_[0]);
+    for (const Cell& cell : cells_) {
+        const Box b = box(cell);
+        hull_ = {min(hull_.low, b.low), max(hull_.high, b.high)};
+    }
+}
+
+Box Cells::box(const Cell& cell) {
+    Box result;
+    const auto size = static_cast<float>(side(cell.level)) * finest;
+    for (int axis = 0; axis < 3; ++axis) {
+        result.low[axis] = static_cast<float>(cell.at[axis]) * finest - 1;
+        result.high[axis] = result.low[axis] + size;
+    }
+    return result;
+}
+
+std::size_t Cells::bytes() const {
+    return children_.size() * sizeof(std::int32_t) + cells_.size() * sizeof(Cell) +
+           instructions_.size() * sizeof(Instruction);
+}
+
+double Cells::maximum(const std::function<double(Vec3)>& convex, float tolerance) const {
+    struct Candidate {
+        double bound;
+        std::uint32_t cell;
+        Box box;
+        bool operator<(const Candidate& other) const { return bound < other.bound; }
+    };
+    // A convex function is largest at a corner.
+    const auto bound = [&](const Box& b) {
+        double most = -std::numeric_limits<double>::infinity();
+        for (int corner = 0; corner < 8; ++corner) {
+            most = std::max(most, convex({corner & 1 ? b.high.x : b.low.x, corner & 2 ? b.high.y : b.low.y,
+                                          corner & 4 ? b.high.z : b.low.z}));
+        }
+        return most;
+    };
+    std::priority_queue<Candidate> candidates;
+    for (std::uint32_t i = 0; i < cells_.size(); ++i) {
+        const Box b = box(cells_[i]);
+        candidates.push({bound(b), i, b});
+    }
+    const FormulaKernels& kernels = best_formula_kernels();
+    void* const memory = scratch(max_registers_);
+    std::vector<Decision> decisions(max_code_);
+    while (!candidates.empty()) {
+        const Candidate top = candidates.top();
+        candidates.pop();
+        if (top.box.high.x - top.box.low.x <= tolerance) return top.bound;
+        const Vec3 half = 0.5f * (top.box.high - top.box.low);
+        const Code code = this->code(cells_[top.cell]);
+        for (int start = 0; start < 8; start += kernels.lanes) {
+            BoxBatch boxes{};
+            const int count = std::min(8, kernels.lanes);
+            for (int lane = 0; lane < count; ++lane) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    const float low = top.box.low[axis] + ((start + lane) >> axis & 1 ? half[axis] : 0);
+                    boxes.low[axis][lane] = low;
+                    boxes.high[axis][lane] = low + half[axis];
+                }
+            }
+            kernels.bounds(code, boxes, decisions.data(), memory);
+            kernels.narrow(code, boxes, memory);
+            for (int lane = 0; lane < count; ++lane) {
+                if (!may_be_zero(boxes, lane)) continue;
+                const Box b{{boxes.low[0][lane], boxes.low[1][lane], boxes.low[2][lane]},
+                            {boxes.high[0][lane], boxes.high[1][lane], boxes.high[2][lane]}};
+                candidates.push({bound(b), top.cell, b});
+            }
+        }
+    }
+    return -std::numeric_limits<double>::infinity();
+}
+
+}  // namespace bob

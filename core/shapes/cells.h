@@ -1,0 +1,77 @@
+/// Where a formula may be zero: the cube -1..1 cut into cells, and in each the formula as simple as it is there.
+///
+/// Intervals decide once, for every view, which cells the surface can't pass and which branches of the formula matter
+/// in the others (Duff, "Interval arithmetic and recursive subdivision for implicit functions and constructive solid
+/// geometry", 1992; Keeter, "Massively parallel rendering of complex closed-form implicit surfaces", 2020).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "formula/evaluate.h"
+#include "formula/tape.h"
+#include "shapes/walk.h"
+#include "vec.h"
+
+namespace bob {
+
+struct Box {
+    Vec3 low{-1, -1, -1}, high{1, 1, 1};
+};
+
+class Cells {
+public:
+    /// Each level cuts a cell into 4 x 4 x 4.
+    static constexpr int max_levels = CellGrid::levels;
+    static constexpr int grid = CellGrid::side;  // finest cells along an axis
+    static constexpr std::uint32_t max_cells = 1 << 21;
+
+    /// Cells reach over their faces by this much, and so do the pieces of rays in them, so that nothing is lost to
+    /// rounding between two cells.
+    static constexpr float margin = 0x1p-20f;
+
+    explicit Cells(const Expression& f);
+
+    struct Cell {
+        std::uint32_t first, count;  // of the instructions
+        std::uint16_t registers, result;
+        std::array<std::uint8_t, 3> at;  // low corner, in finest cells
+        std::uint8_t level;              // 1 to max_levels; a side is `grid >> 2 * level` finest cells
+    };
+    [[nodiscard]] const std::vector<Cell>& cells() const { return cells_; }
+    [[nodiscard]] Code code(const Cell& cell) const {
+        return {instructions_.data() + cell.first, cell.count, cell.registers, cell.result};
+    }
+    [[nodiscard]] static Box box(const Cell& cell);
+
+    /// Contains all cells.
+    [[nodiscard]] const Box& hull() const { return hull_; }
+
+    /// An upper bound of a convex function over the surface, at most `tolerance` of distance from it too far out.
+    [[nodiscard]] double maximum(const std::function<double(Vec3)>& convex, float tolerance) const;
+
+    /// Whether cells were left larger than intended because there would be too many.
+    [[nodiscard]] bool coarse() const { return coarse_; }
+    [[nodiscard]] int max_registers() const { return max_registers_; }
+    [[nodiscard]] std::size_t bytes() const;
+
+    /// The same for rays to walk through.
+    [[nodiscard]] CellGrid grid_view() const { return {children_.data(), hull_.low, hull_.high}; }
+
+private:
+    Cells() = default;
+
+    class Builder;
+
+    std::vector<std::int32_t> children_;  // 64 to a node, the root's first; see CellGrid
+    std::vector<Cell> cells_;
+    std::vector<Instruction> instructions_;
+    Box hull_;
+    std::uint32_t max_code_ = 0;
+    int max_registers_ = 3;
+    bool coarse_ = false;
+};
+
+}  // namespace bob

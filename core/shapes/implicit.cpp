@@ -1,0 +1,212 @@
+#include "shapes/implicit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include "formula/scratch.h"
+#include "formula/tape.h"
+
+namespace bob {
+namespace {
+
+/// Roots closer together than this are not told apart, in the surface's own coordinates.
+constexpr float finest = 1e-6f;
+
+/// f at center + half_side * (x, y, z), cut off at the box where it would go on beyond it.
+Expression in_own_coordinates(const Expression& f, const Bounds& bounds, const double center[3], double half_side) {
+    Graph graph;
+    const Value axes[3] = {graph.x(), graph.y(), graph.z()};
+    Value p[3];
+    for (int axis = 0; axis < 3; ++axis) p[axis] = axes[axis] * half_side + center[axis];
+    Value value = graph.substitute(f, p[0], p[1], p[2]);
+    for (int axis = 0; axis < 3; ++axis) {
+        const double half = 0.5 * (bounds.high[axis] - bounds.low[axis]) / half_side;
+        value = max(value, abs(axes[axis]) - half * (1 - 1e-6));
+    }
+    return graph.expression(value);
+}
+
+/// Sorts keys of the form cell << 32 | item by cell; the order of items within a cell is kept.
+void sort_by_cell(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& spare, std::uint32_t cells) {
+    constexpr int digit_bits = 11;
+    spare.resize(keys.size());
+    for (int shift = 0; cells >> shift; shift += digit_bits) {
+        std::array<std::uint32_t, 1 << digit_bits> start{};
+        const auto digit = [shift](std::uint64_t key) { return key >> (32 + shift) & ((1 << digit_bits) - 1); };
+        for (const std::uint64_t key : keys) ++start[digit(key)];
+        std::uint32_t sum = 0;
+        for (std::uint32_t& s : start) {
+            const std::uint32_t count = s;
+            s = sum;
+            sum += count;
+        }
+        for (const std::uint64_t key : keys) spare[start[digit(key)]++] = key;
+        keys.swap(spare);
+    }
+}
+
+/// Calls body(cell, items, count) for batches of at most `lanes` items of one cell.
+template <class Body>
+void for_each_batch(const std::vector<std::uint64_t>& keys, int lanes, Body body) {
+    std::uint32_t items[max_lanes];
+    for (std::size_t begin = 0; begin < keys.size();) {
+        const auto cell = static_cast<std::uint32_t>(keys[begin] >> 32);
+        int count = 0;
+        while (begin < keys.size() && keys[begin] >> 32 == cell && count < lanes) {
+            items[count++] = static_cast<std::uint32_t>(keys[begin++]);
+        }
+        body(cell, items, count);
+    }
+}
+
+}  // namespace
+
+std::optional<Bounds> find_bounds(const Expression& f) {
+    // Round by round, a box is cut into 16 x 16 x 16 and drawn together around what may be inside.
+    constexpr int cuts = 16;
+    constexpr double reach = 1e9;
+    const FormulaKernels& kernels = best_formula_kernels();
+    const Tape tape(f);
+    std::vector<Decision> decisions(static_cast<std::size_t>(tape.decisions()));
+    void* const memory = scratch(tape.code().registers);
+    std::string why = "an expression that is bounded, got one whose inside reaches beyond 1e9 from the origin";
+    // A formula that overflows far out says nothing there; nearer, it may.
+    for (const double start : {reach, 1e6, 1e3, 30.}) {
+        Bounds box{{-start, -start, -start}, {start, start, start}};
+        bool open = false;
+        for (int round = 0; round < 60; ++round) {
+            Bounds inner{};
+            bool any = false;
+            std::vector<std::array<int, 3>> cells;
+            for (int i = 0; i < cuts * cuts * cuts; ++i) cells.push_back({i % cuts, i / cuts % cuts, i / cuts / cuts});
+            const auto face = [&](int axis, int k) {
+                return box.low[axis] + (box.high[axis] - box.low[axis]) * k / cuts;
+            };
+            for (std::size_t first = 0; first < cells.size(); first += static_cast<std::size_t>(kernels.lanes)) {
+                BoxBatch boxes{};
+                for (int lane = 0; lane < kernels.lanes; ++lane) {
+                    for (int axis = 0; axis < 3; ++axis) {
+                        const int k = cells[first + static_cast<std::size_t>(lane)][axis];
+                        boxes.low[axis][lane] = static_cast<float>(face(axis, k));
+                        boxes.high[axis][lane] = static_cast<float>(face(axis, k + 1));
+                    }
+                }
+                kernels.bounds(tape.code(), boxes, decisions.data(), memory);
+                for (int lane = 0; lane < kernels.lanes; ++lane) {
+                    if (boxes.least[lane] > 0 || boxes.nowhere >> lane & 1) continue;
+                    for (int axis = 0; axis < 3; ++axis) {
+                        const int k = cells[first + static_cast<std::size_t>(lane)][axis];
+                        const double low = face(axis, k), high = face(axis, k + 1);
+                        inner.low[axis] = any ? std::min(inner.low[axis], low) : low;
+                        inner.high[axis] = any ? std::max(inner.high[axis], high) : high;
+                    }
+                    any = true;
+                }
+            }
+            if (!any) return std::nullopt;
+            double shrunk = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                open = open || (round == 0 && (inner.low[axis] <= -start || inner.high[axis] >= start));
+                shrunk = std::max(shrunk, 1 - (inner.high[axis] - inner.low[axis]) / (box.high[axis] - box.low[axis]));
+            }
+            if (open) break;
+            box = inner;
+            if (shrunk < 0.01) break;
+        }
+        if (!open) return box;
+    }
+    throw std::invalid_argument(why);
+}
+
+Implicit::Implicit(const Expression& f, const Bounds& bounds)
+    : center_{(bounds.low[0] + bounds.high[0]) / 2, (bounds.low[1] + bounds.high[1]) / 2,
+              (bounds.low[2] + bounds.high[2]) / 2},
+      half_side_(0.5 * std::max({bounds.high[0] - bounds.low[0], bounds.high[1] - bounds.low[1],
+                                 bounds.high[2] - bounds.low[2]})),
+      cells_(in_own_coordinates(f, bounds, center_, half_side_)) {}
+
+void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
+    const FormulaKernels& kernels = best_formula_kernels();
+    const CellGrid grid = cells_.grid_view();
+    void* const memory = scratch(cells_.max_registers());
+    std::uint64_t unresolved = 0;
+    std::fill(hits.begin(), hits.end(), Hit{});
+
+    // Every ray walks to its next cell; the rays in each cell then look for roots together. Those without one go on.
+    thread_local std::vector<Walk> walks;
+    thread_local std::vector<std::uint64_t> keys, spare;
+    walks.resize(rays.size());
+    best_walk_kernels().start(grid, rays.data(), rays.size(), walks.data());
+    while (true) {
+        best_walk_kernels().next(grid, walks.data(), walks.size());
+        std::size_t left = 0;
+        for (const Walk& walk : walks) {
+            unresolved += walk.cell == Walk::none && walk.unresolved;
+            if (walk.cell != Walk::none) walks[left++] = walk;
+        }
+        walks.resize(left);
+        if (walks.empty()) break;
+        keys.clear();
+        for (std::uint32_t i = 0; i < walks.size(); ++i) keys.push_back(std::uint64_t{walks[i].cell} << 32 | i);
+        sort_by_cell(keys, spare, static_cast<std::uint32_t>(cells_.cells().size()));
+        for_each_batch(keys, kernels.lanes, [&](std::uint32_t cell, const std::uint32_t* items, int count) {
+            RayBatch batch;
+            batch.count = count;
+            float from[max_lanes];
+            for (int lane = 0; lane < count; ++lane) {
+                const Walk& walk = walks[items[lane]];
+                const Ray& ray = rays[walk.ray];
+                // Pieces overlap by the margin that cells have, so that no root falls between two.
+                const float speed = length(ray.direction), margin = 0.5f * Cells::margin / speed;
+                from[lane] = std::max(0.f, walk.enter - margin);
+                for (int axis = 0; axis < 3; ++axis) {
+                    batch.origin[axis][lane] = ray.origin[axis] + from[lane] * ray.direction[axis];
+                    batch.direction[axis][lane] = ray.direction[axis];
+                }
+                batch.t_end[lane] = walk.leave + margin - from[lane];
+                batch.finest[lane] = finest / speed;
+            }
+            kernels.first_roots(cells_.code(cells_.cells()[cell]), batch, memory);
+            for (int lane = 0; lane < count; ++lane) {
+                Walk& walk = walks[items[lane]];
+                walk.unresolved = walk.unresolved || (batch.unresolved >> lane & 1);
+                if (!(batch.found >> lane & 1)) continue;
+                hits[walk.ray] = {from[lane] + batch.t[lane], 0, 0, cell};
+                walk.cell = Walk::none;
+            }
+        });
+    }
+    if (unresolved) unresolved_rays_ += unresolved;
+}
+
+void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {
+    const FormulaKernels& kernels = best_formula_kernels();
+    void* const memory = scratch(cells_.max_registers());
+    thread_local std::vector<std::uint64_t> keys, spare;
+    keys.clear();
+    for (std::uint32_t i = 0; i < hits.size(); ++i) keys.push_back(std::uint64_t{hits[i].primitive} << 32 | i);
+    sort_by_cell(keys, spare, static_cast<std::uint32_t>(cells_.cells().size()));
+    for_each_batch(keys, kernels.lanes, [&](std::uint32_t cell, const std::uint32_t* items, int count) {
+        float point[3][max_lanes], gradient[3][max_lanes], value[max_lanes];
+        for (int lane = 0; lane < count; ++lane) {
+            const Ray& ray = rays[items[lane]];
+            const Vec3 p = ray.origin + hits[items[lane]].t * ray.direction;
+            for (int axis = 0; axis < 3; ++axis) point[axis][lane] = p[axis];
+        }
+        const float* const points[3] = {point[0], point[1], point[2]};
+        float* const gradients[3] = {gradient[0], gradient[1], gradient[2]};
+        kernels.gradients(cells_.code(cells_.cells()[cell]), points, count, value, gradients, memory);
+        for (int lane = 0; lane < count; ++lane) {
+            const Vec3 direction = rays[items[lane]].direction;
+            const Vec3 normal = normalized(Vec3{gradient[0][lane], gradient[1][lane], gradient[2][lane]});
+            // Where there is no gradient, the surface is taken to face the ray.
+            const bool none = dot(normal, normal) == 0;
+            normals[items[lane]] = none ? -normalized(direction) : dot(normal, direction) > 0 ? -normal : normal;
+        }
+    });
+}
+
+}  // namespace bob

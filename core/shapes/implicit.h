@@ -1,0 +1,48 @@
+/// Implicit surfaces: where a formula of x, y and z changes its sign.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+
+#include "formula/expression.h"
+#include "shapes/cells.h"
+#include "shapes/shape.h"
+
+namespace bob {
+
+/// Axis-aligned, in the formula's own units.
+struct Bounds {
+    double low[3], high[3];
+};
+
+/// A box around all points where f <= 0, a little larger than they need; nothing where f is positive everywhere. Throws
+/// std::invalid_argument if intervals can't prove that it ends somewhere within 1e9 of the origin.
+[[nodiscard]] std::optional<Bounds> find_bounds(const Expression& f);
+
+class Implicit : public Shape {
+public:
+    /// The surface of f within a box. Rays, and all that is asked below, are in coordinates of its own, in which the
+    /// box's centre is the origin and its longest half side is 1: own = (p - center()) / half_side().
+    Implicit(const Expression& f, const Bounds& bounds);
+
+    void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
+    void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
+    [[nodiscard]] std::size_t bytes() const override { return cells_.bytes(); }
+
+    [[nodiscard]] const double* center() const { return center_; }
+    [[nodiscard]] double half_side() const { return half_side_; }
+    [[nodiscard]] const Cells& cells() const { return cells_; }
+
+    /// How many rays so far passed a place where the surface could not be told from none, since it would turn back
+    /// within 1e-6, or where f is too wild for bounds to close in on a root.
+    [[nodiscard]] std::uint64_t unresolved_rays() const { return unresolved_rays_; }
+
+private:
+    double center_[3];
+    double half_side_;
+    Cells cells_;
+    mutable std::atomic<std::uint64_t> unresolved_rays_ = 0;
+};
+
+}  // namespace bob

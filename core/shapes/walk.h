@@ -1,0 +1,52 @@
+/// Rays on their way through a grid of cells, from one occupied cell to the next.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "isa.h"
+#include "shapes/shape.h"
+
+namespace bob {
+
+/// A cube, -1..1, cut into 4 x 4 x 4 again and again; what is not occupied is not cut further.
+struct CellGrid {
+    static constexpr int levels = 4;
+    static constexpr int side = 1 << (2 * levels);  // finest cells along an axis
+    static constexpr std::int32_t empty = std::numeric_limits<std::int32_t>::max();
+    static constexpr std::int32_t leaf(std::uint32_t cell) {
+        return static_cast<std::int32_t>(cell) | std::numeric_limits<std::int32_t>::min();
+    }
+
+    /// Child x + 4 y + 16 z of node n is at 64 n + x + 4 y + 16 z: `empty`, another node, or, with the sign bit, a cell.
+    const std::int32_t* children;
+    Vec3 low, high;  // a box that holds all occupied cells
+};
+
+/// One ray's place on its way. Lengths are in finest cells, t in lengths of the ray's direction.
+struct Walk {
+    float origin[3], direction[3];
+    std::int32_t at[3];       // the finest cell that the ray is in
+    std::int32_t size_log2;   // of the occupied cell around it; -1 before the first
+    float enter, leave, end;  // where the ray enters and leaves that cell, and leaves the grid's box
+    std::uint32_t cell;       // `none` after the last
+    std::uint32_t ray;
+    bool unresolved;
+
+    static constexpr std::uint32_t none = 0xffffffff;
+};
+
+struct WalkKernels {
+    /// Puts each ray where it enters the grid's box; walks[i].ray is i.
+    void (*start)(const CellGrid& grid, const Ray* rays, std::size_t count, Walk* walks);
+
+    /// Takes each ray to its next occupied cell.
+    ///
+    /// Along the axis of the face that a ray crosses, whole numbers say which cell is behind it, and along the others the
+    /// ray stays beside the cell it left: rounding never leaves a gap between two cells.
+    void (*next)(const CellGrid& grid, Walk* walks, std::size_t count);
+};
+
+BOB_DECLARE_KERNELS(WalkKernels, walk_kernels)
+
+}  // namespace bob
