@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.shapes.affine import IDENTITY, Matrix, Points, mapped, to_unit_sphere
+from bobrossnet.shapes.affine import IDENTITY, UPRIGHT, Matrix, Points, mapped, to_unit_sphere
 from bobrossnet.shapes.shape import Shape, bounding_sphere, check_tensors
 
 Number = TypeVar("Number", bound=np.generic)
@@ -72,11 +73,11 @@ class Mesh(Shape):
         return _core.Mesh(vertices, self.triangles, self.normals), to_unit_sphere(center, radius)
 
     def bounds(self, matrix: Matrix) -> tuple[Points, Points]:
-        points = mapped(matrix, self._used_vertices())
+        points = mapped(matrix, self._used_vertices)
         return points.min(axis=0), points.max(axis=0)
 
     def radius(self, matrix: Matrix, center: Points) -> float:
-        points = mapped(matrix, self._used_vertices()) - center
+        points = mapped(matrix, self._used_vertices) - center
         # In units of about the largest coordinate: squares of very large or very small ones leave the range of float64;
         # by a power of two, so that nothing is rounded.
         _, exponent = np.frexp(np.abs(points).max())
@@ -99,6 +100,7 @@ class Mesh(Shape):
         check_tensors(tensors, {"vertices": "float64", "triangles": "int32"}, {"normals": "float32"})
         return cls(tensors["vertices"], tensors["triangles"], tensors.get("normals"))
 
+    @cached_property
     def _used_vertices(self) -> Points:
         """The vertices that a triangle uses, (n, 3)."""
         used = np.zeros(len(self.vertices), np.bool_)
@@ -107,8 +109,8 @@ class Mesh(Shape):
 
     def turned_upright(self) -> Mesh:
         """The mesh with its y axis turned up to z: (x, y, z) becomes (x, -z, y)."""
-        turn = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
-        return Mesh(self.vertices @ turn, self.triangles, None if self.normals is None else self.normals @ turn)
+        normals = None if self.normals is None else mapped(UPRIGHT, self.normals)
+        return Mesh(mapped(UPRIGHT, self.vertices), self.triangles, normals)
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
