@@ -5,14 +5,18 @@
 #include <string_view>
 #include <vector>
 
-#include "arrays.h"
+#include "bindings.h"
 #include "complete/known.h"
 #include "complete/paper.h"
 #include "isa.h"
 #include "parallel.h"
 #include "trace/order.h"
 
+using namespace nb::literals;
+
 namespace {
+
+using Image = Array<float, -1, -1>;
 
 void uniform_order(std::uint64_t seed, std::uint32_t height, std::uint32_t width, std::uint32_t start,
                    const Array<std::int32_t, -1, 2>& pixels) {
@@ -82,4 +86,8 @@ NB_MODULE(_core, m) {
         .def("__init__", &init_paper, "tensors"_a)
         .def("__call__", &run_paper, "gbuffer"_a.noconvert(), "gray"_a.noconvert());
     m.def("keep_known", &keep_known, "gbuffer"_a.noconvert(), "gray"_a.noconvert());
+
+    bind_formula(m);
+    bind_modelling(m);
+    bind_language(m);
 }

@@ -7,13 +7,18 @@
 #include <optional>
 #include <vector>
 
-#include "arrays.h"
+#include "bindings.h"
 #include "parallel.h"
 #include "shapes/mesh.h"
 #include "trace/scene.h"
 #include "trace/trace.h"
 
+using namespace nb::literals;
+
 namespace {
+
+using Points = Array<const float, -1, 3>;
+using Pixels = Array<const std::int32_t, -1, 2>;
 
 void init_mesh(bob::Mesh* self, const Points& vertices, const Array<const std::int32_t, -1, 3>& triangles,
                const std::optional<Points>& normals) {

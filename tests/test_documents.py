@@ -4,6 +4,7 @@ import doctest
 import pkgutil
 import re
 from importlib import import_module
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,14 @@ def test_docstring_examples_run(name):
 def test_links_lead_somewhere(document):
     for target in re.findall(r"\]\(([^)#]+)\)", (ROOT / document).read_text()):
         assert (ROOT / document).parent.joinpath(target).exists(), target
+
+
+def test_what_is_made_from_the_modelling_table_is_current():
+    spec = spec_from_file_location("modelling", ROOT / "docs/modelling.py")
+    modelling = module_from_spec(spec)
+    spec.loader.exec_module(modelling)
+    for path, text in modelling.files().items():
+        assert path.read_text() == text, f"{path}: run python docs/modelling.py"
 
 
 def test_readme_map_is_the_tree():

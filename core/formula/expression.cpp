@@ -69,8 +69,8 @@ std::string_view name(Op op) { return facts[static_cast<int>(op)].name; }
 
 double evaluate(Op op, double value, double a, double b, double c) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    const int count = operands(op);
-    if ((count > 0 && std::isnan(a)) || (count > 1 && std::isnan(b)) || (count > 2 && std::isnan(c))) return nan;
+    const int count = op == Op::select ? 1 : operands(op);
+    if ((count > 0 && std::isnan(a)) || (count > 1 && std::isnan(b))) return nan;
     switch (op) {
         case Op::constant: return value;
         case Op::x:
@@ -102,7 +102,8 @@ double evaluate(Op op, double value, double a, double b, double c) {
         case Op::atan2: return std::atan2(a, b);
         case Op::modulo: {
             const double r = std::fmod(a, b);
-            return r != 0 && (r < 0) != (b < 0) ? r + b : r;
+            if (r == 0) return std::copysign(r, b);
+            return (r < 0) != (b < 0) ? r + b : r;
         }
         case Op::select: return a < 0 ? b : c;
     }
@@ -222,8 +223,10 @@ struct Term {
     [[nodiscard]] bool is_constant(double c) const { return is_constant() && node().value == c; }
     [[nodiscard]] double constant() const { return node().value; }
     [[nodiscard]] Term operand(int k) const { return {graph, {&graph, node().operand[k]}}; }
-    /// Whether it is `op` of something and a constant, which canonical order puts second.
-    [[nodiscard]] bool is_with_constant(Op op) const { return is(op) && operand(1).is_constant(); }
+    /// Finite constants can be gathered; of infinite ones, inf - inf would become a NaN for good.
+    [[nodiscard]] bool is_finite_constant() const { return is_constant() && std::isfinite(constant()); }
+    /// Whether it is `op` of something and a finite constant, which canonical order puts second.
+    [[nodiscard]] bool is_with_constant(Op op) const { return is(op) && operand(1).is_finite_constant(); }
 
     [[nodiscard]] bool is_never_negative() const {
         switch (node().op) {
@@ -240,7 +243,7 @@ struct Term {
     }
     /// Whether it is never infinite or NaN, as far as one look tells.
     [[nodiscard]] bool is_finite() const {
-        return is(Op::x) || is(Op::y) || is(Op::z) || (is_constant() && std::isfinite(constant()));
+        return is(Op::x) || is(Op::y) || is(Op::z) || is_finite_constant();
     }
 };
 
@@ -318,7 +321,7 @@ Value Graph::binary(Op op, Value left, Value right) {
             if (b.is_constant() && a.is_with_constant(Op::add)) {
                 return a.operand(0).value + (a.operand(1).constant() + b.constant());
             }
-            if (b.is_constant() && a.is(Op::subtract) && a.operand(0).is_constant()) {
+            if (b.is_constant() && a.is(Op::subtract) && a.operand(0).is_finite_constant()) {
                 return (a.operand(0).constant() + b.constant()) - a.operand(1).value;
             }
             if (b.is(Op::negate)) return left - b.operand(0).value;
@@ -337,7 +340,7 @@ Value Graph::binary(Op op, Value left, Value right) {
             if (a.is_constant() && b.is_with_constant(Op::add)) {
                 return (a.constant() - b.operand(1).constant()) - b.operand(0).value;
             }
-            if (a.is_constant() && b.is(Op::subtract) && b.operand(0).is_constant()) {
+            if (a.is_constant() && b.is(Op::subtract) && b.operand(0).is_finite_constant()) {
                 return b.operand(1).value + (a.constant() - b.operand(0).constant());
             }
             break;
@@ -345,7 +348,7 @@ Value Graph::binary(Op op, Value left, Value right) {
             if (b.is_constant(1)) return left;
             if (b.is_constant(-1)) return -left;
             if (b.is_constant(0) && a.is_finite()) return right;
-            if (b.is_constant() && std::isfinite(b.constant())) {
+            if (b.is_finite_constant()) {
                 const double c = b.constant();
                 if (a.is(Op::negate)) return a.operand(0).value * -c;
                 if (a.is_with_constant(Op::multiply)) return a.operand(0).value * (a.operand(1).constant() * c);

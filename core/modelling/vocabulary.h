@@ -85,9 +85,16 @@ struct CallError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// An argument of the wrong type, or one too many or too few.
+struct CallTypeError : CallError {
+    using CallError::CallError;
+};
+
 using Keyword = std::pair<std::string, Object>;
 
-/// Calls a word as Python calls a function; throws CallError, or TooLarge.
+/// Calls a word as Python calls a function; throws CallError, or TooLarge. An operation called with a model of other
+/// dimensions is the operation of that name in those, where there is one. An easing called with a number is a number;
+/// without it, the Easing itself.
 [[nodiscard]] Object call(const Word& word, std::span<const Object> positional, std::span<const Keyword> keywords);
 
 /// Calls the method `name` of a model: the operation of that name that takes models of its dimensions, or `k`.

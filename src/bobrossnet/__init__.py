@@ -19,6 +19,7 @@ from bobrossnet.render.camera import Camera
 from bobrossnet.render.gbuffer import GBuffer, Samples
 from bobrossnet.render.order import pixel_order
 from bobrossnet.render.trace import SceneTracer, trace
+from bobrossnet.shapes.implicit import Implicit, implicit
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.mesh import Mesh
@@ -38,6 +39,7 @@ __all__ = [
     "Camera",
     "Frame",
     "GBuffer",
+    "Implicit",
     "InputError",
     "InputTypeError",
     "InputWarning",
@@ -51,6 +53,7 @@ __all__ = [
     "complete",
     "export",
     "happy_tree",
+    "implicit",
     "load",
     "load_mesh",
     "pixel_order",

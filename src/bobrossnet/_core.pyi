@@ -1,12 +1,16 @@
 """The C++ core (bindings/). Arrays are C-contiguous; none is converted or copied."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
+U8 = NDArray[np.uint8]
+U32 = NDArray[np.uint32]
 
 def thread_count() -> int: ...
 def set_thread_count(count: int) -> None: ...
@@ -53,3 +57,85 @@ class Paper:
     def __call__(self, gbuffer: F32, gray: F32) -> None: ...
 
 def keep_known(gbuffer: F32, gray: F32) -> None: ...
+
+class TooLargeError(ValueError):
+    """A formula of more steps than the core takes."""
+
+class Expression:
+    """A formula f(x, y, z), immutable; equal if its nodes are.
+
+    Node i has the number of an op, ops[i]; up to three earlier nodes, operands[i]; and a constant's value or a power's
+    exponent, values[i]. The last node is the result. ValueError if they are no formula.
+    """
+
+    def __init__(self, ops: U8, operands: U32, values: F64) -> None: ...
+    @property
+    def ops(self) -> U8: ...
+    @property
+    def operands(self) -> U32: ...
+    @property
+    def values(self) -> F64: ...
+    def uses(self, op: str) -> bool: ...
+    def __call__(self, points: F64) -> F64:
+        """The values at points (n, 3), in double precision."""
+    def __len__(self) -> int: ...
+    def __hash__(self) -> int: ...
+
+class Graph:
+    """Builds expressions. Its values are integers; those of another graph are refused with a ValueError."""
+
+    def __init__(self) -> None: ...
+    def x(self) -> int: ...
+    def y(self) -> int: ...
+    def z(self) -> int: ...
+    def constant(self, value: float) -> int: ...
+    def unary(self, op: str, a: int, exponent: int = 0) -> int: ...
+    def binary(self, op: str, a: int, b: int) -> int: ...
+    def select(self, a: int, b: int, c: int) -> int:
+        """b where a < 0, else c."""
+    def substitute(self, f: Expression, x: int, y: int, z: int) -> int: ...
+    def expression(self, root: int) -> Expression: ...
+    def __len__(self) -> int: ...
+
+class CallError(ValueError):
+    """What is wrong with the arguments of a word, in one line."""
+
+class CallTypeError(TypeError):
+    """The same, where an argument has the wrong type or there are too many or too few."""
+
+class Model:
+    """A shape of the modelling language, of 2 or 3 dimensions; k is what `.k()` set."""
+
+    def __init__(self, dimensions: int, expression: Expression, k: float | None = None) -> None: ...
+    @property
+    def dimensions(self) -> int: ...
+    @property
+    def expression(self) -> Expression: ...
+    @property
+    def k(self) -> float | None: ...
+
+class Easing:
+    """A function of t, an expression in x."""
+
+    def __init__(self, expression: Expression) -> None: ...
+    @property
+    def expression(self) -> Expression: ...
+
+def vocabulary() -> list[tuple[Any, ...]]:
+    """(name, kind, dimensions, result dimensions, parameters, meaning) of each word.
+
+    A parameter is (name, type, required, default, variadic).
+    """
+
+def call(index: int, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+    """Call a word of the vocabulary. CallError, CallTypeError or TooLargeError say what can't be."""
+
+def call_method(model: Model, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any: ...
+def combine(op: str, a: Model, b: Model) -> Any:
+    """Union "|", intersection "&" or difference "-"."""
+
+def run_script(source: bytes) -> Model:
+    """The shape of a script; ValueError with line and column if it is none."""
+
+def parse_vm(text: bytes) -> Expression:
+    """The formula of a .vm file; ValueError with its line if it is none."""

@@ -24,9 +24,12 @@ from bobrossnet.adapters.gltf import read_glb, read_gltf
 from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.part import Part, joined
 from bobrossnet.adapters.ply import read_ply
+from bobrossnet.adapters.script import read_script
 from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
+from bobrossnet.adapters.vm import read_vm
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
+from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.scene import Scene
@@ -42,6 +45,7 @@ READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".3mf": read_3mf,
 }
 ENDINGS = tuple(READERS)
+FORMULA_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script, ".vm": read_vm}
 
 Source: TypeAlias = "str | os.PathLike[str] | Scene | Instance | Shape"
 
@@ -55,8 +59,9 @@ def load(source: Source | Iterable[Source]) -> Scene:
     Parameters
     ----------
     source : path, Shape, Instance, Scene or iterable of these
-        Files end in .bob, which `save_scene` writes, or in .ply, .obj, .stl, .off, .glb, .gltf or .3mf. All are placed
-        as their coordinates say; instances are named after the mesh files that they came from.
+        Files end in .bob, which `save_scene` writes, or in .ply, .obj, .stl, .off, .glb, .gltf or .3mf, or they are
+        shape scripts, .sdf, or formulas, .vm. All are placed as their coordinates say; instances are named after the
+        files that they came from.
 
     Returns
     -------
@@ -74,13 +79,18 @@ def load(source: Source | Iterable[Source]) -> Scene:
     return Scene(_loaded(item) if isinstance(item, str | os.PathLike) else item for item in source)
 
 
-def _loaded(path: str | os.PathLike[str]) -> Scene | Instance:
+def _loaded(path: str | os.PathLike[str]) -> Scene | Instance | Implicit:
     file = _file(path)
-    if file.suffix.lower() != SCENE_ENDING:
-        return Instance(load_mesh(path), name=file.name)
-    with _errors_of_one_line(file, "scene"):
-        _check_file(file)
-        return read_scene(file)
+    ending = file.suffix.lower()
+    if ending == SCENE_ENDING:
+        with _errors_of_one_line(file, "scene"):
+            _check_file(file)
+            return read_scene(file)
+    if ending in FORMULA_READERS:
+        with _errors_of_one_line(file, "shape"):
+            _check_file(file)
+            return FORMULA_READERS[ending](file)
+    return Instance(load_mesh(path), name=file.name)
 
 
 def load_mesh(path: str | os.PathLike[str]) -> Mesh:

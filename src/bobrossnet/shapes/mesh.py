@@ -72,7 +72,7 @@ class Mesh(Shape):
             vertices = ((self.vertices - center) / radius).astype(np.float32)
         return _core.Mesh(vertices, self.triangles, self.normals), to_unit_sphere(center, radius)
 
-    def bounds(self, matrix: Matrix) -> tuple[Points, Points]:
+    def bounding_box(self, matrix: Matrix) -> tuple[Points, Points]:
         points = mapped(matrix, self._used_vertices)
         return points.min(axis=0), points.max(axis=0)
 

@@ -1,21 +1,18 @@
-/// What the bindings share: arrays of fixed types, and work that Ctrl-C can stop.
+/// What the files of the Python module share: arrays, checks, and work that Ctrl-C can stop.
 #pragma once
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
 #include <chrono>
-#include <cstdint>
+#include <cstddef>
+#include <memory>
 #include <span>
 
 namespace nb = nanobind;
-using namespace nb::literals;
 
 template <class T, nb::ssize_t... Shape>
 using Array = nb::ndarray<T, nb::numpy, nb::shape<Shape...>, nb::c_contig, nb::device::cpu>;
-using Points = Array<const float, -1, 3>;
-using Pixels = Array<const std::int32_t, -1, 2>;
-using Image = Array<float, -1, -1>;
 
 inline void expect(bool condition, const char* what) {
     if (!condition) throw nb::value_error(what);
@@ -24,6 +21,16 @@ inline void expect(bool condition, const char* what) {
 template <class T, class A>
 std::span<const T> items(const A& array) {
     return {reinterpret_cast<const T*>(array.data()), array.shape(0)};
+}
+
+/// A new array of Python's, its values not set.
+template <class T, nb::ssize_t... Shape, class... Sizes>
+Array<T, Shape...> make_array(Sizes... sizes) {
+    const std::size_t shape[] = {static_cast<std::size_t>(sizes)...};
+    auto values = std::make_unique_for_overwrite<T[]>((static_cast<std::size_t>(sizes) * ...));
+    T* data = values.get();
+    const nb::capsule owner(values.release(), [](void* p) noexcept { delete[] static_cast<T*>(p); });
+    return Array<T, Shape...>(data, sizeof...(sizes), shape, owner);
 }
 
 /// Runs work(keep_going) without the GIL and lets Ctrl-C stop it: when asked, keep_going runs Python's signal handlers
@@ -46,5 +53,7 @@ void interruptible(Work work) {
     if (raised) throw nb::python_error();
 }
 
-/// Adds the shapes and scenes to the module.
+void bind_formula(nb::module_& m);
+void bind_language(nb::module_& m);
+void bind_modelling(nb::module_& m);
 void bind_scene(nb::module_& m);

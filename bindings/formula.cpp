@@ -1,0 +1,169 @@
+/// Formulas: graphs that Python traces functions into, and the expressions that come of them.
+#include <nanobind/nanobind.h>
+#include <nanobind/operators.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bindings.h"
+#include "formula/expression.h"
+#include "formula/text.h"
+#include "parallel.h"
+
+using namespace nb::literals;
+
+namespace {
+
+bob::Op find_op(std::string_view name) {
+    for (int i = 0; i < bob::op_count; ++i) {
+        if (bob::name(static_cast<bob::Op>(i)) == name) return static_cast<bob::Op>(i);
+    }
+    throw nb::value_error(("op: expected the name of one, got '" + std::string(name) + "'").c_str());
+}
+
+bob::Op find_op(std::string_view name, int operands) {
+    const bob::Op op = find_op(name);
+    expect(bob::operands(op) == operands, "op: expected one of another number of operands");
+    return op;
+}
+
+/// A graph whose values are plain integers in Python, so that tracing allocates nothing: the graph's own number in the
+/// upper half, by which values of other graphs are told, and the node's index in the lower.
+class Graph {
+public:
+    using Handle = std::uint64_t;
+
+    Handle x() { return handle(graph_.x()); }
+    Handle y() { return handle(graph_.y()); }
+    Handle z() { return handle(graph_.z()); }
+    Handle constant(double value) { return handle(graph_.constant(value)); }
+    Handle unary(std::string_view name, Handle a, int exponent) {
+        return handle(graph_.unary(find_op(name, 1), value(a), exponent));
+    }
+    Handle binary(std::string_view name, Handle a, Handle b) {
+        return handle(graph_.binary(find_op(name, 2), value(a), value(b)));
+    }
+    Handle select(Handle a, Handle b, Handle c) { return handle(graph_.select(value(a), value(b), value(c))); }
+    Handle substitute(const bob::Expression& f, Handle x, Handle y, Handle z) {
+        return handle(graph_.substitute(f, value(x), value(y), value(z)));
+    }
+    [[nodiscard]] bob::Expression expression(Handle root) { return graph_.expression(value(root)); }
+    [[nodiscard]] std::size_t size() const { return graph_.size(); }
+
+private:
+    [[nodiscard]] Handle handle(bob::Value value) const { return (Handle{number_} << 32) | value.index; }
+
+    [[nodiscard]] bob::Value value(Handle handle) {
+        const auto index = static_cast<std::uint32_t>(handle);
+        expect(handle >> 32 == number_ && index < graph_.size(), "expected a value of this graph");
+        return {&graph_, index};
+    }
+
+    static inline std::atomic<std::uint32_t> graphs = 0;
+    std::uint32_t number_ = ++graphs;
+    bob::Graph graph_;
+};
+
+using Ops = Array<std::uint8_t, -1>;
+using Operands = Array<std::uint32_t, -1, 3>;
+using Values = Array<double, -1>;
+
+void init_expression(bob::Expression* self, const Array<const std::uint8_t, -1>& ops,
+                     const Array<const std::uint32_t, -1, 3>& operands, const Array<const double, -1>& values) {
+    const std::size_t count = ops.shape(0);
+    expect(operands.shape(0) == count && values.shape(0) == count, "expected ops, operands and values of one length");
+    std::vector<bob::Node> nodes(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::uint32_t* operand = operands.data() + 3 * i;
+        nodes[i] = {static_cast<bob::Op>(ops.data()[i]), {operand[0], operand[1], operand[2]}, values.data()[i]};
+    }
+    new (self) bob::Expression(std::move(nodes));
+}
+
+Ops ops(const bob::Expression& expression) {
+    const auto& nodes = expression.nodes();
+    auto result = make_array<std::uint8_t, -1>(nodes.size());
+    for (std::size_t i = 0; i < nodes.size(); ++i) result.data()[i] = static_cast<std::uint8_t>(nodes[i].op);
+    return result;
+}
+
+Operands operands(const bob::Expression& expression) {
+    const auto& nodes = expression.nodes();
+    auto result = make_array<std::uint32_t, -1, 3>(nodes.size(), 3);
+    for (std::size_t i = 0; i < nodes.size(); ++i) std::copy_n(nodes[i].operand, 3, result.data() + 3 * i);
+    return result;
+}
+
+Values values(const bob::Expression& expression) {
+    const auto& nodes = expression.nodes();
+    auto result = make_array<double, -1>(nodes.size());
+    for (std::size_t i = 0; i < nodes.size(); ++i) result.data()[i] = nodes[i].value;
+    return result;
+}
+
+Values evaluate(const bob::Expression& f, const Array<const double, -1, 3>& points) {
+    auto result = make_array<double, -1>(points.shape(0));
+    interruptible([&](const auto& keep_going) {
+        bob::parallel_for(points.shape(0), 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const double* p = points.data() + 3 * i;
+                result.data()[i] = f(p[0], p[1], p[2]);
+            }
+        }, keep_going);
+    });
+    return result;
+}
+
+std::size_t hash(const bob::Expression& expression) {
+    std::size_t h = expression.nodes().size();
+    const auto mix = [&h](std::size_t part) { h = (h ^ part) * 0x9e3779b97f4a7c15 + 1; };
+    for (const bob::Node& node : expression.nodes()) {
+        mix(static_cast<std::size_t>(node.op));
+        for (const std::uint32_t operand : node.operand) mix(operand);
+        mix(std::hash<double>{}(node.value));
+    }
+    return h;
+}
+
+}  // namespace
+
+void bind_formula(nb::module_& m) {
+    nb::exception<bob::TooLarge>(m, "TooLargeError", PyExc_ValueError);
+
+    nb::class_<bob::Expression>(m, "Expression")
+        .def("__init__", &init_expression, "ops"_a.noconvert(), "operands"_a.noconvert(), "values"_a.noconvert())
+        .def_prop_ro("ops", &ops, nb::rv_policy::move)
+        .def_prop_ro("operands", &operands, nb::rv_policy::move)
+        .def_prop_ro("values", &values, nb::rv_policy::move)
+        .def("uses", [](const bob::Expression& f, std::string_view op) { return f.uses(find_op(op)); }, "op"_a)
+        .def("__call__", &evaluate, "points"_a.noconvert())
+        .def("__len__", [](const bob::Expression& f) { return f.nodes().size(); })
+        .def(nb::self == nb::self)
+        .def("__hash__", &hash)
+        .def("__str__", [](const bob::Expression& f) { return bob::to_text(f); })
+        .def("__repr__", [](const bob::Expression& f) { return "<Expression " + bob::to_text(f, 60) + ">"; })
+        .def("__reduce__", [](nb::handle self) {
+            const auto& f = nb::cast<const bob::Expression&>(self);
+            return nb::make_tuple(self.type(), nb::make_tuple(ops(f), operands(f), values(f)));
+        });
+
+    nb::class_<Graph>(m, "Graph")
+        .def(nb::init<>())
+        .def("x", &Graph::x)
+        .def("y", &Graph::y)
+        .def("z", &Graph::z)
+        .def("constant", &Graph::constant, "value"_a)
+        .def("unary", &Graph::unary, "op"_a, "a"_a, "exponent"_a = 0)
+        .def("binary", &Graph::binary, "op"_a, "a"_a, "b"_a)
+        .def("select", &Graph::select, "a"_a, "b"_a, "c"_a)
+        .def("substitute", &Graph::substitute, "f"_a, "x"_a, "y"_a, "z"_a)
+        .def("expression", &Graph::expression, "root"_a)
+        .def("__len__", &Graph::size);
+}

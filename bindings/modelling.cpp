@@ -1,0 +1,176 @@
+/// The modelling language: its words as data, and calls with Python's values.
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "bindings.h"
+#include "modelling/vocabulary.h"
+
+using namespace nb::literals;
+
+namespace {
+
+using bob::Object;
+
+constexpr int max_depth = 4;  // of lists in lists
+
+double to_double(nb::handle value) {
+    const double number = PyFloat_AsDouble(value.ptr());
+    if (number == -1 && PyErr_Occurred()) {
+        if (!PyErr_ExceptionMatches(PyExc_OverflowError)) throw nb::python_error();
+        PyErr_Clear();
+        return std::numeric_limits<double>::infinity();
+    }
+    return number;
+}
+
+Object to_object(nb::handle value, int depth = 0) {
+    if (value.is_none()) return {bob::None{}};
+    if (nb::isinstance<nb::bool_>(value)) return {value.is(nb::handle(Py_True))};
+    if (nb::isinstance<bob::Model>(value)) return {nb::cast<const bob::Model&>(value)};
+    if (nb::isinstance<bob::Easing>(value)) return {nb::cast<const bob::Easing&>(value)};
+    if (nb::isinstance<nb::str>(value)) return {nb::cast<std::string>(value)};
+    if (nb::isinstance<nb::float_>(value) || nb::isinstance<nb::int_>(value)) return {to_double(value)};
+    const bool list = nb::hasattr(value, "__len__") && nb::hasattr(value, "__getitem__") && !nb::isinstance<nb::dict>(value);
+    const bool no_axes = nb::hasattr(value, "ndim") && nb::cast<int>(value.attr("ndim")) == 0;
+    if (list && !no_axes && depth < max_depth) {
+        Object::List items;
+        for (const nb::handle item : nb::iter(value)) items.push_back(to_object(item, depth + 1));
+        return {std::make_shared<const Object::List>(std::move(items))};
+    }
+    if (nb::hasattr(value, "__float__")) return {to_double(value)};
+    const auto type = nb::cast<std::string>(value.type().attr("__name__"));
+    throw bob::CallTypeError("expected a number, a vector, a shape or an easing function, got " + type);
+}
+
+nb::object to_python(const Object& object) {
+    return std::visit([](const auto& value) -> nb::object {
+        using T = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<T, bob::None>) {
+            return nb::none();
+        } else if constexpr (std::is_same_v<T, std::shared_ptr<const Object::List>>) {
+            nb::list items;
+            for (const Object& item : *value) items.append(to_python(item));
+            return nb::tuple(items);
+        } else {
+            return nb::cast(value);
+        }
+    }, object.value);
+}
+
+const char* type_name(bob::Type type) {
+    switch (type) {
+        case bob::Type::number: return "number";
+        case bob::Type::integer: return "integer";
+        case bob::Type::vector: return "vector";
+        case bob::Type::size: return "size";
+        case bob::Type::numbers: return "numbers";
+        case bob::Type::points: return "points";
+        case bob::Type::easing: return "easing";
+        case bob::Type::model: return "model";
+    }
+    return "";
+}
+
+const char* kind_name(bob::Word::Kind kind) {
+    switch (kind) {
+        case bob::Word::Kind::shape: return "shape";
+        case bob::Word::Kind::operation: return "operation";
+        case bob::Word::Kind::easing: return "easing";
+    }
+    return "";
+}
+
+/// (name, kind, dimensions, result dimensions, ((name, type, required, default, variadic), ...), meaning) of each word.
+/// The default of an easing, which is ease.linear everywhere, is left out.
+nb::list vocabulary() {
+    nb::list words;
+    for (const bob::Word& word : bob::vocabulary()) {
+        nb::list parameters;
+        for (const bob::Parameter& p : word.parameters) {
+            const bool required = !p.default_value && !p.variadic;
+            const bool stated = p.default_value && p.type != bob::Type::easing;
+            const nb::object value = stated ? to_python(*p.default_value) : nb::none();
+            parameters.append(nb::make_tuple(p.name, type_name(p.type), required, value, p.variadic));
+        }
+        words.append(nb::make_tuple(word.name, kind_name(word.kind), word.dimensions, word.result_dimensions,
+                                    nb::tuple(parameters), word.meaning));
+    }
+    return words;
+}
+
+struct Call {
+    std::vector<Object> positional;
+    std::vector<bob::Keyword> keywords;
+
+    /// `names` are those of the positional arguments, for messages.
+    Call(std::string_view word, const std::vector<bob::Parameter>& names, const nb::tuple& args, const nb::dict& kwargs) {
+        const auto convert = [&](std::string_view name, nb::handle value) {
+            try {
+                return to_object(value);
+            } catch (const bob::CallTypeError& error) {
+                throw bob::CallTypeError(std::string(word) + ": " + std::string(name) + ": " + error.what());
+            }
+        };
+        for (const nb::handle value : args) {
+            const std::size_t place = std::min(positional.size(), names.empty() ? 0 : names.size() - 1);
+            positional.push_back(convert(names.empty() ? "argument" : names[place].name, value));
+        }
+        for (const auto& [key, value] : kwargs) {
+            const auto name = nb::cast<std::string>(key);
+            keywords.emplace_back(name, convert(name, value));
+        }
+    }
+};
+
+nb::object call(std::size_t index, const nb::tuple& args, const nb::dict& kwargs) {
+    const auto words = bob::vocabulary();
+    expect(index < words.size(), "index: expected that of a word");
+    const Call call(words[index].name, words[index].parameters, args, kwargs);
+    return to_python(bob::call(words[index], call.positional, call.keywords));
+}
+
+nb::object call_method(const bob::Model& model, std::string_view name, const nb::tuple& args, const nb::dict& kwargs) {
+    const Call call(name, {}, args, kwargs);
+    return to_python(bob::call_method(model, name, call.positional, call.keywords));
+}
+
+void init_model(bob::Model* self, int dimensions, const bob::Expression& expression, std::optional<double> k) {
+    new (self) bob::Model{dimensions, std::make_shared<const bob::Expression>(expression), k};
+}
+
+void init_easing(bob::Easing* self, const bob::Expression& expression) {
+    new (self) bob::Easing{std::make_shared<const bob::Expression>(expression)};
+}
+
+}  // namespace
+
+void bind_modelling(nb::module_& m) {
+    nb::exception<bob::CallError>(m, "CallError", PyExc_ValueError);
+    nb::exception<bob::CallTypeError>(m, "CallTypeError", PyExc_TypeError);
+
+    nb::class_<bob::Model>(m, "Model")
+        .def("__init__", &init_model, "dimensions"_a, "expression"_a, "k"_a = nb::none())
+        .def_ro("dimensions", &bob::Model::dimensions)
+        .def_prop_ro("expression", [](const bob::Model& model) { return *model.expression; }, nb::rv_policy::move)
+        .def_ro("k", &bob::Model::k);
+    nb::class_<bob::Easing>(m, "Easing")
+        .def("__init__", &init_easing, "expression"_a)
+        .def_prop_ro("expression", [](const bob::Easing& easing) { return *easing.expression; }, nb::rv_policy::move);
+
+    m.def("vocabulary", &vocabulary);
+    m.def("call", &call, "index"_a, "args"_a, "kwargs"_a);
+    m.def("call_method", &call_method, "model"_a, "name"_a, "args"_a, "kwargs"_a);
+    m.def("combine", [](char op, const bob::Model& a, const bob::Model& b) { return to_python({bob::combine(op, a, b)}); },
+          "op"_a, "a"_a, "b"_a);
+}

@@ -1,0 +1,448 @@
+/// Operations on shapes, with the values of fogleman/sdf's. What holds in any dimension is written once.
+#include <algorithm>
+#include <numbers>
+
+#include "modelling/words.h"
+
+namespace bob {
+
+using std::numbers::pi;
+
+namespace {
+
+/// What rounding takes off the edge: k h (1 - h) and the mix of a and b by h together, with neither standing alone.
+Value fillet(Value a, Value b, double k) { return square(max(k - abs(a - b), 0)) / (4 * k); }
+
+Value smooth_min(Value a, Value b, double k) { return k == 0 ? min(a, b) : min(a, b) - fillet(a, b, k); }
+
+}  // namespace
+
+double smoothness(const Arguments& arguments) { return arguments.has("k") ? arguments.at_least(0, "k") : 0; }
+
+Value smooth_max(Value a, Value b, double k) { return k == 0 ? max(a, b) : max(a, b) + fillet(a, b, k); }
+
+namespace {
+
+constexpr Vector<3> z_axis{0, 0, 1};
+
+// ---- Together --------------------------------------------------------------------------------------------
+
+/// Takes the models of `bs` to the model `a`, one after the other. k is the argument, or else what the model of `bs` says;
+/// 0 says nothing.
+template <std::size_t n, class Step>
+Object fold(const Arguments& a, double k, Step step) {
+    Graph graph;
+    const Point<n> p = point<n>(graph);
+    Value result = at(a.model("a"), p);
+    for (const Model& b : a.models("bs")) result = step(result, at(b, p), k != 0 ? k : b.k.value_or(0));
+    return model<n>(graph, result);
+}
+
+template <std::size_t n>
+Object unite(const Arguments& a) {
+    return fold<n>(a, smoothness(a), smooth_min);
+}
+
+template <std::size_t n>
+Object subtract(const Arguments& a) {
+    return fold<n>(a, smoothness(a), [](Value x, Value y, double k) { return smooth_max(x, -y, k); });
+}
+
+template <std::size_t n>
+Object intersect(const Arguments& a) {
+    return fold<n>(a, smoothness(a), smooth_max);
+}
+
+template <std::size_t n>
+Object blend(const Arguments& a) {
+    return fold<n>(a, a.number("k"), [](Value x, Value y, double k) { return k * y + (1 - k) * x; });
+}
+
+// ---- Distances -------------------------------------------------------------------------------------------
+
+template <std::size_t n, class Change>
+Object change(const Arguments& a, Change change) {
+    Graph graph;
+    return model<n>(graph, change(at(a.model("other"), point<n>(graph))));
+}
+
+template <std::size_t n>
+Object negate(const Arguments& a) {
+    return change<n>(a, [](Value d) { return -d; });
+}
+
+template <std::size_t n>
+Object dilate(const Arguments& a) {
+    return change<n>(a, [r = a.number("r")](Value d) { return d - r; });
+}
+
+template <std::size_t n>
+Object erode(const Arguments& a) {
+    return change<n>(a, [r = a.number("r")](Value d) { return d + r; });
+}
+
+template <std::size_t n>
+Object shell(const Arguments& a) {
+    return change<n>(a, [thickness = a.number("thickness")](Value d) { return abs(d) - thickness / 2; });
+}
+
+// ---- Places ----------------------------------------------------------------------------------------------
+
+template <std::size_t n>
+Object translate(const Arguments& a) {
+    Graph graph;
+    return model<n>(graph, at(a.model("other"), point<n>(graph) - a.vector<n>("offset")));
+}
+
+template <std::size_t n>
+Object scale(const Arguments& a) {
+    const Vector<n> factor = a.nonzero_size<n>("factor");
+    Graph graph;
+    Point<n> p = point<n>(graph);
+    for (std::size_t i = 0; i < n; ++i) p[i] = p[i] / factor[i];
+    return model<n>(graph, at(a.model("other"), p) * *std::min_element(factor.begin(), factor.end()));
+}
+
+/// Rounding in a quarter turn's cosine is no reason to mix coordinates.
+double tidy(double coefficient) {
+    const double nearest = std::round(coefficient);
+    return std::fabs(coefficient - nearest) < 1e-15 ? nearest : coefficient;
+}
+
+Object rotated_2d(const Model& other, double angle) {
+    const double s = tidy(std::sin(angle)), c = tidy(std::cos(angle));
+    Graph graph;
+    const Point<2> p = point<2>(graph);
+    return model<2>(graph, at(other, Point<2>{dot(p, Vector<2>{c, -s}), dot(p, Vector<2>{s, c})}));
+}
+
+/// Turned around a unit vector by an angle of sine s and cosine c.
+Object rotated_3d(const Model& other, const Vector<3>& axis, double s, double c) {
+    const auto [x, y, z] = axis;
+    const double m = 1 - c;
+    const auto row = [](double i, double j, double k) { return Vector<3>{tidy(i), tidy(j), tidy(k)}; };
+    Graph graph;
+    const Point<3> p = point<3>(graph);
+    return model<3>(graph, at(other, Point<3>{dot(p, row(m * x * x + c, m * x * y + z * s, m * z * x - y * s)),
+                                              dot(p, row(m * x * y - z * s, m * y * y + c, m * y * z + x * s)),
+                                              dot(p, row(m * z * x + y * s, m * y * z - x * s, m * z * z + c))}));
+}
+
+Object rotate_2d(const Arguments& a) { return rotated_2d(a.model("other"), a.number("angle")); }
+
+Object rotate_3d(const Arguments& a) {
+    const double angle = a.number("angle");
+    return rotated_3d(a.model("other"), a.direction<3>("vector"), std::sin(angle), std::cos(angle));
+}
+
+/// Turned so that what pointed to `from` points to `to`; both of length 1.
+Object turned(const Model& other, const Vector<3>& from, const Vector<3>& to) {
+    const Vector<3> axis = cross(to, from);
+    const double sine = length(axis), cosine = dot(from, to);
+    if (sine > 1e-15) return rotated_3d(other, axis * (1 / sine), sine, cosine);
+    if (cosine > 0) return {other};
+    // Half a turn, around any direction across.
+    const bool along_x = from[1] == 0 && from[2] == 0;
+    return rotated_3d(other, normalized(cross(from, along_x ? Vector<3>{0, 1, 0} : Vector<3>{1, 0, 0})), 0, -1);
+}
+
+Object rotate_to(const Arguments& a) { return turned(a.model("other"), a.direction<3>("a"), a.direction<3>("b")); }
+
+Object orient(const Arguments& a) { return turned(a.model("other"), z_axis, a.direction<3>("axis")); }
+
+// ---- Copies ----------------------------------------------------------------------------------------------
+
+constexpr int most_copies = 10000;
+
+Object circular_array_2d(const Arguments& a) {
+    const int count = a.whole(1, most_copies, "count");
+    Graph graph;
+    const Point<2> p = point<2>(graph);
+    std::optional<Value> result;
+    for (int i = 0; i < count; ++i) {
+        const Object copy = rotated_2d(a.model("other"), 2 * pi * i / count);
+        const Value d = at(std::get<Model>(copy.value), p);
+        result = result ? min(*result, d) : d;
+    }
+    return model<2>(graph, *result);
+}
+
+/// The two copies on either side of a point. Turning the point by a whole number of steps keeps it a straight function of
+/// x and y between two copies; its polar coordinates would not be.
+Object circular_array_3d(const Arguments& a) {
+    const double step = 2 * pi / a.whole(1, most_copies, "count"), offset = a.number("offset");
+    Graph graph;
+    const auto [x, y, z] = point<3>(graph);
+    const auto copy = [&](Value px, Value py) { return at(a.model("other"), Point<3>{px - offset, py, z}); };
+    const Value turn = floor(atan2(y, x) / step) * step;
+    const Value c = cos(turn), s = sin(turn);
+    const Value qx = c * x + s * y, qy = c * y - s * x;
+    const double cos_step = tidy(std::cos(step)), sin_step = tidy(std::sin(step));
+    return model<3>(graph, min(copy(cos_step * qx + sin_step * qy, cos_step * qy - sin_step * qx), copy(qx, qy)));
+}
+
+template <std::size_t n>
+Object repeat(const Arguments& a) {
+    const Vector<n> spacing = a.size<n>("spacing"), padding = a.size<n>("padding");
+    const bool endless = !a.has("count");
+    const Vector<n> count = endless ? Vector<n>{} : a.size<n>("count");
+    const auto is_count = [](double v) { return v >= 0 && v == std::floor(v); };
+    if (!std::all_of(count.begin(), count.end(), is_count)) a.reject("count", "whole numbers of at least 0");
+    if (!std::all_of(padding.begin(), padding.end(), is_count)) a.reject("padding", "whole numbers of at least 0");
+
+    Graph graph;
+    Point<n> p = point<n>(graph);
+    Vector<n> reach{};  // neighbours on each side
+    double copies = 1;
+    for (std::size_t i = 0; i < n; ++i) {
+        if (spacing[i] == 0) continue;
+        reach[i] = padding[i];
+        copies *= 2 * reach[i] + 1;
+        const double half = std::fabs(spacing[i]) / 2;
+        const Value nearest = round(p[i] / spacing[i]);
+        // Without a count, clamping changes nothing, but intervals that span many copies stay as narrow as one.
+        p[i] = endless ? clamp(p[i] - spacing[i] * nearest, -half, half)
+                       : p[i] - spacing[i] * clamp(nearest, -count[i], count[i]);
+    }
+    if (copies > most_copies) a.reject("padding", "at most " + std::to_string(most_copies) + " copies of the shape");
+
+    std::optional<Value> result;
+    Vector<n> neighbor = Vector<n>{} - reach;
+    for (std::size_t axis = 0; axis < n;) {
+        Vector<n> offset;
+        for (std::size_t i = 0; i < n; ++i) offset[i] = spacing[i] * neighbor[i];
+        const Value d = at(a.model("other"), p - offset);
+        result = result ? min(*result, d) : d;
+        for (axis = 0; axis < n && ++neighbor[axis] > reach[axis]; ++axis) neighbor[axis] = -reach[axis];
+    }
+    return model<n>(graph, *result);
+}
+
+// ---- Space bent ------------------------------------------------------------------------------------------
+
+template <std::size_t n>
+Object elongate(const Arguments& a) {
+    Graph graph;
+    const Point<n> q = abs(point<n>(graph)) - a.size<n>("size");
+    return model<n>(graph, at(a.model("other"), max(q, 0)) + min(largest(q), 0));
+}
+
+/// Turns x and y by an angle that depends on the point.
+Object turned_by(const Arguments& a, Graph& graph, Value angle) {
+    const auto [x, y, z] = point<3>(graph);
+    const Value c = cos(angle), s = sin(angle);
+    return model<3>(graph, at(a.model("other"), Point<3>{c * x - s * y, s * x + c * y, z}));
+}
+
+Object twist(const Arguments& a) {
+    Graph graph;
+    return turned_by(a, graph, a.number("k") * graph.z());
+}
+
+Object bend(const Arguments& a) {
+    Graph graph;
+    return turned_by(a, graph, a.number("k") * graph.x());
+}
+
+/// The eased share of the way from p0 to p1, 0..1 before easing.
+Value share_of_way(const Arguments& a, Graph& graph) {
+    const Vector<3> p0 = a.vector<3>("p0"), way = a.vector<3>("p1") - p0;
+    const double extent = length(way);
+    if (extent == 0) a.reject("p1", "another point than p0");
+    return eased(a.easing("e"), clamp(dot(point<3>(graph) - p0, way * (1 / extent / extent)), 0, 1));
+}
+
+/// The same from radius r0 around the z axis to radius r1.
+Value share_of_radius(const Arguments& a, Graph& graph) {
+    const double r0 = a.number("r0"), width = a.number("r1") - r0;
+    if (width == 0) a.reject("r1", "another number than r0");
+    return eased(a.easing("e"), clamp((hypot(graph.x(), graph.y()) - r0) / width, 0, 1));
+}
+
+Object bend_linear(const Arguments& a) {
+    const Vector<3> v = a.vector<3>("v");
+    Graph graph;
+    const Value t = share_of_way(a, graph);
+    Point<3> p = point<3>(graph);
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (v[i] != 0) p[i] = p[i] - t * v[i];
+    }
+    return model<3>(graph, at(a.model("other"), p));
+}
+
+Object bend_radial(const Arguments& a) {
+    const double dz = a.number("dz");
+    Graph graph;
+    const Value t = share_of_radius(a, graph);
+    const auto [x, y, z] = point<3>(graph);
+    return model<3>(graph, at(a.model("other"), Point<3>{x, y, z - dz * t}));
+}
+
+Object wrap_around(const Arguments& a) {
+    const double x0 = a.number("x0"), width = a.number("x1") - x0;
+    const double r = a.optional("r").value_or(std::fabs(width) / (2 * pi));
+    Graph graph;
+    const auto [x, y, z] = point<3>(graph);
+    const Value t = eased(a.easing("e"), (atan2(y, x) + pi) / (2 * pi));
+    return model<3>(graph, at(a.model("other"), Point<3>{x0 + width * t, r - hypot(x, y), z}));
+}
+
+// ---- From one shape to another ---------------------------------------------------------------------------
+
+Value mixed(Value from, Value to, Value t) { return from + (to - from) * t; }
+
+Object transition(const Arguments& a, Graph& graph, Value t) {
+    const Point<3> p = point<3>(graph);
+    return model<3>(graph, mixed(at(a.model("f0"), p), at(a.model("f1"), p), t));
+}
+
+Object transition_linear(const Arguments& a) {
+    Graph graph;
+    return transition(a, graph, share_of_way(a, graph));
+}
+
+Object transition_radial(const Arguments& a) {
+    Graph graph;
+    return transition(a, graph, share_of_radius(a, graph));
+}
+
+// ---- From two dimensions to three, and back --------------------------------------------------------------
+
+Object extrude(const Arguments& a) {
+    Graph graph;
+    const auto [x, y, z] = point<3>(graph);
+    return model<3>(graph, corner<2>({at(a.model("other"), Point<2>{x, y}), abs(z) - a.number("h") / 2}));
+}
+
+Object extrude_to(const Arguments& a) {
+    const double h = a.nonzero("h");
+    Graph graph;
+    const auto [x, y, z] = point<3>(graph);
+    const Value t = eased(a.easing("e"), clamp(z / h, -0.5, 0.5) + 0.5);
+    const Value d = mixed(at(a.model("a"), Point<2>{x, y}), at(a.model("b"), Point<2>{x, y}), t);
+    return model<3>(graph, corner<2>({d, abs(z) - h / 2}));
+}
+
+Object revolve(const Arguments& a) {
+    Graph graph;
+    const auto [x, y, z] = point<3>(graph);
+    return model<3>(graph, at(a.model("other"), Point<2>{hypot(x, y) - a.number("offset"), z}));
+}
+
+Object slice(const Arguments& a) {
+    Graph graph;
+    return model<2>(graph, at(a.model("other"), Point<3>{graph.x(), graph.y(), graph.constant(0)}));
+}
+
+// ---- The table -------------------------------------------------------------------------------------------
+
+using Call = Object (*)(const Arguments&);
+
+/// The parameter e, by default ease.linear: t itself.
+Parameter eased_evenly() {
+    const auto t = std::make_shared<const Expression>(std::vector<Node>{{.op = Op::x}});
+    return {"e", Type::easing, Object{Easing{t}}};
+}
+
+template <std::size_t n>
+void add_operations_in(std::vector<Word>& words) {
+    constexpr int dimensions = static_cast<int>(n);
+    const auto operation = [&](std::string_view name, std::vector<Parameter> parameters, Call call,
+                               std::string_view meaning) {
+        words.push_back({name, Word::Kind::operation, dimensions, dimensions, std::move(parameters), meaning, call});
+    };
+    const auto number = Type::number;
+    const Parameter a = required("a", Type::model), bs = several("bs", Type::model), k = optional("k", number);
+    const Parameter other = required("other", Type::model), r = required("r", number);
+
+    operation("union", {a, bs, k}, unite<n>, "What is in any of the shapes; k rounds the edges where they meet.");
+    operation("difference", {a, bs, k}, subtract<n>, "The first shape without the others; k rounds the cuts' edges.");
+    operation("intersection", {a, bs, k}, intersect<n>, "What is in all of the shapes; k rounds the edges.");
+    operation("blend", {a, bs, with_default("k", number, 0.5)}, blend<n>,
+              "A mean of the shapes' distances, the next one counting k, those before it 1 - k.");
+    operation("negate", {other}, negate<n>, "Inside out.");
+    operation("dilate", {other, r}, dilate<n>, "Grown by r on all sides, which rounds corners.");
+    operation("erode", {other, r}, erode<n>, "Shrunk by r on all sides.");
+    operation("shell", {other, required("thickness", number)}, shell<n>, "Hollow: a skin around the surface.");
+    operation("repeat",
+              {other, required("spacing", Type::size), optional("count", Type::numbers),
+               with_default("padding", Type::numbers, 0.0)},
+              repeat<n>,
+              "Copies at a spacing, 0 for none along an axis: without end, or count of them on each side; padding is how "
+              "many neighbours on each side may reach into a cell.");
+    operation("translate", {other, required("offset", Type::vector)}, translate<n>, "Moved by an offset.");
+    operation("scale", {other, required("factor", Type::size)}, scale<n>,
+              "Larger by a factor, or one for each axis; then distances are approximate.");
+    operation("elongate", {other, required("size", Type::size)}, elongate<n>,
+              "Cut through the middle and pulled apart by size on each side of each axis.");
+}
+
+void add_operations_3d(std::vector<Word>& words) {
+    const auto operation = [&](std::string_view name, std::vector<Parameter> parameters, Call call,
+                               std::string_view meaning) {
+        words.push_back({name, Word::Kind::operation, 3, 3, std::move(parameters), meaning, call});
+    };
+    const auto number = Type::number, vector = Type::vector;
+    const Parameter other = required("other", Type::model), k = required("k", number);
+    const Parameter e = eased_evenly();
+
+    operation("rotate", {other, required("angle", number), with_default("vector", vector, z_axis)}, rotate_3d,
+              "Turned around a vector by an angle in radians.");
+    operation("rotate_to", {other, required("a", vector), required("b", vector)}, rotate_to,
+              "Turned by the angle between two vectors: what pointed along b points along a.");
+    operation("orient", {other, required("axis", vector)}, orient,
+              "Turned by the angle between z and an axis: what pointed along the axis points up.");
+    operation("circular_array", {other, required("count", Type::integer), with_default("offset", number, 0.0)},
+              circular_array_3d, "Copies in a circle around the z axis, each moved outwards by an offset.");
+    operation("twist", {other, k}, twist, "Turned around the z axis by k radians for each unit of height.");
+    operation("bend", {other, k}, bend, "Bent around the z axis, by k radians for each unit along x.");
+    operation("bend_linear",
+              {other, required("p0", vector), required("p1", vector), required("v", vector), e}, bend_linear,
+              "Moved by v beyond p1, not at all before p0, and by an eased share of it on the way.");
+    operation("bend_radial",
+              {other, required("r0", number), required("r1", number), required("dz", number), e}, bend_radial,
+              "Raised by dz outside radius r1 around the z axis, by nothing inside r0, and eased between them.");
+    operation("transition_linear",
+              {required("f0", Type::model), required("f1", Type::model), with_default("p0", vector, z_axis * -1),
+               with_default("p1", vector, z_axis), e},
+              transition_linear, "From shape f0 at p0 to shape f1 at p1, eased.");
+    operation("transition_radial",
+              {required("f0", Type::model), required("f1", Type::model), with_default("r0", number, 0.0),
+               with_default("r1", number, 1.0), e},
+              transition_radial, "From shape f0 within radius r0 around the z axis to shape f1 beyond r1, eased.");
+    operation("wrap_around", {other, required("x0", number), required("x1", number), optional("r", number), e},
+              wrap_around,
+              "What lies along x from x0 to x1, laid around the z axis at radius r, by default the one that it fits once.");
+    words.push_back({"slice", Word::Kind::operation, 3, 2, {other}, "The section in the plane z = 0.", slice});
+}
+
+void add_operations_2d(std::vector<Word>& words) {
+    const auto operation = [&](std::string_view name, int result_dimensions, std::vector<Parameter> parameters, Call call,
+                               std::string_view meaning) {
+        words.push_back({name, Word::Kind::operation, 2, result_dimensions, std::move(parameters), meaning, call});
+    };
+    const auto number = Type::number;
+    const Parameter other = required("other", Type::model), h = required("h", number);
+    const Parameter e = eased_evenly();
+
+    operation("rotate", 2, {other, required("angle", number)}, rotate_2d,
+              "Turned around the origin by an angle in radians, clockwise.");
+    operation("circular_array", 2, {other, required("count", Type::integer)}, circular_array_2d,
+              "Copies turned around the origin.");
+    operation("extrude", 3, {other, h}, extrude, "Height h, half of it to either side of z = 0.");
+    operation("extrude_to", 3, {required("a", Type::model), required("b", Type::model), h, e}, extrude_to,
+              "From shape a at the bottom to shape b at the top, h above it, eased.");
+    operation("revolve", 3, {other, with_default("offset", number, 0.0)}, revolve,
+              "Turned around the z axis, its own y becoming z, after a move outwards by an offset.");
+}
+
+}  // namespace
+
+void add_operations(std::vector<Word>& words) {
+    add_operations_in<3>(words);
+    add_operations_3d(words);
+    add_operations_in<2>(words);
+    add_operations_2d(words);
+}
+
+}  // namespace bob

@@ -1,0 +1,159 @@
+/// Shapes in two dimensions, with the values of fogleman/sdf's; see shapes_3d.cpp on how they are written.
+#include <algorithm>
+
+#include "modelling/words.h"
+
+namespace bob {
+namespace {
+
+constexpr Vector<2> origin{0, 0}, up{0, 1};
+const double sqrt3 = std::sqrt(3.0);
+
+Object circle(const Arguments& a) {
+    Graph graph;
+    return model<2>(graph, length(point<2>(graph) - a.vector<2>("center")) - a.number("radius"));
+}
+
+Object line(const Arguments& a) {
+    Graph graph;
+    return model<2>(graph, dot(point<2>(graph) - a.vector<2>("point"), a.direction<2>("normal") * -1));
+}
+
+Object slab(const Arguments& a) {
+    Graph graph;
+    const Point<2> p = point<2>(graph);
+    std::optional<Value> result;
+    const auto cut = [&](std::string_view name, std::size_t axis, double sign) {
+        if (!a.has(name)) return;
+        const Value side = (p[axis] - a.number(name)) * sign;
+        result = result ? smooth_max(*result, side, smoothness(a)) : side;
+    };
+    cut("x0", 0, -1), cut("x1", 0, 1), cut("y0", 1, -1), cut("y1", 1, 1);
+    if (!result) a.reject("expected at least one of x0, y0, x1, y1, got none");
+    return model<2>(graph, *result);
+}
+
+Object rectangle(const Arguments& a) {
+    Vector<2> size = a.size<2>("size"), center = a.vector<2>("center");
+    if (a.has("a") != a.has("b")) a.reject(a.has("a") ? "b" : "a", "a corner, as the other is given");
+    if (a.has("a")) {
+        size = a.vector<2>("b") - a.vector<2>("a");
+        center = a.vector<2>("a") - size * -0.5;
+    }
+    Graph graph;
+    return model<2>(graph, corner(abs(point<2>(graph) - center) - size * 0.5));
+}
+
+Object rounded_rectangle(const Arguments& a) {
+    const Vector<4> radius = a.size<4>("radius");
+    Graph graph;
+    const Point<2> p = point<2>(graph) - a.vector<2>("center");
+    const auto [x, y] = p;
+    const auto choose = [&](Value coordinate, Value above, Value below) { return select(-coordinate, above, below); };
+    const auto r = [&](std::size_t i) { return graph.constant(radius[i]); };
+    const Value rounding = choose(x, choose(y, r(0), r(1)), choose(y, r(3), r(2)));
+    const Point<2> q = abs(p) - a.size<2>("size") * 0.5;
+    return model<2>(graph, corner<2>({q[0] + rounding, q[1] + rounding}) - rounding);
+}
+
+Object equilateral_triangle(const Arguments&) {
+    Graph graph;
+    // Mirrored until the lower edge, from (-2, 0) to (0, 0), is the nearest; inside is above it.
+    Value x = abs(graph.x()) - 1, y = graph.y() + 1 / sqrt3;
+    const Value over = max(x + sqrt3 * y, 0) / 2;
+    x = x - over, y = y - sqrt3 * over;
+    return model<2>(graph, corner<2>({abs(x + 1) - 1, -y}));
+}
+
+Object hexagon(const Arguments& a) {
+    const double r = a.at_least(0, "r") * sqrt3 / 2;  // from the corners to the edges
+    Graph graph;
+    auto [x, y] = abs(point<2>(graph));
+    // Mirrored until the upper edge is the nearest.
+    const Value over = 2 * min(y * 0.5 - x * (sqrt3 / 2), 0);
+    x = x + over * (sqrt3 / 2), y = y - over * 0.5;
+    const Value outwards = y - r;
+    return model<2>(graph, min(outwards, 0) + hypot(max(abs(x) - r / sqrt3, 0), max(outwards, 0)));
+}
+
+Object rounded_x(const Arguments& a) {
+    const double half = a.number("w") / 2;
+    Graph graph;
+    const auto [x, y] = abs(point<2>(graph));
+    // Less the nearest point of the diagonal, which is half of min(x + y, w) in both coordinates.
+    const Value across = (x - y) / 2;
+    return model<2>(graph, hypot(max(across, x - half), max(-across, y - half)) - a.number("r"));
+}
+
+/// Even-odd: outside, every ray crosses the edges an even number of times. This one leads to larger x.
+Object polygon(const Arguments& a) {
+    std::vector<Vector<2>> corners = a.points<2>("points");
+    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    while (corners.size() > 1 && corners.front() == corners.back()) corners.pop_back();
+    if (corners.size() < 3) a.reject("points", "at least 3 different points");
+    if (corners.size() > 10000) a.reject("points", "at most 10000 points");
+    Graph graph;
+    const Point<2> p = point<2>(graph);
+    const Value inside = graph.constant(-1), outside = graph.constant(1);
+    std::optional<Value> distance, sign;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        const Vector<2> from = corners[i], to = corners[(i + 1) % corners.size()];
+        const double extent = length(to - from);
+        const Vector<2> along = (to - from) * (1 / extent), across{-along[1], along[0]};
+        const Point<2> q = p - from;
+        const Value left = dot(q, across);
+        const Value edge = hypot(left, max(beyond(dot(q, along), extent), 0));
+        distance = distance ? min(*distance, edge) : edge;
+        if (from[1] == to[1]) continue;
+        const auto [low, high] = std::minmax(from[1], to[1]);
+        const bool rises = from[1] < to[1];
+        const Value crossed = rises ? select(-left, inside, outside) : select(left, inside, outside);
+        const Value flip = select(p[1] - low, outside, select(p[1] - high, crossed, outside));
+        sign = sign ? *sign * flip : flip;
+    }
+    return model<2>(graph, *sign * *distance);
+}
+
+Object vesica(const Arguments& a) {
+    const double r = a.number("r"), d = a.number("d");
+    if (std::fabs(d) > std::fabs(r)) a.reject("d", "a number of at most r");
+    const double b = std::sqrt(r * r - d * d);
+    Graph graph;
+    const auto [x, y] = abs(point<2>(graph));
+    return model<2>(graph, select(b * x - d * (y - b), hypot(x, y - b), hypot(x + d, y) - r));
+}
+
+}  // namespace
+
+void add_shapes_2d(std::vector<Word>& words) {
+    const auto shape = [&](std::string_view name, std::vector<Parameter> parameters, Object (*call)(const Arguments&),
+                           std::string_view meaning) {
+        words.push_back({name, Word::Kind::shape, 2, 2, std::move(parameters), meaning, call});
+    };
+    const auto number = Type::number;
+    const Parameter r = required("r", number), center = with_default("center", Type::vector, origin);
+
+    shape("circle", {with_default("radius", number, 1.0), center}, circle, "A disk.");
+    shape("line", {with_default("normal", Type::vector, up), with_default("point", Type::vector, origin)}, line,
+          "Half of the plane: the side of the point that the normal leads to.");
+    shape("slab",
+          {optional("x0", number), optional("y0", number), optional("x1", number), optional("y1", number),
+           optional("k", number)},
+          slab, "What lies between lines across the axes, of which any may be left out; k rounds its corners.");
+    shape("rectangle",
+          {with_default("size", Type::size, 1.0), center, optional("a", Type::vector), optional("b", Type::vector)},
+          rectangle, "A rectangle of given sides around a center, or from corner a to corner b.");
+    shape("rounded_rectangle", {required("size", Type::size), required("radius", Type::numbers), center},
+          rounded_rectangle,
+          "A rectangle with round corners: one radius, or four, clockwise from the corner of largest x and y.");
+    shape("equilateral_triangle", {}, equilateral_triangle, "A triangle of side 2 that points up, around the origin.");
+    shape("hexagon", {r}, hexagon, "A regular hexagon with corners at r on the x axis.");
+    shape("rounded_x", {required("w", number), r}, rounded_x,
+          "Two crossed lines along the diagonals, w wide, with everything within r of them.");
+    shape("polygon", {required("points", Type::points)}, polygon,
+          "A polygon from its corners in order; where it crosses itself, even-odd.");
+    shape("vesica", {r, required("d", number)}, vesica,
+          "What two disks of radius r share whose centers are d to the left and right of the origin.");
+}
+
+}  // namespace bob

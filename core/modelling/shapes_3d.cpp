@@ -1,0 +1,258 @@
+/// Shapes in three dimensions. The formulas give the values of fogleman/sdf's, many of them Inigo Quilez's
+/// (iquilezles.org/articles/distfunctions), but are written so that they stay tight in interval arithmetic, and their
+/// derivatives clean on the surface: distances along and across, each a straight function of x, y and z.
+#include <algorithm>
+
+#include "modelling/words.h"
+
+namespace bob {
+namespace {
+
+constexpr Vector<3> origin{0, 0, 0}, up{0, 0, 1};
+
+/// A point by the line from a to b: how far along it, counted from a, and how far away from it.
+struct Axial {
+    Value along, away;
+    double length;  // from a to b
+};
+
+/// Checks that the line's ends, the arguments `a` and `b`, are two points.
+Axial axial(Graph& graph, const Arguments& arguments) {
+    const Vector<3> a = arguments.vector<3>("a"), b = arguments.vector<3>("b");
+    const double span = length(b - a);
+    if (span == 0) arguments.reject("b", "another point than a");
+    const Vector<3> axis = (b - a) * (1 / span);
+    // Two directions across it, the first at right angles also to the coordinate axis that it is farthest from. Along a
+    // coordinate axis all three are coordinate axes.
+    Vector<3> farthest{};
+    const auto by_size = [](double p, double q) { return std::fabs(p) < std::fabs(q); };
+    farthest[static_cast<std::size_t>(std::min_element(axis.begin(), axis.end(), by_size) - axis.begin())] = 1;
+    const Vector<3> u = normalized(cross(farthest, axis)), v = cross(u, axis);
+    const Point<3> p = point<3>(graph) - a;
+    return {dot(p, axis), hypot(dot(p, u), dot(p, v)), span};
+}
+
+Object sphere(const Arguments& a) {
+    Graph graph;
+    return model<3>(graph, length(point<3>(graph) - a.vector<3>("center")) - a.number("radius"));
+}
+
+/// The half space on the side of `point` that `normal` leads away from is outside: (point - p) . normal.
+Value half_space(const Point<3>& p, const Vector<3>& point, const Vector<3>& normal) {
+    return dot(p - point, normal * -1);
+}
+
+Object plane(const Arguments& a) {
+    Graph graph;
+    return model<3>(graph, half_space(point<3>(graph), a.vector<3>("point"), a.direction<3>("normal")));
+}
+
+Object slab(const Arguments& a) {
+    Graph graph;
+    const Point<3> p = point<3>(graph);
+    std::optional<Value> result;
+    const auto cut = [&](std::string_view name, std::size_t axis, double sign) {
+        if (!a.has(name)) return;
+        const Value side = (p[axis] - a.number(name)) * sign;
+        result = result ? smooth_max(*result, side, smoothness(a)) : side;
+    };
+    cut("x0", 0, -1), cut("x1", 0, 1), cut("y0", 1, -1), cut("y1", 1, 1), cut("z0", 2, -1), cut("z1", 2, 1);
+    if (!result) a.reject("expected at least one of x0, y0, z0, x1, y1, z1, got none");
+    return model<3>(graph, *result);
+}
+
+Object box(const Arguments& a) {
+    Vector<3> size = a.size<3>("size"), center = a.vector<3>("center");
+    if (a.has("a") != a.has("b")) a.reject(a.has("a") ? "b" : "a", "a corner, as the other is given");
+    if (a.has("a")) {
+        size = a.vector<3>("b") - a.vector<3>("a");
+        center = a.vector<3>("a") - size * -0.5;
+    }
+    Graph graph;
+    return model<3>(graph, corner(abs(point<3>(graph) - center) - size * 0.5));
+}
+
+Object rounded_box(const Arguments& a) {
+    const double radius = a.number("radius");
+    Graph graph;
+    const Vector<3> flat = a.size<3>("size") * 0.5 - Vector<3>{radius, radius, radius};
+    return model<3>(graph, corner(abs(point<3>(graph)) - flat) - radius);
+}
+
+Object wireframe_box(const Arguments& a) {
+    const double half = a.number("thickness") / 2;
+    Graph graph;
+    // From the outer faces inwards, p; from the middle line of each bar, q.
+    const Point<3> from_middle = abs(point<3>(graph)) - a.size<3>("size") * 0.5;
+    const Vector<3> halves{half, half, half};
+    const Point<3> p = from_middle - halves, q = abs(from_middle) - halves;
+    const Value x = corner<3>({p[0], q[1], q[2]}), y = corner<3>({q[0], p[1], q[2]}), z = corner<3>({q[0], q[1], p[2]});
+    return model<3>(graph, min(min(x, y), z));
+}
+
+Object torus(const Arguments& a) {
+    Graph graph;
+    const auto [x, y, z] = point<3>(graph);
+    return model<3>(graph, hypot(hypot(x, y) - a.number("r1"), z) - a.number("r2"));
+}
+
+Object capsule(const Arguments& a) {
+    Graph graph;
+    const auto [along, away, length] = axial(graph, a);
+    return model<3>(graph, hypot(away, max(beyond(along, length), 0)) - a.number("radius"));
+}
+
+Object cylinder(const Arguments& a) {
+    Graph graph;
+    return model<3>(graph, hypot(graph.x(), graph.y()) - a.number("radius"));
+}
+
+Object capped_cylinder(const Arguments& a) {
+    Graph graph;
+    const auto [along, away, length] = axial(graph, a);
+    return model<3>(graph, corner<2>({away - a.number("radius"), beyond(along, length)}));
+}
+
+Object rounded_cylinder(const Arguments& a) {
+    const double rb = a.number("rb");
+    Graph graph;
+    const auto [x, y, z] = point<3>(graph);
+    return model<3>(graph, corner<2>({hypot(x, y) - (a.number("ra") - rb), abs(z) - (a.number("h") / 2 - rb)}) - rb);
+}
+
+Object capped_cone(const Arguments& a) {
+    const double ra = a.number("ra"), rb = a.number("rb");
+    Graph graph;
+    const auto [along, away, length] = axial(graph, a);
+    const double slope = std::hypot(length, rb - ra);
+    // To the nearer cap, and to the side: across it, and beyond its ends.
+    const Value cap = beyond(along, length);
+    const Value rim = max(away - select(along - length / 2, graph.constant(ra), graph.constant(rb)), 0);
+    const Value to_cap = hypot(rim, cap);
+    const Value run = (away - ra) * ((rb - ra) / slope) + along * (length / slope);
+    const Value across = (away - ra) * (length / slope) - along * ((rb - ra) / slope);
+    const Value to_side = hypot(across, max(beyond(run, slope), 0));
+    // Inside: between the caps, and nearer to the axis than the side's nearest point.
+    const Value nearest = clamp(run / slope, 0, 1) * (rb - ra) + ra;
+    return model<3>(graph, select(max(away - nearest, cap), max(-to_cap, -to_side), min(to_cap, to_side)));
+}
+
+Object rounded_cone(const Arguments& a) {
+    const double r1 = a.number("r1"), r2 = a.number("r2"), h = a.nonzero("h");
+    if (std::fabs(r1 - r2) > std::fabs(h)) a.reject("h", "a number of at least |r1 - r2|");
+    const double sine = (r1 - r2) / h, cosine = std::sqrt(1 - sine * sine);
+    Graph graph;
+    const auto [x, y, z] = point<3>(graph);
+    const Value away = hypot(x, y), along = z * cosine - away * sine;
+    const Value below = hypot(away, z) - r1, above = hypot(away, z - h) - r2, side = away * cosine + z * sine - r1;
+    return model<3>(graph, select(along, below, select(cosine * h - along, above, side)));
+}
+
+Object ellipsoid(const Arguments& a) {
+    const Vector<3> size = a.nonzero_size<3>("size");
+    Graph graph;
+    const auto [x, y, z] = point<3>(graph);
+    const Point<3> scaled{x / size[0], y / size[1], z / size[2]};
+    const Point<3> twice{x / (size[0] * size[0]), y / (size[1] * size[1]), z / (size[2] * size[2])};
+    const Value k0 = length(scaled), k1 = length(twice);
+    // k0 / k1 is a mean of the semi-axes. Saying so keeps it finite in the centre, and intervals around it tight.
+    const auto [low, high] = std::minmax({std::fabs(size[0]), std::fabs(size[1]), std::fabs(size[2])});
+    return model<3>(graph, (k0 - 1) * clamp(k0 / max(k1, 1e-300), low, high));
+}
+
+Object pyramid(const Arguments& a) {
+    const double h = a.number("h"), m2 = h * h + 0.25, m = std::sqrt(m2);
+    Graph graph;
+    const Value x = abs(graph.x()) - 0.5, y = abs(graph.y()) - 0.5, z = graph.z();
+    const Value px = max(x, y), pz = min(x, y);
+    // Across a face, from the base's edge upwards, and along the edge.
+    const Value across = h * px + 0.5 * z, upwards = h * z - 0.5 * px;
+    const Value t = clamp((upwards - 0.5 * pz) / (m2 + 0.25), 0, 1);
+    const Value to_base = hypot(m * max(pz, 0), upwards), to_edge = hypot(m * (pz + 0.5 * t), upwards - m2 * t);
+    const Value over_face = min(upwards, -m2 * pz - 0.5 * upwards);
+    const Value distance = hypot(select(-over_face, graph.constant(0), min(to_base, to_edge)), across) / m;
+    return model<3>(graph, select(max(across, -z), -distance, distance));
+}
+
+// The Platonic solids, but for the cube.
+
+Object tetrahedron(const Arguments& a) {
+    Graph graph;
+    const auto [x, y, z] = point<3>(graph);
+    return model<3>(graph, (max(abs(x + y) - z, abs(x - y) + z) - a.number("r")) / std::sqrt(3));
+}
+
+Object octahedron(const Arguments& a) {
+    Graph graph;
+    const auto [x, y, z] = abs(point<3>(graph));
+    return model<3>(graph, (x + y + z - a.number("r")) / std::sqrt(3));
+}
+
+/// The largest of p . n over the turns of n = (x, y, z).
+Value over_turns(const Point<3>& p, const Vector<3>& n) {
+    const auto [x, y, z] = n;
+    return max(max(dot(p, n), dot(p, Vector<3>{z, x, y})), dot(p, Vector<3>{y, z, x}));
+}
+
+Object dodecahedron(const Arguments& a) {
+    const Vector<3> n = normalized(Vector<3>{(1 + std::sqrt(5)) / 2, 1, 0});
+    const double r = a.nonzero("r");
+    Graph graph;
+    return model<3>(graph, (over_turns(abs(point<3>(graph)), n) - n[0] * std::fabs(r)) * std::copysign(1, r));
+}
+
+Object icosahedron(const Arguments& a) {
+    const Vector<3> n = normalized(Vector<3>{(std::sqrt(5) + 3) / 2, 1, 0});
+    // r reaches to the corners, this to the middle of the edges, as for the dodecahedron.
+    const double r = a.nonzero("r") * 0.8506507174597755;
+    Graph graph;
+    const Point<3> p = abs(point<3>(graph));
+    const Value faces = max(over_turns(p, n), (p[0] + p[1] + p[2]) / std::sqrt(3));
+    return model<3>(graph, (faces - n[0] * std::fabs(r)) * std::copysign(1, r));
+}
+
+}  // namespace
+
+void add_shapes_3d(std::vector<Word>& words) {
+    const auto shape = [&](std::string_view name, std::vector<Parameter> parameters, Object (*call)(const Arguments&),
+                           std::string_view meaning) {
+        words.push_back({name, Word::Kind::shape, 3, 3, std::move(parameters), meaning, call});
+    };
+    const auto number = Type::number;
+    const Parameter a = required("a", Type::vector), b = required("b", Type::vector), r = required("r", number);
+    const Parameter radius = required("radius", number), h = required("h", number), size = required("size", Type::size);
+    const Parameter center = with_default("center", Type::vector, origin);
+
+    shape("sphere", {with_default("radius", number, 1.0), center}, sphere, "A ball.");
+    shape("plane", {with_default("normal", Type::vector, up), with_default("point", Type::vector, origin)}, plane,
+          "Half of space: the side of the point that the normal leads to.");
+    shape("slab",
+          {optional("x0", number), optional("y0", number), optional("z0", number), optional("x1", number),
+           optional("y1", number), optional("z1", number), optional("k", number)},
+          slab,
+          "What lies between planes across the axes, of which any may be left out; k rounds its edges.");
+    shape("box",
+          {with_default("size", Type::size, 1.0), center, optional("a", Type::vector), optional("b", Type::vector)}, box,
+          "A box of given sides around a center, or from corner a to corner b.");
+    shape("rounded_box", {size, radius}, rounded_box, "A box around the origin with round edges and corners.");
+    shape("wireframe_box", {size, required("thickness", number)}, wireframe_box, "The twelve edges of a box as bars.");
+    shape("torus", {required("r1", number), required("r2", number)}, torus,
+          "A ring around the z axis: r1 to the middle of the tube, whose radius is r2.");
+    shape("capsule", {a, b, radius}, capsule, "All points within a radius of the line from a to b.");
+    shape("cylinder", {radius}, cylinder, "A cylinder around the z axis without ends.");
+    shape("capped_cylinder", {a, b, radius}, capped_cylinder, "A cylinder from a to b with flat ends.");
+    shape("rounded_cylinder", {required("ra", number), required("rb", number), h}, rounded_cylinder,
+          "A cylinder around the z axis of radius ra and height h, its edges rounded with radius rb.");
+    shape("capped_cone", {a, b, required("ra", number), required("rb", number)}, capped_cone,
+          "A cone from radius ra at a to radius rb at b, with flat ends.");
+    shape("rounded_cone", {required("r1", number), required("r2", number), h}, rounded_cone,
+          "The hull of two balls: radius r1 at the origin, radius r2 at height h.");
+    shape("ellipsoid", {size}, ellipsoid, "An ellipsoid with these semi-axes; its distances are approximate.");
+    shape("pyramid", {h}, pyramid, "A pyramid of height h on a square of side 1.");
+    shape("tetrahedron", {r}, tetrahedron, "A regular tetrahedron with a corner at (r, r, r).");
+    shape("octahedron", {r}, octahedron, "A regular octahedron with corners at r on the axes.");
+    shape("dodecahedron", {r}, dodecahedron, "A regular dodecahedron with edges that touch the sphere of radius r.");
+    shape("icosahedron", {r}, icosahedron, "A regular icosahedron with corners on the sphere of radius r.");
+}
+
+}  // namespace bob

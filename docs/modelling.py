@@ -1,0 +1,193 @@
+"""Writes what is made from the modelling language's table: docs/modelling.md, and the stubs by which editors and type
+checkers know the words of d2, d3 and ease.
+
+python docs/modelling.py
+"""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import replace
+from pathlib import Path
+
+from bobrossnet.sdf.words import WORDS, Parameter, Word
+
+ROOT = Path(__file__).parent.parent
+LINE = 120
+
+# ---- The document ----------------------------------------------------------------------------------------
+
+HEAD = """# The modelling language
+
+Shapes as formulas that are negative inside, after [fogleman/sdf](https://github.com/fogleman/sdf): a program written
+for it runs once its first line says `from bobrossnet.sdf import *`. Text, images and meshes as shapes are not here, and
+`save` draws a picture (`f.save("part.png", camera=bob.Camera(azimuth=30))`) where that package writes triangles. Shapes
+are traced like any others: `bob.trace(f)`.
+
+`a | b`, `a & b` and `a - b` are union, intersection and difference. `b.k(0.1)` rounds the edge that the next of them
+leaves where it joins b to something: `a - b.k(0.1)`. Angles are in radians; `degrees` and `radians` convert. X, Y, Z,
+UP and ORIGIN are vectors. What takes a number or a vector takes the number for all axes. Where an easing is expected,
+any function of t will do that is made of operators and numpy's functions.
+
+A name that stands in two and in three dimensions means three, but an operation given a flat shape is the flat one; `d2`
+and `d3` have both: `d2.slab(x0=0)`. Shapes and operations of your own are functions under `@sdf2`, `@sdf3`, `@op2`,
+`@op3`, `@op23` and `@op32` (`help("bobrossnet.sdf.custom")`).
+
+Every value is that of fogleman/sdf's formula, with these exceptions: `rounded_rectangle` heeds its center; corners that
+stand twice in a polygon, the centre of an ellipsoid and other places where a formula there divides 0 by 0 have a value;
+and k is taken when shapes are joined, not when they are evaluated.
+
+This list is made by docs/modelling.py from the table in core/modelling.
+"""
+
+SECTIONS = [
+    ("Solids", lambda word: word.kind == "shape" and word.dimensions == 3),
+    ("Flat shapes", lambda word: word.kind == "shape" and word.dimensions == 2),
+    ("Operations on solids", lambda word: word.kind == "operation" and word.dimensions == 3),
+    ("Operations on flat shapes", lambda word: word.kind == "operation" and word.dimensions == 2),
+    ("Easing functions", lambda word: word.kind == "easing"),
+]
+
+
+def document() -> str:
+    parts = [HEAD]
+    for title, belongs in SECTIONS:
+        rows = [f"| `{_called(word)}` | {word.meaning.replace('|', '&#124;')} |" for word in WORDS if belongs(word)]
+        parts.append("\n".join([f"## {title}", "", "| | |", "|---|---|", *rows]) + "\n")
+    return "\n".join(parts)
+
+
+def _called(word: Word) -> str:
+    """As it is written: operations as methods, of what comes first."""
+    if word.kind == "shape":
+        return word.describe()
+    if word.kind == "easing":
+        return f"ease.{word.describe()}"
+    first, *rest = word.parameters
+    result = " → solid" if word.result_dimensions > word.dimensions else ""
+    result = " → flat" if word.result_dimensions < word.dimensions else result
+    return f"{first.name}.{replace(word, parameters=tuple(rest)).describe()}{result}"
+
+
+# ---- The stubs -------------------------------------------------------------------------------------------
+
+STUB = '''"""{title} Made by docs/modelling.py."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+{imports}
+Vector: TypeAlias = Sequence[float] | NDArray[Any]
+Size: TypeAlias = float | Vector
+Points: TypeAlias = Sequence[Vector] | NDArray[Any]
+Easing: TypeAlias = Callable[[Any], Any]
+
+__all__ = [
+{names}
+]
+
+{constants}
+
+class {shape}({base}):
+{methods}
+{functions}'''
+
+EASING_STUB = '''"""Easing functions: from 0 at t = 0 to 1 at t = 1. Made by docs/modelling.py."""
+
+from typing import Any
+
+__all__ = [
+{names}
+]
+
+{functions}'''
+
+TYPES = {
+    "number": "float",
+    "integer": "int",
+    "vector": "Vector",
+    "size": "Size",
+    "numbers": "Size",
+    "points": "Points",
+    "easing": "Easing",
+}
+
+
+def stub(dimensions: int) -> str:
+    words = [word for word in WORDS if word.dimensions == dimensions and word.kind != "easing"]
+    operations = [word for word in words if word.kind == "operation"]
+    flat = dimensions == 2
+    names = ["ORIGIN", "X", "Y", "UP"] if flat else ["ORIGIN", "X", "Y", "Z", "UP"]
+    return STUB.format(
+        title=f"Shapes in {'two' if flat else 'three'} dimensions, and operations on them.",
+        imports="from bobrossnet.sdf.d3 import SDF3\nfrom bobrossnet.sdf.words import Flat\n"
+        if flat
+        else "from bobrossnet.sdf.d2 import SDF2\nfrom bobrossnet.sdf.solid import Solid\n",
+        names=_listed(sorted([*names, f"SDF{dimensions}", *(word.name for word in words)])),
+        constants="\n".join(f"{name}: NDArray[np.int_]" for name in names),
+        shape=f"SDF{dimensions}",
+        base="Flat" if flat else "Solid",
+        methods="\n".join(_definition(word, method=True) for word in operations),
+        functions="\n".join(_definition(word) for word in words),
+    )
+
+
+def easing_stub() -> str:
+    words = [word for word in WORDS if word.kind == "easing"]
+    functions = []
+    for word in words:
+        k = "".join(f", {parameter.name}: float = ..." for parameter in word.parameters[1:])
+        functions.append(f'def {word.name}(t: Any{k}) -> Any:\n    """{word.meaning}"""\n')
+    names = _listed(sorted(word.name for word in words))
+    return EASING_STUB.format(names=names, functions="\n".join(functions))
+
+
+def _listed(names: list[str]) -> str:
+    return "\n".join(f'    "{name}",' for name in names)
+
+
+def _definition(word: Word, method: bool = False) -> str:
+    parameters = [_typed(word, parameter) for parameter in word.parameters]
+    if method:
+        parameters[0] = "self"
+    indent = "    " if method else ""
+    result = f") -> SDF{word.result_dimensions}:"
+    line = f"{indent}def {word.name}({', '.join(parameters)}{result}"
+    if len(line) > LINE:
+        inner = "".join(f"\n{indent}    {parameter}," for parameter in parameters)
+        line = f"{indent}def {word.name}({inner}\n{indent}{result}"
+    meaning = textwrap.wrap(word.meaning, LINE - len(indent) - 10)
+    text = f"\n{indent}    ".join(meaning)
+    return f'{line}\n{indent}    """{text}"""\n'
+
+
+def _typed(word: Word, parameter: Parameter) -> str:
+    kind = f"SDF{word.dimensions}" if parameter.type == "model" else TYPES[parameter.type]
+    if parameter.variadic:
+        return f"*{parameter.name}: {kind}"
+    if parameter.required:
+        return f"{parameter.name}: {kind}"
+    return f"{parameter.name}: {kind}{' | None' if parameter.default is None and kind != 'Easing' else ''} = ..."
+
+
+def files() -> dict[Path, str]:
+    """What is written where."""
+    package = ROOT / "src/bobrossnet/sdf"
+    return {
+        ROOT / "docs/modelling.md": document(),
+        package / "d2.pyi": stub(2),
+        package / "d3.pyi": stub(3),
+        package / "ease.pyi": easing_stub(),
+    }
+
+
+def main() -> None:
+    for path, text in files().items():
+        path.write_text(text)
+
+
+if __name__ == "__main__":
+    main()

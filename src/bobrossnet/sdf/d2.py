@@ -1,0 +1,33 @@
+"""Shapes in two dimensions, and operations on them. Editors and type checkers read d2.pyi (docs/modelling.py)."""
+
+import numpy as np
+
+from bobrossnet.sdf import words
+
+ORIGIN = np.array((0, 0))
+
+X = np.array((1, 0))
+Y = np.array((0, 1))
+
+UP = Y
+
+
+class SDF2(words.Flat):
+    """A shape in two dimensions: operations on it are its methods, and ``|``, ``&`` and ``-`` join it to others.
+
+    Parameters
+    ----------
+    function : Expression, or callable
+        A formula in x and y, negative inside; or a function of points (n, 2) that returns one number for each, which
+        is called once with symbols.
+
+    Attributes
+    ----------
+    expression : Expression
+    """
+
+
+words.add_methods(SDF2)
+_words = words.shape_words(2)
+globals().update(_words)
+__all__ = ["ORIGIN", "SDF2", "UP", "X", "Y", *_words]

@@ -1,0 +1,38 @@
+"""Shapes in three dimensions, and operations on them. Editors and type checkers read d3.pyi (docs/modelling.py)."""
+
+import numpy as np
+
+from bobrossnet.sdf import words
+from bobrossnet.sdf.solid import Solid
+
+ORIGIN = np.array((0, 0, 0))
+
+X = np.array((1, 0, 0))
+Y = np.array((0, 1, 0))
+Z = np.array((0, 0, 1))
+
+UP = Z
+
+
+class SDF3(Solid):
+    """A shape in three dimensions: operations on it are its methods, and ``|``, ``&`` and ``-`` join it to others.
+
+    Parameters
+    ----------
+    function : Expression, or callable
+        A formula in x, y and z, negative inside; or a function of points (n, 3) that returns one number for each,
+        which is called once with symbols.
+    bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
+        The box that is looked at when it is traced. Without it, it is found.
+
+    Attributes
+    ----------
+    expression : Expression
+    bounds : (2, 3) float64 or None
+    """
+
+
+words.add_methods(SDF3)
+_words = words.shape_words(3)
+globals().update(_words)
+__all__ = ["ORIGIN", "SDF3", "UP", "X", "Y", "Z", *_words]

@@ -1,0 +1,94 @@
+"""What solids can do beside the operations of the language: be traced, and be drawn."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, NoReturn
+
+from bobrossnet.errors import InputError
+from bobrossnet.render.camera import Camera
+from bobrossnet.render.order import Size
+from bobrossnet.render.picture import FORMATS, check_picture_path, to_8_bit, write_picture
+from bobrossnet.render.trace import trace
+from bobrossnet.sdf import words
+from bobrossnet.shapes.implicit import Implicit
+
+
+class Solid(words.SDF, Implicit):
+    """A shape in three dimensions that can be traced as any other. The language's are `SDF3`.
+
+    Parameters
+    ----------
+    function : Expression, or callable
+        A formula in x, y and z, negative inside; or a function of points (n, 3) that returns one number for each,
+        which is called once with symbols.
+    bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
+        The box that is looked at when it is traced. Without it, it is found.
+
+    Attributes
+    ----------
+    expression : Expression
+    bounds : (2, 3) float64 or None
+    """
+
+    dimensions = 3
+
+    def __init__(self, function: Any, bounds: Any = None) -> None:
+        Implicit.__init__(self, words.formula(function, 3), bounds)
+        self._k = None
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        step: Any = None,
+        bounds: Any = None,
+        samples: Any = None,
+        workers: Any = None,
+        batch_size: Any = None,
+        verbose: Any = None,
+        sparse: Any = None,
+        *,
+        size: Size = (480, 640),
+        camera: Camera | None = None,
+    ) -> None:
+        """Write a picture of the shape.
+
+        Parameters
+        ----------
+        path : str or path
+            Ends in that of a picture, such as ``.png``.
+        bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
+            The box that is looked at; by default the shape's own, or the one that is found.
+        step, samples, workers, batch_size, verbose, sparse
+            Of programs that write meshes; a picture doesn't need them.
+        size : (height, width)
+        camera : Camera, optional
+
+        Raises
+        ------
+        InputError
+            If the path isn't that of a picture, or the shape can't be traced.
+        """
+        if Path(path).suffix.lower() not in FORMATS:
+            raise InputError(
+                f"{path}: expected a picture's ending ({' '.join(FORMATS)}), got {Path(path).suffix or 'none'}; "
+                "shapes are traced, not turned into triangles"
+            )
+        path = check_picture_path(path)
+        shape = Implicit(self.expression, self.bounds if bounds is None else bounds)
+        write_picture(path, to_8_bit(trace(shape, camera, size=size).gray))
+
+    def generate(self, *args: Any, **kwargs: Any) -> NoReturn:
+        """Not possible: shapes are traced, not turned into triangles."""
+        raise InputError(
+            "generate: expected a picture, got a request for triangles, which shapes are not turned into; "
+            "shape.save('picture.png') draws it, bobrossnet.trace(shape) gives its G-buffer"
+        )
+
+    def show_slice(self, *args: Any, **kwargs: Any) -> NoReturn:
+        """Not possible: ``shape(points)`` gives the distances to plot."""
+        raise InputError(
+            "show_slice: expected a picture of the surface, got a request for a plot of distances; "
+            "shape(points) gives them, shape.slice() the section at z = 0, shape.save('picture.png') the surface"
+        )

@@ -1,0 +1,325 @@
+"""The modelling language's words as Python's functions and methods, made from the core's table."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet import _core
+from bobrossnet.errors import InputError, InputTypeError, check_array
+from bobrossnet.shapes.formula import Symbol, Symbols, expression_of, expression_of_points, substitute
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One of a word's parameters; `variadic` takes all further positional arguments."""
+
+    name: str
+    type: str
+    required: bool
+    default: Any
+    variadic: bool
+
+    def describe(self) -> str:
+        """As it stands in a signature: the name, and the default if there is one."""
+        if self.variadic:
+            return f"*{self.name}"
+        return self.name if self.required else f"{self.name}={self._default_text()}"
+
+    def _default_text(self) -> str:
+        if self.type == "easing":
+            return "ease.linear"
+        if isinstance(self.default, tuple):
+            return "(" + ", ".join(f"{number:g}" for number in self.default) + ")"
+        return f"{self.default:g}" if isinstance(self.default, float) else repr(self.default)
+
+
+@dataclass(frozen=True)
+class Word:
+    """A word of the language: `dimensions` of the shapes it takes, or makes if its kind is "shape"; 0 for easings."""
+
+    index: int
+    name: str
+    kind: str
+    dimensions: int
+    result_dimensions: int
+    parameters: tuple[Parameter, ...]
+    meaning: str
+
+    def describe(self) -> str:
+        """The word as it is called, such as ``sphere(radius=1, center=(0, 0, 0))``."""
+        return f"{self.name}({', '.join(parameter.describe() for parameter in self.parameters)})"
+
+
+def _word(index: int, row: tuple[Any, ...]) -> Word:
+    name, kind, dimensions, result_dimensions, parameters, meaning = row
+    described = [Parameter(*parameter) for parameter in parameters]
+    if kind == "easing":
+        described[0] = replace(described[0], required=True)  # without t the core gives the easing itself
+    return Word(index, name, kind, dimensions, result_dimensions, tuple(described), meaning)
+
+
+WORDS = tuple(_word(index, row) for index, row in enumerate(_core.vocabulary()))
+
+TYPES = {
+    "number": "number",
+    "integer": "whole number",
+    "vector": "vector",
+    "size": "number or vector",
+    "numbers": "number or several",
+    "points": "list of vectors",
+    "easing": "function of t",
+    "model": "shape",
+}
+"""What each type of parameter is called in documentation."""
+
+
+class SDF:
+    """What shapes of two and of three dimensions have in common: a formula, and operators.
+
+    Parameters
+    ----------
+    function : Expression, or callable
+        A formula in x, y (and z), negative inside; or a function of points (n, 2 or 3) that returns one number for
+        each, which is called once with symbols.
+
+    Attributes
+    ----------
+    expression : Expression
+    """
+
+    dimensions: int
+    expression: _core.Expression
+    _k: float | None
+
+    def __call__(self, points: Any) -> Any:
+        """The distances of points.
+
+        Parameters
+        ----------
+        points : (n, 2) or (n, 3) numbers
+            As many coordinates as the shape has dimensions.
+
+        Returns
+        -------
+        (n, 1) float64, negative inside
+        """
+        if isinstance(points, Symbols):
+            return substitute(self.expression, points)
+        points = check_array("points", points, (None, self.dimensions))
+        in_space = np.zeros((len(points), 3))
+        in_space[:, : self.dimensions] = points
+        return self.expression(in_space)[:, None]
+
+    def k(self, k: float | None = None) -> Any:
+        """Set the radius of the rounded edge that the next operator leaves where it joins this shape to another.
+
+        Parameters
+        ----------
+        k : number of at least 0, or None for a sharp edge
+
+        Returns
+        -------
+        The shape itself.
+        """
+        self._k = _checked(_core.call_method, self.model(), "k", (k,), {}).k
+        return self
+
+    def model(self) -> _core.Model:
+        """The shape as the core takes it."""
+        return _core.Model(self.dimensions, self.expression, self._k)
+
+    def __or__(self, other: Any) -> Any:
+        return self._combined("|", other)
+
+    def __and__(self, other: Any) -> Any:
+        return self._combined("&", other)
+
+    def __sub__(self, other: Any) -> Any:
+        return self._combined("-", other)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.expression!r})"
+
+    def _combined(self, op: str, other: Any) -> Any:
+        if not isinstance(other, SDF):
+            return NotImplemented
+        return _from_core(_checked(_core.combine, op, self.model(), other.model()))
+
+
+class Flat(SDF):
+    """A shape in two dimensions. The language's are `SDF2`."""
+
+    dimensions = 2
+
+    def __init__(self, function: Any) -> None:
+        self.expression = formula(function, 2)
+        self._k = None
+
+
+SHAPES: dict[int, Callable[[_core.Expression], SDF]] = {}
+"""SDF2 and SDF3 by their dimensions."""
+
+
+def formula(function: Any, dimensions: int) -> _core.Expression:
+    """The formula of what SDF2 and SDF3 are made from."""
+    if isinstance(function, _core.Expression):
+        return function
+    if isinstance(function, SDF):
+        return function.expression
+    return expression_of_points(function, dimensions)
+
+
+def shape_words(dimensions: int) -> dict[str, Callable[..., Any]]:
+    """The functions that make shapes of so many dimensions, or take them, by name."""
+    return {word.name: _function(word) for word in WORDS if word.kind != "easing" and word.dimensions == dimensions}
+
+
+def easing_words() -> dict[str, Callable[..., Any]]:
+    """The easing functions by name."""
+    return {word.name: _easing(word) for word in WORDS if word.kind == "easing"}
+
+
+def add_methods(shape: type[Any]) -> None:
+    """Give SDF2 or SDF3 the operations on them as methods."""
+    SHAPES[shape.dimensions] = shape
+    for word in WORDS:
+        if word.kind == "operation" and word.dimensions == shape.dimensions:
+            method = _function(word)
+            method.__qualname__ = f"{shape.__name__}.{word.name}"
+            parameters = list(_signature(word).parameters.values())
+            method.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+                [parameters[0].replace(name="self"), *parameters[1:]]
+            )
+            setattr(shape, word.name, method)
+
+
+def _function(word: Word) -> Callable[..., Any]:
+    def function(*args: Any, **kwargs: Any) -> Any:
+        args = tuple(_to_core(word, index, value) for index, value in enumerate(args))
+        kwargs = {name: _to_core(word, name, value) for name, value in kwargs.items()}
+        return _from_core(_checked(_core.call, word.index, args, kwargs))
+
+    return _dressed(function, word, f"bobrossnet.sdf.d{word.dimensions}")
+
+
+def _easing(word: Word) -> Callable[..., Any]:
+    def easing(*args: Any, **kwargs: Any) -> Any:
+        try:
+            bound = _signature(word).bind(*args, **kwargs)
+        except TypeError as error:
+            raise InputTypeError(f"{word.name}: {error}") from None
+        t, *rest = bound.args
+        options = dict(zip((parameter.name for parameter in word.parameters[1:]), rest, strict=False))
+        expression = _checked(_core.call, word.index, (), options).expression
+        if isinstance(t, Symbol | Symbols):
+            symbols = np.asarray(t, dtype=object)
+            row = np.stack([symbols.reshape(-1), np.zeros(symbols.size, object)], axis=1)
+            values = substitute(expression, row.view(Symbols)).reshape(symbols.shape)
+            return values if symbols.ndim else values[()]
+        numbers = _numbers(word, t)
+        points = np.zeros((numbers.size, 3))
+        points[:, 0] = numbers.reshape(-1)
+        return expression(points).reshape(numbers.shape)[()]
+
+    return _dressed(easing, word, "bobrossnet.sdf.ease")
+
+
+def _numbers(word: Word, t: Any) -> NDArray[np.float64]:
+    try:
+        return np.asarray(t, np.float64)
+    except (TypeError, ValueError):
+        raise InputTypeError(f"{word.name}: t: expected a number or an array, got {type(t).__name__}") from None
+
+
+def _dressed(function: Callable[..., Any], word: Word, module: str) -> Callable[..., Any]:
+    """The function with what `help` and editors show."""
+    function.__name__ = function.__qualname__ = word.name
+    function.__module__ = module
+    function.__signature__ = _signature(word)  # type: ignore[attr-defined]
+    lines = [word.meaning]
+    if word.parameters:
+        lines += ["", "Parameters", "----------"]
+        lines += [_documented(word, parameter) for parameter in word.parameters]
+    function.__doc__ = "\n".join(lines)
+    return function
+
+
+def _documented(word: Word, parameter: Parameter) -> str:
+    if word.kind == "easing" and parameter.name == "t":
+        return "t : number or array of numbers, 0..1"
+    name = f"*{parameter.name}" if parameter.variadic else parameter.name
+    kind = TYPES[parameter.type]
+    if parameter.type in ("vector", "size", "points", "model"):
+        kind = kind.replace("vector", f"{word.dimensions}D vector").replace("shape", f"{word.dimensions}D shape")
+    optional = ", optional" if not (parameter.required or parameter.variadic) else ""
+    return f"{name} : {kind}{optional}"
+
+
+def _signature(word: Word) -> inspect.Signature:
+    parameters: list[inspect.Parameter] = []
+    for parameter in word.parameters:
+        if parameter.variadic:
+            parameters.append(inspect.Parameter(parameter.name, inspect.Parameter.VAR_POSITIONAL))
+            continue
+        after_variadic = parameters and parameters[-1].kind == inspect.Parameter.VAR_POSITIONAL
+        kind = inspect.Parameter.KEYWORD_ONLY if after_variadic else inspect.Parameter.POSITIONAL_OR_KEYWORD
+        default = inspect.Parameter.empty if parameter.required else _python_default(parameter)
+        parameters.append(inspect.Parameter(parameter.name, kind, default=default))
+    return inspect.Signature(parameters)
+
+
+def _python_default(parameter: Parameter) -> Any:
+    if parameter.type == "easing":
+        return _linear
+    if isinstance(parameter.default, tuple):
+        return tuple(map(_whole, parameter.default))
+    return _whole(parameter.default)
+
+
+def _whole(value: Any) -> Any:
+    """1 rather than 1.0, for people to read."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+class _Default:
+    """ease.linear in signatures, under its own name."""
+
+    def __repr__(self) -> str:
+        return "ease.linear"
+
+
+_linear = _Default()
+
+
+def _to_core(word: Word, place: int | str, value: Any) -> Any:
+    """The core's own kinds of values; numbers and vectors are converted there."""
+    if isinstance(value, SDF):
+        return value.model()
+    if callable(value) and not isinstance(value, type):
+        names = [parameter.name for parameter in word.parameters]
+        name = names[min(place, len(names) - 1)] if isinstance(place, int) else place
+        return _core.Easing(expression_of(value, 1, f"{word.name}: {name}"))
+    return value
+
+
+def _from_core(value: Any) -> Any:
+    if not isinstance(value, _core.Model):
+        return value
+    shape = SHAPES[value.dimensions](value.expression)
+    return shape if value.k is None else shape.k(value.k)
+
+
+def _checked(function: Callable[..., Any], *args: Any) -> Any:
+    """A call into the core, whose errors become the package's."""
+    try:
+        return function(*args)
+    except _core.CallTypeError as error:
+        raise InputTypeError(str(error)) from None
+    except (_core.CallError, _core.TooLargeError) as error:
+        raise InputError(str(error)) from None

@@ -1,0 +1,550 @@
+"""Formulas from Python functions: a function is called once, with symbols, and what it does to them is recorded."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from numbers import Real
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
+from numpy.typing import NDArray
+
+from bobrossnet import _core
+from bobrossnet.errors import InputError, InputTypeError
+
+Number: TypeAlias = "Symbol | float"
+Rule: TypeAlias = Callable[..., Any]
+"""What a numpy function does to single symbols and numbers, at least one of them a symbol."""
+
+MAX_EXPONENT = 1000  # of powers with whole exponents, as in the core
+
+
+def expression_of(function: Callable[..., Any], arity: int, name: str = "function") -> _core.Expression:
+    """The formula that a function computes.
+
+    Parameters
+    ----------
+    function : callable
+        Takes `arity` symbols and returns one, or a number. It may use operators, numpy's functions, `np.where`, loops
+        and conditions on numbers; it is called once.
+    arity : 1, 2 or 3
+        The symbols are x, y and z in this order.
+    name : str
+        Begins messages.
+
+    Notes
+    -----
+    Values are those of numpy but for the last bits, and with these exceptions: `np.where` is NaN where either side is;
+    powers of numbers below 0 are NaN unless the exponent is a whole number and no symbol; the sign of zero may be lost.
+
+    Raises
+    ------
+    InputError
+        If the function raises something, asks for the truth of a condition on symbols, returns something else than a
+        symbol or a number, or takes too many steps.
+    """
+    graph = _core.Graph()
+    return _traced(function, graph, _coordinates(graph)[:arity], name)
+
+
+def expression_of_points(function: Callable[..., Any], dimensions: int, name: str = "function") -> _core.Expression:
+    """The formula that a function of points computes.
+
+    Parameters
+    ----------
+    function : callable
+        Takes points (N, `dimensions`) and returns N numbers, (N,) or (N, 1), each of its own point only.
+    dimensions : 2 or 3
+    name : str
+        Begins messages.
+
+    Raises
+    ------
+    InputError
+        As `expression_of`.
+    """
+    graph = _core.Graph()
+    return _traced(function, graph, [_symbols([_coordinates(graph)[:dimensions]])], name)
+
+
+def substitute(expression: _core.Expression, points: Symbols) -> Symbols:
+    """The values of a formula at symbolic points.
+
+    Parameters
+    ----------
+    expression : Expression
+    points : (N, 2) or (N, 3) Symbols
+
+    Returns
+    -------
+    (N, 1) Symbols
+    """
+    if points.ndim != 2 or points.shape[1] not in (2, 3):
+        raise InputError(f"points: expected shape (n, 2) or (n, 3), got {points.shape}")
+    if not any(isinstance(value, Symbol) for value in points.flat):
+        known = np.zeros((len(points), 3))
+        known[:, : points.shape[1]] = points
+        return _symbols(expression(known)[:, None])
+    graph = _graph(*points.flat)
+    rows = [[_node(graph, value) for value in row] + [graph.constant(0)] for row in points]
+    return _symbols([[Symbol(graph, graph.substitute(expression, *row[:3]))] for row in rows])
+
+
+class Symbol(NDArrayOperatorsMixin):
+    """A number that is not known yet: x, y, z or what was computed from them. Operators and numpy's functions apply."""
+
+    __hash__ = None  # type: ignore[assignment]  # equality is a condition
+    ndim = 0
+    shape = ()
+
+    def __init__(self, graph: _core.Graph, node: int) -> None:
+        self.graph = graph
+        self.node = node
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        return _apply(ufunc, method, inputs, kwargs)
+
+    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        return _call(function, args, kwargs)
+
+    def __getattr__(self, name: str) -> Any:
+        # Of an array that np.array made of symbols, numpy calls the elements' methods: sqrt() for np.sqrt.
+        ufunc = getattr(np, name, None)
+        if isinstance(ufunc, np.ufunc) and ufunc in RULES:
+            return functools.partial(ufunc, self)
+        raise AttributeError(f"symbols have no attribute {name!r}")
+
+    def __floor__(self) -> Any:
+        return np.floor(self)
+
+    def __ceil__(self) -> Any:
+        return np.ceil(self)
+
+    def __trunc__(self) -> Any:
+        return np.trunc(self)
+
+    def __round__(self, decimals: int | None = None) -> Any:
+        return _round(self, decimals or 0)
+
+    def __bool__(self) -> bool:
+        raise InputTypeError(
+            "a condition on symbols has no truth value while the formula is traced: use np.where(x > 0, a, b), "
+            "np.minimum(x, y) for min(x, y), and np.stack([x, y]) for lists and arrays of symbols"
+        )
+
+    def __float__(self) -> float:
+        raise InputTypeError(
+            "a symbol has no value while the formula is traced: use numpy's functions, such as np.sin for math.sin"
+        )
+
+    __int__ = __float__
+
+    def __repr__(self) -> str:
+        return str(self.graph.expression(self.node))
+
+
+class Condition(Symbol):
+    """What a comparison of symbols gives: 1 where it holds, else 0. It holds where `below` < 0, or where not."""
+
+    def __init__(self, graph: _core.Graph, below: int, negated: bool = False) -> None:
+        one, zero = graph.constant(1), graph.constant(0)
+        super().__init__(graph, graph.select(below, *((zero, one) if negated else (one, zero))))
+        self.below = below
+        self.negated = negated
+
+    def truth(self) -> int:
+        """A value that is negative where the condition holds."""
+        if not self.negated:
+            return self.below
+        return self.graph.select(self.below, self.graph.constant(1), self.graph.constant(-1))
+
+
+class Symbols(np.ndarray[Any, np.dtype[np.object_]]):
+    """An array of symbols and numbers, for functions of arrays: points (N, 3) are traced as one row, x, y and z."""
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        return _apply(ufunc, method, inputs, kwargs)
+
+    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        return _call(function, args, kwargs)
+
+    def __getitem__(self, index: Any) -> Any:
+        return super().__getitem__(_checked_index(index))
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        super().__setitem__(_checked_index(index), value)
+
+
+# ---- Tracing ---------------------------------------------------------------------------------------------
+
+
+def _coordinates(graph: _core.Graph) -> list[Symbol]:
+    return [Symbol(graph, node) for node in (graph.x(), graph.y(), graph.z())]
+
+
+def _traced(function: Callable[..., Any], graph: _core.Graph, args: Sequence[Any], name: str) -> _core.Expression:
+    if not callable(function):
+        raise InputTypeError(f"{name}: expected a function, got {type(function).__name__}")
+    try:
+        result = function(*args)
+        if isinstance(result, np.ndarray) and result.size == 1:
+            result = result.reshape(-1)[0]
+        if isinstance(result, Condition) or not _is_number(result):
+            what = "a condition" if isinstance(result, Condition) else _kind(result)
+            raise InputTypeError(f"expected a function that returns a symbol or a number, got {what}")
+        return graph.expression(_node(graph, result))
+    except (InputError, _core.TooLargeError) as error:
+        raise (InputTypeError if isinstance(error, TypeError) else InputError)(f"{name}: {error}") from error
+    except Exception as error:
+        text = " ".join(str(error).split())
+        raise InputError(f"{name}: expected a formula, got {type(error).__name__}: {text}") from error
+
+
+def _kind(value: Any) -> str:
+    return f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else type(value).__name__
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Symbol | Real | np.bool_)
+
+
+def _node(graph: _core.Graph, value: Any) -> int:
+    if isinstance(value, Symbol):
+        return value.node
+    if not _is_number(value):
+        raise InputTypeError(f"expected symbols and numbers in a formula, got {_kind(value)}")
+    if math.isnan(value):
+        raise InputError("expected numbers in a formula, got NaN")
+    return graph.constant(float(value))
+
+
+def _graph(*values: Any) -> _core.Graph:
+    return next(value.graph for value in values if isinstance(value, Symbol))
+
+
+def _symbols(values: Any) -> Symbols:
+    return np.asarray(values, dtype=object).view(Symbols)
+
+
+def _plain(value: Any) -> NDArray[Any]:
+    """An array whose elements numpy handles by their own operators."""
+    return np.asarray(value, dtype=object)
+
+
+def _unwrapped(array: Any) -> Any:
+    """An array as Symbols, a single element as itself."""
+    if isinstance(array, np.ndarray) and array.dtype == object:
+        return array.view(Symbols) if array.ndim else array[()]
+    return array
+
+
+def _checked_index(index: Any) -> Any:
+    for part in index if isinstance(index, tuple) else (index,):
+        if isinstance(part, Symbol) or (isinstance(part, np.ndarray) and part.dtype == object):
+            raise InputTypeError("a symbol is no index while the formula is traced: use np.where(x > 0, a, b)")
+    return index
+
+
+# ---- numpy's protocols -----------------------------------------------------------------------------------
+
+
+def _elementwise(rule: Rule, *operands: Any) -> Any:
+    """A rule on each element of operands that are broadcast."""
+    if all(_is_number(operand) for operand in operands):
+        return rule(*operands)
+    arrays = np.broadcast_arrays(*map(_plain, operands))
+    result = np.empty(arrays[0].shape, object)
+    for index in np.ndindex(result.shape):
+        result[index] = rule(*(array[index] for array in arrays))
+    return _unwrapped(result)
+
+
+def _apply(ufunc: np.ufunc, method: str, inputs: Sequence[Any], kwargs: dict[str, Any]) -> Any:
+    if method == "reduce":
+        return _reduce(ufunc, *inputs, **kwargs)
+    if method != "__call__" or ufunc.signature is not None:  # such as np.matmul: the elements' operators do it
+        if "out" in kwargs:
+            kwargs["out"] = tuple(map(_plain, kwargs["out"]))
+        return _unwrapped(getattr(ufunc, method)(*map(_plain, inputs), **kwargs))
+    if ufunc not in RULES:
+        raise InputTypeError(f"np.{ufunc.__name__}: not a function of formulas")
+
+    def rule(*operands: Any) -> Any:
+        symbolic = any(isinstance(operand, Symbol) for operand in operands)
+        return RULES[ufunc](*operands) if symbolic else ufunc(*operands)
+
+    result = _elementwise(rule, *inputs)
+    out = kwargs.get("out", (None,))[0]
+    if kwargs.get("where", True) is not True:
+        result = _where(kwargs["where"], result, 0 if out is None else out)
+    if out is None:
+        return result
+    out[...] = result
+    return out
+
+
+def _reduce(
+    ufunc: np.ufunc, array: Any, axis: Any = 0, keepdims: bool = False, initial: Any = None, **kwargs: Any
+) -> Any:
+    if any(kwargs.get(key) is not default for key, default in (("where", True), ("out", None)) if key in kwargs):
+        raise InputTypeError(f"np.{ufunc.__name__}: expected no `out` and no `where` in a formula")
+    array = _plain(array)
+    axes = tuple(range(array.ndim)) if axis is None else np.atleast_1d(axis)
+    axes = tuple(int(each) % array.ndim for each in axes)
+    rest = tuple(size for each, size in enumerate(array.shape) if each not in axes)
+    slices = list(_symbols(np.moveaxis(array, axes, range(len(axes)))).reshape(-1, *rest))
+    if initial is not None or not slices:
+        slices.insert(0, ufunc.identity if initial is None else initial)
+    result = functools.reduce(ufunc, slices)
+    if not keepdims:
+        return result
+    kept = tuple(1 if each in axes else size for each, size in enumerate(array.shape))
+    return _symbols(result).reshape(kept)
+
+
+def _call(function: Any, args: Any, kwargs: Any) -> Any:
+    """A function of numpy that is no ufunc: by our own rule, or as numpy does it for arrays of objects.
+
+    The latter is right or raises, since it has nothing but the elements' operators, which have no truth and no value.
+    """
+    if function in FUNCTIONS:
+        return FUNCTIONS[function](*args, **kwargs)
+    result = np.ndarray.__array_function__(_symbols(0), function, (), _lifted(args), _lifted(kwargs))
+    return result.view(Symbols) if isinstance(result, np.ndarray) and result.dtype == object else result
+
+
+def _lifted(value: Any) -> Any:
+    """The same with each symbol as an array."""
+    if isinstance(value, Symbol):
+        return _symbols(value)
+    if isinstance(value, list | tuple):
+        return type(value)(map(_lifted, value))
+    if isinstance(value, dict):
+        return {key: _lifted(each) for key, each in value.items()}
+    return value
+
+
+# ---- Functions of numpy that are no ufuncs ---------------------------------------------------------------
+
+
+def _where(condition: Any, a: Any, b: Any) -> Any:
+    return _elementwise(_choice, condition, a, b)
+
+
+def _choice(condition: Any, a: Any, b: Any) -> Any:
+    if not isinstance(condition, Symbol):
+        return a if condition else b
+    if not isinstance(condition, Condition):
+        condition = condition != 0
+    graph = condition.graph
+    yes, no = _node(graph, a), _node(graph, b)
+    return Symbol(graph, graph.select(condition.below, *((no, yes) if condition.negated else (yes, no))))
+
+
+def _select(conditions: Sequence[Any], choices: Sequence[Any], default: Any = 0) -> Any:
+    if len(conditions) != len(choices):
+        raise InputError(f"np.select: expected a choice for each condition, got {len(choices)} for {len(conditions)}")
+    result = default
+    for condition, choice in zip(reversed(conditions), reversed(choices), strict=True):
+        result = _where(condition, choice, result)
+    return result
+
+
+def _clip(a: Any, a_min: Any = None, a_max: Any = None, *, min: Any = None, max: Any = None) -> Any:
+    low, high = (a_min if min is None else min), (a_max if max is None else max)
+    if low is not None:
+        a = np.maximum(a, low)
+    return a if high is None else np.minimum(a, high)
+
+
+def _norm(x: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) -> Any:
+    array = _symbols(x)
+    if axis is None:
+        if ord is not None and array.ndim != 1:
+            raise InputTypeError("np.linalg.norm: expected vectors in a formula, got a matrix; is `axis` missing?")
+        axis = tuple(range(array.ndim))
+    elif not isinstance(axis, int):
+        raise InputTypeError("np.linalg.norm: expected vectors in a formula, got two axes")
+    size = np.abs(array)
+    if ord in (None, 2):
+        return np.sqrt(np.sum(np.square(array), axis=axis, keepdims=keepdims))
+    if ord == math.inf:
+        return np.max(size, axis=axis, keepdims=keepdims)
+    if ord == -math.inf:
+        return np.min(size, axis=axis, keepdims=keepdims)
+    return np.sum(size**ord, axis=axis, keepdims=keepdims) ** (1 / ord)
+
+
+def _round(a: Any, decimals: int = 0) -> Any:
+    return np.rint(a) if decimals == 0 else np.rint(a * 10.0**decimals) / 10.0**decimals
+
+
+FUNCTIONS: dict[Any, Rule] = {
+    np.where: _where,
+    np.select: _select,
+    np.clip: _clip,
+    np.linalg.norm: _norm,
+    np.round: _round,
+    np.around: _round,
+    np.fix: lambda a: np.trunc(a),
+}
+
+# ---- Ufuncs ----------------------------------------------------------------------------------------------
+
+UNARY = {
+    np.negative: "negate",
+    np.absolute: "absolute",
+    np.fabs: "absolute",
+    np.square: "square",
+    np.sqrt: "sqrt",
+    np.sin: "sin",
+    np.cos: "cos",
+    np.tan: "tan",
+    np.arcsin: "asin",
+    np.arccos: "acos",
+    np.arctan: "atan",
+    np.exp: "exp",
+    np.log: "log",
+    np.floor: "floor",
+    np.ceil: "ceil",
+    np.rint: "round",
+}
+
+BINARY = {
+    np.add: "add",
+    np.subtract: "subtract",
+    np.multiply: "multiply",
+    np.divide: "divide",
+    np.minimum: "minimum",
+    np.maximum: "maximum",
+    np.fmin: "minimum",
+    np.fmax: "maximum",
+    np.hypot: "hypot",
+    np.arctan2: "atan2",
+    np.remainder: "modulo",
+}
+
+
+def _unary(op: str) -> Rule:
+    return lambda a: Symbol(a.graph, a.graph.unary(op, a.node))
+
+
+def _binary(op: str) -> Rule:
+    def rule(a: Number, b: Number) -> Symbol:
+        graph = _graph(a, b)
+        return Symbol(graph, graph.binary(op, _node(graph, a), _node(graph, b)))
+
+    return rule
+
+
+def _power(base: Number, exponent: Number) -> Any:
+    graph = _graph(base, exponent)
+    symbol = Symbol(graph, _node(graph, base))
+    if not isinstance(exponent, Symbol):
+        if float(exponent).is_integer():
+            if abs(exponent) > MAX_EXPONENT:
+                raise InputError(f"exponent: expected a whole number in ±{MAX_EXPONENT}, got {exponent:g}")
+            return Symbol(graph, graph.unary("power", symbol.node, int(exponent)))
+        if float(2 * exponent).is_integer():
+            return np.sqrt(symbol) ** int(2 * exponent)
+    return np.exp(np.log(symbol) * exponent)
+
+
+def _less(a: Number, b: Number) -> Condition:
+    return Condition(_graph(a, b), _difference(a, b).node)
+
+
+def _not_less(a: Number, b: Number) -> Condition:
+    return Condition(_graph(a, b), _difference(a, b).node, negated=True)
+
+
+def _difference(a: Number, b: Number) -> Any:
+    return np.subtract(a, b)
+
+
+def _not_equal(a: Number, b: Number) -> Condition:
+    return Condition(_graph(a, b), (-abs(_difference(a, b))).node)
+
+
+def _not(a: Symbol) -> Condition:
+    return Condition(a.graph, a.below, not a.negated) if isinstance(a, Condition) else (a == 0)
+
+
+def _all(a: Any, b: Any) -> Any:
+    return _joined("maximum", a, b)
+
+
+def _any(a: Any, b: Any) -> Any:
+    return _joined("minimum", a, b)
+
+
+def _joined(op: str, a: Any, b: Any) -> Condition:
+    graph = _graph(a, b)
+
+    def truth(value: Any) -> int:
+        if not isinstance(value, Symbol):
+            return graph.constant(-1 if value else 1)
+        return value.truth() if isinstance(value, Condition) else (value != 0).truth()
+
+    return Condition(graph, graph.binary(op, truth(a), truth(b)))
+
+
+def _fmod(a: Number, b: Number) -> Any:
+    return np.copysign(np.remainder(np.abs(a), np.abs(b)), a)
+
+
+def _arcsinh(a: Symbol) -> Any:
+    return np.copysign(np.log(np.abs(a) + np.hypot(a, 1)), a)
+
+
+DERIVED: dict[np.ufunc, Rule] = {
+    np.power: _power,
+    np.float_power: _power,
+    np.floor_divide: lambda a, b: np.floor(np.divide(a, b)),
+    np.divmod: lambda a, b: (np.floor_divide(a, b), np.remainder(a, b)),
+    np.fmod: _fmod,
+    np.positive: lambda a: a,
+    np.conjugate: lambda a: a,
+    np.reciprocal: lambda a: 1 / a,
+    np.sign: lambda a: _choice(a < 0, -1, _choice(a > 0, 1, 0)),
+    np.copysign: lambda a, b: _choice(b < 0, -np.abs(a), np.abs(a)),
+    np.heaviside: lambda a, b: _choice(a < 0, 0, _choice(a > 0, 1, b)),
+    np.trunc: lambda a: _choice(a < 0, np.ceil(a), np.floor(a)),
+    np.cbrt: lambda a: np.copysign(np.exp(np.log(np.abs(a)) / 3), a),
+    np.exp2: lambda a: np.exp(a * math.log(2)),
+    np.expm1: lambda a: np.exp(a) - 1,
+    np.log2: lambda a: np.log(a) / math.log(2),
+    np.log10: lambda a: np.log(a) / math.log(10),
+    np.log1p: lambda a: np.log(a + 1),
+    np.sinh: lambda a: (np.exp(a) - np.exp(-a)) / 2,
+    np.cosh: lambda a: (np.exp(a) + np.exp(-a)) / 2,
+    np.tanh: lambda a: 1 - 2 / (np.exp(2 * a) + 1),
+    np.arcsinh: _arcsinh,
+    np.arccosh: lambda a: np.log(a + np.sqrt(a * a - 1)),
+    np.arctanh: lambda a: np.log((1 + a) / (1 - a)) / 2,
+    np.degrees: lambda a: a * (180 / math.pi),
+    np.rad2deg: lambda a: a * (180 / math.pi),
+    np.radians: lambda a: a * (math.pi / 180),
+    np.deg2rad: lambda a: a * (math.pi / 180),
+    np.less: _less,
+    np.greater: lambda a, b: _less(b, a),
+    np.greater_equal: _not_less,
+    np.less_equal: lambda a, b: _not_less(b, a),
+    np.not_equal: _not_equal,
+    np.equal: lambda a, b: _not(_not_equal(a, b)),
+    np.logical_not: _not,
+    np.invert: _not,
+    np.logical_and: _all,
+    np.bitwise_and: _all,
+    np.logical_or: _any,
+    np.bitwise_or: _any,
+}
+
+RULES: dict[np.ufunc, Rule] = {
+    **{ufunc: _unary(op) for ufunc, op in UNARY.items()},
+    **{ufunc: _binary(op) for ufunc, op in BINARY.items()},
+    **DERIVED,
+}
