@@ -20,6 +20,9 @@ using namespace nb::literals;
 
 namespace {
 
+using Points = Array<const float, -1, 3>;
+using Pixels = Array<const std::int32_t, -1, 2>;
+
 void init_mesh(bob::Mesh* self, const Points& vertices, const Array<const std::int32_t, -1, 3>& triangles,
                const std::optional<Points>& normals) {
     expect(triangles.shape(0) > 0, "triangles: expected at least one");
@@ -109,8 +112,9 @@ void closest_hits(const bob::Scene& scene, const Points& origins, const Points& 
     const auto origin = items<bob::Vec3>(origins), direction = items<bob::Vec3>(directions);
     interruptible([&](const auto& keep_going) {
         bob::parallel_for(count, bob::batch_size(count), [&](std::size_t begin, std::size_t end) {
-            std::vector<bob::Ray> rays(end - begin);
-            std::vector<bob::SceneHit> hits(end - begin);
+            thread_local std::vector<bob::Ray> rays;  // kept from call to call
+            thread_local std::vector<bob::SceneHit> hits;
+            rays.resize(end - begin), hits.resize(end - begin);
             for (std::size_t i = begin; i < end; ++i) rays[i - begin] = {origin[i], direction[i]};
             scene.closest_hits(rays, hits);
             for (std::size_t i = begin; i < end; ++i) {

@@ -149,7 +149,7 @@ def test_transforms_are_the_modelling_language_s():
 def test_turned_upright():
     scene = bob.Scene([bob.Instance(cube(), name="left"), cube((0, 5, 0))])
     turned = scene.turned_upright()
-    low, high = turned.instances[1].shape.placed_bounds(turned.instances[1].transform)
+    low, high = turned.instances[1].shape.bounding_box(turned.instances[1].transform)
     assert (low.tolist(), high.tolist()) == ([0, -1, 5], [1, 0, 6])
     assert turned.instances[0].name == "left"
     merged = bob.trace([cube().turned_upright(), cube((0, 5, 0)).turned_upright()], size=SIZE)

@@ -228,7 +228,7 @@ def _info(options: argparse.Namespace) -> None:
     )
     for instance in scene.instances:
         print()
-        low, high = instance.shape.placed_bounds(instance.transform)
+        low, high = instance.shape.bounding_box(instance.transform)
         color, *numbers = asdict(instance.material).items()
         _print_table(
             {

@@ -78,7 +78,7 @@ def load(source: Source | Iterable[Source]) -> Scene:
     return Scene(_loaded(item) if isinstance(item, str | os.PathLike) else item for item in source)
 
 
-def _loaded(path: str | os.PathLike[str]) -> Scene | Instance:
+def _loaded(path: str | os.PathLike[str]) -> Scene | Instance | Implicit:
     file = _file(path)
     ending = file.suffix.lower()
     if ending == SCENE_ENDING:

@@ -74,11 +74,11 @@ class Implicit(Shape):
         stepped over elsewhere."""
         return self._surface.unresolved_rays
 
-    def placed_bounds(self, matrix: Matrix) -> tuple[Points, Points]:
+    def bounding_box(self, matrix: Matrix) -> tuple[Points, Points]:
         low, high = self._surface.bounds(self._from_core(matrix))
         return low, high
 
-    def placed_radius(self, matrix: Matrix, center: Points) -> float:
+    def radius(self, matrix: Matrix, center: Points) -> float:
         return self._surface.radius(self._from_core(matrix), np.array(center, np.float64))
 
     def _from_core(self, matrix: Matrix) -> Matrix:

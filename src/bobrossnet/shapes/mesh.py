@@ -72,11 +72,11 @@ class Mesh(Shape):
             vertices = ((self.vertices - center) / radius).astype(np.float32)
         return _core.Mesh(vertices, self.triangles, self.normals), to_unit_sphere(center, radius)
 
-    def placed_bounds(self, matrix: Matrix) -> tuple[Points, Points]:
+    def bounding_box(self, matrix: Matrix) -> tuple[Points, Points]:
         points = mapped(matrix, self._used_vertices)
         return points.min(axis=0), points.max(axis=0)
 
-    def placed_radius(self, matrix: Matrix, center: Points) -> float:
+    def radius(self, matrix: Matrix, center: Points) -> float:
         points = mapped(matrix, self._used_vertices) - center
         # In units of about the largest coordinate: squares of very large or very small ones leave the range of float64;
         # by a power of two, so that nothing is rounded.

@@ -112,7 +112,7 @@ class Scene:
 
     def _box(self, instance: Instance) -> tuple[Points, Points]:
         """Lowest and highest coordinates of an instance in the unit sphere."""
-        low, high = instance.shape.placed_bounds(instance.transform)
+        low, high = instance.shape.bounding_box(instance.transform)
         return (low - self.center) / self.radius, (high - self.center) / self.radius
 
     def closest_hits(

@@ -32,11 +32,11 @@ class Shape(ABC):
     def _build(self) -> tuple[_core.Shape, Matrix]: ...
 
     @abstractmethod
-    def placed_bounds(self, matrix: Matrix) -> tuple[Points, Points]:
+    def bounding_box(self, matrix: Matrix) -> tuple[Points, Points]:
         """Lowest and highest coordinates, (3,) each, of the shape placed by a matrix."""
 
     @abstractmethod
-    def placed_radius(self, matrix: Matrix, center: Points) -> float:
+    def radius(self, matrix: Matrix, center: Points) -> float:
         """The distance from `center` to the farthest point of the shape placed by a matrix."""
 
     @abstractmethod
@@ -74,10 +74,10 @@ class Shape(ABC):
 def bounding_sphere(placed: Iterable[tuple[Shape, Matrix]]) -> tuple[Points, float]:
     """The sphere about the centre of the shapes' common bounding box that reaches to their farthest point."""
     placed = list(placed)
-    boxes = [shape.placed_bounds(matrix) for shape, matrix in placed]
+    boxes = [shape.bounding_box(matrix) for shape, matrix in placed]
     low, high = np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
     center: Points = low / 2 + high / 2  # the sum could leave float64's range
-    return center, max(shape.placed_radius(matrix, center) for shape, matrix in placed)
+    return center, max(shape.radius(matrix, center) for shape, matrix in placed)
 
 
 def check_tensors(
