@@ -277,7 +277,7 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         const F skip = min(0.99f * reach, length - finest);
         const M skips = split & (skip > 0.125f * length);
         a = passed ? b : (skips ? a + skip : a);
-        width = passed ? width + width : maximum(0.5f * (b - a), finest);
+        width = passed ? width + width : 0.5f * (b - a);
         fa = passed ? fb : fa;
         if (any(skips & active)) fa = skips ? along.value(a) : fa;
     }
