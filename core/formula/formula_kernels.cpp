@@ -275,11 +275,16 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         active &= ~(passed & (b >= t_end));
         // On past the piece, with a wider one; or to where f may be zero at the soonest, with a narrower one.
         const F skip = min(0.99f * reach, length - finest);
-        const M skips = split & (skip > 0.125f * length);
-        a = passed ? b : (skips ? a + skip : a);
-        width = passed ? width + width : 0.5f * (b - a);
+        M skips = split & (skip > 0.125f * length);
+        if (any(skips)) {
+            const F there = along.value(a + skip);
+            skips &= (there < F{}) == (fa < F{});  // rounding may see the soonest root later than it is
+            a = skips ? a + skip : a;
+            fa = skips ? there : fa;
+        }
+        a = passed ? b : a;
         fa = passed ? fb : fa;
-        if (any(skips & active)) fa = skips ? along.value(a) : fa;
+        width = passed ? width + width : 0.5f * (b - a);
     }
     store_some(rays.t, any(found) ? refined(along, bracket, found, finest) : F{}, rays.count);
     rays.found = bits(found);
