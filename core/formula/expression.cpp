@@ -247,6 +247,28 @@ struct Term {
     }
 };
 
+/// Whether the one is the other's negative, but for the last bits of a constant.
+bool opposite(Term a, Term b) {
+    const auto about = [](double p, double q) { return std::fabs(p - q) <= 1e-15 * std::fabs(p); };
+    if (a.is(Op::negate) || b.is(Op::negate)) {
+        return (a.is(Op::negate) && a.operand(0).value == b.value) || (b.is(Op::negate) && b.operand(0).value == a.value);
+    }
+    if (b.is(Op::subtract) && !a.is(Op::subtract)) std::swap(a.value, b.value);
+    if (a.is(Op::subtract) && b.is(Op::subtract)) {
+        return a.operand(0).value == b.operand(1).value && a.operand(1).value == b.operand(0).value;
+    }
+    if (a.is(Op::subtract) && a.operand(0).is_constant() && b.is_with_constant(Op::add)) {
+        return a.operand(1).value == b.operand(0).value &&
+               about(a.operand(0).constant(), -b.operand(1).constant());
+    }
+    const bool products = a.is_with_constant(Op::multiply) && b.is_with_constant(Op::multiply);
+    const bool sums = a.is_with_constant(Op::add) && b.is_with_constant(Op::add);
+    if (products) {
+        return a.operand(0).value == b.operand(0).value && about(a.operand(1).constant(), -b.operand(1).constant());
+    }
+    return sums && about(a.operand(1).constant(), -b.operand(1).constant()) && opposite(a.operand(0), b.operand(0));
+}
+
 /// The root of a sum of squares as a chain of hypot; false where a summand is no square.
 bool root_of_squares(Term sum, Value& chain, bool& started) {
     if (sum.is(Op::add)) {
@@ -372,6 +394,8 @@ Value Graph::binary(Op op, Value left, Value right) {
         case Op::minimum:
         case Op::maximum:
             if (left == right) return left;
+            // What is left of a solid cut away along its own face: never negative, so nothing.
+            if (opposite(a, b)) return op == Op::maximum ? abs(left) : -abs(left);
             if (op == Op::maximum && b.is_constant() && b.constant() <= 0 && a.is_never_negative()) return left;
             if (b.is_constant() && a.is_with_constant(op)) {
                 return binary(op, a.operand(0).value,
