@@ -480,6 +480,7 @@ CUSTOM = Both(lambda t: t * t * (3 - 2 * t), lambda t: t * t * (3 - 2 * t))
 
 CONE_ENDS = ((0.1, 0.2, -0.3), (0.5, 1, 1.2))
 HOUSE = [(0, 0), (2, 0.2), (2.5, 1.5), (1.2, 0.9), (1, 2.2), (-0.5, 1.1)]
+ACUTE = [(0, 0), (3, 0.5), (3.5, 1), (0.5, 0.4)]
 STAR = [(np.cos(4 * np.pi * i / 5), np.sin(4 * np.pi * i / 5)) for i in range(5)]
 
 
@@ -560,7 +561,14 @@ CALLS = {
         "equilateral_triangle": [call()],
         "hexagon": [call(1), call(r=0.3)],
         "rounded_x": [call(1, 0.2), call(0.3, 0)],
-        "polygon": [call(HOUSE), call(HOUSE[::-1]), call(STAR), call(points=np.array([(0, 0), (1, 0), (0, 1)]))],
+        "polygon": [
+            call(HOUSE),
+            call(HOUSE[::-1]),
+            call(STAR),
+            call(ACUTE),
+            call(ACUTE[::-1]),
+            call(points=np.array([(0, 0), (1, 0), (0, 1)])),
+        ],
         "vesica": [call(1.5, 0.7), call(1.5, -0.7), call(1, 0)],
         "rotate": [call(RECTANGLE, 0.7), call(RECTANGLE, np.pi / 2)],
         "circular_array": [call(RECTANGLE, 5), call(RECTANGLE, count=1)],
