@@ -47,14 +47,16 @@ def build_embree(vertices: np.ndarray, triangles: np.ndarray) -> EmbreeScene:
 
 def main() -> None:
     origin, direction = random_rays(RAYS)
-    t, triangle = np.empty(RAYS, np.float32), np.empty(RAYS, np.int32)
+    t = np.empty(RAYS, np.float32)
+    instance, triangle = np.empty(RAYS, np.int32), np.empty(RAYS, np.int32)
     threads = bob.thread_count()
     rays, builds = [], []
     for path in models(*FILES):
-        scene = bob.load(path)
-        mesh = scene.shapes[0]
+        mesh = bob.load_mesh(path)
+        scene = bob.Scene(mesh)
         vertices = ((mesh.vertices - scene.center) / scene.radius).astype(np.float32)
 
+        shape = _core.Mesh(vertices, mesh.triangles, None)
         build = in_turn(
             {
                 "ours": partial(_core.Mesh, vertices, mesh.triangles, None),
@@ -63,7 +65,7 @@ def main() -> None:
             RUNS,
         )
         embree = build_embree(vertices, mesh.triangles)
-        ours = partial(scene.core.closest_hits, origin, direction, t, triangle)
+        ours = partial(scene.core.closest_hits, origin, direction, t, instance, triangle)
 
         bob.set_thread_count(1)
         seconds = in_turn({"ours": ours, "embree": partial(embree.run, origin, direction)}, RUNS)
@@ -89,8 +91,8 @@ def main() -> None:
                 spread(build["ours"], 1e3),
                 spread(build["embree"], 1e3),
                 f"{median_ratio(build['ours'], build['embree']):.2f}",
-                f"{scene.core.bvh_bytes / len(mesh.triangles):.0f}",
-                f"{scene.core.bytes / len(mesh.triangles):.0f}",
+                f"{shape.bvh_bytes / len(mesh.triangles):.0f}",
+                f"{shape.bytes / len(mesh.triangles):.0f}",
             ]
         )
     heading("Tracing: millions of rays per second")

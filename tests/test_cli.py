@@ -112,6 +112,29 @@ def test_info_on_a_mesh(tmp_path, capsys):
     assert "computed" in printed
 
 
+def test_pack_then_render_and_info(tmp_path, capsys):
+    for name, x in (("a.obj", 0), ("b.obj", 1)):
+        (tmp_path / name).write_text(TRIANGLE.replace("v 0", f"v {x}"))
+    files, scene, out = [str(tmp_path / "a.obj"), str(tmp_path / "b.obj")], tmp_path / "s.bob", tmp_path / "out.png"
+    assert cli.main(["pack", str(scene), *files, "--up", "y"]) == 0
+    assert f"wrote {scene}: 2 shapes, 2 triangles" in capsys.readouterr().out
+    assert cli.main(["render", str(scene), "--size", "40x40", "--fraction", "1", "-o", str(out)]) == 0
+    turned = bob.trace(bob.load(files).turned_upright(), size=(40, 40))
+    assert np.array_equal(pixels(out), np.rint(turned.gray * 255))
+    bob.save_scene(bob.Instance(bob.load_mesh(files[0]), material=bob.Material("#ff0000"), name="a\nsail"), scene)
+    capsys.readouterr()
+    assert cli.main(["info", str(scene)]) == 0
+    printed = capsys.readouterr().out
+    for line in (r"shape      mesh, 'a\nsail'", "triangles  1", "bounds     (0, 0, 0) .. (0, 1, 1)"):
+        assert line in printed
+    assert "linear RGB (1, 0, 0), ambient 0.1, diffuse 0.7, specular 0.2, shininess 32" in printed
+
+
+def test_pack_the_built_in_scene(tmp_path):
+    assert cli.main(["pack", str(tmp_path / "tree.bob")]) == 0
+    assert bob.trace(bob.load(tmp_path / "tree.bob"), size=(32, 32)) == bob.trace(bob.happy_tree(), size=(32, 32))
+
+
 @pytest.mark.parametrize("name", ["paper", "default"])
 def test_info_on_weights(name, capsys):
     assert cli.main(["info", name]) == 0
@@ -165,6 +188,13 @@ def test_train_and_evaluate(tmp_path, capsys):
         (["render", "-o", "no/such/folder.png"], "there is no folder"),
         (["render", "-o", "picture.gif"], "picture.gif: expected a picture's ending"),
         (["render", "-o", "picture"], "picture: expected a picture's ending"),
+        (["render", "notes.bob"], "notes.bob: expected a file"),
+        (["pack"], "SCENE.bob"),
+        (["pack", "scene.ply"], "scene.ply: expected a scene's ending, .bob, got .ply"),
+        (["pack", "no/such/scene.bob"], "there is no folder"),
+        (["pack", "scene.bob", "missing.ply"], "missing.ply: "),
+        (["pack", "scene.bob", "notes.txt"], "notes.txt: "),
+        (["info", "missing.bob"], "missing.bob: "),
         (["info", "missing.safetensors"], "missing.safetensors: "),
         (["info"], "FILE"),
         (["paint"], "paint"),

@@ -169,20 +169,20 @@ def compute(tree, variables, after=lambda value: value):
 @given(TREES, st.integers(0, 1000))
 @settings(deadline=None, max_examples=300)
 def test_random_formulas_compute_what_numpy_does(tree, seed) -> None:
-    # Every step is disturbed a little, several times: where that shows, rounding decides, and nothing is compared. Nor
+    # Every step is disturbed a little, many times: where that shows, rounding decides, and nothing is compared. Nor
     # is where a step overflows, which simplified formulas do elsewhere.
     random = np.random.default_rng(seed)
     usual = np.ones(len(POINTS), bool)
 
-    def disturbed(value):
+    def disturbed(value, by=1e-14):
         nonlocal usual
         usual = usual & ~(np.abs(value) > 1e60)
-        return value * (1 + random.uniform(-1e-14, 1e-14, np.shape(value) or len(POINTS)))
+        return value * (1 + random.uniform(-by, by, np.shape(value) or len(POINTS)))
 
     variables = {"number": np.float64, **dict(zip("xyz", POINTS.T, strict=True))}
     # NaN of numpy's where comes from the chosen side; elsewhere it passes on as it does here.
-    expected = np.broadcast_to(quietly(lambda: compute(tree, variables)), len(POINTS))
-    others = np.stack([np.broadcast_to(quietly(compute, tree, variables, disturbed), len(POINTS)) for _ in range(8)])
+    expected = np.broadcast_to(quietly(compute, tree, variables, lambda value: disturbed(value, 0)), len(POINTS))
+    others = np.stack([np.broadcast_to(quietly(compute, tree, variables, disturbed), len(POINTS)) for _ in range(24)])
 
     def function(x, y, z):
         number = lambda value: type(x)(x.graph, x.graph.constant(value))  # noqa: E731  # so that the core folds them

@@ -96,7 +96,7 @@ def test_a_budget_below_the_time_of_completing_comes_to_an_end():
     [
         ({}, "progressive: expected either a scene or a tracer, got neither"),
         ({"scene": 1, "tracer": flat_tracer}, "progressive: expected either a scene or a tracer, got both"),
-        ({"scene": "bunny.ply"}, "shapes: expected a Mesh or several, got str"),
+        ({"scene": "bunny.ply"}, "shapes: expected a shape or several, got str"),
         ({"tracer": 5}, "tracer: expected a callable, got int"),
         ({"tracer": flat_tracer, "camera": bob.Camera()}, "camera: expected none beside a tracer"),
         (

@@ -15,7 +15,7 @@ inline F log(F a, Domain&) { return log(a); }
 inline F asin(F a, Domain&) { return asin(a); }
 inline F acos(F a, Domain&) { return acos(a); }
 inline F modulo(F a, F b, Domain&) { return modulo(a, b); }
-inline F select(F a, F b, F c) { return is_nan(a) | is_nan(b) | is_nan(c) ? constant(not_a_number) : (a < F{} ? b : c); }
+inline F select(F a, F b, F c) { return is_nan(a) ? a : (a < F{} ? b : c); }
 
 inline void set(F& a, float x) { a = constant(x); }
 inline void set(Interval& a, float x) { a = interval(x); }

@@ -69,8 +69,8 @@ std::string_view name(Op op) { return facts[static_cast<int>(op)].name; }
 
 double evaluate(Op op, double value, double a, double b, double c) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    const int count = operands(op);
-    if ((count > 0 && std::isnan(a)) || (count > 1 && std::isnan(b)) || (count > 2 && std::isnan(c))) return nan;
+    const int count = op == Op::select ? 1 : operands(op);
+    if ((count > 0 && std::isnan(a)) || (count > 1 && std::isnan(b))) return nan;
     switch (op) {
         case Op::constant: return value;
         case Op::x:
@@ -102,7 +102,8 @@ double evaluate(Op op, double value, double a, double b, double c) {
         case Op::atan2: return std::atan2(a, b);
         case Op::modulo: {
             const double r = std::fmod(a, b);
-            return r != 0 && (r < 0) != (b < 0) ? r + b : r;
+            if (r == 0) return std::copysign(r, b);
+            return (r < 0) != (b < 0) ? r + b : r;
         }
         case Op::select: return a < 0 ? b : c;
     }

@@ -8,7 +8,7 @@
 
 namespace bob {
 
-/// What a node computes. Everything passes NaN on: if an operand is NaN, so is the result.
+/// What a node computes. All but select pass NaN on: if an operand is NaN, so is the result.
 enum class Op : std::uint8_t {
     constant,
     x,
@@ -42,7 +42,7 @@ enum class Op : std::uint8_t {
     atan2,   // the angle of (b, a): a is y, b is x
     modulo,  // a - b floor(a / b): the sign is b's, as in Python
     // of a, b and c
-    select,  // b where a < 0, else c
+    select,  // b where a < 0, else c; the one that is not chosen does not matter, even if it is NaN
 };
 constexpr int op_count = static_cast<int>(Op::select) + 1;
 

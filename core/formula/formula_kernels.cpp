@@ -56,7 +56,10 @@ inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domai
             case Op::hypot: out = hypot(a, b); break;
             case Op::atan2: out = atan2(a, b); break;
             case Op::modulo: out = modulo(a, b, domain); break;
-            case Op::select: out = decided(i->op, a, b, select(a, b, c)); break;
+            case Op::select:
+                domain.nowhere = M{};  // what is NaN so far may be what is not chosen
+                out = decided(i->op, a, b, select(a, b, c));
+                break;
             default: break;
         }
     }
@@ -224,7 +227,7 @@ F refined(const Along& along, Bracket bracket, M wanted, F finest) {
 
 void first_roots(const Code& code, RayBatch& rays, void* scratch) {
     // Enough for every piece of a segment of a thousand times `finest`; what comes after is given up, and told.
-    constexpr int max_pieces = 4096;
+    constexpr int max_pieces = 1024;
     Along along{code, scratch, {}, {}};
     for (int axis = 0; axis < 3; ++axis) {
         along.origin[axis] = load_some(rays.origin[axis], rays.count);

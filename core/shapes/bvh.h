@@ -3,29 +3,16 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "isa.h"
+#include "shapes/shape.h"
 #include "vec.h"
 
 namespace bob {
 
 using Triangle = std::array<std::uint32_t, 3>;
-
-struct Ray {
-    Vec3 origin;
-    Vec3 direction;  // of any length but zero; t counts in its lengths
-};
-
-constexpr std::uint32_t no_triangle = 0xffffffff;
-
-struct Hit {
-    float t = std::numeric_limits<float>::infinity();
-    float u = 0, v = 0;  // barycentric weights of the triangle's first and second corner
-    std::uint32_t triangle = no_triangle;
-};
 
 /// Where a child's subtree lies: a node, or a run of triangle packets.
 struct ChildRef {
@@ -73,7 +60,8 @@ struct Bvh {
 [[nodiscard]] Bvh build_bvh(std::span<const Vec3> vertices, std::span<const Triangle> triangles);
 
 struct BvhKernels {
-    /// The nearest intersection with t > 0 of each ray.
+    /// The nearest intersection with t > 0 of each ray; u and v are the barycentric weights of the triangle's first and
+    /// second corner.
     ///
     /// Watertight (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2013) for origins within a
     /// few sizes of the mesh: a ray never passes between two triangles that share an edge or a corner.

@@ -122,18 +122,17 @@ private:
             for (int lane = 0; lane < kernels.lanes; ++lane) {
                 if (!may_be_zero(boxes, lane)) continue;
                 Child child{index[lane], nullptr};
-                // A branch that is never taken may still be NaN, and so make all of the formula NaN.
-                if (!(boxes.partly >> lane & 1)) {
-                    std::vector<std::uint8_t> key = signature(decisions_, lane);
-                    if (decides(key)) {
-                        const auto same = std::find_if(known.begin(), known.end(),
-                                                       [&](const auto& k) { return k.first == key; });
-                        if (same != known.end()) {
-                            child.tape = same->second;
-                        } else {
-                            child.tape = std::make_shared<Tape>(tape.specialised(decisions_, lane));
-                            known.emplace_back(std::move(key), child.tape);
-                        }
+                // The greater of two that is never taken may still be NaN, and so make all of the formula NaN.
+                if (boxes.partly >> lane & 1) forget_extremes(tape, lane);
+                std::vector<std::uint8_t> key = signature(decisions_, lane);
+                if (decides(key)) {
+                    const auto same = std::find_if(known.begin(), known.end(),
+                                                   [&](const auto& k) { return k.first == key; });
+                    if (same != known.end()) {
+                        child.tape = same->second;
+                    } else {
+                        child.tape = std::make_shared<Tape>(tape.specialised(decisions_, lane));
+                        known.emplace_back(std::move(key), child.tape);
                     }
                 }
                 children.push_back(std::move(child));
@@ -141,6 +140,18 @@ private:
         }
         narrow(children, tape, at, level);
         return children;
+    }
+
+    /// Takes back what a box decided, but for the branches of select.
+    void forget_extremes(const Tape& tape, int lane) {
+        std::size_t at = 0;
+        for (const Node& node : tape.expression().nodes()) {
+            if (!is_decision(node.op)) continue;
+            Decision& decision = decisions_[at++];
+            if (node.op == Op::select) continue;
+            decision.first &= ~(1u << lane);
+            decision.second &= ~(1u << lane);
+        }
     }
 
     /// Leaves out the children that slopes show to be empty. Children of one tape are looked at together.
@@ -261,7 +272,7 @@ std::size_t Cells::bytes() const {
            instructions_.size() * sizeof(Instruction);
 }
 
-double Cells::maximum(const std::function<double(Vec3)>& convex, float tolerance) const {
+double Cells::maximum(const std::function<double(Vec3)>& convex) const {
     struct Candidate {
         double bound;
         std::uint32_t cell;

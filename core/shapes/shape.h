@@ -11,7 +11,7 @@ namespace bob {
 
 struct Ray {
     Vec3 origin;
-    Vec3 direction;  // of any length but zero; t counts in its lengths
+    Vec3 direction;  // finite, of any length but zero; t counts in its lengths
 };
 
 constexpr std::uint32_t no_primitive = 0xffffffff;

@@ -61,7 +61,7 @@ TEST(bvh_equals_brute_force) {
                     const Ray ray = random_ray(random);
                     const double want = brute_force(mesh, ray);
                     const Hit hit = trace(bvh, ray);
-                    const bool found = hit.triangle != bob::no_triangle;
+                    const bool found = hit.primitive != bob::no_primitive;
                     if (found != (want < HUGE_VAL) || (found && std::fabs(hit.t - want) > 1e-4)) ++disagreements;
                 }
                 // Rays within rounding of an edge may go either way: none of these seeds has more than two.
@@ -79,9 +79,9 @@ TEST(barycentric_weights_give_the_point) {
     for (int i = 0; i < 2000; ++i) {
         const Ray ray = random_ray(random);
         const Hit hit = trace(bvh, ray);
-        if (hit.triangle == bob::no_triangle) continue;
+        if (hit.primitive == bob::no_primitive) continue;
         ++hits;
-        const auto& t = mesh.triangles[hit.triangle];
+        const auto& t = mesh.triangles[hit.primitive];
         const Vec3 point = hit.u * mesh.vertices[t[0]] + hit.v * mesh.vertices[t[1]] +
                            (1 - hit.u - hit.v) * mesh.vertices[t[2]];
         CHECK_LT(length(point - (ray.origin + hit.t * ray.direction)), 1e-4f);
@@ -105,15 +105,15 @@ TEST(rays_never_leak_through_shared_edges_and_corners) {
                 const Vec3 inside{0.1f, -0.07f, 0.05f};
                 // From outside towards the inside, and from inside out: either way something must be in front.
                 const Vec3 inward = inside - target;
-                if (trace(bvh, {target - 0.5f * inward, inward}).triangle == bob::no_triangle) ++leaks;
-                if (trace(bvh, {inside, target - inside}).triangle == bob::no_triangle) ++leaks;
+                if (trace(bvh, {target - 0.5f * inward, inward}).primitive == bob::no_primitive) ++leaks;
+                if (trace(bvh, {inside, target - inside}).primitive == bob::no_primitive) ++leaks;
                 // Along an axis, where slabs and shears are degenerate.
                 const int axis = i % 3;
                 Vec3 direction{};
                 direction[axis] = inward[axis] > 0 ? 1.f : -1.f;
                 Vec3 origin = inside;
                 origin[axis] -= 1.2f * direction[axis];
-                if (trace(bvh, {origin, direction}).triangle == bob::no_triangle) ++leaks;
+                if (trace(bvh, {origin, direction}).primitive == bob::no_primitive) ++leaks;
             }
             CHECK_EQ(leaks, 0);
         });
@@ -143,7 +143,7 @@ TEST(axis_aligned_rays_hit_an_axis_aligned_grid_exactly_on_its_lines) {
             for (int x = 0; x <= 64; ++x) {
                 const Ray ray{{static_cast<float>(x) / 64 - 0.5f, static_cast<float>(y) / 64 - 0.5f, 1}, {0, 0, -1}};
                 const Hit hit = trace(bvh, ray);
-                if (hit.triangle == bob::no_triangle || hit.t != 1) ++missed;
+                if (hit.primitive == bob::no_primitive || hit.t != 1) ++missed;
             }
         }
         CHECK_EQ(missed, 0);
@@ -222,9 +222,9 @@ TEST(odd_meshes_are_built_and_traced) {
         const auto growing_bvh = bob::build_bvh(growing.vertices, growing.triangles);
         CHECK_NEAR(trace(growing_bvh, {{1, 1, 3}, {0, 0, -1}}).t, 2.f, 1e-6f);
         const auto flat_bvh = bob::build_bvh(flat.vertices, flat.triangles);
-        CHECK_EQ(trace(flat_bvh, {{0, 1, 0}, {0, -1, 0}}).triangle, bob::no_triangle);
+        CHECK_EQ(trace(flat_bvh, {{0, 1, 0}, {0, -1, 0}}).primitive, bob::no_primitive);
         const float nan = std::nanf("");
-        CHECK_EQ(trace(same_bvh, {{nan, 0, 3}, {0, 0, -1}}).triangle, bob::no_triangle);
+        CHECK_EQ(trace(same_bvh, {{nan, 0, 3}, {0, 0, -1}}).primitive, bob::no_primitive);
     });
 }
 

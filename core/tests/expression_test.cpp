@@ -92,6 +92,8 @@ TEST(ops_worked_values) {
     CHECK_EQ(evaluate(Op::modulo, 0, -1, 3, 0), 2);
     CHECK_EQ(evaluate(Op::modulo, 0, 1, -3, 0), -2);
     CHECK_EQ(evaluate(Op::modulo, 0, 7.5, 2, 0), 1.5);
+    CHECK(!std::signbit(evaluate(Op::modulo, 0, -3, 3, 0)) && std::signbit(evaluate(Op::modulo, 0, 3, -3, 0)));
+    CHECK(std::isnan(evaluate(Op::modulo, 0, 1, 0, 0)));
     CHECK_EQ(evaluate(Op::round, 0, 2.5, 0, 0), 2);
     CHECK_EQ(evaluate(Op::round, 0, -1.5, 0, 0), -2);
     CHECK_EQ(evaluate(Op::atan2, 0, 1, 0, 0), std::atan2(1.0, 0.0));

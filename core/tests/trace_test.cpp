@@ -1,10 +1,12 @@
 #include "trace/trace.h"
 
+#include <memory>
 #include <numeric>
 
 #include "check.h"
 #include "meshes.h"
 #include "parallel.h"
+#include "shapes/mesh.h"
 #include "trace/order.h"
 #include "trace/shading.h"
 
@@ -15,7 +17,13 @@ struct Picture {
     std::vector<char> hit;  // not bool: std::vector<bool> has no array
 };
 
-Picture render(const bob::Mesh& mesh, const bob::Camera& camera, int height, int width) {
+/// The scene of one mesh in the unit sphere, in white.
+bob::Scene scene_of(std::span<const bob::Vec3> vertices, std::span<const bob::Triangle> triangles,
+                    std::span<const bob::Vec3> normals = {}) {
+    return bob::Scene({{std::make_shared<bob::Mesh>(vertices, triangles, normals), {}, {-1, -1, -1}, {1, 1, 1}, {}}});
+}
+
+Picture render(const bob::Scene& scene, const bob::Camera& camera, int height, int width) {
     std::vector<bob::Pixel> pixels;
     for (int row = 0; row < height; ++row) {
         for (int column = 0; column < width; ++column) pixels.push_back({row, column});
@@ -23,7 +31,7 @@ Picture render(const bob::Mesh& mesh, const bob::Camera& camera, int height, int
     const std::size_t n = pixels.size();
     Picture picture{std::vector<float>(n), std::vector<float>(n), std::vector<float>(2 * n), std::vector<char>(n)};
     const auto hits = std::make_unique<bool[]>(n);
-    CHECK(bob::trace(mesh, camera, height, width, pixels,
+    CHECK(bob::trace(scene, camera, height, width, pixels,
                      {picture.gray.data(), picture.depth.data(), picture.normal.data(), hits.get()}));
     std::copy_n(hits.get(), n, picture.hit.begin());
     return picture;
@@ -33,10 +41,10 @@ Picture render(const bob::Mesh& mesh, const bob::Camera& camera, int height, int
 
 TEST(sphere_matches_the_analytic_one) {
     const auto sphere = test::sphere(6, 1);
-    const bob::Mesh mesh(sphere.vertices, sphere.triangles, {});
+    const bob::Scene scene = scene_of(sphere.vertices, sphere.triangles);
     constexpr int height = 90, width = 121;
     for (const bob::Camera camera : {bob::Camera{}, bob::Camera{200, -70, 33, 1}, bob::Camera{0, 90, 0, 0.7f}}) {
-        const auto picture = render(mesh, camera, height, width);
+        const auto picture = render(scene, camera, height, width);
         for (int row = 0; row < height; ++row) {
             for (int column = 0; column < width; ++column) {
                 const std::size_t i = static_cast<std::size_t>(row * width + column);
@@ -54,7 +62,7 @@ TEST(sphere_matches_the_analytic_one) {
                 CHECK_NEAR(picture.normal[2 * i + 1], y, 0.01f);
                 // The facets lie 3e-4 inside the sphere at most, more along a grazing ray.
                 CHECK_NEAR(picture.depth[i], (1 + z) / 2, 5e-4f / z);
-                CHECK_NEAR(picture.gray[i], bob::blinn_phong({x, y, z}), 0.01f);
+                CHECK_NEAR(picture.gray[i], bob::blinn_phong({x, y, z}, {}), 0.01f);
             }
         }
     }
@@ -66,7 +74,7 @@ TEST(camera_axes_are_as_agreed) {
         const std::vector<bob::Vec3> v{at + bob::Vec3{0.1f, 0, 0}, at + bob::Vec3{0, 0.1f, 0}, at + bob::Vec3{0, 0, 0.1f},
                                        -at};
         const std::vector<bob::Triangle> t{{0, 1, 2}};
-        const auto picture = render(bob::Mesh(v, t, {}), camera, 64, 64);
+        const auto picture = render(scene_of(v, t), camera, 64, 64);
         std::size_t row = 0, column = 0, count = 0;
         for (std::size_t i = 0; i < picture.hit.size(); ++i) {
             if (picture.hit[i]) row += i / 64, column += i % 64, ++count;
@@ -86,12 +94,12 @@ TEST(camera_axes_are_as_agreed) {
 
 TEST(pictures_do_not_depend_on_threads) {
     const auto soup = test::soup(3000, 0.1f, 2);
-    const bob::Mesh mesh(soup.vertices, soup.triangles, {});
+    const bob::Scene scene = scene_of(soup.vertices, soup.triangles);
     const int threads = bob::thread_count();
     bob::set_thread_count(1);
-    const auto one = render(mesh, {}, 100, 70);
+    const auto one = render(scene, {}, 100, 70);
     bob::set_thread_count(5);
-    const auto five = render(mesh, {}, 100, 70);
+    const auto five = render(scene, {}, 100, 70);
     bob::set_thread_count(threads);
     CHECK(one.gray == five.gray && one.depth == five.depth && one.normal == five.normal && one.hit == five.hit);
 }
@@ -99,17 +107,17 @@ TEST(pictures_do_not_depend_on_threads) {
 TEST(both_sides_of_a_face_are_shaded_alike) {
     const std::vector<bob::Vec3> v{{0, -0.7f, -0.7f}, {0, 0.7f, -0.7f}, {0, 0, 0.9f}};
     const std::vector<bob::Triangle> front{{0, 1, 2}}, back{{0, 2, 1}};
-    const auto a = render(bob::Mesh(v, front, {}), {0, 0, 0, 1}, 40, 40);
-    const auto b = render(bob::Mesh(v, back, {}), {0, 0, 0, 1}, 40, 40);
+    const auto a = render(scene_of(v, front), {0, 0, 0, 1}, 40, 40);
+    const auto b = render(scene_of(v, back), {0, 0, 0, 1}, 40, 40);
     CHECK(a.gray == b.gray);
-    CHECK_NEAR(a.gray[20 * 40 + 20], bob::blinn_phong({0, 0, 1}), 1e-6f);
+    CHECK_NEAR(a.gray[20 * 40 + 20], bob::blinn_phong({0, 0, 1}, {}), 1e-6f);
 }
 
 TEST(smooth_normals_that_lean_away_are_seen_edge_on) {
     // A face that turns its side to the camera, and a normal for it from beyond the horizon.
     const std::vector<bob::Vec3> v{{0.3f, -0.1f, -0.7f}, {-0.3f, 0.1f, -0.7f}, {0, 0, 0.7f}};
     const std::vector<bob::Vec3> leaning(3, {-0.3f, 0.95f, 0});
-    const auto picture = render(bob::Mesh(v, std::vector<bob::Triangle>{{0, 1, 2}}, leaning), {0, 0, 0, 1}, 64, 64);
+    const auto picture = render(scene_of(v, std::vector<bob::Triangle>{{0, 1, 2}}, leaning), {0, 0, 0, 1}, 64, 64);
     int seen = 0;
     for (std::size_t i = 0; i < picture.hit.size(); ++i) {
         if (!picture.hit[i]) continue;
@@ -123,9 +131,20 @@ TEST(smooth_normals_that_lean_away_are_seen_edge_on) {
 TEST(blinn_phong_worked_values) {
     // Facing the camera: n.l = 1 / sqrt(0.09 + 0.16 + 1), n.h = sqrt((1 + n.l) / 2).
     const double n_l = 1 / std::sqrt(1.25), n_h = std::sqrt((1 + n_l) / 2);
-    CHECK_NEAR(bob::blinn_phong({0, 0, 1}), 0.1 + 0.7 * n_l + 0.2 * std::pow(n_h, 32), 1e-5);
-    CHECK_NEAR(bob::blinn_phong(bob::normalized(bob::light_direction)), 0.8 + 0.2 * std::pow(n_h, 32), 1e-5);
-    CHECK_NEAR(bob::blinn_phong(bob::normalized({0.3f, -0.4f, -1})), 0.1, 1e-6);
+    CHECK_NEAR(bob::blinn_phong({0, 0, 1}, {}), 0.1 + 0.7 * n_l + 0.2 * std::pow(n_h, 32), 1e-5);
+    CHECK_NEAR(bob::blinn_phong(bob::normalized(bob::light_direction), {}), 0.8 + 0.2 * std::pow(n_h, 32), 1e-5);
+    CHECK_NEAR(bob::blinn_phong(bob::normalized({0.3f, -0.4f, -1}), {}), 0.1, 1e-6);
+}
+
+TEST(materials_shade_as_their_formula_says) {
+    const bob::Vec3 n = bob::normalized({0.2f, 0.5f, 0.9f});
+    const bob::Vec3 l = bob::normalized(bob::light_direction), h = bob::normalized(l + bob::Vec3{0, 0, 1});
+    const bob::Material material{{0.5f, 0.25f, 1}, 0.05f, 0.6f, 0.3f, 5};
+    const double luminance = 0.2126 * 0.5 + 0.7152 * 0.25 + 0.0722;
+    CHECK_NEAR(bob::blinn_phong(n, material),
+               luminance * (0.05 + 0.6 * dot(n, l)) + 0.3 * std::pow(dot(n, h), 5), 1e-6);
+    CHECK_EQ(bob::Material{}.luminance(), 1.f);
+    CHECK_EQ(bob::blinn_phong(n, {{1, 1, 1}, 1, 1, 1, 0}), 1.f);
 }
 
 TEST(uniform_order_is_a_permutation) {

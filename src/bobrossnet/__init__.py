@@ -9,6 +9,7 @@
 import os
 
 from bobrossnet._core import set_thread_count, thread_count
+from bobrossnet.adapters.container import save_scene
 from bobrossnet.adapters.files import load, load_mesh
 from bobrossnet.complete.model import complete
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
@@ -19,8 +20,11 @@ from bobrossnet.render.gbuffer import GBuffer, Samples
 from bobrossnet.render.order import pixel_order
 from bobrossnet.render.trace import SceneTracer, trace
 from bobrossnet.shapes.implicit import Implicit, implicit
+from bobrossnet.shapes.instance import Instance
+from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.scene import Scene
+from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tree import happy_tree
 
 
@@ -39,10 +43,13 @@ __all__ = [
     "InputError",
     "InputTypeError",
     "InputWarning",
+    "Instance",
+    "Material",
     "Mesh",
     "Samples",
     "Scene",
     "SceneTracer",
+    "Shape",
     "complete",
     "export",
     "happy_tree",
@@ -52,6 +59,7 @@ __all__ = [
     "pixel_order",
     "progressive",
     "psnr",
+    "save_scene",
     "set_thread_count",
     "ssim",
     "thread_count",

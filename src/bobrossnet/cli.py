@@ -1,4 +1,4 @@
-"""The command line: `bobrossnet render | info | train | evaluate`.
+"""The command line: `bobrossnet render | pack | info | train | evaluate`.
 
 Only argparse is imported up here, so that --help and mistakes are answered at once.
 """
@@ -11,11 +11,18 @@ import signal
 import sys
 import time
 import warnings
-from collections.abc import Sequence
-from typing import Any, NoReturn
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, NoReturn
+
+if TYPE_CHECKING:
+    import bobrossnet as bob
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
+
+FILES = "mesh files and scenes (.bob); without any, the built-in scene"
+UP = "the models' axis that points up; y turns them upright (default: z)"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -60,7 +67,7 @@ def _parser() -> argparse.ArgumentParser:
 
     render = commands.add_parser("render", help="make a picture of shapes", description="Make a picture of shapes.")
     render.set_defaults(run=_render)
-    render.add_argument("files", nargs="*", metavar="FILE", help="mesh files; without any, the built-in scene")
+    render.add_argument("files", nargs="*", metavar="FILE", help=FILES)
     render.add_argument("--size", type=_size, default=(480, 640), metavar="WIDTHxHEIGHT", help="default: 640x480")
     render.add_argument(
         "--fraction",
@@ -75,21 +82,26 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("--elevation", type=float, default=20.0, metavar="DEGREES", help="default: 20")
     render.add_argument("--roll", type=float, default=0.0, metavar="DEGREES", help="default: 0")
     render.add_argument("--zoom", type=float, default=1.0, help="1 fits the bounding sphere (default: 1)")
-    render.add_argument(
-        "--up",
-        choices=("y", "z"),
-        default="z",
-        help="the models' axis that points up; y turns them upright (default: z)",
-    )
+    render.add_argument("--up", choices=("y", "z"), default="z", help=UP)
     render.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
     render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
 
+    pack = commands.add_parser("pack", help="write a scene of shapes", description="Write shapes to one scene file.")
+    pack.set_defaults(run=_pack)
+    pack.add_argument("scene", metavar="SCENE.bob", help="the file to write")
+    pack.add_argument("files", nargs="*", metavar="FILE", help=FILES)
+    pack.add_argument("--up", choices=("y", "z"), default="z", help=UP)
+
     info = commands.add_parser(
-        "info", help="tell what is in a model or a weight file", description="Tell what is in a model or a weight file."
+        "info",
+        help="tell what is in a model, a scene or a weight file",
+        description="Tell what is in a model, a scene or a weight file.",
     )
     info.set_defaults(run=_info)
-    info.add_argument("file", metavar="FILE", help="a mesh file, a .safetensors file, or the name of shipped weights")
+    info.add_argument(
+        "file", metavar="FILE", help="a mesh file, a scene, a .safetensors file, or the name of shipped weights"
+    )
 
     train = commands.add_parser("train", help="train a network", description="Train a network.")
     train.set_defaults(run=_train)
@@ -125,9 +137,7 @@ def _render(options: argparse.Namespace) -> None:
     out = check_picture_path(options.out)
     camera = bob.Camera(options.azimuth, options.elevation, options.roll, options.zoom)
     model = load_model(options.model)
-    scene = bob.load(options.files) if options.files else bob.Scene(bob.happy_tree())
-    if options.up == "y":
-        scene = scene.turned_upright()
+    scene = _scene(options)
     height, width = options.size
 
     def timed_trace(what: str, fraction: float) -> tuple[bob.GBuffer, float]:
@@ -155,7 +165,7 @@ def _render(options: argparse.Namespace) -> None:
     complete_ms = 1000 * (time.perf_counter() - start)
 
     rays = int(part.mask.sum())
-    print(f"scene      {scene.triangle_count:,} triangles, built in {build_ms:.0f} ms")
+    print(f"scene      {scene.describe()}, built in {build_ms:.0f} ms")
     print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {rays:,} rays in {trace_ms:.1f} ms")
     print(f"completed  in {complete_ms:.1f} ms")
     if options.panels:
@@ -176,6 +186,26 @@ def _render(options: argparse.Namespace) -> None:
     print(f"wrote      {out}")
 
 
+def _scene(options: argparse.Namespace) -> bob.Scene:
+    """The scene of the files that were named, turned as was asked for."""
+    import bobrossnet as bob
+
+    files = options.files
+    scene = bob.load(files) if files else bob.Scene(bob.Instance(bob.happy_tree(), name="happy tree"))
+    return scene.turned_upright() if options.up == "y" else scene
+
+
+def _pack(options: argparse.Namespace) -> None:
+    import bobrossnet as bob
+    from bobrossnet.adapters.container import check_scene_path
+
+    _limit_memory()
+    out = check_scene_path(options.scene)
+    scene = _scene(options)
+    bob.save_scene(scene, out)
+    print(f"wrote {out}: {scene.describe()}")
+
+
 def _info(options: argparse.Namespace) -> None:
     import bobrossnet as bob
     from bobrossnet.complete.model import find_weights
@@ -188,19 +218,27 @@ def _info(options: argparse.Namespace) -> None:
         _print_table({"file": weights, **metadata, "parameters": f"{sum(t.size for t in tensors.values()):,}"})
         _print_table({name: f"{tensor.shape}" for name, tensor in sorted(tensors.items())}, indent="  ")
         return
-    mesh = bob.load_mesh(options.file)
-    scene = bob.Scene(mesh)
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    scene = bob.load(options.file)
     _print_table(
         {
             "file": options.file,
-            "vertices": f"{len(mesh.vertices):,}",
-            "triangles": f"{len(mesh.triangles):,}",
-            "normals": "stored in the file" if mesh.normals is not None else "computed: smooth up to the crease angle",
-            "bounds": " .. ".join("(" + ", ".join(f"{x:.6g}" for x in corner) + ")" for corner in (low, high)),
-            "sphere": "(" + ", ".join(f"{x:.6g}" for x in scene.center) + f"), radius {scene.radius:.6g}",
+            "shapes": f"{len(scene.instances)}",
+            "sphere": f"{_vector(scene.center)}, radius {scene.radius:.6g}",
         }
     )
+    for instance in scene.instances:
+        print()
+        low, high = instance.shape.bounding_box(instance.transform)
+        color, *numbers = asdict(instance.material).items()
+        _print_table(
+            {
+                "shape": instance.shape.kind + (f", {instance.name!r}" if instance.name else ""),
+                **instance.shape.describe(),
+                "bounds": f"{_vector(low)} .. {_vector(high)}",
+                "material": f"linear RGB {_vector(color[1])}, " + ", ".join(f"{name} {x:.6g}" for name, x in numbers),
+            },
+            indent="  ",
+        )
 
 
 def _train(options: argparse.Namespace) -> None:
@@ -217,6 +255,10 @@ def _evaluate(options: argparse.Namespace) -> None:
     result = evaluate(options.model, options.folder, views=options.views, size=options.size, limit=options.limit)
     print(f"{len(result.pictures)} pictures of {options.size[1]}x{options.size[0]}, traced pixels kept\n")
     print(result)
+
+
+def _vector(numbers: Iterable[float]) -> str:
+    return "(" + ", ".join(f"{x:.6g}" for x in numbers) + ")"
 
 
 def _print_table(rows: dict[str, Any], indent: str = "") -> None:

@@ -54,7 +54,7 @@ def progressive(
 
     Parameters
     ----------
-    scene : Scene, Mesh or iterable of Mesh, optional
+    scene : Scene, Shape, Instance or iterable of these, optional
     camera : Camera, optional
         How the scene is seen.
     tracer : callable, optional

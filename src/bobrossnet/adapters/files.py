@@ -18,15 +18,22 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.adapters.container import ENDING as SCENE_ENDING
+from bobrossnet.adapters.container import read_scene
 from bobrossnet.adapters.gltf import read_glb, read_gltf
 from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.part import Part, joined
 from bobrossnet.adapters.ply import read_ply
+from bobrossnet.adapters.script import read_script
 from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
+from bobrossnet.adapters.vm import read_vm
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
+from bobrossnet.shapes.implicit import Implicit
+from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.scene import Scene
+from bobrossnet.shapes.shape import Shape
 
 READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".ply": read_ply,
@@ -38,8 +45,9 @@ READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".3mf": read_3mf,
 }
 ENDINGS = tuple(READERS)
+FORMULA_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script, ".vm": read_vm}
 
-Source: TypeAlias = "str | os.PathLike[str] | Scene | Mesh"
+Source: TypeAlias = "str | os.PathLike[str] | Scene | Instance | Shape"
 
 # Beyond this, squares and products of coordinates leave float64.
 MAX_COORDINATE = 1e100
@@ -50,8 +58,9 @@ def load(source: Source | Iterable[Source]) -> Scene:
 
     Parameters
     ----------
-    source : path, Mesh, Scene or iterable of these
-        Files end in .ply, .obj, .stl, .off, .glb, .gltf or .3mf. All are placed as their coordinates say.
+    source : path, Shape, Instance, Scene or iterable of these
+        Files end in .bob, which `save_scene` writes, in .ply, .obj, .stl, .off, .glb, .gltf or .3mf, or they are shape
+        scripts, .sdf, or formulas, .vm. All are placed as their coordinates say; instances are named after their files.
 
     Returns
     -------
@@ -62,11 +71,25 @@ def load(source: Source | Iterable[Source]) -> Scene:
     InputError
         If a file can't be read or holds nothing to trace; one line that starts with the file's name.
     """
-    if isinstance(source, str | os.PathLike | Mesh | Scene):
+    if isinstance(source, str | os.PathLike | Shape | Instance | Scene):
         source = (source,)
     if not isinstance(source, Iterable):
         raise InputTypeError(f"source: expected a path, a shape or several, got {type(source).__name__}")
-    return Scene(load_mesh(item) if isinstance(item, str | os.PathLike) else item for item in source)
+    return Scene(_loaded(item) if isinstance(item, str | os.PathLike) else item for item in source)
+
+
+def _loaded(path: str | os.PathLike[str]) -> Scene | Instance | Implicit:
+    file = _file(path)
+    ending = file.suffix.lower()
+    if ending == SCENE_ENDING:
+        with _errors_of_one_line(file, "scene"):
+            _check_file(file)
+            return read_scene(file)
+    if ending in FORMULA_READERS:
+        with _errors_of_one_line(file, "shape"):
+            _check_file(file)
+            return Instance(FORMULA_READERS[ending](file), name=file.name)
+    return Instance(load_mesh(path), name=file.name)
 
 
 def load_mesh(path: str | os.PathLike[str]) -> Mesh:
@@ -95,13 +118,9 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     InputWarning
         If triangles were left out because they touch a vertex that is missing or not finite.
     """
-    try:
-        file = Path(os.fsdecode(path))
-    except TypeError as error:
-        raise InputTypeError(f"path: expected a file name, got {type(path).__name__}") from error
-    name = _line(file.name or str(file))
+    file = _file(path)
     ending = _line(file.suffix.lower())
-    try:
+    with _errors_of_one_line(file, "mesh"):
         _check_file(file)
         if ending not in READERS:
             raise InputError(f"expected one of {' '.join(ENDINGS)}, got {ending or 'no ending'}")
@@ -109,18 +128,9 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
             raise InputError("expected a mesh, got an empty file")
         with _quiet():
             mesh, dropped, total = _clean(READERS[ending](file))
-    except InputError as error:
-        raise InputError(f"{name}: {_line(error)}") from error
-    except MemoryError as error:
-        raise InputError(f"{name}: expected a mesh that fits into memory, got a larger one") from error
-    except RecursionError as error:
-        raise InputError(f"{name}: expected a mesh, got data nested too deeply") from error
-    except Exception as error:  # readers of other people's bytes raise all sorts
-        reason = _line(f"{type(error).__name__}: {error}")
-        raise InputError(f"{name}: expected a {ending} mesh, could not read it ({reason})") from error
     if dropped:
         warnings.warn(
-            f"{name}: left out {dropped:,} of {total:,} triangles that touch a missing or non-finite vertex",
+            f"{_name(file)}: left out {dropped:,} of {total:,} triangles that touch a missing or non-finite vertex",
             InputWarning,
             stacklevel=2,
         )
@@ -170,6 +180,35 @@ def _unit(normals: NDArray[np.float64]) -> NDArray[np.float64] | None:
 
 
 # ---- Errors of one line ----------------------------------------------------------------------------------
+
+
+def _file(path: str | os.PathLike[str]) -> Path:
+    try:
+        return Path(os.fsdecode(path))
+    except TypeError as error:
+        raise InputTypeError(f"path: expected a file name, got {type(path).__name__}") from error
+
+
+def _name(file: Path) -> str:
+    return _line(file.name or str(file))
+
+
+@contextmanager
+def _errors_of_one_line(file: Path, kind: str) -> Iterator[None]:
+    """Whatever is raised becomes an InputError of one line that starts with the file's name."""
+    name = _name(file)
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{name}: {_line(error)}") from error
+    except MemoryError as error:
+        raise InputError(f"{name}: expected a {kind} that fits into memory, got a larger one") from error
+    except RecursionError as error:
+        raise InputError(f"{name}: expected a {kind}, got data nested too deeply") from error
+    except Exception as error:  # readers of other people's bytes raise all sorts
+        reason = _line(f"{type(error).__name__}: {error}")
+        ending = _line(file.suffix.lower())
+        raise InputError(f"{name}: expected a {ending} {kind}, could not read it ({reason})") from error
 
 
 def _check_file(file: Path) -> None:

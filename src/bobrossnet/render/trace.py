@@ -26,7 +26,7 @@ class SceneTracer:
 
     Parameters
     ----------
-    scene : Scene, Mesh or iterable of Mesh
+    scene : Scene, Shape, Instance or iterable of these
     camera : Camera
     size : (height, width)
     """
@@ -73,7 +73,7 @@ def trace(
 
     Parameters
     ----------
-    scene : Scene, Mesh or iterable of Mesh
+    scene : Scene, Shape, Instance or iterable of these
     camera : Camera, optional
     size : (height, width)
     fraction : float in (0, 1]

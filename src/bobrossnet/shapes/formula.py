@@ -35,6 +35,11 @@ def expression_of(function: Callable[..., Any], arity: int, name: str = "functio
     name : str
         Begins messages.
 
+    Notes
+    -----
+    Values are those of numpy but for the last bits, and with these exceptions: `np.where` is NaN where either side is;
+    powers of numbers below 0 are NaN unless the exponent is a whole number and no symbol; the sign of zero may be lost.
+
     Raises
     ------
     InputError
@@ -192,9 +197,7 @@ def _traced(function: Callable[..., Any], graph: _core.Graph, args: Sequence[Any
             raise InputTypeError(f"expected a function that returns a symbol or a number, got {what}")
         return graph.expression(_node(graph, result))
     except (InputError, _core.TooLargeError) as error:
-        # What was called within may have put its own name before the same message.
-        text = str(error).removeprefix(f"{name}: ")
-        raise (InputTypeError if isinstance(error, TypeError) else InputError)(f"{name}: {text}") from error
+        raise (InputTypeError if isinstance(error, TypeError) else InputError)(f"{name}: {error}") from error
     except Exception as error:
         text = " ".join(str(error).split())
         raise InputError(f"{name}: expected a formula, got {type(error).__name__}: {text}") from error
@@ -262,7 +265,9 @@ def _elementwise(rule: Rule, *operands: Any) -> Any:
 def _apply(ufunc: np.ufunc, method: str, inputs: Sequence[Any], kwargs: dict[str, Any]) -> Any:
     if method == "reduce":
         return _reduce(ufunc, *inputs, **kwargs)
-    if method != "__call__" or ufunc.signature is not None:  # sums of products: operators do it
+    if method != "__call__" or ufunc.signature is not None:  # such as np.matmul: the elements' operators do it
+        if "out" in kwargs:
+            kwargs["out"] = tuple(map(_plain, kwargs["out"]))
         return _unwrapped(getattr(ufunc, method)(*map(_plain, inputs), **kwargs))
     if ufunc not in RULES:
         raise InputTypeError(f"np.{ufunc.__name__}: not a function of formulas")
@@ -385,7 +390,6 @@ FUNCTIONS: dict[Any, Rule] = {
     np.round: _round,
     np.around: _round,
     np.fix: lambda a: np.trunc(a),
-    np.real: lambda a: a,
 }
 
 # ---- Ufuncs ----------------------------------------------------------------------------------------------

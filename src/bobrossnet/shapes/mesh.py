@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
+from bobrossnet.shapes.affine import IDENTITY, UPRIGHT, Matrix, Points, mapped, to_unit_sphere
+from bobrossnet.shapes.shape import Shape, bounding_sphere, check_tensors
+
+Number = TypeVar("Number", bound=np.generic)
+
+SMALLEST = 1e-307
+"""Radius of a mesh, in its own units, whose reciprocal float64 can hold; a smaller one is a point at any scale."""
 
 
-class Mesh:
+class Mesh(Shape):
     """A triangle mesh.
 
     Parameters
@@ -29,7 +39,7 @@ class Mesh:
         If a shape, a value or an index is out of range; the message names it.
     """
 
-    __slots__ = ("normals", "triangles", "vertices")
+    kind = "mesh"
 
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int32]
@@ -46,25 +56,68 @@ class Mesh:
             raise InputError(
                 f"triangles: expected indices in 0..{len(points) - 1}, got {corners.min()}..{corners.max()}"
             )
-        self.vertices = np.ascontiguousarray(points, dtype=np.float64)
-        self.triangles = np.ascontiguousarray(corners, dtype=np.int32)
+        self.vertices = _frozen(points, np.float64)
+        self.triangles = _frozen(corners, np.int32)
         self.normals = None
         if normals is not None:
             hint = "one normal per vertex"
-            self.normals = np.ascontiguousarray(
-                check_array("normals", normals, (len(points), 3), hint=hint), dtype=np.float32
-            )
+            self.normals = _frozen(check_array("normals", normals, (len(points), 3), hint=hint), np.float32)
 
-    def used_vertices(self) -> NDArray[np.float64]:
+    def _build(self) -> tuple[_core.Shape, Matrix]:
+        """Scaled to the mesh's own unit sphere in float64 before it is rounded to float32, so that neither its unit nor
+        its distance from the origin costs precision."""
+        center, radius = bounding_sphere([(self, IDENTITY)])
+        radius = radius if radius > SMALLEST else 1.0
+        with np.errstate(over="ignore"):  # vertices that no triangle uses may be anywhere
+            vertices = ((self.vertices - center) / radius).astype(np.float32)
+        return _core.Mesh(vertices, self.triangles, self.normals), to_unit_sphere(center, radius)
+
+    def bounding_box(self, matrix: Matrix) -> tuple[Points, Points]:
+        points = mapped(matrix, self._used_vertices)
+        return points.min(axis=0), points.max(axis=0)
+
+    def radius(self, matrix: Matrix, center: Points) -> float:
+        points = mapped(matrix, self._used_vertices) - center
+        # In units of about the largest coordinate: squares of very large or very small ones leave the range of float64;
+        # by a power of two, so that nothing is rounded.
+        _, exponent = np.frexp(np.abs(points).max())
+        return float(np.ldexp(np.sqrt((np.ldexp(points, -exponent) ** 2).sum(axis=1).max()), exponent))
+
+    def describe(self) -> dict[str, str]:
+        computed = "computed: smooth up to the crease angle"
+        return {
+            "vertices": f"{len(self.vertices):,}",
+            "triangles": f"{len(self.triangles):,}",
+            "normals": computed if self.normals is None else "stored in the file",
+        }
+
+    def tensors(self) -> dict[str, NDArray[Any]]:
+        tensors: dict[str, NDArray[Any]] = {"vertices": self.vertices, "triangles": self.triangles}
+        return tensors if self.normals is None else {**tensors, "normals": self.normals}
+
+    @classmethod
+    def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Mesh:
+        check_tensors(tensors, {"vertices": "float64", "triangles": "int32"}, {"normals": "float32"})
+        return cls(tensors["vertices"], tensors["triangles"], tensors.get("normals"))
+
+    @cached_property
+    def _used_vertices(self) -> Points:
         """The vertices that a triangle uses, (n, 3)."""
         used = np.zeros(len(self.vertices), np.bool_)
         used[self.triangles] = True
-        return self.vertices[used]
+        return self.vertices if used.all() else self.vertices[used]
 
     def turned_upright(self) -> Mesh:
         """The mesh with its y axis turned up to z: (x, y, z) becomes (x, -z, y)."""
-        turn = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
-        return Mesh(self.vertices @ turn, self.triangles, None if self.normals is None else self.normals @ turn)
+        normals = None if self.normals is None else mapped(UPRIGHT, self.normals)
+        return Mesh(mapped(UPRIGHT, self.vertices), self.triangles, normals)
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
+
+
+def _frozen(array: NDArray[Any], dtype: type[Number]) -> NDArray[Number]:
+    """A copy that nobody can change: what the core was given must stay true."""
+    copy = np.array(array, dtype=dtype, order="C")
+    copy.flags.writeable = False
+    return copy

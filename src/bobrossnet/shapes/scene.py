@@ -2,34 +2,46 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
+from bobrossnet.shapes.affine import (
+    IDENTITY,
+    UPRIGHT,
+    Matrix,
+    Points,
+    from_unit_sphere,
+    to_unit_sphere,
+)
+from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.shapes.shape import Shape, bounding_sphere
 
-Shape: TypeAlias = Mesh
-SceneLike: TypeAlias = "Scene | Shape | Iterable[Scene | Shape]"
+SceneLike: TypeAlias = Union["Scene", Instance, Shape, "Iterable[SceneLike]"]
 
 
 class Scene:
-    """Shapes in one space, and the bounding sphere that cameras orbit.
+    """Shapes in one space, each in its place and of its material, and the bounding sphere that cameras orbit.
 
-    The sphere's centre is that of the axis-aligned bounding box; it reaches to the farthest vertex of a triangle.
+    The sphere's centre is that of the axis-aligned bounding box; it reaches to the farthest point of a shape. Pictures
+    do not depend on the order of the shapes, not even where surfaces coincide.
 
     Parameters
     ----------
-    shapes : Mesh, Scene, or an iterable of these
+    shapes : Shape, Instance, Scene, or an iterable of these
+        A shape by itself stands where its own coordinates say, in white.
 
     Attributes
     ----------
-    shapes : tuple of Mesh
+    instances : tuple of Instance
     center : (3,) float64
     radius : float, above 0
 
@@ -40,51 +52,72 @@ class Scene:
     """
 
     def __init__(self, shapes: SceneLike) -> None:
-        self.shapes = _meshes(shapes)
-        if not self.shapes:
+        self.instances = tuple(_instances(shapes))
+        if not self.instances:
             raise InputError("shapes: expected at least one shape, got none")
-        points = np.concatenate([mesh.used_vertices() for mesh in self.shapes])
-        # In units of the largest coordinate, since squares of very large or very small ones leave float64's range.
-        unit = float(np.abs(points).max()) or 1.0
-        points = points / unit
-        center = (points.min(axis=0) + points.max(axis=0)) / 2
-        radius = float(np.sqrt(((points - center) ** 2).sum(axis=1).max()))
-        if not radius * unit > 0:
+        with np.errstate(over="ignore", invalid="ignore"):  # refused below
+            center, radius = bounding_sphere((instance.shape, instance.transform) for instance in self.instances)
+        if not radius > 0:
             raise InputError("shapes: expected an extent above zero, got all vertices in one point")
-        self.center: NDArray[np.float64] = center * unit
-        self.radius = radius * unit
+        if not (math.isfinite(radius) and radius > 1e-307):
+            raise InputError(f"shapes: expected a radius that float64 holds with its reciprocal, got {radius:g}")
+        self.center: Points = center
+        self.radius = radius
 
     def __repr__(self) -> str:
-        return f"Scene({len(self.shapes)} shapes, {self.triangle_count} triangles, radius {self.radius:.6g})"
+        return f"Scene({self.describe()}, radius {self.radius:.6g})"
+
+    def describe(self) -> str:
+        """What is in it, in a few words."""
+        shapes, triangles = len(self.instances), self.triangle_count
+        return f"{shapes} shape{'s' * (shapes > 1)}" + f", {triangles:,} triangles" * (triangles > 0)
 
     @property
     def triangle_count(self) -> int:
-        return sum(len(mesh.triangles) for mesh in self.shapes)
+        """Triangles of all meshes, those of a mesh in several places counted in each."""
+        return sum(len(i.shape.triangles) for i in self.instances if isinstance(i.shape, Mesh))
 
     def turned_upright(self) -> Scene:
         """The same scene with what is stored as y up, the habit of games and films, turned to z up."""
-        return Scene([mesh.turned_upright() for mesh in self.shapes])
+        return Scene(instance.transformed(UPRIGHT) for instance in self.instances)
+
+    @property
+    def core(self) -> _core.Scene:
+        """The scene in the core, scaled to the unit sphere, built when first asked for."""
+        return self._core_and_order[0]
 
     @cached_property
-    def core(self) -> _core.Mesh:
-        """The scene in the core, built when first asked for.
+    def _core_and_order(self) -> tuple[_core.Scene, NDArray[np.int32]]:
+        """The core sees the first of surfaces that coincide, so that it is given the instances in a canonical order: by
+        digests of what they are. Which one is the core's n-th is the n-th of the second array."""
+        order = [0]
+        if len(self.instances) > 1:
+            digests = [instance.digest() for instance in self.instances]
+            order = sorted(range(len(digests)), key=digests.__getitem__)
+        instances = [self.instances[i] for i in order]
+        scene = _core.Scene(
+            [instance.shape.core[0] for instance in instances],
+            np.array([self._to_core(instance)[:3] for instance in instances]),
+            np.array([self._box(instance) for instance in instances], np.float32),
+            np.array([instance.material.values() for instance in instances], np.float32),
+        )
+        return scene, np.array(order, np.int32)
 
-        It is scaled to the unit sphere in float64 before it is rounded to float32, so that files far from their origin
-        lose nothing.
-        """
-        with np.errstate(over="ignore"):  # vertices that no triangle uses may be anywhere
-            vertices = [((mesh.vertices - self.center) / self.radius).astype(np.float32) for mesh in self.shapes]
-        starts = np.cumsum([0, *(len(mesh.vertices) for mesh in self.shapes)])
-        triangles = [mesh.triangles + np.int32(start) for mesh, start in zip(self.shapes, starts, strict=False)]
-        normals = None
-        if any(mesh.normals is not None for mesh in self.shapes):
-            # A shape without normals among some with: zeros, and the core takes the crease rule there.
-            normals = np.concatenate(
-                [np.zeros((len(m.vertices), 3), np.float32) if m.normals is None else m.normals for m in self.shapes]
-            )
-        return _core.Mesh(np.concatenate(vertices), np.concatenate(triangles), normals)
+    def _to_core(self, instance: Instance) -> Matrix:
+        """From the scene's unit sphere to the coordinates of the instance's shape in the core."""
+        from_scene = instance.shape.core[1] @ np.linalg.inv(instance.transform)
+        if np.array_equal(from_scene, to_unit_sphere(self.center, self.radius)):
+            return IDENTITY  # to the bit, which the product below is not
+        return from_scene @ from_unit_sphere(self.center, self.radius)
 
-    def closest_hits(self, origins: Any, directions: Any) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    def _box(self, instance: Instance) -> tuple[Points, Points]:
+        """Lowest and highest coordinates of an instance in the unit sphere."""
+        low, high = instance.shape.bounding_box(instance.transform)
+        return (low - self.center) / self.radius, (high - self.center) / self.radius
+
+    def closest_hits(
+        self, origins: Any, directions: Any
+    ) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32]]:
         """Cast rays of any origin and direction.
 
         Parameters
@@ -95,9 +128,11 @@ class Scene:
         Returns
         -------
         distance : (n,) float64
-            From the origin to the first triangle in front of it, in the scene's units; inf where there is none.
-        triangle : (n,) int32
-            Which one, counted through all shapes in order; -1 where there is none.
+            From the origin to the first surface in front of it, in the scene's units; inf where there is none.
+        instance : (n,) int32
+            Whose surface it is, an index into `instances`; -1 where there is none.
+        primitive : (n,) int32
+            Which part of the shape: a mesh's triangle; -1 where there is none.
         """
         origins = check_finite("origins", check_array("origins", origins, (None, 3)))
         directions = check_finite("directions", check_array("directions", directions, (len(origins), 3)))
@@ -112,10 +147,11 @@ class Scene:
         start = np.maximum(start, 0)
         origin = origin + start[:, None] * direction
         t = np.empty(len(origins), np.float32)
-        triangle = np.empty(len(origins), np.int32)
-        self.core.closest_hits(origin.astype(np.float32), direction.astype(np.float32), t, triangle)
-        distance = np.where(triangle >= 0, (start + t) * self.radius, np.inf)
-        return distance, triangle
+        found, primitive = np.empty(len(origins), np.int32), np.empty(len(origins), np.int32)
+        core, order = self._core_and_order
+        core.closest_hits(origin.astype(np.float32), direction.astype(np.float32), t, found, primitive)
+        instance = np.where(found >= 0, order[found], -1).astype(np.int32)
+        return np.where(found >= 0, (start + t) * self.radius, np.inf), instance, primitive
 
 
 def as_scene(scene: SceneLike) -> Scene:
@@ -123,18 +159,16 @@ def as_scene(scene: SceneLike) -> Scene:
     return scene if isinstance(scene, Scene) else Scene(scene)
 
 
-def _meshes(shapes: SceneLike) -> tuple[Mesh, ...]:
-    if isinstance(shapes, Mesh):
-        return (shapes,)
-    if isinstance(shapes, Scene):
-        return shapes.shapes
-    expected = "shapes: expected a Mesh or several"
-    if isinstance(shapes, str | bytes | os.PathLike) or not isinstance(shapes, Iterable):
+def _instances(shapes: SceneLike, among: str = "") -> Iterator[Instance]:
+    if isinstance(shapes, Instance):
+        yield shapes
+    elif isinstance(shapes, Shape):
+        yield Instance(shapes)
+    elif isinstance(shapes, Scene):
+        yield from shapes.instances
+    elif isinstance(shapes, Iterable) and not isinstance(shapes, str | bytes | os.PathLike):
+        for shape in shapes:
+            yield from _instances(shape, " among them")
+    else:
         hint = "; bobrossnet.load reads files" if isinstance(shapes, str | os.PathLike) else ""
-        raise InputTypeError(f"{expected}, got {type(shapes).__name__}{hint}")
-    result: list[Mesh] = []
-    for shape in shapes:
-        if not isinstance(shape, Mesh | Scene):
-            raise InputTypeError(f"{expected}, got {type(shape).__name__} among them")
-        result.extend(_meshes(shape))
-    return tuple(result)
+        raise InputTypeError(f"shapes: expected a shape or several, got {type(shapes).__name__}{among}{hint}")

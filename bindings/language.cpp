@@ -1,0 +1,23 @@
+/// Languages: shape scripts and .vm formulas, both from a file's bytes.
+#include <string_view>
+
+#include "bindings.h"
+#include "formula/vm.h"
+#include "modelling/script.h"
+
+using namespace nb::literals;
+
+namespace {
+
+template <auto read>
+auto from_bytes(const nb::bytes& text) {
+    const nb::gil_scoped_release release;
+    return read({text.c_str(), text.size()});
+}
+
+}  // namespace
+
+void bind_language(nb::module_& m) {
+    m.def("run_script", &from_bytes<bob::run_script>, "source"_a);
+    m.def("parse_vm", &from_bytes<bob::parse_vm>, "text"_a);
+}

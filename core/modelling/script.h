@@ -1,0 +1,40 @@
+/// Shape scripts: text that makes one shape, in a subset of Python's syntax with the words of vocabulary.h. Python and
+/// the browser run the same text through it; docs/scripts.md describes the language.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "modelling/vocabulary.h"
+
+namespace bob {
+
+/// Where something stands in a script, from 1; columns count characters, not bytes.
+struct Position {
+    int line = 1;
+    int column = 1;
+};
+
+/// What is wrong with a script, in one line that starts with "line L, column C: ".
+struct ScriptError : std::invalid_argument {
+    ScriptError(Position at, const std::string& message);
+    Position at;
+};
+
+/// What a script may use up. All are far above what shapes need; they end scripts that would run for ever or fill the
+/// memory.
+struct ScriptLimits {
+    static constexpr std::size_t bytes = 1 << 20;     // of text
+    static constexpr int depth = 100;                 // of brackets, blocks and operators within each other
+    static constexpr std::size_t steps = 1'000'000;   // expressions evaluated
+    static constexpr std::size_t items = 100'000;     // in a list, those of lists within it included
+    static constexpr std::size_t nodes = 10'000'000;  // of all shapes that a script makes on its way, together
+};
+
+/// Runs a script and returns its result: the three-dimensional shape that the last executed assignment, expression or
+/// .save() made. A script reads and writes nothing and gives the same shape every time. Any bytes end in a shape or a
+/// ScriptError.
+[[nodiscard]] Model run_script(std::string_view source);
+
+}  // namespace bob

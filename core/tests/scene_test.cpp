@@ -1,0 +1,213 @@
+#include "trace/scene.h"
+
+#include <numeric>
+
+#include "check.h"
+#include "meshes.h"
+#include "parallel.h"
+#include "shapes/mesh.h"
+
+using bob::Vec3;
+
+namespace {
+
+std::vector<bob::Ray> random_rays(int count, std::uint64_t seed) {
+    test::Random random(seed);
+    std::vector<bob::Ray> rays;
+    for (int i = 0; i < count; ++i) {
+        const Vec3 direction = random(0.3f, 3) * test::random_direction(random);
+        const Vec3 target{random(-0.6f, 0.6f), random(-0.6f, 0.6f), random(-0.6f, 0.6f)};
+        rays.push_back({target - 1.2f * bob::normalized(direction), direction});
+    }
+    return rays;
+}
+
+struct Found {
+    std::vector<bob::SceneHit> hits;
+    std::vector<Vec3> normals;
+};
+
+Found cast(const bob::Scene& scene, const std::vector<bob::Ray>& rays) {
+    Found found{std::vector<bob::SceneHit>(rays.size()), std::vector<Vec3>(rays.size())};
+    scene.closest_hits(rays, found.hits);
+    scene.normals(rays, found.hits, found.normals);
+    return found;
+}
+
+std::shared_ptr<bob::Mesh> mesh_of(const test::TriangleMesh& mesh) {
+    return std::make_shared<bob::Mesh>(mesh.vertices, mesh.triangles, std::vector<Vec3>{});
+}
+
+/// x -> scale * turned(x) + shift, where the turn sends (x, y, z) to (-y, x, z); and the map back.
+struct Placement {
+    Vec3 scale, shift;
+
+    [[nodiscard]] Vec3 operator()(Vec3 p) const {
+        return {-scale.x * p.y + shift.x, scale.y * p.x + shift.y, scale.z * p.z + shift.z};
+    }
+    [[nodiscard]] bob::AffineMap inverse() const {
+        const double a = 1.0 / scale.x, b = 1.0 / scale.y, c = 1.0 / scale.z;
+        return {{{0, b, 0, -b * shift.y}, {-a, 0, 0, a * shift.x}, {0, 0, c, -c * shift.z}}};
+    }
+};
+
+bob::Instance placed(std::shared_ptr<const bob::Shape> shape, const test::TriangleMesh& moved,
+                     const Placement& placement) {
+    Vec3 low = moved.vertices[0], high = low;
+    for (const Vec3 v : moved.vertices) low = min(low, v), high = max(high, v);
+    return {std::move(shape), placement.inverse(), low, high, {}};
+}
+
+test::TriangleMesh moved(test::TriangleMesh mesh, const Placement& placement) {
+    for (Vec3& v : mesh.vertices) v = placement(v);
+    return mesh;
+}
+
+}  // namespace
+
+TEST(one_shape_in_its_own_coordinates_is_traced_as_the_shape_itself) {
+    const auto soup = test::soup(2000, 0.1f, 5);
+    const auto mesh = mesh_of(soup);
+    const bob::Scene scene({{mesh, {}, {-1, -1, -1}, {1, 1, 1}, {}}});
+    const auto rays = random_rays(5000, 1);
+    const auto found = cast(scene, rays);
+    std::vector<bob::Hit> hits(rays.size());
+    std::vector<Vec3> normals(rays.size());
+    mesh->closest_hits(rays, hits);
+    int hit = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        CHECK_EQ(found.hits[i].t, hits[i].t);
+        CHECK_EQ(found.hits[i].in_shape.primitive, hits[i].primitive);
+        CHECK_EQ(found.hits[i].instance, hits[i].primitive == bob::no_primitive ? bob::no_instance : 0);
+        if (hits[i].primitive == bob::no_primitive) continue;
+        ++hit;
+        mesh->normals({&rays[i], 1}, {&hits[i], 1}, {&normals[i], 1});
+        CHECK(found.normals[i].x == normals[i].x && found.normals[i].y == normals[i].y);
+    }
+    CHECK_LT(1000, hit);
+}
+
+TEST(placed_shapes_are_seen_where_moved_vertices_are) {
+    const auto ball = test::sphere(4, 1);
+    const auto shape = mesh_of(ball);
+    // Stretched, mirrored, and a thousandth of the scene.
+    for (const Placement placement : {Placement{{0.5f, 0.2f, 0.3f}, {0.1f, -0.2f, 0.3f}},
+                                      Placement{{-0.4f, 0.4f, 0.4f}, {0, 0.3f, 0}},
+                                      Placement{{0.7f, 0.7f, 0.7f}, {}}, Placement{{1e-3f, 1e-3f, 2e-3f}, {0.5f, 0, 0}}}) {
+        const auto there = moved(ball, placement);
+        const bob::Scene by_map({placed(shape, there, placement)});
+        const auto mesh = mesh_of(there);
+        auto rays = random_rays(4000, 2);
+        for (auto& ray : rays) {  // at the shape, however small
+            const Vec3 target = placement(0.6f * (ray.origin + 1.2f * bob::normalized(ray.direction)));
+            ray.origin = target - 1.5f * bob::normalized(ray.direction);
+        }
+        const auto found = cast(by_map, rays);
+        const float size = std::fabs(placement.scale.z);
+        int hit = 0, differ = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            bob::Hit want;
+            mesh->closest_hits({&rays[i], 1}, {&want, 1});
+            const bool same = (found.hits[i].instance == 0) == (want.primitive != bob::no_primitive);
+            differ += !same;
+            if (!same || found.hits[i].instance != 0) continue;
+            ++hit;
+            const Vec3 direction = rays[i].direction;
+            Vec3 normal;
+            mesh->normals({&rays[i], 1}, {&want, 1}, {&normal, 1});
+            CHECK_LT(dot(found.normals[i], direction), 1e-3f);
+            // Nearly edge-on, rounding moves a hit along the surface.
+            if (dot(normal, direction) > -0.1f * length(direction)) continue;
+            CHECK_NEAR(found.hits[i].t * length(direction), want.t * length(direction), 1e-5f);
+            CHECK_NEAR(length(found.normals[i]), 1.f, 1e-6f);
+            // Stretching and smoothing don't commute; the facets are small. So are those of the smallest sphere, whose
+            // vertices are rounded to 6e-8 of the scene.
+            CHECK_NEAR(length(found.normals[i] - normal), 0.f, 0.02f + 1e-5f / size);
+        }
+        CHECK_LT(1500, hit);
+        CHECK_LT(differ, 10);
+    }
+}
+
+TEST(the_nearest_of_many_instances_is_seen) {
+    // Balls of all sizes that share one shape, against each ball alone.
+    const auto ball = test::sphere(3, 1);
+    const auto shape = mesh_of(ball);
+    test::Random random(9);
+    std::vector<bob::Instance> instances;
+    for (int i = 0; i < 40; ++i) {
+        const float size = random(0.02f, 0.2f);
+        const Placement placement{{size, size, size}, {random(-0.5f, 0.5f), random(-0.5f, 0.5f), random(-0.5f, 0.5f)}};
+        instances.push_back(placed(shape, moved(ball, placement), placement));
+    }
+    const auto rays = random_rays(3000, 4);
+    const auto found = cast(bob::Scene(instances), rays);
+    std::vector<float> nearest(rays.size(), HUGE_VALF);
+    for (std::uint32_t k = 0; k < instances.size(); ++k) {
+        const auto alone = cast(bob::Scene({instances[k]}), rays);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            nearest[i] = std::min(nearest[i], alone.hits[i].t);
+            if (found.hits[i].instance == k) CHECK_EQ(found.hits[i].t, alone.hits[i].t);
+        }
+    }
+    for (std::size_t i = 0; i < rays.size(); ++i) CHECK_EQ(found.hits[i].t, nearest[i]);
+    CHECK_EQ(bob::Scene(instances).bytes(), shape->bytes());
+}
+
+TEST(a_ray_s_hit_depends_on_that_ray_alone) {
+    const auto soup = test::soup(500, 0.2f, 6);
+    const Placement placement{{0.5f, 0.6f, 0.7f}, {0.1f, 0, 0}};
+    const auto there = moved(soup, placement);
+    const bob::Scene scene({placed(mesh_of(soup), there, placement), {mesh_of(soup), {}, {-1, -1, -1}, {1, 1, 1}, {}}});
+    const auto rays = random_rays(500, 7);
+    const auto together = cast(scene, rays);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const auto alone = cast(scene, {rays[i]});
+        CHECK_EQ(alone.hits[0].t, together.hits[i].t);
+        CHECK_EQ(alone.hits[0].instance, together.hits[i].instance);
+        CHECK(alone.normals[0].x == together.normals[i].x && alone.normals[0].z == together.normals[i].z);
+    }
+}
+
+TEST(where_instances_coincide_the_first_is_seen) {
+    const auto ball = test::sphere(3, 0.8f);
+    const auto shape = mesh_of(ball);
+    const bob::Instance instance{shape, {}, {-1, -1, -1}, {1, 1, 1}, {}};
+    for (const auto& hit : cast(bob::Scene({instance, instance}), random_rays(500, 8)).hits) {
+        CHECK(hit.instance == 0 || hit.instance == bob::no_instance);
+    }
+}
+
+TEST(rays_from_within_and_past) {
+    const auto ball = test::sphere(4, 1);
+    const Placement placement{{0.5f, 0.5f, 0.5f}, {0.2f, 0, 0}};
+    const bob::Scene scene({placed(mesh_of(ball), moved(ball, placement), placement)});
+    const auto found = cast(scene, {{{0.2f, 0.01f, 0.02f}, {0, 0, 1}}, {{0.2f, 0.01f, 2}, {0, 0, 1}},
+                                    {{0.2f, 0.6f, 2}, {0, 0, -1}}, {{0.69f, 0.49f, 2}, {0, 0, -1}}});
+    CHECK_NEAR(found.hits[0].t, 0.48f, 5e-3f);
+    for (std::size_t i = 1; i < found.hits.size(); ++i) {
+        CHECK_EQ(found.hits[i].instance, bob::no_instance);
+        CHECK_EQ(found.hits[i].t, HUGE_VALF);
+        CHECK_EQ(dot(found.normals[i], found.normals[i]), 0.f);
+    }
+}
+
+TEST(shapes_too_small_for_float_are_not_seen) {
+    const auto ball = test::sphere(2, 1);
+    bob::Instance speck = placed(mesh_of(ball), ball, {{1, 1, 1}, {}});
+    for (const double size : {1e-60, 1e-320, 0.0}) {
+        for (int axis = 0; axis < 3; ++axis) speck.to_shape.row[axis][axis] = 1 / size;
+        for (const auto& hit : cast(bob::Scene({speck}), random_rays(500, 3)).hits) {
+            CHECK_EQ(hit.instance, bob::no_instance);
+        }
+    }
+}
+
+TEST(batches_are_large_but_leave_work_for_every_thread) {
+    const int threads = bob::thread_count();
+    bob::set_thread_count(2);
+    CHECK_EQ(bob::batch_size(1), 512u);
+    CHECK_EQ(bob::batch_size(16000), 2000u);
+    CHECK_EQ(bob::batch_size(10'000'000), 8192u);
+    bob::set_thread_count(threads);
+}

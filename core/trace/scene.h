@@ -1,0 +1,58 @@
+/// Scenes: shapes of any kind, placed in one space, each with its material.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "affine.h"
+#include "shapes/shape.h"
+#include "trace/shading.h"
+
+namespace bob {
+
+struct Instance {
+    std::shared_ptr<const Shape> shape;  // may be placed several times
+    AffineMap to_shape;                  // from the scene's coordinates to the shape's own; not singular
+    Vec3 low, high;                      // the box around the placed shape, in the scene's coordinates
+    Material material;
+};
+
+constexpr std::uint32_t no_instance = 0xffffffff;
+
+/// Where a ray first meets a scene.
+struct SceneHit {
+    float t = std::numeric_limits<float>::infinity();
+    std::uint32_t instance = no_instance;
+    float start = 0;  // the t at which the ray was handed to the shape: t = start + in_shape.t
+    Hit in_shape;
+};
+
+class Scene {
+public:
+    /// The instances lie within the unit sphere, or little beyond.
+    explicit Scene(std::vector<Instance> instances);
+
+    /// The first intersection with t > 0 of each ray with any instance; where several instances lie at the same t, the
+    /// first of them is seen. A ray's hit depends on that ray alone. Rays are finite, and should come in batches of
+    /// `batch_size`.
+    void closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) const;
+
+    /// The shading normal at each hit: unit length, turned to the side that the ray came from; zero where a ray missed.
+    void normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const;
+
+    [[nodiscard]] const Instance& operator[](std::uint32_t instance) const { return instances_[instance]; }
+
+    /// A shape that is placed several times counts once.
+    [[nodiscard]] std::size_t bytes() const;
+
+private:
+    std::vector<Instance> instances_;
+};
+
+/// How many of `count` rays to hand to a scene at once: many, for shapes that sort them, but some batches for each thread.
+[[nodiscard]] std::size_t batch_size(std::size_t count);
+
+}  // namespace bob

@@ -1,0 +1,196 @@
+"""Scene files, .bob: all shapes, places and materials of a scene in one file that shows the same picture everywhere.
+
+A safetensors file; CONVENTIONS.md has its fields. It is laid out here rather than by the safetensors package, which
+orders the header's strings at random: equal scenes make equal files.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.atomic import check_writable, write_whole
+from bobrossnet.errors import InputError, InputTypeError, check_integer
+from bobrossnet.shapes.implicit import Implicit
+from bobrossnet.shapes.instance import Instance
+from bobrossnet.shapes.material import Material
+from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.shapes.scene import Scene, SceneLike, as_scene
+from bobrossnet.shapes.shape import Shape
+
+ENDING = ".bob"
+FORMAT, VERSION = "bobrossnet-scene", "1"
+
+KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Implicit, Mesh)}
+"""The shapes that files can hold, by the word for them there."""
+
+# The checksum comes first, so that its place is the same in every file. It is of the whole file with its own digits
+# taken as zeros.
+START = b'{"__metadata__":{"sha256":"'
+DIGITS = slice(8 + len(START), 8 + len(START) + 64)
+
+DTYPES = {"float64": "F64", "float32": "F32", "int64": "I64", "int32": "I32", "uint32": "U32", "uint8": "U8"}
+
+
+def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
+    """Write a scene to a file, whole or not at all; `bobrossnet.load` reads it.
+
+    Parameters
+    ----------
+    scene : Scene, Shape, Instance or iterable of these
+        Shapes that are equal are written once.
+    path : path ending in .bob
+        Replaced if it exists.
+
+    Raises
+    ------
+    InputError
+        If the file can't be written, or holds a shape of a kind that files can't.
+    """
+    file = check_scene_path(path)
+    numbers: dict[bytes, int] = {}
+    kinds: list[str] = []
+    tensors: dict[str, NDArray[Any]] = {}
+    instances = []
+    for instance in as_scene(scene).instances:
+        shape = instance.shape
+        if not isinstance(shape, KINDS.get(shape.kind, ())):
+            raise InputError(f"shape: expected one of {', '.join(KINDS)} to write, got {type(shape).__name__}")
+        number = numbers.setdefault(shape.digest, len(numbers))
+        if number == len(kinds):
+            kinds.append(shape.kind)
+            tensors |= {f"{number}.{name}": tensor for name, tensor in shape.tensors().items()}
+        instances.append(
+            {
+                "shape": number,
+                "transform": instance.transform.tolist(),
+                "material": asdict(instance.material),
+                "name": instance.name,
+            }
+        )
+    write_whole(file, sealed(layout({"shapes": kinds, "instances": instances}, tensors)))
+
+
+def check_scene_path(path: str | os.PathLike[str]) -> Path:
+    """Return `path` if a scene can be written there, before time is spent on making it."""
+    if Path(path).suffix.lower() != ENDING:
+        raise InputError(f"{path}: expected a scene's ending, {ENDING}, got {Path(path).suffix or 'none'}")
+    return check_writable(path)
+
+
+def read_scene(file: Path) -> Scene:
+    """The scene in a file.
+
+    Raises
+    ------
+    InputError
+        If it is no scene, damaged, of another version, or holds what no scene has.
+    """
+    from safetensors.numpy import load
+
+    data = file.read_bytes()
+    if data[8 : DIGITS.start] != START:
+        raise InputError(f"expected a {FORMAT} file, got one that starts with {data[:32]!r}")
+    if data[DIGITS] != _checksum(data):
+        raise InputError("expected a whole file, got one that was damaged or cut short: its checksum differs")
+    header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+    metadata = header["__metadata__"]
+    if metadata.get("format") != FORMAT:
+        raise InputError(f"expected the format {FORMAT}, got {metadata.get('format')!r}")
+    if metadata.get("version") != VERSION:
+        raise InputError(
+            f"expected version {VERSION}, got {metadata.get('version')!r}; was it written by a newer release?"
+        )
+    content = _fields("scene", json.loads(metadata["scene"]), "shapes", "instances")
+    shapes = _shapes(_list("shapes", content["shapes"]), load(data))
+    return Scene(
+        _instance(f"instances[{i}]", item, shapes) for i, item in enumerate(_list("instances", content["instances"]))
+    )
+
+
+def _shapes(kinds: list[Any], tensors: Mapping[str, NDArray[Any]]) -> list[Shape]:
+    of: list[dict[str, NDArray[Any]]] = [{} for _ in kinds]
+    for name, tensor in sorted(tensors.items()):
+        number, _, own_name = name.partition(".")
+        if not (number.isdecimal() and int(number) < len(kinds)):
+            raise InputError(f"{name}: expected tensors of {len(kinds)} shapes, named NUMBER.NAME, got this one")
+        of[int(number)][own_name] = tensor
+    shapes = []
+    for i, kind in enumerate(kinds):
+        if not (isinstance(kind, str) and kind in KINDS):
+            raise InputError(f"shapes[{i}]: expected a kind among {', '.join(KINDS)}, got {kind!r}")
+        try:
+            shapes.append(KINDS[kind].from_tensors(of[i]))
+        except InputError as error:
+            raise InputError(f"shapes[{i}]: {error}") from error
+    return shapes
+
+
+def _instance(place: str, item: Any, shapes: list[Shape]) -> Instance:
+    fields = _fields(place, item, "shape", "transform", "material", "name")
+    number = check_integer(f"{place}.shape", fields["shape"], 0, len(shapes) - 1)
+    transform = _list(f"{place}.transform", fields["transform"])
+    material = _fields(f"{place}.material", fields["material"], *Material.__dataclass_fields__)
+    try:
+        return Instance(shapes[number], transform, Material(**material), fields["name"])
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from error
+
+
+def _fields(place: str, value: Any, *names: str) -> dict[str, Any]:
+    if not isinstance(value, dict) or value.keys() != set(names):
+        got = ", ".join(map(str, value)) if isinstance(value, dict) else type(value).__name__
+        raise InputTypeError(f"{place}: expected an object of {', '.join(names)}, got {got or 'nothing in it'}")
+    return value
+
+
+def _list(place: str, value: Any) -> list[Any]:
+    if not isinstance(value, list):
+        raise InputTypeError(f"{place}: expected a list, got {type(value).__name__}")
+    return value
+
+
+# ---- Layout ----------------------------------------------------------------------------------------------
+
+
+def layout(scene: Any, tensors: Mapping[str, NDArray[Any]]) -> bytes:
+    """A safetensors file with zeros for its checksum. Tensors of large items come first, so that all are aligned."""
+    metadata = {
+        "sha256": "0" * 64,
+        "format": FORMAT,
+        "version": VERSION,
+        "scene": json.dumps(scene, allow_nan=False, separators=(",", ":")),
+    }
+    header: dict[str, Any] = {"__metadata__": metadata}
+    body = []
+    at = 0
+    for name in sorted(tensors, key=lambda name: (-tensors[name].itemsize, name)):
+        tensor = tensors[name]
+        content = np.ascontiguousarray(tensor, tensor.dtype.newbyteorder("<")).tobytes()
+        place = [at, at + len(content)]
+        header[name] = {"dtype": DTYPES[tensor.dtype.name], "shape": list(tensor.shape), "data_offsets": place}
+        body.append(content)
+        at += len(content)
+    text = json.dumps(header, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 8)
+    return b"".join([len(text).to_bytes(8, "little"), text, *body])
+
+
+def sealed(data: bytes) -> bytes:
+    """The file with its checksum in place."""
+    return data[: DIGITS.start] + _checksum(data) + data[DIGITS.stop :]
+
+
+def _checksum(data: bytes) -> bytes:
+    digest = hashlib.sha256(data[: DIGITS.start])
+    digest.update(b"0" * 64)
+    digest.update(memoryview(data)[DIGITS.stop :])
+    return digest.hexdigest().encode()

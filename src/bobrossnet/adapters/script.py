@@ -1,0 +1,26 @@
+"""Shape scripts, files of the modelling language. docs/scripts.md describes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bobrossnet import _core
+from bobrossnet.errors import InputError
+from bobrossnet.sdf.d3 import SDF3
+
+
+def read_script(path: Path) -> SDF3:
+    """Run a script and return the shape that it makes.
+
+    A script can make shapes and nothing else: running one that somebody sent is as safe as looking at their mesh.
+
+    Raises
+    ------
+    InputError
+        If it makes no shape in three dimensions, or does what the language has not; one line that starts with the line
+        and column of the mistake.
+    """
+    try:
+        return SDF3(_core.run_script(path.read_bytes()).expression)
+    except ValueError as error:
+        raise InputError(str(error)) from None

@@ -1,0 +1,91 @@
+"""Affine maps of space as (4, 4) float64 matrices, multiplied from the left to column vectors."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.errors import InputError, check_array, check_finite, check_number
+
+Matrix: TypeAlias = NDArray[np.float64]
+Points: TypeAlias = NDArray[np.float64]
+
+IDENTITY: Matrix = np.eye(4)
+
+UPRIGHT: Matrix = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+"""Turns y up to z up: (x, y, z) becomes (x, -z, y)."""
+
+FLATTEST = 1e-10
+"""Maps that shrink one direction by more than this against another are refused as singular: rays, in float32, could not
+tell what they hit."""
+
+
+def translation(offset: Any) -> Matrix:
+    """The map that moves by `offset`, 3 numbers."""
+    matrix = np.eye(4)
+    matrix[:3, 3] = check_finite("offset", check_array("offset", offset, (3,)))
+    return matrix
+
+
+def scaling(factor: Any) -> Matrix:
+    """The map that scales about the origin by a number, or by 3 numbers along the axes; none is 0."""
+    factors = np.asarray(factor) if np.ndim(factor) else [check_number("factor", factor)] * 3
+    return check_map("factor", np.diag([*check_array("factor", factors, (3,)).astype(np.float64), 1.0]))
+
+
+def rotation(angle: Any, vector: Any) -> Matrix:
+    """The map that turns about an axis through the origin, by Rodrigues' formula.
+
+    Parameters
+    ----------
+    angle : float
+        In radians, anticlockwise where the axis points at the eye.
+    vector : (3,) numbers
+        The axis, of any length but zero.
+    """
+    angle = check_number("angle", angle)
+    axis = check_finite("vector", check_array("vector", vector, (3,))).astype(np.float64)
+    length = np.linalg.norm(axis)
+    if length == 0:
+        raise InputError("vector: expected an axis of a length above 0, got (0, 0, 0)")
+    x, y, z = axis / length
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    matrix = np.eye(4)
+    matrix[:3, :3] += np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return matrix
+
+
+def check_map(name: str, value: Any) -> Matrix:
+    """Return `value` as a (4, 4) float64 matrix of its own if it is an affine map that can be undone."""
+    matrix = check_finite(name, check_array(name, value, (4, 4))).astype(np.float64)
+    last = tuple(matrix[3].tolist())
+    if last != (0, 0, 0, 1):
+        raise InputError(f"{name}: expected an affine map, whose last row is (0, 0, 0, 1), got {last}")
+    sizes = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+    if not sizes[2] > FLATTEST * sizes[0]:
+        raise InputError(f"{name}: expected a map that keeps all three dimensions, got one that is singular")
+    return matrix
+
+
+def mapped(matrix: Matrix, points: NDArray[np.floating[Any]]) -> Points:
+    """Where a matrix takes points, (n, 3)."""
+    # Not by @: the threads of a BLAS go on spinning for a while, on the cores that the tracer wants.
+    x, y, z = points.T
+    moved: Points = np.stack([a * x + b * y + c * z + d for a, b, c, d in matrix[:3]])
+    return moved.T
+
+
+def to_unit_sphere(center: Points, radius: float) -> Matrix:
+    """The map that takes a sphere to the unit sphere."""
+    matrix = np.diag([1 / radius, 1 / radius, 1 / radius, 1.0])
+    matrix[:3, 3] = -center / radius
+    return matrix
+
+
+def from_unit_sphere(center: Points, radius: float) -> Matrix:
+    """The map that takes the unit sphere to a sphere."""
+    matrix = np.diag([radius, radius, radius, 1.0])
+    matrix[:3, 3] = center
+    return matrix

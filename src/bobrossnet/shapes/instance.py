@@ -1,0 +1,91 @@
+"""Instances: shapes, each in its place and of its material."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from bobrossnet.errors import InputTypeError
+from bobrossnet.shapes.affine import IDENTITY, Matrix, check_map, rotation, scaling, translation
+from bobrossnet.shapes.material import Material
+from bobrossnet.shapes.shape import Shape
+
+Z = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False, init=False, slots=True)
+class Instance:
+    """A shape in its place.
+
+    Instances of one shape share its memory. `translate`, `scale` and `rotate` are the modelling language's, and like
+    there each acts on what stands before it:
+
+    >>> import bobrossnet as bob
+    >>> tree = bob.Instance(bob.happy_tree())
+    >>> far = tree.rotate(0.5).scale(0.4).translate((2, 0, 0))
+    >>> scene = bob.Scene([tree, far])
+
+    Parameters
+    ----------
+    shape : Shape
+    transform : (4, 4) numbers, optional
+        From the shape's units to the scene's, multiplied from the left to column vectors; affine and not singular.
+    material : Material, optional
+        White by default.
+    name : str, optional
+        For people; nothing depends on it.
+
+    Raises
+    ------
+    InputError
+        If an argument is of another type, or the transform can't be undone.
+    """
+
+    shape: Shape
+    transform: Matrix
+    material: Material
+    name: str | None
+
+    def __init__(
+        self, shape: Shape, transform: Any = None, material: Material | None = None, name: str | None = None
+    ) -> None:
+        if not isinstance(shape, Shape):
+            raise InputTypeError(f"shape: expected a shape, got {type(shape).__name__}")
+        if material is not None and not isinstance(material, Material):
+            raise InputTypeError(f"material: expected a Material, got {type(material).__name__}")
+        if name is not None and not isinstance(name, str):
+            raise InputTypeError(f"name: expected a string, got {type(name).__name__}")
+        matrix = check_map("transform", IDENTITY if transform is None else transform)
+        matrix.flags.writeable = False
+        for field, value in (
+            ("shape", shape),
+            ("transform", matrix),
+            ("material", Material() if material is None else material),
+            ("name", name),
+        ):
+            object.__setattr__(self, field, value)
+
+    def transformed(self, matrix: Any) -> Instance:
+        """The instance moved by a (4, 4) matrix."""
+        return replace(self, transform=check_map("matrix", matrix) @ self.transform)
+
+    def translate(self, offset: Any) -> Instance:
+        """The instance moved by (x, y, z)."""
+        return self.transformed(translation(offset))
+
+    def scale(self, factor: Any) -> Instance:
+        """The instance scaled about the scene's origin, by one factor or by one for each axis; none is 0."""
+        return self.transformed(scaling(factor))
+
+    def rotate(self, angle: float, vector: Any = Z) -> Instance:
+        """The instance turned about an axis through the scene's origin, by radians, anticlockwise where the axis points
+        at the eye."""
+        return self.transformed(rotation(angle, vector))
+
+    def digest(self) -> bytes:
+        """SHA-256 of what can be seen: the shape, its place and its material."""
+        seen = np.array([*self.transform.ravel(), *self.material.values()])
+        return hashlib.sha256(self.shape.digest + seen.tobytes()).digest()

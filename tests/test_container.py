@@ -1,0 +1,236 @@
+"""Scene files: what goes in comes out, and nothing that is damaged or odd gets past the door."""
+
+import json
+
+import numpy as np
+import pytest
+
+import bobrossnet as bob
+from bobrossnet.adapters import container
+from bobrossnet.adapters.container import layout, sealed
+
+SIZE = (60, 80)
+TRIANGLE = bob.Mesh([[0, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2]], [[1, 0.5, 0], [1, 0, 0], [0, 0, np.nan]])
+
+
+def several():
+    tree = bob.happy_tree()
+    return bob.Scene(
+        [
+            bob.Instance(tree, name="tree “one”\n"),
+            bob.Instance(tree, material=bob.Material("#3366cc", shininess=7.1)).rotate(1).translate((2, 1, 0.1)),
+            bob.Instance(TRIANGLE, material=bob.Material((0.1, 0.2, 0.3), ambient=1 / 3)).scale((1, 2, 3)),
+            TRIANGLE,
+        ]
+    )
+
+
+def test_round_trip(tmp_path):
+    scene = several()
+    bob.save_scene(scene, tmp_path / "a.bob")
+    again = bob.load(tmp_path / "a.bob")
+    assert bob.trace(again, size=SIZE) == bob.trace(scene, size=SIZE)
+    assert (again.radius, again.center.tolist()) == (scene.radius, scene.center.tolist())
+    for ours, theirs in zip(scene.instances, again.instances, strict=True):
+        assert (ours.name, ours.material) == (theirs.name, theirs.material)
+        assert np.array_equal(ours.transform, theirs.transform)
+        assert ours.shape.digest == theirs.shape.digest
+    assert again.instances[0].shape is again.instances[1].shape
+
+
+def test_equal_scenes_make_equal_files_that_hold_each_shape_once(tmp_path):
+    copy = bob.Mesh(TRIANGLE.vertices, TRIANGLE.triangles, TRIANGLE.normals)
+    for name, shape in (("a.bob", TRIANGLE), ("b.bob", copy)):
+        bob.save_scene([bob.Instance(TRIANGLE), bob.Instance(shape).translate((1, 0, 0))], tmp_path / name)
+    data = (tmp_path / "a.bob").read_bytes()
+    assert data == (tmp_path / "b.bob").read_bytes()
+    header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+    assert sorted(header) == ["0.normals", "0.triangles", "0.vertices", "__metadata__"]
+
+
+def test_files_are_safetensors_whose_tensors_are_aligned(tmp_path):
+    from safetensors.numpy import load_file
+
+    bob.save_scene(several(), tmp_path / "a.bob")
+    tensors = load_file(tmp_path / "a.bob")
+    assert np.array_equal(tensors["1.normals"], TRIANGLE.normals, equal_nan=True)
+    data = (tmp_path / "a.bob").read_bytes()
+    start = 8 + int.from_bytes(data[:8], "little")
+    header = json.loads(data[8:start])
+    del header["__metadata__"]
+    for name, entry in header.items():
+        assert (start + entry["data_offsets"][0]) % tensors[name].itemsize == 0
+
+
+def test_scenes_load_beside_meshes(tmp_path):
+    bob.save_scene(TRIANGLE, tmp_path / "a.BOB")
+    (tmp_path / "b.obj").write_text("v 2 0 0\nv 2 1 0\nv 2 0 1\nf 1 2 3\n")
+    scene = bob.load([tmp_path / "a.BOB", str(tmp_path / "b.obj"), TRIANGLE])
+    assert [instance.name for instance in scene.instances] == [None, "b.obj", None]
+    with pytest.raises(bob.InputError, match=r"^a.BOB: expected one of .ply"):
+        bob.load_mesh(tmp_path / "a.BOB")
+
+
+# ---- Damage ----------------------------------------------------------------------------------------------
+
+
+def test_damaged_files_are_refused(tmp_path):
+    """Any byte changed, anywhere; any cut; anything added."""
+    file = tmp_path / "a.bob"
+    bob.save_scene([TRIANGLE, bob.Instance(TRIANGLE, name="x").translate((1, 0, 0))], file)
+    whole = file.read_bytes()
+    rng = np.random.default_rng(0)
+
+    def refused(data):
+        file.write_bytes(data)
+        with pytest.raises(bob.InputError) as error:
+            bob.load(file)
+        assert str(error.value).startswith("a.bob: expected ")
+        assert "\n" not in str(error.value)
+
+    for at in range(len(whole)):
+        refused(whole[:at] + bytes([whole[at] ^ 1 << rng.integers(8)]) + whole[at + 1 :])
+        refused(whole[:at])
+    for _ in range(500):
+        data = np.frombuffer(whole, np.uint8).copy()
+        places = rng.integers(len(data), size=rng.integers(1, 9))
+        data[places] ^= rng.integers(1, 256, size=len(places), dtype=np.uint8)
+        refused(data.tobytes() if data.tobytes() != whole else whole[1:])
+    refused(whole + b"\0")
+    refused(b"")
+    file.write_bytes(whole)
+    assert len(bob.load(file).instances) == 2
+
+
+MATERIAL = {"color": [1, 1, 1], "ambient": 0.1, "diffuse": 0.7, "specular": 0.2, "shininess": 32}
+INSTANCE = {"shape": 0, "transform": np.eye(4).tolist(), "material": MATERIAL, "name": None}
+SCENE = {"shapes": ["mesh"], "instances": [INSTANCE]}
+TENSORS = {f"0.{name}": tensor for name, tensor in TRIANGLE.tensors().items()}
+
+
+def instance(**fields):
+    return {**SCENE, "instances": [INSTANCE, {**INSTANCE, **fields}]}
+
+
+def material(**fields):
+    return instance(material={**MATERIAL, **fields})
+
+
+def tensors(**fields):
+    return {name: tensor for name, tensor in {**TENSORS, **fields}.items() if tensor is not None}
+
+
+def test_the_file_that_the_next_test_spoils_is_whole(tmp_path):
+    (tmp_path / "a.bob").write_bytes(sealed(layout(SCENE, TENSORS)))
+    assert bob.trace(bob.load(tmp_path / "a.bob"), size=SIZE) == bob.trace(TRIANGLE, size=SIZE)
+
+
+@pytest.mark.parametrize(
+    ("scene", "arrays", "message"),
+    [
+        ([], TENSORS, "scene: expected an object of shapes, instances, got list"),
+        ({"shapes": []}, TENSORS, "scene: expected an object of shapes, instances, got shapes"),
+        ({**SCENE, "shapes": "mesh"}, TENSORS, "shapes: expected a list, got str"),
+        ({**SCENE, "instances": {}}, TENSORS, "instances: expected a list, got dict"),
+        ({**SCENE, "instances": []}, TENSORS, "shapes: expected at least one shape, got none"),
+        ({**SCENE, "shapes": ["cloud"]}, TENSORS, "shapes[0]: expected a kind among mesh"),
+        ({**SCENE, "shapes": [["mesh"]]}, TENSORS, "shapes[0]: expected a kind among mesh"),
+        ({**SCENE, "shapes": []}, TENSORS, "0.normals: expected tensors of 0 shapes"),
+        ({**SCENE, "instances": [3]}, TENSORS, "instances[0]: expected an object of shape, transform"),
+        (instance(shape=1), TENSORS, "instances[1].shape: expected an integer in 0..0, got 1"),
+        (instance(shape=-1), TENSORS, "instances[1].shape: expected an integer in 0..0, got -1"),
+        (instance(shape="0"), TENSORS, "instances[1].shape: expected an integer, got str '0'"),
+        (instance(extra=1), TENSORS, "instances[1]: expected an object of shape, transform, material, name, got"),
+        (instance(name=3), TENSORS, "instances[1]: name: expected a string, got int"),
+        (instance(transform=None), TENSORS, "instances[1].transform: expected a list, got NoneType"),
+        (instance(transform=[1, 2]), TENSORS, "instances[1]: transform: expected shape (4, 4), got (2,)"),
+        (instance(transform=[[1], [2, 3]]), TENSORS, "instances[1]: transform: expected an array of numbers"),
+        (instance(transform=[["a"] * 4] * 4), TENSORS, "instances[1]: transform: expected an array of numbers"),
+        (instance(transform=[[10**400] * 4] * 4), TENSORS, "instances[1]: transform: expected an array of numbers"),
+        (instance(transform=np.zeros((4, 4)).tolist()), TENSORS, "instances[1]: transform: expected an affine map"),
+        (instance(transform=np.diag([1, 1, 0, 1]).tolist()), TENSORS, "instances[1]: transform: expected a map that"),
+        (instance(material=None), TENSORS, "instances[1].material: expected an object of color, ambient"),
+        (material(color=[1, 1, 7]), TENSORS, "instances[1]: color: expected a number in [0, 1], got 7"),
+        (material(color=3), TENSORS, "instances[1]: color: expected #rrggbb or 3 numbers, got 3"),
+        (material(ambient=-1), TENSORS, "instances[1]: ambient: expected a number in [0, 1], got -1"),
+        (material(shininess=10**400), TENSORS, "expected a .bob scene, could not read it (OverflowError"),
+        (material(gloss=1), TENSORS, "instances[1].material: expected an object of color"),
+        (SCENE, tensors(**{"0.vertices": None}), "shapes[0]: vertices: expected an array of float64, got none"),
+        (SCENE, tensors(**{"0.color": np.zeros(3)}), "shapes[0]: color: expected only vertices, triangles, normals"),
+        (SCENE, tensors(**{"1.vertices": np.zeros(3)}), "1.vertices: expected tensors of 1 shapes"),
+        (SCENE, tensors(vertices=np.zeros(3)), "vertices: expected tensors of 1 shapes"),
+        (SCENE, tensors(**{"0.vertices": np.eye(3, dtype=np.float32)}), "shapes[0]: vertices: expected float64"),
+        (SCENE, tensors(**{"0.vertices": np.full((3, 3), np.nan)}), "shapes[0]: vertices: expected finite numbers"),
+        (SCENE, tensors(**{"0.vertices": np.zeros((3, 3))}), "shapes: expected an extent above zero"),
+        (SCENE, tensors(**{"0.triangles": np.int32([[0, 1, 3]])}), "shapes[0]: triangles: expected indices in 0..2"),
+        (SCENE, tensors(**{"0.triangles": np.zeros((0, 3), np.int32)}), "shapes[0]: triangles: expected at least one"),
+        (SCENE, tensors(**{"0.normals": np.zeros((2, 3), np.float32)}), "shapes[0]: normals: expected shape (3, 3)"),
+    ],
+)
+def test_what_no_scene_has_is_refused(scene, arrays, message, tmp_path):
+    """Files that are whole as far as their checksum can tell."""
+    (tmp_path / "a.bob").write_bytes(sealed(layout(scene, arrays)))
+    with pytest.raises(bob.InputError) as error:
+        bob.load(tmp_path / "a.bob")
+    assert str(error.value).startswith("a.bob: " + message)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        (b'"version":"1"', b'"version":"2"', "expected version 1, got '2'; was it written by a newer release?"),
+        (b'"bobrossnet-scene"', b'"bobrossnet-sauce"', "expected the format bobrossnet-scene, got 'bobrossnet-sauce'"),
+        (b'"format":', b'"fermat":', "expected the format bobrossnet-scene, got None"),
+        (b'"scene":', b'"score":', "expected a .bob scene, could not read it (KeyError: 'scene')"),
+        (b'"shapes', b'"shap[s', "scene: expected an object of shapes, instances, got shap[s, instances"),
+        (b'"data_offsets":[0,72]', b'"data_offsets":[0,71]', "expected a .bob scene, could not read it (Safe"),
+        (b'"data_offsets":[0,72]', b'"data_offsets":[8,80]', "expected a .bob scene, could not read it (Safe"),
+        (b'"dtype":"F64"', b'"dtype":"U64"', "shapes[0]: vertices: expected float64, got uint64"),
+        (b'"dtype":"F64"', b'"dtype":"X64"', "expected a .bob scene, could not read it (Safe"),
+    ],
+)
+def test_other_headers_are_refused(before, after, message, tmp_path):
+    data = layout(SCENE, TENSORS)
+    before = before if before in data else before.replace(b'"', b'\\"')
+    after = after if before[0] == after[0] else after.replace(b'"', b'\\"')
+    assert before in data
+    (tmp_path / "a.bob").write_bytes(sealed(data.replace(before, after, 1)))
+    with pytest.raises(bob.InputError) as error:
+        bob.load(tmp_path / "a.bob")
+    assert str(error.value).startswith("a.bob: " + message)
+
+
+@pytest.mark.parametrize("scene", ["[" * 100_000, '"', "1" * 5000, "NaN", ""])
+def test_odd_json_is_refused(scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(container.json, "dumps", lambda value, **_: scene if "shapes" in value else whole(value))
+    whole = json.JSONEncoder(separators=(",", ":")).encode
+    (tmp_path / "a.bob").write_bytes(sealed(layout(SCENE, TENSORS)))
+    with pytest.raises(bob.InputError, match=r"^a.bob: (scene: )?expected"):
+        bob.load(tmp_path / "a.bob")
+
+
+# ---- Writing ---------------------------------------------------------------------------------------------
+
+
+class Cloud(bob.Mesh):
+    kind = "cloud"
+
+
+@pytest.mark.parametrize(
+    ("scene", "path", "message"),
+    [
+        (TRIANGLE, "a.ply", "expected a scene's ending, .bob, got .ply"),
+        (TRIANGLE, "a", "expected a scene's ending, .bob, got none"),
+        (TRIANGLE, "no/such/folder.bob", "there is no folder"),
+        ("a.ply", "a.bob", "shapes: expected a shape or several, got str"),
+        ([], "a.bob", "shapes: expected at least one shape, got none"),
+        (Cloud(np.eye(3), [[0, 1, 2]]), "a.bob", "shape: expected one of mesh to write, got Cloud"),
+    ],
+)
+def test_what_can_t_be_written(scene, path, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(bob.InputError) as error:
+        bob.save_scene(scene, path)
+    assert message in str(error.value)
+    assert not list(tmp_path.iterdir())
