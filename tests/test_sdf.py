@@ -915,6 +915,13 @@ def test_save_draws_a_picture(tmp_path, monkeypatch):
     assert traced["size"] == (30, 40)
 
 
+def test_programs_are_traced():
+    names: dict[str, Any] = {}
+    exec("from bobrossnet.sdf import *\n" + PROGRAMS["solids"], names)
+    seen = bob.trace(names["f"], bob.Camera(azimuth=30, elevation=20), size=(40, 60))
+    assert 0.1 < (seen.gray > 0).mean() < 0.5
+
+
 def test_what_is_no_picture_is_refused(tmp_path):
     for path in ("out.stl", "out", "out.obj"):
         with pytest.raises(InputError, match=r"expected a picture's ending \(\.png"):

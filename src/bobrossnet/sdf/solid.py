@@ -38,6 +38,9 @@ class Solid(words.SDF, Implicit):
         Implicit.__init__(self, words.formula(function, 3), bounds)
         self._k = None
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (*super().__reduce__()[:2], {"_k": self._k})
+
     def save(
         self,
         path: str | os.PathLike[str],
