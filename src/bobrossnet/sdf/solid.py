@@ -79,7 +79,7 @@ class Solid(words.SDF, Implicit):
                 "shapes are traced, not turned into triangles"
             )
         path = check_picture_path(path)
-        shape = Implicit(self.expression, self.bounds if bounds is None else bounds)
+        shape = self if bounds is None else Implicit(self.expression, bounds)
         write_picture(path, to_8_bit(trace(shape, camera, size=size).gray))
 
     def generate(self, *args: Any, **kwargs: Any) -> NoReturn:
