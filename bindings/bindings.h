@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 
@@ -13,6 +14,10 @@ namespace nb = nanobind;
 
 template <class T, nb::ssize_t... Shape>
 using Array = nb::ndarray<T, nb::numpy, nb::shape<Shape...>, nb::c_contig, nb::device::cpu>;
+
+using Points = Array<const float, -1, 3>;
+using Pixels = Array<const std::int32_t, -1, 2>;
+using Image = Array<float, -1, -1>;
 
 inline void expect(bool condition, const char* what) {
     if (!condition) throw nb::value_error(what);

@@ -16,8 +16,6 @@ using namespace nb::literals;
 
 namespace {
 
-using Image = Array<float, -1, -1>;
-
 void uniform_order(std::uint64_t seed, std::uint32_t height, std::uint32_t width, std::uint32_t start,
                    const Array<std::int32_t, -1, 2>& pixels) {
     expect(std::uint64_t{start} + pixels.shape(0) <= std::uint64_t{height} * width, "start: beyond the last pixel");

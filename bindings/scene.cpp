@@ -3,12 +3,15 @@
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "bindings.h"
 #include "parallel.h"
+#include "shapes/implicit.h"
 #include "shapes/mesh.h"
 #include "trace/scene.h"
 #include "trace/trace.h"
@@ -31,6 +34,57 @@ void init_mesh(bob::Mesh* self, const Points& vertices, const Array<const std::i
     const auto vertex_normals = normals ? items<bob::Vec3>(*normals) : std::span<const bob::Vec3>{};
     const nb::gil_scoped_release release;
     new (self) bob::Mesh(items<bob::Vec3>(vertices), items<bob::Triangle>(triangles), vertex_normals);
+}
+
+using Matrix = Array<const double, 3, 4>;
+using Corners = Array<const double, 2, 3>;
+
+void init_implicit(bob::Implicit* self, const bob::Expression& formula, const Corners& bounds) {
+    bob::Bounds box;
+    for (int axis = 0; axis < 3; ++axis) {
+        box.low[axis] = bounds.data()[axis];
+        box.high[axis] = bounds.data()[3 + axis];
+        expect(box.low[axis] < box.high[axis], "bounds: expected each low below its high");
+    }
+    const nb::gil_scoped_release release;
+    new (self) bob::Implicit(formula, box);
+}
+
+/// None where the formula is positive everywhere.
+std::optional<Array<double, 2, 3>> find_bounds(const bob::Expression& formula) {
+    std::optional<bob::Bounds> found;
+    {
+        const nb::gil_scoped_release release;
+        found = bob::find_bounds(formula);
+    }
+    if (!found) return std::nullopt;
+    auto result = make_array<double, 2, 3>(2, 3);
+    std::copy_n(found->low, 3, result.data());
+    std::copy_n(found->high, 3, result.data() + 3);
+    return result;
+}
+
+/// A coordinate of a point of the shape's own space, after a map.
+double mapped(const double* row, bob::Vec3 p) { return row[0] * p.x + row[1] * p.y + row[2] * p.z + row[3]; }
+
+Array<double, 2, 3> placed_bounds(const bob::Implicit& shape, const Matrix& map) {
+    auto result = make_array<double, 2, 3>(2, 3);
+    double* out = result.data();
+    const nb::gil_scoped_release release;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double* row = map.data() + 4 * axis;
+        out[axis] = -shape.cells().maximum([row](bob::Vec3 p) { return -mapped(row, p); });
+        out[3 + axis] = shape.cells().maximum([row](bob::Vec3 p) { return mapped(row, p); });
+    }
+    return result;
+}
+
+double placed_radius(const bob::Implicit& shape, const Matrix& map, const Array<const double, 3>& center) {
+    const double *rows = map.data(), *c = center.data();
+    const nb::gil_scoped_release release;
+    return shape.cells().maximum([&](bob::Vec3 p) {
+        return std::hypot(mapped(rows, p) - c[0], mapped(rows + 4, p) - c[1], mapped(rows + 8, p) - c[2]);
+    });
 }
 
 void init_scene(bob::Scene* self, const std::vector<std::shared_ptr<bob::Shape>>& shapes,
@@ -114,6 +168,17 @@ void bind_scene(nb::module_& m) {
         .def("__init__", &init_mesh, "vertices"_a.noconvert(), "triangles"_a.noconvert(),
              "normals"_a.noconvert().none())
         .def_prop_ro("bvh_bytes", [](const bob::Mesh& mesh) { return mesh.bvh().bytes(); });
+
+    nb::class_<bob::Implicit, bob::Shape>(m, "Implicit")
+        .def("__init__", &init_implicit, "formula"_a, "bounds"_a.noconvert())
+        .def("bounds", &placed_bounds, "map"_a.noconvert())
+        .def("radius", &placed_radius, "map"_a.noconvert(), "center"_a.noconvert())
+        .def_prop_ro("center", [](const bob::Implicit& s) { return nb::make_tuple(s.center()[0], s.center()[1], s.center()[2]); })
+        .def_prop_ro("half_side", &bob::Implicit::half_side)
+        .def_prop_ro("cells", [](const bob::Implicit& s) { return s.cells().cells().size(); })
+        .def_prop_ro("coarse", [](const bob::Implicit& s) { return s.cells().coarse(); })
+        .def_prop_ro("unresolved_rays", &bob::Implicit::unresolved_rays);
+    m.def("find_bounds", &find_bounds, "formula"_a);
 
     nb::class_<bob::Scene>(m, "Scene")
         .def("__init__", &init_scene, "shapes"_a, "to_shape"_a.noconvert(), "boxes"_a.noconvert(),

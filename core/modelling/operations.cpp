@@ -168,17 +168,25 @@ Object circular_array_2d(const Arguments& a) {
 }
 
 /// The two copies on either side of a point. Turning the point by a whole number of steps keeps it a straight function of
-/// x and y between two copies; its polar coordinates would not be.
+/// x and y between two copies, which its polar coordinates would not be; but they tell about regions of many copies that
+/// what is far from the axis stays far.
 Object circular_array_3d(const Arguments& a) {
     const double step = 2 * pi / a.whole(1, most_copies, "count"), offset = a.number("offset");
+    const double cos_step = tidy(std::cos(step)), sin_step = tidy(std::sin(step));
+    // Of a circle's first step, what lies lowest and highest.
+    const double least_x = step < pi ? cos_step : -1;
+    const double least_y = step > 1.5 * pi ? -1 : std::min(sin_step, 0.0), most_y = step > pi / 2 ? 1 : sin_step;
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
     const auto copy = [&](Value px, Value py) { return at(a.model("other"), Point<3>{px - offset, py, z}); };
+    const Value away = hypot(x, y);
     const Value turn = floor(atan2(y, x) / step) * step;
     const Value c = cos(turn), s = sin(turn);
-    const Value qx = c * x + s * y, qy = c * y - s * x;
-    const double cos_step = tidy(std::cos(step)), sin_step = tidy(std::sin(step));
-    return model<3>(graph, min(copy(cos_step * qx + sin_step * qy, cos_step * qy - sin_step * qx), copy(qx, qy)));
+    const auto between = [&](Value v, double low, double high) { return min(max(v, away * low), away * high); };
+    const Value qx = between(c * x + s * y, least_x, 1), qy = between(c * y - s * x, least_y, most_y);
+    const Value rx = between(cos_step * qx + sin_step * qy, least_x, 1);
+    const Value ry = between(cos_step * qy - sin_step * qx, -most_y, -least_y);
+    return model<3>(graph, min(copy(rx, ry), copy(qx, qy)));
 }
 
 template <std::size_t n>
@@ -311,7 +319,7 @@ Object transition_radial(const Arguments& a) {
 Object extrude(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
-    return model<3>(graph, corner<2>({at(a.model("other"), Point<2>{x, y}), abs(z) - a.number("h") / 2}));
+    return model<3>(graph, corner(at(a.model("other"), Point<2>{x, y}), abs(z) - a.number("h") / 2));
 }
 
 Object extrude_to(const Arguments& a) {
@@ -320,7 +328,7 @@ Object extrude_to(const Arguments& a) {
     const auto [x, y, z] = point<3>(graph);
     const Value t = eased(a.easing("e"), clamp(z / h, -0.5, 0.5) + 0.5);
     const Value d = mixed(at(a.model("a"), Point<2>{x, y}), at(a.model("b"), Point<2>{x, y}), t);
-    return model<3>(graph, corner<2>({d, abs(z) - h / 2}));
+    return model<3>(graph, corner(d, abs(z) - h / 2));
 }
 
 Object revolve(const Arguments& a) {

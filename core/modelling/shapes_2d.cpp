@@ -53,7 +53,7 @@ Object rounded_rectangle(const Arguments& a) {
     const auto r = [&](std::size_t i) { return graph.constant(radius[i]); };
     const Value rounding = choose(x, choose(y, r(0), r(1)), choose(y, r(3), r(2)));
     const Point<2> q = abs(p) - a.size<2>("size") * 0.5;
-    return model<2>(graph, corner<2>({q[0] + rounding, q[1] + rounding}) - rounding);
+    return model<2>(graph, corner(q[0] + rounding, q[1] + rounding) - rounding);
 }
 
 Object equilateral_triangle(const Arguments&) {
@@ -62,7 +62,7 @@ Object equilateral_triangle(const Arguments&) {
     Value x = abs(graph.x()) - 1, y = graph.y() + 1 / sqrt3;
     const Value over = max(x + sqrt3 * y, 0) / 2;
     x = x - over, y = y - sqrt3 * over;
-    return model<2>(graph, corner<2>({abs(x + 1) - 1, -y}));
+    return model<2>(graph, corner(abs(x + 1) - 1, -y));
 }
 
 Object hexagon(const Arguments& a) {
@@ -72,8 +72,8 @@ Object hexagon(const Arguments& a) {
     // Mirrored until the upper edge is the nearest.
     const Value over = 2 * min(y * 0.5 - x * (sqrt3 / 2), 0);
     x = x + over * (sqrt3 / 2), y = y - over * 0.5;
-    const Value outwards = y - r;
-    return model<2>(graph, min(outwards, 0) + hypot(max(abs(x) - r / sqrt3, 0), max(outwards, 0)));
+    const Value beside = abs(x) - r / sqrt3, beyond = y - r;  // inside, nothing is beside the edge
+    return model<2>(graph, select(beside, beyond, hypot(max(beside, 0), max(beyond, 0))));
 }
 
 Object rounded_x(const Arguments& a) {

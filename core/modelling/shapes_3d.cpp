@@ -110,14 +110,14 @@ Object cylinder(const Arguments& a) {
 Object capped_cylinder(const Arguments& a) {
     Graph graph;
     const auto [along, away, length] = axial(graph, a);
-    return model<3>(graph, corner<2>({away - a.number("radius"), beyond(along, length)}));
+    return model<3>(graph, corner(away - a.number("radius"), beyond(along, length)));
 }
 
 Object rounded_cylinder(const Arguments& a) {
     const double rb = a.number("rb");
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
-    return model<3>(graph, corner<2>({hypot(x, y) - (a.number("ra") - rb), abs(z) - (a.number("h") / 2 - rb)}) - rb);
+    return model<3>(graph, corner(hypot(x, y) - (a.number("ra") - rb), abs(z) - (a.number("h") / 2 - rb)) - rb);
 }
 
 Object capped_cone(const Arguments& a) {
@@ -125,16 +125,14 @@ Object capped_cone(const Arguments& a) {
     Graph graph;
     const auto [along, away, length] = axial(graph, a);
     const double slope = std::hypot(length, rb - ra);
-    // To the nearer cap, and to the side: across it, and beyond its ends.
+    // From the nearer cap's plane, and outwards from its rim; from the side, and along it beyond its ends.
     const Value cap = beyond(along, length);
-    const Value rim = max(away - select(along - length / 2, graph.constant(ra), graph.constant(rb)), 0);
-    const Value to_cap = hypot(rim, cap);
-    const Value run = (away - ra) * ((rb - ra) / slope) + along * (length / slope);
-    const Value across = (away - ra) * (length / slope) - along * ((rb - ra) / slope);
-    const Value to_side = hypot(across, max(beyond(run, slope), 0));
-    // Inside: between the caps, and nearer to the axis than the side's nearest point.
-    const Value nearest = clamp(run / slope, 0, 1) * (rb - ra) + ra;
-    return model<3>(graph, select(max(away - nearest, cap), max(-to_cap, -to_side), min(to_cap, to_side)));
+    const Value rim = away - select(along - length / 2, graph.constant(ra), graph.constant(rb));
+    const Value side = (away - ra) * (length / slope) - along * ((rb - ra) / slope);
+    const Value run = beyond((away - ra) * ((rb - ra) / slope) + along * (length / slope), slope);
+    // Only where it is outwards of a rim and beyond an end, a rim is nearest.
+    const Value to_rim = min(hypot(rim, cap), hypot(side, run));
+    return model<3>(graph, select(min(rim, run), max(side, cap), to_rim));
 }
 
 Object rounded_cone(const Arguments& a) {
@@ -170,8 +168,10 @@ Object pyramid(const Arguments& a) {
     const Value t = clamp((upwards - 0.5 * pz) / (m2 + 0.25), 0, 1);
     const Value to_base = hypot(m * max(pz, 0), upwards), to_edge = hypot(m * (pz + 0.5 * t), upwards - m2 * t);
     const Value over_face = min(upwards, -m2 * pz - 0.5 * upwards);
-    const Value distance = hypot(select(-over_face, graph.constant(0), min(to_base, to_edge)), across) / m;
-    return model<3>(graph, select(max(across, -z), -distance, distance));
+    const Value from_rim = hypot(min(to_base, to_edge), across);
+    const Value from_face = select(z, abs(across), across);
+    const Value elsewhere = select(max(across, -z), -from_rim, from_rim);
+    return model<3>(graph, select(-over_face, from_face, elsewhere) / m);
 }
 
 // The Platonic solids, but for the cube.

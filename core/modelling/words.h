@@ -179,10 +179,17 @@ Value dot(const Point<n>& p, const Vector<n>& v) {
     return sum;
 }
 
-/// The signed distance to the corner where all of q are 0, of what is inside where all of q are negative: a box.
+/// Where two things meet at right angles, a and b being the signed distances from each: what is in both. The same as
+/// min(max(a, b), 0) + hypot(max(a, 0), max(b, 0)), but away from the edge nothing but a, or b, is left of it: where the
+/// surface is flat, so is the formula.
+inline Value corner(Value a, Value b) { return select(min(a, b), max(a, b), hypot(max(a, 0), max(b, 0))); }
+
+/// The same for all coordinates of q: a box.
 template <std::size_t n>
 Value corner(const Point<n>& q) {
-    return min(largest(q), 0) + length(max(q, 0));
+    Value result = q[0];
+    for (std::size_t i = 1; i < n; ++i) result = corner(result, q[i]);
+    return result;
 }
 
 /// |v - middle of 0..extent| - half the extent: negative between 0 and `extent`, beyond them the distance to the nearer.

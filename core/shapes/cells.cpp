@@ -272,7 +272,7 @@ std::size_t Cells::bytes() const {
            instructions_.size() * sizeof(Instruction);
 }
 
-double Cells::maximum(const std::function<double(Vec3)>& convex, float tolerance) const {
+double Cells::maximum(const std::function<double(Vec3)>& convex) const {
     struct Candidate {
         double bound;
         std::uint32_t cell;

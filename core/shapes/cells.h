@@ -28,6 +28,9 @@ public:
     static constexpr int grid = CellGrid::side;  // finest cells along an axis
     static constexpr std::uint32_t max_cells = 1 << 21;
 
+    /// How far from the surface a point is that stands for it in questions of size.
+    static constexpr float tolerance = 0x1p-7f;
+
     /// Cells reach over their faces by this much, and so do the pieces of rays in them, so that nothing is lost to
     /// rounding between two cells.
     static constexpr float margin = 0x1p-20f;
@@ -49,8 +52,9 @@ public:
     /// Contains all cells.
     [[nodiscard]] const Box& hull() const { return hull_; }
 
-    /// An upper bound of a convex function over the surface, at most `tolerance` of distance from it too far out.
-    [[nodiscard]] double maximum(const std::function<double(Vec3)>& convex, float tolerance) const;
+    /// The largest value of a convex function over the surface, or that of a point at most `tolerance` beyond it; -inf
+    /// where there is no surface.
+    [[nodiscard]] double maximum(const std::function<double(Vec3)>& convex) const;
 
     /// Whether cells were left larger than intended because there would be too many.
     [[nodiscard]] bool coarse() const { return coarse_; }

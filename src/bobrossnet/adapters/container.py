@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.errors import InputError, InputTypeError, check_integer
+from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.mesh import Mesh
@@ -28,7 +29,7 @@ from bobrossnet.shapes.shape import Shape
 ENDING = ".bob"
 FORMAT, VERSION = "bobrossnet-scene", "1"
 
-KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Mesh,)}
+KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Implicit, Mesh)}
 """The shapes that files can hold, by the word for them there."""
 
 # The checksum comes first, so that its place is the same in every file. It is of the whole file with its own digits
@@ -61,7 +62,7 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
     instances = []
     for instance in as_scene(scene).instances:
         shape = instance.shape
-        if KINDS.get(shape.kind) is not type(shape):
+        if not isinstance(shape, KINDS.get(shape.kind, ())):
             raise InputError(f"shape: expected one of {', '.join(KINDS)} to write, got {type(shape).__name__}")
         number = numbers.setdefault(shape.digest, len(numbers))
         if number == len(kinds):

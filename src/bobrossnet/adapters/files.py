@@ -59,9 +59,8 @@ def load(source: Source | Iterable[Source]) -> Scene:
     Parameters
     ----------
     source : path, Shape, Instance, Scene or iterable of these
-        Files end in .bob, which `save_scene` writes, or in .ply, .obj, .stl, .off, .glb, .gltf or .3mf, or they are
-        shape scripts, .sdf, or formulas, .vm. All are placed as their coordinates say; instances are named after the
-        files that they came from.
+        Files end in .bob, which `save_scene` writes, in .ply, .obj, .stl, .off, .glb, .gltf or .3mf, or they are shape
+        scripts, .sdf, or formulas, .vm. All are placed as their coordinates say; instances are named after their files.
 
     Returns
     -------
@@ -89,7 +88,7 @@ def _loaded(path: str | os.PathLike[str]) -> Scene | Instance | Implicit:
     if ending in FORMULA_READERS:
         with _errors_of_one_line(file, "shape"):
             _check_file(file)
-            return FORMULA_READERS[ending](file)
+            return Instance(FORMULA_READERS[ending](file), name=file.name)
     return Instance(load_mesh(path), name=file.name)
 
 

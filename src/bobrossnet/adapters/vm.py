@@ -36,9 +36,10 @@ def read_vm(path: Path) -> Implicit:
     if flat is not None:
         return Implicit(flat, SQUARE)
     try:
-        return Implicit(expression)
-    except InputError:
+        _core.find_bounds(expression)
+    except ValueError:
         return Implicit(expression, CUBE)
+    return Implicit(expression)
 
 
 def _extruded(expression: _core.Expression) -> _core.Expression:

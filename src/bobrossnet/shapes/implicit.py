@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,13 +11,15 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
+from bobrossnet.shapes.affine import Matrix, Points, from_unit_sphere, to_unit_sphere
 from bobrossnet.shapes.formula import expression_of
+from bobrossnet.shapes.shape import Shape, check_tensors
 
 if TYPE_CHECKING:
     from bobrossnet.sdf.d3 import SDF3
 
 
-class Implicit:
+class Implicit(Shape):
     """The surface f(x, y, z) = 0 of a formula; f < 0 is inside.
 
     Parameters
@@ -29,10 +32,11 @@ class Implicit:
     Raises
     ------
     InputError
-        If the bounds are no box.
+        If the bounds are no box. When it is first placed or traced: if it has no bounds and none were given, or if
+        there is no surface.
     """
 
-    __slots__ = ("bounds", "expression")
+    kind = "implicit"
 
     expression: _core.Expression
     bounds: NDArray[np.float64] | None
@@ -43,6 +47,69 @@ class Implicit:
             raise InputTypeError(f"expression: expected an Expression, got {type(expression).__name__}{hint}")
         self.expression = expression
         self.bounds = None if bounds is None else _box(bounds)
+
+    def _build(self) -> tuple[_core.Shape, Matrix]:
+        shape = self._surface
+        return shape, to_unit_sphere(np.array(shape.center), shape.half_side)
+
+    @cached_property
+    def _surface(self) -> _core.Implicit:
+        bounds = self.bounds
+        if bounds is None:
+            try:
+                bounds = _core.find_bounds(self.expression)
+            except ValueError as error:
+                raise InputError(f"shape: {error}; cut it, or give bounds=((x0, y0, z0), (x1, y1, z1))") from None
+            if bounds is None:
+                raise InputError("shape: expected a formula that is negative somewhere, got one that never is")
+        surface = _core.Implicit(self.expression, bounds)
+        if not surface.cells:
+            raise InputError("shape: expected a surface within the bounds, got none")
+        return surface
+
+    @property
+    def unresolved_rays(self) -> int:
+        """How many rays so far passed places that could not be told from the surface: where it only just touches the
+        ray, within a millionth of the shape's size, or where the formula is too wild to be bounded. None of them is
+        stepped over elsewhere."""
+        return self._surface.unresolved_rays
+
+    def bounding_box(self, matrix: Matrix) -> tuple[Points, Points]:
+        low, high = self._surface.bounds(self._from_core(matrix))
+        return low, high
+
+    def radius(self, matrix: Matrix, center: Points) -> float:
+        return self._surface.radius(self._from_core(matrix), np.array(center, np.float64))
+
+    def _from_core(self, matrix: Matrix) -> Matrix:
+        """(3, 4): from the core's coordinates to where a matrix places the shape."""
+        surface = self._surface
+        return np.ascontiguousarray((matrix @ from_unit_sphere(np.array(surface.center), surface.half_side))[:3])
+
+    def describe(self) -> dict[str, str]:
+        surface = self._surface
+        return {
+            "formula": f"{len(self.expression):,} steps: {self.expression}",
+            "cells": f"{surface.cells:,}, {surface.bytes / 2**20:.1f} MiB",
+        }
+
+    def tensors(self) -> dict[str, NDArray[Any]]:
+        tensors: dict[str, NDArray[Any]] = {
+            "ops": self.expression.ops,
+            "operands": self.expression.operands,
+            "values": self.expression.values,
+        }
+        return tensors if self.bounds is None else {**tensors, "bounds": self.bounds}
+
+    @classmethod
+    def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Implicit:
+        required = {"ops": "uint8", "operands": "uint32", "values": "float64"}
+        check_tensors(tensors, required, {"bounds": "float64"})
+        try:
+            expression = _core.Expression(*(np.ascontiguousarray(tensors[name]) for name in required))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"formula: {error}") from None
+        return cls(expression, tensors.get("bounds"))
 
     def __repr__(self) -> str:
         bounds = "" if self.bounds is None else f", bounds={self.bounds.tolist()}"
