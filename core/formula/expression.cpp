@@ -188,21 +188,24 @@ Expression Graph::expression(Value root) const {
     return Expression(std::vector<Node>(nodes_.begin(), nodes_.begin() + root.index + 1));
 }
 
+Value Graph::like(const Node& node, Value a, Value b, Value c) {
+    switch (operands(node.op)) {
+        case 0: return add({.op = node.op, .value = node.value});
+        case 1: return unary(node.op, a, node.value);
+        case 2: return binary(node.op, a, b);
+        default: return select(a, b, c);
+    }
+}
+
 Value Graph::substitute(const Expression& f, Value x, Value y, Value z) {
     std::vector<Value> values;
     values.reserve(f.nodes().size());
     for (const Node& node : f.nodes()) {
-        const auto operand = [&](int k) { return values[node.operand[k]]; };
-        switch (node.op) {
-            case Op::constant: values.push_back(constant(node.value)); break;
-            case Op::x: values.push_back(x); break;
-            case Op::y: values.push_back(y); break;
-            case Op::z: values.push_back(z); break;
-            case Op::select: values.push_back(select(operand(0), operand(1), operand(2))); break;
-            default:
-                values.push_back(operands(node.op) == 1 ? unary(node.op, operand(0), node.value)
-                                                        : binary(node.op, operand(0), operand(1)));
-        }
+        const auto operand = [&](int k) { return k < operands(node.op) ? values[node.operand[k]] : Value{}; };
+        values.push_back(node.op == Op::x   ? x
+                         : node.op == Op::y ? y
+                         : node.op == Op::z ? z
+                                            : like(node, operand(0), operand(1), operand(2)));
     }
     return values.back();
 }
