@@ -85,7 +85,65 @@ Object rounded_x(const Arguments& a) {
     return model<2>(graph, hypot(max(across, x - half), max(-across, y - half)) - a.number("r"));
 }
 
-/// Even-odd: outside, every ray crosses the edges an even number of times. This one leads to larger x.
+/// An edge of a polygon, and a point by it.
+struct Edge {
+    Vector<2> from, direction;
+    double length;
+    Value run;   // along it, counted from its start
+    Value left;  // how far to its left
+};
+
+std::vector<Edge> edges(Graph& graph, const std::vector<Vector<2>>& corners) {
+    std::vector<Edge> result;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        const Vector<2> span = corners[(i + 1) % corners.size()] - corners[i];
+        const Vector<2> direction = normalized(span), across{-direction[1], direction[0]};
+        const Point<2> p = point<2>(graph) - corners[i];
+        result.push_back({corners[i], direction, length(span), dot(p, direction), dot(p, across)});
+    }
+    return result;
+}
+
+/// 1 where a convex polygon goes around to the left, -1 to the right; 0 where it is not convex.
+int convex_turn(const std::vector<Edge>& edges) {
+    double total = 0, least = 0, most = 0;
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const Vector<2> a = edges[i].direction, b = edges[(i + 1) % edges.size()].direction;
+        const double turn = std::atan2(a[0] * b[1] - a[1] * b[0], dot(a, b));
+        total += turn, least = std::min(least, turn), most = std::max(most, turn);
+    }
+    if (std::fabs(total) > 7) return 0;  // more than once around
+    return least >= 0 ? 1 : most <= 0 ? -1 : 0;
+}
+
+/// The farthest that the point is beyond an edge's line; past two edges' ends, the distance from the corner between.
+Value convex(Graph& graph, const std::vector<Edge>& edges, int turn) {
+    Value result = edges[0].left * -turn;
+    for (const Edge& edge : edges) result = max(result, edge.left * -turn);
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const Edge& before = edges[i ? i - 1 : edges.size() - 1];
+        const Value short_of_corner = max(before.length - before.run, edges[i].run);
+        result = select(short_of_corner, length(point<2>(graph) - edges[i].from), result);
+    }
+    return result;
+}
+
+/// The distance from the nearest edge, negative where the edges wind around the point an odd number of times.
+Value even_odd(Graph& graph, const std::vector<Edge>& edges) {
+    const Point<2> p = point<2>(graph);
+    std::optional<Value> distance, angle;
+    for (const Edge& edge : edges) {
+        const Value off = hypot(edge.left, max(beyond(edge.run, edge.length), 0));
+        // Of the edge seen from the point: cross and dot product of the ways to its ends, each with x and y once.
+        const Point<2> q = p - (edge.from - edge.direction * (-edge.length / 2));
+        const Value inwards = square(q[0]) + square(q[1]) - edge.length * edge.length / 4;
+        const Value seen = atan2(edge.left * edge.length, inwards);
+        distance = distance ? min(*distance, off) : off;
+        angle = angle ? *angle + seen : seen;
+    }
+    return select(cos(*angle / 2), -*distance, *distance);
+}
+
 Object polygon(const Arguments& a) {
     std::vector<Vector<2>> corners = a.points<2>("points");
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
@@ -93,25 +151,9 @@ Object polygon(const Arguments& a) {
     if (corners.size() < 3) a.reject("points", "at least 3 different points");
     if (corners.size() > 10000) a.reject("points", "at most 10000 points");
     Graph graph;
-    const Point<2> p = point<2>(graph);
-    const Value inside = graph.constant(-1), outside = graph.constant(1);
-    std::optional<Value> distance, sign;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-        const Vector<2> from = corners[i], to = corners[(i + 1) % corners.size()];
-        const double extent = length(to - from);
-        const Vector<2> along = (to - from) * (1 / extent), across{-along[1], along[0]};
-        const Point<2> q = p - from;
-        const Value left = dot(q, across);
-        const Value edge = hypot(left, max(beyond(dot(q, along), extent), 0));
-        distance = distance ? min(*distance, edge) : edge;
-        if (from[1] == to[1]) continue;
-        const auto [low, high] = std::minmax(from[1], to[1]);
-        const bool rises = from[1] < to[1];
-        const Value crossed = rises ? select(-left, inside, outside) : select(left, inside, outside);
-        const Value flip = select(p[1] - low, outside, select(p[1] - high, crossed, outside));
-        sign = sign ? *sign * flip : flip;
-    }
-    return model<2>(graph, *sign * *distance);
+    const std::vector<Edge> all = edges(graph, corners);
+    const int turn = convex_turn(all);
+    return model<2>(graph, turn ? convex(graph, all, turn) : even_odd(graph, all));
 }
 
 Object vesica(const Arguments& a) {
