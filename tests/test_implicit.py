@@ -207,7 +207,7 @@ CONCAVE = "polygon([(-1, -1), (1, -0.7), (0, 0), (0.9, 1.2)])"
         "sphere(1).repeat(1.5, (1, 1, 0))",
         "box(1).bend_linear(-Z, Z, X)",
         "torus(1, 0.3).shell(0.01)",
-        "capped_cone(-Z, Z, 1, 0.3).twist(0.4)",
+        "capped_cone(-Z, Z, 1, 0.3).twist(1) & sphere(2)",
         "pyramid(1)",
     ],
 )
@@ -328,9 +328,8 @@ def check_sureness(shape, seed, rays=RAYS, rounding=3e-6):
     for ray in np.flatnonzero(crossed.any(axis=1)):
         seen = sampled.touches(points[ray][crossed[ray]], rounding * radius)
         starts_on_it = sampled.touches(origin[ray], rounding * radius)
-        assert seen.all() or starts_on_it, (
-            f"ray {origin[ray]} {direction[ray]} passes f's sign change, hit {distance[ray]}"
-        )
+        where = f"{origin[ray]} {direction[ray]}, hit at {distance[ray]}"
+        assert seen.all() or starts_on_it, f"ray {where}: f changes its sign before that"
 
     at = origin[hit] + scaled_by(distance[hit], direction[hit])
     step = 1e-5 * radius * direction[hit]
@@ -423,7 +422,7 @@ steady = settings(
 )
 
 
-@settings(steady, max_examples=150)
+@settings(steady, max_examples=120)
 @given(SCRIPTS)
 def test_no_ray_passes_through_what_scripts_make(script):
     shape = traceable(lambda: evaluated(script))
