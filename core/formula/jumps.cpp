@@ -127,7 +127,11 @@ Value same(Graph& graph, const Expression& f) { return graph.substitute(f, graph
 
 std::optional<Value> taken_out(Graph& graph, const Expression& f, const BoxBatch& box, int jumps_left) {
     const Survey found = survey(f, box);
-    if (found.sign != Survey::mixed) return graph.constant(found.sign == Survey::positive ? 1 : -1);
+    if (found.sign != Survey::mixed) {
+        // Beside a jump, its slope is still asked for: what jumps from below zero to above is a surface with a normal.
+        return jumps_left < max_jumps ? same(graph, found.simpler)
+                                      : graph.constant(found.sign == Survey::positive ? 1 : -1);
+    }
     if (found.other_jumps) return std::nullopt;
     // Selects that are too many stay inside: most that people write do not jump at all.
     if (!found.jump || (jumps_left == 0 && found.is_select)) return same(graph, found.simpler);
