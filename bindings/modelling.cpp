@@ -31,7 +31,7 @@ double to_double(nb::handle value) {
         PyErr_Clear();
         return std::numeric_limits<double>::infinity();
     }
-    return number;
+    return number + 0.0;  // zeros lose their sign: Python's whole numbers have none
 }
 
 Object to_object(nb::handle value, int depth = 0) {

@@ -144,6 +144,12 @@ def test_vm_without_z_is_extruded(vm):
     assert shape.bounds[1, 2] > 0.05
 
 
+def test_vm_is_cut_only_where_it_has_no_bounds(vm):
+    squares = "x var-x\ny var-y\nz var-z\na square x\nb square y\nc square z\nd add a b\ne add d c\nr const 9\n"
+    assert vm(squares + "f sub e r").bounds is None
+    np.testing.assert_array_equal(vm(squares + "f sub r e").bounds, [(-1, -1, -1), (1, 1, 1)])
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -181,3 +187,9 @@ def test_load_without_a_file(tmp_path, ending):
     (tmp_path / f"folder{ending}").mkdir()
     with pytest.raises(InputError, match=rf"^folder\{ending}: expected a file, got a folder"):
         bob.load(tmp_path / f"folder{ending}")
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_can_be_traced(example):
+    gray = bob.trace(bob.load(example), bob.Camera(azimuth=30, elevation=30), size=(60, 80)).gray
+    assert 0.1 < np.count_nonzero(gray) / gray.size < 0.9

@@ -303,12 +303,14 @@ Object to_object(const Value& value) {
             return {std::string(held)};
         } else if constexpr (std::is_same_v<T, Vector>) {
             Object::List list(held.numbers->size());
-            for (std::size_t i = 0; i < list.size(); ++i) list[i].value = (*held.numbers)[i];
+            for (std::size_t i = 0; i < list.size(); ++i) list[i].value = (*held.numbers)[i] + 0.0;
             return {std::make_shared<const Object::List>(std::move(list))};
         } else if constexpr (std::is_same_v<T, std::shared_ptr<const List>>) {
             Object::List list;
             for (const Value& each : held->items) list.push_back(to_object(each));
             return {std::make_shared<const Object::List>(std::move(list))};
+        } else if constexpr (std::is_same_v<T, double>) {
+            return {held + 0.0};  // zeros lose their sign: Python's whole numbers have none
         } else {
             return {held};
         }
