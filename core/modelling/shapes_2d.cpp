@@ -1,6 +1,7 @@
 /// Shapes in two dimensions, with the values of fogleman/sdf's; see shapes_3d.cpp on how they are written.
 #include <algorithm>
 
+#include "modelling/outline.h"
 #include "modelling/words.h"
 
 namespace bob {
@@ -53,7 +54,9 @@ Object rounded_rectangle(const Arguments& a) {
     const auto r = [&](std::size_t i) { return graph.constant(radius[i]); };
     const Value rounding = choose(x, choose(y, r(0), r(1)), choose(y, r(3), r(2)));
     const Point<2> q = abs(p) - a.size<2>("size") * 0.5;
-    return model<2>(graph, corner(q[0] + rounding, q[1] + rounding) - rounding);
+    // corner(q + rounding) - rounding, but the sides don't know of the rounding, which jumps in their middles.
+    const Point<2> into = max(Point<2>{q[0] + rounding, q[1] + rounding}, 0);
+    return model<2>(graph, select(min(q[0], q[1]) + rounding, max(q[0], q[1]), length(into) - rounding));
 }
 
 Object equilateral_triangle(const Arguments&) {
@@ -86,6 +89,30 @@ Object rounded_x(const Arguments& a) {
 }
 
 /// Even-odd: outside, every ray crosses the edges an even number of times. This one leads to larger x.
+struct Distance {
+    Value signed_, unsigned_;
+};
+
+/// The distance from one piece of an outline. Beyond an end it has the sign that holds where the end is nearest.
+Distance distance_from(const OutlinePiece& piece, const Point<2>& p) {
+    const Vector<2> way = piece.to - piece.from;
+    const double extent = length(way);
+    const Vector<2> along = way * (1 / extent), across{-along[1], along[0]};
+    const Point<2> q = p - piece.from;
+    const Value to_left = dot(q, across), covered = dot(q, along);
+    const Value beside = (piece.left == piece.right ? abs(to_left) : to_left) * piece.left;
+    const auto beyond_end = [&](const Vector<2>& end, std::optional<int> sign) {
+        const Value away = length(p - end);
+        return sign ? away * *sign : select(beside, -away, away);
+    };
+    return {select(covered, beyond_end(piece.from, piece.beyond_from),
+                   select(covered - extent, beside, beyond_end(piece.to, piece.beyond_to))),
+            hypot(to_left, max(beyond(covered, extent), 0))};
+}
+
+/// What the nearest piece of the outline says. Counting the edges that a line from the point crosses gives the same sign,
+/// but as a product that changes all its factors at once at the height of every corner, where intervals then know nothing.
+/// For their sake also the least distance is found without signs: those of pieces farther away may be wrong and jump.
 Object polygon(const Arguments& a) {
     std::vector<Vector<2>> corners = a.points<2>("points");
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
@@ -94,24 +121,21 @@ Object polygon(const Arguments& a) {
     if (corners.size() > 10000) a.reject("points", "at most 10000 points");
     Graph graph;
     const Point<2> p = point<2>(graph);
-    const Value inside = graph.constant(-1), outside = graph.constant(1);
-    std::optional<Value> distance, sign;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-        const Vector<2> from = corners[i], to = corners[(i + 1) % corners.size()];
-        const double extent = length(to - from);
-        const Vector<2> along = (to - from) * (1 / extent), across{-along[1], along[0]};
-        const Point<2> q = p - from;
-        const Value left = dot(q, across);
-        const Value edge = hypot(left, max(beyond(dot(q, along), extent), 0));
-        distance = distance ? min(*distance, edge) : edge;
-        if (from[1] == to[1]) continue;
-        const auto [low, high] = std::minmax(from[1], to[1]);
-        const bool rises = from[1] < to[1];
-        const Value crossed = rises ? select(-left, inside, outside) : select(left, inside, outside);
-        const Value flip = select(p[1] - low, outside, select(p[1] - high, crossed, outside));
-        sign = sign ? *sign * flip : flip;
+    std::optional<Distance> nearest;
+    for (const OutlinePiece& piece : outline(corners)) {
+        const Distance d = distance_from(piece, p);
+        nearest = !nearest ? d : Distance{select(d.unsigned_ - nearest->unsigned_, d.signed_, nearest->signed_),
+                                          min(d.unsigned_, nearest->unsigned_)};
     }
-    return model<2>(graph, *sign * *distance);
+    // Nothing is nearer than the lines that all of it lies to the left of. This changes no value, but far away intervals can
+    // hardly tell edges that face the point from those that face away.
+    const std::vector<Vector<2>> hull = convex_hull(corners);
+    Value result = nearest->signed_;
+    for (std::size_t i = 0; i < hull.size(); ++i) {
+        const Vector<2> way = hull[(i + 1) % hull.size()] - hull[i], across{way[1], -way[0]};
+        result = max(result, dot(p - hull[i], normalized(across)));
+    }
+    return model<2>(graph, result);
 }
 
 Object vesica(const Arguments& a) {
