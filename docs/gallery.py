@@ -23,6 +23,7 @@ from bobrossnet.sdf.words import WORDS
 ROOT = Path(__file__).parent.parent
 SHEET_WIDTH = 984
 HEIGHT_OF_FLAT_SHAPES = 0.3
+RIBBON = "box((2.4, 0.2, 0.2))"
 SIDE = bob.Camera(azimuth=-60, elevation=30)
 FRONT_FROM_ABOVE = bob.Camera(azimuth=-75, elevation=55)
 ABOVE = bob.Camera(azimuth=-90, elevation=90)
@@ -30,7 +31,8 @@ ABOVE = bob.Camera(azimuth=-90, elevation=90)
 
 @dataclass(frozen=True)
 class Section:
-    """Pictures that share a sheet: the code of each by its caption, `columns` in a row."""
+    """Pictures that share a sheet: the code of each by its caption, `columns` in a row. The last line of the code is what
+    is drawn."""
 
     title: str
     code: dict[str, str]
@@ -72,7 +74,7 @@ FLAT_SHAPES = {
     "line": "circle(1) & line((1, 1))",
     "slab": "d2.slab(x0=-1, x1=1, y0=-0.6, y1=0.6, k=0.3)",
     "rectangle": "rectangle((2, 1.2))",
-    "rounded_rectangle": "rounded_rectangle((2, 1.2), (0.6, 0.4, 0.2, 0))",
+    "rounded_rectangle": "rounded_rectangle((2, 1.2), (0.5, 0.3, 0.1, 0))",
     "equilateral_triangle": "equilateral_triangle()",
     "hexagon": "hexagon(1)",
     "rounded_x": "rounded_x(1.4, 0.2)",
@@ -81,11 +83,11 @@ FLAT_SHAPES = {
 }
 
 OPERATIONS_ON_SOLIDS = {
-    "union": "box(1.4).union(sphere(0.7, center=(0.7, -0.7, 0.7)), k=0.3)",
+    "union": "box(1.4).union(sphere(0.7, center=(0.7, -0.7, 0.7)), k=0.2)",
     "difference": "box(1.4).difference(sphere(0.7, center=(0.7, -0.7, 0.7)), k=0.1)",
     "intersection": "box(1.4).intersection(sphere(0.9), k=0.1)",
-    "blend": "box(1.4).blend(octahedron(1.4))",
-    "negate": "box(1.4) & sphere(0.8).negate()",
+    "blend": "box(1.4).blend(octahedron(1.2))",
+    "negate": "box(1.4) & sphere(0.85).negate()",
     "dilate": "octahedron(1) | octahedron(1).dilate(0.2) & plane(-X)",
     "erode": "octahedron(1) & plane(-X) | octahedron(1).erode(0.2)",
     "shell": "sphere(1).shell(0.15) & plane((-1, 1, -1))",
@@ -97,8 +99,8 @@ OPERATIONS_ON_SOLIDS = {
     "rotate_to": "capped_cone(-Z, Z, 0.5, 0.1).rotate_to(X + Z, Z)",
     "orient": "capped_cone(-Z, Z, 0.5, 0.1).orient(X)",
     "circular_array": "capsule(ORIGIN, X, 0.2).circular_array(7, 0.8)",
-    "twist": "box((1, 1, 3)).twist(pi / 6)",
-    "bend": "box((3, 0.5, 0.5)).bend(0.5)",
+    "twist": "box((1, 1, 3)).twist(pi / 6) & cylinder(1)",
+    "bend": "box((3, 0.5, 0.5)).bend(0.5) & cylinder(2)",
     "bend_linear": "capsule(-2 * X, 2 * X, 0.25).bend_linear(-X, X, Z, ease.in_out_quad)",
     "bend_radial": "(cylinder(2) & slab(z0=0, z1=0.2)).bend_radial(2, 0.5, 1, ease.in_out_quad)",
     "transition_linear": "box(1.4).transition_linear(cylinder(0.5), -Z / 2, Z / 2) & slab(z0=-0.7, z1=0.7)",
@@ -162,7 +164,7 @@ def mandelbulb(x, y, z):
 bob.implicit(mandelbulb, bounds=((-1.3, -1.3, -1.3), (1.3, 1.3, 1.3)))
 """,
     "superquadric": """
-bob.implicit(lambda x, y, z: np.abs(x) ** 0.7 + np.abs(y) ** 0.7 + np.abs(z) ** 0.7 - 1)
+bob.implicit(lambda x, y, z: (np.abs(x) ** 2.5 + np.abs(y) ** 2.5) ** 0.5 + np.abs(z) ** 1.5 - 1)
 """,
     "heart": """
 def heart(x, y, z):
@@ -176,14 +178,14 @@ def barth(x, y, z):
     x, y, z = x * x, y * y, z * z
     return 4 * (p * x - y) * (p * y - z) * (p * z - x) - (2 + np.sqrt(5)) * (x + y + z - 1) ** 2
 
-bob.implicit(barth) & sphere(2)
+bob.implicit(barth).negate() & sphere(2)
 """,
     "Klein's bottle": """
 def klein(x, y, z):
     s = x * x + y * y + z * z - 1
     return (s + 2 * y) * ((s - 2 * y) ** 2 - 8 * z * z) + 16 * x * z * (s - 2 * y)
 
-bob.implicit(klein)
+bob.implicit(klein) & plane(-Y)
 """,
     "Chmutov's sextic": """
 def chebyshev(x):
@@ -198,12 +200,12 @@ def trefoil(x, y, z):
     across, along = out * np.cos(turn) + z * np.sin(turn), z * np.cos(turn) - out * np.sin(turn)
     return np.hypot(np.abs(across) - 0.35, along) - 0.2
 
-bob.implicit(trefoil)
+bob.implicit(trefoil, bounds=((-2, -2, -1), (2, 2, 1)))
 """,
     "metaballs": """
 def metaballs(x, y, z):
     centers = [(np.cos(2 * i), np.sin(2 * i), 0.4 * np.sin(5 * i)) for i in range(6)]
-    return 3 - sum(0.4 / ((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2) for a, b, c in centers)
+    return 3 - sum(1 / ((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2) for a, b, c in centers)
 
 bob.implicit(metaballs)
 """,
@@ -237,16 +239,43 @@ groove = cylinder(0.08).circular_array(30, 1)
 f -= (groove.twist(0.6) | groove.twist(-0.6)).k(0.05)
 f - (cylinder(0.4) & slab(z0=-0.3)).k(0.1)
 """,
-    "a script: gear.sdf": 'bob.load("examples/gear.sdf")',
-    "a script: vase.sdf": 'bob.load("examples/vase.sdf")',
-    "a script: tower.sdf": 'bob.load("examples/tower.sdf")',
+    "a chain": """
+link = torus(0.5, 0.12).elongate((0.4, 0, 0))
+even = link.repeat((2.6, 0, 0), count=(1, 0, 0))
+odd = link.rotate(pi / 2, X).repeat((2.6, 0, 0), count=(1, 0, 0)).translate(1.3 * X)
+even | odd
+""",
+    "gear.sdf": """
+bob.load("examples/gear.sdf")
+""",
+    "vase.sdf": """
+bob.load("examples/vase.sdf")
+""",
+    "tower.sdf": """
+bob.load("examples/tower.sdf")
+""",
 }
 
 SCENES = {
-    "a mesh and a formula": """
+    "a wood": """
 hills = bob.implicit(lambda x, y, z: z + 0.9 - 0.15 * np.sin(2 * x) * np.cos(3 * y)) & cylinder(3) & slab(z0=-1.5)
 tree = bob.Instance(bob.happy_tree())
-[tree, tree.scale(0.6).translate((1.8, 0.5, -0.3)), tree.scale(0.5).translate((-1.6, -1, -0.4)), hills]
+trees = [tree, tree.scale(0.6).translate((1.8, 0.5, -0.3)), tree.scale(0.5).translate((-1.6, -1, -0.4))]
+[hills, *trees]
+""",
+    "materials": """
+ball = sphere(1)
+rough, plain, bright = (bob.Material(gray, specular=specular, shininess=shininess) for gray, specular, shininess in [
+    ("#808080", 0, 1), ("#c0c0c0", 0.2, 32), ("#404040", 0.9, 200)])
+[bob.Instance(ball, material=each).translate((2.2 * i, 0, 0)) for i, each in enumerate([rough, plain, bright])]
+""",
+    "a table": """
+top = rounded_box((4, 2.4, 0.2), 0.08)
+leg = bob.Instance(capped_cone(-2 * Z, ORIGIN, 0.08, 0.15), material=bob.Material("#606060"))
+legs = [leg.translate((x, y, 0)) for x in (-1.6, 1.6) for y in (-0.9, 0.9)]
+vase = bob.Instance(bob.load("examples/vase.sdf").instances[0].shape).scale(0.3).translate((0.8, 0, 0.75))
+tree = bob.Instance(bob.happy_tree()).scale(0.5).translate((-0.8, 0, 0.55))
+[top, *legs, vase, tree]
 """,
 }
 
@@ -260,11 +289,19 @@ SECTIONS = [
     ),
     Section("Operations on solids", OPERATIONS_ON_SOLIDS),
     Section("Operations on flat shapes", OPERATIONS_ON_FLAT_SHAPES, camera=FRONT_FROM_ABOVE),
-    Section("Easing functions", EASINGS, "`ribbon = box((2.4, 0.2, 0.2))`, from above.", columns=9, camera=ABOVE),
+    Section(
+        "Easing functions",
+        EASINGS,
+        f"From above: `ribbon = {RIBBON}`, moved by 2 along y where x grows from -1 to 1.",
+        columns=9,
+        camera=ABOVE,
+    ),
     Section("Formulas", FORMULAS, columns=4),
-    Section("Programs", PROGRAMS, columns=4),
-    Section("Scenes", SCENES, columns=4),
+    Section("Programs", PROGRAMS, "Scripts are in [examples](../examples); [scripts.md](scripts.md) describes them.", columns=4),
+    Section("Scenes", SCENES, columns=3),
 ]
+HIGHLIGHTS = ["constructive solid geometry", "gyroid", "gear.sdf", "tanglecube", "a wood"]
+
 
 # ---- Pictures --------------------------------------------------------------------------------------------
 
@@ -272,7 +309,7 @@ SECTIONS = [
 def made(code: str) -> bob.Scene:
     """What the last line of the code makes, as a scene."""
     names: dict[str, Any] = {"bob": bob}
-    exec("from bobrossnet.sdf import *\nribbon = box((2.4, 0.2, 0.2))", names)
+    exec(f"from bobrossnet.sdf import *\nribbon = {RIBBON}", names)
     module = ast.parse(code)
     last = module.body.pop()
     assert isinstance(last, ast.Expr), code
@@ -281,16 +318,62 @@ def made(code: str) -> bob.Scene:
     return bob.Scene(result.extrude(HEIGHT_OF_FLAT_SHAPES) if isinstance(result, SDF2) else result)
 
 
-def draw(code: str, camera: bob.Camera, side: int) -> NDArray[np.uint8]:
-    """(side, side) uint8, every pixel traced."""
-    return to_8_bit(bob.trace(made(code), camera, size=(side, side)).gray)
+def draw(section: Section, caption: str, side: int) -> tuple[NDArray[np.uint8], str]:
+    """(side, side) uint8, every pixel traced, and the caption."""
+    return to_8_bit(bob.trace(made(section.code[caption]), section.camera, size=(side, side)).gray), caption
 
 
 def sheet(section: Section) -> NDArray[np.uint8]:
     """All pictures of a section in rows, each above its caption: (H, W) uint8."""
     side = SHEET_WIDTH // section.columns - GAP
-    panels = [(draw(code, section.camera, side), name) for name, code in section.code.items()]
-    blank = np.full((side, side), 255, np.uint8), ""
-    panels += [blank] * (-len(panels) % section.columns)
+    panels = [draw(section, caption, side) for caption in section.code]
+    panels += [(np.full((side, side), 255, np.uint8), "")] * (-len(panels) % section.columns)
     rows = [side_by_side(panels[i : i + section.columns]) for i in range(0, len(panels), section.columns)]
     return np.concatenate(rows)[..., 0]
+
+
+def strip() -> NDArray[np.uint8]:
+    """The highlights in a row: (H, W) uint8."""
+    side = SHEET_WIDTH // len(HIGHLIGHTS) - GAP
+    pictures = [draw(section, name, side)[0] for name in HIGHLIGHTS for section in SECTIONS if name in section.code]
+    return np.concatenate(pictures, axis=1)
+
+
+# ---- The page --------------------------------------------------------------------------------------------
+
+HEAD = """# Gallery
+
+What the [modelling language](modelling.md) can say, and what else can be traced: each picture's code stands below it, after
+`from bobrossnet.sdf import *` and `import bobrossnet as bob`; `bob.trace` draws what the last line makes. Every pixel is
+traced.
+
+Made by docs/gallery.py.
+"""
+
+
+def document() -> str:
+    parts = [HEAD]
+    for section in SECTIONS:
+        code = "\n".join(_listing(caption, code) for caption, code in section.code.items())
+        parts.append(f"## {section.title}\n\n{section.note}\n\n" if section.note else f"## {section.title}\n\n")
+        parts[-1] += f"![{', '.join(section.code)}]({section.sheet})\n\n```python\n{code}\n```\n"
+    return "\n".join(parts)
+
+
+def _listing(caption: str, code: str) -> str:
+    """Code of one line says itself what it is."""
+    return f"# {caption}\n{code.strip()}\n" if code.startswith("\n") else code
+
+
+def main() -> None:
+    os.chdir(ROOT)
+    docs = ROOT / "docs"
+    (docs / "gallery").mkdir(exist_ok=True)
+    (docs / "gallery.md").write_text(document())
+    for section in SECTIONS:
+        write_picture(docs / section.sheet, sheet(section))
+    write_picture(docs / "shapes.png", strip())
+
+
+if __name__ == "__main__":
+    main()
