@@ -19,7 +19,7 @@ LINE = 120
 
 HEAD = """# The modelling language
 
-Shapes as formulas that are negative inside, after [fogleman/sdf](https://github.com/fogleman/sdf): a program written
+Shapes as formulas that are negative inside, after fogleman/sdf (github.com/fogleman/sdf): a program written
 for it runs once its first line says `from bobrossnet.sdf import *`. Text, images and meshes as shapes are not here, and
 `save` draws a picture (`f.save("part.png", camera=bob.Camera(azimuth=30))`) where that package writes triangles. Shapes
 are traced like any others: `bob.trace(f)`.

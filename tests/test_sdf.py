@@ -480,6 +480,7 @@ CUSTOM = Both(lambda t: t * t * (3 - 2 * t), lambda t: t * t * (3 - 2 * t))
 
 CONE_ENDS = ((0.1, 0.2, -0.3), (0.5, 1, 1.2))
 HOUSE = [(0, 0), (2, 0.2), (2.5, 1.5), (1.2, 0.9), (1, 2.2), (-0.5, 1.1)]
+ACUTE = [(0, 0), (3, 0.5), (3.5, 1), (0.5, 0.4)]
 STAR = [(np.cos(4 * np.pi * i / 5), np.sin(4 * np.pi * i / 5)) for i in range(5)]
 
 
@@ -560,7 +561,14 @@ CALLS = {
         "equilateral_triangle": [call()],
         "hexagon": [call(1), call(r=0.3)],
         "rounded_x": [call(1, 0.2), call(0.3, 0)],
-        "polygon": [call(HOUSE), call(HOUSE[::-1]), call(STAR), call(points=np.array([(0, 0), (1, 0), (0, 1)]))],
+        "polygon": [
+            call(HOUSE),
+            call(HOUSE[::-1]),
+            call(STAR),
+            call(ACUTE),
+            call(ACUTE[::-1]),
+            call(points=np.array([(0, 0), (1, 0), (0, 1)])),
+        ],
         "vesica": [call(1.5, 0.7), call(1.5, -0.7), call(1, 0)],
         "rotate": [call(RECTANGLE, 0.7), call(RECTANGLE, np.pi / 2)],
         "circular_array": [call(RECTANGLE, 5), call(RECTANGLE, count=1)],
@@ -905,6 +913,13 @@ def test_save_draws_a_picture(tmp_path, monkeypatch):
     assert traced["shape"].bounds.tolist() == [[-1, -1, -1], [1, 1, 1]]
     assert traced["camera"] is camera
     assert traced["size"] == (30, 40)
+
+
+def test_programs_are_traced():
+    names: dict[str, Any] = {}
+    exec("from bobrossnet.sdf import *\n" + PROGRAMS["solids"], names)
+    seen = bob.trace(names["f"], bob.Camera(azimuth=30, elevation=20), size=(40, 60))
+    assert 0.1 < (seen.gray > 0).mean() < 0.5
 
 
 def test_what_is_no_picture_is_refused(tmp_path):

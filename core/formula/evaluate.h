@@ -33,16 +33,23 @@ constexpr int max_lanes = 16;
 constexpr std::size_t register_bytes = 512;
 
 /// What is known of one decision (see is_decision) within each of several boxes: bit i is about box i.
+///
+/// A minimum or maximum is always a (first) or always b (second); a select always b or always c; an absolute always a or
+/// always -a. A rounding always gives `value` (first), or that or the next number (second). An atan2 jumps in the box, and
+/// its x is negative there (first).
 struct Decision {
-    std::uint32_t first = 0;   // a minimum or maximum is always a, a select always b, an absolute always a,
-    std::uint32_t second = 0;  // or b, or c, or -a. For roundings, first: the result is always `value`
+    std::uint32_t first = 0, second = 0;
     float value[max_lanes] = {};
 };
 
-/// Whether a box may decide an op's outcome: minimum, maximum, select, absolute, floor, ceil and round.
+constexpr bool is_rounding(Op op) { return op == Op::floor || op == Op::ceil || op == Op::round; }
+
+/// Whether an op may jump although its operands do not.
+constexpr bool may_jump(Op op) { return op == Op::select || op == Op::atan2 || is_rounding(op); }
+
+/// Whether there is something that a box may decide about an op.
 constexpr bool is_decision(Op op) {
-    return op == Op::minimum || op == Op::maximum || op == Op::select || op == Op::absolute || op == Op::floor ||
-           op == Op::ceil || op == Op::round;
+    return op == Op::minimum || op == Op::maximum || op == Op::absolute || may_jump(op);
 }
 
 /// Axis-aligned boxes and what a formula's values are in them.

@@ -188,21 +188,24 @@ Expression Graph::expression(Value root) const {
     return Expression(std::vector<Node>(nodes_.begin(), nodes_.begin() + root.index + 1));
 }
 
+Value Graph::like(const Node& node, Value a, Value b, Value c) {
+    switch (operands(node.op)) {
+        case 0: return add({.op = node.op, .value = node.value});
+        case 1: return unary(node.op, a, node.value);
+        case 2: return binary(node.op, a, b);
+        default: return select(a, b, c);
+    }
+}
+
 Value Graph::substitute(const Expression& f, Value x, Value y, Value z) {
     std::vector<Value> values;
     values.reserve(f.nodes().size());
     for (const Node& node : f.nodes()) {
-        const auto operand = [&](int k) { return values[node.operand[k]]; };
-        switch (node.op) {
-            case Op::constant: values.push_back(constant(node.value)); break;
-            case Op::x: values.push_back(x); break;
-            case Op::y: values.push_back(y); break;
-            case Op::z: values.push_back(z); break;
-            case Op::select: values.push_back(select(operand(0), operand(1), operand(2))); break;
-            default:
-                values.push_back(operands(node.op) == 1 ? unary(node.op, operand(0), node.value)
-                                                        : binary(node.op, operand(0), operand(1)));
-        }
+        const auto operand = [&](int k) { return k < operands(node.op) ? values[node.operand[k]] : Value{}; };
+        values.push_back(node.op == Op::x   ? x
+                         : node.op == Op::y ? y
+                         : node.op == Op::z ? z
+                                            : like(node, operand(0), operand(1), operand(2)));
     }
     return values.back();
 }
@@ -246,6 +249,28 @@ struct Term {
         return is(Op::x) || is(Op::y) || is(Op::z) || is_finite_constant();
     }
 };
+
+/// Whether the one is the other's negative, but for the last bits of a constant.
+bool opposite(Term a, Term b) {
+    const auto about = [](double p, double q) { return std::fabs(p - q) <= 1e-15 * std::fabs(p); };
+    if (a.is(Op::negate) || b.is(Op::negate)) {
+        return (a.is(Op::negate) && a.operand(0).value == b.value) || (b.is(Op::negate) && b.operand(0).value == a.value);
+    }
+    if (b.is(Op::subtract) && !a.is(Op::subtract)) std::swap(a.value, b.value);
+    if (a.is(Op::subtract) && b.is(Op::subtract)) {
+        return a.operand(0).value == b.operand(1).value && a.operand(1).value == b.operand(0).value;
+    }
+    if (a.is(Op::subtract) && a.operand(0).is_constant() && b.is_with_constant(Op::add)) {
+        return a.operand(1).value == b.operand(0).value &&
+               about(a.operand(0).constant(), -b.operand(1).constant());
+    }
+    const bool products = a.is_with_constant(Op::multiply) && b.is_with_constant(Op::multiply);
+    const bool sums = a.is_with_constant(Op::add) && b.is_with_constant(Op::add);
+    if (products) {
+        return a.operand(0).value == b.operand(0).value && about(a.operand(1).constant(), -b.operand(1).constant());
+    }
+    return sums && about(a.operand(1).constant(), -b.operand(1).constant()) && opposite(a.operand(0), b.operand(0));
+}
 
 /// The root of a sum of squares as a chain of hypot; false where a summand is no square.
 bool root_of_squares(Term sum, Value& chain, bool& started) {
@@ -372,6 +397,8 @@ Value Graph::binary(Op op, Value left, Value right) {
         case Op::minimum:
         case Op::maximum:
             if (left == right) return left;
+            // What is left of a solid cut away along its own face: never negative, so nothing.
+            if (opposite(a, b)) return op == Op::maximum ? abs(left) : -abs(left);
             if (op == Op::maximum && b.is_constant() && b.constant() <= 0 && a.is_never_negative()) return left;
             if (b.is_constant() && a.is_with_constant(op)) {
                 return binary(op, a.operand(0).value,

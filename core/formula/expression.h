@@ -118,6 +118,9 @@ public:
     /// b where a < 0, else c.
     Value select(Value a, Value b, Value c);
 
+    /// The op of a node of any expression, on values of this graph; an axis or a constant as it is.
+    Value like(const Node& node, Value a, Value b, Value c);
+
     /// f(x, y, z) with other values in the place of x, y and z.
     Value substitute(const Expression& f, Value x, Value y, Value z);
 

@@ -54,7 +54,7 @@ inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domai
             case Op::minimum: out = decided(i->op, a, b, minimum(a, b)); break;
             case Op::maximum: out = decided(i->op, a, b, maximum(a, b)); break;
             case Op::hypot: out = hypot(a, b); break;
-            case Op::atan2: out = atan2(a, b); break;
+            case Op::atan2: out = decided(i->op, a, b, atan2(a, b)); break;
             case Op::modulo: out = modulo(a, b, domain); break;
             case Op::select:
                 domain.nowhere = M{};  // what is NaN so far may be what is not chosen
@@ -122,9 +122,13 @@ struct Record {
                 d.first = bits(a.low >= F{});
                 d.second = bits(a.high < F{});
                 break;
+            case Op::atan2:
+                d.first = bits(crosses_cut(a, b) & (b.high < F{}));
+                d.second = 0;
+                break;
             default:
                 d.first = bits(result.low == result.high);
-                d.second = 0;
+                d.second = bits(result.low + 1.f == result.high);
                 store(d.value, result.low);
                 break;
         }
@@ -170,6 +174,29 @@ void narrow(const Code& code, BoxBatch& boxes, void* scratch) {
     store(boxes.most, falls ? middle + reach : most);
 }
 
+/// Notes how soon along its ray each point comes to a jump: to where a select's condition is zero, a rounded number
+/// passes a threshold, or an angle its cut, if these went on as straight as they are at the point.
+struct JumpAhead {
+    F& soonest;
+
+    Dual<F, 1> operator()(Op op, const Dual<F, 1>& a, const Dual<F, 1>& b, const Dual<F, 1>& result) {
+        if (op == Op::select || op == Op::atan2) {
+            note(-a.value, a.slope[0]);
+            if (op == Op::atan2) note(-b.value, b.slope[0]);
+        } else if (is_rounding(op)) {
+            const F up = result.value + (op == Op::floor ? 1.f : op == Op::ceil ? 0.f : 0.5f);
+            note((a.slope[0] > F{} ? up : up - 1.f) - a.value, a.slope[0]);
+        }
+        return result;
+    }
+
+private:
+    void note(F way, F speed) {
+        const F t = way / speed;
+        soonest = (t >= F{}) & (t < soonest) ? t : soonest;  // false for NaN
+    }
+};
+
 /// The rays of a batch and the formula along them.
 struct Along {
     const Code& code;
@@ -182,10 +209,22 @@ struct Along {
                    domain, scratch);
     }
     [[nodiscard]] Dual<F, 1> with_slope(F t) const {
+        F soonest;
+        return with_slope(t, soonest);
+    }
+    /// And how far ahead the next jump is, as far as slopes tell.
+    [[nodiscard]] Dual<F, 1> with_slope(F t, F& soonest) const {
         Domain domain;
         Dual<F, 1> p[3];
         for (int axis = 0; axis < 3; ++axis) p[axis] = {origin[axis] + t * direction[axis], {direction[axis]}};
-        return run(code, p[0], p[1], p[2], domain, scratch);
+        soonest = constant(infinity);
+        return run(code, p[0], p[1], p[2], domain, scratch, JumpAhead{soonest});
+    }
+    [[nodiscard]] bool may_jump() const {
+        for (std::size_t i = 0; i < code.count; ++i) {
+            if (bob::may_jump(code.instructions[i].op)) return true;
+        }
+        return false;
     }
     [[nodiscard]] Dual<Interval, 1> over(F from, F to, Domain& domain) const {
         Dual<Interval, 1> p[3];
@@ -226,27 +265,33 @@ F refined(const Along& along, Bracket bracket, M wanted, F finest) {
 }
 
 void first_roots(const Code& code, RayBatch& rays, void* scratch) {
-    // Enough for every piece of a segment of a thousand times `finest`; what comes after is given up, and told.
+    // Formulas that are not too wild need a few; what comes after so many is given up, and told.
     constexpr int max_pieces = 1024;
     Along along{code, scratch, {}, {}};
     for (int axis = 0; axis < 3; ++axis) {
         along.origin[axis] = load_some(rays.origin[axis], rays.count);
         along.direction[axis] = load_some(rays.direction[axis], rays.count);
     }
+    const bool may_jump = along.may_jump();
     const F t_end = load_some(rays.t_end, rays.count), finest = load_some(rays.finest, rays.count);
     M active = first_lanes(rays.count), found{}, unresolved{};
     Bracket bracket;
-    F a{}, fa = along.value(a), width = t_end;
+    F a{}, width = t_end, to_jump = constant(infinity);
+    F fa = may_jump ? along.with_slope(a, to_jump).value : along.value(a);
     for (int piece = 0; any(active); ++piece) {
         if (piece == max_pieces) {
             unresolved |= active;
             break;
         }
-        const F b = min(a + width, t_end), length = b - a;
+        // Up to just before the next jump, or, from there, to just behind it.
+        const M at_jump = to_jump <= finest;
+        const F stop = a + (at_jump ? maximum(to_jump + 0.25f * finest, 0.5f * finest) : to_jump - 0.5f * finest);
+        const F b = min(min(a + width, t_end), stop), length = b - a;
         Domain domain;
         const Dual<Interval, 1> f = along.over(a, b, domain);
         const Interval value = f.value, slope = f.slope[0];
-        const F fb = along.value(b);
+        F jump_after_b = to_jump;
+        const F fb = may_jump ? along.with_slope(b, jump_after_b).value : along.value(b);
         // Inside is where f < 0; comparisons with NaN are false, and a change to or from NaN is none.
         const M differ = ((fa < F{}) & (fb >= F{})) | ((fa >= F{}) & (fb < F{}));
 
@@ -256,7 +301,7 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         const F reach = smooth ? (steepest > F{} ? abs(fa) / steepest : constant(infinity)) : F{};
         const M one_sided = (value.low >= F{}) | (value.high < F{}) | domain.nowhere | (reach > length);
         const M monotone = smooth & ((slope.low > F{}) | (slope.high < F{}));
-        const M narrow = length <= finest;
+        const M narrow = (length <= finest) | at_jump;
         const M pole = narrow & ~(value.high - value.low < constant(infinity));
 
         const M crossing = active & differ & (monotone | (narrow & ~pole));
@@ -270,16 +315,22 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
             found |= crossing;
             active &= ~crossing;
         }
-        unresolved |= given_up;
+        unresolved |= given_up & ~at_jump;
         const M passed = empty | given_up, split = active & ~passed;
         active &= ~(passed & (b >= t_end));
         // On past the piece, with a wider one; or to where f may be zero at the soonest, with a narrower one.
         const F skip = min(0.99f * reach, length - finest);
         const M skips = split & (skip > 0.125f * length);
         a = passed ? b : (skips ? a + skip : a);
-        width = passed ? width + width : maximum(0.5f * (b - a), finest);
+        width = passed ? (at_jump ? t_end : width + width) : maximum(0.5f * (b - a), finest);
         fa = passed ? fb : fa;
-        if (any(skips & active)) fa = skips ? along.value(a) : fa;
+        to_jump = passed ? jump_after_b : to_jump;
+        if (any(skips & active)) {
+            F jump_after_a = to_jump;
+            const F f_skipped = may_jump ? along.with_slope(a, jump_after_a).value : along.value(a);
+            fa = skips ? f_skipped : fa;
+            to_jump = skips ? jump_after_a : to_jump;
+        }
     }
     store_some(rays.t, any(found) ? refined(along, bracket, found, finest) : F{}, rays.count);
     rays.found = bits(found);

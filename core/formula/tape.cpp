@@ -112,7 +112,7 @@ Tape::Tape(const Expression& expression) : expression_(expression) {
         }
         instruction.out = place[i] = registers.take();
         code_.push_back(instruction);
-        decisions_ += is_decision(step.op);
+        if (is_decision(step.op)) decisions_.push_back(step.op);
     }
     registers_ = registers.count();
     result_ = place[count - 1];
@@ -121,58 +121,55 @@ Tape::Tape(const Expression& expression) : expression_(expression) {
 Expression Tape::specialised(std::span<const Decision> decisions, int lane) const {
     const std::vector<Node>& nodes = expression_.nodes();
     const auto count = static_cast<std::uint32_t>(nodes.size());
-    const std::uint32_t bit = 1u << lane;
 
-    // What is still needed, from the result down. Decisions are in the order of the code, which is the nodes'.
-    enum : std::uint8_t { dropped, needed };
-    std::vector<std::uint8_t> state(count, dropped);
-    state[count - 1] = needed;
-    std::size_t at = decisions.size();
+    // What each node comes down to: itself, or an operand, or an operand's negative, or a constant.
+    enum class Outcome : std::uint8_t { itself, operand, negative, constant };
+    struct Known {
+        Outcome outcome = Outcome::itself;
+        int operand = 0;
+        float value = 0;
+        bool needed = false;
+    };
+    thread_local std::vector<Known> known;
+    known.assign(count, {});
+    std::size_t at = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const Op op = nodes[i].op;
+        if (!is_decision(op)) continue;
+        const Decision& decision = decisions[at++];
+        const bool first = decision.first >> lane & 1, second = decision.second >> lane & 1;
+        if (is_rounding(op)) {
+            if (first) known[i] = {Outcome::constant, 0, decision.value[lane]};
+        } else if (op == Op::absolute) {
+            if (first || second) known[i] = {first ? Outcome::operand : Outcome::negative};
+        } else if (op != Op::atan2 && (first || second)) {
+            known[i] = {Outcome::operand, (op == Op::select ? 1 : 0) + (second ? 1 : 0)};
+        }
+    }
+
+    known[count - 1].needed = true;
     for (std::uint32_t i = count; i-- > 0;) {
         const Node& node = nodes[i];
-        const Decision* decision = is_decision(node.op) ? &decisions[--at] : nullptr;
-        if (state[i] == dropped) continue;
-        const bool first = decision && decision->first & bit, second = decision && decision->second & bit;
-        const int branch = node.op == Op::select ? 1 : 0;
-        if (first && (node.op == Op::floor || node.op == Op::ceil || node.op == Op::round)) continue;
-        if ((first || second) && node.op != Op::absolute) {
-            state[node.operand[branch + (second ? 1 : 0)]] = needed;
-            continue;
+        if (!known[i].needed || known[i].outcome == Outcome::constant) continue;
+        for (int k = 0; k < operands(node.op); ++k) {
+            if (known[i].outcome == Outcome::itself || k == known[i].operand) known[node.operand[k]].needed = true;
         }
-        for (int k = 0; k < operands(node.op); ++k) state[node.operand[k]] = needed;
     }
 
     thread_local Graph graph;
     thread_local std::vector<Value> values;
     graph.clear();
     values.assign(count, {});
-    at = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
         const Node& node = nodes[i];
-        const Decision* decision = is_decision(node.op) ? &decisions[at++] : nullptr;
-        if (state[i] == dropped) continue;
-        const auto operand = [&](int k) { return values[node.operand[k]]; };
-        const bool first = decision && decision->first & bit, second = decision && decision->second & bit;
-        Value& value = values[i];
-        if (first || second) {
-            switch (node.op) {
-                case Op::minimum:
-                case Op::maximum: value = operand(second ? 1 : 0); break;
-                case Op::select: value = operand(second ? 2 : 1); break;
-                case Op::absolute: value = second ? -operand(0) : operand(0); break;
-                default: value = graph.constant(decision->value[lane]); break;
-            }
-            continue;
-        }
-        switch (node.op) {
-            case Op::constant: value = graph.constant(node.value); break;
-            case Op::x: value = graph.x(); break;
-            case Op::y: value = graph.y(); break;
-            case Op::z: value = graph.z(); break;
-            case Op::select: value = graph.select(operand(0), operand(1), operand(2)); break;
-            default:
-                value = operands(node.op) == 1 ? graph.unary(node.op, operand(0), node.value)
-                                               : graph.binary(node.op, operand(0), operand(1));
+        const Known& k = known[i];
+        if (!k.needed) continue;
+        const auto operand = [&](int n) { return values[node.operand[n]]; };
+        switch (k.outcome) {
+            case Outcome::itself: values[i] = graph.like(node, operand(0), operand(1), operand(2)); break;
+            case Outcome::operand: values[i] = operand(k.operand); break;
+            case Outcome::negative: values[i] = -operand(0); break;
+            case Outcome::constant: values[i] = graph.constant(k.value); break;
         }
     }
     return graph.expression(values[count - 1]);

@@ -18,15 +18,16 @@ public:
 
     [[nodiscard]] const Expression& expression() const { return expression_; }
     [[nodiscard]] Code code() const { return {code_.data(), code_.size(), registers_, result_}; }
-    [[nodiscard]] int decisions() const { return decisions_; }
+    /// The ops that are decisions, in the order in which evaluation comes to them.
+    [[nodiscard]] const std::vector<Op>& decisions() const { return decisions_; }
     [[nodiscard]] std::size_t bytes() const;
 
 private:
     Expression expression_;
     std::vector<Instruction> code_;
+    std::vector<Op> decisions_;
     int registers_ = 3;
     int result_ = 0;
-    int decisions_ = 0;
 };
 
 }  // namespace bob

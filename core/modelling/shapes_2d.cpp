@@ -1,7 +1,6 @@
 /// Shapes in two dimensions, with the values of fogleman/sdf's; see shapes_3d.cpp on how they are written.
 #include <algorithm>
 
-#include "modelling/outline.h"
 #include "modelling/words.h"
 
 namespace bob {
@@ -54,9 +53,7 @@ Object rounded_rectangle(const Arguments& a) {
     const auto r = [&](std::size_t i) { return graph.constant(radius[i]); };
     const Value rounding = choose(x, choose(y, r(0), r(1)), choose(y, r(3), r(2)));
     const Point<2> q = abs(p) - a.size<2>("size") * 0.5;
-    // corner(q + rounding) - rounding, but the sides don't know of the rounding, which jumps in their middles.
-    const Point<2> into = max(Point<2>{q[0] + rounding, q[1] + rounding}, 0);
-    return model<2>(graph, select(min(q[0], q[1]) + rounding, max(q[0], q[1]), length(into) - rounding));
+    return model<2>(graph, corner(q[0] + rounding, q[1] + rounding) - rounding);
 }
 
 Object equilateral_triangle(const Arguments&) {
@@ -88,31 +85,65 @@ Object rounded_x(const Arguments& a) {
     return model<2>(graph, hypot(max(across, x - half), max(-across, y - half)) - a.number("r"));
 }
 
-/// Even-odd: outside, every ray crosses the edges an even number of times. This one leads to larger x.
-struct Distance {
-    Value signed_, unsigned_;
+/// An edge of a polygon, and a point by it.
+struct Edge {
+    Vector<2> from, direction;
+    double length;
+    Value run;   // along it, counted from its start
+    Value left;  // how far to its left
 };
 
-/// The distance from one piece of an outline. Beyond an end it has the sign that holds where the end is nearest.
-Distance distance_from(const OutlinePiece& piece, const Point<2>& p) {
-    const Vector<2> way = piece.to - piece.from;
-    const double extent = length(way);
-    const Vector<2> along = way * (1 / extent), across{-along[1], along[0]};
-    const Point<2> q = p - piece.from;
-    const Value to_left = dot(q, across), covered = dot(q, along);
-    const Value beside = (piece.left == piece.right ? abs(to_left) : to_left) * piece.left;
-    const auto beyond_end = [&](const Vector<2>& end, std::optional<int> sign) {
-        const Value away = length(p - end);
-        return sign ? away * *sign : select(beside, -away, away);
-    };
-    return {select(covered, beyond_end(piece.from, piece.beyond_from),
-                   select(covered - extent, beside, beyond_end(piece.to, piece.beyond_to))),
-            hypot(to_left, max(beyond(covered, extent), 0))};
+std::vector<Edge> edges(Graph& graph, const std::vector<Vector<2>>& corners) {
+    std::vector<Edge> result;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        const Vector<2> span = corners[(i + 1) % corners.size()] - corners[i];
+        const Vector<2> direction = normalized(span), across{-direction[1], direction[0]};
+        const Point<2> p = point<2>(graph) - corners[i];
+        result.push_back({corners[i], direction, length(span), dot(p, direction), dot(p, across)});
+    }
+    return result;
 }
 
-/// What the nearest piece of the outline says. Counting the edges that a line from the point crosses gives the same sign,
-/// but as a product that changes all its factors at once at the height of every corner, where intervals then know nothing.
-/// For their sake also the least distance is found without signs: those of pieces farther away may be wrong and jump.
+/// 1 where a convex polygon goes around to the left, -1 to the right; 0 where it is not convex.
+int convex_turn(const std::vector<Edge>& edges) {
+    double total = 0, least = 0, most = 0;
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const Vector<2> a = edges[i].direction, b = edges[(i + 1) % edges.size()].direction;
+        const double turn = std::atan2(a[0] * b[1] - a[1] * b[0], dot(a, b));
+        total += turn, least = std::min(least, turn), most = std::max(most, turn);
+    }
+    if (std::fabs(total) > 7) return 0;  // more than once around
+    return least >= 0 ? 1 : most <= 0 ? -1 : 0;
+}
+
+/// The farthest that the point is beyond an edge's line; past two edges' ends, the distance from the corner between.
+Value convex(Graph& graph, const std::vector<Edge>& edges, int turn) {
+    Value result = edges[0].left * -turn;
+    for (const Edge& edge : edges) result = max(result, edge.left * -turn);
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const Edge& before = edges[i ? i - 1 : edges.size() - 1];
+        const Value short_of_corner = max(before.length - before.run, edges[i].run);
+        result = select(short_of_corner, length(point<2>(graph) - edges[i].from), result);
+    }
+    return result;
+}
+
+/// The distance from the nearest edge, negative where the edges wind around the point an odd number of times.
+Value even_odd(Graph& graph, const std::vector<Edge>& edges) {
+    const Point<2> p = point<2>(graph);
+    std::optional<Value> distance, angle;
+    for (const Edge& edge : edges) {
+        const Value off = hypot(edge.left, max(beyond(edge.run, edge.length), 0));
+        // Of the edge seen from the point: cross and dot product of the ways to its ends, each with x and y once.
+        const Point<2> q = p - (edge.from - edge.direction * (-edge.length / 2));
+        const Value inwards = square(q[0]) + square(q[1]) - edge.length * edge.length / 4;
+        const Value seen = atan2(edge.left * edge.length, inwards);
+        distance = distance ? min(*distance, off) : off;
+        angle = angle ? *angle + seen : seen;
+    }
+    return select(cos(*angle / 2), -*distance, *distance);
+}
+
 Object polygon(const Arguments& a) {
     std::vector<Vector<2>> corners = a.points<2>("points");
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
@@ -120,22 +151,9 @@ Object polygon(const Arguments& a) {
     if (corners.size() < 3) a.reject("points", "at least 3 different points");
     if (corners.size() > 10000) a.reject("points", "at most 10000 points");
     Graph graph;
-    const Point<2> p = point<2>(graph);
-    std::optional<Distance> nearest;
-    for (const OutlinePiece& piece : outline(corners)) {
-        const Distance d = distance_from(piece, p);
-        nearest = !nearest ? d : Distance{select(d.unsigned_ - nearest->unsigned_, d.signed_, nearest->signed_),
-                                          min(d.unsigned_, nearest->unsigned_)};
-    }
-    // Nothing is nearer than the lines that all of it lies to the left of. This changes no value, but far away intervals can
-    // hardly tell edges that face the point from those that face away.
-    const std::vector<Vector<2>> hull = convex_hull(corners);
-    Value result = nearest->signed_;
-    for (std::size_t i = 0; i < hull.size(); ++i) {
-        const Vector<2> way = hull[(i + 1) % hull.size()] - hull[i], across{way[1], -way[0]};
-        result = max(result, dot(p - hull[i], normalized(across)));
-    }
-    return model<2>(graph, result);
+    const std::vector<Edge> all = edges(graph, corners);
+    const int turn = convex_turn(all);
+    return model<2>(graph, turn ? convex(graph, all, turn) : even_odd(graph, all));
 }
 
 Object vesica(const Arguments& a) {

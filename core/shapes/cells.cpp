@@ -6,6 +6,7 @@
 #include <memory>
 #include <queue>
 
+#include "formula/jumps.h"
 #include "formula/scratch.h"
 #include "parallel.h"
 
@@ -24,13 +25,16 @@ bool may_be_zero(const BoxBatch& boxes, int i) {
 }
 
 /// What the boxes decide about lane `lane`, as bytes that can be compared.
-std::vector<std::uint8_t> signature(std::span<const Decision> decisions, int lane) {
+std::vector<std::uint8_t> signature(const Tape& tape, std::span<const Decision> decisions, int lane) {
     std::vector<std::uint8_t> result;
     result.reserve(decisions.size());
-    for (const Decision& d : decisions) {
-        const bool first = d.first >> lane & 1, second = d.second >> lane & 1;
+    for (std::size_t i = 0; i < decisions.size(); ++i) {
+        const Decision& d = decisions[i];
+        const Op op = tape.decisions()[i];
+        const bool first = op != Op::atan2 && d.first >> lane & 1;
+        const bool second = !is_rounding(op) && d.second >> lane & 1;
         result.push_back(static_cast<std::uint8_t>(first | second << 1));
-        if (!first) continue;
+        if (!first || !is_rounding(op)) continue;
         const auto value = std::bit_cast<std::array<std::uint8_t, 4>>(d.value[lane]);
         result.insert(result.end(), value.begin(), value.end());
     }
@@ -48,8 +52,8 @@ class Cells::Builder {
 public:
     explicit Builder(std::uint32_t budget) : budget_(budget) {}
 
-    void build(const Tape& tape, std::array<int, 3> at, int level) {
-        build(add_node(), tape, at, level);
+    void build(const Tape& tape, bool smooth, std::array<int, 3> at, int level) {
+        build(add_node(), tape, smooth, at, level);
     }
 
     Cells result;
@@ -57,11 +61,12 @@ public:
 private:
     struct Child {
         int index;
-        std::shared_ptr<const Tape> tape;
+        std::shared_ptr<const Tape> tape;  // of its own; none if its parent's is no less simple
+        bool smooth;                       // no jumps but those that select the whole formula
     };
 
-    void build(std::int32_t node, const Tape& tape, std::array<int, 3> at, int level) {
-        for (const auto& [index, own] : occupied(tape, at, level + 1)) {
+    void build(std::int32_t node, const Tape& tape, bool smooth, std::array<int, 3> at, int level) {
+        for (const auto& [index, own, child_smooth] : occupied(tape, smooth, at, level + 1)) {
             const Tape& child_tape = own ? *own : tape;
             const std::array<int, 3> corner = child_at(at, level + 1, index);
             std::int32_t child;
@@ -69,7 +74,7 @@ private:
                 child = CellGrid::leaf(add_cell(child_tape, node, corner, level + 1));
             } else {
                 child = add_node();
-                build(child, child_tape, corner, level + 1);
+                build(child, child_tape, child_smooth, corner, level + 1);
             }
             result.children_[static_cast<std::size_t>(64 * node + index)] = child;
         }
@@ -108,10 +113,10 @@ private:
     }
 
     /// The children that the surface may pass, each with its own tape where that is simpler than the parent's.
-    std::vector<Child> occupied(const Tape& tape, std::array<int, 3> at, int level) {
+    std::vector<Child> occupied(const Tape& tape, bool smooth, std::array<int, 3> at, int level) {
         const FormulaKernels& kernels = best_formula_kernels();
         void* memory = scratch(tape.code().registers);
-        decisions_.resize(static_cast<std::size_t>(tape.decisions()));
+        decisions_.resize(tape.decisions().size());
         std::vector<Child> children;
         std::vector<std::pair<std::vector<std::uint8_t>, std::shared_ptr<const Tape>>> known;
         for (int start = 0; start < 64; start += kernels.lanes) {
@@ -121,10 +126,10 @@ private:
             kernels.bounds(tape.code(), boxes, decisions_.data(), memory);
             for (int lane = 0; lane < kernels.lanes; ++lane) {
                 if (!may_be_zero(boxes, lane)) continue;
-                Child child{index[lane], nullptr};
+                Child child{index[lane], nullptr, smooth};
                 // The greater of two that is never taken may still be NaN, and so make all of the formula NaN.
                 if (boxes.partly >> lane & 1) forget_extremes(tape, lane);
-                std::vector<std::uint8_t> key = signature(decisions_, lane);
+                std::vector<std::uint8_t> key = signature(tape, decisions_, lane);
                 if (decides(key)) {
                     const auto same = std::find_if(known.begin(), known.end(),
                                                    [&](const auto& k) { return k.first == key; });
@@ -139,19 +144,36 @@ private:
             }
         }
         narrow(children, tape, at, level);
+        if (!smooth) take_out_jumps(children, tape, at, level);
         return children;
     }
 
     /// Takes back what a box decided, but for the branches of select.
     void forget_extremes(const Tape& tape, int lane) {
-        std::size_t at = 0;
-        for (const Node& node : tape.expression().nodes()) {
-            if (!is_decision(node.op)) continue;
-            Decision& decision = decisions_[at++];
-            if (node.op == Op::select) continue;
-            decision.first &= ~(1u << lane);
-            decision.second &= ~(1u << lane);
+        for (std::size_t i = 0; i < decisions_.size(); ++i) {
+            if (tape.decisions()[i] == Op::select) continue;
+            decisions_[i].first &= ~(1u << lane);
+            decisions_[i].second &= ~(1u << lane);
         }
+    }
+
+    /// Gives children formulas in which each side of a jump is by itself, and leaves out those that are empty then.
+    void take_out_jumps(std::vector<Child>& children, const Tape& parent, std::array<int, 3> at, int level) {
+        std::vector<Child> left;
+        for (Child& child : children) {
+            const Tape& tape = child.tape ? *child.tape : parent;
+            child.smooth = std::none_of(tape.decisions().begin(), tape.decisions().end(), may_jump);
+            if (!child.smooth) {
+                const auto apart = with_jumps_outside(tape.expression(), boxes_of(at, level, &child.index, 1));
+                if (apart && apart->nodes().back().op == Op::constant) continue;
+                if (apart) {
+                    child.tape = std::make_shared<Tape>(*apart);
+                    child.smooth = true;
+                }
+            }
+            left.push_back(std::move(child));
+        }
+        children = std::move(left);
     }
 
     /// Leaves out the children that slopes show to be empty. Children of one tape are looked at together.
@@ -216,12 +238,12 @@ Cells::Cells(const Expression& f) {
     // The root's children are built apart, by all threads, and put together in order.
     const Tape tape(f);
     Builder root(0);
-    const std::vector<Builder::Child> children = root.occupied(tape, {0, 0, 0}, 1);
+    const std::vector<Builder::Child> children = root.occupied(tape, false, {0, 0, 0}, 1);
     std::vector<Builder> subtrees(children.size(), Builder(max_cells / 64));
     parallel_for(children.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const Tape& own = children[i].tape ? *children[i].tape : tape;
-            subtrees[i].build(own, Builder::child_at({0, 0, 0}, 1, children[i].index), 1);
+            subtrees[i].build(own, children[i].smooth, Builder::child_at({0, 0, 0}, 1, children[i].index), 1);
         }
     });
 

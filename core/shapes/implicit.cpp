@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "formula/jumps.h"
 #include "formula/scratch.h"
 #include "formula/tape.h"
 
@@ -21,7 +22,7 @@ Expression in_own_coordinates(const Expression& f, const Bounds& bounds, const d
     const Value axes[3] = {graph.x(), graph.y(), graph.z()};
     Value p[3];
     for (int axis = 0; axis < 3; ++axis) p[axis] = axes[axis] * half_side + center[axis];
-    Value value = graph.substitute(f, p[0], p[1], p[2]);
+    Value value = graph.substitute(without_modulo(f), p[0], p[1], p[2]);
     for (int axis = 0; axis < 3; ++axis) {
         const double half = 0.5 * (bounds.high[axis] - bounds.low[axis]) / half_side;
         value = max(value, abs(axes[axis]) - half * (1 - 1e-6));
@@ -70,7 +71,7 @@ std::optional<Bounds> find_bounds(const Expression& f) {
     constexpr double reach = 1e9;
     const FormulaKernels& kernels = best_formula_kernels();
     const Tape tape(f);
-    std::vector<Decision> decisions(static_cast<std::size_t>(tape.decisions()));
+    std::vector<Decision> decisions(tape.decisions().size());
     void* const memory = scratch(tape.code().registers);
     std::string why = "an expression that is bounded, got one whose inside reaches beyond 1e9 from the origin";
     // A formula that overflows far out says nothing there; nearer, it may.

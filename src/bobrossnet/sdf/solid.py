@@ -38,6 +38,9 @@ class Solid(words.SDF, Implicit):
         Implicit.__init__(self, words.formula(function, 3), bounds)
         self._k = None
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (*super().__reduce__()[:2], {"_k": self._k})
+
     def save(
         self,
         path: str | os.PathLike[str],
@@ -76,7 +79,7 @@ class Solid(words.SDF, Implicit):
                 "shapes are traced, not turned into triangles"
             )
         path = check_picture_path(path)
-        shape = Implicit(self.expression, self.bounds if bounds is None else bounds)
+        shape = self if bounds is None else Implicit(self.expression, bounds)
         write_picture(path, to_8_bit(trace(shape, camera, size=size).gray))
 
     def generate(self, *args: Any, **kwargs: Any) -> NoReturn:

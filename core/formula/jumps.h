@@ -1,0 +1,23 @@
+/// Jumps taken out of formulas.
+///
+/// Repeated shapes are formulas with jumps: floor(x) within which everything else is computed. Where a box holds such a
+/// jump, bounds are those of both sides mixed, and useless. f = select(c, f before the jump, f after it) has the same
+/// values, but each side is bounded by itself; only on the surface c = 0 the one becomes the other.
+#pragma once
+
+#include <optional>
+
+#include "formula/evaluate.h"
+#include "formula/expression.h"
+
+namespace bob {
+
+/// The formula with every a mod b written as a - b floor(a / b).
+[[nodiscard]] Expression without_modulo(const Expression& f);
+
+/// A formula with the same signs and roots in the first of the boxes, in which selects stand outside of everything that
+/// may jump there; a constant where there is no root. Nothing if there are more jumps than three, or of other kinds than
+/// selects, roundings between two numbers, and angles at their cut.
+[[nodiscard]] std::optional<Expression> with_jumps_outside(const Expression& f, const BoxBatch& box);
+
+}  // namespace bob
