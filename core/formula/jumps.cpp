@@ -17,9 +17,11 @@ struct Jump {
     float low = 0;  // of a rounding: the number before or after the jump, whichever is lower
 };
 
+enum class Sign { positive, negative, mixed };
+
 /// What a box tells of a formula.
 struct Survey {
-    enum { positive, negative, mixed } sign;
+    Sign sign;
     Expression simpler;         // as far as the box decides
     std::optional<Jump> jump;   // in `simpler`: one that the box leaves open, a rounding or an angle rather than a select
     bool is_select = false;     // the jump is that of a select
@@ -56,9 +58,9 @@ Survey survey(const Expression& f, BoxBatch box) {
     };
     const Tape tape(f);
     decide(tape);
-    if (box.least[0] >= 0 || box.nowhere & 1) return {Survey::positive, f, {}};
-    if (box.most[0] < 0) return {Survey::negative, f, {}};
-    Survey result{Survey::mixed, f, {}};
+    if (box.least[0] >= 0 || box.nowhere & 1) return {Sign::positive, f, {}};
+    if (box.most[0] < 0) return {Sign::negative, f, {}};
+    Survey result{Sign::mixed, f, {}};
     if (!(box.partly & 1)) {
         result.simpler = tape.specialised(decisions, 0);
         if (!(result.simpler == f)) decide(Tape(result.simpler));
@@ -125,16 +127,21 @@ Expression on_side(const Expression& f, const Jump& jump, bool before) {
 
 Value same(Graph& graph, const Expression& f) { return graph.substitute(f, graph.x(), graph.y(), graph.z()); }
 
-std::optional<Value> taken_out(Graph& graph, const Expression& f, const BoxBatch& box, int jumps_left) {
+/// A formula without inner jumps, and its sign where the box tells.
+struct Apart {
+    Value value;
+    Sign sign;
+};
+
+std::optional<Apart> taken_out(Graph& graph, const Expression& f, const BoxBatch& box, int jumps_left) {
     const Survey found = survey(f, box);
-    if (found.sign != Survey::mixed) {
-        // Beside a jump, its slope is still asked for: what jumps from below zero to above is a surface with a normal.
-        return jumps_left < max_jumps ? same(graph, found.simpler)
-                                      : graph.constant(found.sign == Survey::positive ? 1 : -1);
+    // Selects that are too many stay inside: most that people write do not jump at all. Where the sign is known, the
+    // formula is still asked for its slope: what jumps from below zero to above is a surface with a normal.
+    if (found.sign != Sign::mixed || (jumps_left == 0 && found.is_select)) {
+        return Apart{same(graph, found.simpler), found.sign};
     }
     if (found.other_jumps) return std::nullopt;
-    // Selects that are too many stay inside: most that people write do not jump at all.
-    if (!found.jump || (jumps_left == 0 && found.is_select)) return same(graph, found.simpler);
+    if (!found.jump) return Apart{same(graph, found.simpler), found.sign};
     if (jumps_left == 0) return std::nullopt;
     const auto before = taken_out(graph, on_side(found.simpler, *found.jump, true), box, jumps_left - 1);
     if (!before) return std::nullopt;
@@ -146,7 +153,9 @@ std::optional<Value> taken_out(Graph& graph, const Expression& f, const BoxBatch
         const auto operand = [&](int k) { return k < operands(node.op) ? values[node.operand[k]] : Value{}; };
         values.push_back(graph.like(node, operand(0), operand(1), operand(2)));
     }
-    return select(condition(found.simpler.nodes()[found.jump->at], *found.jump, values), *before, *after);
+    const Value jumps_at = condition(found.simpler.nodes()[found.jump->at], *found.jump, values);
+    return Apart{select(jumps_at, before->value, after->value),
+                 before->sign == after->sign ? before->sign : Sign::mixed};
 }
 
 }  // namespace
@@ -164,9 +173,10 @@ Expression without_modulo(const Expression& f) {
 
 std::optional<Expression> with_jumps_outside(const Expression& f, const BoxBatch& box) {
     Graph graph;
-    const auto value = taken_out(graph, f, box, max_jumps);
-    if (!value) return std::nullopt;
-    return graph.expression(*value);
+    const auto apart = taken_out(graph, f, box, max_jumps);
+    if (!apart) return std::nullopt;
+    if (apart->sign == Sign::mixed) return graph.expression(apart->value);
+    return graph.expression(graph.constant(apart->sign == Sign::positive ? 1 : -1));
 }
 
 }  // namespace bob
