@@ -380,22 +380,23 @@ def main() -> None:
     traces = [partial(bob.trace, scene, CAMERA, size=SIZE) for scene in scenes]
     threads = bob.thread_count()
 
-    heading(f"Building cells: milliseconds, {threads} threads")
+    heading(f"Implicit surfaces, building: milliseconds, {threads} threads")
     columns = ["shape", "steps", "cells", "all before the first ray", "number of cells", "MiB"]
     table(columns, [build_row(example) for example in shapes])
 
-    heading("Tracing every pixel of 640x480: millions of rays per second")
+    heading("Implicit surfaces, every pixel of 640x480: millions of rays per second")
     columns = ["shape", "ms", f"{threads} threads", "1 thread", f"{threads} threads / 1", "unresolved rays"]
     rows = [trace_row(example, trace) for example, trace in zip(shapes, traces, strict=True)]
     table(columns, rows)
     print(f"\nCSG example, every pixel, {threads} threads: {rows[0][1]} ms; asked for: 60")
 
-    heading("Beside sphere tracing in numpy, one thread: millions of rays per second")
+    heading("Implicit surfaces beside sphere tracing in numpy, one thread: millions of rays per second")
     ratios = [f"ours / numpy, {threads} threads", "1 thread"]
     columns = ["shape", "steepest slope", "numpy", *ratios, "it misses", "it adds", "depth off by, in radii"]
     table(columns, [numpy_row(*each) for each in zip(shapes, scenes, traces, strict=True)])
 
-    heading(f"Beside a mesh whose picture is as good: gray within {EQUAL:.4f}, milliseconds, {threads} threads")
+    equal = f"Implicit surfaces beside a mesh whose picture is as good: gray within {EQUAL:.4f}"
+    heading(f"{equal}, milliseconds, {threads} threads")
     columns = [
         "shape",
         "grid",
