@@ -12,11 +12,15 @@ namespace bob {
 /// scale * a + offset: sums and products with constants, negation.
 constexpr Op affine = static_cast<Op>(op_count);
 
+/// 20 bytes, without gaps: code that is the same is the same in memory.
 struct Instruction {
     Op op;
+    std::uint8_t unused = 0;
     std::uint16_t out, a, b, c;  // registers; 0 where there is no operand
-    float scale, offset;         // of `affine`; a constant's value is in offset, a power's exponent in scale
+    std::uint16_t unused_too = 0;
+    float scale, offset;  // of `affine`; a constant's value is in offset, a power's exponent in scale
 };
+static_assert(sizeof(Instruction) == 20);
 
 /// A formula as instructions in order; registers 0, 1 and 2 hold x, y and z.
 struct Code {

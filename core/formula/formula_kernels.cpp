@@ -320,17 +320,20 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         active &= ~(passed & (b >= t_end));
         // On past the piece, with a wider one; or to where f may be zero at the soonest, with a narrower one.
         const F skip = min(0.99f * reach, length - finest);
-        const M skips = split & (skip > 0.125f * length);
-        a = passed ? b : (skips ? a + skip : a);
-        width = passed ? (at_jump ? t_end : width + width) : maximum(0.5f * (b - a), finest);
+        M skips = split & (skip > 0.125f * length);
+        if (any(skips)) {
+            F jump_after_skip = to_jump;
+            const F there = a + skip;
+            const F f_there = may_jump ? along.with_slope(there, jump_after_skip).value : along.value(there);
+            skips &= (f_there < F{}) == (fa < F{});  // rounding may see the soonest root later than it is
+            a = skips ? there : a;
+            fa = skips ? f_there : fa;
+            to_jump = skips ? jump_after_skip : to_jump;
+        }
+        a = passed ? b : a;
         fa = passed ? fb : fa;
         to_jump = passed ? jump_after_b : to_jump;
-        if (any(skips & active)) {
-            F jump_after_a = to_jump;
-            const F f_skipped = may_jump ? along.with_slope(a, jump_after_a).value : along.value(a);
-            fa = skips ? f_skipped : fa;
-            to_jump = skips ? jump_after_a : to_jump;
-        }
+        width = passed ? (at_jump ? t_end : width + width) : 0.5f * (b - a);
     }
     store_some(rays.t, any(found) ? refined(along, bracket, found, finest) : F{}, rays.count);
     rays.found = bits(found);

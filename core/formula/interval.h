@@ -30,7 +30,8 @@ inline Interval meet(Interval a, float low, float high) {
     return {maximum(a.low, constant(low)), minimum(a.high, constant(high))};
 }
 inline Interval widened(Interval a, float relative, float absolute) {
-    return {a.low - (abs(a.low) * relative + absolute), a.high + (abs(a.high) * relative + absolute)};
+    const F most = constant(std::numeric_limits<float>::max());  // so that infinities stay what they are
+    return {a.low - min(abs(a.low) * relative + absolute, most), a.high + min(abs(a.high) * relative + absolute, most)};
 }
 /// The hull of values that grow with x, at both ends of it; a few units in the last place are added.
 template <class Function>

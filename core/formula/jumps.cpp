@@ -17,43 +17,55 @@ struct Jump {
     float low = 0;  // of a rounding: the number before or after the jump, whichever is lower
 };
 
+enum class Sign { positive, negative, mixed };
+
 /// What a box tells of a formula.
 struct Survey {
-    enum { positive, negative, mixed } sign;
-    Expression simpler;       // as far as the box decides
-    std::optional<Jump> jump; // the first in `simpler` that the box leaves open
-    bool other_jumps = false; // that can't be taken out
+    Sign sign;
+    Expression simpler;         // as far as the box decides
+    std::optional<Jump> jump;   // in `simpler`: one that the box leaves open, a rounding or an angle rather than a select
+    bool is_select = false;     // the jump is that of a select
+    bool other_jumps = false;   // that can't be taken out
 };
 
-Survey survey(const Expression& f, BoxBatch box) {
-    const FormulaKernels& kernels = best_formula_kernels();
-    const auto decide = [&](const Tape& tape) {
-        std::vector<Decision> decisions(tape.decisions().size());
-        kernels.bounds(tape.code(), box, decisions.data(), scratch(tape.code().registers));
-        return decisions;
-    };
-    const Tape tape(f);
-    std::vector<Decision> decisions = decide(tape);
-    if (box.least[0] >= 0 || box.nowhere & 1) return {Survey::positive, f, {}};
-    if (box.most[0] < 0) return {Survey::negative, f, {}};
-    Survey result{Survey::mixed, box.partly & 1 ? f : tape.specialised(decisions, 0), {}};
-
-    decisions = decide(Tape(result.simpler));
+/// The jumps that a box leaves open.
+void find_jumps(const std::vector<Node>& nodes, const std::vector<Decision>& decisions, Survey& survey) {
+    std::optional<Jump> of_select;
     std::size_t next = 0;
-    const std::vector<Node>& nodes = result.simpler.nodes();
     for (std::uint32_t i = 0; i < nodes.size(); ++i) {
-        if (!is_decision(nodes[i].op)) continue;
+        const Op op = nodes[i].op;
+        if (!is_decision(op)) continue;
         const Decision& decision = decisions[next++];
         const bool first = decision.first & 1, second = decision.second & 1;
-        if (nodes[i].op == Op::select && !first && !second) {
-            if (!result.jump) result.jump = Jump{i};
-        } else if (nodes[i].op == Op::atan2 && first) {
-            if (!result.jump) result.jump = Jump{i};
-        } else if (is_rounding(nodes[i].op) && !first) {
-            if (!second) result.other_jumps = true;
-            if (second && !result.jump) result.jump = Jump{i, decision.value[0]};
+        if (op == Op::select && !first && !second) {
+            if (!of_select) of_select = Jump{i};
+        } else if (op == Op::atan2 && first) {
+            if (!survey.jump) survey.jump = Jump{i};
+        } else if (is_rounding(op) && !first) {
+            survey.other_jumps = survey.other_jumps || !second;
+            if (second && !survey.jump) survey.jump = Jump{i, decision.value[0]};
         }
     }
+    survey.is_select = !survey.jump && of_select;
+    if (!survey.jump) survey.jump = of_select;
+}
+
+Survey survey(const Expression& f, BoxBatch box) {
+    std::vector<Decision> decisions;
+    const auto decide = [&](const Tape& tape) {
+        decisions.assign(tape.decisions().size(), {});
+        best_formula_kernels().bounds(tape.code(), box, decisions.data(), scratch(tape.code().registers));
+    };
+    const Tape tape(f);
+    decide(tape);
+    if (box.least[0] >= 0 || box.nowhere & 1) return {Sign::positive, f, {}};
+    if (box.most[0] < 0) return {Sign::negative, f, {}};
+    Survey result{Sign::mixed, f, {}};
+    if (!(box.partly & 1)) {
+        result.simpler = tape.specialised(decisions, 0);
+        if (!(result.simpler == f)) decide(Tape(result.simpler));
+    }
+    find_jumps(result.simpler.nodes(), decisions, result);
     return result;
 }
 
@@ -115,11 +127,21 @@ Expression on_side(const Expression& f, const Jump& jump, bool before) {
 
 Value same(Graph& graph, const Expression& f) { return graph.substitute(f, graph.x(), graph.y(), graph.z()); }
 
-std::optional<Value> taken_out(Graph& graph, const Expression& f, const BoxBatch& box, int jumps_left) {
+/// A formula without inner jumps, and its sign where the box tells.
+struct Apart {
+    Value value;
+    Sign sign;
+};
+
+std::optional<Apart> taken_out(Graph& graph, const Expression& f, const BoxBatch& box, int jumps_left) {
     const Survey found = survey(f, box);
-    if (found.sign != Survey::mixed) return graph.constant(found.sign == Survey::positive ? 1 : -1);
+    // Selects that are too many stay inside: most that people write do not jump at all. Where the sign is known, the
+    // formula is still asked for its slope: what jumps from below zero to above is a surface with a normal.
+    if (found.sign != Sign::mixed || (jumps_left == 0 && found.is_select)) {
+        return Apart{same(graph, found.simpler), found.sign};
+    }
     if (found.other_jumps) return std::nullopt;
-    if (!found.jump) return same(graph, found.simpler);
+    if (!found.jump) return Apart{same(graph, found.simpler), found.sign};
     if (jumps_left == 0) return std::nullopt;
     const auto before = taken_out(graph, on_side(found.simpler, *found.jump, true), box, jumps_left - 1);
     if (!before) return std::nullopt;
@@ -131,7 +153,9 @@ std::optional<Value> taken_out(Graph& graph, const Expression& f, const BoxBatch
         const auto operand = [&](int k) { return k < operands(node.op) ? values[node.operand[k]] : Value{}; };
         values.push_back(graph.like(node, operand(0), operand(1), operand(2)));
     }
-    return select(condition(found.simpler.nodes()[found.jump->at], *found.jump, values), *before, *after);
+    const Value jumps_at = condition(found.simpler.nodes()[found.jump->at], *found.jump, values);
+    return Apart{select(jumps_at, before->value, after->value),
+                 before->sign == after->sign ? before->sign : Sign::mixed};
 }
 
 }  // namespace
@@ -149,9 +173,10 @@ Expression without_modulo(const Expression& f) {
 
 std::optional<Expression> with_jumps_outside(const Expression& f, const BoxBatch& box) {
     Graph graph;
-    const auto value = taken_out(graph, f, box, max_jumps);
-    if (!value) return std::nullopt;
-    return graph.expression(*value);
+    const auto apart = taken_out(graph, f, box, max_jumps);
+    if (!apart) return std::nullopt;
+    if (apart->sign == Sign::mixed) return graph.expression(apart->value);
+    return graph.expression(graph.constant(apart->sign == Sign::positive ? 1 : -1));
 }
 
 }  // namespace bob

@@ -15,9 +15,9 @@ namespace bob {
 /// The formula with every a mod b written as a - b floor(a / b).
 [[nodiscard]] Expression without_modulo(const Expression& f);
 
-/// A formula with the same signs and roots in the first of the boxes, in which selects stand outside of everything that
-/// may jump there; a constant where there is no root. Nothing if there are more jumps than three, or of other kinds than
-/// selects, roundings between two numbers, and angles at their cut.
+/// A formula with the same signs and roots in the first of the boxes, in which up to three selects stand outside of
+/// everything that jumps there; a constant where there is no root. Nothing if more roundings and angles jump there, or a
+/// rounding between more than two numbers.
 [[nodiscard]] std::optional<Expression> with_jumps_outside(const Expression& f, const BoxBatch& box);
 
 }  // namespace bob

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace bob {
 namespace {
@@ -72,7 +73,7 @@ private:
 }  // namespace
 
 
-Tape::Tape(const Expression& expression) : expression_(expression) {
+Tape::Tape(Expression expression) : expression_(std::move(expression)) {
     const std::vector<Node>& nodes = expression_.nodes();
     const auto count = static_cast<std::uint32_t>(nodes.size());
 
@@ -99,7 +100,8 @@ Tape::Tape(const Expression& expression) : expression_(expression) {
             place[i] = static_cast<std::uint16_t>(static_cast<int>(step.op) - static_cast<int>(Op::x));
             continue;
         }
-        Instruction instruction{step.op, 0, 0, 0, 0, static_cast<float>(step.scale), static_cast<float>(step.offset)};
+        Instruction instruction{.op = step.op, .out = 0, .a = 0, .b = 0, .c = 0,
+                                .scale = static_cast<float>(step.scale), .offset = static_cast<float>(step.offset)};
         std::uint16_t* const slots[3] = {&instruction.a, &instruction.b, &instruction.c};
         for (int k = 0; k < operands_of(step); ++k) *slots[k] = place[step.operand[k]];
         // An operand's register may take the result: every step reads its operands before it writes.

@@ -11,7 +11,7 @@ namespace bob {
 
 class Tape {
 public:
-    explicit Tape(const Expression& expression);
+    explicit Tape(Expression expression);
 
     /// The formula within box `lane`, where less needs to be computed: what is never chosen is left out.
     [[nodiscard]] Expression specialised(std::span<const Decision> decisions, int lane) const;

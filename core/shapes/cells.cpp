@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <queue>
+#include <string_view>
+#include <unordered_map>
 
 #include "formula/jumps.h"
 #include "formula/scratch.h"
@@ -12,9 +16,6 @@
 
 namespace bob {
 namespace {
-
-/// Cells with longer code are cut once more: fewer of its branches are left in smaller cells, and rays waste less of it.
-constexpr std::size_t short_code = 1000;
 
 constexpr float finest = 2.f / Cells::grid;
 
@@ -70,8 +71,8 @@ private:
             const Tape& child_tape = own ? *own : tape;
             const std::array<int, 3> corner = child_at(at, level + 1, index);
             std::int32_t child;
-            if (is_leaf(child_tape, level + 1)) {
-                child = CellGrid::leaf(add_cell(child_tape, node, corner, level + 1));
+            if (is_leaf(child_smooth, level + 1)) {
+                child = CellGrid::leaf(add_cell(child_tape.code(), corner, level + 1));
             } else {
                 child = add_node();
                 build(child, child_tape, child_smooth, corner, level + 1);
@@ -86,10 +87,12 @@ private:
         return static_cast<std::int32_t>(children / 64);
     }
 
-    bool is_leaf(const Tape& tape, int level) {
+    /// The last level is for jumps that are too many in one cell. All else is traced faster in larger cells, which more
+    /// rays share: a cut more made a tanglecube twice as slow, and a third as many ops in a cell saved less.
+    bool is_leaf(bool smooth, int level) {
         if (level == max_levels) return true;
         if (level < max_levels - 1) return false;
-        if (tape.code().count <= short_code) return true;
+        if (smooth) return true;
         if (result.cells_.size() < budget_) return false;
         result.coarse_ = true;
         return true;
@@ -167,7 +170,7 @@ private:
                 const auto apart = with_jumps_outside(tape.expression(), boxes_of(at, level, &child.index, 1));
                 if (apart && apart->nodes().back().op == Op::constant) continue;
                 if (apart) {
-                    child.tape = std::make_shared<Tape>(*apart);
+                    child.tape = std::make_shared<Tape>(std::move(*apart));
                     child.smooth = true;
                 }
             }
@@ -204,21 +207,25 @@ private:
         children = std::move(left);
     }
 
-    /// A cell with its code, which cells of one node share where their tapes are the same.
-    std::uint32_t add_cell(const Tape& tape, std::int32_t node, std::array<int, 3> at, int level) {
-        const Code code = tape.code();
-        if (node != written_for_) written_.clear();
-        written_for_ = node;
-        auto known = std::find_if(written_.begin(), written_.end(), [&](const auto& w) { return w.first == &tape; });
-        if (known == written_.end()) {
-            written_.emplace_back(&tape, static_cast<std::uint32_t>(result.instructions_.size()));
-            known = written_.end() - 1;
+    /// A cell with its code; cells whose code is the same share it.
+    std::uint32_t add_cell(const Code& code, std::array<int, 3> at, int level) {
+        const std::size_t size = code.count * sizeof(Instruction);
+        const std::string_view bytes(reinterpret_cast<const char*>(code.instructions), size);
+        std::vector<std::uint32_t>& same_hash = written_[std::hash<std::string_view>{}(bytes)];
+        const auto known = std::find_if(same_hash.begin(), same_hash.end(), [&](std::uint32_t first) {
+            return first + code.count <= result.instructions_.size() &&
+                   std::memcmp(result.instructions_.data() + first, code.instructions, size) == 0;
+        });
+        const std::uint32_t first = known != same_hash.end() ? *known
+                                                             : static_cast<std::uint32_t>(result.instructions_.size());
+        if (known == same_hash.end()) {
+            same_hash.push_back(first);
             result.instructions_.insert(result.instructions_.end(), code.instructions,
                                         code.instructions + code.count);
         }
         result.max_code_ = std::max(result.max_code_, static_cast<std::uint32_t>(code.count));
         result.max_registers_ = std::max(result.max_registers_, code.registers);
-        result.cells_.push_back({known->second, static_cast<std::uint32_t>(code.count),
+        result.cells_.push_back({first, static_cast<std::uint32_t>(code.count),
                                  static_cast<std::uint16_t>(code.registers), static_cast<std::uint16_t>(code.result),
                                  {static_cast<std::uint8_t>(at[0]), static_cast<std::uint8_t>(at[1]),
                                   static_cast<std::uint8_t>(at[2])},
@@ -228,8 +235,7 @@ private:
 
     std::uint32_t budget_;
     std::vector<Decision> decisions_;
-    std::vector<std::pair<const Tape*, std::uint32_t>> written_;
-    std::int32_t written_for_ = -1;
+    std::unordered_map<std::size_t, std::vector<std::uint32_t>> written_;  // where code of a hash starts
 
     friend class Cells;
 };

@@ -192,20 +192,27 @@ void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std
     sort_by_cell(keys, spare, static_cast<std::uint32_t>(cells_.cells().size()));
     for_each_batch(keys, kernels.lanes, [&](std::uint32_t cell, const std::uint32_t* items, int count) {
         float point[3][max_lanes], gradient[3][max_lanes], value[max_lanes];
-        for (int lane = 0; lane < count; ++lane) {
-            const Ray& ray = rays[items[lane]];
-            const Vec3 p = ray.origin + hits[items[lane]].t * ray.direction;
-            for (int axis = 0; axis < 3; ++axis) point[axis][lane] = p[axis];
-        }
         const float* const points[3] = {point[0], point[1], point[2]};
         float* const gradients[3] = {gradient[0], gradient[1], gradient[2]};
-        kernels.gradients(cells_.code(cells_.cells()[cell]), points, count, value, gradients, memory);
-        for (int lane = 0; lane < count; ++lane) {
-            const Vec3 direction = rays[items[lane]].direction;
-            const Vec3 normal = normalized(Vec3{gradient[0][lane], gradient[1][lane], gradient[2][lane]});
-            // Where there is no gradient, the surface is taken to face the ray.
-            const bool none = dot(normal, normal) == 0;
-            normals[items[lane]] = none ? -normalized(direction) : dot(normal, direction) > 0 ? -normal : normal;
+        std::uint32_t without = (1u << count) - 1;
+        // A distance has no gradient where it is zero to the bit; just before the hit it has.
+        for (const float before : {0.f, 1e-5f}) {
+            for (int lane = 0; lane < count; ++lane) {
+                const Ray& ray = rays[items[lane]];
+                const Vec3 p = ray.origin + (hits[items[lane]].t - before / length(ray.direction)) * ray.direction;
+                for (int axis = 0; axis < 3; ++axis) point[axis][lane] = p[axis];
+            }
+            kernels.gradients(cells_.code(cells_.cells()[cell]), points, count, value, gradients, memory);
+            for (int lane = 0; lane < count; ++lane) {
+                if (!(without >> lane & 1)) continue;
+                const Vec3 direction = rays[items[lane]].direction;
+                const Vec3 normal = normalized(Vec3{gradient[0][lane], gradient[1][lane], gradient[2][lane]});
+                const bool none = dot(normal, normal) == 0;
+                // Where there is none there either, the surface is taken to face the ray.
+                normals[items[lane]] = none ? -normalized(direction) : dot(normal, direction) > 0 ? -normal : normal;
+                if (!none) without &= ~(1u << lane);
+            }
+            if (!without) break;
         }
     });
 }

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 USAGE_ERROR = 2
 INTERRUPTED = 130
 
-FILES = "mesh files and scenes (.bob); without any, the built-in scene"
+FILES = "mesh files, shape scripts (.sdf), formulas (.vm) and scenes (.bob); without any, the built-in scene"
 UP = "the models' axis that points up; y turns them upright (default: z)"
 
 
@@ -100,7 +100,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     info.set_defaults(run=_info)
     info.add_argument(
-        "file", metavar="FILE", help="a mesh file, a scene, a .safetensors file, or the name of shipped weights"
+        "file", metavar="FILE", help="a model or a scene, a .safetensors file, or the name of shipped weights"
     )
 
     train = commands.add_parser("train", help="train a network", description="Train a network.")
@@ -137,7 +137,10 @@ def _render(options: argparse.Namespace) -> None:
     out = check_picture_path(options.out)
     camera = bob.Camera(options.azimuth, options.elevation, options.roll, options.zoom)
     model = load_model(options.model)
+    start = time.perf_counter()
     scene = _scene(options)
+    scene.core  # noqa: B018  built here, so that its time is not taken for the rays'
+    ready_ms = 1000 * (time.perf_counter() - start)
     height, width = options.size
 
     def timed_trace(what: str, fraction: float) -> tuple[bob.GBuffer, float]:
@@ -154,9 +157,6 @@ def _render(options: argparse.Namespace) -> None:
             )
         return gbuffer, 1000 * (time.perf_counter() - start)
 
-    start = time.perf_counter()
-    scene.core  # noqa: B018  built here, so that its time is not taken for the rays'
-    build_ms = 1000 * (time.perf_counter() - start)
     part, trace_ms = timed_trace("tracing", options.fraction)
     if height * width <= BAND:  # a larger picture is no matter of milliseconds, and is not completed twice
         bob.complete(part, model=model)  # the first run fetches memory
@@ -165,7 +165,7 @@ def _render(options: argparse.Namespace) -> None:
     complete_ms = 1000 * (time.perf_counter() - start)
 
     rays = int(part.mask.sum())
-    print(f"scene      {scene.describe()}, built in {build_ms:.0f} ms")
+    print(f"scene      {scene.describe()}, loaded and built in {ready_ms:.0f} ms")
     print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {rays:,} rays in {trace_ms:.1f} ms")
     print(f"completed  in {complete_ms:.1f} ms")
     if options.panels:
@@ -182,6 +182,8 @@ def _render(options: argparse.Namespace) -> None:
         )
     else:
         picture = to_8_bit(image)
+    if scene.unresolved_rays:
+        print(f"unresolved {scene.unresolved_rays:,} rays passed places that may or may not be surface")
     write_picture(out, picture)
     print(f"wrote      {out}")
 

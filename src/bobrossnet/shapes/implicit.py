@@ -59,13 +59,20 @@ class Implicit(Shape):
             try:
                 bounds = _core.find_bounds(self.expression)
             except ValueError as error:
-                raise InputError(f"shape: {error}; cut it, or give bounds=((x0, y0, z0), (x1, y1, z1))") from None
+                raise InputError(f"shape: expected {error}; cut it, or give bounds=((x0, y0, z0), (x1, y1, z1))") from None
             if bounds is None:
-                raise InputError("shape: expected a formula that is negative somewhere, got one that never is")
+                raise InputError(
+                    "shape: expected a formula that is negative somewhere within 1e9 of the origin, got one that never is"
+                )
         surface = _core.Implicit(self.expression, bounds)
         if not surface.cells:
             raise InputError("shape: expected a surface within the bounds, got none")
         return surface
+
+    @property
+    def cells(self) -> int:
+        """How many cells of space the surface passes, each of which has a formula of its own."""
+        return self._surface.cells
 
     @property
     def unresolved_rays(self) -> int:
@@ -90,7 +97,7 @@ class Implicit(Shape):
         surface = self._surface
         return {
             "formula": f"{len(self.expression):,} steps: {self.expression}",
-            "cells": f"{surface.cells:,}, {surface.bytes / 2**20:.1f} MiB",
+            "cells": f"{self.cells:,}, {surface.bytes / 2**20:.1f} MiB",
         }
 
     def tensors(self) -> dict[str, NDArray[Any]]:

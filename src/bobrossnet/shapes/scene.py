@@ -21,6 +21,7 @@ from bobrossnet.shapes.affine import (
     from_unit_sphere,
     to_unit_sphere,
 )
+from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape, bounding_sphere
@@ -69,13 +70,25 @@ class Scene:
 
     def describe(self) -> str:
         """What is in it, in a few words."""
-        shapes, triangles = len(self.instances), self.triangle_count
-        return f"{shapes} shape{'s' * (shapes > 1)}" + f", {triangles:,} triangles" * (triangles > 0)
+        counts = {"shape": len(self.instances), "triangle": self.triangle_count, "cell": self.cell_count}
+        return ", ".join(f"{count:,} {noun}{'s' * (count > 1)}" for noun, count in counts.items() if count)
 
     @property
     def triangle_count(self) -> int:
         """Triangles of all meshes, those of a mesh in several places counted in each."""
         return sum(len(i.shape.triangles) for i in self.instances if isinstance(i.shape, Mesh))
+
+    @property
+    def cell_count(self) -> int:
+        """Cells of all implicit surfaces, those of a surface in several places counted in each."""
+        return sum(i.shape.cells for i in self.instances if isinstance(i.shape, Implicit))
+
+    @property
+    def unresolved_rays(self) -> int:
+        """How many rays so far passed places of an implicit surface that could not be told from it:
+        `Implicit.unresolved_rays` of all shapes, in whatever scenes they were traced."""
+        shapes = {id(i.shape): i.shape for i in self.instances}
+        return sum(shape.unresolved_rays for shape in shapes.values() if isinstance(shape, Implicit))
 
     def turned_upright(self) -> Scene:
         """The same scene with what is stored as y up, the habit of games and films, turned to z up."""
