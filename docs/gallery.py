@@ -1,5 +1,5 @@
-"""Draws the gallery: every word of the modelling language, and what can be made of them. Writes docs/gallery.md with the
-code of each picture, the sheets of pictures in docs/gallery, and docs/shapes.png, the README's strip of them.
+"""Draws the gallery: every word of the modelling language, and what can be made of them. Writes docs/gallery.md with
+the code of each picture, the sheets of pictures in docs/gallery, and docs/shapes.png, the README's strip of them.
 
 python docs/gallery.py
 """
@@ -31,8 +31,8 @@ ABOVE = bob.Camera(azimuth=-90, elevation=90)
 
 @dataclass(frozen=True)
 class Section:
-    """Pictures that share a sheet: the code of each by its caption, `columns` in a row. The last line of the code is what
-    is drawn."""
+    """Pictures that share a sheet, `columns` in a row: the code of each by its caption. What the last line of the code
+    makes is drawn."""
 
     title: str
     code: dict[str, str]
@@ -83,13 +83,13 @@ FLAT_SHAPES = {
 }
 
 OPERATIONS_ON_SOLIDS = {
-    "union": "box(1.4).union(sphere(0.7, center=(0.7, -0.7, 0.7)), k=0.2)",
+    "union": "box(1.4).union(sphere(0.5, center=(0, 0, 0.9)), k=0.3)",
     "difference": "box(1.4).difference(sphere(0.7, center=(0.7, -0.7, 0.7)), k=0.1)",
     "intersection": "box(1.4).intersection(sphere(0.9), k=0.1)",
     "blend": "box(1.4).blend(octahedron(1.2))",
     "negate": "box(1.4) & sphere(0.85).negate()",
-    "dilate": "octahedron(1) | octahedron(1).dilate(0.2) & plane(-X)",
-    "erode": "octahedron(1) & plane(-X) | octahedron(1).erode(0.2)",
+    "dilate": "box(1.2) | box(1.2).dilate(0.2) & plane(X)",
+    "erode": "torus(1, 0.4) & plane(-X) | torus(1, 0.4).erode(0.2)",
     "shell": "sphere(1).shell(0.15) & plane((-1, 1, -1))",
     "repeat": "sphere(0.4).repeat(1, count=(2, 1, 0))",
     "translate": "box(0.8) | box(0.8).translate((1.2, 0, 0.6))",
@@ -98,7 +98,7 @@ OPERATIONS_ON_SOLIDS = {
     "rotate": "box((2, 0.6, 0.3)) | box((2, 0.6, 0.3)).rotate(pi / 3, Z).translate(Z)",
     "rotate_to": "capped_cone(-Z, Z, 0.5, 0.1).rotate_to(X + Z, Z)",
     "orient": "capped_cone(-Z, Z, 0.5, 0.1).orient(X)",
-    "circular_array": "capsule(ORIGIN, X, 0.2).circular_array(7, 0.8)",
+    "circular_array": "capsule(ORIGIN, X, 0.25).circular_array(7, 0.8)",
     "twist": "box((1, 1, 3)).twist(pi / 6) & cylinder(1)",
     "bend": "box((3, 0.5, 0.5)).bend(0.5) & cylinder(2)",
     "bend_linear": "capsule(-2 * X, 2 * X, 0.25).bend_linear(-X, X, Z, ease.in_out_quad)",
@@ -129,9 +129,7 @@ OPERATIONS_ON_FLAT_SHAPES = {
     "revolve": "hexagon(0.4).revolve(1)",
 }
 
-EASINGS = {
-    word.name: f"ribbon.bend_linear(-X, X, 2 * Y, ease.{word.name})" for word in WORDS if word.kind == "easing"
-}
+EASINGS = {word.name: f"ribbon.bend_linear(-X, X, 2 * Y, ease.{word.name})" for word in WORDS if word.kind == "easing"}
 
 FORMULAS = {
     "tanglecube": """
@@ -164,7 +162,7 @@ def mandelbulb(x, y, z):
 bob.implicit(mandelbulb, bounds=((-1.3, -1.3, -1.3), (1.3, 1.3, 1.3)))
 """,
     "superquadric": """
-bob.implicit(lambda x, y, z: (np.abs(x) ** 2.5 + np.abs(y) ** 2.5) ** 0.5 + np.abs(z) ** 1.5 - 1)
+bob.implicit(lambda x, y, z: np.abs(x) ** 0.5 + np.abs(y) ** 0.5 + np.abs(z) ** 0.5 - 1)
 """,
     "heart": """
 def heart(x, y, z):
@@ -205,7 +203,7 @@ bob.implicit(trefoil, bounds=((-2, -2, -1), (2, 2, 1)))
     "metaballs": """
 def metaballs(x, y, z):
     centers = [(np.cos(2 * i), np.sin(2 * i), 0.4 * np.sin(5 * i)) for i in range(6)]
-    return 3 - sum(1 / ((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2) for a, b, c in centers)
+    return 3 - sum(0.6 / ((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2) for a, b, c in centers)
 
 bob.implicit(metaballs)
 """,
@@ -265,13 +263,14 @@ trees = [tree, tree.scale(0.6).translate((1.8, 0.5, -0.3)), tree.scale(0.5).tran
 """,
     "materials": """
 ball = sphere(1)
-rough, plain, bright = (bob.Material(gray, specular=specular, shininess=shininess) for gray, specular, shininess in [
-    ("#808080", 0, 1), ("#c0c0c0", 0.2, 32), ("#404040", 0.9, 200)])
-[bob.Instance(ball, material=each).translate((2.2 * i, 0, 0)) for i, each in enumerate([rough, plain, bright])]
+chalk = bob.Material("#e0e0e0", ambient=0.2, diffuse=0.8, specular=0)
+wax = bob.Material("#ffffff", diffuse=0.6, specular=0.4, shininess=8)
+pearl = bob.Material("#b0b0b0", diffuse=0.8, specular=0.6, shininess=200)
+[bob.Instance(ball, material=each).translate((2.2 * i, 0, 0)) for i, each in enumerate([chalk, wax, pearl])]
 """,
     "a table": """
 top = rounded_box((4, 2.4, 0.2), 0.08)
-leg = bob.Instance(capped_cone(-2 * Z, ORIGIN, 0.08, 0.15), material=bob.Material("#606060"))
+leg = bob.Instance(capped_cone(-2 * Z, ORIGIN, 0.08, 0.15), material=bob.Material("#b0b0b0"))
 legs = [leg.translate((x, y, 0)) for x in (-1.6, 1.6) for y in (-0.9, 0.9)]
 vase = bob.Instance(bob.load("examples/vase.sdf").instances[0].shape).scale(0.3).translate((0.8, 0, 0.75))
 tree = bob.Instance(bob.happy_tree()).scale(0.5).translate((-0.8, 0, 0.55))
@@ -297,10 +296,15 @@ SECTIONS = [
         camera=ABOVE,
     ),
     Section("Formulas", FORMULAS, columns=4),
-    Section("Programs", PROGRAMS, "Scripts are in [examples](../examples); [scripts.md](scripts.md) describes them.", columns=4),
+    Section(
+        "Programs",
+        PROGRAMS,
+        "Scripts are in [examples](../examples); [scripts.md](scripts.md) describes them.",
+        columns=4,
+    ),
     Section("Scenes", SCENES, columns=3),
 ]
-HIGHLIGHTS = ["constructive solid geometry", "gyroid", "gear.sdf", "tanglecube", "a wood"]
+HIGHLIGHTS = ["constructive solid geometry", "gyroid", "gear.sdf", "tanglecube", "vase.sdf", "a wood"]
 
 
 # ---- Pictures --------------------------------------------------------------------------------------------
@@ -343,9 +347,9 @@ def strip() -> NDArray[np.uint8]:
 
 HEAD = """# Gallery
 
-What the [modelling language](modelling.md) can say, and what else can be traced: each picture's code stands below it, after
-`from bobrossnet.sdf import *` and `import bobrossnet as bob`; `bob.trace` draws what the last line makes. Every pixel is
-traced.
+What the [modelling language](modelling.md) can say, and what else can be traced: each picture's code stands below it,
+after `from bobrossnet.sdf import *` and `import bobrossnet as bob`; `bob.trace` draws what the last line makes. Every
+pixel is traced.
 
 Made by docs/gallery.py.
 """

@@ -7,9 +7,11 @@ from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import bobrossnet as bob
+from bobrossnet.sdf.words import WORDS
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = sorted(
@@ -31,14 +33,16 @@ def write_ply(file, mesh):
     file.write_text(head + "\n".join(rows) + "\n")
 
 
-def test_readme_example_runs(tmp_path, monkeypatch, capsys):
-    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+def test_readme_examples_run(tmp_path, monkeypatch, capsys):
+    code, modelling = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     monkeypatch.chdir(tmp_path)
     write_ply(tmp_path / "bunny.ply", bob.happy_tree())
     names = {}
     exec(code, names)
     assert names["image"].shape == (480, 640)
     assert "100% in" in capsys.readouterr().out
+    exec(modelling, {})
+    assert (tmp_path / "part.png").exists()
 
 
 @pytest.mark.parametrize("name", ["bobrossnet", *MODULES])
@@ -58,6 +62,34 @@ def test_what_is_made_from_the_modelling_table_is_current():
     spec.loader.exec_module(modelling)
     for path, text in modelling.files().items():
         assert path.read_text() == text, f"{path}: run python docs/modelling.py"
+
+
+@pytest.fixture
+def gallery(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    monkeypatch.chdir(ROOT)
+    return import_module("gallery")
+
+
+def test_gallery_shows_every_word(gallery):
+    shown = {section.title: section.code for section in gallery.SECTIONS}
+    for title, belongs in import_module("modelling").SECTIONS:
+        words = [word.name for word in WORDS if belongs(word)]
+        assert list(shown[title]) == words
+        for word, code in shown[title].items():
+            call = rf"ease\.{word}\)" if title == "Easing functions" else rf"\b{word}\("
+            assert re.search(call, code), f"{title}: {word} isn't in {code}"
+
+
+def test_gallery_pictures_have_something_on_them(gallery):
+    for section in gallery.SECTIONS:
+        for caption in section.code:
+            picture, _ = gallery.draw(section, caption, 16)
+            assert np.count_nonzero(picture) > 8, f"{section.title}: {caption}"
+
+
+def test_gallery_page_is_current(gallery):
+    assert (ROOT / "docs/gallery.md").read_text() == gallery.document(), "run python docs/gallery.py"
 
 
 def test_readme_map_is_the_tree():
