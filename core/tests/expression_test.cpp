@@ -81,7 +81,7 @@ double evaluate_each(const std::vector<bob::Node>& nodes, const double* p, Chang
 TEST(ops_pass_nan_on) {
     for (int i = static_cast<int>(Op::negate); i < bob::op_count; ++i) {
         const Op op = static_cast<Op>(i);
-        for (int k = 0; k < operands(op); ++k) {
+        for (int k = 0; k < (op == Op::select ? 1 : operands(op)); ++k) {
             const double a[] = {k == 0 ? no_number : -1, k == 1 ? no_number : 2, k == 2 ? no_number : 3};
             CHECK(std::isnan(evaluate(op, 2, a[0], a[1], a[2])));
         }
