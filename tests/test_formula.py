@@ -127,8 +127,9 @@ def test_nothing_and_something_infinite() -> None:
     assert special(lambda x: np.tanh(x * 1e6), -1) == -1
     for function in (np.sqrt, np.log, lambda x: np.minimum(np.sqrt(x), 0), lambda x: np.sqrt(x) * 0):
         assert np.isnan(special(function, -1))
-    # A choice is NaN where either side is, since formulas pass NaN on; numpy looks at the side that was chosen.
-    assert np.isnan(special(lambda x: np.where(x > 0, np.sqrt(x), 0), -1))
+    # A choice is NaN only where the side that was chosen is, as numpy's.
+    assert special(lambda x: np.where(x > 0, np.sqrt(x), 0), -1) == 0
+    assert np.isnan(special(lambda x: np.where(x < 0, np.sqrt(x), 0), -1))
 
 
 # ---- Random formulas -------------------------------------------------------------------------------------
