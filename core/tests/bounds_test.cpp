@@ -69,7 +69,7 @@ void for_random_boxes(std::uint64_t seed, int count, Body body) {
         for (int i = 0; i < count; ++i) {
             const bob::Tape tape(test::simplified(test::random_expression(random, 1 + static_cast<int>(test::pick(random, 20)))));
             BoxBatch boxes = random_boxes(random);
-            std::vector<Decision> decisions(static_cast<std::size_t>(tape.decisions()));
+            std::vector<Decision> decisions(tape.decisions().size());
             kernels.bounds(tape.code(), boxes, decisions.data(), bob::scratch(tape.code().registers));
             body(random, tape, boxes, decisions);
         }
