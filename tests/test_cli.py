@@ -102,6 +102,92 @@ def test_a_bunny(tmp_path):
     assert pixels(out).shape == (480 + CAPTION_HEIGHT, 3 * 640 + 2 * GAP, 3)
 
 
+BALL = "sphere(1) - box(1.2)\n"
+
+
+@needs_models
+@pytest.mark.parametrize("name", ["colonnade", "hi", "prospero", "quarter", "tanglecube"])
+def test_formulas(name, tmp_path, capsys):
+    file, out = MODELS / f"implicit/{name}.vm", tmp_path / "out.png"
+    assert cli.main(["render", str(file), "--size", "160x120", "--fraction", "100%", "-o", str(out)]) == 0
+    shape = bob.load(file).instances[0].shape
+    printed = capsys.readouterr().out
+    assert f"scene      1 shape, {shape.cells:,} cells, loaded and built in " in printed
+    assert np.array_equal(pixels(out), np.rint(bob.trace(shape, size=(120, 160)).gray * 255))
+    unresolved = f"unresolved {shape.unresolved_rays:,} rays" if shape.unresolved_rays else "scene"
+    assert unresolved in printed
+    assert ("unresolved" in printed) == (shape.unresolved_rays > 0)
+    assert cli.main(["info", str(file)]) == 0
+    printed = capsys.readouterr().out
+    for line in (f"shape     implicit, '{name}.vm'", f"steps: {shape.expression}", f"cells     {shape.cells:,}, "):
+        assert line in printed
+
+
+@pytest.mark.parametrize("name", ["gear", "tower", "vase"])
+def test_shape_scripts(name, tmp_path, capsys):
+    file, out = Path(__file__).parents[1] / f"examples/{name}.sdf", tmp_path / "out.png"
+    assert cli.main(["render", str(file), "--size", "80x60", "--fraction", "2%", "-o", str(out)]) == 0
+    assert " cells, loaded and built in " in capsys.readouterr().out
+    assert pixels(out).shape == (60, 80)
+    assert cli.main(["info", str(file)]) == 0
+    assert f"implicit, '{name}.sdf'" in capsys.readouterr().out
+
+
+def test_meshes_beside_formulas(tmp_path, capsys):
+    (tmp_path / "a.obj").write_text(TRIANGLE)
+    (tmp_path / "b.sdf").write_text(BALL)
+    files = [str(tmp_path / "a.obj"), str(tmp_path / "b.sdf")]
+    assert cli.main(["pack", str(tmp_path / "s.bob"), *files, "--up", "y"]) == 0
+    scene = bob.load(tmp_path / "s.bob")
+    assert f"2 shapes, 1 triangle, {scene.cell_count:,} cells\n" in capsys.readouterr().out
+    assert bob.trace(scene, size=(40, 40)) == bob.trace(bob.load(files).turned_upright(), size=(40, 40))
+
+
+def test_rays_that_only_touch_are_told(tmp_path, capsys):
+    """Where x is 0, f is a billionth, of which bounds of max(x, -1.5 x) and its slopes can't know."""
+    (tmp_path / "a.vm").write_text(
+        "x var-x\ny var-y\nz var-z\nxx square x\nyy square y\nzz square z\nr const -0.25\n"
+        "xy add xx yy\nxyz add xy zz\nball add xyz r\n"
+        "k const -1.5\nback mul k x\nv max x back\nlittle const 1e-9\nsheet add v little\nf min ball sheet\n"
+    )
+    arguments = ["--size", "40x40", "--fraction", "1", "--azimuth", "0", "-o", str(tmp_path / "out.png")]
+    assert cli.main(["render", str(tmp_path / "a.vm"), *arguments]) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("unresolved ")]
+    assert len(told) == 1
+    assert told[0].endswith(" rays passed places that may or may not be surface")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.sdf", "f = sphere(1)\nf.rotat(3)\n", "a.sdf: line 2"),
+        ("a.sdf", "sphere(1\n", "a.sdf: line "),
+        ("a.sdf", "sphere(1)\nimport os\n", "a.sdf: line 2"),
+        ("a.sdf", "circle(1)\n", "a.sdf: "),
+        ("a.sdf", "", "a.sdf: "),
+        ("a.sdf", "plane()\n", "shape: expected an expression that is bounded"),
+        ("a.sdf", "sphere(1) - sphere(2)\n", "shape: expected a formula that is negative"),
+        ("a.sdf", "f = sphere(1)\nfor i in range(10 ** 9):\n    f |= sphere(i)\n", "a.sdf: line "),
+        ("a.vm", "a var-x\nb frobnicate a\n", "a.vm: line 2"),
+        ("a.vm", "a var-x\nb add a c\n", "a.vm: line 2"),
+        ("a.vm", "a const one\n", "a.vm: line 1"),
+        ("a.vm", "", "a.vm: "),
+        ("a.vm", "\x00\x01\x02", "a.vm: line 1"),
+    ],
+)
+def test_broken_formulas_get_one_line(name, content, message, tmp_path, capsys):
+    (tmp_path / name).write_text(content)
+    start = time.monotonic()
+    for command in (["render", "--size", "16x16", "-o", str(tmp_path / "out.png")], ["info"]):
+        assert cli.main([command[0], str(tmp_path / name), *command[1:]]) == 2
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        assert printed.err.startswith(f"bobrossnet: error: {message}")
+        assert printed.err.count("\n") == 1
+    assert time.monotonic() - start < 20
+    assert [file.name for file in tmp_path.iterdir()] == [name]
+
+
 def test_info_on_a_mesh(tmp_path, capsys):
     file = tmp_path / "a.obj"
     file.write_text(TRIANGLE)

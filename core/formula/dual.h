@@ -17,6 +17,8 @@ inline F acos(F a, Domain&) { return acos(a); }
 inline F modulo(F a, F b, Domain&) { return modulo(a, b); }
 inline F select(F a, F b, F c) { return is_nan(a) ? a : (a < F{} ? b : c); }
 
+inline void watch(F, Domain&) {}
+
 inline void set(F& a, float x) { a = constant(x); }
 inline void set(Interval& a, float x) { a = interval(x); }
 
@@ -36,6 +38,8 @@ inline M may_step(F, F) { return M{}; }
 inline M may_step(Interval, Interval rounded) { return ~(rounded.low == rounded.high); }
 inline M may_wrap(F, F) { return M{}; }
 inline M may_wrap(Interval a, Interval b) { return ~same_quotient(a, b); }
+inline M may_pole(F) { return M{}; }
+inline M may_pole(Interval a) { return holds_pole(a); }
 inline M may_cut(F, F) { return M{}; }
 inline M may_cut(Interval y, Interval x) { return crosses_cut(y, x); }
 
@@ -48,11 +52,23 @@ inline Interval share(Interval a, Interval h) {
     return choose(is_nan(h.high), unknown(), choose(apart, meet(quotient, -1, 1), all));
 }
 
+/// The slope s / root; 0 where s is 0 throughout, even if the root is.
+inline F over_root(F s, F root) { return s == F{} ? F{} : s / root; }
+inline Interval over_root(Interval s, Interval root) {
+    Domain of_slope;  // none at a root of zero, where there is a value
+    return choose((s.low == F{}) & (s.high == F{}), interval(0), divide(s, root, of_slope));
+}
+
 template <class N, int K>
 struct Dual {
     N value;
     N slope[K];
 };
+
+template <class N, int K>
+inline void watch(const Dual<N, K>& a, Domain& domain) {
+    watch(a.value, domain);
+}
 
 template <class N, int K>
 inline void set(Dual<N, K>& a, float x) {
@@ -117,8 +133,7 @@ inline Dual<N, K> power(const Dual<N, K>& a, int n) {
 template <class N, int K>
 inline Dual<N, K> sqrt(const Dual<N, K>& a, Domain& domain) {
     const N root = sqrt(a.value, domain), twice = scaled(root, 2, 0);
-    Domain of_slope;  // none at a root of zero, where there is a value
-    return chain(root, a, [&](N s) { return divide(s, twice, of_slope); });
+    return chain(root, a, [&](N s) { return over_root(s, twice); });
 }
 template <class N, int K>
 inline Dual<N, K> hypot(const Dual<N, K>& a, const Dual<N, K>& b) {
@@ -175,17 +190,18 @@ inline Dual<N, K> cos(const Dual<N, K>& a) {
 template <class N, int K>
 inline Dual<N, K> tan(const Dual<N, K>& a) {
     const N value = tan(a.value), slope = scaled(square(value), 1, 1);
-    return chain(value, a, [&](N s) { return slope * s; });
+    const M jumps = may_pole(a.value);
+    return chain(value, a, [&](N s) { return unless(jumps, slope * s); });
 }
 template <class N, int K>
 inline Dual<N, K> asin(const Dual<N, K>& a, Domain& domain) {
     const N root = sqrt(scaled(square(a.value), -1, 1), domain);
-    return chain(asin(a.value, domain), a, [&](N s) { return divide(s, root, domain); });
+    return chain(asin(a.value, domain), a, [&](N s) { return over_root(s, root); });
 }
 template <class N, int K>
 inline Dual<N, K> acos(const Dual<N, K>& a, Domain& domain) {
     const N root = sqrt(scaled(square(a.value), -1, 1), domain);
-    return chain(acos(a.value, domain), a, [&](N s) { return -divide(s, root, domain); });
+    return chain(acos(a.value, domain), a, [&](N s) { return -over_root(s, root); });
 }
 template <class N, int K>
 inline Dual<N, K> atan(const Dual<N, K>& a) {

@@ -28,6 +28,7 @@ inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domai
         N& out = registers[i->out];  // may be an operand's register
         if (i->op == affine) {
             out = scaled(a, i->scale, i->offset);
+            watch(out, domain);
             continue;
         }
         switch (i->op) {
@@ -62,6 +63,7 @@ inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domai
                 break;
             default: break;
         }
+        watch(out, domain);
     }
     return registers[code.result];
 }
@@ -129,7 +131,7 @@ struct Record {
             default:
                 d.first = bits(result.low == result.high);
                 d.second = bits(result.low + 1.f == result.high);
-                store(d.value, result.low);
+                store(d.value, result.low + 0.f);  // of zeros, the positive one
                 break;
         }
         return result;
@@ -155,7 +157,7 @@ void narrow(const Code& code, BoxBatch& boxes, void* scratch) {
     for (int axis = 0; axis < 3; ++axis) {
         p[axis] = {load<F>(boxes.low[axis]), load<F>(boxes.high[axis])};
         center[axis] = 0.5f * (p[axis].low + p[axis].high);
-        half[axis] = p[axis].high - center[axis];
+        half[axis] = maximum(p[axis].high - center[axis], center[axis] - p[axis].low);
     }
     Domain domain, at_center;
     const Slopes f = run(code, Slopes{p[0], {one, none, none}}, Slopes{p[1], {none, one, none}},
@@ -301,7 +303,7 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         const F reach = smooth ? (steepest > F{} ? abs(fa) / steepest : constant(infinity)) : F{};
         const M one_sided = (value.low >= F{}) | (value.high < F{}) | domain.nowhere | (reach > length);
         const M monotone = smooth & ((slope.low > F{}) | (slope.high < F{}));
-        const M narrow = (length <= finest) | at_jump;
+        const M narrow = (min(width, length) <= finest) | at_jump;  // far out, b - a is not the width to the last bit
         const M pole = narrow & ~(value.high - value.low < constant(infinity));
 
         const M crossing = active & differ & (monotone | (narrow & ~pole));
@@ -319,7 +321,7 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         const M passed = empty | given_up, split = active & ~passed;
         active &= ~(passed & (b >= t_end));
         // On past the piece, with a wider one; or to where f may be zero at the soonest, with a narrower one.
-        const F skip = min(0.99f * reach, length - finest);
+        const F skip = min(length - finest, 0.99f * reach);  // NaN, which skips nothing, where that is unknown
         M skips = split & (skip > 0.125f * length);
         if (any(skips)) {
             F jump_after_skip = to_jump;

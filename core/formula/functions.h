@@ -126,7 +126,9 @@ inline F atan2(F y, F x) {
     const F size_x = abs(x), size_y = abs(y);
     const M steep = size_y > size_x;
     const F ratio = (steep ? size_x : size_y) / (steep ? size_y : size_x);
-    F angle = atan_of_ratio((size_x == F{}) & (size_y == F{}) ? F{} : ratio);
+    // Of equal sizes, zeros and infinities have no ratio.
+    const F of_equals = size_x > F{} ? constant(1.f) : F{};
+    F angle = atan_of_ratio(size_x == size_y ? of_equals : ratio);
     angle = steep ? 1.57079632679489662f - angle : angle;
     angle = x < F{} ? 3.14159265358979324f - angle : angle;
     return copy_sign(angle, y);

@@ -21,6 +21,9 @@ struct Domain {
     M nowhere{};  // all points are NaN
 };
 
+/// Infinite values may become NaN in a later step: inf - inf, 0 * inf, sin(inf).
+inline void watch(const Interval& a, Domain& domain) { domain.partly |= ~(a.high - a.low < constant(infinity)); }
+
 inline Interval interval(float x) { return {constant(x), constant(x)}; }
 inline Interval unknown() { return {constant(-infinity), constant(infinity)}; }
 inline Interval choose(M mask, Interval a, Interval b) { return {mask ? a.low : b.low, mask ? a.high : b.high}; }
@@ -30,8 +33,10 @@ inline Interval meet(Interval a, float low, float high) {
     return {maximum(a.low, constant(low)), minimum(a.high, constant(high))};
 }
 inline Interval widened(Interval a, float relative, float absolute) {
-    const F most = constant(std::numeric_limits<float>::max());  // so that infinities stay what they are
-    return {a.low - min(abs(a.low) * relative + absolute, most), a.high + min(abs(a.high) * relative + absolute, most)};
+    // Infinite ends widen like the largest floats: inf - inf and 0 * inf would tell nothing.
+    const F largest = constant(std::numeric_limits<float>::max());
+    const F low = minimum(a.low, largest), high = maximum(a.high, -largest);
+    return {low - (min(abs(low), largest) * relative + absolute), high + (min(abs(high), largest) * relative + absolute)};
 }
 /// The hull of values that grow with x, at both ends of it; a few units in the last place are added.
 template <class Function>
@@ -75,7 +80,7 @@ inline Interval power(Interval a, int n) {
     return {power(base.low, n), power(base.high, n)};
 }
 inline Interval sqrt(Interval a, Domain& domain) {
-    domain.partly |= a.low < F{};
+    domain.partly |= ~(a.low >= F{});
     domain.nowhere |= a.high < F{};
     return {sqrt(maximum(a.low, F{})), sqrt(a.high)};
 }
@@ -91,18 +96,18 @@ inline Interval round(Interval a) { return {round(a.low), round(a.high)}; }
 
 inline Interval exp(Interval a) { return rising(a, [](F x) { return exp(x); }); }
 inline Interval log(Interval a, Domain& domain) {
-    domain.partly |= a.low < F{};
+    domain.partly |= ~(a.low >= F{});
     domain.nowhere |= a.high < F{};
     const Interval result = rising({maximum(a.low, F{}), a.high}, [](F x) { return log(x); });
     return widened(result, 0, 1e-6f);
 }
 inline Interval asin(Interval a, Domain& domain) {
-    domain.partly |= (a.low < constant(-1.f)) | (a.high > constant(1.f));
+    domain.partly |= ~((a.low >= constant(-1.f)) & (a.high <= constant(1.f)));
     domain.nowhere |= (a.low > constant(1.f)) | (a.high < constant(-1.f));
     return widened(rising(meet(a, -1, 1), [](F x) { return asin(x); }), 0, 1e-6f);
 }
 inline Interval acos(Interval a, Domain& domain) {
-    domain.partly |= (a.low < constant(-1.f)) | (a.high > constant(1.f));
+    domain.partly |= ~((a.low >= constant(-1.f)) & (a.high <= constant(1.f)));
     domain.nowhere |= (a.low > constant(1.f)) | (a.high < constant(-1.f));
     const Interval inside = meet(a, -1, 1);
     return widened({acos(inside.high), acos(inside.low)}, 2e-6f, 1e-6f);
@@ -159,7 +164,10 @@ inline Interval modulo(Interval a, Interval b, Domain& domain) {
     const F quotient = floor(a.low / b.low);
     const Interval smooth = {a.low - b.low * quotient, a.high - b.low * quotient};
     const Interval wrapped = {minimum(b.low, F{}) - slack, maximum(b.high, F{}) + slack};
-    return choose(same_quotient(a, b), smooth, choose(contains_zero(b), unknown(), wrapped));
+    // Quotients beyond 1e38 would be infinite.
+    const F largest = maximum(abs(a.low), abs(a.high)), divisor = minimum(abs(b.low), abs(b.high));
+    const M wraps = ~contains_zero(b) & (largest / divisor < constant(1e38f));
+    return choose(same_quotient(a, b), smooth, choose(wraps, wrapped, unknown()));
 }
 
 inline Interval select(Interval a, Interval b, Interval c) {

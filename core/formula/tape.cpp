@@ -48,6 +48,14 @@ Lowered lower(const std::vector<Node>& nodes, std::uint32_t i) {
     return {node.op, {node.operand[0], node.operand[1], node.operand[2]}, 0, 0};
 }
 
+/// With quotients in the place of powers below 1, which plain nodes may have, and Graph has not.
+Expression without_low_powers(Expression f) {
+    const auto low = [](const Node& node) { return node.op == Op::power && node.value < 1; };
+    if (std::none_of(f.nodes().begin(), f.nodes().end(), low)) return f;
+    Graph graph;
+    return graph.expression(graph.substitute(f, graph.x(), graph.y(), graph.z()));
+}
+
 int operands_of(const Lowered& step) { return step.op == affine ? 1 : operands(step.op); }
 
 /// Hands out registers and takes them back.
@@ -72,8 +80,7 @@ private:
 
 }  // namespace
 
-
-Tape::Tape(Expression expression) : expression_(std::move(expression)) {
+Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(expression))) {
     const std::vector<Node>& nodes = expression_.nodes();
     const auto count = static_cast<std::uint32_t>(nodes.size());
 

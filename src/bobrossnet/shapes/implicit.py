@@ -59,10 +59,13 @@ class Implicit(Shape):
             try:
                 bounds = _core.find_bounds(self.expression)
             except ValueError as error:
-                raise InputError(f"shape: expected {error}; cut it, or give bounds=((x0, y0, z0), (x1, y1, z1))") from None
+                raise InputError(
+                    f"shape: expected {error}; cut it, or give bounds=((x0, y0, z0), (x1, y1, z1))"
+                ) from None
             if bounds is None:
                 raise InputError(
-                    "shape: expected a formula that is negative somewhere within 1e9 of the origin, got one that never is"
+                    "shape: expected a formula that is negative somewhere within 1e9 of the origin, "
+                    "got one that never is"
                 )
         surface = _core.Implicit(self.expression, bounds)
         if not surface.cells:

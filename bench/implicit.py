@@ -1,0 +1,413 @@
+"""Implicit surfaces, traced directly, beside what else can be done with a formula: sphere tracing in numpy, and a mesh.
+
+The rivals see the same formula, written as a plain function of numpy's, through the same camera. Sphere tracing goes on
+by f / L, where L is the steepest slope of f; the mesh is what marching cubes make of f, as fine as its picture needs to
+be as good as the direct one. Quality stands beside speed: what sphere tracing gets wrong, and how far off the mesh is.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from report import MODELS, heading, in_turn, median_ratio, spread, table
+from skimage.measure import marching_cubes
+
+import bobrossnet as bob
+from bobrossnet import _core
+from bobrossnet.sdf import X, Y, box, cylinder, sphere
+
+Formula = Callable[[Any, Any, Any], Any]
+"""f(x, y, z) of numpy arrays that can be broadcast, of their dtype."""
+
+Floats = NDArray[np.floating[Any]]
+
+SIZE = (480, 640)
+CAMERA = bob.Camera()
+PIXELS = SIZE[0] * SIZE[1]
+RUNS = 5
+RIVAL_RUNS = 3
+GRIDS = (32, 48, 64, 96, 128, 192, 256)
+CUBE = np.array(((-1, -1, -1), (1, 1, 1)))
+EQUAL = 0.5 / 255
+"""A mesh is as good as the direct picture where gray differs by half a step of an 8-bit file in the mean over the
+object's pixels: what rounding to such a file costs at most."""
+
+# ---- Shapes ----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Example:
+    name: str
+    shape: bob.Implicit
+    formula: Formula  # of the same values as the shape's
+    far: float = np.inf
+    """Sphere tracing takes larger values for this one, so that only slopes where f is below it bound its steps."""
+
+
+def csg(x: Any, y: Any, z: Any) -> Any:
+    """The example of fogleman/sdf: sphere(1) & box(1.5) minus three cylinders of radius 0.5."""
+    xx, yy, zz = x * x, y * y, z * z
+    ball = np.sqrt(xx + yy + zz) - 1
+    beyond = [np.abs(axis) - 0.75 for axis in (x, y, z)]
+    outside = sum(np.square(np.maximum(each, 0)) for each in beyond)
+    cube = np.sqrt(outside) + np.minimum(np.maximum(np.maximum(beyond[0], beyond[1]), beyond[2]), 0)
+    holes = np.sqrt(np.minimum(np.minimum(xx + yy, yy + zz), xx + zz)) - 0.5
+    return np.maximum(np.maximum(ball, cube), -holes)
+
+
+def gyroid(x: Any, y: Any, z: Any) -> Any:
+    """Walls a fiftieth of the radius thick or so, in a ball."""
+    u, v, w = 10 * x, 10 * y, 10 * z
+    wall = np.abs(np.sin(u) * np.cos(v) + np.sin(v) * np.cos(w) + np.sin(w) * np.cos(u)) - 0.15
+    return np.maximum(wall, 10 * (np.sqrt(x * x + y * y + z * z) - 1))
+
+
+def mandelbulb(x: Any, y: Any, z: Any) -> Any:
+    """The points p for which p^8 + p is within 2 of the origin; the power is White and Nylander's, in closed form."""
+
+    def eightfold(c: Any, s: Any) -> tuple[Any, Any]:
+        """Cosine and sine of eight times an angle, from its own."""
+        c2 = 2 * c * c - 1
+        c4 = 2 * c2 * c2 - 1
+        return 2 * c4 * c4 - 1, 8 * s * c * c2 * c4
+
+    rho = np.sqrt(x * x + y * y)
+    rr = x * x + y * y + z * z
+    r = np.sqrt(rr)
+    cos_polar, sin_polar = eightfold(np.clip(z / r, -1, 1), np.clip(rho / r, 0, 1))
+    cos_azimuth, sin_azimuth = eightfold(np.clip(x / rho, -1, 1), np.clip(y / rho, -1, 1))
+    power = np.square(np.square(rr))
+    a, b, c = power * sin_polar * cos_azimuth + x, power * sin_polar * sin_azimuth + y, power * cos_polar + z
+    return np.sqrt(a * a + b * b + c * c) - 2
+
+
+def vm_formula(path: Path) -> Formula:
+    """A .vm file's formula, step by step in numpy."""
+    functions: Mapping[str, Callable[..., Any]] = {
+        "add": np.add,
+        "sub": np.subtract,
+        "mul": np.multiply,
+        "min": np.minimum,
+        "max": np.maximum,
+        "neg": np.negative,
+        "square": np.square,
+        "sqrt": np.sqrt,
+    }
+    lines = [line.split() for line in path.read_text().splitlines() if line and not line.startswith("#")]
+    last_use = {operand: i for i, (_, _, *operands) in enumerate(lines) for operand in operands}
+
+    def formula(x: Any, y: Any, z: Any) -> Any:
+        values: dict[str, Any] = {}
+        variables = {"var-x": x, "var-y": y, "var-z": z}
+        for i, (name, op, *operands) in enumerate(lines):
+            if op in variables:
+                values[name] = variables[op]
+            elif op == "const":
+                values[name] = float(operands[0])  # takes the arrays' dtype, which a numpy scalar would not
+            else:
+                values[name] = functions[op](*(values[operand] for operand in operands))
+            for operand in operands:
+                if last_use[operand] == i:
+                    values.pop(operand, None)  # temporaries stay in the cache
+        return values[lines[-1][0]]
+
+    return formula
+
+
+def cut(formula: Formula, bounds: NDArray[np.float64] | None) -> Formula:
+    """The formula within a box, where one is given."""
+    if bounds is None:
+        return formula
+    sides = [(float(low + high) / 2, float(high - low) / 2) for low, high in bounds.T]
+
+    def within(*p: Any) -> Any:
+        result = formula(*p)
+        for axis, (middle, half) in zip(p, sides, strict=True):
+            result = np.maximum(result, np.abs(axis - middle) - half)
+        return result
+
+    return within
+
+
+def examples() -> list[Example]:
+    holes = cylinder(0.5)
+    solid = (sphere(1) & box(1.5)) - (holes | holes.orient(X) | holes.orient(Y))
+    result = [
+        Example("CSG", solid, csg),
+        Example("gyroid", bob.implicit(gyroid), gyroid),
+        Example("Mandelbulb", bob.implicit(mandelbulb, 1.25 * CUBE), mandelbulb, far=1),
+    ]
+    path = MODELS / "implicit" / "colonnade.vm"
+    if path.is_file():
+        shape = bob.load(path).instances[0].shape
+        assert isinstance(shape, bob.Implicit)
+        result.append(Example("colonnade", shape, vm_formula(path)))
+    else:
+        print(f"skipped colonnade: no {path}; name the models' folder in BOBROSSNET_MODELS")
+    points = np.random.default_rng(0).uniform(-1, 1, (1000, 3))
+    for example in result:
+        assert np.allclose(example.formula(*points.T), example.shape.expression(points), 1e-9), example.name
+    return [replace(each, formula=cut(each.formula, each.shape.bounds)) for each in result]
+
+
+# ---- Sphere tracing in numpy -----------------------------------------------------------------------------
+
+
+def evaluate(formula: Formula, *points: Floats) -> Floats:
+    """f at points, x, y and z each (n,), in blocks that the cache holds."""
+    values = np.empty_like(points[0])
+    for start in range(0, len(values), 2**14):
+        block = slice(start, start + 2**14)
+        values[block] = formula(*(axis[block] for axis in points))
+    return values
+
+
+def gradient(formula: Formula, points: Floats, step: float) -> Floats:
+    """(3, n), of points (3, n), by central differences."""
+    result = np.empty_like(points)
+    for axis in range(3):
+        beside = np.zeros((3, 1), points.dtype)
+        beside[axis] = step
+        result[axis] = evaluate(formula, *(points + beside)) - evaluate(formula, *(points - beside))
+    return result / (2 * step)
+
+
+def steepest_slope(example: Example, scene: bob.Scene, count: int = 2**18) -> float:
+    """The largest gradient at random points of the bounding sphere, less those where f is far from 0."""
+    rng = np.random.default_rng(0)
+    direction = rng.normal(size=(3, count))
+    points = direction / np.linalg.norm(direction, axis=0) * np.cbrt(rng.random(count))
+    points = scene.center[:, None] + scene.radius * points
+    near = evaluate(example.formula, *points) < example.far
+    slopes = gradient(example.formula, points[:, near], 1e-5 * scene.radius)
+    return float(np.linalg.norm(slopes, axis=0).max())
+
+
+class Rays:
+    """The rays of a picture's pixels that meet the bounding sphere, from there on, as core/trace/camera.h has them.
+
+    Attributes
+    ----------
+    pixels : (n,) int, in row-major order
+    origin : (3, n) float32
+    direction : (3, 1) float32
+    length : (n,) float32, to where they leave the sphere
+    """
+
+    def __init__(self, scene: bob.Scene, camera: bob.Camera, size: tuple[int, int]) -> None:
+        height, width = size
+        a, e = np.radians((camera.azimuth, camera.elevation))
+        right = np.array((-np.sin(a), np.cos(a), 0))
+        toward = np.array((np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)))
+        up = np.cross(toward, right)
+        pixel = 2 / min(size)
+        y, x = ((0.5 + np.indices(size).reshape(2, -1)) - np.array(((height,), (width,))) / 2) * pixel
+        self.pixels = np.flatnonzero(x * x + y * y < 1)
+        x, y = x[self.pixels], -y[self.pixels]
+        z = np.sqrt(1 - x * x - y * y)
+        points = right[:, None] * x + up[:, None] * y + toward[:, None] * z
+        self.origin = (scene.center[:, None] + scene.radius * points).astype(np.float32)
+        self.direction = -toward[:, None].astype(np.float32)
+        self.length = (2 * scene.radius * z).astype(np.float32)
+
+
+def sphere_trace(example: Example, rays: Rays, steepest: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Where rays first meet the surface, (n,), NaN where they don't within a thousand steps; and the normals there,
+    (3, hits). Rays that have ended are left out of the steps after."""
+    found = np.full(len(rays.pixels), np.nan, np.float32)
+    ray, points, length = np.arange(len(found)), rays.origin.copy(), rays.length
+    t = np.zeros_like(length)
+    for _ in range(1000):
+        values = evaluate(example.formula, *points)
+        hit = np.abs(values) < 1e-4
+        found[ray[hit]] = t[hit]
+        step = np.minimum(values, example.far) / steepest
+        t += step
+        points += step * rays.direction
+        active = ~hit & (t < length)
+        if not active.all():
+            ray, points, length, t = ray[active], points[:, active], length[active], t[active]
+        if not len(ray):
+            break
+    hits = np.flatnonzero(~np.isnan(found))
+    slopes = gradient(example.formula, rays.origin[:, hits] + found[hits] * rays.direction, 1e-3)
+    return found, slopes / np.linalg.norm(slopes, axis=0)
+
+
+# ---- Meshes ----------------------------------------------------------------------------------------------
+
+
+def mesh_of(example: Example, scene: bob.Scene, cells: int) -> bob.Scene:
+    """What marching cubes find on a grid of so many points an axis, seen as the scene is."""
+    low, high = example.shape.bounding_box(np.eye(4))
+    low, high = low - 0.01 * (high - low), high + 0.01 * (high - low)
+    x, y, z = np.linspace(low, high, cells).T
+    values = np.empty((cells, cells, cells))
+    for i in range(cells):  # plane by plane, so that temporaries stay in the cache
+        values[i] = example.formula(x[i], y[:, None], z)
+    vertices, triangles, _, _ = marching_cubes(values, 0, spacing=(high - low) / (cells - 1))  # type: ignore[no-untyped-call]
+    result = bob.Scene(bob.Mesh(low + vertices, triangles))
+    result.center, result.radius = scene.center, scene.radius
+    return result
+
+
+def gray_error(mesh: bob.GBuffer, direct: bob.GBuffer) -> float:
+    """Mean difference of gray over the object's pixels."""
+    object_pixels = (mesh.depth > 0) | (direct.depth > 0)
+    return float(np.abs(mesh.gray - direct.gray)[object_pixels].mean())
+
+
+@dataclass(frozen=True)
+class MeshPicture:
+    cells: int
+    triangles: int
+    error: float
+    seconds: float  # sampling, marching, BVH and tracing
+
+
+def equal_mesh(example: Example, scene: bob.Scene, direct: bob.GBuffer) -> MeshPicture:
+    """The coarsest mesh whose picture is as good as the direct one, or the finest tried."""
+    for cells in GRIDS:
+        start = time.perf_counter()
+        mesh = mesh_of(example, scene, cells)
+        picture = bob.trace(mesh, CAMERA, size=SIZE)
+        seconds = time.perf_counter() - start
+        result = MeshPicture(cells, mesh.triangle_count, gray_error(picture, direct), seconds)
+        if result.error <= EQUAL:
+            break
+    return result
+
+
+# ---- The tables ------------------------------------------------------------------------------------------
+
+
+def build(shape: bob.Implicit) -> bob.Scene:
+    """A scene of the shape, ready for its first ray, from the formula."""
+    scene = bob.Scene(bob.Implicit(shape.expression, shape.bounds))
+    assert scene.core
+    return scene
+
+
+def build_row(example: Example) -> list[str]:
+    shape = example.shape
+    bounds = _core.find_bounds(shape.expression) if shape.bounds is None else shape.bounds
+    assert bounds is not None
+    seconds = in_turn({"cells": partial(_core.Implicit, shape.expression, bounds), "all": partial(build, shape)}, RUNS)
+    core = shape.core[0]
+    assert isinstance(core, _core.Implicit)
+    return [
+        example.name,
+        f"{len(shape.expression)}",
+        spread(seconds["cells"], 1e3),
+        spread(seconds["all"], 1e3),
+        f"{core.cells:,}",
+        f"{core.bytes / 2**20:.1f}",
+    ]
+
+
+def on_one_thread(run: Callable[[], object]) -> Callable[[], object]:
+    def alone() -> None:
+        threads = bob.thread_count()
+        bob.set_thread_count(1)
+        run()
+        bob.set_thread_count(threads)
+
+    return alone
+
+
+def trace_row(example: Example, trace: Callable[[], object]) -> list[str]:
+    before = example.shape.unresolved_rays
+    trace()
+    unresolved = example.shape.unresolved_rays - before
+    seconds = in_turn({"all": trace, "one": on_one_thread(trace)}, RUNS)
+    return [
+        example.name,
+        spread(seconds["all"], 1e3),
+        *(spread([PIXELS / s for s in seconds[threads]], 1e-6, 2) for threads in ("all", "one")),
+        f"{median_ratio(seconds['one'], seconds['all']):.2f}",
+        f"{unresolved:,}",
+    ]
+
+
+def numpy_row(example: Example, scene: bob.Scene, trace: Callable[[], bob.GBuffer]) -> list[str]:
+    steepest = steepest_slope(example, scene)
+    rays = Rays(scene, CAMERA, SIZE)
+    rival = partial(sphere_trace, example, rays, steepest)
+    seconds = in_turn({"all": trace, "one": on_one_thread(trace), "numpy": rival}, RIVAL_RUNS)
+    t, _ = rival()
+    depth = trace().depth.ravel()[rays.pixels]
+    theirs, ours = ~np.isnan(t), depth > 0
+    off = np.abs(t - rays.length / 2 + scene.radius * (2 * depth - 1))[theirs & ours] / scene.radius
+    return [
+        example.name,
+        f"{steepest:.3g}",
+        spread([PIXELS / s for s in seconds["numpy"]], 1e-6, 3),
+        f"{median_ratio(seconds['numpy'], seconds['all']):.1f}",
+        f"{median_ratio(seconds['numpy'], seconds['one']):.1f}",
+        f"{np.mean(ours & ~theirs):.2%}",
+        f"{np.mean(theirs & ~ours):.2%}",
+        f"{np.median(off):.1e}",
+    ]
+
+
+def mesh_row(example: Example, scene: bob.Scene, trace: Callable[[], bob.GBuffer]) -> list[str]:
+    direct = trace()
+    mesh = equal_mesh(example, scene, direct)
+    seconds = in_turn({"ours": lambda: bob.trace(build(example.shape), CAMERA, size=SIZE)}, RIVAL_RUNS)["ours"]
+    more = "" if mesh.error <= EQUAL else "> "
+    return [
+        example.name,
+        f"{more}{mesh.cells}",
+        f"{mesh.triangles:,}",
+        f"{mesh.error:.4f}",
+        f"{more}{1e3 * mesh.seconds:,.0f}",
+        spread(seconds, 1e3, 0),
+        f"{more}{mesh.seconds / statistics.median(seconds):.1f}",
+    ]
+
+
+def main() -> None:
+    shapes = examples()
+    scenes = [bob.Scene(example.shape) for example in shapes]
+    traces = [partial(bob.trace, scene, CAMERA, size=SIZE) for scene in scenes]
+    threads = bob.thread_count()
+
+    heading(f"Implicit surfaces, building: milliseconds, {threads} threads")
+    columns = ["shape", "steps", "cells", "all before the first ray", "number of cells", "MiB"]
+    table(columns, [build_row(example) for example in shapes])
+
+    heading("Implicit surfaces, every pixel of 640x480: millions of rays per second")
+    columns = ["shape", "ms", f"{threads} threads", "1 thread", f"{threads} threads / 1", "unresolved rays"]
+    rows = [trace_row(example, trace) for example, trace in zip(shapes, traces, strict=True)]
+    table(columns, rows)
+    print(f"\nCSG example, every pixel, {threads} threads: {rows[0][1]} ms; asked for: 60")
+
+    heading("Implicit surfaces beside sphere tracing in numpy, one thread: millions of rays per second")
+    ratios = [f"ours / numpy, {threads} threads", "1 thread"]
+    columns = ["shape", "steepest slope", "numpy", *ratios, "it misses", "it adds", "depth off by, in radii"]
+    table(columns, [numpy_row(*each) for each in zip(shapes, scenes, traces, strict=True)])
+
+    equal = f"Implicit surfaces beside a mesh whose picture is as good: gray within {EQUAL:.4f}"
+    heading(f"{equal}, milliseconds, {threads} threads")
+    columns = [
+        "shape",
+        "grid",
+        "triangles",
+        "gray off by",
+        "mesh, build and trace",
+        "ours, build and trace",
+        "mesh / ours",
+    ]
+    table(columns, [mesh_row(*each) for each in zip(shapes, scenes, traces, strict=True)])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,252 @@
+/// The formula evaluators over boxes: bounds of values, what boxes decide, and narrowing by slopes, against samples.
+#include "formula/text.h"
+#include "formulas.h"
+
+namespace {
+
+using bob::BoxBatch;
+using bob::Decision;
+using bob::Op;
+using test::estimate;
+using test::infinity;
+using test::Point;
+using test::Random;
+using test::values;
+
+/// Boxes of all sizes: points, flat ones, through zero, with corners where functions have their edges.
+BoxBatch random_boxes(Random& random) {
+    BoxBatch boxes{};
+    for (int lane = 0; lane < bob::max_lanes; ++lane) {
+        const float size = std::array{0.f, 1e-6f, 1e-3f, 0.03f, 0.3f, 1.f, 10.f, 1e4f}[test::pick(random, 8)];
+        for (int axis = 0; axis < 3; ++axis) {
+            const float corner = random() < 0.3f
+                                     ? std::array{0.f, 1.f, -1.f, 0.5f, -0.5f, 1.5707964f, 3.1415927f}[test::pick(random, 7)]
+                                     : random(-2, 2);
+            const float side = random() < 0.1f ? 0 : size * random();
+            const bool from = random() < 0.5f;
+            boxes.low[axis][lane] = from ? corner : corner - side;
+            boxes.high[axis][lane] = from ? corner + side : corner;
+        }
+    }
+    return boxes;
+}
+
+/// Points of a box: its corners, on its faces, where coordinates are 0, and within.
+std::vector<Point> samples(Random& random, const BoxBatch& boxes, int lane, int count) {
+    std::vector<Point> points;
+    for (int i = 0; i < count; ++i) {
+        Point p;
+        for (int axis = 0; axis < 3; ++axis) {
+            const float low = boxes.low[axis][lane], high = boxes.high[axis][lane];
+            p[axis] = i < 8                                               ? (i >> axis & 1 ? high : low)
+                      : random() < 0.1f                                   ? low
+                      : random() < 0.1f                                   ? high
+                      : random() < 0.1f && low <= 0 && high >= 0          ? 0
+                                                                          : random(low, high);
+            p[axis] = std::clamp(p[axis], low, high);
+        }
+        points.push_back(p);
+    }
+    return points;
+}
+
+std::string told(const bob::Expression& f, const BoxBatch& boxes, int lane, const Point& p, float value) {
+    std::ostringstream text;
+    text.precision(9);
+    text << value << " at " << p[0] << ", " << p[1] << ", " << p[2] << " of the box";
+    for (int axis = 0; axis < 3; ++axis) text << " " << boxes.low[axis][lane] << ".." << boxes.high[axis][lane];
+    text << " with bounds " << boxes.least[lane] << ".." << boxes.most[lane] << " of " << to_text(f) << ", "
+         << name(bob::isa());
+    return text.str();
+}
+
+/// Calls body(tape, boxes, decisions) for random formulas and boxes, bounded.
+template <class Body>
+void for_random_boxes(std::uint64_t seed, int count, Body body) {
+    test::for_each_isa([&] {
+        Random random(seed);
+        const bob::FormulaKernels& kernels = bob::best_formula_kernels();
+        for (int i = 0; i < count; ++i) {
+            const bob::Tape tape(test::simplified(test::random_expression(random, 1 + static_cast<int>(test::pick(random, 20)))));
+            BoxBatch boxes = random_boxes(random);
+            std::vector<Decision> decisions(static_cast<std::size_t>(tape.decisions()));
+            kernels.bounds(tape.code(), boxes, decisions.data(), bob::scratch(tape.code().registers));
+            body(random, tape, boxes, decisions);
+        }
+    });
+}
+
+}  // namespace
+
+TEST(bounds_hold_every_value) {
+    // To the last bit, with no tolerance. Bounds would be no use if they were always infinite, so some are counted.
+    int bounded = 0, all = 0;
+    for_random_boxes(1, 3000, [&](Random& random, const bob::Tape& tape, const BoxBatch& boxes, const auto&) {
+        for (int lane = 0; lane < bob::best_formula_kernels().lanes; ++lane) {
+            const bool partly = boxes.partly >> lane & 1, nowhere = boxes.nowhere >> lane & 1;
+            const float least = boxes.least[lane], most = boxes.most[lane];
+            bounded += nowhere || most - least < infinity;
+            ++all;
+            const std::vector<Point> points = samples(random, boxes, lane, 24);
+            const std::vector<float> got = values(tape, points);
+            for (std::size_t k = 0; k < points.size(); ++k) {
+                const bool within = std::isnan(got[k]) ? partly || nowhere : !nowhere && !(got[k] < least || got[k] > most);
+                if (!within) {
+                    test::fail(__FILE__, __LINE__, told(tape.expression(), boxes, lane, points[k], got[k]) +
+                                                       (partly ? ", partly" : "") + (nowhere ? ", nowhere" : ""));
+                }
+            }
+        }
+    });
+    CHECK_LT(all * 0.6, bounded);
+}
+
+TEST(bounds_are_sharp_where_each_variable_stands_once) {
+    // Ops over a box, against the hull of samples: no wider than a little.
+    test::for_each_isa([] {
+        const bob::FormulaKernels& kernels = bob::best_formula_kernels();
+        Random random(2);
+        for (int i = static_cast<int>(Op::negate); i < bob::op_count; ++i) {
+            const Op op = static_cast<Op>(i);
+            bob::Node node{.op = op, .operand = {0, 1, 2}, .value = 3};
+            if (op == Op::modulo) node.operand[1] = 3;
+            const bob::Tape tape(bob::Expression(
+                {{.op = Op::x}, {.op = Op::y}, {.op = Op::z}, {.op = Op::constant, .value = 1.5}, node}));
+            BoxBatch boxes{};
+            for (int lane = 0; lane < kernels.lanes; ++lane) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    const float a = random(0.05f, 0.95f), b = random(0.05f, 0.95f);
+                    boxes.low[axis][lane] = std::min(a, b);
+                    boxes.high[axis][lane] = std::max(a, b);
+                }
+            }
+            Decision decision;
+            kernels.bounds(tape.code(), boxes, &decision, bob::scratch(tape.code().registers));
+            for (int lane = 0; lane < kernels.lanes; ++lane) {
+                float least = infinity, most = -infinity;
+                for (const float value : values(tape, samples(random, boxes, lane, 8))) {
+                    least = std::min(least, value), most = std::max(most, value);
+                }
+                CHECK_EQ(boxes.partly >> lane & 1, 0u);
+                CHECK(boxes.least[lane] >= least - 1e-4f * (1 + std::fabs(least)));
+                CHECK(boxes.most[lane] <= most + 1e-4f * (1 + std::fabs(most)));
+            }
+        }
+    });
+}
+
+TEST(narrowed_bounds_hold_every_value) {
+    // Slopes bound f itself; what the kernels compute differs from it by rounding, at the sample and at the centre.
+    int narrowed = 0, all = 0;
+    for_random_boxes(3, 2000, [&](Random& random, const bob::Tape& tape, BoxBatch& boxes, const auto&) {
+        const bob::FormulaKernels& kernels = bob::best_formula_kernels();
+        BoxBatch narrow = boxes;
+        kernels.narrow(tape.code(), narrow, bob::scratch(tape.code().registers));
+        for (int lane = 0; lane < kernels.lanes; ++lane) {
+            CHECK(!(narrow.least[lane] < boxes.least[lane]) && !(narrow.most[lane] > boxes.most[lane]));
+            if (boxes.nowhere >> lane & 1) continue;
+            ++all;
+            if (test::same(narrow.least[lane], boxes.least[lane]) && test::same(narrow.most[lane], boxes.most[lane])) {
+                continue;
+            }
+            ++narrowed;
+            Point center;
+            for (int axis = 0; axis < 3; ++axis) {
+                center[axis] = 0.5f * (boxes.low[axis][lane] + boxes.high[axis][lane]);
+            }
+            const double at_center = estimate(tape.expression(), center).error;
+            const std::vector<Point> points = samples(random, boxes, lane, 16);
+            const std::vector<float> got = values(tape, points);
+            for (std::size_t k = 0; k < points.size(); ++k) {
+                // Slopes of angles vanish where squares of distances, beyond 1e19, are infinite.
+                const double error = estimate(tape.expression(), points[k]).error + at_center + 1e-15;
+                if (got[k] + error < narrow.least[lane] || got[k] - error > narrow.most[lane]) {
+                    test::fail(__FILE__, __LINE__, "narrowed: " + told(tape.expression(), narrow, lane, points[k], got[k]));
+                }
+            }
+        }
+    });
+    CHECK_LT(all * 0.05, narrowed);
+}
+
+TEST(narrowing_sees_what_cancels) {
+    // x - x^2 on a small box: bounds of values are off by the box's size, slopes by its square.
+    test::for_each_isa([] {
+        bob::Graph g;
+        const bob::Tape tape(g.expression(g.x() - square(g.x()) + 1));
+        BoxBatch boxes{};
+        std::fill_n(boxes.low[0], bob::max_lanes, 0.49f);
+        std::fill_n(boxes.high[0], bob::max_lanes, 0.51f);
+        const bob::FormulaKernels& kernels = bob::best_formula_kernels();
+        kernels.bounds(tape.code(), boxes, nullptr, bob::scratch(tape.code().registers));
+        CHECK(boxes.most[0] - boxes.least[0] > 0.03f);
+        kernels.narrow(tape.code(), boxes, bob::scratch(tape.code().registers));
+        CHECK(boxes.most[0] - boxes.least[0] < 0.001f);
+        CHECK(boxes.least[0] <= 1.2499f && boxes.most[0] >= 1.25f);
+    });
+}
+
+TEST(specialised_formulas_have_the_same_values_within_their_box) {
+    // To the bit, but where the algebra of what is left puts sums together otherwise.
+    int identical = 0, judged = 0, shorter = 0;
+    for_random_boxes(4, 2000, [&](Random& random, const bob::Tape& tape, const BoxBatch& boxes, const auto& decisions) {
+        for (int lane = 0; lane < bob::best_formula_kernels().lanes; ++lane) {
+            // Decisions leave out branches that may be NaN.
+            if ((boxes.partly | boxes.nowhere) >> lane & 1) continue;
+            const bob::Tape special(tape.specialised(decisions, lane));
+            if (special.code().count == tape.code().count) continue;
+            ++shorter;
+            const std::vector<Point> points = samples(random, boxes, lane, 16);
+            const std::vector<float> expected = values(tape, points), got = values(special, points);
+            for (std::size_t k = 0; k < points.size(); ++k) {
+                ++judged;
+                identical += test::same(got[k], expected[k]);
+                if (test::same(got[k], expected[k])) continue;
+                const double error = estimate(tape.expression(), points[k]).error;
+                if (std::fabs(got[k] - expected[k]) > 2 * error) {
+                    test::fail(__FILE__, __LINE__, told(tape.expression(), boxes, lane, points[k], expected[k]) +
+                                                       " became " + std::to_string(got[k]) + " of " +
+                                                       to_text(special.expression()));
+                }
+            }
+        }
+    });
+    CHECK_LT(1000, shorter);
+    CHECK_LT(judged * 0.85, identical);
+}
+
+TEST(boxes_decide) {
+    // min(x, y), max(x, y), |x|, select(x, y, z), floor(x), round(x): what a box decides, and what it leaves open.
+    test::for_each_isa([] {
+        struct Case {
+            Op op;
+            float x[2], y[2];
+            bool first, second;
+        };
+        const Case cases[] = {
+            {Op::minimum, {1, 2}, {3, 4}, true, false},   {Op::minimum, {3, 4}, {1, 2}, false, true},
+            {Op::minimum, {1, 3}, {2, 4}, false, false},  {Op::maximum, {1, 2}, {3, 4}, false, true},
+            {Op::maximum, {3, 4}, {1, 2}, true, false},   {Op::maximum, {1, 3}, {2, 4}, false, false},
+            {Op::absolute, {0, 2}, {0, 0}, true, false},  {Op::absolute, {-2, -1}, {0, 0}, false, true},
+            {Op::absolute, {-1, 1}, {0, 0}, false, false}, {Op::select, {-2, -1}, {0, 0}, true, false},
+            {Op::select, {0, 1}, {0, 0}, false, true},    {Op::select, {-1, 0}, {0, 0}, false, false},
+            {Op::floor, {1, 1.5f}, {0, 0}, true, false},  {Op::floor, {0.5f, 1}, {0, 0}, false, false},
+            {Op::ceil, {1.5f, 2}, {0, 0}, true, false},   {Op::ceil, {1, 1.5f}, {0, 0}, false, false},
+            {Op::round, {0.5f, 0.5f}, {0, 0}, true, false}, {Op::round, {1.4f, 1.6f}, {0, 0}, false, false},
+        };
+        const bob::FormulaKernels& kernels = bob::best_formula_kernels();
+        for (const Case& c : cases) {
+            const bob::Tape tape(
+                bob::Expression({{.op = Op::x}, {.op = Op::y}, {.op = Op::z}, {.op = c.op, .operand = {0, 1, 2}}}));
+            for (int lane = 0; lane < kernels.lanes; ++lane) {
+                BoxBatch boxes{};
+                boxes.low[0][lane] = c.x[0], boxes.high[0][lane] = c.x[1];
+                boxes.low[1][lane] = c.y[0], boxes.high[1][lane] = c.y[1];
+                Decision decision;
+                kernels.bounds(tape.code(), boxes, &decision, bob::scratch(tape.code().registers));
+                CHECK_EQ(decision.first >> lane & 1, c.first ? 1u : 0u);
+                CHECK_EQ(decision.second >> lane & 1, c.second ? 1u : 0u);
+            }
+        }
+    });
+}

@@ -1,0 +1,329 @@
+/// Rays to the first root of a formula, against dense sampling and against what is known of roots.
+#include "formula/text.h"
+#include "formulas.h"
+
+#include <chrono>
+#include <functional>
+
+namespace {
+
+using bob::RayBatch;
+using bob::Value;
+using test::infinity;
+using test::Random;
+using test::values;
+
+struct Ray {
+    double origin[3], direction[3];
+    double t_end = 4;
+    double finest = 1e-5;
+};
+
+struct Root {
+    float t;
+    bool found, unresolved;
+
+    friend bool operator==(const Root&, const Root&) = default;
+};
+
+/// First roots along all rays, `lanes` at a time.
+std::vector<Root> first_roots(const bob::Tape& tape, const std::vector<Ray>& rays, int lanes = bob::max_lanes) {
+    const bob::FormulaKernels& kernels = bob::best_formula_kernels();
+    lanes = std::min(lanes, kernels.lanes);
+    std::vector<Root> roots;
+    for (std::size_t first = 0; first < rays.size(); first += static_cast<std::size_t>(lanes)) {
+        RayBatch batch;
+        std::fill_n(reinterpret_cast<unsigned char*>(&batch), sizeof batch, static_cast<unsigned char>(0xff));  // NaN
+        batch.count = static_cast<int>(std::min<std::size_t>(rays.size() - first, static_cast<std::size_t>(lanes)));
+        for (int i = 0; i < batch.count; ++i) {
+            const Ray& ray = rays[first + static_cast<std::size_t>(i)];
+            for (int axis = 0; axis < 3; ++axis) {
+                batch.origin[axis][i] = static_cast<float>(ray.origin[axis]);
+                batch.direction[axis][i] = static_cast<float>(ray.direction[axis]);
+            }
+            batch.t_end[i] = static_cast<float>(ray.t_end);
+            batch.finest[i] = static_cast<float>(ray.finest);
+        }
+        kernels.first_roots(tape.code(), batch, bob::scratch(tape.code().registers));
+        for (int i = 0; i < batch.count; ++i) {
+            roots.push_back({batch.t[i], (batch.found >> i & 1) != 0, (batch.unresolved >> i & 1) != 0});
+            if (!roots.back().found) roots.back().t = infinity;
+        }
+    }
+    return roots;
+}
+
+template <class Build>
+bob::Tape tape_of(Build build) {
+    bob::Graph g;
+    return bob::Tape(g.expression(build(g, g.x(), g.y(), g.z())));
+}
+
+/// The root along the x axis from x = `from` on.
+template <class Build>
+Root along_x(Build build, double from, double t_end, double finest = 1e-5) {
+    return first_roots(tape_of(build), {{{from, 0, 0}, {1, 0, 0}, t_end, finest}})[0];
+}
+
+#define FORMULA(formula)                                                                                              \
+    [](bob::Graph& g, Value x, Value y, Value z) -> Value {                                                           \
+        static_cast<void>(g), static_cast<void>(x), static_cast<void>(y), static_cast<void>(z);                       \
+        return formula;                                                                                               \
+    }
+
+#define CHECK_ROOT(formula, from, t_end, expected)                                                     \
+    do {                                                                                               \
+        const Root root = along_x(FORMULA(formula), from, t_end);                                      \
+        if (!root.found || !(std::fabs(root.t - (expected)) <= 1e-5) || root.unresolved) {             \
+            test::fail(__FILE__, __LINE__, std::string(#formula) + (root.found ? ": found " : ": lost ") + \
+                                               std::to_string(root.t) + (root.unresolved ? ", unresolved" : "")); \
+        }                                                                                              \
+    } while (false)
+
+#define CHECK_NO_ROOT(formula, from, t_end, told)                                                      \
+    do {                                                                                               \
+        const Root root = along_x(FORMULA(formula), from, t_end);                                      \
+        if (root.found || root.unresolved != (told)) {                                                 \
+            test::fail(__FILE__, __LINE__, std::string(#formula) + (root.found ? ": found " : ": ") +  \
+                                               std::to_string(root.t) + (root.unresolved ? ", unresolved" : "")); \
+        }                                                                                              \
+    } while (false)
+
+constexpr bool silent = false, unresolved = true;
+
+}  // namespace
+
+TEST(roots_along_the_axis) {
+    test::for_each_isa([] {
+        CHECK_ROOT(square(x) + square(y) + square(z) - 1, -2, 4, 1);
+        CHECK_ROOT(x - 0.5, -1, 3, 1.5);
+        CHECK_ROOT(0.5 - x, -1, 3, 1.5);
+        CHECK_ROOT(hypot(hypot(x, y) - 0.5, z) - 0.25, -2, 4, 1.25);
+        CHECK_ROOT(square(square(x) + square(y) + square(z) + 0.1875) - square(x) - square(y), -2, 4, 1.25);
+        CHECK_ROOT(abs(x - 0.25) - 5e-4, -1, 3, 1.2495);                       // a slab of thickness 1e-3
+        CHECK_ROOT(abs(hypot(hypot(x, y), z) - 0.75) - 5e-4, -2, 4, 1.2495);   // a shell
+        CHECK_ROOT(abs(abs(hypot(x, y) - 0.75) - 0.01) - 5e-4, -2, 4, 1.2395); // two nested shells
+        CHECK_ROOT((x - 0.5) * (x - 0.5001), 0, 1, 0.5);                       // two roots 1e-4 apart
+        CHECK_ROOT(power(x - 0.5, 3), -1, 3, 1.5);                             // a triple one
+        CHECK_ROOT(max(max(abs(x), abs(y)), abs(z)) - 0.5, -2, 4, 1.5);
+        CHECK_ROOT(sin(20 * x) - 0.999, 0, 1, std::asin(0.999) / 20);
+        CHECK_ROOT(exp(x) - 2, -3, 6, 3 + std::log(2));
+        CHECK_ROOT(tan(x) - 1, 0, 1.5, 0.785398);
+        CHECK_ROOT(atan2(x, g.constant(0.5)) - 0.5, 0, 1, 0.5 * std::tan(0.5));
+        CHECK_ROOT(log(x) + 1, 0.01, 2, std::exp(-1) - 0.01);
+    });
+}
+
+TEST(roots_at_the_ends_of_a_segment) {
+    test::for_each_isa([] {
+        CHECK_ROOT(-x, 0, 1, 0);             // from 0, which is outside, to below
+        CHECK_NO_ROOT(x, 0, 1, silent);      // outside from the start
+        CHECK_ROOT(x - 1, 0, 1, 1);          // to 0, which is outside
+        CHECK_NO_ROOT(1 - x, 0, 1, silent);  // to 0 from outside
+        CHECK_NO_ROOT(x - 1.5, 0, 1, silent);
+        CHECK_NO_ROOT(x + 0.5, 0, 1, silent);
+    });
+}
+
+TEST(poles_are_no_roots_and_jumps_are) {
+    test::for_each_isa([] {
+        CHECK_NO_ROOT(1 / x, -1, 2, silent);
+        CHECK_NO_ROOT(1 / (x - 0.3), -1, 2, silent);
+        CHECK(!along_x(FORMULA(tan(x)), 1, 1.5).found);
+        CHECK(!along_x(FORMULA(-tan(x)), 1, 1.5).found);
+        CHECK_NO_ROOT(1 / power(x - 0.1, 3), -1, 2, silent);
+        CHECK_ROOT(1 / x - 2, -1, 3, 1.5);                 // after a pole
+        CHECK_ROOT(floor(x) - 0.5, 0.3, 2, 0.7);
+        CHECK_ROOT(ceil(x) - 1.5, 0.3, 2, 0.7);
+        CHECK_ROOT(round(x) - 0.5, 0.1, 2, 0.4);
+        CHECK_ROOT(select(x - 0.3, g.constant(1), g.constant(-1)), 0, 2, 0.3);
+        CHECK_ROOT(modulo(x, 0.7) - 0.699, 0, 2, 0.699);
+        CHECK_ROOT(0.1 - modulo(x - 0.2, 0.7), 0.35, 2, 0.55);  // up to the jump from 0.7 to 0
+        CHECK_ROOT(atan(1 / x), -1, 2, 1);
+        CHECK_ROOT(atan2(x, g.constant(-1)), -1, 2, 1);
+        CHECK_ROOT(modulo(x, y + 0.7) - 0.35, 0, 2, 0.35);
+    });
+}
+
+TEST(edges_of_the_domain_are_no_roots) {
+    test::for_each_isa([] {
+        CHECK_NO_ROOT(sqrt(x), -1, 2, silent);
+        CHECK_NO_ROOT(-1 - sqrt(x), -1, 2, silent);
+        CHECK_NO_ROOT(sqrt(-x) - 2, -1, 2, silent);
+        CHECK_ROOT(sqrt(x) - 0.5, -1, 2, 1.25);
+        CHECK_ROOT(log(x), -1, 3, 2);
+        CHECK_ROOT(acos(x) - 0.5, -2, 4, 2 + std::cos(0.5));
+        CHECK_NO_ROOT(min(x, sqrt(x - 0.5)) - 0.1, 0, 0.4, silent);  // NaN all the way
+        CHECK_NO_ROOT(min(x - 0.2, sqrt(x - 0.5)), 0, 1, silent);    // NaN where x - 0.2 is 0
+    });
+}
+
+TEST(constant_and_infinite_formulas_have_no_roots) {
+    test::for_each_isa([] {
+        CHECK_NO_ROOT(g.constant(1), -1, 2, silent);
+        CHECK_NO_ROOT(g.constant(-1), -1, 2, silent);
+        CHECK_NO_ROOT(g.constant(0), -1, 2, silent);
+        CHECK_NO_ROOT(g.constant(infinity), -1, 2, silent);
+        CHECK_NO_ROOT(x - x, -1, 2, silent);
+        CHECK_NO_ROOT(max(x, y) - max(x, z), -1, 2, silent);
+        CHECK_NO_ROOT(square(x), -1, 2, silent);
+        CHECK_ROOT(exp(-100 * x) - 1, -1, 2, 1);               // from infinite values
+        CHECK_ROOT(exp(-300 * x) - exp(g.constant(30)), -1, 2, 0.9);
+        CHECK_ROOT(1 - exp(100 * x), -1, 2, 1);
+        CHECK_NO_ROOT(exp(200 * x) - exp(400 * x) + 1e30, 0.5, 0.4, unresolved);  // inf - inf
+    });
+}
+
+TEST(thin_parts_behind_infinite_values_are_found) {
+    // The slab of thickness 0.01 lies in a piece that begins with an infinite value and an infinite slope.
+    test::for_each_isa([] {
+        CHECK_ROOT(exp(-100 * x) + (abs(x - 0.5) - 0.005), -1, 2, 1.495);
+    });
+}
+
+TEST(tangent_rays_are_unresolved_and_others_are_not) {
+    test::for_each_isa([] {
+        const bob::Tape sphere = tape_of(FORMULA(square(x) + square(y) + square(z) - 1));
+        std::vector<Ray> rays;
+        for (const double y : {1 + 1e-3, 1 - 1e-3, 1., 0.999999, 0.3}) rays.push_back({{-2, y, 0}, {1, 0, 0}});
+        const std::vector<Root> roots = first_roots(sphere, rays);
+        CHECK(!roots[0].found && !roots[0].unresolved);
+        CHECK(roots[1].found && !roots[1].unresolved);
+        CHECK_NEAR(roots[1].t, 2 - std::sqrt(1 - 0.999 * 0.999), 1e-4);
+        CHECK(!roots[2].found);  // touches it at most
+        CHECK(roots[3].found && !roots[3].unresolved);
+        CHECK(roots[4].found && !roots[4].unresolved);
+        // Two roots closer together than `finest`, and farther apart.
+        const auto twins = FORMULA((x - 0.5) * (x - 0.500001));
+        const Root close = along_x(twins, 0, 1, 1e-4);
+        CHECK(!close.found && close.unresolved);
+    });
+}
+
+TEST(lanes_do_not_know_of_each_other) {
+    // A ray's result is the same to the bit alone, among others, and in another order.
+    test::for_each_isa([] {
+        Random random(7);
+        for (int i = 0; i < 60; ++i) {
+            const bob::Tape tape(test::random_formula(random));
+            std::vector<Ray> rays;
+            for (int k = 0; k < 32; ++k) {
+                rays.push_back({{random(-1, 1), random(-1, 1), random(-1, 1)}, {random(-1, 1), random(-1, 1), random(-1, 1)},
+                                random(0.1f, 3), 1e-3});
+            }
+            const std::vector<Root> together = first_roots(tape, rays), alone = first_roots(tape, rays, 1);
+            std::reverse(rays.begin(), rays.end());
+            std::vector<Root> backwards = first_roots(tape, rays, 3);
+            std::reverse(backwards.begin(), backwards.end());
+            CHECK(together == alone);
+            CHECK(together == backwards);
+        }
+    });
+}
+
+TEST(wild_formulas_take_bounded_time) {
+    test::for_each_isa([] {
+        const auto start = std::chrono::steady_clock::now();
+        for (const bob::Tape& tape :
+             {tape_of(FORMULA(sin(1e6 * x) * sin(1e5 * y + z) + 1e-3 * sin(3e4 * z))), tape_of(FORMULA(sin(1 / x))),
+              tape_of(FORMULA(tan(1e3 * x * y) * floor(1e4 * z))), tape_of(FORMULA(max(x, y) - max(x, y + 0 * z))),
+              tape_of(FORMULA(exp(1e3 * x) - exp(1e3 * y) * modulo(x, y)))}) {
+            Random random(8);
+            std::vector<Ray> rays;
+            for (int k = 0; k < 16; ++k) {
+                rays.push_back({{random(-1, 1), random(-1, 1), random(-1, 1)}, {random(-1, 1), random(-1, 1), random(-1, 1)},
+                                2, k % 2 ? 1e-5 : 1e-9});
+            }
+            first_roots(tape, rays);
+        }
+        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+        CHECK_LT(seconds.count(), 2);
+    });
+}
+
+TEST(random_rays_match_dense_sampling) {
+    // Before the root that is told, and everywhere where none is, no two neighbours of 2048 samples differ in sign,
+    // clearly beyond rounding and not by a pole; where a root is told, the sign changes nearby.
+    constexpr int dense = 2048;
+    int hits = 0, misses = 0, vague = 0;
+    test::for_each_isa([&] {
+        Random random(9);
+        for (int i = 0; i < 250; ++i) {
+            // Less its value somewhere, so that many rays have a root.
+            const bob::Expression plain = test::random_formula(random);
+            const double level = plain(random(-1, 1), random(-1, 1), random(-1, 1));
+            bob::Graph g;
+            const bob::Expression f = g.expression(g.substitute(plain, g.x(), g.y(), g.z()) -
+                                                   (std::fabs(level) < 1e9 ? level : 0));
+            const bob::Tape tape(f);
+            std::vector<Ray> rays;
+            for (int k = 0; k < 4; ++k) {
+                rays.push_back({{random(-1, 1), random(-1, 1), random(-1, 1)}, {random(-1, 1), random(-1, 1), random(-1, 1)},
+                                random(0.1f, 3), 1e-4});
+            }
+            const std::vector<Root> roots = first_roots(tape, rays);
+            for (std::size_t k = 0; k < rays.size(); ++k) {
+                const auto at = [&](double t) {
+                    test::Point p;
+                    for (int axis = 0; axis < 3; ++axis) {
+                        p[axis] = static_cast<float>(rays[k].origin[axis]) +
+                                  static_cast<float>(t) * static_cast<float>(rays[k].direction[axis]);
+                    }
+                    return p;
+                };
+                const auto complain = [&](const char* what, double t) {
+                    std::ostringstream text;
+                    text << "formula " << i << ", ray " << k << ": " << what << " at " << t << ", found "
+                         << roots[k].found << " at " << roots[k].t << " of " << to_text(f) << " from "
+                         << rays[k].origin[0] << ", " << rays[k].origin[1] << ", " << rays[k].origin[2] << " along "
+                         << rays[k].direction[0] << ", " << rays[k].direction[1] << ", " << rays[k].direction[2]
+                         << " to " << rays[k].t_end << ", " << name(bob::isa());
+                    test::fail(__FILE__, __LINE__, text.str());
+                };
+                // Beyond any doubt about f's value: f and its sign, or 0.
+                const auto sign = [&](double t) {
+                    const auto [value, error] = test::estimate(f, at(t));
+                    return value < -4 * error ? -1 : value > 4 * error ? 1 : 0;
+                };
+                if (roots[k].unresolved) ++vague;
+                (roots[k].found ? hits : misses) += 1;
+                std::vector<test::Point> points;
+                const double end = roots[k].found ? roots[k].t : rays[k].t_end;
+                for (int s = 0; s <= dense; ++s) points.push_back(at(end * s / dense));
+                const std::vector<float> got = values(tape, points);
+                for (int s = 0; s < dense && !roots[k].unresolved; ++s) {
+                    const float a = got[static_cast<std::size_t>(s)], b = got[static_cast<std::size_t>(s) + 1];
+                    if (!((a < 0 && b >= 0) || (a >= 0 && b < 0))) continue;
+                    double from = end * s / dense, to = end * (s + 1) / dense;
+                    if (roots[k].found && to > end - 2e-4) continue;
+                    if (sign(from) * sign(to) >= 0) continue;
+                    // A root closes in on 0 or jumps between finite values; at a pole the values grow, at an edge of the
+                    // domain they end.
+                    bool number = true;
+                    for (int step = 0; step < 24 && number; ++step) {
+                        const double middle = (from + to) / 2;
+                        const int s_middle = sign(middle);
+                        number = !std::isnan(test::estimate(f, at(middle)).value);
+                        (s_middle == sign(from) ? from : to) = middle;
+                    }
+                    const double left = f(at(from)[0], at(from)[1], at(from)[2]), right = f(at(to)[0], at(to)[1], at(to)[2]);
+                    const double highest = std::max(std::fabs(a), std::fabs(b));
+                    if (number && std::fabs(left) + std::fabs(right) < 10 * highest) complain("missed a change", from);
+                }
+                if (roots[k].found) {
+                    // On either side of the root, or a little farther off.
+                    bool changes = false;
+                    for (const double off : {1e-7, 1e-6, 1e-5, 1e-4}) {
+                        const auto near = values(tape, {at(std::max(0., roots[k].t - off)),
+                                                        at(std::min(rays[k].t_end, roots[k].t + off))});
+                        changes = changes || ((near[0] < 0) != (near[1] < 0)) || near[0] == 0 || near[1] == 0;
+                    }
+                    if (!changes) complain("no change", roots[k].t);
+                }
+            }
+        }
+    });
+    CHECK_LT(150, hits);
+    CHECK_LT(150, misses);
+    CHECK_LT(vague, (hits + misses) / 10);
+}
