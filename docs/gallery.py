@@ -358,7 +358,7 @@ Made by docs/gallery.py.
 def document() -> str:
     parts = [HEAD]
     for section in SECTIONS:
-        code = "\n".join(_listing(caption, code) for caption, code in section.code.items())
+        code = "\n".join(_listing(caption, code) for caption, code in section.code.items()).rstrip()
         parts.append(f"## {section.title}\n\n{section.note}\n\n" if section.note else f"## {section.title}\n\n")
         parts[-1] += f"![{', '.join(section.code)}]({section.sheet})\n\n```python\n{code}\n```\n"
     return "\n".join(parts)
