@@ -272,9 +272,9 @@ pearl = bob.Material("#b0b0b0", diffuse=0.8, specular=0.6, shininess=200)
 top = rounded_box((4, 2.4, 0.2), 0.08)
 leg = bob.Instance(capped_cone(-2 * Z, ORIGIN, 0.08, 0.15), material=bob.Material("#b0b0b0"))
 legs = [leg.translate((x, y, 0)) for x in (-1.6, 1.6) for y in (-0.9, 0.9)]
-vase = bob.Instance(bob.load("examples/vase.sdf").instances[0].shape).scale(0.3).translate((0.8, 0, 0.75))
+gear, tower = (bob.load(f"examples/{name}.sdf").instances[0] for name in ("gear", "tower"))
 tree = bob.Instance(bob.happy_tree()).scale(0.5).translate((-0.8, 0, 0.55))
-[top, *legs, vase, tree]
+[top, *legs, gear.scale(0.3).translate((0, -0.5, 0.19)), tower.scale(0.3).translate((0.8, 0.1, 0.73)), tree]
 """,
 }
 
@@ -358,7 +358,7 @@ Made by docs/gallery.py.
 def document() -> str:
     parts = [HEAD]
     for section in SECTIONS:
-        code = "\n".join(_listing(caption, code) for caption, code in section.code.items())
+        code = "\n".join(_listing(caption, code) for caption, code in section.code.items()).rstrip()
         parts.append(f"## {section.title}\n\n{section.note}\n\n" if section.note else f"## {section.title}\n\n")
         parts[-1] += f"![{', '.join(section.code)}]({section.sheet})\n\n```python\n{code}\n```\n"
     return "\n".join(parts)

@@ -133,7 +133,8 @@ Value even_odd(Graph& graph, const std::vector<Edge>& edges) {
     const Point<2> p = point<2>(graph);
     std::optional<Value> distance, angle;
     for (const Edge& edge : edges) {
-        const Value off = hypot(edge.left, max(beyond(edge.run, edge.length), 0));
+        // Beside the edge both are the same, but the hypotenuse has no gradient where left is 0.
+        const Value off = max(hypot(edge.left, max(beyond(edge.run, edge.length), 0)), abs(edge.left));
         // Of the edge seen from the point: cross and dot product of the ways to its ends, each with x and y once.
         const Point<2> q = p - (edge.from - edge.direction * (-edge.length / 2));
         const Value inwards = square(q[0]) + square(q[1]) - edge.length * edge.length / 4;
