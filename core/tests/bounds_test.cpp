@@ -230,9 +230,10 @@ TEST(boxes_decide) {
             {Op::absolute, {0, 2}, {0, 0}, true, false},  {Op::absolute, {-2, -1}, {0, 0}, false, true},
             {Op::absolute, {-1, 1}, {0, 0}, false, false}, {Op::select, {-2, -1}, {0, 0}, true, false},
             {Op::select, {0, 1}, {0, 0}, false, true},    {Op::select, {-1, 0}, {0, 0}, false, false},
-            {Op::floor, {1, 1.5f}, {0, 0}, true, false},  {Op::floor, {0.5f, 1}, {0, 0}, false, false},
-            {Op::ceil, {1.5f, 2}, {0, 0}, true, false},   {Op::ceil, {1, 1.5f}, {0, 0}, false, false},
-            {Op::round, {0.5f, 0.5f}, {0, 0}, true, false}, {Op::round, {1.4f, 1.6f}, {0, 0}, false, false},
+            {Op::floor, {1, 1.5f}, {0, 0}, true, false},  {Op::floor, {0.5f, 1}, {0, 0}, false, true},   {Op::floor, {0.5f, 2}, {0, 0}, false, false},
+            {Op::ceil, {1.5f, 2}, {0, 0}, true, false},   {Op::ceil, {1, 1.5f}, {0, 0}, false, true},
+            {Op::round, {0.5f, 0.5f}, {0, 0}, true, false}, {Op::round, {1.4f, 1.6f}, {0, 0}, false, true},
+            {Op::atan2, {-1, 1}, {-2, -1}, true, false},  {Op::atan2, {-1, 1}, {1, 2}, false, false},
         };
         const bob::FormulaKernels& kernels = bob::best_formula_kernels();
         for (const Case& c : cases) {
