@@ -81,7 +81,7 @@ void for_random_boxes(std::uint64_t seed, int count, Body body) {
 TEST(bounds_hold_every_value) {
     // To the last bit, with no tolerance. Bounds would be no use if they were always infinite, so some are counted.
     int bounded = 0, all = 0;
-    for_random_boxes(1, 3000, [&](Random& random, const bob::Tape& tape, const BoxBatch& boxes, const auto&) {
+    for_random_boxes(1, 20000, [&](Random& random, const bob::Tape& tape, const BoxBatch& boxes, const auto&) {
         for (int lane = 0; lane < bob::best_formula_kernels().lanes; ++lane) {
             const bool partly = boxes.partly >> lane & 1, nowhere = boxes.nowhere >> lane & 1;
             const float least = boxes.least[lane], most = boxes.most[lane];
@@ -138,7 +138,7 @@ TEST(bounds_are_sharp_where_each_variable_stands_once) {
 TEST(narrowed_bounds_hold_every_value) {
     // Slopes bound f itself; what the kernels compute differs from it by rounding, at the sample and at the centre.
     int narrowed = 0, all = 0;
-    for_random_boxes(3, 2000, [&](Random& random, const bob::Tape& tape, BoxBatch& boxes, const auto&) {
+    for_random_boxes(3, 10000, [&](Random& random, const bob::Tape& tape, BoxBatch& boxes, const auto&) {
         const bob::FormulaKernels& kernels = bob::best_formula_kernels();
         BoxBatch narrow = boxes;
         kernels.narrow(tape.code(), narrow, bob::scratch(tape.code().registers));
@@ -189,7 +189,7 @@ TEST(narrowing_sees_what_cancels) {
 TEST(specialised_formulas_have_the_same_values_within_their_box) {
     // To the bit, but where the algebra of what is left puts sums together otherwise.
     int identical = 0, judged = 0, shorter = 0;
-    for_random_boxes(4, 2000, [&](Random& random, const bob::Tape& tape, const BoxBatch& boxes, const auto& decisions) {
+    for_random_boxes(4, 10000, [&](Random& random, const bob::Tape& tape, const BoxBatch& boxes, const auto& decisions) {
         for (int lane = 0; lane < bob::best_formula_kernels().lanes; ++lane) {
             // Decisions leave out branches that may be NaN.
             if ((boxes.partly | boxes.nowhere) >> lane & 1) continue;
