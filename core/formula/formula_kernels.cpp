@@ -276,7 +276,7 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         const M passed = empty | given_up, split = active & ~passed;
         active &= ~(passed & (b >= t_end));
         // On past the piece, with a wider one; or to where f may be zero at the soonest, with a narrower one.
-        const F skip = min(length - finest, 0.99f * reach);  // NaN, which skips nothing, where that is unknown
+        const F skip = min(0.99f * reach, length - finest);
         const M skips = split & (skip > 0.125f * length);
         a = passed ? b : (skips ? a + skip : a);
         width = passed ? width + width : maximum(0.5f * (b - a), finest);

@@ -246,7 +246,8 @@ TEST(gradients_match_differences_of_values) {
             }
             const float* const points[3] = {p[0], p[1], p[2]};
             float* const gradients[3] = {gradient[0], gradient[1], gradient[2]};
-            kernels.gradients(tape.code(), points, kernels.lanes, value, gradients, bob::scratch(tape.code().registers));
+            kernels.gradients(tape.code(), points, kernels.lanes, value, gradients,
+                              bob::scratch(tape.code().registers));
             for (int k = 0; k < kernels.lanes; ++k) {
                 const Point point{p[0][k], p[1][k], p[2][k]};
                 CHECK(same(value[k], values(tape, {point})[0]));

@@ -3,7 +3,6 @@
 #include "formulas.h"
 
 #include <chrono>
-#include <functional>
 
 namespace {
 
@@ -51,6 +50,13 @@ std::vector<Root> first_roots(const bob::Tape& tape, const std::vector<Ray>& ray
         }
     }
     return roots;
+}
+
+Ray random_ray(Random& random, double t_end, double finest) {
+    return {{random(-1, 1), random(-1, 1), random(-1, 1)},
+            {random(-1, 1), random(-1, 1), random(-1, 1)},
+            t_end,
+            finest};
 }
 
 template <class Build>
@@ -208,8 +214,7 @@ TEST(lanes_do_not_know_of_each_other) {
             const bob::Tape tape(test::random_formula(random));
             std::vector<Ray> rays;
             for (int k = 0; k < 32; ++k) {
-                rays.push_back({{random(-1, 1), random(-1, 1), random(-1, 1)}, {random(-1, 1), random(-1, 1), random(-1, 1)},
-                                random(0.1f, 3), 1e-3});
+                rays.push_back(random_ray(random, random(0.1f, 3), 1e-3));
             }
             const std::vector<Root> together = first_roots(tape, rays), alone = first_roots(tape, rays, 1);
             std::reverse(rays.begin(), rays.end());
@@ -231,8 +236,7 @@ TEST(wild_formulas_take_bounded_time) {
             Random random(8);
             std::vector<Ray> rays;
             for (int k = 0; k < 16; ++k) {
-                rays.push_back({{random(-1, 1), random(-1, 1), random(-1, 1)}, {random(-1, 1), random(-1, 1), random(-1, 1)},
-                                2, k % 2 ? 1e-5 : 1e-9});
+                rays.push_back(random_ray(random, 2, k % 2 ? 1e-5 : 1e-9));
             }
             first_roots(tape, rays);
         }
@@ -251,15 +255,15 @@ TEST(random_rays_match_dense_sampling) {
         for (int i = 0; i < 2500; ++i) {
             // Less its value somewhere, so that many rays have a root.
             const bob::Expression plain = test::random_formula(random);
-            const double level = plain(random(-1, 1), random(-1, 1), random(-1, 1));
+            const test::Point somewhere{random(-1, 1), random(-1, 1), random(-1, 1)};
+            const double level = plain(somewhere[0], somewhere[1], somewhere[2]);
             bob::Graph g;
             const bob::Expression f = g.expression(g.substitute(plain, g.x(), g.y(), g.z()) -
                                                    (std::fabs(level) < 1e9 ? level : 0));
             const bob::Tape tape(f);
             std::vector<Ray> rays;
             for (int k = 0; k < 4; ++k) {
-                rays.push_back({{random(-1, 1), random(-1, 1), random(-1, 1)}, {random(-1, 1), random(-1, 1), random(-1, 1)},
-                                random(0.1f, 3), 1e-4});
+                rays.push_back(random_ray(random, random(0.1f, 3), 1e-4));
             }
             const std::vector<Root> roots = first_roots(tape, rays);
             for (std::size_t k = 0; k < rays.size(); ++k) {
@@ -298,8 +302,8 @@ TEST(random_rays_match_dense_sampling) {
                     double from = end * s / dense, to = end * (s + 1) / dense;
                     if (roots[k].found && to > end - 2e-4) continue;
                     if (sign(from) * sign(to) >= 0) continue;
-                    // A root closes in on 0 or jumps between finite values; at a pole the values grow, at an edge of the
-                    // domain they end.
+                    // A root closes in on 0 or jumps between finite values; at a pole the values grow, at an edge of
+                    // the domain they end.
                     bool number = true;
                     for (int step = 0; step < 24 && number; ++step) {
                         const double middle = (from + to) / 2, value = exact(middle);
