@@ -31,36 +31,36 @@ inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domai
             watch(out, domain);
             continue;
         }
-        switch (i->op) {
+        switch (i->op) {  // `continue` where finite operands have a finite result
             case Op::constant: set(out, i->offset); break;
-            case Op::absolute: out = decided(i->op, a, a, abs(a)); break;
+            case Op::absolute: out = decided(i->op, a, a, abs(a)); continue;
             case Op::square: out = square(a); break;
-            case Op::sqrt: out = sqrt(a, domain); break;
-            case Op::sin: out = sin(a); break;
-            case Op::cos: out = cos(a); break;
+            case Op::sqrt: out = sqrt(a, domain); continue;
+            case Op::sin: out = sin(a); continue;
+            case Op::cos: out = cos(a); continue;
             case Op::tan: out = tan(a); break;
-            case Op::asin: out = asin(a, domain); break;
-            case Op::acos: out = acos(a, domain); break;
-            case Op::atan: out = atan(a); break;
+            case Op::asin: out = asin(a, domain); continue;
+            case Op::acos: out = acos(a, domain); continue;
+            case Op::atan: out = atan(a); continue;
             case Op::exp: out = exp(a); break;
             case Op::log: out = log(a, domain); break;
-            case Op::floor: out = decided(i->op, a, a, floor(a)); break;
-            case Op::ceil: out = decided(i->op, a, a, ceil(a)); break;
-            case Op::round: out = decided(i->op, a, a, round(a)); break;
+            case Op::floor: out = decided(i->op, a, a, floor(a)); continue;
+            case Op::ceil: out = decided(i->op, a, a, ceil(a)); continue;
+            case Op::round: out = decided(i->op, a, a, round(a)); continue;
             case Op::power: out = power(a, static_cast<int>(i->scale)); break;
             case Op::add: out = a + b; break;
             case Op::subtract: out = a - b; break;
             case Op::multiply: out = a * b; break;
             case Op::divide: out = divide(a, b, domain); break;
-            case Op::minimum: out = decided(i->op, a, b, minimum(a, b)); break;
-            case Op::maximum: out = decided(i->op, a, b, maximum(a, b)); break;
+            case Op::minimum: out = decided(i->op, a, b, minimum(a, b)); continue;
+            case Op::maximum: out = decided(i->op, a, b, maximum(a, b)); continue;
             case Op::hypot: out = hypot(a, b); break;
-            case Op::atan2: out = decided(i->op, a, b, atan2(a, b)); break;
+            case Op::atan2: out = decided(i->op, a, b, atan2(a, b)); continue;
             case Op::modulo: out = modulo(a, b, domain); break;
             case Op::select:
                 domain.nowhere = M{};  // what is NaN so far may be what is not chosen
                 out = decided(i->op, a, b, select(a, b, c));
-                break;
+                continue;
             default: break;
         }
         watch(out, domain);
@@ -307,7 +307,7 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         const M pole = narrow & ~(value.high - value.low < constant(infinity));
 
         const M crossing = active & differ & (monotone | (narrow & ~pole));
-        const M empty = active & ((~differ & (one_sided | monotone)) | (differ & pole));
+        const M empty = active & ((~differ & (one_sided | monotone)) | pole);
         const M given_up = active & narrow & ~crossing & ~empty;
         if (any(crossing)) {
             bracket.a = crossing ? a : bracket.a;

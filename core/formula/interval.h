@@ -36,7 +36,8 @@ inline Interval widened(Interval a, float relative, float absolute) {
     // Infinite ends widen like the largest floats: inf - inf and 0 * inf would tell nothing.
     const F largest = constant(std::numeric_limits<float>::max());
     const F low = minimum(a.low, largest), high = maximum(a.high, -largest);
-    return {low - (min(abs(low), largest) * relative + absolute), high + (min(abs(high), largest) * relative + absolute)};
+    return {low - (min(abs(low), largest) * relative + absolute),
+            high + (min(abs(high), largest) * relative + absolute)};
 }
 /// The hull of values that grow with x, at both ends of it; a few units in the last place are added.
 template <class Function>

@@ -17,11 +17,10 @@ using test::values;
 BoxBatch random_boxes(Random& random) {
     BoxBatch boxes{};
     for (int lane = 0; lane < bob::max_lanes; ++lane) {
+        constexpr float corners[] = {0, 1, -1, 0.5f, -0.5f, 1.5707964f, 3.1415927f};
         const float size = std::array{0.f, 1e-6f, 1e-3f, 0.03f, 0.3f, 1.f, 10.f, 1e4f}[test::pick(random, 8)];
         for (int axis = 0; axis < 3; ++axis) {
-            const float corner = random() < 0.3f
-                                     ? std::array{0.f, 1.f, -1.f, 0.5f, -0.5f, 1.5707964f, 3.1415927f}[test::pick(random, 7)]
-                                     : random(-2, 2);
+            const float corner = random() < 0.3f ? corners[test::pick(random, std::size(corners))] : random(-2, 2);
             const float side = random() < 0.1f ? 0 : size * random();
             const bool from = random() < 0.5f;
             boxes.low[axis][lane] = from ? corner : corner - side;
@@ -67,7 +66,7 @@ void for_random_boxes(std::uint64_t seed, int count, Body body) {
         Random random(seed);
         const bob::FormulaKernels& kernels = bob::best_formula_kernels();
         for (int i = 0; i < count; ++i) {
-            const bob::Tape tape(test::simplified(test::random_expression(random, 1 + static_cast<int>(test::pick(random, 20)))));
+            const bob::Tape tape(test::simplified(test::random_expression(random, 1 + i % 20)));
             BoxBatch boxes = random_boxes(random);
             std::vector<Decision> decisions(tape.decisions().size());
             kernels.bounds(tape.code(), boxes, decisions.data(), bob::scratch(tape.code().registers));
@@ -81,7 +80,7 @@ void for_random_boxes(std::uint64_t seed, int count, Body body) {
 TEST(bounds_hold_every_value) {
     // To the last bit, with no tolerance. Bounds would be no use if they were always infinite, so some are counted.
     int bounded = 0, all = 0;
-    for_random_boxes(1, 3000, [&](Random& random, const bob::Tape& tape, const BoxBatch& boxes, const auto&) {
+    for_random_boxes(1, 20000, [&](Random& random, const bob::Tape& tape, const BoxBatch& boxes, const auto&) {
         for (int lane = 0; lane < bob::best_formula_kernels().lanes; ++lane) {
             const bool partly = boxes.partly >> lane & 1, nowhere = boxes.nowhere >> lane & 1;
             const float least = boxes.least[lane], most = boxes.most[lane];
@@ -90,7 +89,8 @@ TEST(bounds_hold_every_value) {
             const std::vector<Point> points = samples(random, boxes, lane, 24);
             const std::vector<float> got = values(tape, points);
             for (std::size_t k = 0; k < points.size(); ++k) {
-                const bool within = std::isnan(got[k]) ? partly || nowhere : !nowhere && !(got[k] < least || got[k] > most);
+                const bool outside = got[k] < least || got[k] > most;  // false where a bound is NaN
+                const bool within = std::isnan(got[k]) ? partly || nowhere : !nowhere && !outside;
                 if (!within) {
                     test::fail(__FILE__, __LINE__, told(tape.expression(), boxes, lane, points[k], got[k]) +
                                                        (partly ? ", partly" : "") + (nowhere ? ", nowhere" : ""));
@@ -138,7 +138,7 @@ TEST(bounds_are_sharp_where_each_variable_stands_once) {
 TEST(narrowed_bounds_hold_every_value) {
     // Slopes bound f itself; what the kernels compute differs from it by rounding, at the sample and at the centre.
     int narrowed = 0, all = 0;
-    for_random_boxes(3, 2000, [&](Random& random, const bob::Tape& tape, BoxBatch& boxes, const auto&) {
+    for_random_boxes(3, 10000, [&](Random& random, const bob::Tape& tape, BoxBatch& boxes, const auto&) {
         const bob::FormulaKernels& kernels = bob::best_formula_kernels();
         BoxBatch narrow = boxes;
         kernels.narrow(tape.code(), narrow, bob::scratch(tape.code().registers));
@@ -161,7 +161,8 @@ TEST(narrowed_bounds_hold_every_value) {
                 // Slopes of angles vanish where squares of distances, beyond 1e19, are infinite.
                 const double error = estimate(tape.expression(), points[k]).error + at_center + 1e-15;
                 if (got[k] + error < narrow.least[lane] || got[k] - error > narrow.most[lane]) {
-                    test::fail(__FILE__, __LINE__, "narrowed: " + told(tape.expression(), narrow, lane, points[k], got[k]));
+                    test::fail(__FILE__, __LINE__,
+                               "narrowed: " + told(tape.expression(), narrow, lane, points[k], got[k]));
                 }
             }
         }
@@ -189,7 +190,8 @@ TEST(narrowing_sees_what_cancels) {
 TEST(specialised_formulas_have_the_same_values_within_their_box) {
     // To the bit, but where the algebra of what is left puts sums together otherwise.
     int identical = 0, judged = 0, shorter = 0;
-    for_random_boxes(4, 2000, [&](Random& random, const bob::Tape& tape, const BoxBatch& boxes, const auto& decisions) {
+    for_random_boxes(4, 10000, [&](Random& random, const bob::Tape& tape, const BoxBatch& boxes,
+                                   const std::vector<Decision>& decisions) {
         for (int lane = 0; lane < bob::best_formula_kernels().lanes; ++lane) {
             // Decisions leave out branches that may be NaN.
             if ((boxes.partly | boxes.nowhere) >> lane & 1) continue;

@@ -197,7 +197,7 @@ TEST(random_formulas_match_double_precision) {
     test::for_each_isa([] {
         Random random(3);
         int judged = 0, numbers = 0, all = 0;
-        for (int i = 0; i < 600; ++i) {
+        for (int i = 0; i < 4000; ++i) {
             const bob::Expression f = test::random_formula(random);
             std::vector<Point> points;
             for (int k = 0; k < 32; ++k) {
@@ -235,6 +235,10 @@ TEST(gradients_match_differences_of_values) {
         int judged = 0;
         for (int i = 0; i < 1500; ++i) {
             const bob::Expression f = test::simplified(test::random_expression(random, 1 + i % 16));
+            const bool infinite = std::any_of(f.nodes().begin(), f.nodes().end(), [](const bob::Node& node) {
+                return node.op == Op::constant && std::isinf(node.value);
+            });
+            if (infinite) continue;  // slopes are NaN then
             const bob::Tape tape(f);
             float p[3][bob::max_lanes], value[bob::max_lanes], gradient[3][bob::max_lanes];
             for (auto& axis : p) {
@@ -242,7 +246,8 @@ TEST(gradients_match_differences_of_values) {
             }
             const float* const points[3] = {p[0], p[1], p[2]};
             float* const gradients[3] = {gradient[0], gradient[1], gradient[2]};
-            kernels.gradients(tape.code(), points, kernels.lanes, value, gradients, bob::scratch(tape.code().registers));
+            kernels.gradients(tape.code(), points, kernels.lanes, value, gradients,
+                              bob::scratch(tape.code().registers));
             for (int k = 0; k < kernels.lanes; ++k) {
                 const Point point{p[0][k], p[1][k], p[2][k]};
                 CHECK(same(value[k], values(tape, {point})[0]));

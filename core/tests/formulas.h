@@ -145,7 +145,14 @@ inline Estimate estimate(const bob::Expression& f, const Point& p) {
             const auto [of, off] = operand[k];
             known = known && (std::isnan(of) ? off == 0 : off <= 1e-2 * (1 + std::fabs(of)));
         }
-        known = known && !(node.op == Op::modulo && std::isinf(operand[1].value));
+        // The sign of a zero is not kept by all ops.
+        known = known && !(node.op == Op::divide && operand[1].value == 0);
+        if (node.op == Op::modulo) {
+            // No farther off than a part of one turn.
+            const double turns = 1 + std::fabs(operand[0].value / operand[1].value);
+            known = known && !std::isinf(operand[1].value) &&
+                    4 * (operand[0].error + turns * operand[1].error) < std::fabs(operand[1].value);
+        }
         known = known && !(std::fabs(value) > 1e37 && !std::isinf(value));
         at.push_back({value, known ? error : not_a_number});
     }
