@@ -266,6 +266,18 @@ F refined(const Along& along, Bracket bracket, M wanted, F finest) {
     return t;
 }
 
+/// Whether f grows, or ends, towards where its sign changes within a bracket: a pole, where a jump's values stay.
+M grows(const Along& along, Bracket bracket) {
+    const F at_first = abs(bracket.fa) + abs(bracket.fb);
+    for (int step = 0; step < 8; ++step) {
+        const F middle = bracket.a + 0.5f * (bracket.b - bracket.a), f = along.value(middle);
+        const M at_start = (f < F{}) == (bracket.fa < F{});
+        bracket = {at_start ? middle : bracket.a, at_start ? f : bracket.fa, at_start ? bracket.b : middle,
+                   at_start ? bracket.fb : f};
+    }
+    return ~(abs(bracket.fa) + abs(bracket.fb) < 4.f * at_first);
+}
+
 void first_roots(const Code& code, RayBatch& rays, void* scratch) {
     // Formulas that are not too wild need a few; what comes after so many is given up, and told.
     constexpr int max_pieces = 1024;
@@ -279,16 +291,17 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
     M active = first_lanes(rays.count), found{}, unresolved{};
     Bracket bracket;
     F a{}, width = t_end, to_jump = constant(infinity);
+    M stop_at_jump{};
     F fa = may_jump ? along.with_slope(a, to_jump).value : along.value(a);
     for (int piece = 0; any(active); ++piece) {
         if (piece == max_pieces) {
             unresolved |= active;
             break;
         }
-        // Up to just before the next jump, or, from there, to just behind it.
-        const M at_jump = to_jump <= finest;
-        const F stop = a + (at_jump ? maximum(to_jump + 0.25f * finest, 0.5f * finest) : to_jump - 0.5f * finest);
-        const F b = min(min(a + width, t_end), stop), length = b - a;
+        // Where a wider piece would not do: up to just before the next jump, or, from there, to just behind it.
+        const M at_jump = stop_at_jump & (to_jump <= finest);
+        const F way = at_jump ? maximum(to_jump + 0.25f * finest, 0.5f * finest) : to_jump - 0.5f * finest;
+        const F b = min(min(a + width, t_end), stop_at_jump ? a + way : t_end), length = b - a;
         Domain domain;
         const Dual<Interval, 1> f = along.over(a, b, domain);
         const Interval value = f.value, slope = f.slope[0];
@@ -304,7 +317,8 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         const M one_sided = (value.low >= F{}) | (value.high < F{}) | domain.nowhere | (reach > length);
         const M monotone = smooth & ((slope.low > F{}) | (slope.high < F{}));
         const M narrow = (min(width, length) <= finest) | at_jump;  // far out, b - a is not the width to the last bit
-        const M pole = narrow & ~(value.high - value.low < constant(infinity));
+        M pole = narrow & ~(value.high - value.low < constant(infinity));
+        if (any(active & pole & differ)) pole &= ~differ | grows(along, {a, fa, b, fb});
 
         const M crossing = active & differ & (monotone | (narrow & ~pole));
         const M empty = active & ((~differ & (one_sided | monotone)) | pole);
@@ -336,6 +350,8 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         fa = passed ? fb : fa;
         to_jump = passed ? jump_after_b : to_jump;
         width = passed ? (at_jump ? t_end : width + width) : 0.5f * (b - a);
+        // A jump much nearer than the piece is wide is one of many, which a bound over all of them may rule out.
+        stop_at_jump = split ? to_jump > 0.0625f * width : stop_at_jump & (to_jump <= finest);
     }
     store_some(rays.t, any(found) ? refined(along, bracket, found, finest) : F{}, rays.count);
     rays.found = bits(found);
