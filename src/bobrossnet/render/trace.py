@@ -128,11 +128,14 @@ def _batches(size: Size, order: str, seed: int, count: int) -> Iterator[NDArray[
 def tiled_pixels(size: Size) -> NDArray[np.int32]:
     """All pixels, (H * W, 2) int32, in 8x8 tiles: neighbours one after the other visit the same parts of a BVH."""
     height, width = size
-    rows, columns = np.arange(0, height, 8, dtype=np.int32), np.arange(0, width, 8, dtype=np.int32)
     inside = np.arange(8, dtype=np.int32)
-    row = rows[:, None, None, None] + inside[:, None]  # (tile row, tile column, row, column)
-    column = columns[None, :, None, None] + inside
-    pixels = np.stack(np.broadcast_arrays(row, column), axis=-1).reshape(-1, 2)
+    rows = np.arange(0, height, 8, dtype=np.int32)[:, None, None, None] + inside[:, None]
+    columns = np.arange(0, width, 8, dtype=np.int32)[None, :, None, None] + inside
+    pixels = np.empty((-(-height // 8), -(-width // 8), 8, 8, 2), np.int32)  # (tile row, tile column, row, column, 2)
+    pixels[..., 0], pixels[..., 1] = rows, columns
+    pixels = pixels.reshape(-1, 2)
+    if height % 8 == 0 and width % 8 == 0:
+        return pixels
     return pixels[(pixels[:, 0] < height) & (pixels[:, 1] < width)]
 
 
