@@ -131,9 +131,9 @@ def tiled_pixels(size: Size) -> NDArray[np.int32]:
     inside = np.arange(8, dtype=np.int32)
     rows = np.arange(0, height, 8, dtype=np.int32)[:, None, None, None] + inside[:, None]
     columns = np.arange(0, width, 8, dtype=np.int32)[None, :, None, None] + inside
-    pixels = np.empty((-(-height // 8), -(-width // 8), 8, 8, 2), np.int32)  # (tile row, tile column, row, column, 2)
-    pixels[..., 0], pixels[..., 1] = rows, columns
-    pixels = pixels.reshape(-1, 2)
+    tiles = np.empty((-(-height // 8), -(-width // 8), 8, 8, 2), np.int32)  # (tile row, tile column, row, column, 2)
+    tiles[..., 0], tiles[..., 1] = rows, columns
+    pixels = tiles.reshape(-1, 2)
     if height % 8 == 0 and width % 8 == 0:
         return pixels
     return pixels[(pixels[:, 0] < height) & (pixels[:, 1] < width)]
