@@ -266,16 +266,11 @@ F refined(const Along& along, Bracket bracket, M wanted, F finest) {
     return t;
 }
 
-/// Whether f grows, or ends, towards where its sign changes within a bracket: a pole, where a jump's values stay.
-M grows(const Along& along, Bracket bracket) {
-    const F at_first = abs(bracket.fa) + abs(bracket.fb);
-    for (int step = 0; step < 8; ++step) {
-        const F middle = bracket.a + 0.5f * (bracket.b - bracket.a), f = along.value(middle);
-        const M at_start = (f < F{}) == (bracket.fa < F{});
-        bracket = {at_start ? middle : bracket.a, at_start ? f : bracket.fa, at_start ? bracket.b : middle,
-                   at_start ? bracket.fb : f};
-    }
-    return ~(abs(bracket.fa) + abs(bracket.fb) < 4.f * at_first);
+/// Whether f, of different signs at two points close together, has a pole between them rather than a jump: farther out it
+/// is much smaller, or NaN. (Closer by, floats may end before the growth shows.)
+M grows(const Along& along, F a, F fa, F b, F fb) {
+    const F out = 16.f * (b - a);
+    return ~(abs(fa) + abs(fb) < 4.f * (abs(along.value(a - out)) + abs(along.value(b + out))));
 }
 
 void first_roots(const Code& code, RayBatch& rays, void* scratch) {
@@ -318,7 +313,7 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         const M monotone = smooth & ((slope.low > F{}) | (slope.high < F{}));
         const M narrow = (min(width, length) <= finest) | at_jump;  // far out, b - a is not the width to the last bit
         M pole = narrow & ~(value.high - value.low < constant(infinity));
-        if (any(active & pole & differ)) pole &= ~differ | grows(along, {a, fa, b, fb});
+        if (any(active & pole & differ)) pole &= ~differ | grows(along, a, fa, b, fb);
 
         const M crossing = active & differ & (monotone | (narrow & ~pole));
         const M empty = active & ((~differ & (one_sided | monotone)) | pole);

@@ -315,13 +315,16 @@ TEST(random_rays_match_dense_sampling) {
                     if (number && std::fabs(left) + std::fabs(right) < highest) complain("missed a change", from);
                 }
                 if (roots[k].found) {
-                    // On either side of the root, or a little farther off.
-                    bool changes = false;
-                    for (const double off : {1e-7, 1e-6, 1e-5, 1e-4}) {
-                        const auto near = values(tape, {at(std::max(0., roots[k].t - off)),
-                                                        at(std::min(rays[k].t_end, roots[k].t + off))});
-                        changes = changes || ((near[0] < 0) != (near[1] < 0)) || near[0] == 0 || near[1] == 0;
+                    // Somewhere around the root f is below zero, and somewhere it is not.
+                    std::vector<test::Point> around;
+                    for (double off = 1e-7; off < 1.1e-4; off = std::min(2 * off, off + 2e-6)) {
+                        around.push_back(at(std::max(0., roots[k].t - off)));
+                        around.push_back(at(std::min(rays[k].t_end, roots[k].t + off)));
                     }
+                    const std::vector<float> near = values(tape, around);
+                    const auto below = std::count_if(near.begin(), near.end(), [](float f_near) { return f_near < 0; });
+                    const bool zero = std::find(near.begin(), near.end(), 0.f) != near.end();
+                    const bool changes = zero || (below > 0 && below < static_cast<long>(near.size()));
                     if (!changes) complain("no change", roots[k].t);
                 }
             }
