@@ -71,11 +71,13 @@ Array<double, 2, 3> placed_bounds(const bob::Implicit& shape, const Matrix& map)
     auto result = make_array<double, 2, 3>(2, 3);
     double* out = result.data();
     const nb::gil_scoped_release release;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double* row = map.data() + 4 * axis;
-        out[axis] = -shape.cells().maximum([row](bob::Vec3 p) { return -mapped(row, p); });
-        out[3 + axis] = shape.cells().maximum([row](bob::Vec3 p) { return mapped(row, p); });
-    }
+    bob::parallel_for(6, 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const double* row = map.data() + 4 * (i % 3);
+            const double sign = i < 3 ? -1 : 1;
+            out[i] = sign * shape.cells().maximum([=](bob::Vec3 p) { return sign * mapped(row, p); });
+        }
+    });
     return result;
 }
 

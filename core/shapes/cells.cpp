@@ -347,7 +347,6 @@ double Cells::maximum(const std::function<double(Vec3)>& convex) const {
                 }
             }
             kernels.bounds(code, boxes, decisions.data(), memory);
-            kernels.narrow(code, boxes, memory);
             for (int lane = 0; lane < count; ++lane) {
                 if (!may_be_zero(boxes, lane)) continue;
                 const Box b{{boxes.low[0][lane], boxes.low[1][lane], boxes.low[2][lane]},

@@ -85,8 +85,15 @@ class Implicit(Shape):
         return self._surface.unresolved_rays
 
     def bounding_box(self, matrix: Matrix) -> tuple[Points, Points]:
-        low, high = self._surface.bounds(self._from_core(matrix))
+        key = matrix.tobytes()
+        if key not in self._boxes:  # a scene asks twice, and it takes a while to find
+            self._boxes[key] = self._surface.bounds(self._from_core(matrix))
+        low, high = self._boxes[key]
         return low, high
+
+    @cached_property
+    def _boxes(self) -> dict[bytes, NDArray[np.float64]]:
+        return {}
 
     def radius(self, matrix: Matrix, center: Points) -> float:
         return self._surface.radius(self._from_core(matrix), np.array(center, np.float64))
