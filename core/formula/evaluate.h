@@ -64,6 +64,11 @@ struct BoxBatch {
     std::uint32_t nowhere;                        // out: bit i: it is NaN everywhere in box i
 };
 
+/// Whether f may change its sign in box i, as far as `boxes` tells.
+inline bool may_change_sign(const BoxBatch& boxes, int i) {
+    return !(boxes.least[i] >= 0 || boxes.most[i] < 0 || boxes.nowhere >> i & 1);
+}
+
 /// Segments of rays, from t = 0 on.
 struct RayBatch {
     float origin[3][max_lanes], direction[3][max_lanes];

@@ -44,6 +44,7 @@ enum class Op : std::uint8_t {
     // of a, b and c
     select,  // b where a < 0, else c; the one that is not chosen does not matter, even if it is NaN
 };
+constexpr int max_exponent = 1000;  // of a power, either way
 constexpr int op_count = static_cast<int>(Op::select) + 1;
 
 /// Number of operands, 0 to 3.

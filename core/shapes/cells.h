@@ -26,7 +26,11 @@ public:
     /// Each level cuts a cell into 4 x 4 x 4.
     static constexpr int max_levels = CellGrid::levels;
     static constexpr int grid = CellGrid::side;  // finest cells along an axis
+    static constexpr float finest = 2.f / grid;  // side of the finest cells
     static constexpr std::uint32_t max_cells = 1 << 21;
+
+    /// Side of a level's cells, in finest cells.
+    static constexpr int side(int level) { return grid >> (2 * level); }
 
     /// How far from the surface a point is that stands for it in questions of size.
     static constexpr float tolerance = 0x1p-7f;
@@ -41,7 +45,7 @@ public:
         std::uint32_t first, count;  // of the instructions
         std::uint16_t registers, result;
         std::array<std::uint8_t, 3> at;  // low corner, in finest cells
-        std::uint8_t level;              // 1 to max_levels; a side is `grid >> 2 * level` finest cells
+        std::uint8_t level;              // 1 to max_levels
     };
     [[nodiscard]] const std::vector<Cell>& cells() const { return cells_; }
     [[nodiscard]] Code code(const Cell& cell) const {

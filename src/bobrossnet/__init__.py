@@ -19,7 +19,8 @@ from bobrossnet.render.camera import Camera
 from bobrossnet.render.gbuffer import GBuffer, Samples
 from bobrossnet.render.order import pixel_order
 from bobrossnet.render.trace import SceneTracer, trace
-from bobrossnet.shapes.implicit import Implicit, implicit
+from bobrossnet.sdf.formula import implicit
+from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.mesh import Mesh

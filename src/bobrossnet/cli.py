@@ -183,7 +183,7 @@ def _render(options: argparse.Namespace) -> None:
     else:
         picture = to_8_bit(image)
     if scene.unresolved_rays:
-        print(f"unresolved {scene.unresolved_rays:,} rays passed places that may or may not be surface")
+        print(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
     write_picture(out, picture)
     print(f"wrote      {out}")
 

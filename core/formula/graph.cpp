@@ -1,0 +1,300 @@
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "formula/expression.h"
+
+namespace bob {
+namespace {
+
+constexpr std::uint32_t no_node = 0xffffffff;
+
+bool commutes(Op op) {
+    return op == Op::add || op == Op::multiply || op == Op::minimum || op == Op::maximum || op == Op::hypot;
+}
+
+std::size_t hash(const Node& node) {
+    std::uint64_t h = static_cast<std::uint64_t>(node.op) + 1;
+    for (const std::uint32_t operand : node.operand) h = (h ^ operand) * 0x9e3779b97f4a7c15;
+    h = (h ^ (h >> 29) ^ std::bit_cast<std::uint64_t>(node.value)) * 0xbf58476d1ce4e5b9;
+    return h ^ (h >> 32);
+}
+
+/// Bit for bit, so that 0 and -0 are two constants.
+bool same(const Node& a, const Node& b) {
+    return a.op == b.op && a.operand[0] == b.operand[0] && a.operand[1] == b.operand[1] &&
+           a.operand[2] == b.operand[2] && std::bit_cast<std::uint64_t>(a.value) == std::bit_cast<std::uint64_t>(b.value);
+}
+
+}  // namespace
+
+// ---- Nodes ----------------------------------------------------------------------------------------
+
+Value Graph::add(const Node& node) {
+    if (2 * (nodes_.size() + 1) > slots_.size()) grow();
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t slot = hash(node) & mask;
+    for (; slots_[slot] != no_node; slot = (slot + 1) & mask) {
+        if (same(nodes_[slots_[slot]], node)) return {this, slots_[slot]};
+    }
+    if (nodes_.size() == max_nodes) throw TooLarge();
+    slots_[slot] = static_cast<std::uint32_t>(nodes_.size());
+    nodes_.push_back(node);
+    return {this, slots_[slot]};
+}
+
+void Graph::grow() {
+    slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), no_node);
+    const std::size_t mask = slots_.size() - 1;
+    for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
+        std::size_t slot = hash(nodes_[i]) & mask;
+        while (slots_[slot] != no_node) slot = (slot + 1) & mask;
+        slots_[slot] = i;
+    }
+}
+
+void Graph::clear() {
+    const std::size_t size = std::bit_ceil(std::max<std::size_t>(64, 4 * nodes_.size()));
+    nodes_.clear();
+    slots_.assign(std::min(slots_.size(), size), no_node);
+}
+
+Expression Graph::expression(Value root) const {
+    return Expression(std::vector<Node>(nodes_.begin(), nodes_.begin() + root.index + 1));
+}
+
+Value Graph::like(const Node& node, Value a, Value b, Value c) {
+    switch (operands(node.op)) {
+        case 0: return add({.op = node.op, .value = node.value});
+        case 1: return unary(node.op, a, node.value);
+        case 2: return binary(node.op, a, b);
+        default: return select(a, b, c);
+    }
+}
+
+Value Graph::substitute(const Expression& f, Value x, Value y, Value z) {
+    std::vector<Value> values;
+    values.reserve(f.nodes().size());
+    for (const Node& node : f.nodes()) {
+        const auto operand = [&](int k) { return k < operands(node.op) ? values[node.operand[k]] : Value{}; };
+        values.push_back(node.op == Op::x   ? x
+                         : node.op == Op::y ? y
+                         : node.op == Op::z ? z
+                                            : like(node, operand(0), operand(1), operand(2)));
+    }
+    return values.back();
+}
+
+// ---- Algebra --------------------------------------------------------------------------------------
+//
+// One view of a value's node, so that rules read like the algebra they state.
+
+namespace {
+
+struct Term {
+    Graph& graph;
+    Value value;
+
+    [[nodiscard]] const Node& node() const { return graph.node(value); }
+    [[nodiscard]] bool is(Op op) const { return node().op == op; }
+    [[nodiscard]] bool is_constant() const { return is(Op::constant); }
+    [[nodiscard]] bool is_constant(double c) const { return is_constant() && node().value == c; }
+    [[nodiscard]] double constant() const { return node().value; }
+    [[nodiscard]] Term operand(int k) const { return {graph, {&graph, node().operand[k]}}; }
+    /// Finite constants can be gathered; of infinite ones, inf - inf would become a NaN for good.
+    [[nodiscard]] bool is_finite_constant() const { return is_constant() && std::isfinite(constant()); }
+    /// Whether it is `op` of something and a finite constant, which canonical order puts second.
+    [[nodiscard]] bool is_with_constant(Op op) const { return is(op) && operand(1).is_finite_constant(); }
+
+    [[nodiscard]] bool is_never_negative() const {
+        switch (node().op) {
+            case Op::absolute:
+            case Op::square:
+            case Op::sqrt:
+            case Op::exp:
+            case Op::hypot: return true;
+            case Op::constant: return constant() >= 0;
+            case Op::power: return std::fmod(node().value, 2) == 0;
+            case Op::maximum: return operand(1).is_constant() && operand(1).constant() >= 0;
+            default: return false;
+        }
+    }
+    /// Whether it is never infinite or NaN, as far as one look tells.
+    [[nodiscard]] bool is_finite() const {
+        return is(Op::x) || is(Op::y) || is(Op::z) || is_finite_constant();
+    }
+};
+
+/// Whether the one is the other's negative, but for the last bits of a constant.
+bool opposite(Term a, Term b) {
+    const auto about = [](double p, double q) { return std::fabs(p - q) <= 1e-15 * std::fabs(p); };
+    if (a.is(Op::negate) || b.is(Op::negate)) {
+        return (a.is(Op::negate) && a.operand(0).value == b.value) || (b.is(Op::negate) && b.operand(0).value == a.value);
+    }
+    if (b.is(Op::subtract) && !a.is(Op::subtract)) std::swap(a.value, b.value);
+    if (a.is(Op::subtract) && b.is(Op::subtract)) {
+        return a.operand(0).value == b.operand(1).value && a.operand(1).value == b.operand(0).value;
+    }
+    if (a.is(Op::subtract) && a.operand(0).is_constant() && b.is_with_constant(Op::add)) {
+        return a.operand(1).value == b.operand(0).value &&
+               about(a.operand(0).constant(), -b.operand(1).constant());
+    }
+    const bool products = a.is_with_constant(Op::multiply) && b.is_with_constant(Op::multiply);
+    const bool sums = a.is_with_constant(Op::add) && b.is_with_constant(Op::add);
+    if (products) {
+        return a.operand(0).value == b.operand(0).value && about(a.operand(1).constant(), -b.operand(1).constant());
+    }
+    return sums && about(a.operand(1).constant(), -b.operand(1).constant()) && opposite(a.operand(0), b.operand(0));
+}
+
+/// The root of a sum of squares as a chain of hypot; false where a summand is no square.
+bool root_of_squares(Term sum, Value& chain, bool& started) {
+    if (sum.is(Op::add)) {
+        return root_of_squares(sum.operand(0), chain, started) && root_of_squares(sum.operand(1), chain, started);
+    }
+    Value side;
+    if (sum.is(Op::square)) {
+        side = sum.operand(0).value;
+    } else if (sum.is_constant() && sum.constant() >= 0) {
+        side = sum.graph.constant(std::sqrt(sum.constant()));
+    } else {
+        return false;
+    }
+    chain = started ? hypot(chain, side) : side;
+    started = true;
+    return true;
+}
+
+}  // namespace
+
+Value Graph::unary(Op op, Value value, double exponent) {
+    const Term a{*this, value};
+    if (a.is_constant()) {
+        const double folded = evaluate(op, exponent, a.constant(), 0, 0);
+        if (!std::isnan(folded)) return constant(folded);
+    }
+    switch (op) {
+        case Op::negate:
+            if (a.is(Op::negate)) return a.operand(0).value;
+            if (a.is(Op::subtract)) return a.operand(1).value - a.operand(0).value;
+            if (a.is_with_constant(Op::multiply)) return a.operand(0).value * -a.operand(1).constant();
+            break;
+        case Op::absolute:
+            if (a.is_never_negative()) return value;
+            if (a.is(Op::negate)) return abs(a.operand(0).value);
+            break;
+        case Op::square:
+            if (a.is(Op::negate) || a.is(Op::absolute)) return square(a.operand(0).value);
+            break;
+        case Op::sqrt: {
+            if (a.is(Op::square)) return abs(a.operand(0).value);
+            Value chain;
+            bool started = false;
+            if (a.is(Op::add) && root_of_squares(a, chain, started)) return chain;
+            break;
+        }
+        case Op::power:
+            if (exponent == 0) return constant(1);
+            if (exponent == 1) return value;
+            if (exponent == 2) return square(value);
+            if (exponent < 0) return 1 / unary(Op::power, value, -exponent);
+            break;
+        default: break;
+    }
+    return add({.op = op, .operand = {value.index}, .value = op == Op::power ? exponent : 0});
+}
+
+Value Graph::binary(Op op, Value left, Value right) {
+    Term a{*this, left}, b{*this, right};
+    if (a.is_constant() && b.is_constant()) {
+        const double folded = evaluate(op, 0, a.constant(), b.constant(), 0);
+        if (!std::isnan(folded)) return constant(folded);
+    }
+    // Constants second, so that the rules below find them there; else the older value first.
+    if (commutes(op) && (a.is_constant() || (!b.is_constant() && right.index < left.index))) {
+        std::swap(left, right);
+        std::swap(a.value, b.value);
+    }
+    switch (op) {
+        case Op::add:
+            if (b.is_constant(0)) return left;
+            if (b.is_constant() && a.is_with_constant(Op::add)) {
+                return a.operand(0).value + (a.operand(1).constant() + b.constant());
+            }
+            if (b.is_constant() && a.is(Op::subtract) && a.operand(0).is_finite_constant()) {
+                return (a.operand(0).constant() + b.constant()) - a.operand(1).value;
+            }
+            if (b.is(Op::negate)) return left - b.operand(0).value;
+            if (a.is(Op::negate)) return right - a.operand(0).value;
+            // max(u, 0) + min(u, 0) is u: what is left of a box where one face is near.
+            if (((a.is(Op::maximum) && b.is(Op::minimum)) || (a.is(Op::minimum) && b.is(Op::maximum))) &&
+                a.operand(1).is_constant(0) && b.operand(1).is_constant(0) &&
+                a.operand(0).value == b.operand(0).value) {
+                return a.operand(0).value;
+            }
+            break;
+        case Op::subtract:
+            if (b.is_constant()) return left + -b.constant();
+            if (b.is(Op::negate)) return left + b.operand(0).value;
+            if (a.is_constant(0)) return -right;
+            if (a.is_constant() && b.is_with_constant(Op::add)) {
+                return (a.constant() - b.operand(1).constant()) - b.operand(0).value;
+            }
+            if (a.is_constant() && b.is(Op::subtract) && b.operand(0).is_finite_constant()) {
+                return b.operand(1).value + (a.constant() - b.operand(0).constant());
+            }
+            break;
+        case Op::multiply:
+            if (b.is_constant(1)) return left;
+            if (b.is_constant(-1)) return -left;
+            if (b.is_constant(0) && a.is_finite()) return right;
+            if (b.is_finite_constant()) {
+                const double c = b.constant();
+                if (a.is(Op::negate)) return a.operand(0).value * -c;
+                if (a.is_with_constant(Op::multiply)) return a.operand(0).value * (a.operand(1).constant() * c);
+                if (a.is_with_constant(Op::add)) return a.operand(0).value * c + a.operand(1).constant() * c;
+            }
+            if (left == right) return square(left);
+            if (a.is(Op::negate) && b.is(Op::negate)) return a.operand(0).value * b.operand(0).value;
+            // Powers have tighter bounds than products: x * x * x rises everywhere.
+            if (a.is(Op::square) && a.operand(0).value == right) return power(right, 3);
+            if (b.is(Op::square) && b.operand(0).value == left) return power(left, 3);
+            if (a.is(Op::power) && a.operand(0).value == right && a.node().value < max_exponent) {
+                return unary(Op::power, right, a.node().value + 1);
+            }
+            if (b.is(Op::power) && b.operand(0).value == left && b.node().value < max_exponent) {
+                return unary(Op::power, left, b.node().value + 1);
+            }
+            break;
+        case Op::divide:
+            if (b.is_constant() && std::isfinite(1 / b.constant())) return left * (1 / b.constant());
+            break;
+        case Op::minimum:
+        case Op::maximum:
+            if (left == right) return left;
+            // What is left of a solid cut away along its own face: never negative, so nothing.
+            if (opposite(a, b)) return op == Op::maximum ? abs(left) : -abs(left);
+            if (op == Op::maximum && b.is_constant() && b.constant() <= 0 && a.is_never_negative()) return left;
+            if (b.is_constant() && a.is_with_constant(op)) {
+                return binary(op, a.operand(0).value,
+                              constant(evaluate(op, 0, a.operand(1).constant(), b.constant(), 0)));
+            }
+            break;
+        case Op::hypot:
+            if (b.is_constant(0)) return abs(left);
+            if (a.is(Op::negate) || a.is(Op::absolute)) return hypot(a.operand(0).value, right);
+            if (b.is(Op::negate) || b.is(Op::absolute)) return hypot(left, b.operand(0).value);
+            break;
+        default: break;
+    }
+    return add({.op = op, .operand = {left.index, right.index}});
+}
+
+Value Graph::select(Value a, Value b, Value c) {
+    const Term condition{*this, a};
+    if (condition.is_constant()) return condition.constant() < 0 ? b : c;
+    if (b == c) return b;
+    return add({.op = Op::select, .operand = {a.index, b.index, c.index}});
+}
+
+}  // namespace bob
