@@ -500,6 +500,7 @@ def hits(shape, origin, direction):
         (lambda x, y, z: -1 / x, 1, 1),
         (lambda x, y, z: np.where(x > 0, np.sqrt(x), 0) + y * y + z * z - 0.5, 0.25, -1),
         (lambda x, y, z: np.where(x > 0, np.log(x), -1), 1, -1),
+        (lambda x, y, z: np.where(np.sqrt(x) - 2 < 0, x * x + y * y + z * z - 0.25, 1), 0.5, 0.5),
         (lambda x, y, z: np.maximum(np.sqrt(x), 0.5) - 0.7, 0.49, 0.49),
         (lambda x, y, z: np.minimum(x * x - 0.25, np.inf), 0.5, -0.5),
         (lambda x, y, z: np.maximum(x * x - 0.25, -np.inf), 0.5, -0.5),

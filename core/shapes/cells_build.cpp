@@ -148,12 +148,21 @@ private:
         return children;
     }
 
-    /// Takes back what a box decided, but for the branches of select.
+    /// Takes back what a box decided, but for the branches of selects that always know which one to take.
     void forget_extremes(const Tape& tape, int lane) {
-        for (std::size_t i = 0; i < decisions_.size(); ++i) {
-            if (tape.decisions()[i] == Op::select) continue;
-            decisions_[i].first &= ~(1u << lane);
-            decisions_[i].second &= ~(1u << lane);
+        const std::vector<Node>& nodes = tape.expression().nodes();
+        std::vector<bool> total(nodes.size());  // whether numbers give a number
+        std::size_t next = 0;
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            const Op op = nodes[i].op;
+            total[i] = op != Op::sqrt && op != Op::log && op != Op::asin && op != Op::acos && op != Op::divide &&
+                       op != Op::modulo;
+            for (int k = 0; k < operands(op); ++k) total[i] = total[i] && total[nodes[i].operand[k]];
+            if (!is_decision(op)) continue;
+            Decision& decision = decisions_[next++];
+            if (op == Op::select && total[nodes[i].operand[0]]) continue;
+            decision.first &= ~(1u << lane);
+            decision.second &= ~(1u << lane);
         }
     }
 
