@@ -2,23 +2,13 @@
 #pragma once
 
 #include <atomic>
-#include <memory>
-#include <optional>
 
 #include "formula/expression.h"
+#include "shapes/bounds.h"
 #include "shapes/cells.h"
 #include "shapes/shape.h"
 
 namespace bob {
-
-/// Axis-aligned, in the formula's own units.
-struct Bounds {
-    double low[3], high[3];
-};
-
-/// A box around all points where f <= 0, a little larger than they need; nothing where f is positive everywhere. Throws
-/// std::invalid_argument if intervals can't prove that it ends somewhere within 1e9 of the origin.
-[[nodiscard]] std::optional<Bounds> find_bounds(const Expression& f);
 
 class Implicit : public Shape {
 public:

@@ -1,0 +1,19 @@
+/// Where a formula's inside ends.
+#pragma once
+
+#include <optional>
+
+#include "formula/expression.h"
+
+namespace bob {
+
+/// Axis-aligned, in the formula's own units.
+struct Bounds {
+    double low[3], high[3];
+};
+
+/// A box around all points where f <= 0, a little larger than they need; nothing where f is positive everywhere. Throws
+/// std::invalid_argument if intervals can't prove that it ends somewhere within 1e9 of the origin.
+[[nodiscard]] std::optional<Bounds> find_bounds(const Expression& f);
+
+}  // namespace bob
