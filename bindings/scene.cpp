@@ -178,7 +178,6 @@ void bind_scene(nb::module_& m) {
         .def_prop_ro("center", [](const bob::Implicit& s) { return nb::make_tuple(s.center()[0], s.center()[1], s.center()[2]); })
         .def_prop_ro("half_side", &bob::Implicit::half_side)
         .def_prop_ro("cells", [](const bob::Implicit& s) { return s.cells().cells().size(); })
-        .def_prop_ro("coarse", [](const bob::Implicit& s) { return s.cells().coarse(); })
         .def_prop_ro("unresolved_rays", &bob::Implicit::unresolved_rays);
     m.def("find_bounds", &find_bounds, "formula"_a);
 

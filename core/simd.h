@@ -30,6 +30,10 @@ constexpr int lanes = 8;
 constexpr int lanes = 4;
 #endif
 
+/// A register of floats, and the masks and whole numbers beside it.
+using F = Vector<lanes>;
+using M = IntVector<lanes>;
+
 template <class V>
 inline V load(const float* p) {
     V v;
@@ -47,6 +51,11 @@ template <class V>
 inline V broadcast(float w) {
     return w - V{};
 }
+
+inline F constant(float x) { return broadcast<F>(x); }
+inline M all(std::int32_t x) { return x - M{}; }
+inline M to_integers(F a) { return __builtin_convertvector(a, M); }
+inline F to_floats(M a) { return __builtin_convertvector(a, F); }
 
 /// a * b + c, rounded once where the instruction set can.
 template <class V>

@@ -120,7 +120,24 @@ public:
     Value select(Value a, Value b, Value c);
 
     /// The op of a node of any expression, on values of this graph; an axis or a constant as it is.
-    Value like(const Node& node, Value a, Value b, Value c);
+    Value like(const Node& node, const Value operand[3]);
+
+    /// The nodes of f in this graph, each by make(number of the node, values of its operands) and after these.
+    template <class Make>
+    std::vector<Value> rebuild(const Expression& f, Make make) {
+        std::vector<Value> values;
+        values.reserve(f.nodes().size());
+        for (std::uint32_t i = 0; i < f.nodes().size(); ++i) {
+            const Node& node = f.nodes()[i];
+            Value operand[3];
+            for (int k = 0; k < operands(node.op); ++k) operand[k] = values[node.operand[k]];
+            values.push_back(make(i, operand));
+        }
+        return values;
+    }
+
+    /// f as it is.
+    Value copy(const Expression& f);
 
     /// f(x, y, z) with other values in the place of x, y and z.
     Value substitute(const Expression& f, Value x, Value y, Value z);

@@ -9,11 +9,6 @@
 
 namespace bob::BOB_ISA {
 
-using F = Vector<lanes>;
-using M = IntVector<lanes>;
-
-inline F constant(float x) { return broadcast<F>(x); }
-inline M all(std::int32_t x) { return x - M{}; }
 inline M as_bits(F x) { return (M)x; }
 inline F as_floats(M x) { return (F)x; }
 
@@ -44,9 +39,6 @@ inline F ceil(F a) {
     const F r = round(a);
     return r < a ? r + 1.f : r;
 }
-
-inline M to_integers(F a) { return __builtin_convertvector(a, M); }
-inline F to_floats(M a) { return __builtin_convertvector(a, F); }
 
 /// sin(x + quarter_turns * pi / 2)
 inline F sine(F x, int quarter_turns) {

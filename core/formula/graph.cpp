@@ -63,26 +63,28 @@ Expression Graph::expression(Value root) const {
     return Expression(std::vector<Node>(nodes_.begin(), nodes_.begin() + root.index + 1));
 }
 
-Value Graph::like(const Node& node, Value a, Value b, Value c) {
+Value Graph::like(const Node& node, const Value operand[3]) {
     switch (operands(node.op)) {
         case 0: return add({.op = node.op, .value = node.value});
-        case 1: return unary(node.op, a, node.value);
-        case 2: return binary(node.op, a, b);
-        default: return select(a, b, c);
+        case 1: return unary(node.op, operand[0], node.value);
+        case 2: return binary(node.op, operand[0], operand[1]);
+        default: return select(operand[0], operand[1], operand[2]);
     }
 }
 
+Value Graph::copy(const Expression& f) {
+    return rebuild(f, [&](std::uint32_t i, const Value* operand) { return like(f.nodes()[i], operand); }).back();
+}
+
 Value Graph::substitute(const Expression& f, Value x, Value y, Value z) {
-    std::vector<Value> values;
-    values.reserve(f.nodes().size());
-    for (const Node& node : f.nodes()) {
-        const auto operand = [&](int k) { return k < operands(node.op) ? values[node.operand[k]] : Value{}; };
-        values.push_back(node.op == Op::x   ? x
-                         : node.op == Op::y ? y
-                         : node.op == Op::z ? z
-                                            : like(node, operand(0), operand(1), operand(2)));
-    }
-    return values.back();
+    return rebuild(f, [&](std::uint32_t i, const Value* operand) {
+        switch (f.nodes()[i].op) {
+            case Op::x: return x;
+            case Op::y: return y;
+            case Op::z: return z;
+            default: return like(f.nodes()[i], operand);
+        }
+    }).back();
 }
 
 // ---- Algebra --------------------------------------------------------------------------------------

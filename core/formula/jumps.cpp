@@ -69,19 +69,18 @@ Survey survey(const Expression& f, BoxBatch box) {
     return result;
 }
 
-/// What is negative before a jump, in a graph that holds the formula's nodes as `values`.
-Value condition(const Node& node, const Jump& jump, const std::vector<Value>& values) {
-    const Value a = values[node.operand[0]];
+/// What is negative before a jump of a node whose first operand is `a`.
+Value condition(const Node& node, const Jump& jump, Value a) {
     const float threshold = node.op == Op::floor ? jump.low + 1 : node.op == Op::ceil ? jump.low : jump.low + 0.5f;
     return is_rounding(node.op) ? a - threshold : a;
 }
 
 /// The node that jumps, as it is on one side.
-Value side(Graph& graph, const Node& node, const Jump& jump, const std::vector<Value>& values, bool before) {
-    if (node.op == Op::select) return values[node.operand[before ? 1 : 2]];
+Value side(Graph& graph, const Node& node, const Jump& jump, const Value* operand, bool before) {
+    if (node.op == Op::select) return operand[before ? 1 : 2];
     if (node.op == Op::atan2) {
         // The angle is counted from the cut, where it is small, and half a turn added or taken.
-        return atan2(-values[node.operand[0]], -values[node.operand[1]]) + (before ? -pi : pi);
+        return atan2(-operand[0], -operand[1]) + (before ? -pi : pi);
     }
     return graph.constant(before ? jump.low : jump.low + 1);
 }
@@ -103,29 +102,20 @@ Expression on_side(const Expression& f, const Jump& jump, bool before) {
         }
     }
     Graph graph;
-    std::vector<Value> values;
-    for (std::uint32_t i = 0; i < nodes.size(); ++i) {
+    const std::vector<Value> values = graph.rebuild(f, [&](std::uint32_t i, const Value* operand) {
         const Node& node = nodes[i];
-        const auto operand = [&](int k) { return k < operands(node.op) ? values[node.operand[k]] : Value{}; };
+        if (i == jump.at) return side(graph, node, jump, operand, before);
         const int known = operands(node.op) > 0 ? sign[node.operand[0]] : 0;
-        const bool at_zero = operands(node.op) == 2 && nodes[node.operand[1]].op == Op::constant &&
-                             nodes[node.operand[1]].value == 0;
-        if (i == jump.at) {
-            values.push_back(side(graph, node, jump, values, before));
-        } else if (known && node.op == Op::absolute) {
-            values.push_back(known < 0 ? -operand(0) : operand(0));
-        } else if (known && node.op == Op::select) {
-            values.push_back(operand(known < 0 ? 1 : 2));
-        } else if (known && at_zero && (node.op == Op::minimum || node.op == Op::maximum)) {
-            values.push_back(operand((known < 0) == (node.op == Op::minimum) ? 0 : 1));
-        } else {
-            values.push_back(graph.like(node, operand(0), operand(1), operand(2)));
+        if (known && node.op == Op::absolute) return known < 0 ? -operand[0] : operand[0];
+        if (known && node.op == Op::select) return operand[known < 0 ? 1 : 2];
+        if (known && (node.op == Op::minimum || node.op == Op::maximum) &&
+            nodes[node.operand[1]].op == Op::constant && nodes[node.operand[1]].value == 0) {
+            return operand[(known < 0) == (node.op == Op::minimum) ? 0 : 1];
         }
-    }
+        return graph.like(node, operand);
+    });
     return graph.expression(values.back());
 }
-
-Value same(Graph& graph, const Expression& f) { return graph.substitute(f, graph.x(), graph.y(), graph.z()); }
 
 /// A formula without inner jumps, and its sign where the box tells.
 struct Apart {
@@ -138,22 +128,21 @@ std::optional<Apart> taken_out(Graph& graph, const Expression& f, const BoxBatch
     // Selects that are too many stay inside: most that people write do not jump at all. Where the sign is known, the
     // formula is still asked for its slope: what jumps from below zero to above is a surface with a normal.
     if (found.sign != Sign::mixed || (jumps_left == 0 && found.is_select)) {
-        return Apart{same(graph, found.simpler), found.sign};
+        return Apart{graph.copy(found.simpler), found.sign};
     }
     if (found.other_jumps) return std::nullopt;
-    if (!found.jump) return Apart{same(graph, found.simpler), found.sign};
+    if (!found.jump) return Apart{graph.copy(found.simpler), found.sign};
     if (jumps_left == 0) return std::nullopt;
     const auto before = taken_out(graph, on_side(found.simpler, *found.jump, true), box, jumps_left - 1);
     if (!before) return std::nullopt;
     const auto after = taken_out(graph, on_side(found.simpler, *found.jump, false), box, jumps_left - 1);
     if (!after) return std::nullopt;
 
-    std::vector<Value> values;
-    for (const Node& node : found.simpler.nodes()) {
-        const auto operand = [&](int k) { return k < operands(node.op) ? values[node.operand[k]] : Value{}; };
-        values.push_back(graph.like(node, operand(0), operand(1), operand(2)));
-    }
-    const Value jumps_at = condition(found.simpler.nodes()[found.jump->at], *found.jump, values);
+    const std::vector<Node>& nodes = found.simpler.nodes();
+    const std::vector<Value> values = graph.rebuild(
+        found.simpler, [&](std::uint32_t i, const Value* operand) { return graph.like(nodes[i], operand); });
+    const Node& jumping = nodes[found.jump->at];
+    const Value jumps_at = condition(jumping, *found.jump, values[jumping.operand[0]]);
     return Apart{select(jumps_at, before->value, after->value),
                  before->sign == after->sign ? before->sign : Sign::mixed};
 }
@@ -162,12 +151,11 @@ std::optional<Apart> taken_out(Graph& graph, const Expression& f, const BoxBatch
 
 Expression without_modulo(const Expression& f) {
     Graph graph;
-    std::vector<Value> values;
-    for (const Node& node : f.nodes()) {
-        const auto operand = [&](int k) { return k < operands(node.op) ? values[node.operand[k]] : Value{}; };
-        values.push_back(node.op == Op::modulo ? operand(0) - operand(1) * floor(operand(0) / operand(1))
-                                               : graph.like(node, operand(0), operand(1), operand(2)));
-    }
+    const std::vector<Value> values = graph.rebuild(f, [&](std::uint32_t i, const Value* operand) {
+        const Node& node = f.nodes()[i];
+        if (node.op == Op::modulo) return operand[0] - operand[1] * floor(operand[0] / operand[1]);
+        return graph.like(node, operand);
+    });
     return graph.expression(values.back());
 }
 

@@ -53,7 +53,7 @@ Expression without_low_powers(Expression f) {
     const auto low = [](const Node& node) { return node.op == Op::power && node.value < 1; };
     if (std::none_of(f.nodes().begin(), f.nodes().end(), low)) return f;
     Graph graph;
-    return graph.expression(graph.substitute(f, graph.x(), graph.y(), graph.z()));
+    return graph.expression(graph.copy(f));
 }
 
 int operands_of(const Lowered& step) { return step.op == affine ? 1 : operands(step.op); }
@@ -166,26 +166,18 @@ Expression Tape::specialised(std::span<const Decision> decisions, int lane) cons
     }
 
     thread_local Graph graph;
-    thread_local std::vector<Value> values;
     graph.clear();
-    values.assign(count, {});
-    for (std::uint32_t i = 0; i < count; ++i) {
-        const Node& node = nodes[i];
+    const std::vector<Value> values = graph.rebuild(expression_, [&](std::uint32_t i, const Value* operand) {
         const Known& k = known[i];
-        if (!k.needed) continue;
-        const auto operand = [&](int n) { return values[node.operand[n]]; };
+        if (!k.needed) return Value{};
         switch (k.outcome) {
-            case Outcome::itself: values[i] = graph.like(node, operand(0), operand(1), operand(2)); break;
-            case Outcome::operand: values[i] = operand(k.operand); break;
-            case Outcome::negative: values[i] = -operand(0); break;
-            case Outcome::constant: values[i] = graph.constant(k.value); break;
+            case Outcome::itself: return graph.like(nodes[i], operand);
+            case Outcome::operand: return operand[k.operand];
+            case Outcome::negative: return -operand[0];
+            default: return graph.constant(k.value);
         }
-    }
-    return graph.expression(values[count - 1]);
-}
-
-std::size_t Tape::bytes() const {
-    return sizeof *this + expression_.nodes().size() * sizeof(Node) + code_.size() * sizeof(Instruction);
+    });
+    return graph.expression(values.back());
 }
 
 }  // namespace bob

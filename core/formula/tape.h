@@ -20,7 +20,6 @@ public:
     [[nodiscard]] Code code() const { return {code_.data(), code_.size(), registers_, result_}; }
     /// The ops that are decisions, in the order in which evaluation comes to them.
     [[nodiscard]] const std::vector<Op>& decisions() const { return decisions_; }
-    [[nodiscard]] std::size_t bytes() const;
 
 private:
     Expression expression_;

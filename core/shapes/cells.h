@@ -60,8 +60,6 @@ public:
     /// where there is no surface.
     [[nodiscard]] double maximum(const std::function<double(Vec3)>& convex) const;
 
-    /// Whether cells were left larger than intended because there would be too many.
-    [[nodiscard]] bool coarse() const { return coarse_; }
     [[nodiscard]] int max_registers() const { return max_registers_; }
     [[nodiscard]] std::size_t bytes() const;
 
@@ -79,7 +77,6 @@ private:
     Box hull_;
     std::uint32_t max_code_ = 0;
     int max_registers_ = 3;
-    bool coarse_ = false;
 };
 
 }  // namespace bob

@@ -43,12 +43,14 @@ bool decides(const std::vector<std::uint8_t>& signature) {
 
 }  // namespace
 
+using TapePtr = std::shared_ptr<const Tape>;
+
 /// Builds the subtree of one cell, with numbers of its own.
 class Cells::Builder {
 public:
     explicit Builder(std::uint32_t budget) : budget_(budget) {}
 
-    void build(const Tape& tape, bool smooth, std::array<int, 3> at, int level) {
+    void build(const TapePtr& tape, bool smooth, std::array<int, 3> at, int level) {
         build(add_node(), tape, smooth, at, level);
     }
 
@@ -57,17 +59,16 @@ public:
 private:
     struct Child {
         int index;
-        std::shared_ptr<const Tape> tape;  // of its own; none if its parent's is no less simple
-        bool smooth;                       // no jumps but those that select the whole formula
+        TapePtr tape;
+        bool smooth;  // no jumps but those that select the whole formula
     };
 
-    void build(std::int32_t node, const Tape& tape, bool smooth, std::array<int, 3> at, int level) {
-        for (const auto& [index, own, child_smooth] : occupied(tape, smooth, at, level + 1)) {
-            const Tape& child_tape = own ? *own : tape;
+    void build(std::int32_t node, const TapePtr& tape, bool smooth, std::array<int, 3> at, int level) {
+        for (const auto& [index, child_tape, child_smooth] : occupied(tape, smooth, at, level + 1)) {
             const std::array<int, 3> corner = child_at(at, level + 1, index);
             std::int32_t child;
-            if (is_leaf(child_tape.code(), child_smooth, level + 1)) {
-                child = CellGrid::leaf(add_cell(child_tape.code(), corner, level + 1));
+            if (is_leaf(child_tape->code(), child_smooth, level + 1)) {
+                child = CellGrid::leaf(add_cell(child_tape->code(), corner, level + 1));
             } else {
                 child = add_node();
                 build(child, child_tape, child_smooth, corner, level + 1);
@@ -89,10 +90,7 @@ private:
         if (level == max_levels) return true;
         if (smooth && level == max_levels - 2 && code.count <= short_code) return true;
         if (level < max_levels - 1) return false;
-        if (smooth) return true;
-        if (result.cells_.size() < budget_) return false;
-        result.coarse_ = true;
-        return true;
+        return smooth || result.cells_.size() >= budget_;
     }
 
     static std::array<int, 3> child_at(std::array<int, 3> at, int level, int index) {
@@ -112,13 +110,14 @@ private:
         return boxes;
     }
 
-    /// The children that the surface may pass, each with its own tape where that is simpler than the parent's.
-    std::vector<Child> occupied(const Tape& tape, bool smooth, std::array<int, 3> at, int level) {
+    /// The children that the surface may pass, each with its parent's tape or a simpler one.
+    std::vector<Child> occupied(const TapePtr& parent, bool smooth, std::array<int, 3> at, int level) {
         const FormulaKernels& kernels = best_formula_kernels();
+        const Tape& tape = *parent;
         void* memory = scratch(tape.code().registers);
         decisions_.resize(tape.decisions().size());
         std::vector<Child> children;
-        std::vector<std::pair<std::vector<std::uint8_t>, std::shared_ptr<const Tape>>> known;
+        std::vector<std::pair<std::vector<std::uint8_t>, TapePtr>> known;
         for (int start = 0; start < 64; start += kernels.lanes) {
             int index[max_lanes];
             for (int lane = 0; lane < kernels.lanes; ++lane) index[lane] = start + lane;
@@ -126,7 +125,7 @@ private:
             kernels.bounds(tape.code(), boxes, decisions_.data(), memory);
             for (int lane = 0; lane < kernels.lanes; ++lane) {
                 if (!may_change_sign(boxes, lane)) continue;
-                Child child{index[lane], nullptr, smooth};
+                Child child{index[lane], parent, smooth};
                 // The greater of two that is never taken may still be NaN, and so make all of the formula NaN.
                 if (boxes.partly >> lane & 1) forget_extremes(tape, lane);
                 std::vector<std::uint8_t> key = signature(tape, decisions_, lane);
@@ -143,8 +142,8 @@ private:
                 children.push_back(std::move(child));
             }
         }
-        narrow(children, tape, at, level);
-        if (!smooth) take_out_jumps(children, tape, at, level);
+        narrow(children, at, level);
+        if (!smooth) take_out_jumps(children, at, level);
         return children;
     }
 
@@ -167,10 +166,10 @@ private:
     }
 
     /// Gives children formulas in which each side of a jump is by itself, and leaves out those that are empty then.
-    void take_out_jumps(std::vector<Child>& children, const Tape& parent, std::array<int, 3> at, int level) {
+    void take_out_jumps(std::vector<Child>& children, std::array<int, 3> at, int level) {
         std::vector<Child> left;
         for (Child& child : children) {
-            const Tape& tape = child.tape ? *child.tape : parent;
+            const Tape& tape = *child.tape;
             child.smooth = std::none_of(tape.decisions().begin(), tape.decisions().end(), may_jump);
             if (!child.smooth) {
                 const auto apart = with_jumps_outside(tape.expression(), boxes_of(at, level, &child.index, 1));
@@ -186,7 +185,7 @@ private:
     }
 
     /// Leaves out the children that slopes show to be empty. Children of one tape are looked at together.
-    void narrow(std::vector<Child>& children, const Tape& parent, std::array<int, 3> at, int level) {
+    void narrow(std::vector<Child>& children, std::array<int, 3> at, int level) {
         const FormulaKernels& kernels = best_formula_kernels();
         std::vector<Child> left;
         std::vector<bool> seen(children.size(), false);
@@ -200,7 +199,7 @@ private:
                 place[count] = j;
                 index[count++] = children[j].index;
             }
-            const Code code = (children[i].tape ? *children[i].tape : parent).code();
+            const Code code = children[i].tape->code();
             BoxBatch boxes = boxes_of(at, level, index, count);
             std::fill_n(boxes.least, max_lanes, -std::numeric_limits<float>::infinity());
             std::fill_n(boxes.most, max_lanes, std::numeric_limits<float>::infinity());
@@ -248,14 +247,14 @@ private:
 
 Cells::Cells(const Expression& f) {
     // The root's children are built apart, by all threads, and put together in order.
-    const Tape tape(f);
+    const auto tape = std::make_shared<const Tape>(f);
     Builder root(0);
     const std::vector<Builder::Child> children = root.occupied(tape, false, {0, 0, 0}, 1);
     std::vector<Builder> subtrees(children.size(), Builder(max_cells / 64));
     parallel_for(children.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            const Tape& own = children[i].tape ? *children[i].tape : tape;
-            subtrees[i].build(own, children[i].smooth, Builder::child_at({0, 0, 0}, 1, children[i].index), 1);
+            const auto& [index, own, smooth] = children[i];
+            subtrees[i].build(own, smooth, Builder::child_at({0, 0, 0}, 1, index), 1);
         }
     });
 
@@ -277,7 +276,6 @@ Cells::Cells(const Expression& f) {
         instructions_.insert(instructions_.end(), part.instructions_.begin(), part.instructions_.end());
         max_code_ = std::max(max_code_, part.max_code_);
         max_registers_ = std::max(max_registers_, part.max_registers_);
-        coarse_ = coarse_ || part.coarse_;
     }
 
     if (cells_.empty()) {

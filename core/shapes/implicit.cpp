@@ -47,17 +47,21 @@ void sort_by_cell(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& 
     }
 }
 
-/// Calls body(cell, items, count) for batches of at most `lanes` items of one cell.
-template <class Body>
-void for_each_batch(const std::vector<std::uint64_t>& keys, int lanes, Body body) {
+/// Calls body(cell, items, count) for batches of at most `lanes` of the items 0..count, each batch of one cell.
+template <class CellOf, class Body>
+void for_each_batch(std::size_t count, std::uint32_t cells, int lanes, CellOf cell_of, Body body) {
+    thread_local std::vector<std::uint64_t> keys, spare;
+    keys.clear();
+    for (std::uint32_t i = 0; i < count; ++i) keys.push_back(std::uint64_t{cell_of(i)} << 32 | i);
+    sort_by_cell(keys, spare, cells);
     std::uint32_t items[max_lanes];
     for (std::size_t begin = 0; begin < keys.size();) {
         const auto cell = static_cast<std::uint32_t>(keys[begin] >> 32);
-        int count = 0;
-        while (begin < keys.size() && keys[begin] >> 32 == cell && count < lanes) {
-            items[count++] = static_cast<std::uint32_t>(keys[begin++]);
+        int in_batch = 0;
+        while (begin < keys.size() && keys[begin] >> 32 == cell && in_batch < lanes) {
+            items[in_batch++] = static_cast<std::uint32_t>(keys[begin++]);
         }
-        body(cell, items, count);
+        body(cell, items, in_batch);
     }
 }
 
@@ -79,7 +83,8 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
 
     // Every ray walks to its next cell; the rays in each cell then look for roots together. Those without one go on.
     thread_local std::vector<Walk> walks;
-    thread_local std::vector<std::uint64_t> keys, spare;
+    const auto cell_of = [](std::uint32_t i) { return walks[i].cell; };
+    const auto cells = static_cast<std::uint32_t>(cells_.cells().size());
     walks.resize(rays.size());
     best_walk_kernels().start(grid, rays.data(), rays.size(), walks.data());
     while (true) {
@@ -91,10 +96,8 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
         }
         walks.resize(left);
         if (walks.empty()) break;
-        keys.clear();
-        for (std::uint32_t i = 0; i < walks.size(); ++i) keys.push_back(std::uint64_t{walks[i].cell} << 32 | i);
-        sort_by_cell(keys, spare, static_cast<std::uint32_t>(cells_.cells().size()));
-        for_each_batch(keys, kernels.lanes, [&](std::uint32_t cell, const std::uint32_t* items, int count) {
+        for_each_batch(walks.size(), cells, kernels.lanes, cell_of,
+                       [&](std::uint32_t cell, const std::uint32_t* items, int count) {
             RayBatch batch;
             batch.count = count;
             float from[max_lanes];
@@ -127,11 +130,10 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
 void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {
     const FormulaKernels& kernels = best_formula_kernels();
     void* const memory = scratch(cells_.max_registers());
-    thread_local std::vector<std::uint64_t> keys, spare;
-    keys.clear();
-    for (std::uint32_t i = 0; i < hits.size(); ++i) keys.push_back(std::uint64_t{hits[i].primitive} << 32 | i);
-    sort_by_cell(keys, spare, static_cast<std::uint32_t>(cells_.cells().size()));
-    for_each_batch(keys, kernels.lanes, [&](std::uint32_t cell, const std::uint32_t* items, int count) {
+    const auto cell_of = [&](std::uint32_t i) { return hits[i].primitive; };
+    const auto cells = static_cast<std::uint32_t>(cells_.cells().size());
+    for_each_batch(hits.size(), cells, kernels.lanes, cell_of,
+                   [&](std::uint32_t cell, const std::uint32_t* items, int count) {
         float point[3][max_lanes], gradient[3][max_lanes], value[max_lanes];
         const float* const points[3] = {point[0], point[1], point[2]};
         float* const gradients[3] = {gradient[0], gradient[1], gradient[2]};

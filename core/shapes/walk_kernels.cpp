@@ -4,13 +4,6 @@
 namespace bob::BOB_ISA {
 namespace {
 
-using F = Vector<lanes>;
-using M = IntVector<lanes>;
-
-inline F constant(float x) { return broadcast<F>(x); }
-inline M whole(std::int32_t x) { return x - M{}; }
-inline M to_integers(F a) { return __builtin_convertvector(a, M); }
-inline F to_floats(M a) { return __builtin_convertvector(a, F); }
 inline M clamp(M a, M low, M high) {
     a = a < low ? low : a;
     return a > high ? high : a;
@@ -42,7 +35,7 @@ struct Walks {
 
     /// Where each ray comes to the face of its cell along an axis.
     [[nodiscard]] F face(int axis) const {
-        const M size = whole(1) << size_log2;
+        const M size = all(1) << size_log2;
         const F plane = to_floats(low(axis) + (forward(axis) & size));
         const F never = constant(std::numeric_limits<float>::infinity());
         return direction[axis] == F{} ? never : (plane - origin[axis]) * inverse[axis];
@@ -57,14 +50,14 @@ struct Walks {
         const M through[3] = {through_x, through_y, ~(through_x | through_y)};
         M inside = moving & (first < end);
         const F here = max(enter, first);
-        const M size = whole(1) << size_log2;
+        const M size = all(1) << size_log2;
         for (int axis = 0; axis < 3; ++axis) {
             const M from = low(axis);
             const M behind = forward(axis) ? from + size : from - 1;
             const M beside = clamp(to_integers(origin[axis] + here * direction[axis]), from, from + size - 1);
             const M to = through[axis] ? behind : beside;
             at[axis] = moving ? to : at[axis];
-            inside &= (to >= M{}) & (to < whole(CellGrid::side));
+            inside &= (to >= M{}) & (to < all(CellGrid::side));
         }
         enter = moving ? here : enter;
         return inside;
@@ -73,13 +66,13 @@ struct Walks {
     /// What the tree holds where the rays are; `size_log2` becomes the size of it.
     M look_up(const CellGrid& grid, M looking) {
         M child{}, node{};
-        M size = whole(2 * (CellGrid::levels - 1));
+        M size = all(2 * (CellGrid::levels - 1));
         M open = looking;
         for (int level = 0; level < CellGrid::levels; ++level) {
             const M index = ((at[0] >> size) & 3) | ((at[1] >> size) & 3) << 2 | ((at[2] >> size) & 3) << 4;
             const M found = gather(grid.children, (open & (node * 64 + index)));
             child = open ? found : child;
-            open &= (found >= M{}) & (found != whole(CellGrid::empty));
+            open &= (found >= M{}) & (found != all(CellGrid::empty));
             if (!bits(open)) break;
             node = open ? found : node;
             size = open ? size - 2 : size;

@@ -16,21 +16,7 @@ from bobrossnet.shapes.implicit import Implicit
 
 
 class Solid(words.SDF, Implicit):
-    """A shape in three dimensions that can be traced as any other. The language's are `SDF3`.
-
-    Parameters
-    ----------
-    function : Expression, or callable
-        A formula in x, y and z, negative inside; or a function of points (n, 3) that returns one number for each,
-        which is called once with symbols.
-    bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
-        The box that is looked at when it is traced. Without it, it is found.
-
-    Attributes
-    ----------
-    expression : Expression
-    bounds : (2, 3) float64 or None
-    """
+    """What `SDF3`, which has the language's operations besides, is made of."""
 
     dimensions = 3
 
