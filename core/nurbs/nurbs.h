@@ -1,0 +1,84 @@
+/// NURBS curves and surfaces in double precision. Names, symbols and the numbers of algorithms are those of Piegl and
+/// Tiller, *The NURBS Book* (second edition, 1997).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace bob {
+
+constexpr int max_degree = 9;
+
+/// A point of N dimensions in homogeneous coordinates: (w x1, .., w xN, w).
+template <std::size_t N>
+using Homogeneous = std::array<double, N + 1>;
+
+/// Degree p, n + 1 control points, n + p + 2 knots that do not decrease. The curve is defined from knots[p] to
+/// knots[n + 1]; the knots before and after need not be repeated ("unclamped", as periodic curves have them).
+template <std::size_t N>
+struct NurbsCurve {
+    int degree = 0;
+    std::vector<double> knots;
+    std::vector<Homogeneous<N>> control_points;
+};
+
+struct NurbsSurface {
+    int degree_u = 0, degree_v = 0;
+    std::vector<double> knots_u, knots_v;
+    std::vector<Homogeneous<3>> control_points;  // v fastest
+
+    [[nodiscard]] std::size_t size_u() const { return knots_u.size() - static_cast<std::size_t>(degree_u) - 1; }
+    [[nodiscard]] std::size_t size_v() const { return knots_v.size() - static_cast<std::size_t>(degree_v) - 1; }
+};
+
+/// A polynomial piece in Bernstein form, of the parameters low..high of the curve that it comes from.
+template <std::size_t N>
+struct BezierCurve {
+    double low = 0, high = 1;
+    std::vector<Homogeneous<N>> control_points;  // degree + 1
+
+    [[nodiscard]] int degree() const { return static_cast<int>(control_points.size()) - 1; }
+};
+
+struct BezierPatch {
+    double low_u = 0, high_u = 1, low_v = 0, high_v = 1;
+    int degree_u = 0, degree_v = 0;
+    std::vector<Homogeneous<3>> control_points;  // (degree_u + 1)(degree_v + 1), v fastest
+};
+
+/// A2.1: the span i with knots[i] <= u < knots[i + 1], or the last that is not empty where u is the domain's end.
+[[nodiscard]] std::size_t find_span(int degree, std::span<const double> knots, double u);
+
+/// A2.3 (A2.2 where order is 0): the derivatives 0..order of the degree + 1 basis functions that are not zero on the
+/// span; result[k][j] is the k-th derivative of N_{span - degree + j, degree} at u. Those above the degree are zero.
+using BasisDerivatives = std::vector<std::array<double, max_degree + 1>>;
+[[nodiscard]] BasisDerivatives basis_derivatives(std::size_t span, double u, int degree, std::span<const double> knots,
+                                                 int order);
+
+/// A4.4: the partial derivatives of S at (u, v); result[k * (order + 1) + l] is d^(k+l) S / du^k dv^l. Those with
+/// k + l > order are zero.
+[[nodiscard]] std::vector<std::array<double, 3>> surface_derivatives(const NurbsSurface& surface, double u, double v,
+                                                                     int order);
+
+/// A4.1: the point at u.
+template <std::size_t N>
+[[nodiscard]] std::array<double, N> curve_point(const NurbsCurve<N>& curve, double u);
+
+/// A5.6 and A5.7: the Bezier pieces between neighbouring knots that differ, in the order of their parameters (those of
+/// a surface: v fastest).
+template <std::size_t N>
+[[nodiscard]] std::vector<BezierCurve<N>> decompose(const NurbsCurve<N>& curve);
+[[nodiscard]] std::vector<BezierPatch> decompose(const NurbsSurface& surface);
+
+/// The part from a to b of a Bezier curve, both counted in 0..1 of it; they may lie a little outside.
+template <std::size_t N>
+[[nodiscard]] BezierCurve<N> part(const BezierCurve<N>& curve, double a, double b);
+
+/// The part from (a_u, a_v) to (b_u, b_v) of a Bezier patch, counted in 0..1 of it.
+[[nodiscard]] BezierPatch part(const BezierPatch& patch, double a_u, double b_u, double a_v, double b_v);
+
+// Defined for N = 2, curves that trim a surface in (u, v), and N = 4, (x, y, z, radius) of a tube.
+
+}  // namespace bob

@@ -1,0 +1,34 @@
+/// Tubes: what a ball of varying radius sweeps as it moves along a curve.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "nurbs/nurbs.h"
+#include "shapes/shape.h"
+
+namespace bob {
+
+class Tube : public Shape {
+public:
+    /// The curve gives the ball's centre and radius, (x, y, z, r), about 1 in size; r is above 0, as are weights. The
+    /// ends are round.
+    explicit Tube(const NurbsCurve<4>& curve);
+    ~Tube() override;
+
+    void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
+    void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
+
+    /// u is the parameter of the ball that was hit, v is 0.
+    [[nodiscard]] Place place(const Hit& hit) const override;
+    [[nodiscard]] std::size_t bytes() const override;
+
+    /// How many pieces the curve was cut into.
+    [[nodiscard]] std::size_t pieces() const;
+
+    /// The largest value over the balls of f(centre, radius), which is convex: at most 1e-3 of its range too large.
+    [[nodiscard]] double maximum(const std::function<double(Vec3, float)>& convex) const;
+};
+
+}  // namespace bob
