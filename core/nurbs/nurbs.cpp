@@ -43,8 +43,8 @@ std::vector<std::size_t> bezier_spans(int degree, std::span<const double> knots)
     return spans;
 }
 
-/// The Bezier control points of the pieces on these spans, degree + 1 for each. In terms of the blossom f of span k, from
-/// a to b: control point i is f(knots[k - p + 1 + i], .., knots[k + i]), and becomes f(a, .., b, ..) with i times b.
+/// The Bezier control points of the pieces on these spans, degree + 1 for each. In terms of the blossom f of span k
+/// from a to b, control point i is f(knots[k - p + 1 + i], .., knots[k + i]), and becomes f(a, .., b, ..), i times b.
 template <class Point>
 std::vector<Point> bezier_points(int degree, std::span<const double> knots, std::span<const std::size_t> spans,
                                  std::span<const Point> control_points) {
