@@ -260,7 +260,7 @@ private:
         for (std::size_t i = 0; i < part.rows(); ++i) {
             for (std::size_t j = 0; j < part.columns(); ++j) {
                 const Vec3d x = part.point(i, j);
-                piece.bounds.extend({static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])});
+                piece.bounds.extend(Vec3{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])});
             }
         }
         pieces_.push_back(piece);
@@ -277,7 +277,7 @@ void add_patch(Pieces& pieces, const BezierPatch& from, std::uint32_t face, cons
     Box box;
     double heaviest = 0;
     for (const auto& [x, y, z, w] : from.control_points) {
-        box.extend({static_cast<float>(x / w), static_cast<float>(y / w), static_cast<float>(z / w)});
+        box.extend(Vec3{static_cast<float>(x / w), static_cast<float>(y / w), static_cast<float>(z / w)});
         heaviest = std::max(heaviest, w);
     }
     const Vec3 center = 0.5f * (box.low + box.high);
