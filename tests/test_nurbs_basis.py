@@ -105,9 +105,12 @@ def test_what_would_be_read_out_of_bounds_is_refused():
     for bad in (knots[:7], knots[::-1].copy(), np.full(8, np.nan), np.ones(8)):
         with pytest.raises(ValueError, match="knots: expected"):
             _core.basis_derivatives(3, bad, u, 1)
-    with pytest.raises(ValueError, match="order: expected"):
-        _core.basis_derivatives(3, knots, u, -1)
     control_points = np.ones((4, 4, 4))
+    for order in (-1, 101):
+        with pytest.raises(ValueError, match=r"order: expected 0..100"):
+            _core.basis_derivatives(3, knots, u, order)
+        with pytest.raises(ValueError, match=r"order: expected 0..100"):
+            _core.surface_derivatives(control_points, knots, knots, 3, 3, u, u, order)
     with pytest.raises(ValueError, match="control_points: expected"):
         _core.surface_derivatives(control_points, knots, np.arange(9.0), 3, 3, u, u, 1)
     with pytest.raises(ValueError, match="v: expected"):
