@@ -101,6 +101,35 @@ bool fits_float(const AffineMap& map) {
 
 bool stands_as_it_is(const Instance& instance) { return instance.to_shape == AffineMap{}; }
 
+/// Meets a group's rays with its instance, but those that met another before they enter the box. Results don't depend on
+/// the order of groups; the work does.
+void ask(const Instance& instance, const Group& group, Batch& batch, std::span<const Ray> rays,
+         std::span<SceneHit> hits) {
+    const bool moved = !stands_as_it_is(instance);
+    Entrance* const entrances = &batch.grouped[group.begin];
+    std::size_t count = 0;
+    for (std::size_t j = 0; j < group.count; ++j) {
+        const Entrance entrance = entrances[j];
+        if (entrance.t > hits[entrance.ray].t) continue;
+        const Ray& ray = rays[entrance.ray];
+        const float start = moved ? start_before(instance, ray, entrance.t) : 0;
+        entrances[count] = entrance;
+        batch.start[count] = start;
+        batch.rays[count++] = moved ? in_shape(instance.to_shape, ray, start) : ray;
+    }
+    if (count == 0) return;
+    instance.shape->closest_hits({batch.rays.data(), count}, {batch.hits.data(), count});
+    for (std::size_t j = 0; j < count; ++j) {
+        if (batch.hits[j].primitive == no_primitive) continue;
+        // No sooner than its box, whatever rounding does: else a hit could hide from one order and not from another.
+        const float t = std::max(entrances[j].t, batch.start[j] + batch.hits[j].t);
+        SceneHit& hit = hits[entrances[j].ray];
+        if (t < hit.t || (t == hit.t && group.instance < hit.instance)) {
+            hit = {t, group.instance, batch.start[j], batch.hits[j]};
+        }
+    }
+}
+
 }  // namespace
 
 Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances)) {
@@ -139,31 +168,7 @@ void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) co
         i = best_box_kernels().entrances(tree_, rays.data(), i, rays.size(), entrances_at_once, batch.entrances.data(),
                                          count);
         batch.group(count);
-        for (const Group& group : batch.groups) {
-            const std::uint32_t k = group.instance;
-            const Instance& instance = instances_[k];
-            const bool moved = !stands_as_it_is(instance);
-            Entrance* const entrances = &batch.grouped[group.begin];
-            std::size_t asked = 0;
-            for (std::size_t j = 0; j < group.count; ++j) {
-                const Entrance entrance = entrances[j];
-                if (entrance.t > hits[entrance.ray].t) continue;
-                const Ray& ray = rays[entrance.ray];
-                const float start = moved ? start_before(instance, ray, entrance.t) : 0;
-                entrances[asked] = entrance;
-                batch.start[asked] = start;
-                batch.rays[asked++] = moved ? in_shape(instance.to_shape, ray, start) : ray;
-            }
-            if (asked == 0) continue;
-            instance.shape->closest_hits({batch.rays.data(), asked}, {batch.hits.data(), asked});
-            for (std::size_t j = 0; j < asked; ++j) {
-                if (batch.hits[j].primitive == no_primitive) continue;
-                // No sooner than its box: so the order in which instances are asked never matters, whatever rounding does.
-                const float t = std::max(entrances[j].t, batch.start[j] + batch.hits[j].t);
-                SceneHit& hit = hits[entrances[j].ray];
-                if (t < hit.t || (t == hit.t && k < hit.instance)) hit = {t, k, batch.start[j], batch.hits[j]};
-            }
-        }
+        for (const Group& group : batch.groups) ask(instances_[group.instance], group, batch, rays, hits);
     }
 }
 
