@@ -28,9 +28,9 @@ struct Bernstein {
     double a[4], q[7];
 };
 
-/// The lower and upper part of Bernstein coefficients about their middle (de Casteljau).
+/// Bernstein coefficients below and above a place, 0..1, of their interval (de Casteljau).
 template <int N>
-inline void halve(const double (&p)[N], double at, double (&low)[N], double (&high)[N]) {
+inline void split(const double (&p)[N], double at, double (&low)[N], double (&high)[N]) {
     for (int i = 0; i < N; ++i) high[i] = p[i];
     for (int i = 0; i < N; ++i) {
         low[i] = high[0];
@@ -77,7 +77,7 @@ struct Intervals {
     double low[4], high[4];  // a polynomial of degree 6 has no more
 
     void add(double a, double b) {
-        if (count && low[count - 1] <= b && a <= high[count - 1]) {
+        if (count && a <= high[count - 1]) {
             high[count - 1] = b;
         } else if (count < 4) {
             low[count] = a, high[count++] = b;
@@ -145,12 +145,12 @@ public:
             if (shape > 0) find_minimum(best, low, high, sign);
         } else {
             Bernstein below, part;
-            halve(whole.a, high, part.a, below.a);
-            halve(whole.q, high, part.q, below.q);
+            split(whole.a, high, part.a, below.a);
+            split(whole.q, high, part.q, below.q);
             if (low > 0) {
                 whole = part;
-                halve(whole.a, low / high, below.a, part.a);
-                halve(whole.q, low / high, below.q, part.q);
+                split(whole.a, low / high, below.a, part.a);
+                split(whole.q, low / high, below.q, part.q);
             }
             search(best, part, low, high, sign, 0);
         }
@@ -202,7 +202,7 @@ private:
             double at = rise * fall > 0 ? rise / (rise + fall) : 0.5;
             at = larger(smaller(at, 0.9), 0.1);
             double below[7], above[7];
-            halve(q, at, below, above);
+            split(q, at, below, above);
             const double middle = low + at * (high - low);
             find_inside(below, low, middle, depth + 1, result);
             find_inside(above, middle, high, depth + 1, result);
@@ -265,8 +265,8 @@ private:
             // Both f' and f'' are next to nothing where shapes remain unknown for so long.
             if (depth == 12) return;
             Bernstein below, above;
-            halve(p.a, 0.5, below.a, above.a);
-            halve(p.q, 0.5, below.q, above.q);
+            split(p.a, 0.5, below.a, above.a);
+            split(p.q, 0.5, below.q, above.q);
             search(best, below, low, middle, sign, depth + 1);
             search(best, above, middle, high, sign, depth + 1);
         }
@@ -277,7 +277,7 @@ private:
     double noise_;  // more than rounding in q
 };
 
-/// Calls `found(piece, span)` for ...
+/// A ray's way through a tube.
 class RayThroughTube {
 public:
     RayThroughTube(const BvhNode* nodes, const BvhNode* packets, const TubePiece* pieces, const Ray& ray)
