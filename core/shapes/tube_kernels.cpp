@@ -23,11 +23,6 @@ inline D4 smaller(D4 a, D4 b) { return a < b ? a : b; }
 inline D4 larger(D4 a, D4 b) { return a > b ? a : b; }
 inline double root(double x) { return __builtin_sqrt(larger(x, 0)); }
 
-/// Coefficients in Bernstein form, on an interval of the piece, of what bounds k and f.
-struct Bernstein {
-    double a[4], q[7];
-};
-
 /// Bernstein coefficients below and above a place, 0..1, of their interval (de Casteljau).
 template <int N>
 inline void split(const double (&p)[N], double at, double (&low)[N], double (&high)[N]) {
@@ -51,6 +46,14 @@ inline double greatest(const double (&p)[N]) {
     for (int i = 1; i < N; ++i) result = larger(result, p[i]);
     return result;
 }
+
+/// Coefficients of a and q in Bernstein form, on an interval of the piece.
+struct Bernstein {
+    double a[4], q[7];
+
+    /// f is nowhere less.
+    [[nodiscard]] double bound() const { return least(a) - root(greatest(q)); }
+};
 
 /// A ray's own axes: along it, and two across. `direction` of length 1 times `scale` is the ray's.
 struct RayFrame {
@@ -132,15 +135,18 @@ public:
         return result;
     }
 
-    /// The least a - sqrt(q) (sign = 1), or minus the greatest a + sqrt(q) (sign = -1), over low..high, where q >= 0.
+    /// The least a - sqrt(q) (sign = 1), or minus the greatest a + sqrt(q) (sign = -1), over low..high, where q >= 0; or
+    /// anything above `limit`, if it is not below.
     struct Least {
         double value, s;
     };
-    [[nodiscard]] Least least_over(double low, double high, double sign) const {
-        Least best{at(low, sign).f, low};
-        improve(best, high, sign);
+    [[nodiscard]] Least least_over(double low, double high, double sign, double limit) const {
         Bernstein whole = whole_;
         for (double& a : whole.a) a *= sign;
+        Least best{limit, low};
+        if (whole.bound() >= limit) return best;
+        improve(best, low, sign);
+        improve(best, high, sign);
         if (const int shape = shape_of(whole)) {
             if (shape > 0) find_minimum(best, low, high, sign);
         } else {
@@ -182,6 +188,8 @@ private:
 
     /// Adds the parts of low..high where q, of these coefficients there, is not negative (Descartes' rule of signs).
     void find_inside(const double (&q)[7], double low, double high, int depth, Intervals& result) const {
+        if (greatest(q) <= noise_) return;
+        if (least(q) >= -noise_) return result.add(low, high);
         int changes = 0;
         bool positive = q[0] >= 0;
         for (int i = 1; i < 7; ++i) {
@@ -189,9 +197,7 @@ private:
             changes += next != positive;
             positive = next;
         }
-        if (changes == 0) {
-            if (positive) result.add(low, high);
-        } else if (changes == 1) {
+        if (changes == 1) {
             const double zero = find_zero(low, high, positive);
             result.add(positive ? zero : low, positive ? high : zero);
         } else if (depth == 24) {  // a double zero, to rounding
@@ -256,14 +262,14 @@ private:
     }
 
     void search(Least& best, const Bernstein& p, double low, double high, double sign, int depth) const {
-        if (least(p.a) - root(greatest(p.q)) > best.value - 1e-9) return;
+        if (p.bound() > best.value - 1e-8) return;
         const double middle = 0.5 * (low + high);
         if (const int shape = shape_of(p)) {
             if (shape > 0) find_minimum(best, low, high, sign);
         } else {
             improve(best, middle, sign);
             // Both f' and f'' are next to nothing where shapes remain unknown for so long.
-            if (depth == 12) return;
+            if (depth == 10) return;
             Bernstein below, above;
             split(p.a, 0.5, below.a, above.a);
             split(p.q, 0.5, below.q, above.q);
@@ -289,11 +295,11 @@ public:
         each_piece(hit, [&](std::uint32_t index, const PieceOnRay& piece) {
             const Intervals intervals = piece.inside();
             for (int i = 0; i < intervals.count && !within; ++i) {
-                const auto enter = piece.least_over(intervals.low[i], intervals.high[i], 1);
+                const auto enter = piece.least_over(intervals.low[i], intervals.high[i], 1, hit.t * frame_.scale);
                 if (enter.value > 0) {
                     const auto t = static_cast<float>(enter.value / frame_.scale);
                     if (t < hit.t) hit = {t, static_cast<float>(enter.s), 0, index};
-                } else if (piece.least_over(intervals.low[i], intervals.high[i], -1).value < 0) {
+                } else if (piece.least_over(intervals.low[i], intervals.high[i], -1, 0).value < 0) {
                     within = true;
                     hit.t = 0;  // nothing else matters
                 }
@@ -321,6 +327,7 @@ private:
 
     /// From inside: spans are joined from 0 on, until none goes on from where the others end.
     Hit leave() {
+        constexpr double infinity = std::numeric_limits<double>::infinity();
         // Neighbours' spans at a joint that the ray only grazes may be apart by rounding.
         constexpr double gap = 1e-7;
         double reach = 0;
@@ -332,9 +339,9 @@ private:
             each_piece(everything, [&](std::uint32_t index, const PieceOnRay& piece) {
                 const Intervals intervals = piece.inside();
                 for (int i = 0; i < intervals.count; ++i) {
-                    const auto exit = piece.least_over(intervals.low[i], intervals.high[i], -1);
-                    if (-exit.value <= reach) continue;
-                    if (piece.least_over(intervals.low[i], intervals.high[i], 1).value > reach + gap) continue;
+                    const double low = intervals.low[i], high = intervals.high[i];
+                    const auto exit = piece.least_over(low, high, -1, -reach);
+                    if (exit.value >= -reach || piece.least_over(low, high, 1, infinity).value > reach + gap) continue;
                     grown = true;
                     reach = -exit.value;
                     hit = {static_cast<float>(reach / frame_.scale), static_cast<float>(exit.s), 0, index};
