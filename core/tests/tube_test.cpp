@@ -349,7 +349,7 @@ TEST(tubes_of_random_curves_equal_dense_balls) {
     test::Random random(3);
     for (int shape = 0; shape < 20; ++shape) {
         const float thick = shape % 3 == 0 ? 0.02f : shape % 3 == 1 ? 0.1f : 0.5f;
-        check(compare(random_curve(3, 7, thick, false, random), 2000, 4000, static_cast<std::uint64_t>(shape) + 10), 1700,
+        check(compare(random_curve(3, 7, thick, false, random), 2000, 1200, static_cast<std::uint64_t>(shape) + 10), 1700,
               1e-5);
     }
 }
@@ -357,7 +357,7 @@ TEST(tubes_of_random_curves_equal_dense_balls) {
 TEST(tubes_of_any_degree_and_weights_equal_dense_balls) {
     test::Random random(4);
     for (int degree = 2; degree <= bob::max_degree; ++degree) {
-        check(compare(random_curve(degree, degree + 3, 0.1f, true, random), 500, 4000, 5), 400, 1e-5);
+        check(compare(random_curve(degree, degree + 3, 0.1f, true, random), 500, 2000, 5), 400, 1e-5);
     }
 }
 
@@ -366,7 +366,7 @@ TEST(tubes_thicker_than_their_bends_equal_dense_balls) {
     const std::vector<Ball> hairpin = {{-0.5, 0, 0, 0.3}, {0.5, 0.05, 0, 0.3}, {0.5, -0.05, 0, 0.2}, {-0.5, 0, 0.1, 0.3}};
     const std::vector<Ball> cusp = {{0, 0, 0, 0.05}, {1, 1, 0, 0.05}, {0, 1, 0, 0.05}, {1, 0, 0, 0.05}};
     const std::vector<Ball> balloon = {{0, 0, 0, 0.01}, {0.1, 0, 0, 1}, {0.2, 0, 0, -0.4}, {0.3, 0.1, 0, 0.3}};
-    for (const auto& balls : {hairpin, cusp, balloon}) check(compare(clamped(3, balls), 2000, 4000, 6), 1700, 1e-5);
+    for (const auto& balls : {hairpin, cusp, balloon}) check(compare(clamped(3, balls), 2000, 2000, 6), 1700, 1e-5);
 }
 
 TEST(curves_without_length_make_balls) {
@@ -456,7 +456,7 @@ TEST(periodic_curves_are_closed) {
         if (i < 11) curve.control_points.push_back({0.6 * std::cos(angle), 0.6 * std::sin(angle), 0, 0.1, 1});
     }
     for (int i = 0; i < 15; ++i) curve.knots.push_back(i);
-    check(compare(curve, 2000, 4000, 13), 1700, 1e-5);
+    check(compare(curve, 1000, 2000, 13), 800, 1e-5);
 }
 
 TEST(instruction_sets_agree) {
