@@ -22,8 +22,9 @@ constexpr int max_depth = 20;
 // Bends are cut less often: a cusp stays one however short its piece is.
 constexpr int max_bend_depth = 6;
 
-// Cost of visiting a node, in tests of a packet.
-constexpr float node_cost = 1.5f;
+// Cost of visiting a node, in tests of a packet: of its boxes, and of some pieces. On helices and polylines of 200 and
+// 1,000 pieces, 1.5 and 4 are 3 to 20 % slower.
+constexpr float node_cost = 0.5f;
 
 Ball euclidean(const Homogeneous<4>& p) { return {p[0] / p[4], p[1] / p[4], p[2] / p[4], p[3] / p[4]}; }
 
