@@ -20,7 +20,10 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.container import ENDING as SCENE_ENDING
 from bobrossnet.adapters.container import read_scene
+from bobrossnet.adapters.geomdl import read_geomdl
+from bobrossnet.adapters.gismo import read_gismo
 from bobrossnet.adapters.gltf import read_glb, read_gltf
+from bobrossnet.adapters.grids import read_bpt, read_cpt
 from bobrossnet.adapters.messages import name_of, one_line
 from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.part import Part, joined
@@ -49,6 +52,10 @@ ENDINGS = tuple(READERS)
 FORMULA_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script, ".vm": read_vm}
 INSTANCE_READERS: dict[str, Callable[[Path], SceneLike]] = {
     SCENE_ENDING: read_scene,
+    ".json": read_geomdl,
+    ".xml": read_gismo,
+    ".bpt": read_bpt,
+    ".cpt": read_cpt,
 }
 """Readers of files whose shapes have names and materials of their own, or are of several kinds."""
 ALL_ENDINGS = (*READERS, *FORMULA_READERS, *INSTANCE_READERS)
