@@ -340,8 +340,8 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
     ),
     "curves": (".json", geomdl_json({}, kind="curve"), "expected surfaces, got curves, which have no radius"),
     "volumes": (".json", geomdl_json({}, kind="volume"), "type: expected surface, got volume"),
-    "no surfaces": (".json", geomdl_json(), "data: expected some surfaces, got 0"),
-    "another count": (".json", geomdl_json(CYLINDER).replace('count": 1', 'count": 1000000000'), "got 1"),
+    "no surfaces": (".json", geomdl_json(), "data: expected surfaces, got none"),
+    "another count": (".json", geomdl_json(CYLINDER).replace('count": 1', 'count": 1000000000'), "count: expected 1"),
     "no surface": (".json", geomdl_json([1]), "surface 1: expected an object with size_u, got list"),  # type: ignore[arg-type]
     "no degree": (".json", changed(degree_u=None), "surface 2: degree_u: expected one, got none"),
     "degree 0": (".json", changed(degree_v=0), "surface 2: degree_v: expected an integer in 1..9, got 0"),

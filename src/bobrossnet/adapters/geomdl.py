@@ -40,8 +40,10 @@ def read_geomdl(file: Path) -> list[Instance]:
         raise InputError("expected surfaces, got curves, which have no radius; bobrossnet.nurbs_curve gives them one")
     if kind != "surface":
         raise InputError(f"type: expected surface, got {kind}")
-    if not data or shape.get("count", len(data)) != len(data):
-        raise InputError(f"data: expected {shape.get('count') or 'some'} surfaces, got {len(data)}")
+    if not data:
+        raise InputError("data: expected surfaces, got none")
+    if shape.get("count", len(data)) != len(data):
+        raise InputError(f"count: expected {len(data)}, the surfaces in data, got {shape['count']}")
 
     named: dict[str, list[Face]] = {}
     untrimmed = 0
