@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from bobrossnet.adapters.messages import errors_at, warn_of
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer
 from bobrossnet.shapes.instance import Instance
-from bobrossnet.shapes.nurbs import MAX_DEGREE, Brep, Face, TrimCurve
+from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
+from bobrossnet.shapes.splines import MAX_DEGREE
 
 WORDS = {dict: "an object", list: "a list", str: "a string"}
 

@@ -12,7 +12,8 @@ from bobrossnet.adapters.grids import numbers
 from bobrossnet.adapters.messages import errors_at, warn_of
 from bobrossnet.errors import InputError
 from bobrossnet.shapes.instance import Instance
-from bobrossnet.shapes.nurbs import MAX_DEGREE, Brep, Face
+from bobrossnet.shapes.nurbs import Brep, Face
+from bobrossnet.shapes.splines import MAX_DEGREE
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

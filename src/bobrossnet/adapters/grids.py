@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from bobrossnet.adapters.messages import errors_at
 from bobrossnet.errors import InputError
 from bobrossnet.shapes.instance import Instance
-from bobrossnet.shapes.nurbs import MAX_DEGREE, Brep, Face
+from bobrossnet.shapes.nurbs import Brep, Face
+from bobrossnet.shapes.splines import MAX_DEGREE
 
 
 def read_bpt(file: Path) -> list[Instance]:
