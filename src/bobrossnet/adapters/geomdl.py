@@ -109,12 +109,11 @@ def _curve(piece: Any) -> NDArray[np.float64] | TrimCurve:
 
 
 def _control_points(spline: Any, count: int, dimension: int) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Control points (count, dimension) and perhaps weights (count,)."""
+    """Control points (count, dimension), and weights (count,) where these are not all 1."""
     fields = _get(spline, "control_points", dict)
     points = check_array("points", _numbers("points", _get(fields, "points", list)), (count, dimension))
-    if fields.get("weights") is None:
-        return points, None
-    return points, check_array("weights", _numbers("weights", fields["weights"]), (count,))
+    weights = check_array("weights", _numbers("weights", fields.get("weights", [1] * count)), (count,))
+    return points, None if (weights == 1).all() else weights
 
 
 def _knots(spline: Any, axis: str, count: int) -> NDArray[np.float64]:
