@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bobrossnet.shapes.nurbs import Face
 from models import MODELS, needs_models
 
 import bobrossnet as bob
 from bobrossnet import cli
 from bobrossnet.adapters.files import INSTANCE_READERS, load_mesh
+from bobrossnet.shapes.nurbs import Face
 
 U, V = (x.ravel() for x in np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 7)))
 
@@ -36,6 +36,9 @@ CYLINDER: dict[str, Any] = {
         "weights": [1, 1, 0.5**0.5, 0.5**0.5, 1, 1],
     },
 }
+
+# A circle's control points, of quarters.
+AROUND = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
 
 # Two patches: z = x y over a unit square; and x = p, y = q² + 1, z = 3 p, which is linear along p.
 BPT = """2
@@ -171,8 +174,7 @@ def test_json_with_trims_that_geomdl_wrote(tmp_path: Path) -> None:
     circle = nurbs.Curve()
     circle.degree = 2
     s = 0.5**0.5
-    around = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
-    circle.ctrlpts = [[0.3 + 0.1 * x, 0.3 + 0.1 * y] for x, y in around]
+    circle.ctrlpts = [[0.3 + 0.1 * x, 0.3 + 0.1 * y] for x, y in AROUND]
     circle.weights = [1, s, 1, s, 1, s, 1, s, 1]
     circle.knotvector = [0, 0, 0, 0.25, 0.25, 0.5, 0.5, 0.75, 0.75, 1, 1, 1]
     polygon = freeform.Freeform()
@@ -224,6 +226,26 @@ def test_trims_keep_what_geomdl_keeps(senses: list[Any], expected: list[bool], t
     surface["trims"] = {"count": len(trims), "data": trims}
     (face,) = faces_of(written(tmp_path / "a.json", geomdl_json(surface)))
     assert [kept(face, 0.5, 5), kept(face, 2, 5), kept(face, 5, 5)] == expected
+
+
+def test_a_hole_is_seen_through(tmp_path: Path) -> None:
+    flat = CYLINDER | {"control_points": {"points": [[x, y, 0] for x in (0, 5, 10) for y in (0, 10)]}}
+    circle = {
+        "type": "spline",
+        "degree": 2,
+        "knotvector": [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4],
+        "control_points": {
+            "points": [[x / 10 + 0.5, y / 10 + 0.5] for x, y in AROUND],
+            "weights": [1, 0.5**0.5, 1, 0.5**0.5, 1, 0.5**0.5, 1, 0.5**0.5, 1],
+        },
+    }
+    file = written(tmp_path / "a.json", geomdl_json(flat | {"trims": {"count": 1, "data": [circle]}}))
+    x, y = np.random.default_rng(0).uniform(0, 10, (2, 1000))
+    distance, _, _ = bob.load(file).closest_hits(np.stack([x, y, 1 + 0 * x], axis=1), [[0, 0, -1]] * 1000)
+    beside = np.hypot(x - 5, y - 5) - 1
+    sure = np.abs(beside) > 1e-4
+    assert np.array_equal(np.isfinite(distance)[sure], (beside > 0)[sure])
+    assert (beside < 0).sum() > 10
 
 
 def test_surfaces_without_their_trims_are_counted(tmp_path: Path) -> None:
@@ -375,17 +397,29 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
     "a weight below 0": (".json", changed(weights=[1, 1, -1, 1, 1, 1]), "surface 2: weights: expected"),
     "a number for a name": (".json", changed(name=5), "surface 2: name: expected a string, got int"),
     "trims of no list": (".json", changed(trims=[1]), "surface 2: trims: expected an object, got list"),
-    "a trim of no type": (".json", trimmed(points=square(0, 1)), "surface 2: trim 1: type: expected one, got none"),
-    "a trim of another": (".json", trimmed(type="x"), "surface 2: trim 1: type: expected spline, freeform or a"),
+    "a trim of no type": (".json", trimmed(points=square(0, 1)), "surface 2: trims[0]: type: expected one, got none"),
+    "a trim of another": (".json", trimmed(type="x"), "surface 2: trims[0][0]: type: expected spline, freeform or a"),
     "a trim in a trim": (
         ".json",
         trimmed(type="container", data=[{"type": "container", "data": []}]),
-        "surface 2: trim 1: type: expected spline, freeform or a container of these, got container",
+        "surface 2: trims[0][0]: type: expected spline, freeform or a container of these, got container",
     ),
     "an empty trim": (".json", trimmed(type="container", data=[]), "surface 2: trims"),
-    "a trim in space": (".json", trimmed(type="freeform", points=[[0, 0, 0]] * 4), "trim 1: points: expected shape"),
-    "a trim's degree": (".json", trimmed(type="spline", **LINE | {"degree": 3}), "trim 1: knotvector: expected shape"),
-    "a trim's knots": (".json", trimmed(type="spline", **LINE | {"knotvector": [0, 0, NAN, 2, 2]}), "trim 1: knots: "),
+    "a trim in space": (
+        ".json",
+        trimmed(type="freeform", points=[[0, 0, 0]] * 4),
+        "trims[0][0]: points: expected",
+    ),
+    "a trim's degree": (
+        ".json",
+        trimmed(type="spline", **LINE | {"degree": 3}),
+        "trims[0][0]: knotvector: expected",
+    ),
+    "a trim's knots": (
+        ".json",
+        trimmed(type="spline", **LINE | {"knotvector": [0, 0, NAN, 2, 2]}),
+        "trims[0][0]: knots: ",
+    ),
     "nested": (".json", '{"shape":' + "[" * 100_000, "got data nested too deeply"),
     "nested points": (".json", changed(points=json.loads("[" * 100 + "]" * 100)), "points: expected"),
     "no number": (".bpt", "", "expected a scene, got an empty file"),
@@ -404,6 +438,7 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
     "a point less": (".bpt", BPT[:-6], "patch 2 of 2: expected 6 points, got the end of the file"),
     "a word in it": (".bpt", BPT.replace("1 1 1", "1 1 x"), "patch 1 of 2: expected a number, got 'x'"),
     "NaN in it": (".bpt", BPT.replace("1 1 1", "1 1 nan"), "patch 1 of 2: control_points: expected finite numbers"),
+    "one point": (".bpt", "1 1 1" + " 1 2 3" * 4, "shapes: expected an extent above zero"),
     "no rows": (".cpt", " \n", "expected at least 2 x 2 points, got 0 x 0"),
     "one row": (".cpt", CPT.splitlines()[0], "expected at least 2 x 2 points, got 1 x 3"),
     "one column": (".cpt", "0,0,0\n0,1,0\n", "expected at least 2 x 2 points, got 2 x 1"),

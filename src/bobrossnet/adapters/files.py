@@ -108,7 +108,7 @@ def _loaded(path: str | os.PathLike[str]) -> SceneLike:
         if ending in INSTANCE_READERS:
             if file.stat().st_size == 0:
                 raise InputError("expected a scene, got an empty file")
-            return INSTANCE_READERS[ending](file)
+            return Scene(INSTANCE_READERS[ending](file))  # made here, so that its errors name the file
         raise InputError(f"expected one of {' '.join(ALL_ENDINGS)}, got {one_line(ending) or 'no ending'}")
 
 

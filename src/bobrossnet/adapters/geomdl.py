@@ -15,7 +15,7 @@ from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
 from bobrossnet.shapes.splines import MAX_DEGREE
 
-WORDS = {dict: "an object", list: "a list", str: "a string"}
+WORDS: dict[type, str] = {dict: "an object", list: "a list", str: "a string"}
 
 
 def read_geomdl(file: Path) -> list[Instance]:
@@ -79,11 +79,15 @@ def _loops(surface: Any, knots_u: NDArray[np.float64], knots_v: NDArray[np.float
         return []
     loops = []
     keeps_inside = False
-    for number, trim in enumerate(_get(_get(surface, "trims", dict), "data", list), 1):
-        with errors_at(f"trim {number}"):
+    for i, trim in enumerate(_get(_get(surface, "trims", dict), "data", list)):
+        with errors_at(f"trims[{i}]"):
             pieces = _get(trim, "data", list) if _get(trim, "type", str) == "container" else [trim]
-            loops.append([_curve(piece) for piece in pieces])
-            keeps_inside |= bool(trim.get("reversed"))
+        loop = []
+        for j, piece in enumerate(pieces):
+            with errors_at(f"trims[{i}][{j}]"):
+                loop.append(_curve(piece))
+        loops.append(loop)
+        keeps_inside |= bool(trim.get("reversed"))
     if loops and not keeps_inside:
         # Holes need something around them: wider than the surface, or rounding would decide at its border.
         (u0, u1), (v0, v1) = (_widened(knots[0], knots[-1]) for knots in (knots_u, knots_v))
