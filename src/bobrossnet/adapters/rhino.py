@@ -5,7 +5,6 @@ What is hidden in Rhino, or lies on a layer that is switched off, is left out, a
 
 from __future__ import annotations
 
-import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,9 +13,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.adapters.line import name_of, one_line
+from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.adapters.opennurbs import brep_loops
-from bobrossnet.errors import InputError, InputWarning
+from bobrossnet.errors import InputError
 from bobrossnet.shapes.affine import IDENTITY, Matrix
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.material import Material
@@ -70,13 +69,13 @@ def read_3dm(file: Path) -> list[Instance]:
     model = rhino3dm.File3dm.Read(str(file))
     if model is None:
         raise InputError("expected a Rhino file, got something else or a part of one")
-    return _Reader(model, name_of(file)).instances()
+    return _Reader(model, file).instances()
 
 
 class _Reader:
-    def __init__(self, model: Any, name: str) -> None:
+    def __init__(self, model: Any, file: Path) -> None:
         self.model = model
-        self.name = name
+        self.file = file
         self.layers = {layer.Index: layer for layer in model.Layers}
         self.objects = {str(item.Attributes.Id): item for item in model.Objects}
         self.shapes: dict[str, Shape | None] = {}
@@ -96,15 +95,12 @@ class _Reader:
             kinds = ", ".join(f"{kind} ({count:,})" for kind, count in self.not_shown.most_common())
             raise InputError(f"expected surfaces or meshes, got {reasons[0] if reasons else kinds or 'none'}")
         if self.refused_faces:
-            self.warn(f"left out {len(self.refused_faces):,} of {self.faces:,} faces ({self.refused_faces[0]})")
+            warn_of(self.file, f"left out {len(self.refused_faces):,} of {self.faces:,} faces ({self.refused_faces[0]})")
         if self.refused:
-            self.warn(f"left out {len(self.refused):,} objects ({self.refused[0]})")
+            warn_of(self.file, f"left out {len(self.refused):,} objects ({self.refused[0]})")
         if self.untrimmed:
-            self.warn(f"trims of {self.untrimmed:,} of {self.faces:,} faces can't be read: shown whole")
+            warn_of(self.file, f"trims of {self.untrimmed:,} of {self.faces:,} faces can't be read: shown whole")
         return found
-
-    def warn(self, text: str) -> None:
-        warnings.warn(f"{self.name}: {one_line(text)}", InputWarning, stacklevel=5)
 
     # ---- Objects -----------------------------------------------------------------------------------------
 
@@ -136,7 +132,7 @@ class _Reader:
             self.shapes[key] = self.shape(geometry, kind)
         shape = self.shapes[key]
         if shape is not None:
-            name = attributes.Name or (layer and layer.Name) or self.name
+            name = attributes.Name or (layer and layer.Name) or name_of(self.file)
             try:
                 yield Instance(shape, matrix, Material(DEFAULT_COLORS.get(color, color)), one_line(name))
             except InputError as error:  # a block pressed flat
