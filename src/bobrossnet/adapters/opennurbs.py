@@ -1,8 +1,8 @@
 """Trims of breps, out of an openNURBS archive.
 
-rhino3dm 8.35 lists the loops and trims of a face, but not the curves in the surface's parameters that they run along.
-The archive that it makes of a brep holds them: a tree of chunks, each a type code, a length and as many bytes, which the
-openNURBS toolkit (opennurbs_brep_io.cpp) documents. It is split here, and each curve handed back to rhino3dm.
+rhino3dm 8.35 has the loops and trims of a face, but not the curves in the surface's parameters that they run along.
+The archive that it makes of a brep holds them: a tree of chunks, each a type code, a length and as many bytes, laid out
+as the openNURBS toolkit writes it (opennurbs_brep_io.cpp). It is split here, and each curve handed back to rhino3dm.
 """
 
 from __future__ import annotations
@@ -71,10 +71,12 @@ def _brep_loops(brep: Any) -> list[list[list[Any]]]:
     faces = _faces(data.chunk(ANONYMOUS))
 
     def decoded(trim: Trim) -> Any:
-        curve = rhino3dm.CommonObject.Decode({**archive, "data": base64.b64encode(objects[_index(trim.curve)]).decode()})
+        curve = rhino3dm.CommonObject.Decode(
+            {**archive, "data": base64.b64encode(objects[_index(trim.curve)]).decode()}
+        )
         if not isinstance(curve, rhino3dm.Curve):
             raise InputError(f"expected a curve, got {type(curve).__name__}")
-        if (curve.Domain.T0, curve.Domain.T1) != (trim.start, trim.end):
+        if (trim.start, trim.end) != (curve.Domain.T0, curve.Domain.T1):
             curve = curve.Trim(trim.start, trim.end)
         if curve is None or (trim.backwards and not curve.Reverse()):
             raise InputError("expected a curve of which a part can be cut out, got another")

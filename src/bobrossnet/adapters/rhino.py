@@ -6,9 +6,9 @@ What is hidden in Rhino, or lies on a layer that is switched off, is left out, a
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +20,13 @@ from bobrossnet.shapes.affine import IDENTITY, Matrix
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.mesh import Mesh
-from bobrossnet.shapes.nurbs import MAX_DEGREE, Brep, Face, TrimCurve
+from bobrossnet.shapes.nurbs import Brep, Face, Loop, TrimCurve
 from bobrossnet.shapes.shape import Shape
+from bobrossnet.shapes.splines import MAX_DEGREE
 
-# A few lines of blocks within blocks can stand for 2ⁿ shapes.
-MAX_INSTANCES = 100_000
-MAX_DEPTH = 100
+# A few blocks within blocks can stand for 2ⁿ shapes, or without end for themselves, and so can layers.
+MAX_IN_BLOCKS = 100_000
+MAX_LAYERS_DEEP = 100
 
 # Subdivision surfaces become meshes: each step quarters the faces. Twice looks smooth up to the crease angle.
 SUBDIVISIONS = 2
@@ -42,7 +43,6 @@ DEFAULT_COLORS = {"#000000": WHITE}
 """Rhino's layers are black unless somebody chose another colour; on a black background nothing would be seen."""
 
 Points: TypeAlias = NDArray[np.float64]
-Loops: TypeAlias = "tuple[tuple[TrimCurve, ...], ...]"
 
 
 def read_3dm(file: Path) -> list[Instance]:
@@ -72,30 +72,42 @@ def read_3dm(file: Path) -> list[Instance]:
     return _Reader(model, file).instances()
 
 
+class Object(NamedTuple):
+    """What is to be known of an object wherever it is seen."""
+
+    name: str
+    color: str
+    color_of_block: bool
+    """Whether within a block it has the colour of the block instead."""
+    shape: Shape | None = None
+    matrix: Matrix = IDENTITY
+    """Where a block places its objects; identity for anything else."""
+    children: tuple[str, ...] = ()
+
+
 class _Reader:
     def __init__(self, model: Any, file: Path) -> None:
         self.model = model
         self.file = file
         self.layers = {layer.Index: layer for layer in model.Layers}
-        self.objects = {str(item.Attributes.Id): item for item in model.Objects}
-        self.shapes: dict[str, Shape | None] = {}
-        self.visited = 0
+        self.stored = {str(item.Attributes.Id): item for item in model.Objects}
+        self.objects: dict[str, Object | None] = {}
         self.not_shown: Counter[str] = Counter()
         self.faces = self.untrimmed = 0
         self.refused_faces: list[str] = []
         self.refused: list[str] = []
 
     def instances(self) -> list[Instance]:
-        found = []
-        for item in self.model.Objects:
-            if not item.Attributes.IsInstanceDefinitionObject:
-                found += self.placed(item, IDENTITY, WHITE, 0)
+        top = [key for key, item in self.stored.items() if not item.Attributes.IsInstanceDefinitionObject]
+        found = list(self.placed(top))
         reasons = [*self.refused_faces, *self.refused]
         if not found:
             kinds = ", ".join(f"{kind} ({count:,})" for kind, count in self.not_shown.most_common())
             raise InputError(f"expected surfaces or meshes, got {reasons[0] if reasons else kinds or 'none'}")
         if self.refused_faces:
-            warn_of(self.file, f"left out {len(self.refused_faces):,} of {self.faces:,} faces ({self.refused_faces[0]})")
+            warn_of(
+                self.file, f"left out {len(self.refused_faces):,} of {self.faces:,} faces ({self.refused_faces[0]})"
+            )
         if self.refused:
             warn_of(self.file, f"left out {len(self.refused):,} objects ({self.refused[0]})")
         if self.untrimmed:
@@ -104,43 +116,58 @@ class _Reader:
 
     # ---- Objects -----------------------------------------------------------------------------------------
 
-    def placed(self, item: Any, matrix: Matrix, parent_color: str, depth: int) -> Iterator[Instance]:
-        """The instances of an object that is moved by a matrix; a block has those of all its objects."""
-        self.visited += 1
-        if self.visited > MAX_INSTANCES or depth > MAX_DEPTH:
-            raise InputError("expected finitely many blocks, got too many; does one hold itself?")
+    def placed(self, keys: Sequence[str]) -> Iterator[Instance]:
+        """The instances of objects; a block has those of the objects in it."""
+        waiting: list[tuple[str, Matrix, str | None]] = [(key, IDENTITY, None) for key in reversed(keys)]
+        in_blocks = 0
+        while waiting:
+            key, matrix, block_color = waiting.pop()
+            if key not in self.objects:
+                self.objects[key] = self.object(key)
+            item = self.objects[key]
+            if item is None:
+                continue
+            color = block_color if item.color_of_block and block_color is not None else item.color
+            inner = matrix @ item.matrix
+            in_blocks += len(item.children)
+            if in_blocks > MAX_IN_BLOCKS:
+                raise InputError(
+                    f"expected at most {MAX_IN_BLOCKS:,} objects in blocks, got more; does one hold itself?"
+                )
+            waiting += [(child, inner, color) for child in reversed(item.children)]
+            if item.shape is not None:
+                try:
+                    yield Instance(item.shape, inner, Material(DEFAULT_COLORS.get(color, color)), item.name)
+                except InputError as error:  # a block pressed flat
+                    self.refused.append(str(error))
+
+    def object(self, key: str) -> Object | None:
+        """An object of the file; None where there is nothing to see of it."""
+        item = self.stored.get(key)
+        if item is None:
+            return None
         attributes, geometry = item.Attributes, item.Geometry
-        kind = geometry.ObjectType.name
         layer = self.layers.get(attributes.LayerIndex)
+        kind = geometry.ObjectType.name
         if not attributes.Visible or not self.shows(layer):
             self.not_shown["hidden"] += 1
-            return
-        color = self.color(attributes, layer, parent_color)
+            return None
+        name = one_line(attributes.Name or (layer and layer.Name) or name_of(self.file))
+        color, of_block = self.color(attributes, layer), attributes.ColorSource.name == "ColorFromParent"
         if kind == "InstanceReference":
             block = self.model.InstanceDefinitions.FindId(geometry.ParentIdefId)
-            inner = matrix @ np.array(geometry.Xform.ToFloatArray(True)).reshape(4, 4)
-            for key in block.GetObjectIds() if block else ():
-                child = self.objects.get(str(key))
-                if child is not None:
-                    yield from self.placed(child, inner, color, depth + 1)
-            return
+            children = tuple(map(str, block.GetObjectIds())) if block else ()
+            matrix = np.array(geometry.Xform.ToFloatArray(True)).reshape(4, 4)
+            return Object(name, color, of_block, matrix=matrix, children=children)
         if kind not in ("Brep", "Extrusion", "Surface", "Mesh", "SubD"):
             self.not_shown[kind.lower()] += 1
-            return
-        key = str(attributes.Id)
-        if key not in self.shapes:
-            self.shapes[key] = self.shape(geometry, kind)
-        shape = self.shapes[key]
-        if shape is not None:
-            name = attributes.Name or (layer and layer.Name) or name_of(self.file)
-            try:
-                yield Instance(shape, matrix, Material(DEFAULT_COLORS.get(color, color)), one_line(name))
-            except InputError as error:  # a block pressed flat
-                self.refused.append(str(error))
+            return None
+        shape = self.shape(geometry, kind)
+        return None if shape is None else Object(name, color, of_block, shape)
 
     def shows(self, layer: Any) -> bool:
         """Whether a layer and those that it lies in are switched on."""
-        for _ in range(MAX_DEPTH):
+        for _ in range(MAX_LAYERS_DEEP):
             if layer is None:
                 return True
             if not layer.Visible:
@@ -148,13 +175,11 @@ class _Reader:
             layer = self.model.Layers.FindId(layer.ParentLayerId)
         return True
 
-    def color(self, attributes: Any, layer: Any, parent_color: str) -> str:
+    def color(self, attributes: Any, layer: Any) -> str:
         """The colour that Rhino shows an object in, as sRGB."""
         source = attributes.ColorSource.name
         if source == "ColorFromObject":
             return _hex(attributes.ObjectColor)
-        if source == "ColorFromParent" and parent_color != WHITE:
-            return parent_color
         if source == "ColorFromMaterial":
             of_object = attributes.MaterialSource.name == "MaterialFromObject"
             number = attributes.MaterialIndex if of_object else layer.RenderMaterialIndex if layer else -1
@@ -197,10 +222,10 @@ class _Reader:
             nurbs = surface.ToNurbsSurface()
             if nurbs is None:
                 raise InputError("expected a surface with a NURBS form, got none")
-            face = _untrimmed(nurbs)
+            face = untrimmed(nurbs)
             if bounds:
                 try:
-                    loops = _loops(bounds, surface, face)
+                    loops = face_trims(bounds, surface, face)
                 except InputError:
                     self.untrimmed += 1
                     return face
@@ -249,7 +274,7 @@ def _mesh(mesh: Any) -> Mesh:
 # ---- Surfaces and their trims ----------------------------------------------------------------------------
 
 
-def _untrimmed(nurbs: Any) -> Face:
+def untrimmed(nurbs: Any) -> Face:
     rows, columns = nurbs.Points.CountU, nurbs.Points.CountV
     points = [nurbs.Points[i, j] for i in range(rows) for j in range(columns)]
     control_points, weights = _euclidean(points, nurbs.IsRational)
@@ -276,8 +301,18 @@ def _full_knots(knots: Any) -> Points:
     return np.concatenate([stored[:1], stored, stored[-1:]])
 
 
-def _loops(bounds: list[list[Any]], surface: Any, face: Face) -> Loops:
-    """A face's loops of rhino3dm curves as trims in the parameters of its NURBS form."""
+def face_trims(bounds: Sequence[Sequence[Any]], surface: Any, face: Face) -> tuple[Loop, ...]:
+    """Loops of curves in the parameters of a rhino3dm surface as loops in those of its NURBS form, which a face has.
+
+    Parameters
+    ----------
+    bounds : loops of rhino3dm curves, end to end
+
+    Raises
+    ------
+    InputError
+        If a curve has no NURBS form, or is too rough to be followed where its points must be moved.
+    """
     same = _same_parameters(surface)
     scale = np.ptp(np.array(face.domain), axis=1)
 
@@ -315,8 +350,8 @@ def _fitted(curve: Any, moved: Callable[[float, float], tuple[float, float]], sc
     """Cubics within `FITTED` of a rhino3dm curve whose points are moved: each is halved until it is that close."""
     knots = np.unique(curve.Knots.ToList())
     pieces: list[Points] = []
-    ends = [0.0]
-    waiting = [*zip(knots[:-1], knots[1:], strict=True)][::-1]
+    ends = [knots[0]]
+    waiting = np.column_stack([knots[:-1], knots[1:]])[::-1].tolist()
     while waiting:
         start, end = waiting.pop()
         points = [curve.PointAt(t) for t in np.linspace(start, end, 7)]
@@ -335,11 +370,10 @@ def _fitted(curve: Any, moved: Callable[[float, float], tuple[float, float]], sc
             waiting += [(middle, end), (start, middle)]
         else:
             raise InputError("expected a smooth trim, got one that cubics don't follow")
-    ends[0] = knots[0]
     return TrimCurve(np.concatenate(pieces), np.repeat(ends, [4, *[3] * (len(ends) - 2), 4]))
 
 
-def _is_border(loops: Loops, face: Face) -> bool:
+def _is_border(loops: tuple[Loop, ...], face: Face) -> bool:
     """Whether a single loop goes around the whole domain, so that it cuts nothing off."""
     if len(loops) != 1:
         return False
