@@ -211,7 +211,7 @@ class _Reader:
             try:
                 loops = brep_loops(brep)
             except InputError:
-                loops = [()] * len(surfaces)
+                loops = [[] for _ in surfaces]
                 self.untrimmed += len(surfaces)
             found = [self.face(surface, bounds) for surface, bounds in zip(surfaces, loops, strict=True)]
         return [face for face in found if face is not None]
@@ -387,7 +387,7 @@ def _is_border(loops: tuple[Loop, ...], face: Face) -> bool:
         degree = curve.degree
         spans = np.lib.stride_tricks.sliding_window_view(on_side, degree + 1, axis=0)
         lasting = np.diff(curve.knots)[degree : len(points)] > 0
-        if not spans.all(axis=-1).any(axis=-1)[lasting].all():
+        if not spans[lasting].all(axis=-1).any(axis=-1).all():
             return False
     u, v = np.concatenate(corners).T
     area = abs(float(u @ np.roll(v, -1) - v @ np.roll(u, -1))) / 2
