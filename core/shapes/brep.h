@@ -22,6 +22,7 @@ class Brep : public Shape {
 public:
     /// The faces' control points are about 1 in size; weights are above 0.
     explicit Brep(std::span<const Face> faces);
+    Brep(Brep&&) = default;  // and no copies: pieces point to regions
 
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;

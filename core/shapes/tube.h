@@ -6,16 +6,18 @@
 #include <vector>
 
 #include "nurbs/nurbs.h"
+#include "shapes/bvh.h"
 #include "shapes/shape.h"
+#include "shapes/tube_pieces.h"
 
 namespace bob {
 
+/// A hit's primitive is the piece of the curve, its u the parameter 0..1 of the ball on that piece.
 class Tube : public Shape {
 public:
     /// The curve gives the ball's centre and radius, (x, y, z, r), about 1 in size; r is above 0, as are weights. The
     /// ends are round.
     explicit Tube(const NurbsCurve<4>& curve);
-    ~Tube() override;
 
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
@@ -25,10 +27,23 @@ public:
     [[nodiscard]] std::size_t bytes() const override;
 
     /// How many pieces the curve was cut into.
-    [[nodiscard]] std::size_t pieces() const;
+    [[nodiscard]] std::size_t pieces() const { return pieces_.size(); }
 
     /// The largest value over the balls of f(centre, radius), which is convex: at most 1e-3 of its range too large.
     [[nodiscard]] double maximum(const std::function<double(Vec3, float)>& convex) const;
+
+private:
+    struct Parameters {
+        double low, high;
+    };
+
+    /// Adds the pieces of a Bezier curve.
+    void cut(const BezierCurve<4>& curve, int depth);
+    [[nodiscard]] Vec3 normal(const Ray& ray, const Hit& hit) const;
+
+    std::vector<TubePiece> pieces_;
+    std::vector<Parameters> parameters_;  // of the pieces, on the curve
+    std::vector<BvhNode> nodes_, packets_;
 };
 
 }  // namespace bob

@@ -25,7 +25,7 @@ from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve, nurbs_surface
-from bobrossnet.shapes.scene import Scene
+from bobrossnet.shapes.scene import Hits, Scene
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tree import happy_tree
 from bobrossnet.shapes.tube import Tube, nurbs_curve, polyline
@@ -44,6 +44,7 @@ __all__ = [
     "Face",
     "Frame",
     "GBuffer",
+    "Hits",
     "Implicit",
     "InputError",
     "InputTypeError",

@@ -202,7 +202,8 @@ class Brep(MeasuredShape):
     Raises
     ------
     InputError
-        If there is no face, or something else is among them.
+        If there is no face, or something else is among them. When it is first placed or traced: if the trims leave
+        nothing.
     """
 
     kind = "brep"
@@ -220,7 +221,7 @@ class Brep(MeasuredShape):
     @cached_property
     def _surface(self) -> _core.Brep:
         center, radius = self._sphere
-        return _core.Brep(
+        surface = _core.Brep(
             [
                 (
                     homogeneous((face.control_points - center) / radius, face.weights),
@@ -231,6 +232,9 @@ class Brep(MeasuredShape):
                 for face in self.faces
             ]
         )
+        if not surface.pieces:
+            raise InputError("trims: expected something that they leave of a face, got nothing of any")
+        return surface
 
     @cached_property
     def _sphere(self) -> tuple[Points, float]:

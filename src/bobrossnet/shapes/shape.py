@@ -112,7 +112,9 @@ class MeasuredShape(Shape):
         return {}
 
     def radius(self, matrix: Matrix, center: Points) -> float:
-        return self._surface.radius(self._from_core(matrix), np.array(center, np.float64))
+        from_core = self._from_core(matrix)
+        largest = float(np.linalg.svd(from_core[:, :3], compute_uv=False)[0])
+        return self._surface.radius(from_core, np.array(center, np.float64), largest)
 
     def _from_core(self, matrix: Matrix) -> Matrix:
         """(3, 4): from the core's coordinates to where a matrix places the shape."""
