@@ -20,7 +20,10 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.container import ENDING as SCENE_ENDING
 from bobrossnet.adapters.container import read_scene
+from bobrossnet.adapters.geomdl import read_geomdl
+from bobrossnet.adapters.gismo import read_gismo
 from bobrossnet.adapters.gltf import read_glb, read_gltf
+from bobrossnet.adapters.grids import read_bpt, read_cpt
 from bobrossnet.adapters.messages import name_of, one_line
 from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.part import Part, joined
@@ -51,6 +54,10 @@ ENDINGS = tuple(READERS)
 FORMULA_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script, ".vm": read_vm}
 INSTANCE_READERS: dict[str, Callable[[Path], SceneLike]] = {
     SCENE_ENDING: read_scene,
+    ".json": read_geomdl,
+    ".xml": read_gismo,
+    ".bpt": read_bpt,
+    ".cpt": read_cpt,
     ".3dm": read_3dm,
 }
 """Readers of files whose shapes have names and materials of their own, or are of several kinds."""
@@ -66,8 +73,8 @@ def load(source: Source | Iterable[Source]) -> Scene:
     ----------
     source : path, Shape, Instance, Scene or iterable of these
         Files are scenes, .bob, which `save_scene` writes; meshes, .ply, .obj, .stl, .off, .glb, .gltf or .3mf; NURBS
-        surfaces, .json (geomdl's), .xml (G+Smo's), .bpt (Bezier patches) or .cpt (grids of control points); shape
-        scripts, .sdf; or formulas, .vm. All are placed as their coordinates say; instances are named after their files
+        surfaces, .3dm (Rhino's), .json (geomdl's), .xml (G+Smo's), .bpt (Bezier patches) or .cpt (grids of control
+        points); shape scripts, .sdf; or formulas, .vm. All are placed as their coordinates say; instances are named after their files
         where these have no names for them.
 
     Returns
@@ -103,7 +110,7 @@ def _loaded(path: str | os.PathLike[str]) -> SceneLike:
         if ending in INSTANCE_READERS:
             if file.stat().st_size == 0:
                 raise InputError("expected a scene, got an empty file")
-            return INSTANCE_READERS[ending](file)
+            return Scene(INSTANCE_READERS[ending](file))  # made here, so that its errors name the file
         raise InputError(f"expected one of {' '.join(ALL_ENDINGS)}, got {one_line(ending) or 'no ending'}")
 
 
