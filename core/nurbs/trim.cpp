@@ -156,7 +156,7 @@ std::vector<Points> loop_pieces(const TrimLoop& loop, const Domain& domain) {
     std::vector<Points> pieces;
     for (std::size_t i = 0; i < open.size(); ++i) {
         const Point end = euclidean(open[i].back()), start = euclidean(open[(i + 1) % open.size()].front());
-        pieces.push_back(std::move(open[i]));
+        pieces.push_back(open[i]);
         if (std::fabs(start[0] - end[0]) > closed * (domain.high_u - domain.low_u) ||
             std::fabs(start[1] - end[1]) > closed * (domain.high_v - domain.low_v)) {
             pieces.push_back(line(end, start));
