@@ -28,6 +28,7 @@ from bobrossnet.adapters.messages import name_of, one_line
 from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.part import Part, joined
 from bobrossnet.adapters.ply import read_ply
+from bobrossnet.adapters.rhino import read_3dm
 from bobrossnet.adapters.script import read_script
 from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
@@ -57,6 +58,7 @@ INSTANCE_READERS: dict[str, Callable[[Path], SceneLike]] = {
     ".xml": read_gismo,
     ".bpt": read_bpt,
     ".cpt": read_cpt,
+    ".3dm": read_3dm,
 }
 """Readers of files whose shapes have names and materials of their own, or are of several kinds."""
 ALL_ENDINGS = (*READERS, *FORMULA_READERS, *INSTANCE_READERS)
@@ -71,8 +73,8 @@ def load(source: Source | Iterable[Source]) -> Scene:
     ----------
     source : path, Shape, Instance, Scene or iterable of these
         Files are scenes, .bob, which `save_scene` writes; meshes, .ply, .obj, .stl, .off, .glb, .gltf or .3mf; NURBS
-        surfaces, .json (geomdl's), .xml (G+Smo's), .bpt (Bezier patches) or .cpt (grids of control points); shape
-        scripts, .sdf; or formulas, .vm. All are placed as their coordinates say; instances are named after their files
+        surfaces, .3dm (Rhino's), .json (geomdl's), .xml (G+Smo's), .bpt (Bezier patches) or .cpt (grids of control
+        points); shape scripts, .sdf; or formulas, .vm. All are placed as their coordinates say; instances are named after their files
         where these have no names for them.
 
     Returns
