@@ -1,4 +1,5 @@
-/// Bounding volume hierarchy over triangles: eight boxes to a node, eight triangles to a packet.
+/// Bounding volume hierarchy over boxes: eight to a node. Its leaves are runs of packets, each of eight primitives of any
+/// kind, which are tested together.
 #pragma once
 
 #include <array>
@@ -6,15 +7,11 @@
 #include <span>
 #include <vector>
 
-#include "isa.h"
-#include "shapes/shape.h"
-#include "vec.h"
+#include "box.h"
 
 namespace bob {
 
-using Triangle = std::array<std::uint32_t, 3>;
-
-/// Where a child's subtree lies: a node, or a run of triangle packets.
+/// Where a child's subtree lies: a node, or a run of packets.
 struct ChildRef {
     static constexpr std::uint32_t leaf_bit = 0x80000000;
     static constexpr int max_packets = 8;
@@ -38,37 +35,20 @@ struct alignas(32) BvhNode {
     ChildRef child[8];
 };
 
-/// 320 bytes. An absent triangle repeats the packet's first. (Packets of four make the tree larger: bunny and armadillo
-/// are a tenth slower, none is faster.)
-struct alignas(32) TrianglePacket {
-    static constexpr int size = 8;
-
-    float vertex[3][3][size];  // [corner][axis][lane]
-    std::uint32_t triangle[size];
-};
+/// The primitives that are tested together. An absent one repeats the packet's first.
+using Packet = std::array<std::uint32_t, 8>;
 
 struct Bvh {
+    /// No path is longer than this, and a node leaves at most seven children behind.
+    static constexpr int max_depth = 88;
+
     std::vector<BvhNode> nodes;  // the first is the root
-    std::vector<TrianglePacket> packets;
-
-    [[nodiscard]] std::size_t bytes() const {
-        return nodes.size() * sizeof(BvhNode) + packets.size() * sizeof(TrianglePacket);
-    }
+    std::vector<Packet> packets;
 };
 
-/// Builds by the surface area heuristic; the result is a function of the mesh alone, not of the number of threads.
-[[nodiscard]] Bvh build_bvh(std::span<const Vec3> vertices, std::span<const Triangle> triangles);
-
-struct BvhKernels {
-    /// The nearest intersection with t > 0 of each ray; u and v are the barycentric weights of the triangle's first and
-    /// second corner.
-    ///
-    /// Watertight (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2013) for origins within a
-    /// few sizes of the mesh: a ray never passes between two triangles that share an edge or a corner.
-    void (*closest_hits)(const BvhNode* nodes, const TrianglePacket* packets, const Ray* rays, std::size_t count,
-                         Hit* hits);
-};
-
-BOB_DECLARE_KERNELS(BvhKernels, bvh_kernels)
+/// Builds by the surface area heuristic; `node_cost` is the cost of visiting a node, in tests of a packet. The result is
+/// a function of the boxes alone, not of the number of threads. Boxes are finite and at least one; each is made larger by
+/// more than rounding can move a hit across its face.
+[[nodiscard]] Bvh build_bvh(std::span<const Box> boxes, float node_cost);
 
 }  // namespace bob

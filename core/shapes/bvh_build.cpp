@@ -11,38 +11,27 @@ namespace bob {
 namespace {
 
 constexpr int bins = 16;
-constexpr std::size_t packet_size = TrianglePacket::size;
+constexpr std::size_t packet_size = std::tuple_size_v<Packet>;
 constexpr std::size_t max_leaf = packet_size * ChildRef::max_packets;
 
-// Cost of visiting a node, in tests of a packet. On bunny, armadillo, satellite and conference room: 0.8 makes the last
-// two 2 % faster and the first two 7 % and 16 % slower, 2.5 makes all of them 1 to 3 % slower.
-constexpr float node_cost = 1.5f;
-
-// From this depth on ranges are halved, so that no mesh, however odd, makes the tree deeper than 60 + 28.
-constexpr int max_sah_depth = 60;
+// From this depth on ranges are halved, so that no boxes, however odd, make the tree deeper than max_depth.
+constexpr int max_sah_depth = Bvh::max_depth - 28;
 
 // Ranges up to this size are built whole by one thread. The split is by size, not by the number of threads, so that
 // the tree is the same for any number of them.
 constexpr std::size_t task_size = 4096;
 
-constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr float infinity = Box::infinity;
 
-struct Box {
-    Vec3 low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
-
-    void extend(Vec3 p) { low = min(low, p), high = max(high, p); }
-    void extend(const Box& box) { low = min(low, box.low), high = max(high, box.high); }
-    [[nodiscard]] Vec3 size() const { return high - low; }
-    /// Half of the surface area; 0 for an empty box.
-    [[nodiscard]] float half_area() const {
-        const Vec3 s = size();
-        return s.x >= 0 ? s.x * s.y + s.y * s.z + s.z * s.x : 0;
-    }
-};
+/// Half of a box' surface area; 0 for an empty one.
+float half_area(const Box& box) {
+    const Vec3 s = box.high - box.low;
+    return s.x >= 0 ? s.x * s.y + s.y * s.z + s.z * s.x : 0;
+}
 
 struct Primitive {
     Box box;
-    std::uint32_t triangle;
+    std::uint32_t index;
 
     /// Twice the centre.
     [[nodiscard]] float centroid(int axis) const { return box.low[axis] + box.high[axis]; }
@@ -78,42 +67,34 @@ struct Binning {
     }
 };
 
-float packets_of(std::size_t triangles) { return static_cast<float>((triangles + packet_size - 1) / packet_size); }
+float packets_of(std::size_t primitives) { return static_cast<float>((primitives + packet_size - 1) / packet_size); }
 
 class Builder {
 public:
-    Builder(std::span<const Vec3> vertices, std::span<const Triangle> triangles)
-        : vertices_(vertices), triangles_(triangles), primitives_(triangles.size()) {}
-
-    Bvh build() {
-        bound_primitives();
-        std::vector<BinaryNode> nodes = split_whole();
-        return collapse(nodes);
-    }
-
-private:
-    void bound_primitives() {
+    Builder(std::span<const Box> boxes, float node_cost) : node_cost_(node_cost), primitives_(boxes.size()) {
         float extent = 0;
-        for (const Triangle& t : triangles_) {
-            for (const auto corner : t) {
-                const Vec3 v = vertices_[corner];
+        for (const Box& box : boxes) {
+            for (const Vec3 v : {box.low, box.high}) {
                 extent = std::max({extent, std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
             }
         }
-        // More than the rounding of box and triangle tests can move a hit across a box' face: for vertices and origins
+        // More than the rounding of box and primitive tests can move a hit across a box' face: for boxes and origins
         // within some units, errors stay below 2^-21 units.
         const float pad = extent * 0x1p-19f;
-        parallel_for(triangles_.size(), 16384, [&](std::size_t begin, std::size_t end) {
+        parallel_for(boxes.size(), 16384, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
-                Primitive& p = primitives_[i];
-                for (const auto corner : triangles_[i]) p.box.extend(vertices_[corner]);
-                p.box.low = p.box.low - Vec3{pad, pad, pad};
-                p.box.high = p.box.high + Vec3{pad, pad, pad};
-                p.triangle = static_cast<std::uint32_t>(i);
+                const Vec3 margin{pad, pad, pad};
+                primitives_[i] = {{boxes[i].low - margin, boxes[i].high + margin}, static_cast<std::uint32_t>(i)};
             }
         });
     }
 
+    Bvh build() {
+        const std::vector<BinaryNode> nodes = split_whole();
+        return collapse(nodes);
+    }
+
+private:
     /// Large ranges are split one after the other, then small ones side by side.
     std::vector<BinaryNode> split_whole() {
         std::vector<BinaryNode> nodes{{{}, 0, primitives_.size()}};
@@ -178,7 +159,7 @@ private:
     using Iterator = std::vector<Primitive>::iterator;
 
     /// Parts first..last at the cheapest plane between bins; false where a leaf is cheaper.
-    static bool split_by_area(Iterator first, Iterator last, const Box& box, const Box& centroids, Iterator& middle) {
+    bool split_by_area(Iterator first, Iterator last, const Box& box, const Box& centroids, Iterator& middle) const {
         const Binning binning[3] = {{0, centroids}, {1, centroids}, {2, centroids}};
         Bin bin[3][bins];
         for (auto p = first; p != last; ++p) {
@@ -196,20 +177,20 @@ private:
             for (int plane = bins - 1; plane > 0; --plane) {
                 sum.box.extend(bin[axis][plane].box);
                 sum.count += bin[axis][plane].count;
-                cost_above[plane] = sum.count ? sum.box.half_area() * packets_of(sum.count) : infinity;
+                cost_above[plane] = sum.count ? half_area(sum.box) * packets_of(sum.count) : infinity;
             }
             sum = {};
             for (int plane = 1; plane < bins; ++plane) {
                 sum.box.extend(bin[axis][plane - 1].box);
                 sum.count += bin[axis][plane - 1].count;
                 if (sum.count == 0) continue;
-                const float cost = sum.box.half_area() * packets_of(sum.count) + cost_above[plane];
+                const float cost = half_area(sum.box) * packets_of(sum.count) + cost_above[plane];
                 if (cost < best_cost) best_cost = cost, best_axis = axis, best_plane = plane;
             }
         }
         const auto count = static_cast<std::size_t>(last - first);
-        const float area = box.half_area();
-        if (count <= max_leaf && packets_of(count) * area <= node_cost * area + best_cost) return false;
+        const float area = half_area(box);
+        if (count <= max_leaf && packets_of(count) * area <= node_cost_ * area + best_cost) return false;
         middle = first;
         if (best_cost < infinity) {
             const Binning& by = binning[best_axis];
@@ -233,8 +214,8 @@ private:
                 float largest_area = -1;
                 for (int i = 0; i < count; ++i) {
                     const BinaryNode& child = binary[static_cast<std::size_t>(children[i])];
-                    if (!child.is_leaf() && child.box.half_area() > largest_area) {
-                        largest = i, largest_area = child.box.half_area();
+                    if (!child.is_leaf() && half_area(child.box) > largest_area) {
+                        largest = i, largest_area = half_area(child.box);
                     }
                 }
                 if (largest < 0) break;
@@ -270,30 +251,24 @@ private:
     ChildRef emit_packets(Bvh& bvh, const BinaryNode& leaf) {
         const std::size_t first = bvh.packets.size();
         for (std::size_t begin = leaf.begin; begin < leaf.end; begin += packet_size) {
-            TrianglePacket packet;
+            Packet packet;
             for (std::size_t lane = 0; lane < packet_size; ++lane) {
-                const std::size_t p = begin + lane < leaf.end ? begin + lane : begin;
-                packet.triangle[lane] = primitives_[p].triangle;
-                for (int corner = 0; corner < 3; ++corner) {
-                    const Vec3 vertex = vertices_[triangles_[packet.triangle[lane]][static_cast<std::size_t>(corner)]];
-                    for (int axis = 0; axis < 3; ++axis) packet.vertex[corner][axis][lane] = vertex[axis];
-                }
+                packet[lane] = primitives_[begin + lane < leaf.end ? begin + lane : begin].index;
             }
             bvh.packets.push_back(packet);
         }
         return ChildRef::leaf(first, bvh.packets.size() - first);
     }
 
-    std::span<const Vec3> vertices_;
-    std::span<const Triangle> triangles_;
+    float node_cost_;
     std::vector<Primitive> primitives_;
 };
 
 }  // namespace
 
-Bvh build_bvh(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
-    if (triangles.empty()) throw std::invalid_argument("build_bvh: expected at least one triangle, got none");
-    return Builder(vertices, triangles).build();
+Bvh build_bvh(std::span<const Box> boxes, float node_cost) {
+    if (boxes.empty()) throw std::invalid_argument("build_bvh: expected at least one box, got none");
+    return Builder(boxes, node_cost).build();
 }
 
 }  // namespace bob

@@ -6,12 +6,12 @@ Mesh::Mesh(std::span<const Vec3> vertices, std::span<const Triangle> triangles, 
     : normals_(vertex_normals.empty() ? crease_normals(vertices, triangles)
                                       : stored_normals(vertices, triangles, vertex_normals)),
       face_normals_(triangles.size()),
-      bvh_(build_bvh(vertices, triangles)) {
+      bvh_(build_triangle_bvh(vertices, triangles)) {
     for (std::size_t i = 0; i < triangles.size(); ++i) face_normals_[i] = face_normal(vertices, triangles[i]);
 }
 
 void Mesh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
-    best_bvh_kernels().closest_hits(bvh_.nodes.data(), bvh_.packets.data(), rays.data(), rays.size(), hits.data());
+    best_triangle_kernels().closest_hits(bvh_.nodes.data(), bvh_.packets.data(), rays.data(), rays.size(), hits.data());
 }
 
 void Mesh::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {

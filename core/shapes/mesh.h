@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "shapes/bvh.h"
 #include "shapes/normals.h"
 #include "shapes/shape.h"
+#include "shapes/triangles.h"
 #include "vec.h"
 
 namespace bob {
@@ -20,7 +20,7 @@ public:
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
 
-    [[nodiscard]] const Bvh& bvh() const { return bvh_; }
+    [[nodiscard]] const TriangleBvh& bvh() const { return bvh_; }
     [[nodiscard]] std::size_t bytes() const override;
 
 private:
@@ -28,7 +28,7 @@ private:
 
     std::vector<CornerNormals> normals_;
     std::vector<Vec3> face_normals_;
-    Bvh bvh_;
+    TriangleBvh bvh_;
 };
 
 }  // namespace bob

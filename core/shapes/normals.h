@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "shapes/bvh.h"
+#include "shapes/triangles.h"
 #include "vec.h"
 
 namespace bob {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "check.h"
-#include "shapes/bvh.h"
+#include "shapes/triangles.h"
 
 namespace test {
 

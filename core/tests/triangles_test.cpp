@@ -1,4 +1,4 @@
-#include "shapes/bvh.h"
+#include "shapes/triangles.h"
 
 #include <algorithm>
 #include <cstring>
@@ -15,9 +15,9 @@ using bob::Vec3;
 
 namespace {
 
-Hit trace(const bob::Bvh& bvh, const Ray& ray) {
+Hit trace(const bob::TriangleBvh& bvh, const Ray& ray) {
     Hit hit;
-    bob::best_bvh_kernels().closest_hits(bvh.nodes.data(), bvh.packets.data(), &ray, 1, &hit);
+    bob::best_triangle_kernels().closest_hits(bvh.nodes.data(), bvh.packets.data(), &ray, 1, &hit);
     return hit;
 }
 
@@ -53,7 +53,7 @@ TEST(bvh_equals_brute_force) {
     for (const float size : {0.02f, 0.3f}) {
         for (const int count : {1, 2, 4, 5, 33, 1000}) {
             const auto mesh = test::soup(count, size, 7);
-            const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+            const auto bvh = bob::build_triangle_bvh(mesh.vertices, mesh.triangles);
             test::for_each_isa([&] {
                 test::Random random(11);
                 int disagreements = 0;
@@ -73,7 +73,7 @@ TEST(bvh_equals_brute_force) {
 
 TEST(barycentric_weights_give_the_point) {
     const auto mesh = test::soup(300, 0.3f, 3);
-    const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+    const auto bvh = bob::build_triangle_bvh(mesh.vertices, mesh.triangles);
     test::Random random(5);
     int hits = 0;
     for (int i = 0; i < 2000; ++i) {
@@ -95,7 +95,7 @@ TEST(rays_never_leak_through_shared_edges_and_corners) {
         test::Random random(static_cast<std::uint64_t>(levels));
         // Moved and dented, so that coordinates are not round and triangles not alike.
         for (auto& v : mesh.vertices) v = random(0.8f, 1) * v + Vec3{0.1f, -0.07f, 0.05f};
-        const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+        const auto bvh = bob::build_triangle_bvh(mesh.vertices, mesh.triangles);
         test::for_each_isa([&] {
             int leaks = 0;
             for (int i = 0; i < 20000; ++i) {
@@ -136,7 +136,7 @@ TEST(axis_aligned_rays_hit_an_axis_aligned_grid_exactly_on_its_lines) {
             mesh.triangles.push_back({a, a + n + 2, a + n + 1});
         }
     }
-    const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+    const auto bvh = bob::build_triangle_bvh(mesh.vertices, mesh.triangles);
     test::for_each_isa([&] {
         int missed = 0;
         for (int y = 0; y <= 64; ++y) {
@@ -152,7 +152,7 @@ TEST(axis_aligned_rays_hit_an_axis_aligned_grid_exactly_on_its_lines) {
 
 TEST(zeros_of_either_sign_are_the_same_direction) {
     const auto mesh = test::soup(1000, 0.3f, 9);
-    const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+    const auto bvh = bob::build_triangle_bvh(mesh.vertices, mesh.triangles);
     test::for_each_isa([&] {
         test::Random random(2);
         int hits = 0;
@@ -171,13 +171,13 @@ TEST(zeros_of_either_sign_are_the_same_direction) {
 
 TEST(a_hit_depends_on_its_ray_alone) {
     const auto mesh = test::soup(3000, 0.1f, 4);
-    const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+    const auto bvh = bob::build_triangle_bvh(mesh.vertices, mesh.triangles);
     test::Random random(8);
     std::vector<Ray> rays(1000);
     for (Ray& ray : rays) ray = random_ray(random);
     test::for_each_isa([&] {
         std::vector<Hit> hits(rays.size());
-        const auto closest_hits = bob::best_bvh_kernels().closest_hits;
+        const auto closest_hits = bob::best_triangle_kernels().closest_hits;
         closest_hits(bvh.nodes.data(), bvh.packets.data(), rays.data(), rays.size(), hits.data());
         for (std::size_t i = 0; i < rays.size(); ++i) CHECK(same_bits(hits[i], trace(bvh, rays[i])));
     });
@@ -186,7 +186,7 @@ TEST(a_hit_depends_on_its_ray_alone) {
 TEST(rays_that_are_not_finite_hit_nothing) {
     for (const int count : {1, 9, 100, 1000}) {
         const auto mesh = test::soup(count, 0.3f, 6);
-        const auto bvh = bob::build_bvh(mesh.vertices, mesh.triangles);
+        const auto bvh = bob::build_triangle_bvh(mesh.vertices, mesh.triangles);
         constexpr float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
         test::for_each_isa([&] {
             for (const float odd : {nan, -nan, inf, -inf}) {
@@ -217,11 +217,11 @@ TEST(odd_meshes_are_built_and_traced) {
     }
     test::for_each_isa([&] {
         const Ray down{{0.01f, 0.01f, 3}, {0, 0, -1}};
-        const auto same_bvh = bob::build_bvh(same.vertices, same.triangles);
+        const auto same_bvh = bob::build_triangle_bvh(same.vertices, same.triangles);
         CHECK_EQ(trace(same_bvh, down).t, 3.f);
-        const auto growing_bvh = bob::build_bvh(growing.vertices, growing.triangles);
+        const auto growing_bvh = bob::build_triangle_bvh(growing.vertices, growing.triangles);
         CHECK_NEAR(trace(growing_bvh, {{1, 1, 3}, {0, 0, -1}}).t, 2.f, 1e-6f);
-        const auto flat_bvh = bob::build_bvh(flat.vertices, flat.triangles);
+        const auto flat_bvh = bob::build_triangle_bvh(flat.vertices, flat.triangles);
         CHECK_EQ(trace(flat_bvh, {{0, 1, 0}, {0, -1, 0}}).primitive, bob::no_primitive);
         const float nan = std::nanf("");
         CHECK_EQ(trace(same_bvh, {{nan, 0, 3}, {0, 0, -1}}).primitive, bob::no_primitive);
@@ -232,9 +232,9 @@ TEST(bvh_does_not_depend_on_the_number_of_threads) {
     const auto mesh = test::soup(30000, 0.02f, 1);
     const int threads = bob::thread_count();
     bob::set_thread_count(1);
-    const auto one = bob::build_bvh(mesh.vertices, mesh.triangles);
+    const auto one = bob::build_triangle_bvh(mesh.vertices, mesh.triangles);
     bob::set_thread_count(4);
-    const auto four = bob::build_bvh(mesh.vertices, mesh.triangles);
+    const auto four = bob::build_triangle_bvh(mesh.vertices, mesh.triangles);
     bob::set_thread_count(threads);
     CHECK_EQ(one.nodes.size(), four.nodes.size());
     bool same = one.packets.size() == four.packets.size();

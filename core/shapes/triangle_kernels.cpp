@@ -1,0 +1,76 @@
+#include "shapes/bvh_traversal.h"
+#include "shapes/triangles.h"
+
+namespace bob::BOB_ISA {
+namespace {
+
+/// And what triangles need: the shear that turns the ray into the axis k[2].
+struct RayToTriangles : RayThroughBoxes {
+    int k[3];
+    Floats from[3];
+    Floats shear_x, shear_y, scale_z;
+
+    explicit RayToTriangles(const Ray& ray) : RayThroughBoxes(ray) {
+        for (int axis = 0; axis < 3; ++axis) from[axis] = broadcast<Floats>(origin[axis]);
+        // The longest axis, by the outcomes of the comparisons x > y, x > z, y > z.
+        constexpr signed char longest[8] = {2, 2, 2, 0, 1, 2, 1, 0};
+        constexpr signed char next[5] = {0, 1, 2, 0, 1};
+        k[2] = longest[(size[0] > size[1]) + 2 * (size[0] > size[2]) + 4 * (size[1] > size[2])];
+        k[0] = next[k[2] + 1];
+        k[1] = next[k[2] + 2];
+        shear_x = broadcast<Floats>(direction[k[0]] * reciprocal[k[2]]);
+        shear_y = broadcast<Floats>(direction[k[1]] * reciprocal[k[2]]);
+        scale_z = broadcast<Floats>(reciprocal[k[2]]);
+    }
+};
+
+/// Intersects eight triangles and keeps the nearest hit.
+///
+/// In the plane across the ray, an edge function is a difference of two products. Each product is rounded on its own
+/// (no fma), so that the difference has the right sign or is zero, and a neighbour's is its exact negation; zero
+/// counts as inside. So no ray slips between neighbours, and the paper's retry in double precision is not needed.
+/// A NaN fails every comparison below: no hit.
+inline void intersect(const TrianglePacket& packet, const RayToTriangles& ray, Hit& hit) {
+    for (int i = 0; i < 8; i += width) {
+        Floats x[3], y[3], z[3];
+        for (int corner = 0; corner < 3; ++corner) {
+            const auto& vertex = packet.vertex[corner];
+            z[corner] = load<Floats>(&vertex[ray.k[2]][i]) - ray.from[ray.k[2]];
+            x[corner] = load<Floats>(&vertex[ray.k[0]][i]) - ray.from[ray.k[0]] - ray.shear_x * z[corner];
+            y[corner] = load<Floats>(&vertex[ray.k[1]][i]) - ray.from[ray.k[1]] - ray.shear_y * z[corner];
+        }
+        const Floats u = x[2] * y[1] - y[2] * x[1];
+        const Floats v = x[0] * y[2] - y[0] * x[2];
+        const Floats w = x[1] * y[0] - y[1] * x[0];
+        const Floats zero{};
+        const Floats lowest = min(min(u, v), w), highest = max(max(u, v), w);
+        const Ints inside = (lowest >= zero) | (highest <= zero);
+        if (!bits(inside)) continue;
+
+        const Floats determinant = u + v + w;
+        const Floats t = (u * z[0] + v * z[1] + w * z[2]) * ray.scale_z / determinant;
+        unsigned found = bits(inside & (determinant != zero) & (t > zero) & (t < broadcast<Floats>(hit.t)));
+        for (; found; found &= found - 1) {
+            const int lane = __builtin_ctz(found);
+            if (t[lane] < hit.t) {
+                hit = {t[lane], u[lane] / determinant[lane], v[lane] / determinant[lane], packet.triangle[i + lane]};
+            }
+        }
+    }
+}
+
+void closest_hits(const BvhNode* nodes, const TrianglePacket* packets, const Ray* rays, std::size_t count,
+                  Hit* hits) {
+    for (std::size_t i = 0; i < count; ++i) {
+        const RayToTriangles ray(rays[i]);
+        Hit hit;
+        traverse(nodes, ray, hit, [&](std::uint32_t packet) { intersect(packets[packet], ray, hit); });
+        hits[i] = hit;
+    }
+}
+
+}  // namespace
+
+const TriangleKernels triangle_kernels = {closest_hits};
+
+}  // namespace bob::BOB_ISA
