@@ -13,13 +13,13 @@ from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
 from OCP.BRepTools import BRepTools_WireExplorer
 from OCP.Geom2d import Geom2d_TrimmedCurve
-from OCP.Geom2dConvert import Geom2dConvert
+from OCP.Geom2dConvert import Geom2dConvert, Geom2dConvert_ApproxCurve
 from OCP.GeomAbs import GeomAbs_Shape
-from OCP.GeomConvert import GeomConvert
+from OCP.GeomConvert import GeomConvert, GeomConvert_ApproxSurface
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.IGESCAFControl import IGESCAFControl_Reader
 from OCP.Quantity import Quantity_Color
-from OCP.ShapeCustom import ShapeCustom, ShapeCustom_RestrictionParameters
+from OCP.ShapeFix import ShapeFix_ShapeTolerance
 from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideClosed
 from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.TCollection import TCollection_AsciiString, TCollection_ExtendedString
@@ -37,7 +37,12 @@ from bobrossnet.errors import InputError
 # Assemblies of assemblies can repeat one part without end.
 MAX_INSTANCES = 100_000
 
+# Surfaces and curves of a higher degree are approximated by this many spans at most.
 MAX_DEGREE = 9
+MAX_SPANS = 1000
+
+# Of approximations, relative to the part's size: a thousandth of a pixel in a large picture of it.
+RELATIVE_TOLERANCE = 1e-6
 
 # Relative to the domain: what lies nearer to the surface's border than this lies on it.
 ON_BORDER = 1e-6
@@ -114,6 +119,9 @@ class _Walk:
             for child in _children(label)
             if self.tool.IsSubShape_s(child)
         }
+        box = Bnd_Box()
+        BRepBndLib.Add_s(shape, box)
+        tolerance = 0.0 if box.IsVoid() else RELATIVE_TOLERANCE * box.SquareExtent() ** 0.5
         groups = [
             *([solid] for solid in _explore(shape, TopAbs_ShapeEnum.TopAbs_SOLID)),
             *([shell] for shell in _explore(shape, TopAbs_ShapeEnum.TopAbs_SHELL, TopAbs_ShapeEnum.TopAbs_SOLID)),
@@ -125,9 +133,9 @@ class _Walk:
         self.others["points"] += sum(
             1 for _ in _explore(shape, TopAbs_ShapeEnum.TopAbs_VERTEX, TopAbs_ShapeEnum.TopAbs_EDGE)
         )
-        return [body for group in groups for body in self.colored(group, colors)]
+        return [body for group in groups for body in self.colored(group, colors, tolerance)]
 
-    def colored(self, shapes: list[Any], colors: dict[int, Color | None]) -> list[Body]:
+    def colored(self, shapes: list[Any], colors: dict[int, Color | None], tolerance: float) -> list[Body]:
         """Convert the faces of a solid, of a shell, or single ones: a body for each colour."""
         of_color: dict[Color | None, list[FaceData]] = {}
         for shape in shapes:
@@ -142,7 +150,7 @@ class _Walk:
                 color = colors.get(key) or of_shell.get(key) or whole
                 self.total += 1
                 try:
-                    faces = _faces(face)
+                    faces = _faces(face, tolerance)
                 except Exception:  # OpenCascade raises all sorts of exceptions
                     self.dropped += 1
                 else:
@@ -198,51 +206,30 @@ def _matrix(transformation: Any) -> NDArray[np.float64]:
 # ---- From OpenCascade's faces to NURBS -------------------------------------------------------------------
 
 
-def _faces(face: Any) -> list[FaceData]:
+def _faces(face: Any, tolerance: float) -> list[FaceData]:
     """A face as trimmed NURBS: several where its surface closes on itself, since that is cut open."""
     # Without seams, trims can't leave the domain by a period, and no curve stands for two borders.
     divide = ShapeUpgrade_ShapeDivideClosed(face)
     divide.Perform()
+    # Curves in the (u, v) of NURBS are approximated within their edges' tolerance. OpenCascade's usual 1e-7 mm make it
+    # ten times slower, and hundreds of control points a curve.
+    ShapeFix_ShapeTolerance().LimitTolerance(divide.Result(), tolerance, 0.0, TopAbs_ShapeEnum.TopAbs_EDGE)
     converted = BRepBuilderAPI_NurbsConvert(divide.Result(), True).Shape()
-    faces = [_face_data(piece) for piece in _explore(converted, TopAbs_ShapeEnum.TopAbs_FACE)]
-    if any(max(degrees) > MAX_DEGREE for degrees in map(_degrees, faces)):
-        lowered = _lowered(converted)
-        faces = [_face_data(piece) for piece in _explore(lowered, TopAbs_ShapeEnum.TopAbs_FACE)]
-    return faces
+    return [_face_data(piece, tolerance) for piece in _explore(converted, TopAbs_ShapeEnum.TopAbs_FACE)]
 
 
-def _degrees(face: FaceData) -> list[int]:
-    n, m, _ = face.control_points.shape
-    curves = [len(curve.knots) - len(curve.control_points) - 1 for loop in face.trims for curve in loop]
-    return [len(face.knots_u) - n - 1, len(face.knots_v) - m - 1, *curves]
-
-
-def _lowered(shape: Any) -> Any:
-    """The shape approximated within 1e-6 of its size by surfaces and curves of a degree that Face takes."""
-    box = Bnd_Box()
-    BRepBndLib.Add_s(shape, box)
-    tolerance = 1e-6 * box.SquareExtent() ** 0.5
-    return ShapeCustom.BSplineRestriction_s(
-        shape,
-        tolerance,
-        tolerance,
-        MAX_DEGREE,
-        10_000,  # spans
-        GeomAbs_Shape.GeomAbs_C1,
-        GeomAbs_Shape.GeomAbs_C1,
-        True,  # rather more spans than a higher degree
-        False,  # what is rational may remain so
-        ShapeCustom_RestrictionParameters(),
-    )
-
-
-def _face_data(shape: Any) -> FaceData:
+def _face_data(shape: Any, tolerance: float) -> FaceData:
     face = TopoDS.Face(shape.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
     loops = [_loop(TopoDS.Wire(wire), face) for wire in _explore(face, TopAbs_ShapeEnum.TopAbs_WIRE)]
-    loops = [loop for loop in loops if loop]
     surface = GeomConvert.SurfaceToBSplineSurface_s(BRep_Tool.Surface_s(face))  # a copy, in the face's place
     if surface.IsUPeriodic() or surface.IsVPeriodic():
         _open(surface, loops)
+    bounds = np.array(surface.Bounds()).reshape(2, 2).T
+    loops = [_within(loop, bounds) for loop in loops if loop]
+    if max(surface.UDegree(), surface.VDegree()) > MAX_DEGREE:
+        smooth = GeomAbs_Shape.GeomAbs_C1
+        lower = GeomConvert_ApproxSurface(surface, tolerance, smooth, smooth, MAX_DEGREE, MAX_DEGREE, MAX_SPANS, 0)
+        surface = lower.Surface()
 
     rows, columns = range(1, surface.NbUPoles() + 1), range(1, surface.NbVPoles() + 1)
     data = FaceData(
@@ -254,8 +241,7 @@ def _face_data(shape: Any) -> FaceData:
         else None,
         loops,
     )
-    u0, u1, v0, v1 = surface.Bounds()
-    if len(loops) == 1 and _is_border(loops[0], np.array([[u0, v0], [u1, v1]])):
+    if len(loops) == 1 and _is_border(loops[0], bounds):
         return data._replace(trims=[])
     flat = data.weights is None and data.control_points.shape == (2, 2, 3)
     return _widened(data) if loops and flat else data
@@ -279,6 +265,10 @@ def _curve(edge: Any, face: Any) -> CurveData:
     first, last = BRep_Tool.Range_s(edge, face)
     stored = BRep_Tool.CurveOnSurface_s(edge, face, first, last)
     curve = Geom2dConvert.CurveToBSplineCurve_s(Geom2d_TrimmedCurve(stored, first, last))
+    if curve.Degree() > MAX_DEGREE:
+        u0, u1, v0, v1 = BRep_Tool.Surface_s(face).Bounds()
+        near = RELATIVE_TOLERANCE * max(u1 - u0, v1 - v0)
+        curve = Geom2dConvert_ApproxCurve(curve, near, GeomAbs_Shape.GeomAbs_C0, MAX_SPANS, MAX_DEGREE).Curve()
     if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
         curve.Reverse()
     indices = range(1, curve.NbPoles() + 1)
@@ -304,6 +294,23 @@ def _open(surface: Any, loops: list[list[CurveData]]) -> None:
         bounds = np.where(fits & periodic, needed, bounds)
     (u0, v0), (u1, v1) = bounds
     surface.Segment(u0, u1, v0, v1)
+
+
+def _within(loop: list[CurveData], bounds: NDArray[np.float64]) -> list[CurveData]:
+    """A loop without curves that lie beyond the domain from `bounds[0]` to `bounds[1]`.
+
+    OpenCascade puts some of a sphere's seam a period away, and not where a shift would bring it home. The line that joins
+    the neighbours in its stead is the seam.
+    """
+    margin = 1e-3 * (bounds[1] - bounds[0])
+    beyond = [
+        bool(((curve.control_points < bounds[0] - margin).all(axis=0)).any())
+        or bool(((curve.control_points > bounds[1] + margin).all(axis=0)).any())
+        for curve in loop
+    ]
+    if all(beyond):
+        raise InputError("trims: expected curves in the domain, got none")
+    return [curve for curve, outside in zip(loop, beyond, strict=True) if not outside]
 
 
 def _is_border(loop: list[CurveData], bounds: NDArray[np.float64]) -> bool:
