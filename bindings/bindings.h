@@ -61,4 +61,5 @@ void interruptible(Work work) {
 void bind_formula(nb::module_& m);
 void bind_language(nb::module_& m);
 void bind_modelling(nb::module_& m);
+void bind_nurbs(nb::module_& m);
 void bind_scene(nb::module_& m);

@@ -87,5 +87,6 @@ NB_MODULE(_core, m) {
 
     bind_formula(m);
     bind_modelling(m);
+    bind_nurbs(m);
     bind_language(m);
 }

@@ -48,12 +48,13 @@ struct BezierPatch {
     std::vector<Homogeneous<3>> control_points;  // (degree_u + 1)(degree_v + 1), v fastest
 };
 
-/// A2.1: the span i with knots[i] <= u < knots[i + 1], or the last that is not empty where u is the domain's end.
+/// A2.1: the span i with knots[i] <= u < knots[i + 1]; the first or last that is not empty where u is before the domain
+/// or not before its end. The domain must not be empty.
 [[nodiscard]] std::size_t find_span(int degree, std::span<const double> knots, double u);
 
-/// A2.3 (A2.2 where order is 0): the derivatives 0..order of the degree + 1 basis functions that are not zero on the
-/// span; result[k][j] is the k-th derivative of N_{span - degree + j, degree} at u. Those above the degree are zero.
-using BasisDerivatives = std::vector<std::array<double, max_degree + 1>>;
+/// A2.2 and equation 2.7: the derivatives 0..order of the degree + 1 basis functions that are not zero on the span;
+/// result[k][j] is the k-th derivative of N_{span - degree + j, degree} at u. Those above the degree are zero.
+using BasisDerivatives = std::array<std::array<double, max_degree + 1>, max_degree + 1>;
 [[nodiscard]] BasisDerivatives basis_derivatives(std::size_t span, double u, int degree, std::span<const double> knots,
                                                  int order);
 
@@ -66,13 +67,15 @@ using BasisDerivatives = std::vector<std::array<double, max_degree + 1>>;
 template <std::size_t N>
 [[nodiscard]] std::array<double, N> curve_point(const NurbsCurve<N>& curve, double u);
 
-/// A5.6 and A5.7: the Bezier pieces between neighbouring knots that differ, in the order of their parameters (those of
-/// a surface: v fastest).
+/// The Bezier pieces between neighbouring knots that differ, in the order of their parameters (those of a surface: v
+/// fastest), by knot insertion (A5.1 on each span alone). What they share, they share to the bit: their ends and edges
+/// at knots of multiplicity up to the degree, and where a curve or surface closes.
 template <std::size_t N>
 [[nodiscard]] std::vector<BezierCurve<N>> decompose(const NurbsCurve<N>& curve);
 [[nodiscard]] std::vector<BezierPatch> decompose(const NurbsSurface& surface);
 
-/// The part from a to b of a Bezier curve, both counted in 0..1 of it; they may lie a little outside.
+/// The part from a to b of a Bezier curve, both counted in 0..1 of it; they may lie a little outside. Each end depends
+/// on its own parameter alone: parts that meet share it to the bit, and 0 and 1 keep the curve's.
 template <std::size_t N>
 [[nodiscard]] BezierCurve<N> part(const BezierCurve<N>& curve, double a, double b);
 

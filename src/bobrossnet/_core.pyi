@@ -154,3 +154,13 @@ def run_script(source: bytes) -> Model:
 
 def parse_vm(text: bytes) -> Expression:
     """The formula of a .vm file; ValueError with its line if it is none."""
+
+def basis_derivatives(degree: int, knots: F64, u: F64, order: int) -> tuple[NDArray[np.int64], F64]:
+    """The spans (k,) of parameters (k,), and the derivatives 0..order of the degree + 1 basis functions that are not
+    zero on them, (k, order + 1, degree + 1). Parameters outside of the domain continue its first or last span."""
+
+def surface_derivatives(
+    control_points: F64, knots_u: F64, knots_v: F64, degree_u: int, degree_v: int, u: F64, v: F64, order: int
+) -> F64:
+    """The partial derivatives (k, order + 1, order + 1, 3) of a surface of homogeneous control points (n, m, 4) at
+    parameters (k,): [:, i, j] is the i-th in u, the j-th in v. Those with i + j > order are zero."""

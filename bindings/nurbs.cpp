@@ -1,0 +1,87 @@
+/// NURBS at many parameters at once.
+#include <nanobind/stl/pair.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "bindings.h"
+#include "nurbs/nurbs.h"
+#include "parallel.h"
+
+using namespace nb::literals;
+
+namespace {
+
+using Numbers = Array<const double, -1>;
+
+std::span<const double> checked_knots(int degree, const Numbers& knots, const char* what) {
+    const auto values = items<double>(knots);
+    const auto p = static_cast<std::size_t>(degree);
+    expect(degree >= 1 && degree <= bob::max_degree, "degree: expected 1..9");
+    expect(values.size() >= 2 * p + 2 && values[p] < values[values.size() - p - 1] &&
+               std::adjacent_find(values.begin(), values.end(), [](double a, double b) { return !(a <= b); }) ==
+                   values.end(),
+           what);
+    return values;
+}
+
+std::pair<Array<std::int64_t, -1>, Array<double, -1, -1, -1>> basis_derivatives(int degree, const Numbers& knots,
+                                                                               const Numbers& u, int order) {
+    const auto values = checked_knots(degree, knots, "knots: expected a domain, and none below the one before");
+    expect(order >= 0, "order: expected 0 or more");
+    const std::size_t rows = static_cast<std::size_t>(order) + 1, columns = static_cast<std::size_t>(degree) + 1;
+    auto spans = make_array<std::int64_t, -1>(u.shape(0));
+    auto derivatives = make_array<double, -1, -1, -1>(u.shape(0), rows, columns);
+    interruptible([&](const auto& keep_going) {
+        bob::parallel_for(u.shape(0), 1024, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const std::size_t span = bob::find_span(degree, values, u.data()[i]);
+                const bob::BasisDerivatives basis = bob::basis_derivatives(span, u.data()[i], degree, values, order);
+                spans.data()[i] = static_cast<std::int64_t>(span);
+                double* target = derivatives.data() + i * rows * columns;
+                for (std::size_t k = 0; k < rows; ++k, target += columns) {
+                    if (k < basis.size()) {
+                        std::copy_n(basis[k].begin(), columns, target);
+                    } else {
+                        std::fill_n(target, columns, 0.0);
+                    }
+                }
+            }
+        }, keep_going);
+    });
+    return {spans, derivatives};
+}
+
+Array<double, -1, -1, -1, 3> surface_derivatives(const Array<const double, -1, -1, 4>& control_points,
+                                                 const Numbers& knots_u, const Numbers& knots_v, int degree_u,
+                                                 int degree_v, const Numbers& u, const Numbers& v, int order) {
+    const auto u_knots = checked_knots(degree_u, knots_u, "knots_u: expected a domain, and none below the one before");
+    const auto v_knots = checked_knots(degree_v, knots_v, "knots_v: expected a domain, and none below the one before");
+    expect(order >= 0, "order: expected 0 or more");
+    expect(u.shape(0) == v.shape(0), "v: expected as many as u");
+    const auto* points = reinterpret_cast<const bob::Homogeneous<3>*>(control_points.data());
+    const bob::NurbsSurface surface{degree_u, degree_v, {u_knots.begin(), u_knots.end()},
+                                    {v_knots.begin(), v_knots.end()},
+                                    {points, points + control_points.shape(0) * control_points.shape(1)}};
+    expect(surface.size_u() == control_points.shape(0) && surface.size_v() == control_points.shape(1),
+           "control_points: expected as many as the knots and degrees say");
+    const std::size_t rows = static_cast<std::size_t>(order) + 1;
+    auto result = make_array<double, -1, -1, -1, 3>(u.shape(0), rows, rows, 3);
+    interruptible([&](const auto& keep_going) {
+        bob::parallel_for(u.shape(0), 256, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto derivatives = bob::surface_derivatives(surface, u.data()[i], v.data()[i], order);
+                std::copy_n(derivatives.data()->data(), rows * rows * 3, result.data() + i * rows * rows * 3);
+            }
+        }, keep_going);
+    });
+    return result;
+}
+
+}  // namespace
+
+void bind_nurbs(nb::module_& m) {
+    m.def("basis_derivatives", &basis_derivatives, "degree"_a, "knots"_a.noconvert(), "u"_a.noconvert(), "order"_a);
+    m.def("surface_derivatives", &surface_derivatives, "control_points"_a.noconvert(), "knots_u"_a.noconvert(),
+          "knots_v"_a.noconvert(), "degree_u"_a, "degree_v"_a, "u"_a.noconvert(), "v"_a.noconvert(), "order"_a);
+}
