@@ -30,6 +30,7 @@ from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
 from bobrossnet.adapters.vm import read_vm
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
+from bobrossnet.shapes.affine import MAX_COORDINATE
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.mesh import Mesh
@@ -54,9 +55,6 @@ INSTANCE_READERS: dict[str, Callable[[Path], SceneLike]] = {
 ALL_ENDINGS = (*READERS, *FORMULA_READERS, *INSTANCE_READERS)
 
 Source: TypeAlias = "str | os.PathLike[str] | Scene | Instance | Shape"
-
-# Beyond this, squares and products of coordinates leave float64.
-MAX_COORDINATE = 1e100
 
 
 def load(source: Source | Iterable[Source]) -> Scene:

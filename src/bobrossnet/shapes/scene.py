@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import Any, TypeAlias, Union
@@ -21,9 +22,7 @@ from bobrossnet.shapes.affine import (
     from_unit_sphere,
     to_unit_sphere,
 )
-from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.instance import Instance
-from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape, bounding_sphere
 
 SceneLike: TypeAlias = Union["Scene", Instance, Shape, "Iterable[SceneLike]"]
@@ -70,25 +69,22 @@ class Scene:
 
     def describe(self) -> str:
         """What is in it, in a few words."""
-        counts = {"shape": len(self.instances), "triangle": self.triangle_count, "cell": self.cell_count}
-        return ", ".join(f"{count:,} {noun}{'s' * (count > 1)}" for noun, count in counts.items() if count)
+        return ", ".join(f"{count:,} {noun}{'s' * (count > 1)}" for noun, count in self.counts().items())
 
-    @property
-    def triangle_count(self) -> int:
-        """Triangles of all meshes, those of a mesh in several places counted in each."""
-        return sum(len(i.shape.triangles) for i in self.instances if isinstance(i.shape, Mesh))
-
-    @property
-    def cell_count(self) -> int:
-        """Cells of all implicit surfaces, those of a surface in several places counted in each."""
-        return sum(i.shape.cells for i in self.instances if isinstance(i.shape, Implicit))
+    def counts(self) -> dict[str, int]:
+        """How many shapes there are, and of what they are made, such as triangles; what stands in several places counts
+        in each."""
+        counts = Counter({"shape": len(self.instances)})
+        for instance in self.instances:
+            counts.update(instance.shape.counts())
+        return dict(counts)
 
     @property
     def unresolved_rays(self) -> int:
-        """How many rays so far passed places of an implicit surface that could not be told from it:
-        `Implicit.unresolved_rays` of all shapes, in whatever scenes they were traced."""
+        """How many rays so far passed places that could not be told from a surface, such as `Implicit.unresolved_rays`:
+        of all shapes, in whatever scenes they were traced."""
         shapes = {id(i.shape): i.shape for i in self.instances}
-        return sum(shape.unresolved_rays for shape in shapes.values() if isinstance(shape, Implicit))
+        return sum(shape.unresolved_rays for shape in shapes.values())
 
     def turned_upright(self) -> Scene:
         """The same scene with what is stored as y up, the habit of games and films, turned to z up."""
