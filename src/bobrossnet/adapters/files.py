@@ -25,6 +25,7 @@ from bobrossnet.adapters.messages import name_of, one_line
 from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.part import Part, joined
 from bobrossnet.adapters.ply import read_ply
+from bobrossnet.adapters.rhino import read_3dm
 from bobrossnet.adapters.script import read_script
 from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
@@ -50,6 +51,7 @@ ENDINGS = tuple(READERS)
 FORMULA_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script, ".vm": read_vm}
 INSTANCE_READERS: dict[str, Callable[[Path], SceneLike]] = {
     SCENE_ENDING: read_scene,
+    ".3dm": read_3dm,
 }
 """Readers of files whose shapes have names and materials of their own, or are of several kinds."""
 ALL_ENDINGS = (*READERS, *FORMULA_READERS, *INSTANCE_READERS)
