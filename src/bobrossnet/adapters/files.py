@@ -23,6 +23,7 @@ from bobrossnet.adapters.container import read_scene
 from bobrossnet.adapters.gltf import read_glb, read_gltf
 from bobrossnet.adapters.messages import name_of, one_line
 from bobrossnet.adapters.obj import read_obj
+from bobrossnet.adapters.opencascade import read_iges, read_step
 from bobrossnet.adapters.part import Part, joined
 from bobrossnet.adapters.ply import read_ply
 from bobrossnet.adapters.rhino import read_3dm
@@ -52,6 +53,10 @@ FORMULA_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script, "
 INSTANCE_READERS: dict[str, Callable[[Path], SceneLike]] = {
     SCENE_ENDING: read_scene,
     ".3dm": read_3dm,
+    ".step": read_step,
+    ".stp": read_step,
+    ".iges": read_iges,
+    ".igs": read_iges,
 }
 """Readers of files whose shapes have names and materials of their own, or are of several kinds."""
 ALL_ENDINGS = (*READERS, *FORMULA_READERS, *INSTANCE_READERS)

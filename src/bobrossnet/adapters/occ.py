@@ -11,7 +11,7 @@ from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
-from OCP.BRepTools import BRepTools_WireExplorer
+from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
 from OCP.Geom2d import Geom2d_TrimmedCurve
 from OCP.Geom2dConvert import Geom2dConvert, Geom2dConvert_ApproxCurve
 from OCP.GeomAbs import GeomAbs_Shape
@@ -33,12 +33,12 @@ from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTo
 
 from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed
 from bobrossnet.errors import InputError
+from bobrossnet.shapes.nurbs import MAX_DEGREE
 
 # Assemblies of assemblies can repeat one part without end.
 MAX_INSTANCES = 100_000
 
-# Surfaces and curves of a higher degree are approximated by this many spans at most.
-MAX_DEGREE = 9
+# Of approximations of surfaces and curves of too high a degree.
 MAX_SPANS = 1000
 
 # Of approximations, relative to the part's size: a thousandth of a pixel in a large picture of it.
@@ -63,8 +63,8 @@ def read_assembly(kind: str, file: str) -> Assembly:
         if walk.tool.IsShape_s(label) and walk.tool.IsFree_s(label):
             walk.visit(label, np.eye(4), None)
     if walk.total == 0:
-        held = [f"{count:,} {name}" for name, count in walk.others.items() if count]
-        raise InputError(f"expected faces, got {' and '.join(held) or 'nothing that OpenCascade knows'}")
+        held = ", ".join(f"{name} ({count:,})" for name, count in walk.others.items() if count)
+        raise InputError(f"expected faces, got {held or 'nothing that OpenCascade knows'}")
     return Assembly(walk.parts, walk.placed, walk.dropped, walk.total)
 
 
@@ -77,13 +77,16 @@ class _Walk:
         self.placed: list[Placed] = []
         self.indices: dict[str, int] = {}  # of parts, by the entries of their labels
         self.visited = self.dropped = self.total = 0
-        self.others = {"curves": 0, "points": 0}
+        self.others = {"hidden parts": 0, "curves": 0, "points": 0}
 
     def visit(self, label: Any, matrix: NDArray[np.float64], inherited: Color | None) -> None:
         """Collect what a label holds; it is of the colour `inherited` where the file gives it none."""
         self.visited += 1
         if self.visited > MAX_INSTANCES:
             raise InputError(f"expected at most {MAX_INSTANCES:,} instances of parts, got more")
+        if not XCAFDoc_ColorTool.IsVisible_s(label):
+            self.others["hidden parts"] += 1
+            return
         color = _color(label)
         if self.tool.IsReference_s(label):
             matrix = matrix @ _matrix(self.tool.GetLocation_s(label).Transformation())
@@ -114,6 +117,7 @@ class _Walk:
         shape = self.tool.GetShape_s(label)
         if shape.IsNull():
             return []
+        BRepTools.Clean_s(shape)  # without triangles, which files may have beside: OpenCascade can't convert these
         colors = {
             _key(self.tool.GetShape_s(child)): _color(child)
             for child in _children(label)
@@ -178,13 +182,13 @@ def _key(shape: Any) -> int:
     return hash(shape.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
 
 
-def _name(label: Any) -> str | None:
+def _name(label: Any) -> str:
     if not label.IsAttribute(TDataStd_Name.GetID_s()):  # asking for what is not there would crash
-        return None
+        return ""
     attribute = TDataStd_Name()
     label.FindAttribute(TDataStd_Name.GetID_s(), attribute)
     name: str = TCollection_AsciiString(attribute.Get()).ToCString()
-    return name.strip() or None
+    return name
 
 
 def _color(label: Any) -> Color | None:
@@ -299,13 +303,13 @@ def _open(surface: Any, loops: list[list[CurveData]]) -> None:
 def _within(loop: list[CurveData], bounds: NDArray[np.float64]) -> list[CurveData]:
     """A loop without curves that lie beyond the domain from `bounds[0]` to `bounds[1]`.
 
-    OpenCascade puts some of a sphere's seam a period away, and not where a shift would bring it home. The line that joins
-    the neighbours in its stead is the seam.
+    OpenCascade puts pieces of a sphere's seam a period away, and not where a shift would bring them home. The line
+    that joins their neighbours instead is the seam.
     """
     margin = 1e-3 * (bounds[1] - bounds[0])
     beyond = [
-        bool(((curve.control_points < bounds[0] - margin).all(axis=0)).any())
-        or bool(((curve.control_points > bounds[1] + margin).all(axis=0)).any())
+        (curve.control_points < bounds[0] - margin).all(axis=0).any()
+        or (curve.control_points > bounds[1] + margin).all(axis=0).any()
         for curve in loop
     ]
     if all(beyond):

@@ -7,7 +7,6 @@ its own (`apart.py`), where `occ.py` makes plain data of what it reads. Here the
 from __future__ import annotations
 
 import importlib.util
-import warnings
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.apart import call_apart
-from bobrossnet.errors import InputError, InputWarning
+from bobrossnet.adapters.messages import name_of, one_line, warn_of
+from bobrossnet.errors import InputError
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
@@ -49,7 +49,7 @@ class Placed(NamedTuple):
 
     part: int  # index of its bodies
     matrix: NDArray[np.float64]  # (4, 4), multiplied from the left
-    name: str | None
+    name: str  # empty: none
     color: Color | None
 
 
@@ -74,12 +74,13 @@ def read_step(file: Path) -> list[Instance]:
     -------
     list of Instance
         One for each solid, each shell outside solids, and the faces outside shells, in each place of an assembly; where
-        its faces have several colours, one for each. Named after the file's products. Points and curves are left out.
+        its faces have several colours, one for each. Named after the file's products, or the file where these have no
+        name. Points, curves and what is hidden are left out.
 
     Raises
     ------
     InputError
-        If OpenCascade is not installed or can't read the file, or if there are no faces in it.
+        If OpenCascade is not installed or can't read the file, or if there are no faces to see in it.
 
     Warns
     -----
@@ -113,7 +114,7 @@ def _read(file: Path, kind: str) -> list[Instance]:
                 breps.append((Brep(faces), body.color))
         parts.append(breps)
     instances = [
-        Instance(brep, place.matrix, None if color is None else Material(color), place.name)
+        Instance(brep, place.matrix, None if color is None else Material(color), one_line(place.name) or name_of(file))
         for place in assembly.placed
         for brep, own in parts[place.part]
         for color in (own or place.color,)
@@ -121,11 +122,7 @@ def _read(file: Path, kind: str) -> list[Instance]:
     if not instances:
         raise InputError(f"expected faces, got {assembly.total:,} that can't be converted to NURBS")
     if dropped:
-        warnings.warn(
-            f"{file.name}: left out {dropped:,} of {assembly.total:,} faces that can't be converted to NURBS",
-            InputWarning,
-            stacklevel=3,
-        )
+        warn_of(file, f"left out {dropped:,} of {assembly.total:,} faces that can't be converted to NURBS")
     return instances
 
 
