@@ -6,8 +6,8 @@ namespace {
 
 /// Adds the boxes of a packet that the ray enters.
 ///
-/// As `enter_boxes`, but rounded alike in all instruction sets: without fma. A ray whose t overflow may find packets twice;
-/// never does it list more than there are boxes.
+/// As `enter_boxes`, but rounded alike in all instruction sets: without fma. A ray whose t overflow may find packets
+/// twice; never does it list more than there are boxes.
 inline void enter(const BoxPacket& packet, const RayThroughBoxes& ray, std::uint32_t ray_index, const Entrance* end,
                   Entrance*& next) {
     for (int i = 0; i < 8; i += width) {

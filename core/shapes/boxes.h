@@ -19,9 +19,9 @@ struct alignas(32) BoxPacket {
 };
 
 struct BoxBvh {
-    std::vector<BvhNode> nodes;
+    std::vector<BvhNode> nodes;  // the first is the root
     std::vector<BoxPacket> packets;
-    std::size_t boxes = 0;
+    std::size_t boxes = 0;  // how many there are
 };
 
 [[nodiscard]] BoxBvh build_box_bvh(std::span<const Box> boxes);
@@ -35,9 +35,10 @@ struct Entrance {
 struct BoxKernels {
     /// Lists the boxes that each of the rays begin..end enters, in no particular order, until `enough` are listed, and
     /// returns the ray to go on with. There is room for `enough` entrances and for as many more as there are boxes.
-    /// Whether and where a ray enters a box is a function of these two alone, the same to the bit in all instruction sets.
-    std::size_t (*entrances)(const BoxBvh& boxes, const Ray* rays, std::size_t begin, std::size_t end, std::size_t enough,
-                             Entrance* entrances, std::size_t& count);
+    /// Whether and where a ray enters a box is a function of these two alone, the same to the bit in all instruction
+    /// sets.
+    std::size_t (*entrances)(const BoxBvh& boxes, const Ray* rays, std::size_t begin, std::size_t end,
+                             std::size_t enough, Entrance* entrances, std::size_t& count);
 };
 
 BOB_DECLARE_KERNELS(BoxKernels, box_kernels)

@@ -101,8 +101,8 @@ bool fits_float(const AffineMap& map) {
 
 bool stands_as_it_is(const Instance& instance) { return instance.to_shape == AffineMap{}; }
 
-/// Meets a group's rays with its instance, but those that met another before they enter the box. Results don't depend on
-/// the order of groups; the work does.
+/// Meets a group's rays with its instance, but those that met another before they enter the box. Results don't depend
+/// on the order of groups; the work does.
 void ask(const Instance& instance, const Group& group, Batch& batch, std::span<const Ray> rays,
          std::span<SceneHit> hits) {
     const bool moved = !stands_as_it_is(instance);
