@@ -216,8 +216,9 @@ private:
         }
     }
 
-    /// The only zero of q, of these coefficients, within low..high, to 1e-6 of the piece: f is nowhere least there. By
-    /// Newton's method, from where the control polygon changes sign, and by bisection where that leaves the bracket.
+    /// The only zero of q, of these coefficients, within low..high: Newton's method, from where the control polygon
+    /// changes sign, and bisection where that leaves the bracket. f is never least at a zero, but may be next to one, as
+    /// in thin tubes, where zeros are close to each other.
     [[nodiscard]] double find_zero(const double (&coefficients)[7], double low, double high, bool rising) const {
         int i = 0;
         while (i < 5 && (coefficients[i + 1] >= 0) != rising) ++i;
@@ -233,7 +234,7 @@ private:
             if (!(next > low && next < high)) next = 0.5 * (low + high);
             const double change = next - s;
             s = next;
-            if (change < 1e-4 && change > -1e-4) break;  // and the error is about the square of the change
+            if (change < 1e-8 && change > -1e-8) break;
         }
         return s;
     }

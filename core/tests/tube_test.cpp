@@ -369,6 +369,16 @@ TEST(tubes_thicker_than_their_bends_equal_dense_balls) {
     for (const auto& balls : {hairpin, cusp, balloon}) check(compare(clamped(3, balls), 2000, 2000, 6), 1700, 1e-5);
 }
 
+TEST(hairs_equal_dense_balls) {
+    test::Random random(16);
+    Difference all;
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        const Difference d = compare(random_curve(3, 5, 1e-4f, false, random), 200, 2000, seed);
+        all.compared += d.compared, all.hits += d.hits, all.misses += d.misses, all.worst = std::max(all.worst, d.worst);
+    }
+    check(all, 1000, 2e-6);
+}
+
 TEST(curves_without_length_make_balls) {
     const auto f = [](const double(&p)[3]) { return std::hypot(p[0] - 0.1, p[1], p[2]) - 0.3; };
     for (const int degree : {1, 3, 9}) {
