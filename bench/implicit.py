@@ -280,7 +280,7 @@ def equal_mesh(example: Example, scene: bob.Scene, direct: bob.GBuffer) -> MeshP
         mesh = mesh_of(example, scene, cells)
         picture = bob.trace(mesh, CAMERA, size=SIZE)
         seconds = time.perf_counter() - start
-        result = MeshPicture(cells, mesh.triangle_count, gray_error(picture, direct), seconds)
+        result = MeshPicture(cells, mesh.counts()["triangle"], gray_error(picture, direct), seconds)
         if result.error <= EQUAL:
             break
     return result

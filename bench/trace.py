@@ -49,6 +49,7 @@ def main() -> None:
     origin, direction = random_rays(RAYS)
     t = np.empty(RAYS, np.float32)
     instance, triangle = np.empty(RAYS, np.int32), np.empty(RAYS, np.int32)
+    u, v = np.empty(RAYS), np.empty(RAYS)
     threads = bob.thread_count()
     rays, builds = [], []
     for path in models(*FILES):
@@ -65,7 +66,7 @@ def main() -> None:
             RUNS,
         )
         embree = build_embree(vertices, mesh.triangles)
-        ours = partial(scene.core.closest_hits, origin, direction, t, instance, triangle)
+        ours = partial(scene.core.closest_hits, origin, direction, t, instance, triangle, u, v)
 
         bob.set_thread_count(1)
         seconds = in_turn({"ours": ours, "embree": partial(embree.run, origin, direction)}, RUNS)

@@ -63,3 +63,4 @@ void bind_language(nb::module_& m);
 void bind_modelling(nb::module_& m);
 void bind_nurbs(nb::module_& m);
 void bind_scene(nb::module_& m);
+void bind_shapes(nb::module_& m);

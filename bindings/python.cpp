@@ -76,6 +76,7 @@ NB_MODULE(_core, m) {
     m.def("isa", [] { return bob::name(bob::isa()); });
     m.def("set_isa", &set_isa, "name"_a);
 
+    bind_shapes(m);
     bind_scene(m);
 
     m.def("uniform_order", &uniform_order, "seed"_a, "height"_a, "width"_a, "start"_a, "pixels"_a.noconvert());

@@ -139,7 +139,7 @@ def test_meshes_beside_formulas(tmp_path, capsys):
     files = [str(tmp_path / "a.obj"), str(tmp_path / "b.sdf")]
     assert cli.main(["pack", str(tmp_path / "s.bob"), *files, "--up", "y"]) == 0
     scene = bob.load(tmp_path / "s.bob")
-    assert f"2 shapes, 1 triangle, {scene.cell_count:,} cells\n" in capsys.readouterr().out
+    assert f"2 shapes, 1 triangle, {scene.counts()['cell']:,} cells\n" in capsys.readouterr().out
     assert bob.trace(scene, size=(40, 40)) == bob.trace(bob.load(files).turned_upright(), size=(40, 40))
 
 

@@ -264,7 +264,7 @@ def test_rays_meet_what_the_closed_formula_says(name, unit, center):
     shape, solid = SOLIDS[name]
     placed = shape.scale(unit).translate(center)
     origin, direction, length = random_rays(np.random.default_rng(5), 4000)
-    distance, instance, _ = bob.Scene(placed).closest_hits(origin * unit + center, direction * length)
+    distance, instance, *_ = bob.Scene(placed).closest_hits(origin * unit + center, direction * length)
     t, normal = solid(origin, direction)
     clear = clear_of_edges(solid, origin, direction, 2e-5) & ~(t < 1e-5)  # nor where it starts on the surface
     assert clear.mean() > 0.99
@@ -316,7 +316,7 @@ def check_sureness(shape, seed, rays=RAYS, rounding=3e-6):
     direction = rng.normal(size=(rays, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     origin = scene.center + radius * (rng.uniform(-0.6, 0.6, (rays, 3)) - rng.choice([0, 1.5], (rays, 1)) * direction)
-    distance, _, _ = scene.closest_hits(origin, direction)
+    distance = scene.closest_hits(origin, direction).distance
     hit = np.isfinite(distance)
 
     end = np.where(hit, distance - 3e-5 * radius, 3.5 * radius)
@@ -484,7 +484,7 @@ def test_no_ray_passes_through_thin_shells_and_sharp_outlines(script):
 
 def hits(shape, origin, direction):
     """Along one ray, the coordinate of `direction`'s axis at which it hits; None if it does not."""
-    distance = bob.Scene(shape).closest_hits([origin], [direction])[0][0]
+    distance = bob.Scene(shape).closest_hits([origin], [direction]).distance[0]
     axis = np.argmax(np.abs(direction))
     return None if np.isinf(distance) else pytest.approx(origin[axis] + distance * np.sign(direction[axis]), abs=1e-5)
 
@@ -558,7 +558,7 @@ def test_wild_formulas_are_traced_or_refused(formula):
     assert np.isfinite(picture.stack()).all()
     assert (np.linalg.norm(picture.normal, axis=2) <= 1 + 1e-6).all()
     origin, direction, _ = random_rays(np.random.default_rng(1), 200)
-    distance = bob.Scene(shape).closest_hits(origin, direction)[0]
+    distance = bob.Scene(shape).closest_hits(origin, direction).distance
     hit = np.isfinite(distance)
     assert np.abs(origin[hit] + scaled_by(distance[hit], direction[hit])).max(initial=0) < 1 + 1e-5
 
@@ -709,7 +709,7 @@ def test_an_instance_looks_like_the_moved_formula(placed, words):
     direction = rng.normal(size=(5000, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     origin = by_matrix.center + by_matrix.radius * (rng.uniform(-0.6, 0.6, (5000, 3)) - 2 * direction)
-    a, b = (scene.closest_hits(origin, direction)[0] / by_matrix.radius for scene in (by_matrix, by_formula))
+    a, b = (scene.closest_hits(origin, direction).distance / by_matrix.radius for scene in (by_matrix, by_formula))
     both = np.isfinite(a) & np.isfinite(b)
     assert both.mean() > 0.2
     assert (np.isfinite(a) != np.isfinite(b)).sum() <= 2

@@ -69,7 +69,7 @@ def test_closest_hits_name_the_instance_in_the_callers_order():
     far_and_near = [cube((0, 0, -5)), cube((0, 0, 5)), cube()]
     for order in itertools.permutations(range(3)):
         scene = bob.Scene([far_and_near[i] for i in order])
-        distance, instance, triangle = scene.closest_hits(
+        distance, instance, triangle, *_ = scene.closest_hits(
             [[0.4, 0.5, 9], [0.4, 0.5, 9], [7, 7, 9]], [[0, 0, -1], [0, 1, 0], [0, 0, -1]]
         )
         assert instance.tolist() == [order.index(1), -1, -1]
@@ -225,7 +225,7 @@ def test_a_scene_of_instances_agrees_with_embree():
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     origin = rng.uniform(-0.5, 0.5, direction.shape) - 2 * direction
     found = embree.run(origin.astype(np.float32), direction.astype(np.float32), output=True)
-    distance, instance, triangle = scene.closest_hits(origin * scene.radius + scene.center, direction)
+    distance, instance, triangle, *_ = scene.closest_hits(origin * scene.radius + scene.center, direction)
     theirs, ours = found["primID"] >= 0, instance >= 0
     assert ours.mean() > 0.2
     assert (ours != theirs).mean() <= 2e-4

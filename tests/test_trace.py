@@ -120,7 +120,7 @@ def test_agrees_with_embree(file):
     origin = offset - 2 * direction
     found = embree.run(origin.astype(np.float32), direction.astype(np.float32), output=True)
 
-    distance, _, triangle = scene.closest_hits(origin * scene.radius + scene.center, direction)
+    distance, _, triangle, *_ = scene.closest_hits(origin * scene.radius + scene.center, direction)
     theirs, ours = found["primID"] >= 0, triangle >= 0
     assert ours.mean() > 0.05
     assert (ours != theirs).mean() <= 1e-4
@@ -153,13 +153,17 @@ def test_where_and_how_large_a_scene_is_does_not_matter(seed, count, scale, shif
 
 
 def test_closest_hits_in_scene_units():
-    distance, instance, triangle = bob.Scene(cube()).closest_hits(
+    distance, instance, triangle, u, v = bob.Scene(cube()).closest_hits(
         [[0.5, 0.5, 1e6], [0.5, 0.5, 0.5], [5, 5, 5]], [[0, 0, -7], [1, 0, 0], [0, 0, 1]]
     )
     assert distance[:2] == pytest.approx([1e6 - 1, 0.5], rel=1e-6)
     assert np.isinf(distance[2])
     assert instance.tolist() == [0, 0, -1]
     assert triangle[2] == -1
+    assert (u[2], v[2]) == (0, 0)
+    corners = cube().vertices[cube().triangles[triangle[:2]]]
+    weights = np.stack([u, v, 1 - u - v], axis=1)[:2]
+    assert (weights[..., None] * corners).sum(axis=1) == pytest.approx(np.array([[0.5, 0.5, 1], [1, 0.5, 0.5]]))
 
 
 def test_several_shapes_make_one_scene():

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -10,7 +11,7 @@
 namespace bob {
 
 /// Curves end to end. Where one does not begin at the end of the one before, or the last does not end where the first
-/// begins, a straight line joins them.
+/// begins, a straight line joins them. Weights are above 0.
 using TrimLoop = std::vector<NurbsCurve<2>>;
 
 /// A rectangle of the parameters.
@@ -21,17 +22,46 @@ struct Domain {
 class TrimRegion {
 public:
     /// Inside is what an odd number of loops goes around, whichever way they turn. Without loops, everything is.
-    explicit TrimRegion(std::span<const TrimLoop> loops);
+    ///
+    /// Files let loops run along the border of the surface's domain, but for rounding. Curves (or pieces of them
+    /// between two knots) within 1e-6 of the domain's size of its border are moved outside by 1e-3 of it, so that the
+    /// border itself is inside, and so is what lies a little beyond.
+    TrimRegion(std::span<const TrimLoop> loops, const Domain& domain);
 
-    /// Whether a point is inside. The curves themselves count, not an approximation by lines.
+    /// Whether a point is inside. The curves themselves count, not an approximation by lines; points on a curve may go
+    /// either way.
     [[nodiscard]] bool contains(double u, double v) const;
 
     enum class Coverage { none, some, all };
 
-    /// How much of a rectangle is inside; `some` where a curve may pass through it, and only rarely where none does.
+    /// How much of a rectangle is inside; `some` where a curve, or a line that closes a gap, comes within 2e-9 of
+    /// the domain's size of it.
     [[nodiscard]] Coverage coverage(const Domain& rectangle) const;
 
     [[nodiscard]] std::size_t bytes() const;
+
+private:
+    /// The box of a run of pieces that follow each other along a loop, or of several loops. 64 bytes. A node's
+    /// descendants come right after it, until the node `next`.
+    struct Node {
+        double low_u, high_u, low_v, high_v;
+        double start_v, end_v;  // of the run; equal where it closes
+        std::uint32_t next;
+        std::uint32_t coefficients;  // of a leaf: where its begin
+        std::uint8_t degree;         // of a leaf, which is one piece, monotone in u and in v; otherwise 0
+        bool rational;
+    };
+    class Builder;
+
+    /// Whether a leaf's piece lies to the right of u at height v; both lie in its box.
+    [[nodiscard]] bool right_of(const Node& leaf, double u, double v) const;
+    /// Whether a leaf's piece passes through a rectangle, which overlaps its box.
+    [[nodiscard]] bool passes(const Node& leaf, const Domain& rectangle) const;
+
+    std::vector<Node> nodes_;
+    std::vector<double> coefficients_;  // control points, (u, v) or (w u, w v, w) where rational, times binomials
+    double margin_u_, margin_v_;
+    bool everything_;
 };
 
 }  // namespace bob

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "nurbs/nurbs.h"
 #include "nurbs/trim.h"
+#include "shapes/pieces.h"
 #include "shapes/shape.h"
 
 namespace bob {
@@ -20,19 +22,24 @@ class Brep : public Shape {
 public:
     /// The faces' control points are about 1 in size; weights are above 0.
     explicit Brep(std::span<const Face> faces);
-    ~Brep() override;
+    Brep(Brep&&) = default;  // and no copies: pieces point to regions
 
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
+
+    /// The face, and its parameters.
     [[nodiscard]] Place place(const Hit& hit) const override;
     [[nodiscard]] std::size_t bytes() const override;
 
-    /// How many Bezier patches there are, and how many pieces they were cut into.
-    [[nodiscard]] std::size_t patches() const;
-    [[nodiscard]] std::size_t pieces() const;
+    [[nodiscard]] const Pieces& pieces() const { return pieces_; }
 
-    /// The largest value of a convex function over the faces, at most 1e-3 of its range too large.
-    [[nodiscard]] double maximum(const std::function<double(Vec3)>& convex) const;
+    /// The largest value over the faces of a convex function, at most `tolerance` too large; -inf where the trims leave
+    /// nothing.
+    [[nodiscard]] double maximum(const std::function<double(Vec3)>& convex, double tolerance) const;
+
+private:
+    std::vector<std::unique_ptr<const TrimRegion>> regions_;
+    Pieces pieces_;
 };
 
 }  // namespace bob

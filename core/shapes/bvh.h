@@ -4,22 +4,12 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
-#include "vec.h"
+#include "box.h"
 
 namespace bob {
-
-struct Box {
-    static constexpr float infinity = std::numeric_limits<float>::infinity();
-
-    Vec3 low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
-
-    void extend(Vec3 p) { low = min(low, p), high = max(high, p); }
-    void extend(const Box& box) { low = min(low, box.low), high = max(high, box.high); }
-};
 
 /// Where a child's subtree lies: a node, or a run of packets.
 struct ChildRef {

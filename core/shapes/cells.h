@@ -10,16 +10,12 @@
 #include <functional>
 #include <vector>
 
+#include "box.h"
 #include "formula/evaluate.h"
 #include "formula/tape.h"
 #include "shapes/walk.h"
-#include "vec.h"
 
 namespace bob {
-
-struct Box {
-    Vec3 low{-1, -1, -1}, high{1, 1, 1};
-};
 
 class Cells {
 public:

@@ -282,11 +282,7 @@ Cells::Cells(const Expression& f) {
         hull_ = {{0, 0, 0}, {0, 0, 0}};
         return;
     }
-    hull_ = box(cells_[0]);
-    for (const Cell& cell : cells_) {
-        const Box b = box(cell);
-        hull_ = {min(hull_.low, b.low), max(hull_.high, b.high)};
-    }
+    for (const Cell& cell : cells_) hull_.extend(box(cell));
 }
 
 }  // namespace bob

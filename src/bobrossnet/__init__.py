@@ -24,9 +24,11 @@ from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.mesh import Mesh
-from bobrossnet.shapes.scene import Scene
+from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve, nurbs_surface
+from bobrossnet.shapes.scene import Hits, Scene
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tree import happy_tree
+from bobrossnet.shapes.tube import Tube, nurbs_curve, polyline
 
 
 def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
@@ -37,9 +39,12 @@ def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
 
 
 __all__ = [
+    "Brep",
     "Camera",
+    "Face",
     "Frame",
     "GBuffer",
+    "Hits",
     "Implicit",
     "InputError",
     "InputTypeError",
@@ -51,13 +56,18 @@ __all__ = [
     "Scene",
     "SceneTracer",
     "Shape",
+    "TrimCurve",
+    "Tube",
     "complete",
     "export",
     "happy_tree",
     "implicit",
     "load",
     "load_mesh",
+    "nurbs_curve",
+    "nurbs_surface",
     "pixel_order",
+    "polyline",
     "progressive",
     "psnr",
     "save_scene",

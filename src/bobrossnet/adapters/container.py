@@ -23,13 +23,15 @@ from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.shapes.nurbs import Brep
 from bobrossnet.shapes.scene import Scene, SceneLike, as_scene
 from bobrossnet.shapes.shape import Shape
+from bobrossnet.shapes.tube import Tube
 
 ENDING = ".bob"
 FORMAT, VERSION = "bobrossnet-scene", "1"
 
-KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Implicit, Mesh)}
+KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Brep, Implicit, Mesh, Tube)}
 """The shapes that files can hold, by the word for them there."""
 
 # The checksum comes first, so that its place is the same in every file. It is of the whole file with its own digits

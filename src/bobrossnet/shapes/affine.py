@@ -17,6 +17,9 @@ IDENTITY: Matrix = np.eye(4)
 UPRIGHT: Matrix = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """Turns y up to z up: (x, y, z) becomes (x, -z, y)."""
 
+MAX_COORDINATE = 1e100
+"""Beyond this, squares and products of coordinates leave float64."""
+
 FLATTEST = 1e-10
 """Maps that shrink one direction by more than this against another are refused as singular: rays, in float32, could not
 tell what they hit."""

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.shapes.affine import Matrix, Points, from_unit_sphere, to_unit_sphere
-from bobrossnet.shapes.shape import Shape, check_tensors
+from bobrossnet.shapes.affine import Points
+from bobrossnet.shapes.shape import MeasuredShape, check_tensors
 
 
-class Implicit(Shape):
+class Implicit(MeasuredShape):
     """The surface f(x, y, z) = 0 of a formula; f < 0 is inside.
 
     Parameters
@@ -43,10 +43,6 @@ class Implicit(Shape):
             raise InputTypeError(f"expression: expected an Expression, got {type(expression).__name__}{hint}")
         self.expression = expression
         self.bounds = None if bounds is None else _box(bounds)
-
-    def _build(self) -> tuple[_core.Shape, Matrix]:
-        shape = self._surface
-        return shape, to_unit_sphere(np.array(shape.center), shape.half_side)
 
     @cached_property
     def _surface(self) -> _core.Implicit:
@@ -80,24 +76,12 @@ class Implicit(Shape):
         stepped over elsewhere."""
         return self._surface.unresolved_rays
 
-    def bounding_box(self, matrix: Matrix) -> tuple[Points, Points]:
-        key = matrix.tobytes()
-        if key not in self._boxes:  # a scene asks twice, and it takes a while to find
-            self._boxes[key] = self._surface.bounds(self._from_core(matrix))
-        low, high = self._boxes[key]
-        return low, high
+    @property
+    def _sphere(self) -> tuple[Points, float]:
+        return np.array(self._surface.center), self._surface.half_side
 
-    @cached_property
-    def _boxes(self) -> dict[bytes, NDArray[np.float64]]:
-        return {}
-
-    def radius(self, matrix: Matrix, center: Points) -> float:
-        return self._surface.radius(self._from_core(matrix), np.array(center, np.float64))
-
-    def _from_core(self, matrix: Matrix) -> Matrix:
-        """(3, 4): from the core's coordinates to where a matrix places the shape."""
-        surface = self._surface
-        return np.ascontiguousarray((matrix @ from_unit_sphere(np.array(surface.center), surface.half_side))[:3])
+    def counts(self) -> dict[str, int]:
+        return {"cell": self.cells}
 
     def describe(self) -> dict[str, str]:
         surface = self._surface

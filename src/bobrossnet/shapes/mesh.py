@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,7 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
 from bobrossnet.shapes.affine import IDENTITY, UPRIGHT, Matrix, Points, mapped, to_unit_sphere
-from bobrossnet.shapes.shape import Shape, bounding_sphere, check_tensors
-
-Number = TypeVar("Number", bound=np.generic)
-
-SMALLEST = 1e-307
-"""Radius of a mesh, in its own units, whose reciprocal float64 can hold; a smaller one is a point at any scale."""
+from bobrossnet.shapes.shape import SMALLEST, Shape, bounding_sphere, check_tensors, frozen
 
 
 class Mesh(Shape):
@@ -56,12 +51,12 @@ class Mesh(Shape):
             raise InputError(
                 f"triangles: expected indices in 0..{len(points) - 1}, got {corners.min()}..{corners.max()}"
             )
-        self.vertices = _frozen(points, np.float64)
-        self.triangles = _frozen(corners, np.int32)
+        self.vertices = frozen(points, np.float64)
+        self.triangles = frozen(corners, np.int32)
         self.normals = None
         if normals is not None:
             hint = "one normal per vertex"
-            self.normals = _frozen(check_array("normals", normals, (len(points), 3), hint=hint), np.float32)
+            self.normals = frozen(check_array("normals", normals, (len(points), 3), hint=hint), np.float32)
 
     def _build(self) -> tuple[_core.Shape, Matrix]:
         """Scaled to the mesh's own unit sphere in float64 before it is rounded to float32, so that neither its unit nor
@@ -82,6 +77,9 @@ class Mesh(Shape):
         # by a power of two, so that nothing is rounded.
         _, exponent = np.frexp(np.abs(points).max())
         return float(np.ldexp(np.sqrt((np.ldexp(points, -exponent) ** 2).sum(axis=1).max()), exponent))
+
+    def counts(self) -> dict[str, int]:
+        return {"triangle": len(self.triangles)}
 
     def describe(self) -> dict[str, str]:
         computed = "computed: smooth up to the crease angle"
@@ -114,10 +112,3 @@ class Mesh(Shape):
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
-
-
-def _frozen(array: NDArray[Any], dtype: type[Number]) -> NDArray[Number]:
-    """A copy that nobody can change: what the core was given must stay true."""
-    copy = np.array(array, dtype=dtype, order="C")
-    copy.flags.writeable = False
-    return copy

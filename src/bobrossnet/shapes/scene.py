@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from functools import cached_property
-from typing import Any, TypeAlias, Union
+from typing import Any, NamedTuple, TypeAlias, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +22,25 @@ from bobrossnet.shapes.affine import (
     from_unit_sphere,
     to_unit_sphere,
 )
-from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.instance import Instance
-from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape, bounding_sphere
 
 SceneLike: TypeAlias = Union["Scene", Instance, Shape, "Iterable[SceneLike]"]
+
+
+class Hits(NamedTuple):
+    """Where n rays meet a scene."""
+
+    distance: NDArray[np.float64]
+    """(n,) from the origin, in the scene's units; inf where there is no hit."""
+    instance: NDArray[np.int32]
+    """(n,) whose surface it is, an index into `Scene.instances`; -1 where there is no hit."""
+    primitive: NDArray[np.int32]
+    """(n,) which part of the shape: a mesh's triangle, a brep's face; -1 where there is no hit."""
+    u: NDArray[np.float64]
+    """(n,) where on the primitive, with v: the parameters of a face; that of a tube, and 0; the barycentric weights of
+    a triangle's first and second corner. 0 where there is no hit."""
+    v: NDArray[np.float64]
 
 
 class Scene:
@@ -70,25 +84,22 @@ class Scene:
 
     def describe(self) -> str:
         """What is in it, in a few words."""
-        counts = {"shape": len(self.instances), "triangle": self.triangle_count, "cell": self.cell_count}
-        return ", ".join(f"{count:,} {noun}{'s' * (count > 1)}" for noun, count in counts.items() if count)
+        return ", ".join(f"{count:,} {noun}{'s' * (count > 1)}" for noun, count in self.counts().items())
 
-    @property
-    def triangle_count(self) -> int:
-        """Triangles of all meshes, those of a mesh in several places counted in each."""
-        return sum(len(i.shape.triangles) for i in self.instances if isinstance(i.shape, Mesh))
-
-    @property
-    def cell_count(self) -> int:
-        """Cells of all implicit surfaces, those of a surface in several places counted in each."""
-        return sum(i.shape.cells for i in self.instances if isinstance(i.shape, Implicit))
+    def counts(self) -> dict[str, int]:
+        """How many shapes there are, and of what they are made, such as triangles; what stands in several places counts
+        in each."""
+        counts = Counter({"shape": len(self.instances)})
+        for instance in self.instances:
+            counts.update(instance.shape.counts())
+        return dict(counts)
 
     @property
     def unresolved_rays(self) -> int:
-        """How many rays so far passed places of an implicit surface that could not be told from it:
-        `Implicit.unresolved_rays` of all shapes, in whatever scenes they were traced."""
+        """How many rays so far passed places that could not be told from a surface, such as `Implicit.unresolved_rays`:
+        of all shapes, in whatever scenes they were traced."""
         shapes = {id(i.shape): i.shape for i in self.instances}
-        return sum(shape.unresolved_rays for shape in shapes.values() if isinstance(shape, Implicit))
+        return sum(shape.unresolved_rays for shape in shapes.values())
 
     def turned_upright(self) -> Scene:
         """The same scene with what is stored as y up, the habit of games and films, turned to z up."""
@@ -128,9 +139,7 @@ class Scene:
         low, high = instance.shape.bounding_box(instance.transform)
         return (low - self.center) / self.radius, (high - self.center) / self.radius
 
-    def closest_hits(
-        self, origins: Any, directions: Any
-    ) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32]]:
+    def closest_hits(self, origins: Any, directions: Any) -> Hits:
         """Cast rays of any origin and direction.
 
         Parameters
@@ -140,12 +149,8 @@ class Scene:
 
         Returns
         -------
-        distance : (n,) float64
-            From the origin to the first surface in front of it, in the scene's units; inf where there is none.
-        instance : (n,) int32
-            Whose surface it is, an index into `instances`; -1 where there is none.
-        primitive : (n,) int32
-            Which part of the shape: a mesh's triangle; -1 where there is none.
+        Hits
+            Of the first surface in front of each origin.
         """
         origins = check_finite("origins", check_array("origins", origins, (None, 3)))
         directions = check_finite("directions", check_array("directions", directions, (len(origins), 3)))
@@ -161,10 +166,11 @@ class Scene:
         origin = origin + start[:, None] * direction
         t = np.empty(len(origins), np.float32)
         found, primitive = np.empty(len(origins), np.int32), np.empty(len(origins), np.int32)
+        u, v = np.empty(len(origins)), np.empty(len(origins))
         core, order = self._core_and_order
-        core.closest_hits(origin.astype(np.float32), direction.astype(np.float32), t, found, primitive)
+        core.closest_hits(origin.astype(np.float32), direction.astype(np.float32), t, found, primitive, u, v)
         instance = np.where(found >= 0, order[found], -1).astype(np.int32)
-        return np.where(found >= 0, (start + t) * self.radius, np.inf), instance, primitive
+        return Hits(np.where(found >= 0, (start + t) * self.radius, np.inf), instance, primitive, u, v)
 
 
 def as_scene(scene: SceneLike) -> Scene:

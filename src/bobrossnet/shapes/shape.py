@@ -6,14 +6,19 @@ import hashlib
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.shapes.affine import Matrix, Points
+from bobrossnet.shapes.affine import Matrix, Points, from_unit_sphere, to_unit_sphere
+
+Number = TypeVar("Number", bound=np.generic)
+
+SMALLEST = 1e-307
+"""Radius of a shape, in its own units, whose reciprocal float64 can hold; a smaller one is a point at any scale."""
 
 
 class Shape(ABC):
@@ -40,6 +45,10 @@ class Shape(ABC):
         """The distance from `center` to the farthest point of the shape placed by a matrix."""
 
     @abstractmethod
+    def counts(self) -> dict[str, int]:
+        """How many there are of what it is made of, by the noun for one of them."""
+
+    @abstractmethod
     def describe(self) -> dict[str, str]:
         """What there is to say about it, for people: names and values."""
 
@@ -58,6 +67,11 @@ class Shape(ABC):
             If an array is missing, of another dtype or shape, or holds what no such shape has.
         """
 
+    @property
+    def unresolved_rays(self) -> int:
+        """How many rays so far passed places that could not be told from the surface."""
+        return 0
+
     @cached_property
     def digest(self) -> bytes:
         """SHA-256 of what the shape is, the same for equal shapes."""
@@ -69,6 +83,42 @@ class Shape(ABC):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self).from_tensors, (self.tensors(),)  # what is in the core can't be copied
+
+
+class MeasuredShape(Shape):
+    """A shape whose extents the core finds."""
+
+    @property
+    @abstractmethod
+    def _surface(self) -> _core.MeasuredShape: ...
+
+    @property
+    @abstractmethod
+    def _sphere(self) -> tuple[Points, float]:
+        """The centre and the size in the shape's own units of what the core was given as a sphere of size 1."""
+
+    def _build(self) -> tuple[_core.Shape, Matrix]:
+        return self._surface, to_unit_sphere(*self._sphere)
+
+    def bounding_box(self, matrix: Matrix) -> tuple[Points, Points]:
+        key = matrix.tobytes()
+        if key not in self._boxes:  # a scene asks twice, and it takes a while to find
+            self._boxes[key] = self._surface.bounds(self._from_core(matrix))
+        low, high = self._boxes[key]
+        return low, high
+
+    @cached_property
+    def _boxes(self) -> dict[bytes, NDArray[np.float64]]:
+        return {}
+
+    def radius(self, matrix: Matrix, center: Points) -> float:
+        from_core = self._from_core(matrix)
+        largest = float(np.linalg.svd(from_core[:, :3], compute_uv=False)[0])
+        return self._surface.radius(from_core, np.array(center, np.float64), largest)
+
+    def _from_core(self, matrix: Matrix) -> Matrix:
+        """(3, 4): from the core's coordinates to where a matrix places the shape."""
+        return np.ascontiguousarray((matrix @ from_unit_sphere(*self._sphere))[:3])
 
 
 def bounding_sphere(placed: Iterable[tuple[Shape, Matrix]]) -> tuple[Points, float]:
@@ -93,3 +143,10 @@ def check_tensors(
     for name, tensor in tensors.items():
         if tensor.dtype != dtypes[name]:
             raise InputTypeError(f"{name}: expected {dtypes[name]}, got {tensor.dtype}")
+
+
+def frozen(array: NDArray[Any], dtype: type[Number]) -> NDArray[Number]:
+    """A copy that nobody can change: what the core was given must stay true."""
+    copy = np.array(array, dtype=dtype, order="C")
+    copy.flags.writeable = False
+    return copy

@@ -1,0 +1,20 @@
+/// Axis-aligned boxes.
+#pragma once
+
+#include <limits>
+
+#include "vec.h"
+
+namespace bob {
+
+/// At first empty.
+struct Box {
+    static constexpr float infinity = std::numeric_limits<float>::infinity();
+
+    Vec3 low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+
+    void extend(Vec3 p) { low = min(low, p), high = max(high, p); }
+    void extend(const Box& box) { low = min(low, box.low), high = max(high, box.high); }
+};
+
+}  // namespace bob

@@ -1,0 +1,72 @@
+/// Bezier patches, cut into pieces that rays meet.
+///
+/// A piece is so flat that Newton's method finds where a ray meets it, and that a ray meets it once at most, but for rays
+/// nearly tangent to it. (Abert, Geimer and Mueller, "Direct and Fast Ray Tracing of NURBS Surfaces", 2006, start
+/// Newton's method likewise, without the proof that there is no second hit.)
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "isa.h"
+#include "nurbs/nurbs.h"
+#include "nurbs/trim.h"
+#include "shapes/bvh.h"
+#include "shapes/shape.h"
+
+namespace bob {
+
+/// A Bezier patch in float32, relative to a point of its own so that small patches lose nothing to rounding.
+struct Patch {
+    float center[3];
+    std::uint32_t control_points;  // where they begin: (w x, w y, w z, w) each, v fastest
+    std::uint16_t degree_u, degree_v;
+    std::uint32_t face;
+    const TrimRegion* region;  // of the face, in its own parameters
+    Domain domain;             // of the face's parameters that are the patch's 0..1
+};
+
+/// 672 bytes. A piece lies in a box whose x and y axes follow its u and v: to_box * (p, 1) has |x| and |y| up to `half`,
+/// |z| up to 1, and is about at the parameters low + (0.5 + 0.5 (x, y)) size of the patch. An absent piece repeats the
+/// packet's first.
+struct alignas(32) PiecePacket {
+    static constexpr std::uint32_t trimmed = 0x80000000;
+
+    float to_box[3][4][8];
+    float half[2][8];
+    float fold[8];  // only a ray whose direction has |z| <= fold * its length may meet the piece twice
+    float low[2][8], size[2][8];
+    std::uint32_t patch[8];  // and `trimmed`, where the face's region has the last word
+};
+
+struct Pieces {
+    std::vector<Patch> patches;
+    std::vector<std::array<float, 4>> control_points;
+    std::vector<BvhNode> nodes;
+    std::vector<PiecePacket> packets;
+    std::size_t count = 0;
+
+    [[nodiscard]] std::size_t bytes() const;
+};
+
+/// One face's patches, of control points about 1 in size, and what of it is there.
+struct FacePatches {
+    std::vector<BezierPatch> patches;
+    const TrimRegion* region;
+};
+
+/// Pieces that a region leaves nothing of are left out; if that is all of them, there are no nodes.
+[[nodiscard]] Pieces build_pieces(std::span<const FacePatches> faces);
+
+struct PieceKernels {
+    /// The nearest intersection with t > 0 of each ray; the primitive is the patch, u and v are its parameters, 0..1.
+    void (*closest_hits)(const Pieces& pieces, std::span<const Ray> rays, Hit* hits);
+
+    /// The unit normals at hits, turned to the rays' origins.
+    void (*normals)(const Pieces& pieces, std::span<const Ray> rays, const Hit* hits, Vec3* normals);
+};
+
+BOB_DECLARE_KERNELS(PieceKernels, piece_kernels)
+
+}  // namespace bob

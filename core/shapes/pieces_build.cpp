@@ -1,0 +1,342 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "parallel.h"
+#include "shapes/pieces.h"
+
+namespace bob {
+namespace {
+
+// Cost of visiting a node, in tests of a packet.
+constexpr float node_cost = 0.25f;
+
+// How far a piece's control points may lie from those of the bilinear patch between its corners, in half sizes of the
+// piece, and the sine of the angle that its normals may turn.
+constexpr double max_curve = 0.5, max_turn = 0.35;
+
+// Rays closer to tangent than this sine are not left to Newton's method, whatever the piece.
+constexpr double least_slant = 0.05;
+
+// A side is halved at most this many times, and not where the piece is smaller than this. What is still not flat then,
+// a pole or a cusp, is subdivided ray by ray.
+constexpr int max_halvings = 8;
+constexpr double smallest = 2e-3;
+
+// Boxes reach this much farther, in half sizes and in units, than their pieces.
+constexpr double box_margin = 1e-3, rounding = 1e-6;
+
+using Vec3d = std::array<double, 3>;
+
+Vec3d operator+(const Vec3d& a, const Vec3d& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
+Vec3d operator-(const Vec3d& a, const Vec3d& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Vec3d operator*(double s, const Vec3d& a) { return {s * a[0], s * a[1], s * a[2]}; }
+double dot(const Vec3d& a, const Vec3d& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double length(const Vec3d& a) { return std::sqrt(dot(a, a)); }
+Vec3d cross(const Vec3d& a, const Vec3d& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// What a packet holds of one piece, and its box among all.
+struct Piece {
+    double to_box[3][4];
+    double half[2];
+    double fold;
+    double low[2], size[2];
+    std::uint32_t patch;
+    bool trimmed;
+    Box bounds;
+};
+
+/// A part of a patch and its control points.
+struct Part {
+    double low[2] = {0, 0}, high[2] = {1, 1};
+    int halvings[2] = {0, 0};
+    BezierPatch net;
+
+    [[nodiscard]] std::size_t rows() const { return static_cast<std::size_t>(net.degree_u) + 1; }
+    [[nodiscard]] std::size_t columns() const { return static_cast<std::size_t>(net.degree_v) + 1; }
+    [[nodiscard]] const Homogeneous<3>& at(std::size_t i, std::size_t j) const {
+        return net.control_points[i * columns() + j];
+    }
+    [[nodiscard]] Vec3d point(std::size_t i, std::size_t j) const {
+        const auto& [x, y, z, w] = at(i, j);
+        return {x / w, y / w, z / w};
+    }
+};
+
+/// A part as a bilinear patch, center + x along_u + y along_v + x y twist with x and y from -1 to 1, and what of it is
+/// not flat.
+struct Fit {
+    static constexpr double no_bound = 2;
+
+    Vec3d center, along_u, along_v, twist;
+    Vec3d normal{};         // unit length, or 0 where the piece has no area to speak of
+    Vec3d dual_u, dual_v;   // their products with p - center are x and y
+    double deviation[2] = {0, 0}, height = 0;  // of the control points: in x, in y, and along the normal
+    double curve = 0;                          // of the control points, in x and y, from the bilinear patch
+    double bend[2] = {0, 0};                   // what a cut of u, or of v, would straighten
+    double turn = no_bound;                    // sine of the angle to the normal, where the rest is flat
+
+    explicit Fit(const Part& part) {
+        const std::size_t p = part.rows() - 1, q = part.columns() - 1;
+        const Vec3d a = part.point(0, 0), b = part.point(0, q), c = part.point(p, 0), d = part.point(p, q);
+        center = 0.25 * (a + b + c + d);
+        along_u = 0.25 * (c + d - a - b);
+        along_v = 0.25 * (b + d - a - c);
+        twist = 0.25 * (a + d - b - c);
+        const Vec3d n = cross(along_u, along_v);
+        const double area = length(n);
+        if (area > 1e-4 * dot(along_u, along_u) + 1e-4 * dot(along_v, along_v)) {
+            normal = 1 / area * n;
+            dual_u = 1 / area * cross(along_v, normal);
+            dual_v = 1 / area * cross(normal, along_u);
+        } else {
+            use_axes(part);
+        }
+        measure(part);
+        if (has_area() && curve <= max_curve) measure_turn(part);
+    }
+
+    [[nodiscard]] bool is_flat() const { return has_area() && curve <= max_curve && turn <= max_turn; }
+    [[nodiscard]] bool has_area() const { return dot(normal, normal) > 0; }
+
+private:
+    /// For pieces that are lines or points: the axes of space, long enough to hold them.
+    void use_axes(const Part& part) {
+        Vec3d low = part.point(0, 0), high = low;
+        for (std::size_t i = 0; i < part.rows(); ++i) {
+            for (std::size_t j = 0; j < part.columns(); ++j) {
+                const Vec3d x = part.point(i, j);
+                for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);
+            }
+        }
+        center = 0.5 * (low + high);
+        const double size = std::max(length(high - low), 1e-12);
+        normal = {0, 0, 0};
+        along_u = {size, 0, 0}, along_v = {0, size, 0};
+        dual_u = {1 / size, 0, 0}, dual_v = {0, 1 / size, 0};
+    }
+
+    void measure(const Part& part) {
+        const Vec3d z = has_area() ? normal : Vec3d{0, 0, 1};
+        const auto p = static_cast<double>(part.rows() - 1), q = static_cast<double>(part.columns() - 1);
+        for (std::size_t i = 0; i < part.rows(); ++i) {
+            for (std::size_t j = 0; j < part.columns(); ++j) {
+                const Vec3d from_center = part.point(i, j) - center;
+                const double x = 2 * static_cast<double>(i) / p - 1, y = 2 * static_cast<double>(j) / q - 1;
+                const Vec3d from_bilinear = from_center - x * along_u - y * along_v - x * y * twist;
+                deviation[0] = std::max(deviation[0], std::fabs(dot(dual_u, from_center) - x));
+                deviation[1] = std::max(deviation[1], std::fabs(dot(dual_v, from_center) - y));
+                height = std::max(height, std::fabs(dot(z, from_center)));
+                curve = std::max({curve, std::fabs(dot(dual_u, from_bilinear)), std::fabs(dot(dual_v, from_bilinear))});
+            }
+        }
+        const auto second_difference = [&](std::size_t i, std::size_t j, std::size_t di, std::size_t dj) {
+            return length(part.point(i + 2 * di, j + 2 * dj) - 2 * part.point(i + di, j + dj) + part.point(i, j));
+        };
+        for (std::size_t i = 0; i < part.rows(); ++i) {
+            for (std::size_t j = 0; j < part.columns(); ++j) {
+                if (i + 2 < part.rows()) bend[0] = std::max(bend[0], p * p * second_difference(i, j, 1, 0));
+                if (j + 2 < part.columns()) bend[1] = std::max(bend[1], q * q * second_difference(i, j, 0, 1));
+            }
+        }
+    }
+
+    /// Bounds the angle between the normal and du x dv, for any du and dv out of the hulls of the control points'
+    /// differences. While a direction d has one sign with all of these, no line along d meets the piece twice: between
+    /// two points of the piece lies (mean of dS/du) a + (mean of dS/dv) b, and both means are in the hulls, so that the
+    /// projection along d has a determinant with that sign.
+    ///
+    /// For rational pieces this holds with w (S - o) in place of S, for every o on the ray: those near the piece are as
+    /// far from its centre as its points, which leaves a little more for the angle.
+    void measure_turn(const Part& part) {
+        double radius = 0;
+        for (std::size_t i = 0; i < part.rows(); ++i) {
+            for (std::size_t j = 0; j < part.columns(); ++j) {
+                radius = std::max(radius, length(part.point(i, j) - center));
+            }
+        }
+        struct Difference {
+            Vec3d d;
+            double slack;
+        };
+        const auto difference = [&](const Homogeneous<3>& a, const Homogeneous<3>& b) {
+            const double dw = b[3] - a[3];
+            Vec3d d;
+            for (std::size_t k = 0; k < 3; ++k) d[k] = b[k] - a[k] - center[k] * dw;
+            return Difference{d, radius * std::fabs(dw)};
+        };
+        std::vector<Difference> du, dv;
+        for (std::size_t i = 0; i < part.rows(); ++i) {
+            for (std::size_t j = 0; j < part.columns(); ++j) {
+                if (i + 1 < part.rows()) du.push_back(difference(part.at(i, j), part.at(i + 1, j)));
+                if (j + 1 < part.columns()) dv.push_back(difference(part.at(i, j), part.at(i, j + 1)));
+            }
+        }
+        double largest = 0, most = 0;
+        for (const Difference& a : du) {
+            for (const Difference& b : dv) largest = std::max(largest, length(cross(a.d, b.d)));
+        }
+        for (const Difference& a : du) {
+            for (const Difference& b : dv) {
+                const Vec3d n = cross(a.d, b.d);
+                const double size = length(n);
+                const double slack = a.slack * length(b.d) + b.slack * length(a.d) + a.slack * b.slack;
+                if (size + slack <= 1e-9 * largest) continue;  // at a pole: 0 has any sign
+                if (dot(n, normal) <= slack) return;
+                most = std::max(most, (length(cross(n, normal)) + slack) / size);
+            }
+        }
+        turn = most;
+    }
+};
+
+class Builder {
+public:
+    Builder(const BezierPatch& patch, std::uint32_t index, const TrimRegion& region)
+        : patch_(patch), index_(index), region_(region) {}
+
+    std::vector<Piece> build() {
+        Part whole;
+        whole.net = patch_;
+        cut(std::move(whole));
+        return std::move(pieces_);
+    }
+
+private:
+    void cut(Part part) {
+        const TrimRegion::Coverage coverage = region_.coverage(domain(part));
+        if (coverage == TrimRegion::Coverage::none) return;
+        const Fit fit(part);
+        const bool small = std::max(length(fit.along_u), length(fit.along_v)) < smallest;
+        if (fit.is_flat() || small) return emit(part, fit, coverage == TrimRegion::Coverage::some);
+        int along = fit.bend[1] > fit.bend[0];
+        if (part.halvings[along] >= max_halvings) along = 1 - along;
+        if (part.halvings[along] >= max_halvings) return emit(part, fit, coverage == TrimRegion::Coverage::some);
+        const double middle = (part.low[along] + part.high[along]) / 2;
+        for (const bool upper : {false, true}) {
+            Part half = part;
+            ++half.halvings[along];
+            (upper ? half.low : half.high)[along] = middle;
+            half.net = bob::part(patch_, half.low[0], half.high[0], half.low[1], half.high[1]);
+            cut(std::move(half));
+        }
+    }
+
+    [[nodiscard]] Domain domain(const Part& part) const {
+        const double u = patch_.high_u - patch_.low_u, v = patch_.high_v - patch_.low_v;
+        return {patch_.low_u + part.low[0] * u, patch_.low_u + part.high[0] * u, patch_.low_v + part.low[1] * v,
+                patch_.low_v + part.high[1] * v};
+    }
+
+    void emit(const Part& part, const Fit& fit, bool trimmed) {
+        Piece piece;
+        const Vec3d normal = fit.has_area() ? fit.normal : Vec3d{0, 0, 1};
+        const double size = std::max(length(fit.along_u), length(fit.along_v));
+        const double height = fit.height + box_margin * size + rounding;
+        const Vec3d axes[3] = {fit.dual_u, fit.dual_v, 1 / height * normal};
+        for (std::size_t k = 0; k < 3; ++k) {
+            std::copy(axes[k].begin(), axes[k].end(), piece.to_box[k]);
+            piece.to_box[k][3] = -dot(axes[k], fit.center);
+        }
+        for (std::size_t k = 0; k < 2; ++k) {
+            piece.half[k] = 1 + fit.deviation[k] + box_margin + rounding * length(axes[k]);
+            piece.low[k] = part.low[k];
+            piece.size[k] = part.high[k] - part.low[k];
+        }
+        piece.fold = fit.turn == Fit::no_bound ? HUGE_VAL : std::max(fit.turn, least_slant) / height;
+        piece.patch = index_;
+        piece.trimmed = trimmed;
+        for (std::size_t i = 0; i < part.rows(); ++i) {
+            for (std::size_t j = 0; j < part.columns(); ++j) {
+                const Vec3d x = part.point(i, j);
+                piece.bounds.extend(Vec3{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])});
+            }
+        }
+        pieces_.push_back(piece);
+    }
+
+    const BezierPatch& patch_;
+    std::uint32_t index_;
+    const TrimRegion& region_;
+    std::vector<Piece> pieces_;
+};
+
+/// Appends a patch, its control points relative to the centre of their box and its weights at most 1.
+void add_patch(Pieces& pieces, const BezierPatch& from, std::uint32_t face, const TrimRegion* region) {
+    Box box;
+    double heaviest = 0;
+    for (const auto& [x, y, z, w] : from.control_points) {
+        box.extend(Vec3{static_cast<float>(x / w), static_cast<float>(y / w), static_cast<float>(z / w)});
+        heaviest = std::max(heaviest, w);
+    }
+    const Vec3 center = 0.5f * (box.low + box.high);
+    pieces.patches.push_back({{center.x, center.y, center.z},
+                              static_cast<std::uint32_t>(pieces.control_points.size()),
+                              static_cast<std::uint16_t>(from.degree_u), static_cast<std::uint16_t>(from.degree_v),
+                              face, region, {from.low_u, from.high_u, from.low_v, from.high_v}});
+    for (const auto& [x, y, z, w] : from.control_points) {
+        const double scale = 1 / heaviest;
+        pieces.control_points.push_back(
+            {static_cast<float>(scale * (x - w * center.x)), static_cast<float>(scale * (y - w * center.y)),
+             static_cast<float>(scale * (z - w * center.z)), static_cast<float>(scale * w)});
+    }
+}
+
+PiecePacket packed(std::span<const Piece> pieces, const Packet& indices) {
+    PiecePacket packet;
+    for (std::size_t lane = 0; lane < indices.size(); ++lane) {
+        const Piece& piece = pieces[indices[lane]];
+        for (int row = 0; row < 3; ++row) {
+            for (int column = 0; column < 4; ++column) {
+                packet.to_box[row][column][lane] = static_cast<float>(piece.to_box[row][column]);
+            }
+        }
+        for (int k = 0; k < 2; ++k) {
+            packet.half[k][lane] = static_cast<float>(piece.half[k]);
+            packet.low[k][lane] = static_cast<float>(piece.low[k]);
+            packet.size[k][lane] = static_cast<float>(piece.size[k]);
+        }
+        packet.fold[lane] = static_cast<float>(piece.fold);
+        packet.patch[lane] = piece.patch | (piece.trimmed ? PiecePacket::trimmed : 0);
+    }
+    return packet;
+}
+
+}  // namespace
+
+std::size_t Pieces::bytes() const {
+    return patches.size() * sizeof(Patch) + control_points.size() * sizeof(control_points[0]) +
+           nodes.size() * sizeof(BvhNode) + packets.size() * sizeof(PiecePacket);
+}
+
+Pieces build_pieces(std::span<const FacePatches> faces) {
+    Pieces result;
+    std::vector<const BezierPatch*> patches;
+    for (std::uint32_t face = 0; face < faces.size(); ++face) {
+        for (const BezierPatch& patch : faces[face].patches) {
+            add_patch(result, patch, face, faces[face].region);
+            patches.push_back(&patch);
+        }
+    }
+    std::vector<std::vector<Piece>> of_patch(patches.size());
+    parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            of_patch[i] = Builder(*patches[i], static_cast<std::uint32_t>(i), *result.patches[i].region).build();
+        }
+    });
+    std::vector<Piece> pieces;
+    for (const auto& some : of_patch) pieces.insert(pieces.end(), some.begin(), some.end());
+    result.count = pieces.size();
+    if (pieces.empty()) return result;
+
+    std::vector<Box> boxes(pieces.size());
+    std::transform(pieces.begin(), pieces.end(), boxes.begin(), [](const Piece& piece) { return piece.bounds; });
+    Bvh bvh = build_bvh(boxes, node_cost);
+    result.nodes = std::move(bvh.nodes);
+    for (const Packet& packet : bvh.packets) result.packets.push_back(packed(pieces, packet));
+    return result;
+}
+
+}  // namespace bob

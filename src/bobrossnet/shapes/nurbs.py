@@ -1,0 +1,421 @@
+"""NURBS surfaces, trimmed and joined to boundary representations."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet import _core
+from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer
+from bobrossnet.shapes.affine import Points
+from bobrossnet.shapes.shape import SMALLEST, MeasuredShape, check_tensors
+from bobrossnet.shapes.splines import (
+    MAX_DEGREE,
+    Values,
+    check_control_points,
+    check_knots,
+    check_tuple,
+    check_weights,
+    degree_of,
+    domain_of,
+    homogeneous,
+    place_in_errors,
+)
+
+
+@dataclass(frozen=True, eq=False, init=False, slots=True)
+class TrimCurve:
+    """A NURBS curve in the parameters (u, v) of a face, part of a loop that trims it.
+
+    Parameters
+    ----------
+    control_points : (n, 2) numbers, finite
+    knots : (n + p + 1,) numbers that never decrease
+        The degree p, 1..9, follows; the domain is knots[p] to knots[n].
+    weights : (n,) numbers above 0, optional
+
+    Raises
+    ------
+    InputError
+        If a shape or a value is out of range; the message names it.
+    """
+
+    control_points: Values
+    knots: Values
+    weights: Values | None
+
+    def __init__(self, control_points: Any, knots: Any, weights: Any = None) -> None:
+        points = check_control_points("control_points", control_points, (None, 2))
+        object.__setattr__(self, "control_points", points)
+        object.__setattr__(self, "knots", check_knots("knots", knots, len(points)))
+        object.__setattr__(self, "weights", check_weights("weights", weights, (len(points),)))
+
+    @property
+    def degree(self) -> int:
+        return degree_of(self.knots, len(self.control_points))
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        return domain_of(self.knots, self.degree)
+
+
+Loop = tuple[TrimCurve, ...]
+
+
+@dataclass(frozen=True, eq=False, init=False, slots=True)
+class Face:
+    """A NURBS surface, perhaps trimmed.
+
+    Parameters
+    ----------
+    control_points : (n, m, 3) numbers, finite
+        In the unit of the shape, not multiplied by weights; n of them along u, m along v, at least 2 each.
+    knots_u, knots_v : (n + p + 1,) and (m + q + 1,) numbers that never decrease
+        Whole knot vectors, as in *The NURBS Book*; the degrees p and q, 1..9, follow. They need not be clamped: the
+        domain is knots_u[p] to knots_u[n], and likewise for v.
+    weights : (n, m) numbers above 0, optional
+        Within a factor of 1e10.
+    trims : sequence of loops, optional
+        What an odd number of loops goes around is left of the surface, whichever way they turn; without loops, all of
+        it. A loop is an (n, 2) array, a polygon in (u, v); a `TrimCurve`; or a sequence of such arrays, as polylines,
+        and curves, end to end. Where an end does not meet the next beginning, a straight line joins them.
+
+    Attributes
+    ----------
+    trims : tuple of loops, each a tuple of TrimCurve
+
+    Raises
+    ------
+    InputError
+        If a shape or a value is out of range; the message names it, such as `trims[2][0].knots`.
+    """
+
+    control_points: Values
+    knots_u: Values
+    knots_v: Values
+    weights: Values | None
+    trims: tuple[Loop, ...]
+
+    def __init__(self, control_points: Any, knots_u: Any, knots_v: Any, weights: Any = None, trims: Any = None) -> None:
+        points = check_control_points("control_points", control_points, (None, None, 3))
+        loops = () if trims is None else check_tuple("trims", trims, "a sequence of loops")
+        object.__setattr__(self, "control_points", points)
+        object.__setattr__(self, "knots_u", check_knots("knots_u", knots_u, points.shape[0]))
+        object.__setattr__(self, "knots_v", check_knots("knots_v", knots_v, points.shape[1]))
+        object.__setattr__(self, "weights", check_weights("weights", weights, points.shape[:2]))
+        object.__setattr__(self, "trims", tuple(_loop(f"trims[{i}]", loop) for i, loop in enumerate(loops)))
+
+    @property
+    def degree_u(self) -> int:
+        return degree_of(self.knots_u, self.control_points.shape[0])
+
+    @property
+    def degree_v(self) -> int:
+        return degree_of(self.knots_v, self.control_points.shape[1])
+
+    @property
+    def domain(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """((u0, u1), (v0, v1)): the first and the last parameters."""
+        return domain_of(self.knots_u, self.degree_u), domain_of(self.knots_v, self.degree_v)
+
+    def points(self, u: Any, v: Any) -> Values:
+        """Points S(u, v) of the surface, trimmed or not.
+
+        Parameters
+        ----------
+        u, v : numbers, or arrays of them of shapes that broadcast to one
+            Within the domain.
+
+        Returns
+        -------
+        (..., 3) float64
+
+        Raises
+        ------
+        InputError
+            If a parameter lies outside of the domain.
+        """
+        points: Values = self.derivatives(u, v, 0)[..., 0, 0, :]
+        return points
+
+    def derivatives(self, u: Any, v: Any, order: int) -> Values:
+        """Partial derivatives up to an order in 0..9, by A4.4 of *The NURBS Book*.
+
+        Parameters
+        ----------
+        u, v : as for `points`
+        order : int in 0..9
+
+        Returns
+        -------
+        (..., order + 1, order + 1, 3) float64
+            [..., k, l, :] is d^(k+l) S / du^k dv^l; zero where k + l > order.
+        """
+        order = check_integer("order", order, 0, MAX_DEGREE)
+        (u0, u1), (v0, v1) = self.domain
+        at_u, at_v = _parameters("u", u, u0, u1), _parameters("v", v, v0, v1)
+        try:
+            at_u, at_v = np.broadcast_arrays(at_u, at_v)
+        except ValueError:
+            raise InputError(f"v: expected a shape that goes with u's {at_u.shape}, got {at_v.shape}") from None
+        result = _core.surface_derivatives(
+            homogeneous(self.control_points, self.weights),
+            self.knots_u,
+            self.knots_v,
+            self.degree_u,
+            self.degree_v,
+            at_u.reshape(-1),
+            at_v.reshape(-1),
+            order,
+        )
+        return result.reshape(*at_u.shape, order + 1, order + 1, 3)
+
+    def normals(self, u: Any, v: Any) -> Values:
+        """Unit normals, along dS/du x dS/dv; zero where that is, as at the poles of a sphere.
+
+        Parameters
+        ----------
+        u, v : as for `points`
+
+        Returns
+        -------
+        (..., 3) float64
+        """
+        by = self.derivatives(u, v, 1)
+        normal = np.cross(_unit(by[..., 1, 0, :]), _unit(by[..., 0, 1, :]))
+        return _unit(normal)
+
+
+class Brep(MeasuredShape):
+    """A boundary representation: faces that together are traced as one shape. They need not be closed or joined.
+
+    Parameters
+    ----------
+    faces : sequence of Face, at least one
+
+    Raises
+    ------
+    InputError
+        If there is no face, or something else is among them. When it is first placed or traced: if the trims leave
+        nothing.
+    """
+
+    kind = "brep"
+
+    faces: tuple[Face, ...]
+
+    def __init__(self, faces: Any) -> None:
+        self.faces = check_tuple("faces", faces, "a sequence of Face")
+        if not self.faces:
+            raise InputError("faces: expected at least one, got none")
+        for i, face in enumerate(self.faces):
+            if not isinstance(face, Face):
+                raise InputTypeError(f"faces[{i}]: expected a Face, got {type(face).__name__}")
+
+    @cached_property
+    def _surface(self) -> _core.Brep:
+        center, radius = self._sphere
+        surface = _core.Brep(
+            [
+                (
+                    homogeneous((face.control_points - center) / radius, face.weights),
+                    face.knots_u,
+                    face.knots_v,
+                    [[(homogeneous(c.control_points, c.weights), c.knots) for c in loop] for loop in face.trims],
+                )
+                for face in self.faces
+            ]
+        )
+        if not surface.pieces:
+            raise InputError("trims: expected something that they leave of a face, got nothing of any")
+        return surface
+
+    @cached_property
+    def _sphere(self) -> tuple[Points, float]:
+        """Around the control points, and so around the faces, since weights are above 0."""
+        low = np.min([face.control_points.min(axis=(0, 1)) for face in self.faces], axis=0)
+        high = np.max([face.control_points.max(axis=(0, 1)) for face in self.faces], axis=0)
+        center: Points = low / 2 + high / 2
+        radius = max(float(np.linalg.norm(face.control_points - center, axis=-1).max()) for face in self.faces)
+        return center, radius if radius > SMALLEST else 1.0
+
+    def describe(self) -> dict[str, str]:
+        trimmed = sum(bool(face.trims) for face in self.faces)
+        rational = sum(face.weights is not None for face in self.faces)
+        degrees = Counter((face.degree_u, face.degree_v) for face in self.faces)
+        loops = [loop for face in self.faces for loop in face.trims]
+        surface = self._surface
+        return {
+            "faces": f"{len(self.faces):,}, {trimmed:,} trimmed, {rational:,} rational",
+            "degrees": ", ".join(f"{degree} x {count:,}" for degree, count in degrees.most_common()),
+            "control points": f"{sum(face.control_points[..., 0].size for face in self.faces):,}",
+            "trims": f"{len(loops):,} loops of {sum(map(len, loops)):,} curves",
+            "patches": f"{surface.patches:,} in {surface.pieces:,} pieces, {surface.bytes / 2**20:.1f} MiB",
+        }
+
+    def tensors(self) -> dict[str, NDArray[Any]]:
+        curves = [curve for face in self.faces for loop in face.trims for curve in loop]
+        return {
+            "faces": _table(
+                [(*face.control_points.shape[:2], face.degree_u, face.degree_v, len(face.trims)) for face in self.faces]
+            ),
+            "control_points": _joined([_with_weights(face) for face in self.faces], 4),
+            "knots": _joined([knots for face in self.faces for knots in (face.knots_u, face.knots_v)]),
+            "loops": np.array([len(loop) for face in self.faces for loop in face.trims], np.int32),
+            "trims": _table([(len(curve.control_points), curve.degree) for curve in curves], 2),
+            "trim_control_points": _joined([_with_weights(curve) for curve in curves], 3),
+            "trim_knots": _joined([curve.knots for curve in curves]),
+        }
+
+    @classmethod
+    def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Brep:
+        int32, float64 = ("faces", "loops", "trims"), ("control_points", "knots", "trim_control_points", "trim_knots")
+        check_tensors(tensors, dict.fromkeys(int32, "int32") | dict.fromkeys(float64, "float64"))
+        table = _counts("faces", tensors, 5)
+        take = {
+            "control_points": _Pieces(tensors, "control_points", 4),
+            "knots": _Pieces(tensors, "knots"),
+            "loops": _Pieces(tensors, "loops"),
+            "trims": _Pieces(tensors, "trims", 2),
+            "trim_control_points": _Pieces(tensors, "trim_control_points", 3),
+            "trim_knots": _Pieces(tensors, "trim_knots"),
+        }
+        _counts("loops", tensors)
+        _counts("trims", tensors, 2)
+
+        def next_curve() -> TrimCurve:
+            count, degree = take["trims"].next(1)[0].tolist()
+            points, weights = _without_weights(take["trim_control_points"].next(count))
+            return TrimCurve(points, take["trim_knots"].next(count + degree + 1), weights)
+
+        def next_face(n: int, m: int, p: int, q: int, loop_count: int) -> Face:
+            points, weights = _without_weights(take["control_points"].next(n * m).reshape(n, m, 4))
+            knots_u, knots_v = take["knots"].next(n + p + 1), take["knots"].next(m + q + 1)
+            loops = []
+            for i, curve_count in enumerate(take["loops"].next(loop_count).tolist()):
+                loop = []
+                for j in range(curve_count):
+                    with place_in_errors(f"trims[{i}][{j}]"):
+                        loop.append(next_curve())
+                loops.append(loop)
+            return Face(points, knots_u, knots_v, weights, loops)
+
+        faces = []
+        for i, row in enumerate(table.tolist()):
+            with place_in_errors(f"faces[{i}]"):
+                faces.append(next_face(*row))
+        for pieces in take.values():
+            pieces.check_end()
+        return cls(faces)
+
+    def counts(self) -> dict[str, int]:
+        return {"face": len(self.faces)}
+
+    def __repr__(self) -> str:
+        return f"Brep({len(self.faces)} faces)"
+
+
+def nurbs_surface(control_points: Any, knots_u: Any, knots_v: Any, weights: Any = None, trims: Any = None) -> Brep:
+    """A NURBS surface as a shape: a `Brep` of one `Face`, whose parameters these are.
+
+    >>> import bobrossnet as bob
+    >>> corners = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
+    >>> bob.nurbs_surface(corners, [0, 0, 1, 1], [0, 0, 1, 1]).faces[0].points(0.5, 0.5).tolist()
+    [0.5, 0.5, 0.25]
+    """
+    return Brep([Face(control_points, knots_u, knots_v, weights, trims)])
+
+
+# ---- Trims -----------------------------------------------------------------------------------------------
+
+
+def _loop(place: str, loop: Any) -> Loop:
+    if isinstance(loop, TrimCurve):
+        return (loop,)
+    parts = () if isinstance(loop, np.ndarray) else check_tuple(place, loop, "points, a TrimCurve or several of these")
+    if any(isinstance(part, TrimCurve) or np.asarray(part, object).ndim > 1 for part in parts):
+        return tuple(_polyline(f"{place}[{j}]", part, 2) for j, part in enumerate(parts))
+    return (_polyline(place, loop, 3),)
+
+
+def _polyline(place: str, part: Any, fewest: int) -> TrimCurve:
+    if isinstance(part, TrimCurve):
+        return part
+    points = check_array(place, part, (None, 2))
+    if len(points) < fewest:
+        raise InputError(f"{place}: expected at least {fewest} points, got {len(points)}")
+    with place_in_errors(place):
+        return TrimCurve(points, [0, *range(len(points)), len(points) - 1])
+
+
+# ---- Evaluation ------------------------------------------------------------------------------------------
+
+
+def _parameters(name: str, value: Any, low: float, high: float) -> Values:
+    array = check_array(name, value, (None,) * np.ndim(value)).astype(np.float64)
+    outside = ~((low <= array) & (array <= high))  # NaN is outside
+    if outside.any():
+        raise InputError(f"{name}: expected numbers in the domain {low:.6g} to {high:.6g}, got {array[outside][0]:.6g}")
+    return array
+
+
+def _unit(vectors: Values) -> Values:
+    """At length 1, or zero."""
+    largest = np.abs(vectors).max(axis=-1, keepdims=True)  # squares could leave float64's range
+    scaled = vectors / np.where(largest > 0, largest, 1)
+    length = np.linalg.norm(scaled, axis=-1, keepdims=True)
+    unit: Values = scaled / np.where(length > 0, length, 1)
+    return unit
+
+
+# ---- Tensors ---------------------------------------------------------------------------------------------
+
+
+def _with_weights(of: Face | TrimCurve) -> Values:
+    points = of.control_points
+    weights = np.ones(points.shape[:-1]) if of.weights is None else of.weights
+    return np.concatenate([points, weights[..., None]], axis=-1).reshape(-1, points.shape[-1] + 1)
+
+
+def _without_weights(points: Values) -> tuple[Values, Values | None]:
+    weights = points[..., -1]
+    return points[..., :-1], None if (weights == 1).all() else weights
+
+
+def _joined(arrays: list[Values], *width: int) -> Values:
+    return np.concatenate([np.empty((0, *width)), *arrays])
+
+
+def _table(rows: list[tuple[int, ...]], *width: int) -> NDArray[np.int32]:
+    return np.array(rows, np.int32).reshape(-1, *(width or (5,)))
+
+
+def _counts(name: str, tensors: Mapping[str, NDArray[Any]], *width: int) -> NDArray[np.int32]:
+    table = check_array(name, tensors[name], (None, *width))
+    if table.min(initial=0) < 0:
+        raise InputError(f"{name}: expected counts of at least 0, got {table.min()}")
+    return table
+
+
+class _Pieces:
+    """Takes an array apart, from its beginning to its end."""
+
+    def __init__(self, tensors: Mapping[str, NDArray[Any]], name: str, *width: int) -> None:
+        self.name, self.at = name, 0
+        self.array = check_array(name, tensors[name], (None, *width))
+
+    def next(self, count: int) -> NDArray[Any]:
+        start, self.at = self.at, self.at + count
+        if self.at > len(self.array):
+            raise InputError(f"{self.name}: expected {self.at} and more, got {len(self.array)}")
+        return self.array[start : self.at]
+
+    def check_end(self) -> None:
+        if self.at < len(self.array):
+            raise InputError(f"{self.name}: expected {self.at}, got {len(self.array)}")

@@ -1,0 +1,131 @@
+"""What NURBS curves and surfaces have in common: knots, weights and control points, and the checks of these.
+
+Names and symbols are those of Piegl and Tiller, *The NURBS Book* (second edition, 1997).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
+from bobrossnet.shapes.affine import MAX_COORDINATE
+from bobrossnet.shapes.shape import frozen
+
+MAX_DEGREE = 9
+"""As in the core."""
+
+MAX_WEIGHT_RATIO = 1e10
+"""Between the largest and the smallest weight: the core computes in float32, which sees nothing of smaller ones."""
+
+Values = NDArray[np.float64]
+
+
+def check_control_points(name: str, value: Any, shape: tuple[int | None, ...]) -> Values:
+    """Return `value` as frozen float64 control points; None in `shape` stands for any number of them from 2 on."""
+    points = check_finite(name, check_array(name, value, shape))
+    if min(points.shape[:-1]) < 2:
+        raise InputError(f"{name}: expected at least 2{' x 2' * (len(shape) - 2)} points, got shape {points.shape}")
+    _check_size(name, points)
+    return frozen(points, np.float64)
+
+
+def check_knots(name: str, value: Any, count: int) -> Values:
+    """Return `value` as a frozen float64 knot vector for `count` control points, n + p + 1 knots with a degree p in
+    1..9."""
+    knots = check_finite(name, check_array(name, value, (None,)))
+    _check_size(name, knots)
+    lowest, highest = count + 2, count + 1 + min(MAX_DEGREE, count - 1)
+    if not lowest <= len(knots) <= highest:
+        wanted = f"{lowest}" if lowest == highest else f"{lowest} to {highest}"
+        raise InputError(
+            f"{name}: expected {wanted} knots for {count} control points, one for each and degree + 1 more, "
+            f"got {len(knots)}"
+        )
+    knots = frozen(knots, np.float64)
+    steps = np.diff(knots)
+    if steps.min() < 0:
+        i = int(np.argmax(steps < 0))
+        raise InputError(f"{name}: expected numbers that never decrease, got {knots[i]:.6g}, then {knots[i + 1]:.6g}")
+    degree = degree_of(knots, count)
+    low, high = domain_of(knots, degree)
+    if low == high:
+        raise InputError(
+            f"{name}: expected a domain, {name}[{degree}] to {name}[{count}], that is not empty, got {low:.6g} at both"
+        )
+    values, times = np.unique(knots, return_counts=True)
+    if times.max() > degree + 1:
+        i = int(np.argmax(times))
+        raise InputError(
+            f"{name}: expected a knot at most degree + 1 = {degree + 1} times, got {values[i]:.6g} {times[i]} times"
+        )
+    return knots
+
+
+def check_weights(name: str, value: Any, shape: tuple[int, ...]) -> Values | None:
+    """Return `value` as frozen float64 weights, or None as itself."""
+    if value is None:
+        return None
+    weights = check_array(name, value, shape, hint="one weight for each control point")
+    check_above_zero(name, weights)
+    if weights.max() / MAX_WEIGHT_RATIO > weights.min():
+        raise InputError(
+            f"{name}: expected weights within a factor of {MAX_WEIGHT_RATIO:g}, "
+            f"got {weights.min():.6g} to {weights.max():.6g}"
+        )
+    return frozen(weights, np.float64)
+
+
+def check_above_zero(name: str, array: NDArray[Any]) -> None:
+    """Raise InputError unless all are finite numbers above 0, and no larger than coordinates may be."""
+    check_finite(name, array)
+    _check_size(name, array)
+    if not (array > 0).all():
+        at = [int(i) for i in np.argwhere(~(array > 0))[0]]
+        raise InputError(f"{name}: expected numbers above 0, got {array[tuple(at)]:.6g} at {name}{at}")
+
+
+def degree_of(knots: Values, count: int) -> int:
+    """The degree p of `count` control points n: there are n + p + 1 knots."""
+    return len(knots) - count - 1
+
+
+def domain_of(knots: Values, degree: int) -> tuple[float, float]:
+    """The first and the last parameter."""
+    return float(knots[degree]), float(knots[-degree - 1])
+
+
+def homogeneous(points: Values, weights: Values | None) -> Values:
+    """Control points (..., N) as (..., N + 1): (w x1, .., w xN, w), with a largest weight of 1, which changes nothing
+    but keeps products within range."""
+    w = np.ones(points.shape[:-1]) if weights is None else weights / weights.max()
+    return np.concatenate([points * w[..., None], w[..., None]], axis=-1)
+
+
+@contextmanager
+def place_in_errors(place: str) -> Iterator[None]:
+    """Messages about `knots` become messages about `place.knots`."""
+    try:
+        yield
+    except InputError as error:
+        raise type(error)(f"{place}.{error}") from None
+
+
+def check_tuple(name: str, value: Any, what: str) -> tuple[Any, ...]:
+    """Return any iterable but a text as a tuple."""
+    try:
+        if not isinstance(value, str | bytes):
+            return tuple(value)
+    except TypeError:
+        pass
+    raise InputTypeError(f"{name}: expected {what}, got {type(value).__name__}")
+
+
+def _check_size(name: str, array: NDArray[Any]) -> None:
+    largest = float(np.abs(array.astype(np.float64)).max(initial=0))
+    if largest > MAX_COORDINATE:
+        raise InputError(f"{name}: expected numbers of at most {MAX_COORDINATE:g} in size, got {largest:.6g}")

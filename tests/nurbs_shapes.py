@@ -1,0 +1,71 @@
+"""NURBS that are known in closed form, and random ones."""
+
+import numpy as np
+
+import bobrossnet as bob
+
+# A quarter of the unit circle is the rational quadratic with these control points and weights (The NURBS Book, 7.3).
+CIRCLE = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)], float)
+CIRCLE_WEIGHTS = np.array([1, np.sqrt(0.5)] * 4 + [1])
+CIRCLE_KNOTS = np.array([0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4], float)
+
+# Half of it, from (0, -1) by (1, 0) to (0, 1).
+HALF = np.array([(0, -1), (1, -1), (1, 0), (1, 1), (0, 1)], float)
+HALF_WEIGHTS = CIRCLE_WEIGHTS[:5]
+HALF_KNOTS = np.array([0, 0, 0, 1, 1, 2, 2, 2], float)
+
+
+def revolved(profile, weights, knots, trims=None):
+    """A curve (n, 2) of (distance from the z axis, z), turned about it: a face with v around, four quarters in 0..4."""
+    around = profile[:, None, :1] * CIRCLE
+    points = np.concatenate([around, np.broadcast_to(profile[:, None, 1:], (*around.shape[:2], 1))], axis=2)
+    return bob.Face(points, knots, CIRCLE_KNOTS, np.outer(weights, CIRCLE_WEIGHTS), trims)
+
+
+def sphere(radius=1.0, center=(0, 0, 0)):
+    face = revolved(radius * HALF, HALF_WEIGHTS, HALF_KNOTS)
+    return moved(face, center)
+
+
+def torus(r1=0.7, r2=0.25):
+    """About z; `r1` is the radius of its spine."""
+    return bob.Brep([revolved(r2 * CIRCLE + (r1, 0), CIRCLE_WEIGHTS, CIRCLE_KNOTS)])
+
+
+def cylinder(radius=0.7, low=-0.6, high=0.4):
+    """About z, of three faces: the caps are squares that circles trim."""
+    side = revolved(np.array([(radius, low), (radius, high)]), np.ones(2), [0, 0, 1, 1])
+    circle = bob.TrimCurve(radius * CIRCLE, CIRCLE_KNOTS, CIRCLE_WEIGHTS)
+    square = np.array([[(x, y) for y in (-1.0, 1.0)] for x in (-1.0, 1.0)])
+    caps = [
+        bob.Face(
+            np.concatenate([square, np.full((2, 2, 1), z)], axis=2), [-1, -1, 1, 1], [-1, -1, 1, 1], None, [circle]
+        )
+        for z in (low, high)
+    ]
+    return bob.Brep([side, *caps])
+
+
+def moved(face, offset):
+    return bob.Brep([bob.Face(face.control_points + offset, face.knots_u, face.knots_v, face.weights, face.trims)])
+
+
+def random_knots(rng, count, degree):
+    """Clamped or not, with knots that are repeated here and there."""
+    inner = np.sort(rng.choice(np.arange(1, 9), count - degree - 1) / 2.0)
+    if inner.size and np.unique(inner, return_counts=True)[1].max() > degree:
+        inner = np.linspace(0.3, 4.6, count - degree - 1)
+    if rng.random() < 0.3:
+        return np.concatenate([-np.arange(degree, -1, -1.0), inner, 5 + np.arange(degree + 1.0)])
+    return np.concatenate([np.zeros(degree + 1), inner, np.full(degree + 1, 5.0)])
+
+
+def random_surface(rng, rational=None):
+    """A wavy sheet above the unit square, of degrees up to 4; as a rule every other one is rational."""
+    degrees = rng.integers(1, 5, 2)
+    n, m = degrees + rng.integers(1, 5, 2)
+    x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, m), indexing="ij")
+    points = np.stack([x, y, 0.4 * rng.normal(size=(n, m))], axis=2)
+    rational = rng.random() < 0.5 if rational is None else rational
+    weights = rng.uniform(0.5, 2, (n, m)) if rational else None
+    return bob.nurbs_surface(points, random_knots(rng, n, degrees[0]), random_knots(rng, m, degrees[1]), weights)
