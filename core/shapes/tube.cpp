@@ -15,8 +15,7 @@ constexpr double tolerance = 3e-8;
 // A piece's control polygon may be longer than its chord by this share.
 constexpr double bend = 0.02;
 
-// Curves of degree 9 whose weights differ by less than a factor of 1e4 are cut into parts no shorter than 2^-13. What is
-// wilder is a straight line between the ends of parts of this depth.
+// Only weights that differ by many powers of ten need as many cuts: there, a part is a straight line between its ends.
 constexpr int max_depth = 20;
 
 // Bends are cut less often: a cusp stays one however short its piece is.
@@ -182,7 +181,8 @@ Place Tube::place(const Hit& hit) const {
 }
 
 std::size_t Tube::bytes() const {
-    return pieces_.size() * (sizeof(TubePiece) + sizeof(Parameters)) + (nodes_.size() + packets_.size()) * sizeof(BvhNode);
+    return pieces_.size() * (sizeof(TubePiece) + sizeof(Parameters)) +
+           (nodes_.size() + packets_.size()) * sizeof(BvhNode);
 }
 
 double Tube::maximum(const std::function<double(Vec3, float)>& convex) const {
@@ -199,7 +199,9 @@ double Tube::maximum(const std::function<double(Vec3, float)>& convex) const {
     std::vector<std::pair<Cubic, int>> open;  // and how often they were halved
     for (const TubePiece& piece : pieces_) {
         Cubic& cubic = open.emplace_back().first;
-        for (std::size_t i = 0; i < 4; ++i) std::copy(std::begin(piece.ball[i]), std::end(piece.ball[i]), cubic[i].begin());
+        for (std::size_t i = 0; i < 4; ++i) {
+            std::copy(std::begin(piece.ball[i]), std::end(piece.ball[i]), cubic[i].begin());
+        }
         sample(cubic[0]);
         sample(cubic[3]);
     }

@@ -4,15 +4,15 @@
 #include "shapes/tube_pieces.h"
 
 /// How a ray meets a piece. In units of length along the ray, it is within the ball at s from a(s) - sqrt(q(s)) to
-/// a(s) + sqrt(q(s)), where a is the centre's coordinate along the ray, and q = r^2 - x^2 - y^2 of the radius and of the
-/// centre's coordinates across it. Where q >= 0 all over an interval of s, these segments move continuously, so that
-/// their union is one segment, from the least a - sqrt(q) to the greatest a + sqrt(q): a *span*. The union of all balls is
-/// the union of the spans of all pieces, whatever the radius and the curvature, and from outside as from inside.
+/// a(s) + sqrt(q(s)), where a is the centre's coordinate along the ray, and q = r^2 - x^2 - y^2 of the radius and of
+/// the centre's coordinates across it. Where q >= 0 all over an interval of s, these segments move continuously, so
+/// that their union is one segment, from the least a - sqrt(q) to the greatest a + sqrt(q): a *span*. The union of all
+/// balls is the union of the spans of all pieces, whatever the radius and the curvature, from outside and from inside.
 ///
 /// So two things are found: where q >= 0, a polynomial of degree 6, and the least f = a - sqrt(q) there (for the other
-/// end: the least f with -a for a). Where f' = 0, 2 f'' sqrt(q) is k = 2 a'' sqrt(q) + 2 a'^2 - q''. In tubes thinner than
-/// the curve's radius of curvature, bounds of k mostly show that it is positive all over the piece: then f has at most one
-/// critical point, a minimum. Pieces for which bounds of k don't tell its sign are cut into halves.
+/// end: the least f with -a for a). Where f' = 0, 2 f'' sqrt(q) is k = 2 a'' sqrt(q) + 2 a'^2 - q''. In tubes thinner
+/// than the curve's radius of curvature, bounds of k mostly show that it is positive all over the piece: then f has at
+/// most one critical point, a minimum. Pieces for which bounds of k don't tell its sign are cut into halves.
 namespace bob::BOB_ISA {
 namespace {
 
@@ -97,7 +97,8 @@ public:
         D4 ball[4];
         for (int i = 0; i < 4; ++i) {
             const double* p = piece.ball[i];
-            ball[i] = p[0] * ray.column[0] + p[1] * ray.column[1] + p[2] * ray.column[2] - ray.origin + D4{0, 0, 0, p[3]};
+            ball[i] = p[0] * ray.column[0] + p[1] * ray.column[1] + p[2] * ray.column[2] - ray.origin;
+            ball[i][3] = p[3];
         }
         const D4 low = smaller(smaller(ball[0], ball[1]), smaller(ball[2], ball[3]));
         const D4 high = larger(larger(ball[0], ball[1]), larger(ball[2], ball[3]));
@@ -136,8 +137,8 @@ public:
         return result;
     }
 
-    /// The least a - sqrt(q) (sign = 1), or minus the greatest a + sqrt(q) (sign = -1), over low..high, where q >= 0; or
-    /// anything above `limit`, if it is not below.
+    /// The least a - sqrt(q) (sign = 1), or minus the greatest a + sqrt(q) (sign = -1), over low..high, where q >= 0;
+    /// `limit`, if it is not below that.
     struct Least {
         double value, s;
     };
@@ -216,8 +217,9 @@ private:
         }
     }
 
-    /// The only zero of q, of these coefficients, within low..high, to 1e-6 of the piece: f is nowhere least there. By
-    /// Newton's method, from where the control polygon changes sign, and by bisection where that leaves the bracket.
+    /// The only zero of q, of these coefficients, within low..high: Newton's method, from where the control polygon
+    /// changes sign, and bisection where that leaves the bracket. f is never least at a zero, but may be next to one,
+    /// as in thin tubes, where zeros are close to each other.
     [[nodiscard]] double find_zero(const double (&coefficients)[7], double low, double high, bool rising) const {
         int i = 0;
         while (i < 5 && (coefficients[i + 1] >= 0) != rising) ++i;
@@ -233,7 +235,7 @@ private:
             if (!(next > low && next < high)) next = 0.5 * (low + high);
             const double change = next - s;
             s = next;
-            if (change < 1e-4 && change > -1e-4) break;  // and the error is about the square of the change
+            if (change < 1e-8 && change > -1e-8) break;
         }
         return s;
     }

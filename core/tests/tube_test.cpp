@@ -46,8 +46,8 @@ Vec3 random_point(test::Random& random, float size) {
     return {random(-size, size), random(-size, size), random(-size, size)};
 }
 
-/// The boundary of the union of a dense row of balls along rays, by another way than the tracer's: samples, each span of
-/// them sharpened by parabolas through neighbours.
+/// The boundary of the union of a dense row of balls along rays, by another way than the tracer's: samples, each span
+/// of them sharpened by parabolas through neighbours.
 class Sampled {
 public:
     Sampled(const NurbsCurve<4>& curve, int count) {
@@ -208,8 +208,8 @@ double distance_from_cones(const std::vector<Ball>& balls, const double (&p)[3])
     return result;
 }
 
-/// Where f, a distance or less, negative inside, first changes its sign along a ray of length 1 (Hart, "Sphere Tracing",
-/// 1996).
+/// Where f, a distance or less, negative inside, first changes its sign along a ray of length 1 (Hart, "Sphere
+/// Tracing", 1996).
 template <class Distance>
 Sampled::Answer first_crossing(const Ray& ray, Distance f) {
     const auto value = [&](double t) {
@@ -292,10 +292,8 @@ TEST(capsules_and_round_cones_equal_their_distance) {
     for (const auto& balls : shapes) {
         const Tube tube(clamped(1, balls));
         CHECK_EQ(tube.pieces(), 1u);
-        test::for_each_isa([&] {
-            check(compare_distance(tube, 2000, 0.7f, 1, [&](const double(&p)[3]) { return distance_from_cones(balls, p); }),
-                  1500, 1e-6);
-        });
+        const auto f = [&](const double(&p)[3]) { return distance_from_cones(balls, p); };
+        test::for_each_isa([&] { check(compare_distance(tube, 2000, 0.7f, 1, f), 1500, 1e-6); });
     }
 }
 
@@ -315,8 +313,9 @@ TEST(rays_along_a_capsules_axis_meet_its_ends) {
 
 TEST(polylines_have_no_gaps_at_their_corners) {
     for (const double r : {0.005, 0.1}) {
-        const std::vector<Ball> balls = {{-0.5, 0, 0, r}, {0, 0.3, 0, r},       {0.1, 0.3, 0.01, r / 2}, {0.1, 0.31, 0, 2 * r},
-                                         {0.5, -0.5, 0, r}, {0.5, -0.5, 0.5, r}, {-0.5, 0, 0, r}};
+        const std::vector<Ball> balls = {{-0.5, 0, 0, r},        {0, 0.3, 0, r},     {0.1, 0.3, 0.01, r / 2},
+                                         {0.1, 0.31, 0, 2 * r},  {0.5, -0.5, 0, r},  {0.5, -0.5, 0.5, r},
+                                         {-0.5, 0, 0, r}};
         const Tube tube(clamped(1, balls));
         CHECK_EQ(tube.pieces(), 6u);
         const auto f = [&](const double(&p)[3]) { return distance_from_cones(balls, p); };
@@ -349,8 +348,8 @@ TEST(tubes_of_random_curves_equal_dense_balls) {
     test::Random random(3);
     for (int shape = 0; shape < 20; ++shape) {
         const float thick = shape % 3 == 0 ? 0.02f : shape % 3 == 1 ? 0.1f : 0.5f;
-        check(compare(random_curve(3, 7, thick, false, random), 2000, 1200, static_cast<std::uint64_t>(shape) + 10), 1700,
-              1e-5);
+        const auto seed = static_cast<std::uint64_t>(shape) + 10;
+        check(compare(random_curve(3, 7, thick, false, random), 2000, 1200, seed), 1700, 1e-5);
     }
 }
 
@@ -363,10 +362,22 @@ TEST(tubes_of_any_degree_and_weights_equal_dense_balls) {
 
 TEST(tubes_thicker_than_their_bends_equal_dense_balls) {
     test::Random random(5);
-    const std::vector<Ball> hairpin = {{-0.5, 0, 0, 0.3}, {0.5, 0.05, 0, 0.3}, {0.5, -0.05, 0, 0.2}, {-0.5, 0, 0.1, 0.3}};
+    const std::vector<Ball> hairpin = {
+        {-0.5, 0, 0, 0.3}, {0.5, 0.05, 0, 0.3}, {0.5, -0.05, 0, 0.2}, {-0.5, 0, 0.1, 0.3}};
     const std::vector<Ball> cusp = {{0, 0, 0, 0.05}, {1, 1, 0, 0.05}, {0, 1, 0, 0.05}, {1, 0, 0, 0.05}};
     const std::vector<Ball> balloon = {{0, 0, 0, 0.01}, {0.1, 0, 0, 1}, {0.2, 0, 0, -0.4}, {0.3, 0.1, 0, 0.3}};
     for (const auto& balls : {hairpin, cusp, balloon}) check(compare(clamped(3, balls), 2000, 2000, 6), 1700, 1e-5);
+}
+
+TEST(hairs_equal_dense_balls) {
+    test::Random random(16);
+    Difference all;
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        const Difference d = compare(random_curve(3, 5, 1e-4f, false, random), 200, 2000, seed);
+        all.compared += d.compared, all.hits += d.hits, all.misses += d.misses;
+        all.worst = std::max(all.worst, d.worst);
+    }
+    check(all, 1000, 2e-6);
 }
 
 TEST(curves_without_length_make_balls) {
@@ -474,7 +485,8 @@ TEST(instruction_sets_agree) {
         if (expected.empty()) expected = hits;
         int other = 0;
         for (std::size_t i = 0; i < hits.size(); ++i) {
-            other += hits[i].t != expected[i].t || hits[i].primitive != expected[i].primitive || hits[i].u != expected[i].u;
+            const Hit &a = hits[i], &b = expected[i];
+            other += a.t != b.t || a.primitive != b.primitive || a.u != b.u;
         }
         CHECK_EQ(other, 0);
     });
