@@ -32,7 +32,8 @@ MAX_LAYERS_DEEP = 100
 SUBDIVISIONS = 2
 MAX_SUBDIVIDED = 1_000_000
 
-# Of a surface's domain. Rhino's own tolerance for trims is coarser in nearly every file.
+# In parts of a surface's domain: which parameters are the same, which trims lie on its border, and how closely cubics
+# follow a curve. A pixel of any picture is far larger.
 SAME = 1e-12
 BORDER = 1e-7
 FITTED = 1e-7
@@ -201,6 +202,7 @@ class _Reader:
     # ---- Faces -------------------------------------------------------------------------------------------
 
     def brep_faces(self, geometry: Any, kind: str) -> list[Face]:
+        """The faces of a surface, an extrusion or a polysurface that can be shown."""
         if kind == "Surface":
             found = [self.face(geometry, ())]
         else:
@@ -216,7 +218,8 @@ class _Reader:
             found = [self.face(surface, bounds) for surface, bounds in zip(surfaces, loops, strict=True)]
         return [face for face in found if face is not None]
 
-    def face(self, surface: Any, bounds: Any) -> Face | None:
+    def face(self, surface: Any, bounds: Sequence[Sequence[Any]]) -> Face | None:
+        """A surface within its bounds; None, and the reason noted, where it can't be shown."""
         self.faces += 1
         try:
             nurbs = surface.ToNurbsSurface()
@@ -246,6 +249,7 @@ def _hex(color: tuple[int, ...]) -> str:
 
 
 def _subdivided(geometry: Any) -> Any:
+    """The control net of a subdivision surface after some subdivision, a rhino3dm mesh."""
     import rhino3dm
 
     subd = geometry.Duplicate()
@@ -259,6 +263,7 @@ def _subdivided(geometry: Any) -> Any:
 
 
 def _mesh(mesh: Any) -> Mesh:
+    """A rhino3dm mesh, with its normals where it has one for each vertex."""
     vertices = np.array([(p.X, p.Y, p.Z) for p in mesh.Vertices.ToPoint3dArray()], np.float64).reshape(-1, 3)
     corners = np.array([mesh.Faces[i] for i in range(len(mesh.Faces))], np.int64).reshape(-1, 4)
     # The corners of a triangle are stored as those of a quad, the last one twice.
@@ -275,6 +280,7 @@ def _mesh(mesh: Any) -> Mesh:
 
 
 def untrimmed(nurbs: Any) -> Face:
+    """All of a rhino3dm NURBS surface."""
     rows, columns = nurbs.Points.CountU, nurbs.Points.CountV
     points = [nurbs.Points[i, j] for i in range(rows) for j in range(columns)]
     control_points, weights = _euclidean(points, nurbs.IsRational)
