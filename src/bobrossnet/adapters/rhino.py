@@ -40,8 +40,9 @@ FITTED = 1e-7
 MAX_FITTED = 4096
 
 WHITE = "#ffffff"
-DEFAULT_COLORS = {"#000000": WHITE}
-"""Rhino's layers are black unless somebody chose another colour; on a black background nothing would be seen."""
+DARKEST = 0.02
+"""The least luminance of a colour. Layers are black unless somebody chose another colour, and colours are chosen for
+lines on a light background; on a black one, nothing would be seen of a surface that is darker."""
 
 Points: TypeAlias = NDArray[np.float64]
 
@@ -50,8 +51,8 @@ def read_3dm(file: Path) -> list[Instance]:
     """What can be seen of a Rhino file: an instance for each surface, polysurface, extrusion and mesh.
 
     Instances are named after their objects, else their layers, else the file, and have the colours that Rhino shows
-    them in; black, which layers have by default, becomes white. Blocks are resolved. Curves, points, lights and
-    annotations are passed over. Subdivision surfaces become meshes.
+    them in; black, which layers have by default, and what is nearly black becomes white. Blocks are resolved. Curves,
+    points, lights and annotations are passed over. Subdivision surfaces become meshes.
 
     Raises
     ------
@@ -138,7 +139,7 @@ class _Reader:
             waiting += [(child, inner, color) for child in reversed(item.children)]
             if item.shape is not None:
                 try:
-                    yield Instance(item.shape, inner, Material(DEFAULT_COLORS.get(color, color)), item.name)
+                    yield Instance(item.shape, inner, _material(color), item.name)
                 except InputError as error:  # a block pressed flat
                     self.refused.append(str(error))
 
@@ -243,6 +244,12 @@ class _Reader:
 def _hex(color: tuple[int, ...]) -> str:
     red, green, blue = color[:3]
     return f"#{red:02x}{green:02x}{blue:02x}"
+
+
+def _material(color: str) -> Material:
+    material = Material(color)
+    red, green, blue = material.color
+    return material if 0.2126 * red + 0.7152 * green + 0.0722 * blue >= DARKEST else Material()
 
 
 # ---- Meshes ----------------------------------------------------------------------------------------------
