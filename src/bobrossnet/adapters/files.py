@@ -26,6 +26,7 @@ from bobrossnet.adapters.gltf import read_glb, read_gltf
 from bobrossnet.adapters.grids import read_bpt, read_cpt
 from bobrossnet.adapters.messages import name_of, one_line
 from bobrossnet.adapters.obj import read_obj
+from bobrossnet.adapters.opencascade import read_iges, read_step
 from bobrossnet.adapters.part import Part, joined
 from bobrossnet.adapters.ply import read_ply
 from bobrossnet.adapters.rhino import read_3dm
@@ -59,6 +60,10 @@ INSTANCE_READERS: dict[str, Callable[[Path], SceneLike]] = {
     ".bpt": read_bpt,
     ".cpt": read_cpt,
     ".3dm": read_3dm,
+    ".step": read_step,
+    ".stp": read_step,
+    ".iges": read_iges,
+    ".igs": read_iges,
 }
 """Readers of files whose shapes have names and materials of their own, or are of several kinds."""
 ALL_ENDINGS = (*READERS, *FORMULA_READERS, *INSTANCE_READERS)
