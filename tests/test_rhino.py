@@ -141,7 +141,7 @@ def test_objects_have_names_and_places(tmp_path):
     ]
     found, mesh, sphere, extrusion = (instance.shape for instance in scene.instances)
     assert len(found.faces) == 6
-    np.testing.assert_array_equal(np.array(found.bounding_box(np.eye(4))), [(0, 0, 0), (1, 2, 3)])
+    np.testing.assert_allclose(np.array(found.bounding_box(np.eye(4))), [(0, 0, 0), (1, 2, 3)], atol=1e-5)
     np.testing.assert_array_equal(mesh.triangles, [(0, 1, 2), (1, 4, 2), (0, 2, 3)])
     u, v, _ = grid(sphere.faces[0])
     np.testing.assert_allclose(np.linalg.norm(sphere.faces[0].points(u, v), axis=-1), 2, atol=1e-12)
@@ -166,7 +166,7 @@ def test_colours_follow_rhinos_rule(tmp_path):
     for found in (
         attributes(layer=red),
         attributes(layer=black),
-        attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(1, 2, 3, 255)),
+        attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(1, 90, 3, 255)),
         attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(0, 0, 0, 255)),
         attributes(
             layer=red,
@@ -178,11 +178,23 @@ def test_colours_follow_rhinos_rule(tmp_path):
         attributes(layer=red, ColorSource=source.ColorFromMaterial),
         attributes(layer=red, ColorSource=source.ColorFromParent),
         attributes(layer=-1),
+        attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(64, 0, 0, 255)),  # hardly to be seen
     ):
         model.file.Objects.AddBrep(box(), found)
     colors = [i.material.color for i in read_3dm(model.write(tmp_path / "x.3dm"))]
     layer = color(200, 10, 20)
-    assert colors == [layer, WHITE, color(1, 2, 3), WHITE, color(5, 120, 6), color(5, 120, 6), WHITE, layer, WHITE]
+    assert colors == [
+        layer,
+        WHITE,
+        color(1, 90, 3),
+        WHITE,
+        color(5, 120, 6),
+        color(5, 120, 6),
+        WHITE,
+        layer,
+        WHITE,
+        WHITE,
+    ]
 
 
 def block(model, name, *items):
@@ -194,7 +206,7 @@ def block(model, name, *items):
 
 def test_blocks_are_resolved(tmp_path):
     model = Model()
-    layer = model.layer("l", (9, 9, 9))
+    layer = model.layer("l", (90, 90, 90))
     parent = rhino3dm.ObjectColorSource.ColorFromParent
     inner = block(
         model, "inner", (box(), attributes("box", layer, ColorSource=parent)), (quad(), attributes("q", layer))
@@ -208,7 +220,7 @@ def test_blocks_are_resolved(tmp_path):
     found = read_3dm(model.write(tmp_path / "x.3dm"))
     assert [i.name for i in found] == ["box", "q", "box", "q"]
     assert found[0].shape is found[2].shape
-    assert [i.material.color for i in found[:2]] == [(0, 0, 1), color(9, 9, 9)]
+    assert [i.material.color for i in found[:2]] == [(0, 0, 1), color(90, 90, 90)]
     np.testing.assert_allclose(found[2].transform @ (1, 0, 0, 1), (20, 1, 0, 1), atol=1e-12)
 
 

@@ -32,15 +32,17 @@ MAX_LAYERS_DEEP = 100
 SUBDIVISIONS = 2
 MAX_SUBDIVIDED = 1_000_000
 
-# Of a surface's domain. Rhino's own tolerance for trims is coarser in nearly every file.
+# In parts of a surface's domain: which parameters are the same, which trims lie on its border, and how closely cubics
+# follow a curve. A pixel of any picture is far larger.
 SAME = 1e-12
 BORDER = 1e-7
 FITTED = 1e-7
 MAX_FITTED = 4096
 
 WHITE = "#ffffff"
-DEFAULT_COLORS = {"#000000": WHITE}
-"""Rhino's layers are black unless somebody chose another colour; on a black background nothing would be seen."""
+DARKEST = 0.02
+"""The least luminance of a colour. Layers are black unless somebody chose another colour, and colours are chosen for
+lines on a light background; on a black one, nothing would be seen of a surface that is darker."""
 
 Points: TypeAlias = NDArray[np.float64]
 
@@ -49,8 +51,8 @@ def read_3dm(file: Path) -> list[Instance]:
     """What can be seen of a Rhino file: an instance for each surface, polysurface, extrusion and mesh.
 
     Instances are named after their objects, else their layers, else the file, and have the colours that Rhino shows
-    them in; black, which layers have by default, becomes white. Blocks are resolved. Curves, points, lights and
-    annotations are passed over. Subdivision surfaces become meshes.
+    them in; black, which layers have by default, and what is nearly black becomes white. Blocks are resolved. Curves,
+    points, lights and annotations are passed over. Subdivision surfaces become meshes.
 
     Raises
     ------
@@ -137,7 +139,7 @@ class _Reader:
             waiting += [(child, inner, color) for child in reversed(item.children)]
             if item.shape is not None:
                 try:
-                    yield Instance(item.shape, inner, Material(DEFAULT_COLORS.get(color, color)), item.name)
+                    yield Instance(item.shape, inner, _material(color), item.name)
                 except InputError as error:  # a block pressed flat
                     self.refused.append(str(error))
 
@@ -201,6 +203,7 @@ class _Reader:
     # ---- Faces -------------------------------------------------------------------------------------------
 
     def brep_faces(self, geometry: Any, kind: str) -> list[Face]:
+        """The faces of a surface, an extrusion or a polysurface that can be shown."""
         if kind == "Surface":
             found = [self.face(geometry, ())]
         else:
@@ -216,7 +219,8 @@ class _Reader:
             found = [self.face(surface, bounds) for surface, bounds in zip(surfaces, loops, strict=True)]
         return [face for face in found if face is not None]
 
-    def face(self, surface: Any, bounds: Any) -> Face | None:
+    def face(self, surface: Any, bounds: Sequence[Sequence[Any]]) -> Face | None:
+        """A surface within its bounds; None, and the reason noted, where it can't be shown."""
         self.faces += 1
         try:
             nurbs = surface.ToNurbsSurface()
@@ -242,10 +246,17 @@ def _hex(color: tuple[int, ...]) -> str:
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
+def _material(color: str) -> Material:
+    material = Material(color)
+    red, green, blue = material.color
+    return material if 0.2126 * red + 0.7152 * green + 0.0722 * blue >= DARKEST else Material()
+
+
 # ---- Meshes ----------------------------------------------------------------------------------------------
 
 
 def _subdivided(geometry: Any) -> Any:
+    """The control net of a subdivision surface after some subdivision, a rhino3dm mesh."""
     import rhino3dm
 
     subd = geometry.Duplicate()
@@ -259,6 +270,7 @@ def _subdivided(geometry: Any) -> Any:
 
 
 def _mesh(mesh: Any) -> Mesh:
+    """A rhino3dm mesh, with its normals where it has one for each vertex."""
     vertices = np.array([(p.X, p.Y, p.Z) for p in mesh.Vertices.ToPoint3dArray()], np.float64).reshape(-1, 3)
     corners = np.array([mesh.Faces[i] for i in range(len(mesh.Faces))], np.int64).reshape(-1, 4)
     # The corners of a triangle are stored as those of a quad, the last one twice.
@@ -275,6 +287,7 @@ def _mesh(mesh: Any) -> Mesh:
 
 
 def untrimmed(nurbs: Any) -> Face:
+    """All of a rhino3dm NURBS surface."""
     rows, columns = nurbs.Points.CountU, nurbs.Points.CountV
     points = [nurbs.Points[i, j] for i in range(rows) for j in range(columns)]
     control_points, weights = _euclidean(points, nurbs.IsRational)
