@@ -33,7 +33,7 @@ from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTo
 
 from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed
 from bobrossnet.errors import InputError
-from bobrossnet.shapes.nurbs import MAX_DEGREE
+from bobrossnet.shapes.splines import MAX_DEGREE
 
 # Assemblies of assemblies can repeat one part without end.
 MAX_INSTANCES = 100_000
@@ -76,7 +76,8 @@ class _Walk:
         self.parts: list[list[Body]] = []
         self.placed: list[Placed] = []
         self.indices: dict[str, int] = {}  # of parts, by the entries of their labels
-        self.visited = self.dropped = self.total = 0
+        self.visited = self.total = 0
+        self.dropped: list[str] = []
         self.others = {"hidden parts": 0, "curves": 0, "points": 0}
 
     def visit(self, label: Any, matrix: NDArray[np.float64], inherited: Color | None) -> None:
@@ -155,8 +156,8 @@ class _Walk:
                 self.total += 1
                 try:
                     faces = _faces(face, tolerance)
-                except Exception:  # OpenCascade raises all sorts of exceptions
-                    self.dropped += 1
+                except Exception as error:  # OpenCascade raises all sorts of exceptions
+                    self.dropped.append(f"{type(error).__name__}: {error}")
                 else:
                     of_color.setdefault(color, []).extend(faces)
         return [Body(faces, color) for color, faces in of_color.items()]
@@ -212,24 +213,25 @@ def _matrix(transformation: Any) -> NDArray[np.float64]:
 
 def _faces(face: Any, tolerance: float) -> list[FaceData]:
     """A face as trimmed NURBS: several where its surface closes on itself, since that is cut open."""
-    # Without seams, trims can't leave the domain by a period, and no curve stands for two borders.
-    divide = ShapeUpgrade_ShapeDivideClosed(face)
-    divide.Perform()
     # Curves in the (u, v) of NURBS are approximated within their edges' tolerance. OpenCascade's usual 1e-7 mm make it
     # ten times slower, and hundreds of control points a curve.
-    ShapeFix_ShapeTolerance().LimitTolerance(divide.Result(), tolerance, 0.0, TopAbs_ShapeEnum.TopAbs_EDGE)
-    converted = BRepBuilderAPI_NurbsConvert(divide.Result(), True).Shape()
-    return [_face_data(piece, tolerance) for piece in _explore(converted, TopAbs_ShapeEnum.TopAbs_FACE)]
+    ShapeFix_ShapeTolerance().LimitTolerance(face, tolerance, 0.0, TopAbs_ShapeEnum.TopAbs_EDGE)
+    converted = BRepBuilderAPI_NurbsConvert(face, True).Shape()
+    # Without seams, trims can't leave the domain by a period, and no curve stands for two borders. Cutting before
+    # converting would be faster for tori, but fails on spheres that are drilled across their seam.
+    divide = ShapeUpgrade_ShapeDivideClosed(converted)
+    divide.Perform()
+    return [_face_data(piece, tolerance) for piece in _explore(divide.Result(), TopAbs_ShapeEnum.TopAbs_FACE)]
 
 
 def _face_data(shape: Any, tolerance: float) -> FaceData:
     face = TopoDS.Face(shape.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
     loops = [_loop(TopoDS.Wire(wire), face) for wire in _explore(face, TopAbs_ShapeEnum.TopAbs_WIRE)]
+    loops = [loop for loop in loops if loop]
     surface = GeomConvert.SurfaceToBSplineSurface_s(BRep_Tool.Surface_s(face))  # a copy, in the face's place
     if surface.IsUPeriodic() or surface.IsVPeriodic():
         _open(surface, loops)
     bounds = np.array(surface.Bounds()).reshape(2, 2).T
-    loops = [_within(loop, bounds) for loop in loops if loop]
     if max(surface.UDegree(), surface.VDegree()) > MAX_DEGREE:
         smooth = GeomAbs_Shape.GeomAbs_C1
         lower = GeomConvert_ApproxSurface(surface, tolerance, smooth, smooth, MAX_DEGREE, MAX_DEGREE, MAX_SPANS, 0)
@@ -298,23 +300,6 @@ def _open(surface: Any, loops: list[list[CurveData]]) -> None:
         bounds = np.where(fits & periodic, needed, bounds)
     (u0, v0), (u1, v1) = bounds
     surface.Segment(u0, u1, v0, v1)
-
-
-def _within(loop: list[CurveData], bounds: NDArray[np.float64]) -> list[CurveData]:
-    """A loop without curves that lie beyond the domain from `bounds[0]` to `bounds[1]`.
-
-    OpenCascade puts pieces of a sphere's seam a period away, and not where a shift would bring them home. The line
-    that joins their neighbours instead is the seam.
-    """
-    margin = 1e-3 * (bounds[1] - bounds[0])
-    beyond = [
-        (curve.control_points < bounds[0] - margin).all(axis=0).any()
-        or (curve.control_points > bounds[1] + margin).all(axis=0).any()
-        for curve in loop
-    ]
-    if all(beyond):
-        raise InputError("trims: expected curves in the domain, got none")
-    return [curve for curve, outside in zip(loop, beyond, strict=True) if not outside]
 
 
 def _is_border(loop: list[CurveData], bounds: NDArray[np.float64]) -> bool:

@@ -58,7 +58,7 @@ class Assembly(NamedTuple):
 
     parts: list[list[Body]]
     placed: list[Placed]
-    dropped: int  # faces that could not be converted
+    dropped: list[str]  # why, for each face that could not be converted
     total: int
 
 
@@ -108,8 +108,8 @@ def _read(file: Path, kind: str) -> list[Instance]:
             for data in body.faces:
                 try:
                     faces.append(_face(data))
-                except InputError:
-                    dropped += 1
+                except InputError as error:
+                    dropped.append(str(error))
             if faces:
                 breps.append((Brep(faces), body.color))
         parts.append(breps)
@@ -120,9 +120,9 @@ def _read(file: Path, kind: str) -> list[Instance]:
         for color in (own or place.color,)
     ]
     if not instances:
-        raise InputError(f"expected faces, got {assembly.total:,} that can't be converted to NURBS")
+        raise InputError(f"expected faces, got {assembly.total:,} that can't be converted ({dropped[0]})")
     if dropped:
-        warn_of(file, f"left out {dropped:,} of {assembly.total:,} faces that can't be converted to NURBS")
+        warn_of(file, f"left out {len(dropped):,} of {assembly.total:,} faces ({dropped[0]})")
     return instances
 
 
