@@ -25,11 +25,17 @@ std::span<const double> checked_knots(int degree, const Numbers& knots, const ch
     return values;
 }
 
+/// One for each derivative 0..order; so few that sizes of arrays don't overflow.
+std::size_t checked_rows(int order) {
+    expect(order >= 0 && order <= 100, "order: expected 0..100");
+    return static_cast<std::size_t>(order) + 1;
+}
+
 std::pair<Array<std::int64_t, -1>, Array<double, -1, -1, -1>> basis_derivatives(int degree, const Numbers& knots,
                                                                                const Numbers& u, int order) {
     const auto values = checked_knots(degree, knots, "knots: expected a domain, and none below the one before");
-    expect(order >= 0, "order: expected 0 or more");
-    const std::size_t rows = static_cast<std::size_t>(order) + 1, columns = static_cast<std::size_t>(degree) + 1;
+    const std::size_t rows = checked_rows(order);
+    const std::size_t columns = static_cast<std::size_t>(degree) + 1;
     auto spans = make_array<std::int64_t, -1>(u.shape(0));
     auto derivatives = make_array<double, -1, -1, -1>(u.shape(0), rows, columns);
     interruptible([&](const auto& keep_going) {
@@ -57,7 +63,7 @@ Array<double, -1, -1, -1, 3> surface_derivatives(const Array<const double, -1, -
                                                  int degree_v, const Numbers& u, const Numbers& v, int order) {
     const auto u_knots = checked_knots(degree_u, knots_u, "knots_u: expected a domain, and none below the one before");
     const auto v_knots = checked_knots(degree_v, knots_v, "knots_v: expected a domain, and none below the one before");
-    expect(order >= 0, "order: expected 0 or more");
+    const std::size_t rows = checked_rows(order);
     expect(u.shape(0) == v.shape(0), "v: expected as many as u");
     const auto* points = reinterpret_cast<const bob::Homogeneous<3>*>(control_points.data());
     const bob::NurbsSurface surface{degree_u, degree_v, {u_knots.begin(), u_knots.end()},
@@ -65,7 +71,6 @@ Array<double, -1, -1, -1, 3> surface_derivatives(const Array<const double, -1, -
                                     {points, points + control_points.shape(0) * control_points.shape(1)}};
     expect(surface.size_u() == control_points.shape(0) && surface.size_v() == control_points.shape(1),
            "control_points: expected as many as the knots and degrees say");
-    const std::size_t rows = static_cast<std::size_t>(order) + 1;
     auto result = make_array<double, -1, -1, -1, 3>(u.shape(0), rows, rows, 3);
     interruptible([&](const auto& keep_going) {
         bob::parallel_for(u.shape(0), 256, [&](std::size_t begin, std::size_t end) {

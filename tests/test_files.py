@@ -218,7 +218,7 @@ def test_a_name_can_be_anything(tmp_path: Path) -> None:
 
 def test_endings(tmp_path: Path) -> None:
     known = " ".join(ENDINGS)
-    assert error_of(written(tmp_path / "a.step", "x")).endswith(f"expected one of {known}, got .step")
+    assert error_of(written(tmp_path / "a.dwg", "x")).endswith(f"expected one of {known}, got .dwg")
     assert error_of(written(tmp_path / "bunny", "x")).endswith("got no ending")
     upper = written(tmp_path / "A.OBJ", SQUARE + "f 1 2 3 4")
     assert len(load_mesh(str(upper)).triangles) == 2

@@ -10,14 +10,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace bob {
 namespace {
 
-// In sizes of the domain. Coordinates in files are off by up to 1e-7 (single precision). The distance that curves are
-// moved by only has to be clearly more than that, and less than what a ray may miss the domain by.
+// In sizes of the domain. Coordinates in files are off by up to 1e-7 (single precision); where hits lie on the border,
+// they are off by less. So curves near it are moved clearly beyond both.
 constexpr double near_border = 1e-6, beyond_border = 1e-3;
 // In sizes of the domain: ends that lie closer together are taken for one.
 constexpr double closed = 1e-9;
@@ -45,8 +44,8 @@ struct Polynomial {
     double noise;  // values below it may be rounding errors
 };
 
-/// Appends the roots in low..high, which the polynomial's parameters 0..1 stand for: where its coefficients change their
-/// signs there may be some, so it is cut in halves until those are tiny.
+/// Appends the roots in low..high, which the polynomial's parameters 0..1 stand for. There may be some where the signs
+/// of its coefficients change (Descartes' rule in Bernstein form); it is cut in halves there until those are tiny.
 void append_roots(Polynomial f, double low, double high, std::vector<double>& roots) {
     double last = 0;
     bool changes = false;
@@ -84,7 +83,7 @@ void append_turns(const Points& points, std::size_t axis, std::vector<double>& t
         largest = std::max(largest, std::fabs(point[axis]));
         heaviest = std::max(heaviest, std::fabs(point[2]));
     }
-    Polynomial f{2 * p - 1, {}, 1e-14 * largest * heaviest};
+    Polynomial f{2 * p - 1, {}, 2e-15 * largest * heaviest};
     for (std::size_t i = 0; i < p; ++i) {
         for (std::size_t j = 0; j <= p; ++j) {
             f.bernstein[i + j] += binomials[p - 1][i] * binomials[p][j] / binomials[2 * p - 1][i + j] *
@@ -139,7 +138,7 @@ bool move_outside(Points& points, const Domain& domain) {
     return moved;
 }
 
-/// The pieces of a loop, each monotone in u and in v; those of no size are left out.
+/// The pieces of a loop, each monotone in u and in v, and the lines between them.
 std::vector<Points> loop_pieces(const TrimLoop& loop, const Domain& domain) {
     std::vector<Points> open;
     for (const NurbsCurve<2>& curve : loop) {
@@ -151,17 +150,20 @@ std::vector<Points> loop_pieces(const TrimLoop& loop, const Domain& domain) {
             }
         }
     }
-    std::erase_if(open, [](const Points& p) { return euclidean(p.front()) == euclidean(p.back()); });
 
     std::vector<Points> pieces;
-    for (std::size_t i = 0; i < open.size(); ++i) {
-        const Point end = euclidean(open[i].back()), start = euclidean(open[(i + 1) % open.size()].front());
-        pieces.push_back(std::move(open[i]));
+    const auto close_gap = [&](const Points& next) {
+        const Point end = euclidean(pieces.back().back()), start = euclidean(next.front());
         if (std::fabs(start[0] - end[0]) > closed * (domain.high_u - domain.low_u) ||
             std::fabs(start[1] - end[1]) > closed * (domain.high_v - domain.low_v)) {
             pieces.push_back(line(end, start));
         }
+    };
+    for (Points& points : open) {
+        if (!pieces.empty()) close_gap(points);
+        pieces.push_back(std::move(points));
     }
+    if (!pieces.empty()) close_gap(pieces.front());
     return pieces;
 }
 
@@ -176,7 +178,7 @@ public:
         if (pieces.empty()) return;
         const std::size_t first = leaves_.size();
         for (const Points& points : pieces) leaves_.push_back(leaf(points));
-        // A piece ends at the height at which the next one starts, to the bit: no ray passes between them or meets both.
+        // A piece ends at the height where the next one starts, to the bit: no ray passes between them or meets both.
         for (std::size_t i = first; i < leaves_.size(); ++i) {
             Node& node = leaves_[i];
             node.end_v = leaves_[i + 1 < leaves_.size() ? i + 1 : first].start_v;
@@ -313,14 +315,12 @@ bool TrimRegion::right_of(const Node& leaf, double u, double v) const {
         return leaf.rational ? Point{x / w, y / w} : Point{x, y};
     };
 
-    // Between the parameters a and b the piece reaches height v. As it is monotone, it is right of u there if it is so at
-    // both. They are drawn together by regula falsi in its Illinois form (the value of an end that stays is halved), and
-    // each fourth time by half, for pieces on which that is slow.
+    // Between the parameters a and b the piece reaches height v. As it is monotone, it is right of u there if it is so
+    // at both. They are drawn together by regula falsi in its Illinois form (the value of an end that stays is halved),
+    // and each fourth time by half, for pieces on which that is slow: 53 halves are all that a double has.
     double a = 0, b = 1, value_a = leaf.start_v - v, value_b = leaf.end_v - v;
     const bool rising = value_a < value_b;
     bool right_a = (leaf.rational ? c[0] / c[2] : c[0]) > u, right_b = !right_a;
-    if (value_a == 0) return right_a;
-    if (value_b == 0) return right_b;
     enum { neither, at_a, at_b } stayed = neither;
     for (int step = 1; right_a != right_b && step < 256; ++step) {
         double t = a + (b - a) * value_a / (value_a - value_b);
@@ -329,7 +329,6 @@ bool TrimRegion::right_of(const Node& leaf, double u, double v) const {
         const Point p = point(t);
         const double value = p[1] - v;
         const bool right = p[0] > u;
-        if (value == 0) return right;
         if ((value < 0) == rising) {
             a = t, value_a = value, right_a = right;
             if (stayed == at_b) value_b /= 2;
@@ -344,9 +343,8 @@ bool TrimRegion::right_of(const Node& leaf, double u, double v) const {
 }
 
 bool TrimRegion::passes(const Node& leaf, const Domain& r) const {
-    if (leaf.low_u == leaf.high_u || leaf.low_v == leaf.high_v) return true;
-    // It passes on one side of the rectangle where a corner does not reach it. Corners outside its box do, or the
-    // rectangle would not overlap the box.
+    // It passes by on one side of the rectangle if the corner that is nearest to it there does not reach it. A corner
+    // outside of the piece's box does, or the rectangle would not overlap the box.
     const double* const c = &coefficients_[leaf.coefficients];
     const bool rising = ((leaf.rational ? c[0] / c[2] : c[0]) == leaf.low_u) == (leaf.start_v == leaf.low_v);
     const bool low_inside = r.low_v > leaf.low_v, high_inside = r.high_v < leaf.high_v;

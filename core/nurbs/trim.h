@@ -34,7 +34,8 @@ public:
 
     enum class Coverage { none, some, all };
 
-    /// How much of a rectangle is inside; `some` exactly where a curve comes within 2e-9 of the domain's size of it.
+    /// How much of a rectangle is inside; `some` where a curve, or a line that closes a gap, comes within 2e-9 of
+    /// the domain's size of it.
     [[nodiscard]] Coverage coverage(const Domain& rectangle) const;
 
     [[nodiscard]] std::size_t bytes() const;
@@ -58,7 +59,7 @@ private:
     [[nodiscard]] bool passes(const Node& leaf, const Domain& rectangle) const;
 
     std::vector<Node> nodes_;
-    std::vector<double> coefficients_;  // (u, v) or, where rational, (w u, w v, w) of each control point, times binomials
+    std::vector<double> coefficients_;  // control points, (u, v) or (w u, w v, w) where rational, times binomials
     double margin_u_, margin_v_;
     bool everything_;
 };

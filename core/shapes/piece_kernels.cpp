@@ -10,9 +10,9 @@ namespace {
 
 using Float4 = Vector<4>;
 
-// How far outside of its piece, in sizes of it, a hit may be found: more than rounding, so that no ray passes between
-// pieces that meet, and too little to be seen.
-constexpr float overlap = 1e-4f;
+// What rounding may do to points, in units. A hit may be found outside of its piece by as much, and by this share of the
+// piece's size: no ray passes between pieces that meet, and nobody can see it.
+constexpr float rounding = 2e-7f, overlap = 1e-5f;
 
 // ---- Patches ------------------------------------------------------------------------------------------------
 
@@ -153,7 +153,7 @@ struct Solution {
 inline Found newton(const Pieces& pieces, const Patch& patch, const RayToPieces& ray, const LocalRay& local,
                     const Part& part, Solution& at) {
     constexpr int most_steps = 8;
-    constexpr float close = 1e-3f;  // a step from here on, in sizes of the part, leaves no error to speak of
+    constexpr float close = 2e-4f;  // a step from here on, in sizes of the part, leaves no error to speak of
     float last = 1;
     for (int step = 0; step < most_steps; ++step) {
         const Jet jet = evaluate(pieces, patch, at.u, at.v);
@@ -171,7 +171,12 @@ inline Found newton(const Pieces& pieces, const Patch& patch, const RayToPieces&
         const float size = std::fmax(step_x, step_y);
         if (!(size < 2)) return Found::unclear;  // or NaN
         if (size < close) {
-            if (outside > overlap) return Found::nothing;
+            const float noise = rounding * ray.length * std::fabs(inverse);
+            const float noise_x = noise * (std::fabs(a_v) + std::fabs(b_v)) / part.size[0];
+            const float noise_y = noise * (std::fabs(a_u) + std::fabs(b_u)) / part.size[1];
+            if (std::fabs(x) > 0.5f + overlap + noise_x || std::fabs(y) > 0.5f + overlap + noise_y) {
+                return Found::nothing;
+            }
             const Float4 last_f = f + broadcast<Float4>(d_u) * f_u + broadcast<Float4>(d_v) * f_v;
             const float w = jet.x[3] + d_u * jet.u[3] + d_v * jet.v[3];
             at.t = local.start + static_cast<double>(dot(last_f, ray.direction) / (w * ray.length_squared));
@@ -208,24 +213,45 @@ struct Nearest {
 
 // ---- Subdivision --------------------------------------------------------------------------------------------
 
+/// A part of a patch that may hold any number of hits. Its control points as the ray sees them are in a slot of the
+/// workspace.
+struct Net {
+    Part part;
+    float nearest;  // lower bound of t, from the local ray's start on
+    std::size_t slot;
+};
+
+/// What subdivision needs, kept from ray to ray.
+struct Workspace {
+    std::vector<Float4> points;
+    std::vector<Net> open;
+};
+
 /// All hits of a ray with a part of a patch, where nothing is known of how many there are: Bezier subdivision
 /// (Nishita, Sederberg and Kakimoto, "Ray Tracing Trimmed Rational Surface Patches", 1990), near parts first, down to
 /// parts that hold one hit at most, for Newton's method, or that are too small to matter.
 class Subdivision {
 public:
+    /// `normal`, of any length, is about that of the part, which is thinnest along it.
     Subdivision(const Pieces& pieces, const Patch& patch, const RayToPieces& ray, const LocalRay& local,
-                Nearest& nearest)
-        : pieces_(pieces), patch_(patch), ray_(ray), local_(local), nearest_(nearest), rows_(patch.degree_u + 1),
-          columns_(patch.degree_v + 1), size_(rows_ * columns_) {}
+                Nearest& nearest, Float4 normal, Workspace& workspace)
+        : pieces_(pieces), patch_(patch), ray_(ray), local_(local), nearest_(nearest), points_(workspace.points),
+          open_(workspace.open), rows_(patch.degree_u + 1u), columns_(patch.degree_v + 1u), size_(rows_ * columns_) {
+        along_ = ray.direction / broadcast<Float4>(ray.length);
+        across_[0] = normal - broadcast<Float4>(dot(normal, along_)) * along_;
+        if (!(dot(across_[0], across_[0]) > 1e-6f * dot(normal, normal))) across_[0] = ray.across[0];
+        across_[0] /= broadcast<Float4>(std::sqrt(dot(across_[0], across_[0])));
+        across_[1] = cross(along_, across_[0]);
+    }
 
     void find(const Part& part) {
         open_.clear();
-        points_.resize(size_);
+        if (points_.size() < size_) points_.resize(size_);
         const float* from = points_of(pieces_, patch_);
         for (std::size_t i = 0; i < size_; ++i) {
             const Float4 point = load<Float4>(from + 4 * i);
             const Float4 f = from_ray(point, local_.origin);
-            points_[i] = Float4{dot(f, ray_.across[0]), dot(f, ray_.across[1]), dot(f, ray_.direction), point[3]};
+            points_[i] = Float4{dot(f, across_[0]), dot(f, across_[1]), dot(f, along_), point[3]};
         }
         for (const int along : {0, 1}) {
             const float low = part.low[along], high = low + part.size[along];
@@ -241,35 +267,29 @@ public:
     }
 
 private:
-    /// A part, seen along the ray: its control points are weight * (across, across, along, 1), in units of the ray's
-    /// length.
-    struct Net {
-        Part part;
-        float nearest;  // lower bound of t, from the local ray's start on
-        std::size_t slot;
-    };
-
     static constexpr int most_parts = 1000;
     static constexpr float smallest = 1e-6f;  // extent of a part that is taken for a point
-    static constexpr float rounding = 2e-7f;
 
     [[nodiscard]] bool is_behind(const Net& net) const {
         return local_.start + static_cast<double>(net.nearest) >= static_cast<double>(nearest_.hit.t);
     }
 
+    /// Between neighbours along u (0) or v (1), in points_.
     [[nodiscard]] std::size_t step(int along) const { return along == 0 ? columns_ : 1; }
+    [[nodiscard]] std::size_t count(int along) const { return along == 0 ? rows_ : columns_; }
 
     /// Subdivides a net at t by de Casteljau's algorithm; the lower or upper part goes to another slot, or the same.
     void cut(std::size_t slot, std::size_t to, int along, float t, bool upper) {
-        const std::size_t count = along == 0 ? rows_ : columns_, lines = along == 0 ? columns_ : rows_;
+        const std::size_t count = this->count(along), step = this->step(along);
         const Float4 t4 = broadcast<Float4>(t);
         Float4 b[max_degree + 1];
-        for (std::size_t line = 0; line < lines; ++line) {
-            const std::size_t in = slot * size_ + line * step(1 - along), out = to * size_ + line * step(1 - along);
-            for (std::size_t i = 0; i < count; ++i) b[i] = points_[in + i * step(along)];
-            for (std::size_t level = 0; level < count; ++level) {
-                const std::size_t last = count - 1 - level;
-                points_[out + (upper ? last : level) * step(along)] = b[upper ? last : 0];
+        for (std::size_t line = 0; line < this->count(1 - along); ++line) {
+            const Float4* in = &points_[slot * size_ + line * this->step(1 - along)];
+            Float4* out = &points_[to * size_ + line * this->step(1 - along)];
+            for (std::size_t i = 0; i < count; ++i) b[i] = in[i * step];
+            for (std::size_t last = count - 1;; --last) {
+                out[(upper ? last : count - 1 - last) * step] = b[upper ? last : 0];
+                if (last == 0) break;
                 for (std::size_t i = 0; i < last; ++i) b[i] += t4 * (b[i + 1] - b[i]);
             }
         }
@@ -277,29 +297,27 @@ private:
 
     /// Opens a part, unless the ray passes it by.
     void push(const Part& part, std::size_t slot) {
-        constexpr float infinity = std::numeric_limits<float>::infinity();
-        Float4 low = broadcast<Float4>(infinity), high = broadcast<Float4>(-infinity);
-        float nearest = infinity;
-        for (std::size_t i = slot * size_; i < (slot + 1) * size_; ++i) {
+        Float4 low = points_[slot * size_], high = low;
+        for (std::size_t i = slot * size_ + 1; i < (slot + 1) * size_; ++i) {
             low = min(low, points_[i]), high = max(high, points_[i]);
-            nearest = std::fmin(nearest, points_[i][2] / points_[i][3]);
         }
-        const float slack = rounding * ray_.length;
-        const Net net{part, nearest / ray_.length_squared, slot};
-        const bool passed_by = low[0] > slack || high[0] < -slack || low[1] > slack || high[1] < -slack;
-        if (!passed_by && !is_behind(net)) open_.push_back(net);
+        if (low[0] > rounding || high[0] < -rounding || low[1] > rounding || high[1] < -rounding) return;
+        const float nearest = low[2] / (low[2] > 0 ? high[3] : low[3]);
+        const Net net{part, nearest / ray_.length, slot};
+        if (!is_behind(net)) open_.push_back(net);
     }
 
     void look_into(const Net& net) {
         const Part& part = net.part;
+        const Differences in_u = differences(net, 0), in_v = differences(net, 1);
         const float u = part.low[0] + 0.5f * part.size[0], v = part.low[1] + 0.5f * part.size[1];
-        if (has_one_hit_at_most(net)) {
+        if (never_folds(in_u, in_v)) {
             Solution at{u, v, 0};
             const Found found = newton(pieces_, patch_, ray_, local_, part, at);
             if (found == Found::hit) nearest_.offer(at);
             if (found != Found::unclear) return;
         }
-        const float extent[2] = {extent_along(net, 0), extent_along(net, 1)};
+        const float extent[2] = {in_u.extent(rows_ - 1), in_v.extent(columns_ - 1)};
         if (std::fmax(extent[0], extent[1]) < smallest) {
             return nearest_.offer({u, v, local_.start + static_cast<double>(net.nearest)});
         }
@@ -308,59 +326,48 @@ private:
         for (Part& half : halves) half.size[along] *= 0.5f;
         halves[1].low[along] += halves[1].size[along];
         if (points_.size() < (net.slot + 2) * size_) points_.resize((net.slot + 2) * size_);
-        const bool upper_is_nearer = rises(net, along) < 0;
+        const Float4* corners = &points_[net.slot * size_];
+        const bool upper_is_nearer = corners[(count(along) - 1) * step(along)][2] < corners[0][2];
         cut(net.slot, net.slot + 1, along, 0.5f, upper_is_nearer);
         cut(net.slot, net.slot, along, 0.5f, !upper_is_nearer);
         push(halves[!upper_is_nearer], net.slot);
         push(halves[upper_is_nearer], net.slot + 1);
     }
 
-    /// Whether the part's projection along the ray keeps its orientation, by the hulls of its derivatives.
-    [[nodiscard]] bool has_one_hit_at_most(const Net& net) const {
-        Float4 low[2], high[2];
-        for (const int along : {0, 1}) {
-            low[along] = broadcast<Float4>(std::numeric_limits<float>::infinity()), high[along] = -low[along];
-            for_each_difference(net, along, [&](Float4 a, Float4 b) {
-                low[along] = min(low[along], b - a), high[along] = max(high[along], b - a);
-            });
+    /// The box of the differences between neighbouring control points.
+    struct Differences {
+        Float4 low, high;
+
+        /// About the length of the longest line of control points.
+        [[nodiscard]] float extent(std::size_t differences) const {
+            const Float4 largest = max(high, -low);
+            return std::fmax(std::fmax(largest[0], largest[1]), largest[2]) * static_cast<float>(differences);
         }
-        // The bounds of a_u b_v - a_v b_u.
-        const auto product = [](float a, float b, float c, float d, float& least, float& most) {
-            const float x[4] = {a * c, a * d, b * c, b * d};
-            least = std::fmin(std::fmin(x[0], x[1]), std::fmin(x[2], x[3]));
-            most = std::fmax(std::fmax(x[0], x[1]), std::fmax(x[2], x[3]));
-        };
-        float least[2], most[2];
-        product(low[0][0], high[0][0], low[1][1], high[1][1], least[0], most[0]);
-        product(low[1][0], high[1][0], low[0][1], high[0][1], least[1], most[1]);
-        return least[0] > most[1] || most[0] < least[1];
-    }
+    };
 
-    /// The longest line of control points along u or v, in units.
-    [[nodiscard]] float extent_along(const Net& net, int along) const {
-        float most = 0;
-        for_each_difference(net, along, [&](Float4 a, Float4 b) {
-            const Float4 d = a / broadcast<Float4>(a[3]) - b / broadcast<Float4>(b[3]);
-            most = std::fmax(most, dot(d, d));
-        });
-        return std::sqrt(most) / ray_.length * static_cast<float>((along == 0 ? rows_ : columns_) - 1);
-    }
-
-    /// Above 0 where the part leads away from the ray's origin as u or v grows.
-    [[nodiscard]] float rises(const Net& net, int along) const {
-        float sum = 0;
-        for_each_difference(net, along, [&](Float4 a, Float4 b) { sum += b[2] / b[3] - a[2] / a[3]; });
-        return sum;
-    }
-
-    template <class F>
-    void for_each_difference(const Net& net, int along, F&& f) const {
-        for (std::size_t i = 0; i + (along == 0) < rows_; ++i) {
-            for (std::size_t j = 0; j + (along == 1) < columns_; ++j) {
-                const std::size_t at = net.slot * size_ + i * columns_ + j;
-                f(points_[at], points_[at + step(along)]);
+    [[nodiscard]] Differences differences(const Net& net, int along) const {
+        const std::size_t last_row = rows_ - (along == 0), last_column = columns_ - (along == 1);
+        Differences d{broadcast<Float4>(std::numeric_limits<float>::infinity()), {}};
+        d.high = -d.low;
+        for (std::size_t i = 0; i < last_row; ++i) {
+            const Float4* row = &points_[net.slot * size_ + i * columns_];
+            for (std::size_t j = 0; j < last_column; ++j) {
+                const Float4 between = row[j + step(along)] - row[j];
+                d.low = min(d.low, between), d.high = max(d.high, between);
             }
         }
+        return d;
+    }
+
+    /// Whether the projection along the ray has a determinant of one sign for all derivatives in their boxes: then the
+    /// ray meets the part once at most (pieces_build.cpp says why).
+    static bool never_folds(const Differences& u, const Differences& v) {
+        const Float4 a{u.low[0], u.high[0], u.low[0], u.high[0]}, b{v.low[1], v.low[1], v.high[1], v.high[1]};
+        const Float4 c{u.low[1], u.high[1], u.low[1], u.high[1]}, d{v.low[0], v.low[0], v.high[0], v.high[0]};
+        const Float4 plus = a * b, minus = c * d;
+        const auto least = [](Float4 x) { return std::fmin(std::fmin(x[0], x[1]), std::fmin(x[2], x[3])); };
+        const auto most = [](Float4 x) { return std::fmax(std::fmax(x[0], x[1]), std::fmax(x[2], x[3])); };
+        return least(plus) > most(minus) || most(plus) < least(minus);
     }
 
     const Pieces& pieces_;
@@ -368,19 +375,17 @@ private:
     const RayToPieces& ray_;
     const LocalRay& local_;
     Nearest& nearest_;
+    std::vector<Float4>& points_;
+    std::vector<Net>& open_;
     std::size_t rows_, columns_, size_;
-    // Nets in slots of size_ points; each thread keeps its memory from ray to ray.
-    static thread_local std::vector<Float4> points_;
-    static thread_local std::vector<Net> open_;
+    Float4 along_, across_[2];  // unit length
 };
-
-thread_local std::vector<Float4> Subdivision::points_;
-thread_local std::vector<Subdivision::Net> Subdivision::open_;
 
 // ---- Packets ------------------------------------------------------------------------------------------------
 
 /// Intersects the pieces whose boxes the ray enters, and keeps the nearest hit.
-inline void intersect(const Pieces& pieces, const PiecePacket& packet, const RayToPieces& ray, Hit& hit) {
+inline void intersect(const Pieces& pieces, const PiecePacket& packet, const RayToPieces& ray, Workspace& workspace,
+                      Hit& hit) {
     for (int i = 0; i < 8; i += width) {
         Floats o[3], d[3];
         Floats enter = broadcast<Floats>(0.f), leave = broadcast<Floats>(hit.t);
@@ -416,17 +421,20 @@ inline void intersect(const Pieces& pieces, const PiecePacket& packet, const Ray
                 if (found != Found::unclear) continue;
             }
             const LocalRay local(ray, patch, enter[lane]);
-            Subdivision(pieces, patch, ray, local, nearest).find(part);
+            const auto& z = packet.to_box[2];
+            const Float4 normal{z[0][k], z[1][k], z[2][k], 0};
+            Subdivision(pieces, patch, ray, local, nearest, normal, workspace).find(part);
         }
     }
 }
 
 void closest_hits(const Pieces& pieces, std::span<const Ray> rays, Hit* hits) {
+    Workspace workspace;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const RayToPieces ray(rays[i]);
         Hit hit;
         traverse(pieces.nodes.data(), ray, hit,
-                 [&](std::uint32_t packet) { intersect(pieces, pieces.packets[packet], ray, hit); });
+                 [&](std::uint32_t packet) { intersect(pieces, pieces.packets[packet], ray, workspace, hit); });
         hits[i] = hit;
     }
 }

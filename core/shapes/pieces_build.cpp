@@ -9,14 +9,11 @@ namespace bob {
 namespace {
 
 // Cost of visiting a node, in tests of a packet.
-constexpr float node_cost = 0.5f;
+constexpr float node_cost = 0.25f;
 
-// How far a piece's control points may lie from those of a flat one, in half sizes of the piece. Of 0.05 to 0.4, this is
-// fastest on teapot, head and gear; memory falls as it grows.
-constexpr double max_deviation = 0.2;
-
-// Sine of the angle that normals may turn within a piece.
-constexpr double max_turn = 0.35;
+// How far a piece's control points may lie from those of the bilinear patch between its corners, in half sizes of the
+// piece, and the sine of the angle that its normals may turn.
+constexpr double max_curve = 0.5, max_turn = 0.35;
 
 // Rays closer to tangent than this sine are not left to Newton's method, whatever the piece.
 constexpr double least_slant = 0.05;
@@ -68,14 +65,18 @@ struct Part {
     }
 };
 
-/// A part as a flat piece: center + x along_u + y along_v, x and y from -1 to 1, and what of it is not flat.
+/// A part as a bilinear patch, center + x along_u + y along_v + x y twist with x and y from -1 to 1, and what of it is
+/// not flat.
 struct Fit {
-    Vec3d center, along_u, along_v;
+    static constexpr double no_bound = 2;
+
+    Vec3d center, along_u, along_v, twist;
     Vec3d normal{};         // unit length, or 0 where the piece has no area to speak of
     Vec3d dual_u, dual_v;   // their products with p - center are x and y
-    double deviation[2] = {0, 0}, height = 0;  // of control points: in x, in y, and along the normal
-    double bend[2] = {0, 0};                   // how much of it would be gone if u, or v, were cut
-    double turn = 0;                           // sine of the angle to the normal; above 1 if there is no bound
+    double deviation[2] = {0, 0}, height = 0;  // of the control points: in x, in y, and along the normal
+    double curve = 0;                          // of the control points, in x and y, from the bilinear patch
+    double bend[2] = {0, 0};                   // what a cut of u, or of v, would straighten
+    double turn = no_bound;                    // sine of the angle to the normal, where the rest is flat
 
     explicit Fit(const Part& part) {
         const std::size_t p = part.rows() - 1, q = part.columns() - 1;
@@ -83,6 +84,7 @@ struct Fit {
         center = 0.25 * (a + b + c + d);
         along_u = 0.25 * (c + d - a - b);
         along_v = 0.25 * (b + d - a - c);
+        twist = 0.25 * (a + d - b - c);
         const Vec3d n = cross(along_u, along_v);
         const double area = length(n);
         if (area > 1e-4 * dot(along_u, along_u) + 1e-4 * dot(along_v, along_v)) {
@@ -93,12 +95,11 @@ struct Fit {
             use_axes(part);
         }
         measure(part);
-        measure_turn(part);
+        if (has_area() && curve <= max_curve) measure_turn(part);
     }
 
-    [[nodiscard]] bool is_flat() const {
-        return turn <= max_turn && std::max(deviation[0], deviation[1]) <= max_deviation;
-    }
+    [[nodiscard]] bool is_flat() const { return has_area() && curve <= max_curve && turn <= max_turn; }
+    [[nodiscard]] bool has_area() const { return dot(normal, normal) > 0; }
 
 private:
     /// For pieces that are lines or points: the axes of space, long enough to hold them.
@@ -115,19 +116,20 @@ private:
         normal = {0, 0, 0};
         along_u = {size, 0, 0}, along_v = {0, size, 0};
         dual_u = {1 / size, 0, 0}, dual_v = {0, 1 / size, 0};
-        turn = 2;
     }
 
     void measure(const Part& part) {
-        const Vec3d z = dot(normal, normal) > 0 ? normal : Vec3d{0, 0, 1};
+        const Vec3d z = has_area() ? normal : Vec3d{0, 0, 1};
         const auto p = static_cast<double>(part.rows() - 1), q = static_cast<double>(part.columns() - 1);
         for (std::size_t i = 0; i < part.rows(); ++i) {
             for (std::size_t j = 0; j < part.columns(); ++j) {
                 const Vec3d from_center = part.point(i, j) - center;
                 const double x = 2 * static_cast<double>(i) / p - 1, y = 2 * static_cast<double>(j) / q - 1;
+                const Vec3d from_bilinear = from_center - x * along_u - y * along_v - x * y * twist;
                 deviation[0] = std::max(deviation[0], std::fabs(dot(dual_u, from_center) - x));
                 deviation[1] = std::max(deviation[1], std::fabs(dot(dual_v, from_center) - y));
                 height = std::max(height, std::fabs(dot(z, from_center)));
+                curve = std::max({curve, std::fabs(dot(dual_u, from_bilinear)), std::fabs(dot(dual_v, from_bilinear))});
             }
         }
         const auto second_difference = [&](std::size_t i, std::size_t j, std::size_t di, std::size_t dj) {
@@ -137,13 +139,6 @@ private:
             for (std::size_t j = 0; j < part.columns(); ++j) {
                 if (i + 2 < part.rows()) bend[0] = std::max(bend[0], p * p * second_difference(i, j, 1, 0));
                 if (j + 2 < part.columns()) bend[1] = std::max(bend[1], q * q * second_difference(i, j, 0, 1));
-                if (i + 1 < part.rows() && j + 1 < part.columns()) {
-                    const Vec3d twist = part.point(i + 1, j + 1) - part.point(i + 1, j) - part.point(i, j + 1) +
-                                        part.point(i, j);
-                    const double size = 0.5 * p * q * length(twist);
-                    bend[length(along_u) < length(along_v)] =
-                        std::max(bend[length(along_u) < length(along_v)], size);
-                }
             }
         }
     }
@@ -156,7 +151,6 @@ private:
     /// For rational pieces this holds with w (S - o) in place of S, for every o on the ray: those near the piece are as
     /// far from its centre as its points, which leaves a little more for the angle.
     void measure_turn(const Part& part) {
-        if (turn > 1) return;
         double radius = 0;
         for (std::size_t i = 0; i < part.rows(); ++i) {
             for (std::size_t j = 0; j < part.columns(); ++j) {
@@ -180,7 +174,7 @@ private:
                 if (j + 1 < part.columns()) dv.push_back(difference(part.at(i, j), part.at(i, j + 1)));
             }
         }
-        double largest = 0;
+        double largest = 0, most = 0;
         for (const Difference& a : du) {
             for (const Difference& b : dv) largest = std::max(largest, length(cross(a.d, b.d)));
         }
@@ -190,13 +184,11 @@ private:
                 const double size = length(n);
                 const double slack = a.slack * length(b.d) + b.slack * length(a.d) + a.slack * b.slack;
                 if (size + slack <= 1e-9 * largest) continue;  // at a pole: 0 has any sign
-                if (dot(n, normal) <= slack) {
-                    turn = 2;
-                    return;
-                }
-                turn = std::max(turn, (length(cross(n, normal)) + slack) / size);
+                if (dot(n, normal) <= slack) return;
+                most = std::max(most, (length(cross(n, normal)) + slack) / size);
             }
         }
+        turn = most;
     }
 };
 
@@ -240,8 +232,7 @@ private:
 
     void emit(const Part& part, const Fit& fit, bool trimmed) {
         Piece piece;
-        const bool flat = dot(fit.normal, fit.normal) > 0;
-        const Vec3d normal = flat ? fit.normal : Vec3d{0, 0, 1};
+        const Vec3d normal = fit.has_area() ? fit.normal : Vec3d{0, 0, 1};
         const double size = std::max(length(fit.along_u), length(fit.along_v));
         const double height = fit.height + box_margin * size + rounding;
         const Vec3d axes[3] = {fit.dual_u, fit.dual_v, 1 / height * normal};
@@ -254,7 +245,7 @@ private:
             piece.low[k] = part.low[k];
             piece.size[k] = part.high[k] - part.low[k];
         }
-        piece.fold = fit.turn > 1 ? HUGE_VAL : std::max(fit.turn, least_slant) / height;
+        piece.fold = fit.turn == Fit::no_bound ? HUGE_VAL : std::max(fit.turn, least_slant) / height;
         piece.patch = index_;
         piece.trimmed = trimmed;
         for (std::size_t i = 0; i < part.rows(); ++i) {

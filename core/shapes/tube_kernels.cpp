@@ -1,3 +1,5 @@
+#include <limits>
+
 #include "shapes/bvh_traversal.h"
 #include "shapes/tube_pieces.h"
 
@@ -7,11 +9,10 @@
 /// their union is one segment, from the least a - sqrt(q) to the greatest a + sqrt(q): a *span*. The union of all balls is
 /// the union of the spans of all pieces, whatever the radius and the curvature, and from outside as from inside.
 ///
-/// So two things are found: where q >= 0, which is a polynomial in Bernstein form with few changes of sign, and the least
-/// f = a - sqrt(q) there (of the other end: the least f with -a for a). Where f' = 0,
-/// f'' sqrt(q) = k/2 with k = 2 a'' sqrt(q) + 2 a'^2 - q''. Bounds of k mostly show that it has one sign all over the
-/// piece, in tubes thinner than the curve's radius of curvature: then f has at most one critical point, a minimum.
-/// What they don't show is cut into halves.
+/// So two things are found: where q >= 0, a polynomial of degree 6, and the least f = a - sqrt(q) there (for the other
+/// end: the least f with -a for a). Where f' = 0, 2 f'' sqrt(q) is k = 2 a'' sqrt(q) + 2 a'^2 - q''. In tubes thinner than
+/// the curve's radius of curvature, bounds of k mostly show that it is positive all over the piece: then f has at most one
+/// critical point, a minimum. Pieces for which bounds of k don't tell its sign are cut into halves.
 namespace bob::BOB_ISA {
 namespace {
 
@@ -22,11 +23,6 @@ inline double larger(double a, double b) { return a > b ? a : b; }
 inline D4 smaller(D4 a, D4 b) { return a < b ? a : b; }
 inline D4 larger(D4 a, D4 b) { return a > b ? a : b; }
 inline double root(double x) { return __builtin_sqrt(larger(x, 0)); }
-
-/// Coefficients in Bernstein form, on an interval of the piece, of what bounds k and f.
-struct Bernstein {
-    double a[4], q[7];
-};
 
 /// Bernstein coefficients below and above a place, 0..1, of their interval (de Casteljau).
 template <int N>
@@ -52,10 +48,18 @@ inline double greatest(const double (&p)[N]) {
     return result;
 }
 
-/// A ray's own axes: along it, and two across. `direction` of length 1 times `scale` is the ray's.
+/// Coefficients of a and q in Bernstein form, on an interval of the piece.
+struct Bernstein {
+    double a[4], q[7];
+
+    /// f is nowhere less.
+    [[nodiscard]] double bound() const { return least(a) - root(greatest(q)); }
+};
+
+/// A ray's own axes: along it, and two across.
 struct RayFrame {
     D4 column[3], origin;  // the coordinates (along, across, across, 0) of x, y, z, and of the ray's origin
-    double scale;
+    double scale;          // the length of its direction
 
     explicit RayFrame(const Ray& ray) {
         const double dx = ray.direction.x, dy = ray.direction.y, dz = ray.direction.z;
@@ -88,8 +92,8 @@ struct Intervals {
 /// One piece in a ray's frame.
 class PieceOnRay {
 public:
-    /// False where the ray surely misses all balls, or meets none between 0 and `t_max` (in units of length).
-    bool set(const TubePiece& piece, const RayFrame& ray, double t_max) {
+    /// False where the ray surely misses all balls, or meets none from 0 to `end`, in units of length.
+    bool project(const TubePiece& piece, const RayFrame& ray, double end) {
         D4 ball[4];
         for (int i = 0; i < 4; ++i) {
             const double* p = piece.ball[i];
@@ -98,7 +102,7 @@ public:
         const D4 low = smaller(smaller(ball[0], ball[1]), smaller(ball[2], ball[3]));
         const D4 high = larger(larger(ball[0], ball[1]), larger(ball[2], ball[3]));
         const double r = high[3];
-        if (low[0] - r > t_max || high[0] + r < 0) return false;
+        if (low[0] - r > end || high[0] + r < 0) return false;
         if (low[1] > r || low[2] > r || high[1] < -r || high[2] < -r) return false;
 
         const auto product = [&](int i, int j) {
@@ -120,8 +124,8 @@ public:
         power_[1] = 3 * (ball[1] - ball[0]);
         power_[2] = 3 * (ball[2] - ball[1]) - power_[1];
         power_[3] = ball[3] - ball[0] - 3 * (ball[2] - ball[1]);
-        const D4 square = larger(high * high, low * low);
-        noise_ = 1e-13 * (square[1] + square[2] + square[3]);
+        const D4 size = larger(high, -low);
+        noise_ = 4e-15 * (size[1] + size[2] + size[3]);
         return true;
     }
 
@@ -132,15 +136,18 @@ public:
         return result;
     }
 
-    /// The least a - sqrt(q) (sign = 1), or minus the greatest a + sqrt(q) (sign = -1), over low..high, where q >= 0.
+    /// The least a - sqrt(q) (sign = 1), or minus the greatest a + sqrt(q) (sign = -1), over low..high, where q >= 0; or
+    /// anything above `limit`, if it is not below.
     struct Least {
         double value, s;
     };
-    [[nodiscard]] Least least_over(double low, double high, double sign) const {
-        Least best{at(low, sign).f, low};
-        improve(best, high, sign);
+    [[nodiscard]] Least least_over(double low, double high, double sign, double limit) const {
         Bernstein whole = whole_;
         for (double& a : whole.a) a *= sign;
+        Least best{limit, low};
+        if (whole.bound() >= limit) return best;
+        improve(best, low, sign);
+        improve(best, high, sign);
         if (const int shape = shape_of(whole)) {
             if (shape > 0) find_minimum(best, low, high, sign);
         } else {
@@ -159,9 +166,9 @@ public:
 
 private:
     struct At {
-        double f;   // a - sqrt(q)
-        double g;   // 2 f' sqrt(q)
-        double k;   // g' where g = 0
+        double f;
+        double g;  // 2 f' sqrt(q)
+        double k;  // and g' where g = 0
     };
 
     [[nodiscard]] At at(double s, double sign) const {
@@ -182,6 +189,8 @@ private:
 
     /// Adds the parts of low..high where q, of these coefficients there, is not negative (Descartes' rule of signs).
     void find_inside(const double (&q)[7], double low, double high, int depth, Intervals& result) const {
+        if (greatest(q) <= noise_) return;
+        if (least(q) >= -noise_) return result.add(low, high);
         int changes = 0;
         bool positive = q[0] >= 0;
         for (int i = 1; i < 7; ++i) {
@@ -189,10 +198,8 @@ private:
             changes += next != positive;
             positive = next;
         }
-        if (changes == 0) {
-            if (positive) result.add(low, high);
-        } else if (changes == 1) {
-            const double zero = find_zero(low, high, positive);
+        if (changes == 1) {
+            const double zero = find_zero(q, low, high, positive);
             result.add(positive ? zero : low, positive ? high : zero);
         } else if (depth == 24) {  // a double zero, to rounding
             if (q[0] >= 0 || q[6] >= 0) result.add(low, high);
@@ -209,21 +216,24 @@ private:
         }
     }
 
-    /// The only zero of q within low..high: Newton's method, by bisection where that leaves the bracket.
-    [[nodiscard]] double find_zero(double low, double high, bool rising) const {
-        double s = 0.5 * (low + high);
-        for (int i = 0; i < 60; ++i) {
+    /// The only zero of q, of these coefficients, within low..high, to 1e-6 of the piece: f is nowhere least there. By
+    /// Newton's method, from where the control polygon changes sign, and by bisection where that leaves the bracket.
+    [[nodiscard]] double find_zero(const double (&coefficients)[7], double low, double high, bool rising) const {
+        int i = 0;
+        while (i < 5 && (coefficients[i + 1] >= 0) != rising) ++i;
+        const double before = coefficients[i], after = coefficients[i + 1];
+        double s = low + (high - low) * (i + before / (before - after)) / 6;
+        for (int step = 0; step < 60; ++step) {
             const D4 v = ((power_[3] * s + power_[2]) * s + power_[1]) * s + power_[0];
             const D4 v1 = (3 * s * power_[3] + 2 * power_[2]) * s + power_[1];
             const D4 q0 = v * v, q1 = v * v1;
             const double q = q0[3] - q0[1] - q0[2];
             ((q >= 0) == rising ? high : low) = s;
-            const double step = q / (2 * (q1[3] - q1[1] - q1[2]));
-            double next = s - step;
+            double next = s - q / (2 * (q1[3] - q1[1] - q1[2]));
             if (!(next > low && next < high)) next = 0.5 * (low + high);
             const double change = next - s;
             s = next;
-            if (change < 1e-10 && change > -1e-10) break;
+            if (change < 1e-4 && change > -1e-4) break;  // and the error is about the square of the change
         }
         return s;
     }
@@ -235,7 +245,7 @@ private:
         for (int i = 0; i < 5; ++i) k[i] = 2 * k[i] - 30 * (p.q[i] - 2 * p.q[i + 1] + p.q[i + 2]);
         const double bend[2] = {4 * (a[1] - a[0]), 4 * (a[2] - a[1])};
         const double sqrt_q = root(greatest(p.q));
-        if (least(k) + sqrt_q * smaller(least(bend), 0) >= -noise_) return 1;
+        if (least(k) + sqrt_q * smaller(least(bend), 0) >= -30 * noise_) return 1;
         return greatest(k) + sqrt_q * larger(greatest(bend), 0) <= 0 ? -1 : 0;
     }
 
@@ -256,14 +266,14 @@ private:
     }
 
     void search(Least& best, const Bernstein& p, double low, double high, double sign, int depth) const {
-        if (least(p.a) - root(greatest(p.q)) > best.value - 1e-9) return;
+        if (p.bound() > best.value - 1e-8) return;
         const double middle = 0.5 * (low + high);
         if (const int shape = shape_of(p)) {
             if (shape > 0) find_minimum(best, low, high, sign);
         } else {
             improve(best, middle, sign);
             // Both f' and f'' are next to nothing where shapes remain unknown for so long.
-            if (depth == 12) return;
+            if (depth == 10) return;
             Bernstein below, above;
             split(p.a, 0.5, below.a, above.a);
             split(p.q, 0.5, below.q, above.q);
@@ -274,7 +284,7 @@ private:
 
     Bernstein whole_;
     D4 power_[4];   // coefficients of 1, s, s^2, s^3: of the coordinate along the ray, the two across, and the radius
-    double noise_;  // more than rounding in q
+    double noise_;  // more than rounding in q, in coordinates of about 1
 };
 
 /// A ray's way through a tube.
@@ -289,11 +299,12 @@ public:
         each_piece(hit, [&](std::uint32_t index, const PieceOnRay& piece) {
             const Intervals intervals = piece.inside();
             for (int i = 0; i < intervals.count && !within; ++i) {
-                const auto enter = piece.least_over(intervals.low[i], intervals.high[i], 1);
+                const auto enter = piece.least_over(intervals.low[i], intervals.high[i], 1, end_);
                 if (enter.value > 0) {
-                    const auto t = static_cast<float>(enter.value / frame_.scale);
-                    if (t < hit.t) hit = {t, static_cast<float>(enter.s), 0, index};
-                } else if (piece.least_over(intervals.low[i], intervals.high[i], -1).value < 0) {
+                    if (!(enter.value < end_)) continue;
+                    end_ = enter.value;
+                    hit = {static_cast<float>(end_ / frame_.scale), static_cast<float>(enter.s), 0, index};
+                } else if (piece.least_over(intervals.low[i], intervals.high[i], -1, 0).value < 0) {
                     within = true;
                     hit.t = 0;  // nothing else matters
                 }
@@ -311,10 +322,9 @@ private:
             unsigned entered = enter_boxes(node, boxes_, hit.t, t);
             for (; entered; entered &= entered - 1) {
                 const int i = __builtin_ctz(entered);
-                if (t[i] > hit.t) continue;
                 PieceOnRay piece;
                 const std::uint32_t index = node.child[i].bits;
-                if (piece.set(pieces_[index], frame_, hit.t * frame_.scale)) found(index, piece);
+                if (t[i] <= hit.t && piece.project(pieces_[index], frame_, end_)) found(index, piece);
             }
         });
     }
@@ -324,6 +334,7 @@ private:
         // Neighbours' spans at a joint that the ray only grazes may be apart by rounding.
         constexpr double gap = 1e-7;
         double reach = 0;
+        end_ = gap;
         Hit hit;
         bool grown = true;
         while (grown) {
@@ -332,11 +343,12 @@ private:
             each_piece(everything, [&](std::uint32_t index, const PieceOnRay& piece) {
                 const Intervals intervals = piece.inside();
                 for (int i = 0; i < intervals.count; ++i) {
-                    const auto exit = piece.least_over(intervals.low[i], intervals.high[i], -1);
-                    if (-exit.value <= reach) continue;
-                    if (piece.least_over(intervals.low[i], intervals.high[i], 1).value > reach + gap) continue;
+                    const double low = intervals.low[i], high = intervals.high[i];
+                    const auto exit = piece.least_over(low, high, -1, -reach);
+                    if (!(exit.value < -reach) || !(piece.least_over(low, high, 1, infinity).value <= end_)) continue;
                     grown = true;
                     reach = -exit.value;
+                    end_ = reach + gap;
                     hit = {static_cast<float>(reach / frame_.scale), static_cast<float>(exit.s), 0, index};
                 }
             });
@@ -344,11 +356,14 @@ private:
         return hit;
     }
 
+    static constexpr double infinity = std::numeric_limits<double>::infinity();
+
     const BvhNode* nodes_;
     const BvhNode* packets_;
     const TubePiece* pieces_;
     RayThroughBoxes boxes_;
     RayFrame frame_;
+    double end_ = infinity;  // spans that begin beyond it don't matter; in units of length
 };
 
 void closest_hits(const BvhNode* nodes, const BvhNode* packets, const TubePiece* pieces, const Ray* rays,

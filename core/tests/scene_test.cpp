@@ -1,5 +1,6 @@
 #include "trace/scene.h"
 
+#include <cstring>
 #include <numeric>
 
 #include "check.h"
@@ -61,6 +62,77 @@ bob::Instance placed(std::shared_ptr<const bob::Shape> shape, const test::Triang
 test::TriangleMesh moved(test::TriangleMesh mesh, const Placement& placement) {
     for (Vec3& v : mesh.vertices) v = placement(v);
     return mesh;
+}
+
+/// A cube of side 2 whose near face is met, and how often it was asked.
+class Cube : public bob::Shape {
+public:
+    void closest_hits(std::span<const bob::Ray> rays, std::span<bob::Hit> hits) const override {
+        ++calls;
+        asked += rays.size();
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            float enter = 0, leave = HUGE_VALF;
+            for (int axis = 0; axis < 3; ++axis) {
+                const float a = (-1 - rays[i].origin[axis]) / rays[i].direction[axis];
+                const float b = (1 - rays[i].origin[axis]) / rays[i].direction[axis];
+                enter = std::max(enter, std::min(a, b)), leave = std::min(leave, std::max(a, b));
+            }
+            hits[i] = enter < leave && enter > 0 ? bob::Hit{enter, 0, 0, 0} : bob::Hit{};
+        }
+    }
+    void normals(std::span<const bob::Ray> rays, std::span<const bob::Hit>, std::span<Vec3> normals) const override {
+        ++calls;
+        asked += rays.size();
+        for (std::size_t i = 0; i < rays.size(); ++i) normals[i] = -bob::normalized(rays[i].direction);
+    }
+    [[nodiscard]] std::size_t bytes() const override { return 0; }
+
+    mutable std::size_t calls = 0, asked = 0;
+};
+
+bob::Instance placed(std::shared_ptr<const Cube> cube, Vec3 center, float half_side) {
+    bob::AffineMap to_cube;
+    for (int axis = 0; axis < 3; ++axis) {
+        to_cube.row[axis][axis] = 1.0 / half_side;
+        to_cube.row[axis][3] = -center[axis] / static_cast<double>(half_side);
+    }
+    const Vec3 reach{half_side, half_side, half_side};
+    return {std::move(cube), to_cube, center - reach, center + reach, {}};
+}
+
+bool same_bits(const bob::SceneHit& a, const bob::SceneHit& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+/// Instances of all kinds, as many of them as there are: about `size` large, moved and not, some of them twice, and some
+/// too small to be seen.
+std::vector<bob::Instance> assembly(int count, float size, std::uint64_t seed) {
+    const test::TriangleMesh meshes[] = {test::sphere(1, 1), test::soup(30, 0.5f, 3)};
+    const std::shared_ptr<const bob::Shape> shapes[] = {mesh_of(meshes[0]), mesh_of(meshes[1])};
+    test::Random random(seed);
+    std::vector<bob::Instance> instances;
+    for (int i = 0; i < count; ++i) {
+        const int kind = i % 2;
+        const Placement placement{{random(0.3f, 1) * size, random(-1, -0.3f) * size, random(0.3f, 1) * size},
+                                  {random(-0.5f, 0.5f), random(-0.5f, 0.5f), random(-0.5f, 0.5f)}};
+        instances.push_back(placed(shapes[kind], moved(meshes[kind], placement), placement));
+        if (i % 7 == 3) instances.back() = instances[static_cast<std::size_t>(random(0, 0.99f) * static_cast<float>(i))];
+        if (i % 11 == 4) instances.back().to_shape.row[0][0] = HUGE_VAL;
+        if (i % 50 == 6) instances.back() = {shapes[1], {}, {-1, -1, -1}, {1, 1, 1}, {}};
+    }
+    return instances;
+}
+
+/// Each instance alone: the least t, and of those the first instance.
+std::vector<bob::SceneHit> brute_force(const std::vector<bob::Instance>& instances, const std::vector<bob::Ray>& rays) {
+    std::vector<bob::SceneHit> nearest(rays.size());
+    for (std::uint32_t k = 0; k < instances.size(); ++k) {
+        const auto alone = cast(bob::Scene({instances[k]}), rays);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            if (!(alone.hits[i].t < nearest[i].t)) continue;
+            nearest[i] = alone.hits[i];
+            nearest[i].instance = k;
+        }
+    }
+    return nearest;
 }
 
 }  // namespace
@@ -175,6 +247,75 @@ TEST(where_instances_coincide_the_first_is_seen) {
     const bob::Instance instance{shape, {}, {-1, -1, -1}, {1, 1, 1}, {}};
     for (const auto& hit : cast(bob::Scene({instance, instance}), random_rays(500, 8)).hits) {
         CHECK(hit.instance == 0 || hit.instance == bob::no_instance);
+    }
+}
+
+TEST(scenes_of_any_size_equal_brute_force_to_the_bit) {
+    for (const int count : {1, 2, 8, 9, 60, 400}) {
+        for (const float size : {0.05f, 0.6f}) {  // apart, and through each other: 400 of these take several rounds
+            const auto instances = assembly(count, size, static_cast<std::uint64_t>(count));
+            const bob::Scene scene(instances);
+            const auto rays = random_rays(400, 12);
+            test::for_each_isa([&] {
+                const auto want = brute_force(instances, rays);
+                const auto found = cast(scene, rays);
+                int hits = 0, differ = 0;
+                for (std::size_t i = 0; i < rays.size(); ++i) {
+                    hits += want[i].instance != bob::no_instance;
+                    differ += !same_bits(found.hits[i], want[i]);
+                }
+                CHECK_EQ(differ, 0);
+                CHECK_LT(size < 0.1f ? count / 8 : 40, hits);
+                // Cut into batches of any size.
+                std::vector<bob::SceneHit> in_batches(rays.size());
+                std::vector<Vec3> normals(rays.size());
+                for (std::size_t begin = 0, step = 1; begin < rays.size(); begin += step, step = step * 2 % 37) {
+                    const std::size_t n = std::min(step, rays.size() - begin);
+                    scene.closest_hits({&rays[begin], n}, {&in_batches[begin], n});
+                    scene.normals({&rays[begin], n}, {&in_batches[begin], n}, {&normals[begin], n});
+                }
+                for (std::size_t i = 0; i < rays.size(); ++i) {
+                    differ += !same_bits(in_batches[i], want[i]) || normals[i].x != found.normals[i].x ||
+                              normals[i].y != found.normals[i].y || normals[i].z != found.normals[i].z;
+                }
+                CHECK_EQ(differ, 0);
+            });
+        }
+    }
+}
+
+TEST(only_instances_on_a_ray_s_way_are_asked) {
+    // 16 x 16 x 16 cubes with gaps between them; the ray runs along a row of 16 and meets the first of it.
+    const auto cube = std::make_shared<const Cube>();
+    std::vector<bob::Instance> instances;
+    for (int i = 0; i < 16 * 16 * 16; ++i) {
+        const auto along = [](int place) { return 0.1f * (static_cast<float>(place) - 7.5f); };
+        instances.push_back(placed(cube, {along(i % 16), along(i / 16 % 16), along(i / 256)}, 0.02f));
+    }
+    const auto found = cast(bob::Scene(instances), {{{-1, 0.051f, 0.049f}, {1, 1e-4f, 1e-4f}}});
+    CHECK_EQ(found.hits[0].instance, 8u * 256 + 8 * 16);
+    CHECK_EQ(cube->calls, 2u);  // for the hit and its normal, and no instance behind it
+    CHECK_EQ(cube->asked, 2u);
+    cast(bob::Scene(instances), {{{-1, 0.1f, 0.1f}, {1, 1e-4f, 1e-4f}}});  // between the rows
+    CHECK_EQ(cube->calls, 2u);
+}
+
+TEST(near_instances_are_asked_before_those_behind_them) {
+    const auto cube = std::make_shared<const Cube>();
+    std::vector<bob::Instance> instances;
+    for (int i = 0; i < 100; ++i) instances.push_back(placed(cube, {0, 0, 0.009f * static_cast<float>(i)}, 0.1f));
+    const auto found = cast(bob::Scene(instances), {{{0.01f, 0.01f, 1.2f}, {1e-4f, 1e-4f, -1}}});
+    CHECK_EQ(found.hits[0].instance, 99u);
+    CHECK_EQ(cube->asked, 2u);
+}
+
+TEST(a_scene_of_nothing_that_can_be_seen) {
+    bob::Instance speck = placed(std::make_shared<const Cube>(), {}, 1);
+    speck.to_shape.row[0][0] = HUGE_VAL;
+    for (const auto& instances : {std::vector<bob::Instance>{}, std::vector<bob::Instance>{speck, speck}}) {
+        for (const auto& hit : cast(bob::Scene(instances), random_rays(10, 3)).hits) {
+            CHECK_EQ(hit.instance, bob::no_instance);
+        }
     }
 }
 

@@ -349,7 +349,7 @@ TEST(tubes_of_random_curves_equal_dense_balls) {
     test::Random random(3);
     for (int shape = 0; shape < 20; ++shape) {
         const float thick = shape % 3 == 0 ? 0.02f : shape % 3 == 1 ? 0.1f : 0.5f;
-        check(compare(random_curve(3, 7, thick, false, random), 2000, 4000, static_cast<std::uint64_t>(shape) + 10), 1700,
+        check(compare(random_curve(3, 7, thick, false, random), 2000, 1200, static_cast<std::uint64_t>(shape) + 10), 1700,
               1e-5);
     }
 }
@@ -357,7 +357,7 @@ TEST(tubes_of_random_curves_equal_dense_balls) {
 TEST(tubes_of_any_degree_and_weights_equal_dense_balls) {
     test::Random random(4);
     for (int degree = 2; degree <= bob::max_degree; ++degree) {
-        check(compare(random_curve(degree, degree + 3, 0.1f, true, random), 500, 4000, 5), 400, 1e-5);
+        check(compare(random_curve(degree, degree + 3, 0.1f, true, random), 500, 2000, 5), 400, 1e-5);
     }
 }
 
@@ -366,7 +366,7 @@ TEST(tubes_thicker_than_their_bends_equal_dense_balls) {
     const std::vector<Ball> hairpin = {{-0.5, 0, 0, 0.3}, {0.5, 0.05, 0, 0.3}, {0.5, -0.05, 0, 0.2}, {-0.5, 0, 0.1, 0.3}};
     const std::vector<Ball> cusp = {{0, 0, 0, 0.05}, {1, 1, 0, 0.05}, {0, 1, 0, 0.05}, {1, 0, 0, 0.05}};
     const std::vector<Ball> balloon = {{0, 0, 0, 0.01}, {0.1, 0, 0, 1}, {0.2, 0, 0, -0.4}, {0.3, 0.1, 0, 0.3}};
-    for (const auto& balls : {hairpin, cusp, balloon}) check(compare(clamped(3, balls), 2000, 4000, 6), 1700, 1e-5);
+    for (const auto& balls : {hairpin, cusp, balloon}) check(compare(clamped(3, balls), 2000, 2000, 6), 1700, 1e-5);
 }
 
 TEST(curves_without_length_make_balls) {
@@ -386,18 +386,127 @@ TEST(repeated_control_points_and_knots_change_nothing) {
     }
 }
 
-TEST(wild_weights_neither_hang_nor_fail) {
+TEST(weights_of_any_size_make_few_pieces) {
     test::Random random(9);
-    for (int i = 0; i < 20; ++i) {
-        auto curve = random_curve(9, 10, 0.1f, false, random);
-        for (auto& p : curve.control_points) {
-            const double w = std::pow(10.0, random(-12, 12));
-            for (double& x : p) x *= w;
+    for (const float exponent : {1.f, 6.f, 100.f}) {
+        for (int i = 0; i < 10; ++i) {
+            auto curve = random_curve(9, 10, 0.1f, false, random);
+            for (auto& p : curve.control_points) {
+                const double w = std::pow(10.0, random(-exponent, exponent));
+                for (double& x : p) x *= w;
+            }
+            const Tube tube(curve);
+            CHECK_LT(tube.pieces(), 2000u);
+            // From each end, the ball there is left, and something of it is met from outside.
+            const double end = curve.knots.front();
+            const Ball b = curve_point(curve, end);
+            const Vec3 centre{static_cast<float>(b[0]), static_cast<float>(b[1]), static_cast<float>(b[2])};
+            CHECK(found(trace(tube, {centre, {0, 0, 1}})));
+            CHECK(found(trace(tube, {centre - Vec3{0, 0, 9}, {0, 0, 1}})));
         }
-        const Tube tube(curve);
-        CHECK_LT(tube.pieces(), 20000u);
-        CHECK(std::isfinite(trace(tube, {{0, 0, 3}, {0, 0, -1}}).t) || true);
     }
+}
+
+TEST(rays_along_the_outline_end) {
+    // The ray touches the ball everywhere: all that is left of the discriminant is rounding.
+    const double r = 0.1f;
+    const std::vector<Ball> balls = {{-0.7, 0, 0, r}, {0.3, 0, 0, r}, {-0.1, 0, 0, r}, {0.9, 0, 0, r}};
+    const Tube tube(clamped(3, balls));
+    test::Random random(11);
+    for (int i = 0; i < 300; ++i) {
+        const float angle = random(0, 6.3f), y = 0.1f * std::cos(angle), z = 0.1f * std::sin(angle);
+        const Hit hit = trace(tube, {{-3, y, z}, {1, random(-1e-7f, 1e-7f), 0}});
+        CHECK(!found(hit) || (hit.t > 2.19f && hit.t < 4));
+    }
+}
+
+TEST(places_are_parameters_of_the_curve) {
+    test::Random random(12);
+    for (const bool rational : {false, true}) {
+        NurbsCurve<4> curve = random_curve(3, 8, 0.05f, rational, random);
+        for (double& knot : curve.knots) knot = 10 + knot * knot;
+        const Tube tube(curve);
+        int hits = 0;
+        for (int i = 0; i < 5000; ++i) {
+            const Vec3 direction = random_direction(random);
+            const Ray ray{random_point(random, 0.5f) - 3 * direction, direction};
+            const Hit hit = trace(tube, ray);
+            if (!found(hit)) continue;
+            ++hits;
+            const bob::Place place = tube.place(hit);
+            CHECK_EQ(place.part, 0u);
+            const Ball ball = curve_point(curve, place.u);
+            double square = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                const double d = ray.origin[axis] + static_cast<double>(hit.t) * ray.direction[axis] -
+                                 ball[static_cast<std::size_t>(axis)];
+                square += d * d;
+            }
+            CHECK_NEAR(std::sqrt(square), ball[3], 1e-6);
+        }
+        CHECK_LT(50, hits);
+    }
+}
+
+TEST(periodic_curves_are_closed) {
+    // Knots that are not repeated, the first control points again at the end.
+    NurbsCurve<4> curve{3, {}, {}};
+    for (int i = 0; i < 12; ++i) {
+        const double angle = i % 8 * std::acos(-1) / 4;
+        if (i < 11) curve.control_points.push_back({0.6 * std::cos(angle), 0.6 * std::sin(angle), 0, 0.1, 1});
+    }
+    for (int i = 0; i < 15; ++i) curve.knots.push_back(i);
+    check(compare(curve, 1000, 2000, 13), 800, 1e-5);
+}
+
+TEST(instruction_sets_agree) {
+    test::Random random(14);
+    const Tube tube(random_curve(4, 20, 0.1f, true, random));
+    std::vector<Ray> rays;
+    for (int i = 0; i < 5000; ++i) {
+        const Vec3 direction = random_direction(random);
+        rays.push_back({random_point(random, 0.8f) - (i % 3 ? 3.f : 0.f) * direction, direction});
+    }
+    std::vector<Hit> expected;
+    test::for_each_isa([&] {
+        std::vector<Hit> hits(rays.size());
+        tube.closest_hits(rays, hits);
+        if (expected.empty()) expected = hits;
+        int other = 0;
+        for (std::size_t i = 0; i < hits.size(); ++i) {
+            other += hits[i].t != expected[i].t || hits[i].primitive != expected[i].primitive || hits[i].u != expected[i].u;
+        }
+        CHECK_EQ(other, 0);
+    });
+}
+
+TEST(maxima_are_at_most_a_thousandth_too_large) {
+    test::Random random(15);
+    for (const bool rational : {false, true}) {
+        const auto curve = random_curve(5, 9, 0.3f, rational, random);
+        const Tube tube(curve);
+        const Sampled sampled(curve, 20000);
+        for (int i = 0; i < 10; ++i) {
+            const Vec3 d = random_direction(random), from = random_point(random, 1);
+            const std::function<double(Vec3, float)> functions[] = {
+                [&](Vec3 centre, float r) { return dot(d, centre) + r; },
+                [&](Vec3 centre, float r) { return length(centre - from) + r; },
+            };
+            for (const auto& f : functions) {
+                double low = HUGE_VAL, high = -HUGE_VAL;
+                for (const Ball& b : sampled.balls) {
+                    const Vec3 centre{static_cast<float>(b[0]), static_cast<float>(b[1]), static_cast<float>(b[2])};
+                    const double value = f(centre, static_cast<float>(b[3]));
+                    low = std::min(low, value), high = std::max(high, value);
+                }
+                const double found = tube.maximum(f);
+                CHECK_LT(high - 1e-6, found);
+                CHECK_LT(found, high + 1.1e-3 * (high - low));
+            }
+        }
+    }
+    const Tube ball(clamped(2, std::vector<Ball>(3, {0.1, 0.2, 0.3, 0.25})));
+    CHECK_NEAR(ball.maximum([](Vec3 centre, float r) { return centre.x + r; }), 0.35, 1e-7);
 }
 
 TEST(normals_are_of_unit_length_and_face_the_ray) {

@@ -14,38 +14,70 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 // More than rounding can move a hit across the face of its instance's box: origins and boxes are about 1 in size.
 constexpr float box_margin = 1e-5f;
 
-/// The rays that one shape is asked for. Each thread keeps one from call to call.
+// A round is as many rays as make this many entrances, or just more: memory stays bounded where thousands of boxes lie
+// behind each other. Four times as many are no faster.
+constexpr std::size_t entrances_at_once = 1 << 16;
+
+/// The entrances of one instance: rays that it is to be asked for.
+struct Group {
+    std::uint32_t instance;
+    float nearest;             // the least t of them
+    std::size_t begin, count;  // among all entrances
+};
+
+/// What a batch of rays needs. Each thread keeps one from call to call.
 struct Batch {
-    std::vector<std::size_t> index;  // among all rays
+    std::vector<Entrance> entrances, grouped;
+    std::vector<Group> groups;
+    std::vector<std::size_t> slots;  // of each instance; all 0 but while entrances are grouped
+
+    // The rays that one shape is asked for.
     std::vector<float> start;
     std::vector<Ray> rays;
     std::vector<Hit> hits;
     std::vector<Vec3> normals;
 
-    static Batch& of_this_thread(std::size_t most_rays) {
+    static Batch& of_this_thread(std::size_t most_rays, std::size_t instances, std::size_t most_entrances) {
         thread_local Batch batch;
-        if (batch.index.size() < most_rays) {
-            batch.index.resize(most_rays), batch.start.resize(most_rays), batch.rays.resize(most_rays);
+        if (batch.rays.size() < most_rays) {
+            batch.start.resize(most_rays), batch.rays.resize(most_rays);
             batch.hits.resize(most_rays), batch.normals.resize(most_rays);
+        }
+        if (batch.slots.size() < instances) batch.slots.resize(instances);
+        if (batch.entrances.size() < most_entrances) {
+            batch.entrances.resize(most_entrances), batch.grouped.resize(most_entrances);
         }
         return batch;
     }
-};
 
-/// The t at which a ray enters the instance's box, 0 from within; infinite where it misses.
-float enter_box(const Instance& instance, const Ray& ray) {
-    float enter = 0, leave = infinity;
-    for (int axis = 0; axis < 3; ++axis) {
-        constexpr float tiny = 1e-18f;  // instead of 0, whose reciprocal times 0 is NaN
-        const float d = ray.direction[axis];
-        const float reciprocal = 1 / (std::fabs(d) > tiny ? d : tiny);
-        const float a = (instance.low[axis] - ray.origin[axis]) * reciprocal;
-        const float b = (instance.high[axis] - ray.origin[axis]) * reciprocal;
-        enter = std::max(enter, std::min(a, b));
-        leave = std::min(leave, std::max(a, b));
+    /// Groups the first `count` entrances by instance, nearest groups first, and keeps the order of rays within each.
+    /// Instances that no ray enters cost nothing.
+    void group(std::size_t count) {
+        groups.clear();
+        groups.reserve(std::min(count, slots.size()));
+        for (std::size_t i = 0; i < count; ++i) {
+            const Entrance& entrance = entrances[i];
+            std::size_t& slot = slots[entrance.box];
+            if (slot == 0) {
+                groups.push_back({entrance.box, entrance.t, 0, 0});
+                slot = groups.size();
+            }
+            Group& group = groups[slot - 1];
+            group.nearest = std::min(group.nearest, entrance.t);
+            ++group.count;
+        }
+        std::sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) {
+            return a.nearest != b.nearest ? a.nearest < b.nearest : a.instance < b.instance;
+        });
+        std::size_t sum = 0;
+        for (Group& group : groups) {
+            slots[group.instance] = group.begin = sum;
+            sum += group.count;
+        }
+        for (std::size_t i = 0; i < count; ++i) grouped[slots[entrances[i].box]++] = entrances[i];
+        for (const Group& group : groups) slots[group.instance] = 0;
     }
-    return enter <= leave ? enter : infinity;
-}
+};
 
 /// The t to start a ray at that enters the instance's box at `enter`: a box' size before it, since shapes want origins
 /// that are not many of their sizes away.
@@ -69,21 +101,58 @@ bool fits_float(const AffineMap& map) {
 
 bool stands_as_it_is(const Instance& instance) { return instance.to_shape == AffineMap{}; }
 
+/// Meets a group's rays with its instance, but those that met another before they enter the box. Results don't depend on
+/// the order of groups; the work does.
+void ask(const Instance& instance, const Group& group, Batch& batch, std::span<const Ray> rays,
+         std::span<SceneHit> hits) {
+    const bool moved = !stands_as_it_is(instance);
+    Entrance* const entrances = &batch.grouped[group.begin];
+    std::size_t count = 0;
+    for (std::size_t j = 0; j < group.count; ++j) {
+        const Entrance entrance = entrances[j];
+        if (entrance.t > hits[entrance.ray].t) continue;
+        const Ray& ray = rays[entrance.ray];
+        const float start = moved ? start_before(instance, ray, entrance.t) : 0;
+        entrances[count] = entrance;
+        batch.start[count] = start;
+        batch.rays[count++] = moved ? in_shape(instance.to_shape, ray, start) : ray;
+    }
+    if (count == 0) return;
+    instance.shape->closest_hits({batch.rays.data(), count}, {batch.hits.data(), count});
+    for (std::size_t j = 0; j < count; ++j) {
+        if (batch.hits[j].primitive == no_primitive) continue;
+        // No sooner than its box, whatever rounding does: else a hit could hide from one order and not from another.
+        const float t = std::max(entrances[j].t, batch.start[j] + batch.hits[j].t);
+        SceneHit& hit = hits[entrances[j].ray];
+        if (t < hit.t || (t == hit.t && group.instance < hit.instance)) {
+            hit = {t, group.instance, batch.start[j], batch.hits[j]};
+        }
+    }
+}
+
 }  // namespace
 
 Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances)) {
     constexpr Vec3 margin{box_margin, box_margin, box_margin};
-    constexpr Vec3 nowhere{infinity, infinity, infinity};
-    for (Instance& instance : instances_) {
-        const bool fits = fits_float(instance.to_shape);
-        instance.low = fits ? instance.low - margin : nowhere;
-        instance.high = fits ? instance.high + margin : -nowhere;
+    std::vector<Box> boxes;
+    std::vector<std::uint32_t> visible;
+    for (std::uint32_t k = 0; k < instances_.size(); ++k) {
+        Instance& instance = instances_[k];
+        if (!fits_float(instance.to_shape)) continue;
+        instance.low = instance.low - margin, instance.high = instance.high + margin;
+        boxes.push_back({instance.low, instance.high});
+        visible.push_back(k);
+    }
+    if (boxes.empty()) return;
+    tree_ = build_box_bvh(boxes);
+    for (BoxPacket& packet : tree_.packets) {
+        for (std::uint32_t& box : packet.box) box = visible[box];
     }
 }
 
 void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) const {
-    Batch& batch = Batch::of_this_thread(rays.size());
     if (instances_.size() == 1 && stands_as_it_is(instances_[0])) {  // most scenes; the long way costs them a tenth
+        Batch& batch = Batch::of_this_thread(rays.size(), 0, 0);
         instances_[0].shape->closest_hits(rays, {batch.hits.data(), rays.size()});
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const Hit& hit = batch.hits[i];
@@ -92,44 +161,40 @@ void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) co
         return;
     }
     std::fill(hits.begin(), hits.end(), SceneHit{});
-    for (std::uint32_t k = 0; k < instances_.size(); ++k) {
-        const Instance& instance = instances_[k];
-        const bool moved = !stands_as_it_is(instance);
-        std::size_t count = 0;
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            const float enter = enter_box(instance, rays[i]);
-            if (!(enter < hits[i].t)) continue;
-            const float start = moved ? start_before(instance, rays[i], enter) : 0;
-            batch.index[count] = i;
-            batch.start[count] = start;
-            batch.rays[count++] = moved ? in_shape(instance.to_shape, rays[i], start) : rays[i];
-        }
-        instance.shape->closest_hits({batch.rays.data(), count}, {batch.hits.data(), count});
-        for (std::size_t j = 0; j < count; ++j) {
-            SceneHit& hit = hits[batch.index[j]];
-            const float t = batch.start[j] + batch.hits[j].t;
-            if (t < hit.t) hit = {t, k, batch.start[j], batch.hits[j]};
-        }
+    if (tree_.nodes.empty()) return;
+    Batch& batch = Batch::of_this_thread(rays.size(), instances_.size(), entrances_at_once + tree_.boxes);
+    for (std::size_t i = 0; i < rays.size();) {
+        std::size_t count;
+        i = best_box_kernels().entrances(tree_, rays.data(), i, rays.size(), entrances_at_once, batch.entrances.data(),
+                                         count);
+        batch.group(count);
+        for (const Group& group : batch.groups) ask(instances_[group.instance], group, batch, rays, hits);
     }
 }
 
 void Scene::normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const {
-    Batch& batch = Batch::of_this_thread(rays.size());
+    Batch& batch = Batch::of_this_thread(rays.size(), instances_.size(), rays.size());
     std::fill(normals.begin(), normals.end(), Vec3{});
-    for (std::uint32_t k = 0; k < instances_.size(); ++k) {
-        const Instance& instance = instances_[k];
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const std::uint32_t k = hits[i].instance;
+        if (k != no_instance) batch.entrances[count++] = {k, static_cast<std::uint32_t>(i), 0};
+    }
+    batch.group(count);
+    for (const Group& group : batch.groups) {
+        const Instance& instance = instances_[group.instance];
         const bool moved = !stands_as_it_is(instance);
-        std::size_t count = 0;
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            if (hits[i].instance != k) continue;
-            batch.index[count] = i;
-            batch.hits[count] = hits[i].in_shape;
-            batch.rays[count++] = moved ? in_shape(instance.to_shape, rays[i], hits[i].start) : rays[i];
+        const Entrance* const entrances = &batch.grouped[group.begin];
+        for (std::size_t j = 0; j < group.count; ++j) {
+            const std::uint32_t i = entrances[j].ray;
+            batch.hits[j] = hits[i].in_shape;
+            batch.rays[j] = moved ? in_shape(instance.to_shape, rays[i], hits[i].start) : rays[i];
         }
-        instance.shape->normals({batch.rays.data(), count}, {batch.hits.data(), count}, {batch.normals.data(), count});
-        for (std::size_t j = 0; j < count; ++j) {
+        instance.shape->normals({batch.rays.data(), group.count}, {batch.hits.data(), group.count},
+                                {batch.normals.data(), group.count});
+        for (std::size_t j = 0; j < group.count; ++j) {
             const Vec3 normal = batch.normals[j];
-            normals[batch.index[j]] = moved ? instance.to_shape.normal_back(normal) : normal;
+            normals[entrances[j].ray] = moved ? instance.to_shape.normal_back(normal) : normal;
         }
     }
 }

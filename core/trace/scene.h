@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "affine.h"
+#include "shapes/boxes.h"
 #include "shapes/shape.h"
 #include "trace/shading.h"
 
@@ -26,7 +27,7 @@ constexpr std::uint32_t no_instance = 0xffffffff;
 struct SceneHit {
     float t = std::numeric_limits<float>::infinity();
     std::uint32_t instance = no_instance;
-    float start = 0;  // the t at which the ray was handed to the shape: t = start + in_shape.t
+    float start = 0;  // the t at which the ray was handed to the shape: t = start + in_shape.t, but for rounding
     Hit in_shape;
 };
 
@@ -50,6 +51,7 @@ public:
 
 private:
     std::vector<Instance> instances_;
+    BoxBvh tree_;  // of the instances that are large enough to be seen
 };
 
 /// How many of `count` rays to hand to a scene at once: many, for shapes that sort them, but some batches for each thread.

@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 USAGE_ERROR = 2
 INTERRUPTED = 130
 
-FILES = "mesh files, shape scripts (.sdf), formulas (.vm) and scenes (.bob); without any, the built-in scene"
+FILES = (
+    "mesh files, NURBS surfaces (.json, .xml, .bpt, .cpt), shape scripts (.sdf), formulas (.vm) and scenes (.bob); "
+    "without any, the built-in scene"
+)
 UP = "the models' axis that points up; y turns them upright (default: z)"
 
 

@@ -20,10 +20,16 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.container import ENDING as SCENE_ENDING
 from bobrossnet.adapters.container import read_scene
+from bobrossnet.adapters.geomdl import read_geomdl
+from bobrossnet.adapters.gismo import read_gismo
 from bobrossnet.adapters.gltf import read_glb, read_gltf
+from bobrossnet.adapters.grids import read_bpt, read_cpt
+from bobrossnet.adapters.messages import name_of, one_line
 from bobrossnet.adapters.obj import read_obj
+from bobrossnet.adapters.opencascade import read_iges, read_step
 from bobrossnet.adapters.part import Part, joined
 from bobrossnet.adapters.ply import read_ply
+from bobrossnet.adapters.rhino import read_3dm
 from bobrossnet.adapters.script import read_script
 from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
@@ -33,7 +39,7 @@ from bobrossnet.shapes.affine import MAX_COORDINATE
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.mesh import Mesh
-from bobrossnet.shapes.scene import Scene
+from bobrossnet.shapes.scene import Scene, SceneLike
 from bobrossnet.shapes.shape import Shape
 
 READERS: dict[str, Callable[[Path], list[Part]]] = {
@@ -47,6 +53,20 @@ READERS: dict[str, Callable[[Path], list[Part]]] = {
 }
 ENDINGS = tuple(READERS)
 FORMULA_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script, ".vm": read_vm}
+INSTANCE_READERS: dict[str, Callable[[Path], SceneLike]] = {
+    SCENE_ENDING: read_scene,
+    ".json": read_geomdl,
+    ".xml": read_gismo,
+    ".bpt": read_bpt,
+    ".cpt": read_cpt,
+    ".3dm": read_3dm,
+    ".step": read_step,
+    ".stp": read_step,
+    ".iges": read_iges,
+    ".igs": read_iges,
+}
+"""Readers of files whose shapes have names and materials of their own, or are of several kinds."""
+ALL_ENDINGS = (*READERS, *FORMULA_READERS, *INSTANCE_READERS)
 
 Source: TypeAlias = "str | os.PathLike[str] | Scene | Instance | Shape"
 
@@ -57,8 +77,10 @@ def load(source: Source | Iterable[Source]) -> Scene:
     Parameters
     ----------
     source : path, Shape, Instance, Scene or iterable of these
-        Files end in .bob, which `save_scene` writes, in .ply, .obj, .stl, .off, .glb, .gltf or .3mf, or they are shape
-        scripts, .sdf, or formulas, .vm. All are placed as their coordinates say; instances are named after their files.
+        Files are scenes, .bob, which `save_scene` writes; meshes, .ply, .obj, .stl, .off, .glb, .gltf or .3mf; NURBS
+        surfaces, .3dm (Rhino's), .json (geomdl's), .xml (G+Smo's), .bpt (Bezier patches) or .cpt (grids of control
+        points); shape scripts, .sdf; or formulas, .vm. All are placed as their coordinates say; instances are named after their files
+        where these have no names for them.
 
     Returns
     -------
@@ -68,6 +90,11 @@ def load(source: Source | Iterable[Source]) -> Scene:
     ------
     InputError
         If a file can't be read or holds nothing to trace; one line that starts with the file's name.
+
+    Warns
+    -----
+    InputWarning
+        If a part of a file was left out or is not shown as it is.
     """
     if isinstance(source, str | os.PathLike | Shape | Instance | Scene):
         source = (source,)
@@ -76,18 +103,20 @@ def load(source: Source | Iterable[Source]) -> Scene:
     return Scene(_loaded(item) if isinstance(item, str | os.PathLike) else item for item in source)
 
 
-def _loaded(path: str | os.PathLike[str]) -> Scene | Instance | Implicit:
+def _loaded(path: str | os.PathLike[str]) -> SceneLike:
     file = _file(path)
     ending = file.suffix.lower()
-    if ending == SCENE_ENDING:
-        with _errors_of_one_line(file, "scene"):
-            _check_file(file)
-            return read_scene(file)
-    if ending in FORMULA_READERS:
-        with _errors_of_one_line(file, "shape"):
-            _check_file(file)
+    if ending in READERS:
+        return Instance(load_mesh(path), name=file.name)
+    with _errors_of_one_line(file, "shape" if ending in FORMULA_READERS else "scene"):
+        _check_file(file)
+        if ending in FORMULA_READERS:
             return Instance(FORMULA_READERS[ending](file), name=file.name)
-    return Instance(load_mesh(path), name=file.name)
+        if ending in INSTANCE_READERS:
+            if file.stat().st_size == 0:
+                raise InputError("expected a scene, got an empty file")
+            return Scene(INSTANCE_READERS[ending](file))  # made here, so that its errors name the file
+        raise InputError(f"expected one of {' '.join(ALL_ENDINGS)}, got {one_line(ending) or 'no ending'}")
 
 
 def load_mesh(path: str | os.PathLike[str]) -> Mesh:
@@ -117,18 +146,19 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
         If triangles were left out because they touch a vertex that is missing or not finite.
     """
     file = _file(path)
-    ending = _line(file.suffix.lower())
+    ending = one_line(file.suffix.lower())
     with _errors_of_one_line(file, "mesh"):
         _check_file(file)
         if ending not in READERS:
-            raise InputError(f"expected one of {' '.join(ENDINGS)}, got {ending or 'no ending'}")
+            hint = "; bobrossnet.load reads it" if ending in ALL_ENDINGS else ""
+            raise InputError(f"expected one of {' '.join(ENDINGS)}, got {ending or 'no ending'}{hint}")
         if file.stat().st_size == 0:
             raise InputError("expected a mesh, got an empty file")
         with _quiet():
             mesh, dropped, total = _clean(READERS[ending](file))
     if dropped:
         warnings.warn(
-            f"{_name(file)}: left out {dropped:,} of {total:,} triangles that touch a missing or non-finite vertex",
+            f"{name_of(file)}: left out {dropped:,} of {total:,} triangles that touch a missing or non-finite vertex",
             InputWarning,
             stacklevel=2,
         )
@@ -187,25 +217,21 @@ def _file(path: str | os.PathLike[str]) -> Path:
         raise InputTypeError(f"path: expected a file name, got {type(path).__name__}") from error
 
 
-def _name(file: Path) -> str:
-    return _line(file.name or str(file))
-
-
 @contextmanager
 def _errors_of_one_line(file: Path, kind: str) -> Iterator[None]:
     """Whatever is raised becomes an InputError of one line that starts with the file's name."""
-    name = _name(file)
+    name = name_of(file)
     try:
         yield
     except InputError as error:
-        raise InputError(f"{name}: {_line(error)}") from error
+        raise InputError(f"{name}: {one_line(error)}") from error
     except MemoryError as error:
         raise InputError(f"{name}: expected a {kind} that fits into memory, got a larger one") from error
     except RecursionError as error:
         raise InputError(f"{name}: expected a {kind}, got data nested too deeply") from error
     except Exception as error:  # readers of other people's bytes raise all sorts
-        reason = _line(f"{type(error).__name__}: {error}")
-        ending = _line(file.suffix.lower())
+        reason = one_line(f"{type(error).__name__}: {error}")
+        ending = one_line(file.suffix.lower())
         raise InputError(f"{name}: expected a {ending} {kind}, could not read it ({reason})") from error
 
 
@@ -220,12 +246,6 @@ def _check_file(file: Path) -> None:
         raise
     except (OSError, ValueError) as error:  # a name too long, a NUL in it, no permission
         raise InputError(f"expected a file, could not look at it ({error})") from error
-
-
-def _line(text: object) -> str:
-    """Any text as one line of at most 200 characters."""
-    line = " ".join("".join(c if c.isprintable() else " " for c in str(text)).split())
-    return line if len(line) <= 200 else line[:197] + "..."
 
 
 @contextmanager

@@ -1,0 +1,45 @@
+/// Many boxes as rays meet them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "box.h"
+#include "isa.h"
+#include "shapes/bvh.h"
+#include "shapes/shape.h"
+
+namespace bob {
+
+/// 224 bytes. An absent box is one that no ray enters (low = +inf, high = -inf).
+struct alignas(32) BoxPacket {
+    float bounds[2][3][8];  // [low, high][axis][lane]
+    std::uint32_t box[8];
+};
+
+struct BoxBvh {
+    std::vector<BvhNode> nodes;
+    std::vector<BoxPacket> packets;
+    std::size_t boxes = 0;
+};
+
+[[nodiscard]] BoxBvh build_box_bvh(std::span<const Box> boxes);
+
+/// A ray enters a box at t, which is 0 where it starts within.
+struct Entrance {
+    std::uint32_t box, ray;
+    float t;
+};
+
+struct BoxKernels {
+    /// Lists the boxes that each of the rays begin..end enters, in no particular order, until `enough` are listed, and
+    /// returns the ray to go on with. There is room for `enough` entrances and for as many more as there are boxes.
+    /// Whether and where a ray enters a box is a function of these two alone, the same to the bit in all instruction sets.
+    std::size_t (*entrances)(const BoxBvh& boxes, const Ray* rays, std::size_t begin, std::size_t end, std::size_t enough,
+                             Entrance* entrances, std::size_t& count);
+};
+
+BOB_DECLARE_KERNELS(BoxKernels, box_kernels)
+
+}  // namespace bob

@@ -1,0 +1,342 @@
+"""What a STEP or IGES file holds, as plain data. Importing this imports OpenCascade."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from OCP.Bnd import Bnd_Box
+from OCP.BRep import BRep_Tool
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
+from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
+from OCP.Geom2d import Geom2d_TrimmedCurve
+from OCP.Geom2dConvert import Geom2dConvert, Geom2dConvert_ApproxCurve
+from OCP.GeomAbs import GeomAbs_Shape
+from OCP.GeomConvert import GeomConvert, GeomConvert_ApproxSurface
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.IGESCAFControl import IGESCAFControl_Reader
+from OCP.Quantity import Quantity_Color
+from OCP.ShapeFix import ShapeFix_ShapeTolerance
+from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideClosed
+from OCP.STEPCAFControl import STEPCAFControl_Reader
+from OCP.TCollection import TCollection_AsciiString, TCollection_ExtendedString
+from OCP.TDataStd import TDataStd_Name
+from OCP.TDF import TDF_ChildIterator, TDF_Label, TDF_Tool
+from OCP.TDocStd import TDocStd_Document
+from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
+from OCP.TopExp import TopExp_Explorer
+from OCP.TopoDS import TopoDS
+from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
+
+from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed
+from bobrossnet.errors import InputError
+from bobrossnet.shapes.nurbs import MAX_DEGREE
+
+# Assemblies of assemblies can repeat one part without end.
+MAX_INSTANCES = 100_000
+
+# Of approximations of surfaces and curves of too high a degree.
+MAX_SPANS = 1000
+
+# Of approximations, relative to the part's size: a thousandth of a pixel in a large picture of it.
+RELATIVE_TOLERANCE = 1e-6
+
+# Relative to the domain: what lies nearer to the surface's border than this lies on it.
+ON_BORDER = 1e-6
+
+
+def read_assembly(kind: str, file: str) -> Assembly:
+    """All that a STEP or IGES file holds. Prints to stdout, and may crash."""
+    reader = STEPCAFControl_Reader() if kind == "STEP" else IGESCAFControl_Reader()
+    reader.SetNameMode(True)
+    reader.SetColorMode(True)
+    if reader.ReadFile(file) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise InputError(f"expected {'a STEP' if kind == 'STEP' else 'an IGES'} file, got one that can't be parsed")
+    XCAFDoc_ShapeTool.SetAutoNaming_s(False)  # only names from the file
+    document = TDocStd_Document(TCollection_ExtendedString("BinXCAF"))
+    reader.Transfer(document)  # its answer is no more than that something was there
+    walk = _Walk()
+    for label in _children(XCAFDoc_DocumentTool.ShapesLabel_s(document.Main())):
+        if walk.tool.IsShape_s(label) and walk.tool.IsFree_s(label):
+            walk.visit(label, np.eye(4), None)
+    if walk.total == 0:
+        held = ", ".join(f"{name} ({count:,})" for name, count in walk.others.items() if count)
+        raise InputError(f"expected faces, got {held or 'nothing that OpenCascade knows'}")
+    return Assembly(walk.parts, walk.placed, walk.dropped, walk.total)
+
+
+class _Walk:
+    """Parts and their places, collected on the way through a document's tree of labels."""
+
+    def __init__(self) -> None:
+        self.tool = XCAFDoc_ShapeTool
+        self.parts: list[list[Body]] = []
+        self.placed: list[Placed] = []
+        self.indices: dict[str, int] = {}  # of parts, by the entries of their labels
+        self.visited = self.dropped = self.total = 0
+        self.others = {"hidden parts": 0, "curves": 0, "points": 0}
+
+    def visit(self, label: Any, matrix: NDArray[np.float64], inherited: Color | None) -> None:
+        """Collect what a label holds; it is of the colour `inherited` where the file gives it none."""
+        self.visited += 1
+        if self.visited > MAX_INSTANCES:
+            raise InputError(f"expected at most {MAX_INSTANCES:,} instances of parts, got more")
+        if not XCAFDoc_ColorTool.IsVisible_s(label):
+            self.others["hidden parts"] += 1
+            return
+        color = _color(label)
+        if self.tool.IsReference_s(label):
+            matrix = matrix @ _matrix(self.tool.GetLocation_s(label).Transformation())
+            referred = TDF_Label()
+            self.tool.GetReferredShape_s(label, referred)
+            label = referred
+            color = color or _color(label)
+        color = color or inherited
+        if self.tool.IsAssembly_s(label):
+            for component in _children(label):
+                if self.tool.IsComponent_s(component):
+                    self.visit(component, matrix, color)
+        else:
+            self.placed.append(Placed(self.part(label), matrix, _name(label), color))
+
+    def part(self, label: Any) -> int:
+        """The index of a label's part, which is converted when it is first met."""
+        entry = TCollection_AsciiString()
+        TDF_Tool.Entry_s(label, entry)
+        key = entry.ToCString()
+        if key not in self.indices:
+            self.indices[key] = len(self.parts)
+            self.parts.append(self.bodies(label))
+        return self.indices[key]
+
+    def bodies(self, label: Any) -> list[Body]:
+        """Convert a part."""
+        shape = self.tool.GetShape_s(label)
+        if shape.IsNull():
+            return []
+        BRepTools.Clean_s(shape)  # without triangles, which files may have beside: OpenCascade can't convert these
+        colors = {
+            _key(self.tool.GetShape_s(child)): _color(child)
+            for child in _children(label)
+            if self.tool.IsSubShape_s(child)
+        }
+        box = Bnd_Box()
+        BRepBndLib.Add_s(shape, box)
+        tolerance = 0.0 if box.IsVoid() else RELATIVE_TOLERANCE * box.SquareExtent() ** 0.5
+        groups = [
+            *([solid] for solid in _explore(shape, TopAbs_ShapeEnum.TopAbs_SOLID)),
+            *([shell] for shell in _explore(shape, TopAbs_ShapeEnum.TopAbs_SHELL, TopAbs_ShapeEnum.TopAbs_SOLID)),
+            list(_explore(shape, TopAbs_ShapeEnum.TopAbs_FACE, TopAbs_ShapeEnum.TopAbs_SHELL)),
+        ]
+        self.others["curves"] += sum(
+            1 for _ in _explore(shape, TopAbs_ShapeEnum.TopAbs_EDGE, TopAbs_ShapeEnum.TopAbs_FACE)
+        )
+        self.others["points"] += sum(
+            1 for _ in _explore(shape, TopAbs_ShapeEnum.TopAbs_VERTEX, TopAbs_ShapeEnum.TopAbs_EDGE)
+        )
+        return [body for group in groups for body in self.colored(group, colors, tolerance)]
+
+    def colored(self, shapes: list[Any], colors: dict[int, Color | None], tolerance: float) -> list[Body]:
+        """Convert the faces of a solid, of a shell, or single ones: a body for each colour."""
+        of_color: dict[Color | None, list[FaceData]] = {}
+        for shape in shapes:
+            whole = colors.get(_key(shape))
+            of_shell = {
+                _key(face): colors.get(_key(shell))
+                for shell in _explore(shape, TopAbs_ShapeEnum.TopAbs_SHELL)
+                for face in _explore(shell, TopAbs_ShapeEnum.TopAbs_FACE)
+            }
+            for face in _explore(shape, TopAbs_ShapeEnum.TopAbs_FACE):
+                key = _key(face)
+                color = colors.get(key) or of_shell.get(key) or whole
+                self.total += 1
+                try:
+                    faces = _faces(face, tolerance)
+                except Exception:  # OpenCascade raises all sorts of exceptions
+                    self.dropped += 1
+                else:
+                    of_color.setdefault(color, []).extend(faces)
+        return [Body(faces, color) for color, faces in of_color.items()]
+
+
+def _children(label: Any) -> Iterator[Any]:
+    child = TDF_ChildIterator(label)
+    while child.More():
+        yield child.Value()
+        child.Next()
+
+
+def _explore(shape: Any, kind: Any, outside: Any = None) -> Iterator[Any]:
+    """The shapes of one kind in another, but those within a shape of the kind `outside`."""
+    explorer = TopExp_Explorer(shape, kind, TopAbs_ShapeEnum.TopAbs_SHAPE if outside is None else outside)
+    while explorer.More():
+        yield explorer.Current()
+        explorer.Next()
+
+
+def _key(shape: Any) -> int:
+    """The same for all handles of a shape, however they are turned; they themselves only equal themselves."""
+    return hash(shape.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
+
+
+def _name(label: Any) -> str:
+    if not label.IsAttribute(TDataStd_Name.GetID_s()):  # asking for what is not there would crash
+        return ""
+    attribute = TDataStd_Name()
+    label.FindAttribute(TDataStd_Name.GetID_s(), attribute)
+    name: str = TCollection_AsciiString(attribute.Get()).ToCString()
+    return name
+
+
+def _color(label: Any) -> Color | None:
+    color = Quantity_Color()
+    for kind in (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDoc_ColorGen):
+        if XCAFDoc_ColorTool.GetColor_s(label, kind, color):
+            red, green, blue = (float(np.clip(c, 0, 1)) for c in (color.Red(), color.Green(), color.Blue()))
+            return red, green, blue
+    return None
+
+
+def _matrix(transformation: Any) -> NDArray[np.float64]:
+    """A gp_Trsf as (4, 4)."""
+    matrix = np.eye(4)
+    matrix[:3] = [[transformation.Value(row, column) for column in range(1, 5)] for row in range(1, 4)]
+    return matrix
+
+
+# ---- From OpenCascade's faces to NURBS -------------------------------------------------------------------
+
+
+def _faces(face: Any, tolerance: float) -> list[FaceData]:
+    """A face as trimmed NURBS: several where its surface closes on itself, since that is cut open."""
+    # Without seams, trims can't leave the domain by a period, and no curve stands for two borders.
+    divide = ShapeUpgrade_ShapeDivideClosed(face)
+    divide.Perform()
+    # Curves in the (u, v) of NURBS are approximated within their edges' tolerance. OpenCascade's usual 1e-7 mm make it
+    # ten times slower, and hundreds of control points a curve.
+    ShapeFix_ShapeTolerance().LimitTolerance(divide.Result(), tolerance, 0.0, TopAbs_ShapeEnum.TopAbs_EDGE)
+    converted = BRepBuilderAPI_NurbsConvert(divide.Result(), True).Shape()
+    return [_face_data(piece, tolerance) for piece in _explore(converted, TopAbs_ShapeEnum.TopAbs_FACE)]
+
+
+def _face_data(shape: Any, tolerance: float) -> FaceData:
+    face = TopoDS.Face(shape.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
+    loops = [_loop(TopoDS.Wire(wire), face) for wire in _explore(face, TopAbs_ShapeEnum.TopAbs_WIRE)]
+    surface = GeomConvert.SurfaceToBSplineSurface_s(BRep_Tool.Surface_s(face))  # a copy, in the face's place
+    if surface.IsUPeriodic() or surface.IsVPeriodic():
+        _open(surface, loops)
+    bounds = np.array(surface.Bounds()).reshape(2, 2).T
+    loops = [_within(loop, bounds) for loop in loops if loop]
+    if max(surface.UDegree(), surface.VDegree()) > MAX_DEGREE:
+        smooth = GeomAbs_Shape.GeomAbs_C1
+        lower = GeomConvert_ApproxSurface(surface, tolerance, smooth, smooth, MAX_DEGREE, MAX_DEGREE, MAX_SPANS, 0)
+        surface = lower.Surface()
+
+    rows, columns = range(1, surface.NbUPoles() + 1), range(1, surface.NbVPoles() + 1)
+    data = FaceData(
+        np.array([[_coordinates(surface.Pole(i, j)) for j in columns] for i in rows]),
+        np.array(list(surface.UKnotSequence())),
+        np.array(list(surface.VKnotSequence())),
+        np.array([[surface.Weight(i, j) for j in columns] for i in rows])
+        if surface.IsURational() or surface.IsVRational()
+        else None,
+        loops,
+    )
+    if len(loops) == 1 and _is_border(loops[0], bounds):
+        return data._replace(trims=[])
+    flat = data.weights is None and data.control_points.shape == (2, 2, 3)
+    return _widened(data) if loops and flat else data
+
+
+def _loop(wire: Any, face: Any) -> list[CurveData]:
+    """A wire's curves in (u, v), end to end."""
+    border = (TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED)
+    stored = [edge for edge in _explore(wire, TopAbs_ShapeEnum.TopAbs_EDGE) if edge.Orientation() in border]
+    edges = []
+    explorer = BRepTools_WireExplorer(wire, face)
+    while explorer.More():
+        edges.append(explorer.Current())
+        explorer.Next()
+    # The explorer stops where edges don't share a vertex; files store most wires in order anyway.
+    return [_curve(edge, face) for edge in (edges if len(edges) == len(stored) else stored)]
+
+
+def _curve(edge: Any, face: Any) -> CurveData:
+    edge = TopoDS.Edge(edge)
+    first, last = BRep_Tool.Range_s(edge, face)
+    stored = BRep_Tool.CurveOnSurface_s(edge, face, first, last)
+    curve = Geom2dConvert.CurveToBSplineCurve_s(Geom2d_TrimmedCurve(stored, first, last))
+    if curve.Degree() > MAX_DEGREE:
+        u0, u1, v0, v1 = BRep_Tool.Surface_s(face).Bounds()
+        near = RELATIVE_TOLERANCE * max(u1 - u0, v1 - v0)
+        curve = Geom2dConvert_ApproxCurve(curve, near, GeomAbs_Shape.GeomAbs_C0, MAX_SPANS, MAX_DEGREE).Curve()
+    if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
+        curve.Reverse()
+    indices = range(1, curve.NbPoles() + 1)
+    return CurveData(
+        np.array([_coordinates(curve.Pole(i)) for i in indices]),
+        np.array(list(curve.KnotSequence())),
+        np.array([curve.Weight(i) for i in indices]) if curve.IsRational() else None,
+    )
+
+
+def _coordinates(point: Any) -> list[float]:
+    return [point.Coord(i) for i in range(1, 3 + hasattr(point, "Z"))]
+
+
+def _open(surface: Any, loops: list[list[CurveData]]) -> None:
+    """Cut a periodic surface open, around what its loops need of it."""
+    bounds = np.array(surface.Bounds()).reshape(2, 2).T
+    if loops:
+        points = np.concatenate([curve.control_points for loop in loops for curve in loop])
+        needed = np.stack([points.min(axis=0), points.max(axis=0)])
+        fits = needed[1] - needed[0] <= bounds[1] - bounds[0]
+        periodic = np.array([surface.IsUPeriodic(), surface.IsVPeriodic()])
+        bounds = np.where(fits & periodic, needed, bounds)
+    (u0, v0), (u1, v1) = bounds
+    surface.Segment(u0, u1, v0, v1)
+
+
+def _within(loop: list[CurveData], bounds: NDArray[np.float64]) -> list[CurveData]:
+    """A loop without curves that lie beyond the domain from `bounds[0]` to `bounds[1]`.
+
+    OpenCascade puts pieces of a sphere's seam a period away, and not where a shift would bring them home. The line
+    that joins their neighbours instead is the seam.
+    """
+    margin = 1e-3 * (bounds[1] - bounds[0])
+    beyond = [
+        (curve.control_points < bounds[0] - margin).all(axis=0).any()
+        or (curve.control_points > bounds[1] + margin).all(axis=0).any()
+        for curve in loop
+    ]
+    if all(beyond):
+        raise InputError("trims: expected curves in the domain, got none")
+    return [curve for curve, outside in zip(loop, beyond, strict=True) if not outside]
+
+
+def _is_border(loop: list[CurveData], bounds: NDArray[np.float64]) -> bool:
+    """Whether a loop goes once around the domain from `bounds[0]` to `bounds[1]`, along its border."""
+    size = bounds[1] - bounds[0]
+    corners = []
+    for curve in loop:
+        points = (curve.control_points - bounds[0]) / size
+        if not (np.abs(points[None] - np.array([[[0.0]], [[1.0]]])) < ON_BORDER).all(axis=1).any():
+            return False
+        corners.append(points[0])
+    u, v = np.array(corners).T
+    area = 0.5 * abs(np.dot(u, np.roll(v, -1)) - np.dot(v, np.roll(u, -1)))
+    return bool(abs(area - 1) < 4 * ON_BORDER)
+
+
+def _widened(face: FaceData) -> FaceData:
+    """A bilinear surface without weights, continued by 1 % on each side: trims that touch its border end inside."""
+    e = 0.01
+    stretch = np.array([[1 + e, -e], [-e, 1 + e]])
+    return face._replace(
+        control_points=np.einsum("ia,jb,abk->ijk", stretch, stretch, face.control_points),
+        knots_u=np.repeat(stretch @ face.knots_u[1:3], 2),
+        knots_v=np.repeat(stretch @ face.knots_v[1:3], 2),
+    )

@@ -1,0 +1,131 @@
+"""STEP and IGES, read by OpenCascade: solids and shells as trimmed NURBS, with their names, colours and places.
+
+OpenCascade takes seconds to import, prints to stdout, and crashes on many a damaged file: it only runs in a process of
+its own (`apart.py`), where `occ.py` makes plain data of what it reads. Here they become instances.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.adapters.apart import call_apart
+from bobrossnet.adapters.messages import name_of, one_line, warn_of
+from bobrossnet.errors import InputError
+from bobrossnet.shapes.instance import Instance
+from bobrossnet.shapes.material import Material
+from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
+
+Color = tuple[float, float, float]  # linear RGB
+
+
+class CurveData(NamedTuple):
+    control_points: NDArray[np.float64]  # (n, 2)
+    knots: NDArray[np.float64]  # (n + p + 1,)
+    weights: NDArray[np.float64] | None  # (n,)
+
+
+class FaceData(NamedTuple):
+    control_points: NDArray[np.float64]  # (n, m, 3)
+    knots_u: NDArray[np.float64]
+    knots_v: NDArray[np.float64]
+    weights: NDArray[np.float64] | None  # (n, m)
+    trims: list[list[CurveData]]
+
+
+class Body(NamedTuple):
+    """The faces of one colour of a solid, a shell, or of all that is in neither."""
+
+    faces: list[FaceData]
+    color: Color | None  # None: the color of the instance
+
+
+class Placed(NamedTuple):
+    """A part in its place."""
+
+    part: int  # index of its bodies
+    matrix: NDArray[np.float64]  # (4, 4), multiplied from the left
+    name: str  # empty: none
+    color: Color | None
+
+
+class Assembly(NamedTuple):
+    """What a file holds, in plain data."""
+
+    parts: list[list[Body]]
+    placed: list[Placed]
+    dropped: int  # faces that could not be converted
+    total: int
+
+
+def read_step(file: Path) -> list[Instance]:
+    """The solids and shells of a STEP file, in millimetres, to which OpenCascade converts other units.
+
+    Parameters
+    ----------
+    file : Path
+        Of any application protocol that OpenCascade knows: AP203, AP214, AP242.
+
+    Returns
+    -------
+    list of Instance
+        One for each solid, each shell outside solids, and the faces outside shells, in each place of an assembly; where
+        its faces have several colours, one for each. Named after the file's products, or the file where these have no
+        name. Points, curves and what is hidden are left out.
+
+    Raises
+    ------
+    InputError
+        If OpenCascade is not installed or can't read the file, or if there are no faces to see in it.
+
+    Warns
+    -----
+    InputWarning
+        If faces were left out.
+    """
+    return _read(file, "STEP")
+
+
+def read_iges(file: Path) -> list[Instance]:
+    """The surfaces, shells and solids of an IGES file, in millimetres; otherwise like `read_step`."""
+    return _read(file, "IGES")
+
+
+def _read(file: Path, kind: str) -> list[Instance]:
+    if importlib.util.find_spec("OCP") is None:
+        raise InputError(f"reading {file.suffix.lower()} files needs OpenCascade: pip install 'bobrossnet[cad]'")
+    assembly: Assembly = call_apart("bobrossnet.adapters.occ", "read_assembly", kind, str(file))
+    dropped = assembly.dropped
+    parts: list[list[tuple[Brep, Color | None]]] = []
+    for bodies in assembly.parts:
+        breps = []
+        for body in bodies:
+            faces = []
+            for data in body.faces:
+                try:
+                    faces.append(_face(data))
+                except InputError:
+                    dropped += 1
+            if faces:
+                breps.append((Brep(faces), body.color))
+        parts.append(breps)
+    instances = [
+        Instance(brep, place.matrix, None if color is None else Material(color), one_line(place.name) or name_of(file))
+        for place in assembly.placed
+        for brep, own in parts[place.part]
+        for color in (own or place.color,)
+    ]
+    if not instances:
+        raise InputError(f"expected faces, got {assembly.total:,} that can't be converted to NURBS")
+    if dropped:
+        warn_of(file, f"left out {dropped:,} of {assembly.total:,} faces that can't be converted to NURBS")
+    return instances
+
+
+def _face(data: FaceData) -> Face:
+    trims = [[TrimCurve(*curve) for curve in loop] for loop in data.trims]
+    return Face(data.control_points, data.knots_u, data.knots_v, data.weights, trims or None)

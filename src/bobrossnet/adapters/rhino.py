@@ -1,0 +1,394 @@
+"""Rhino's files, .3dm, through rhino3dm: surfaces with their trims, meshes, and blocks of them.
+
+What is hidden in Rhino, or lies on a layer that is switched off, is left out, as Rhino does.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.adapters.messages import name_of, one_line, warn_of
+from bobrossnet.adapters.opennurbs import brep_loops
+from bobrossnet.errors import InputError
+from bobrossnet.shapes.affine import IDENTITY, Matrix
+from bobrossnet.shapes.instance import Instance
+from bobrossnet.shapes.material import Material
+from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.shapes.nurbs import Brep, Face, Loop, TrimCurve
+from bobrossnet.shapes.shape import Shape
+from bobrossnet.shapes.splines import MAX_DEGREE
+
+# A few blocks within blocks can stand for 2ⁿ shapes, or without end for themselves, and so can layers.
+MAX_IN_BLOCKS = 100_000
+MAX_LAYERS_DEEP = 100
+
+# Subdivision surfaces become meshes: each step quarters the faces. Twice looks smooth up to the crease angle.
+SUBDIVISIONS = 2
+MAX_SUBDIVIDED = 1_000_000
+
+# Of a surface's domain. Rhino's own tolerance for trims is coarser in nearly every file.
+SAME = 1e-12
+BORDER = 1e-7
+FITTED = 1e-7
+MAX_FITTED = 4096
+
+WHITE = "#ffffff"
+DEFAULT_COLORS = {"#000000": WHITE}
+"""Rhino's layers are black unless somebody chose another colour; on a black background nothing would be seen."""
+
+Points: TypeAlias = NDArray[np.float64]
+
+
+def read_3dm(file: Path) -> list[Instance]:
+    """What can be seen of a Rhino file: an instance for each surface, polysurface, extrusion and mesh.
+
+    Instances are named after their objects, else their layers, else the file, and have the colours that Rhino shows
+    them in; black, which layers have by default, becomes white. Blocks are resolved. Curves, points, lights and
+    annotations are passed over. Subdivision surfaces become meshes.
+
+    Raises
+    ------
+    InputError
+        If rhino3dm is missing, the file can't be read or there is nothing to see in it.
+
+    Warns
+    -----
+    InputWarning
+        If faces or objects are left out, or faces are shown without their trims.
+    """
+    try:
+        import rhino3dm
+    except ImportError as error:
+        raise InputError("reading .3dm files needs rhino3dm: pip install 'bobrossnet[cad]'") from error
+    model = rhino3dm.File3dm.Read(str(file))
+    if model is None:
+        raise InputError("expected a Rhino file, got something else or a part of one")
+    return _Reader(model, file).instances()
+
+
+class Object(NamedTuple):
+    """What is to be known of an object wherever it is seen."""
+
+    name: str
+    color: str
+    color_of_block: bool
+    """Whether within a block it has the colour of the block instead."""
+    shape: Shape | None = None
+    matrix: Matrix = IDENTITY
+    """Where a block places its objects; identity for anything else."""
+    children: tuple[str, ...] = ()
+
+
+class _Reader:
+    def __init__(self, model: Any, file: Path) -> None:
+        self.model = model
+        self.file = file
+        self.layers = {layer.Index: layer for layer in model.Layers}
+        self.stored = {str(item.Attributes.Id): item for item in model.Objects}
+        self.objects: dict[str, Object | None] = {}
+        self.not_shown: Counter[str] = Counter()
+        self.faces = self.untrimmed = 0
+        self.refused_faces: list[str] = []
+        self.refused: list[str] = []
+
+    def instances(self) -> list[Instance]:
+        top = [key for key, item in self.stored.items() if not item.Attributes.IsInstanceDefinitionObject]
+        found = list(self.placed(top))
+        reasons = [*self.refused_faces, *self.refused]
+        if not found:
+            kinds = ", ".join(f"{kind} ({count:,})" for kind, count in self.not_shown.most_common())
+            raise InputError(f"expected surfaces or meshes, got {reasons[0] if reasons else kinds or 'none'}")
+        if self.refused_faces:
+            warn_of(
+                self.file, f"left out {len(self.refused_faces):,} of {self.faces:,} faces ({self.refused_faces[0]})"
+            )
+        if self.refused:
+            warn_of(self.file, f"left out {len(self.refused):,} objects ({self.refused[0]})")
+        if self.untrimmed:
+            warn_of(self.file, f"trims of {self.untrimmed:,} of {self.faces:,} faces can't be read: shown whole")
+        return found
+
+    # ---- Objects -----------------------------------------------------------------------------------------
+
+    def placed(self, keys: Sequence[str]) -> Iterator[Instance]:
+        """The instances of objects; a block has those of the objects in it."""
+        waiting: list[tuple[str, Matrix, str | None]] = [(key, IDENTITY, None) for key in reversed(keys)]
+        in_blocks = 0
+        while waiting:
+            key, matrix, block_color = waiting.pop()
+            if key not in self.objects:
+                self.objects[key] = self.object(key)
+            item = self.objects[key]
+            if item is None:
+                continue
+            color = block_color if item.color_of_block and block_color is not None else item.color
+            inner = matrix @ item.matrix
+            in_blocks += len(item.children)
+            if in_blocks > MAX_IN_BLOCKS:
+                raise InputError(
+                    f"expected at most {MAX_IN_BLOCKS:,} objects in blocks, got more; does one hold itself?"
+                )
+            waiting += [(child, inner, color) for child in reversed(item.children)]
+            if item.shape is not None:
+                try:
+                    yield Instance(item.shape, inner, Material(DEFAULT_COLORS.get(color, color)), item.name)
+                except InputError as error:  # a block pressed flat
+                    self.refused.append(str(error))
+
+    def object(self, key: str) -> Object | None:
+        """An object of the file; None where there is nothing to see of it."""
+        item = self.stored.get(key)
+        if item is None:
+            return None
+        attributes, geometry = item.Attributes, item.Geometry
+        layer = self.layers.get(attributes.LayerIndex)
+        kind = geometry.ObjectType.name
+        if not attributes.Visible or not self.shows(layer):
+            self.not_shown["hidden"] += 1
+            return None
+        name = one_line(attributes.Name or (layer and layer.Name) or name_of(self.file))
+        color, of_block = self.color(attributes, layer), attributes.ColorSource.name == "ColorFromParent"
+        if kind == "InstanceReference":
+            block = self.model.InstanceDefinitions.FindId(geometry.ParentIdefId)
+            children = tuple(map(str, block.GetObjectIds())) if block else ()
+            matrix = np.array(geometry.Xform.ToFloatArray(True)).reshape(4, 4)
+            return Object(name, color, of_block, matrix=matrix, children=children)
+        if kind not in ("Brep", "Extrusion", "Surface", "Mesh", "SubD"):
+            self.not_shown[kind.lower()] += 1
+            return None
+        shape = self.shape(geometry, kind)
+        return None if shape is None else Object(name, color, of_block, shape)
+
+    def shows(self, layer: Any) -> bool:
+        """Whether a layer and those that it lies in are switched on."""
+        for _ in range(MAX_LAYERS_DEEP):
+            if layer is None:
+                return True
+            if not layer.Visible:
+                return False
+            layer = self.model.Layers.FindId(layer.ParentLayerId)
+        return True
+
+    def color(self, attributes: Any, layer: Any) -> str:
+        """The colour that Rhino shows an object in, as sRGB."""
+        source = attributes.ColorSource.name
+        if source == "ColorFromObject":
+            return _hex(attributes.ObjectColor)
+        if source == "ColorFromMaterial":
+            of_object = attributes.MaterialSource.name == "MaterialFromObject"
+            number = attributes.MaterialIndex if of_object else layer.RenderMaterialIndex if layer else -1
+            material = self.model.Materials.FindIndex(number) if number >= 0 else None
+            return _hex(material.DiffuseColor) if material else WHITE
+        return _hex(layer.Color) if layer else WHITE
+
+    def shape(self, geometry: Any, kind: str) -> Shape | None:
+        """An object's shape in its own place; None, and the reason noted, where it has none."""
+        try:
+            if kind in ("Mesh", "SubD"):
+                return _mesh(geometry if kind == "Mesh" else _subdivided(geometry))
+            faces = self.brep_faces(geometry, kind)
+            return Brep(faces) if faces else None
+        except InputError as error:
+            self.refused.append(str(error))
+            return None
+
+    # ---- Faces -------------------------------------------------------------------------------------------
+
+    def brep_faces(self, geometry: Any, kind: str) -> list[Face]:
+        if kind == "Surface":
+            found = [self.face(geometry, ())]
+        else:
+            brep = geometry.ToBrep(True) if kind == "Extrusion" else geometry
+            if brep is None:
+                raise InputError("expected an extrusion of a curve, got one that can't become surfaces")
+            surfaces = [face.UnderlyingSurface() for face in brep.Faces]
+            try:
+                loops = brep_loops(brep)
+            except InputError:
+                loops = [[] for _ in surfaces]
+                self.untrimmed += len(surfaces)
+            found = [self.face(surface, bounds) for surface, bounds in zip(surfaces, loops, strict=True)]
+        return [face for face in found if face is not None]
+
+    def face(self, surface: Any, bounds: Any) -> Face | None:
+        self.faces += 1
+        try:
+            nurbs = surface.ToNurbsSurface()
+            if nurbs is None:
+                raise InputError("expected a surface with a NURBS form, got none")
+            face = untrimmed(nurbs)
+            if bounds:
+                try:
+                    loops = face_trims(bounds, surface, face)
+                except InputError:
+                    self.untrimmed += 1
+                    return face
+                if not _is_border(loops, face):
+                    face = Face(face.control_points, face.knots_u, face.knots_v, face.weights, loops)
+        except InputError as error:
+            self.refused_faces.append(str(error))
+            return None
+        return face
+
+
+def _hex(color: tuple[int, ...]) -> str:
+    red, green, blue = color[:3]
+    return f"#{red:02x}{green:02x}{blue:02x}"
+
+
+# ---- Meshes ----------------------------------------------------------------------------------------------
+
+
+def _subdivided(geometry: Any) -> Any:
+    import rhino3dm
+
+    subd = geometry.Duplicate()
+    for _ in range(SUBDIVISIONS):
+        if 4 * subd.FaceCount <= MAX_SUBDIVIDED:
+            subd.Subdivide(1)
+    mesh = rhino3dm.Mesh.CreateFromSubDControlNet(subd, False)
+    if mesh is None:
+        raise InputError("expected a subdivision surface with faces, got none")
+    return mesh
+
+
+def _mesh(mesh: Any) -> Mesh:
+    vertices = np.array([(p.X, p.Y, p.Z) for p in mesh.Vertices.ToPoint3dArray()], np.float64).reshape(-1, 3)
+    corners = np.array([mesh.Faces[i] for i in range(len(mesh.Faces))], np.int64).reshape(-1, 4)
+    # The corners of a triangle are stored as those of a quad, the last one twice.
+    quads = corners[corners[:, 2] != corners[:, 3]]
+    normals = np.array([(n.X, n.Y, n.Z) for n in (mesh.Normals[i] for i in range(len(mesh.Normals)))], np.float64)
+    return Mesh(
+        vertices,
+        np.concatenate([corners[:, :3], quads[:, [0, 2, 3]]]),
+        normals if normals.shape == vertices.shape else None,
+    )
+
+
+# ---- Surfaces and their trims ----------------------------------------------------------------------------
+
+
+def untrimmed(nurbs: Any) -> Face:
+    rows, columns = nurbs.Points.CountU, nurbs.Points.CountV
+    points = [nurbs.Points[i, j] for i in range(rows) for j in range(columns)]
+    control_points, weights = _euclidean(points, nurbs.IsRational)
+    return Face(
+        control_points.reshape(rows, columns, 3),
+        _full_knots(nurbs.KnotsU),
+        _full_knots(nurbs.KnotsV),
+        None if weights is None else weights.reshape(rows, columns),
+    )
+
+
+def _euclidean(points: list[Any], rational: bool) -> tuple[Points, Points | None]:
+    """Control points (n, 3) and weights (n,) of points that are stored multiplied by their weights."""
+    stored = np.array([(p.X, p.Y, p.Z, p.W) for p in points], np.float64).reshape(-1, 4)
+    if not rational:
+        return stored[:, :3], None
+    with np.errstate(all="ignore"):  # a weight of zero is refused later on
+        return stored[:, :3] / stored[:, 3:], stored[:, 3]
+
+
+def _full_knots(knots: Any) -> Points:
+    """openNURBS leaves out the first and the last knot, which have no influence within the domain."""
+    stored = np.array(knots.ToList(), np.float64)
+    return np.concatenate([stored[:1], stored, stored[-1:]])
+
+
+def face_trims(bounds: Sequence[Sequence[Any]], surface: Any, face: Face) -> tuple[Loop, ...]:
+    """Loops of curves in the parameters of a rhino3dm surface as loops in those of its NURBS form, which a face has.
+
+    Parameters
+    ----------
+    bounds : loops of rhino3dm curves, end to end
+
+    Raises
+    ------
+    InputError
+        If a curve has no NURBS form, or is too rough to be followed where its points must be moved.
+    """
+    same = _same_parameters(surface)
+    scale = np.ptp(np.array(face.domain), axis=1)
+
+    def moved(u: float, v: float) -> tuple[float, float]:
+        if same:
+            return u, v
+        _, nurbs_u, nurbs_v = surface.GetNurbsFormParameterFromSurfaceParameter(u, v)
+        return nurbs_u, nurbs_v
+
+    def trim(curve: Any) -> TrimCurve:
+        nurbs = curve.ToNurbsCurve()
+        if nurbs is None:
+            raise InputError("expected a curve with a NURBS form, got none")
+        if not same or nurbs.Order - 1 > MAX_DEGREE:
+            return _fitted(nurbs, moved, scale)
+        points, weights = _euclidean([nurbs.Points[i] for i in range(len(nurbs.Points))], nurbs.IsRational)
+        return TrimCurve(points[:, :2], _full_knots(nurbs.Knots), weights)
+
+    return tuple(tuple(trim(curve) for curve in loop) for loop in bounds)
+
+
+def _same_parameters(surface: Any) -> bool:
+    """Whether a surface and its NURBS form are parametrised alike; surfaces of revolution are not: a rational arc does
+    not run through its angles evenly."""
+    low, size = np.array([(d.T0, d.T1 - d.T0) for d in (surface.Domain(0), surface.Domain(1))]).T
+    # Points where arcs of a quarter or a third of the domain don't happen to agree.
+    for u, v in low + size * np.array([(0.07, 0.17), (0.31, 0.41), (0.57, 0.61), (0.83, 0.93)]):
+        _, *moved = surface.GetNurbsFormParameterFromSurfaceParameter(u, v)
+        if not (np.abs(np.array(moved) - (u, v)) <= SAME * np.maximum(size, np.abs((u, v)))).all():
+            return False
+    return True
+
+
+def _fitted(curve: Any, moved: Callable[[float, float], tuple[float, float]], scale: Points) -> TrimCurve:
+    """Cubics within `FITTED` of a rhino3dm curve whose points are moved: each is halved until it is that close."""
+    knots = np.unique(curve.Knots.ToList())
+    pieces: list[Points] = []
+    ends = [knots[0]]
+    waiting = np.column_stack([knots[:-1], knots[1:]])[::-1].tolist()
+    while waiting:
+        start, end = waiting.pop()
+        points = [curve.PointAt(t) for t in np.linspace(start, end, 7)]
+        seven = np.array([moved(point.X, point.Y) for point in points])
+        # Through the points at 0, 1/3, 2/3 and 1, and measured between them.
+        a, b, c, d = seven[::2]
+        cubic = np.array([a, (-5 * a + 18 * b - 9 * c + 2 * d) / 6, (2 * a - 9 * b + 18 * c - 5 * d) / 6, d])
+        t = np.array([[1], [3], [5]]) / 6
+        between = cubic[0] * (1 - t) ** 3 + 3 * cubic[1] * (1 - t) ** 2 * t + 3 * cubic[2] * (1 - t) * t**2
+        between += cubic[3] * t**3
+        middle = (start + end) / 2
+        if (np.abs(between - seven[1::2]) <= FITTED * scale).all() or not start < middle < end:
+            pieces.append(cubic[1:] if pieces else cubic)
+            ends.append(end)
+        elif len(pieces) + len(waiting) < MAX_FITTED:
+            waiting += [(middle, end), (start, middle)]
+        else:
+            raise InputError("expected a smooth trim, got one that cubics don't follow")
+    return TrimCurve(np.concatenate(pieces), np.repeat(ends, [4, *[3] * (len(ends) - 2), 4]))
+
+
+def _is_border(loops: tuple[Loop, ...], face: Face) -> bool:
+    """Whether a single loop goes around the whole domain, so that it cuts nothing off."""
+    if len(loops) != 1:
+        return False
+    low, high = np.array(face.domain).T
+    corners = []
+    for curve in loops[0]:
+        points = (curve.control_points - low) / (high - low)
+        corners.append(points)
+        on_side = np.concatenate([np.abs(points) <= BORDER, np.abs(points - 1) <= BORDER], axis=1)  # (n, 4)
+        # What the control points of a span have in common, the span has: it lies along one side.
+        degree = curve.degree
+        spans = np.lib.stride_tricks.sliding_window_view(on_side, degree + 1, axis=0)
+        lasting = np.diff(curve.knots)[degree : len(points)] > 0
+        if not spans[lasting].all(axis=-1).any(axis=-1).all():
+            return False
+    u, v = np.concatenate(corners).T
+    area = abs(float(u @ np.roll(v, -1) - v @ np.roll(u, -1))) / 2
+    return area >= 1 - 8 * BORDER

@@ -1,0 +1,388 @@
+"""STEP and IGES: what OpenCascade writes is read back, and compared with what OpenCascade says of it."""
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from models import MODELS
+
+import bobrossnet as bob
+from bobrossnet.adapters.apart import call_apart
+from bobrossnet.adapters.opencascade import read_iges, read_step
+
+pytest.importorskip("OCP")
+
+from OCP.Bnd import Bnd_Box
+from OCP.BRep import BRep_Tool
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeVertex
+from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+from OCP.BRepGProp import BRepGProp
+from OCP.BRepPrimAPI import (
+    BRepPrimAPI_MakeBox,
+    BRepPrimAPI_MakeCone,
+    BRepPrimAPI_MakeCylinder,
+    BRepPrimAPI_MakeRevol,
+    BRepPrimAPI_MakeSphere,
+    BRepPrimAPI_MakeTorus,
+)
+from OCP.collections import Array1_gp_Pnt, Array2_gp_Pnt
+from OCP.Geom import Geom_BezierCurve, Geom_BezierSurface
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.GProp import GProp_GProps
+from OCP.IGESCAFControl import IGESCAFControl_Writer
+from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
+from OCP.STEPCAFControl import STEPCAFControl_Writer
+from OCP.TCollection import TCollection_ExtendedString
+from OCP.TDataStd import TDataStd_Name
+from OCP.TDocStd import TDocStd_Document
+from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopExp import TopExp_Explorer
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS
+from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
+
+HAMMER = MODELS / "nurbs" / "occt_hammer.iges"
+RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+X, Z = gp_Dir(1, 0, 0), gp_Dir(0, 0, 1)
+
+
+class Document:
+    """A STEP or IGES file in the making."""
+
+    def __init__(self):
+        self.document = TDocStd_Document(TCollection_ExtendedString("BinXCAF"))
+        XCAFDoc_DocumentTool.SetLengthUnit_s(self.document, 0.001)
+        self.tool = XCAFDoc_DocumentTool.ShapeTool_s(self.document.Main())
+        self.colors = XCAFDoc_DocumentTool.ColorTool_s(self.document.Main())
+
+    def named(self, label, name, color=None):
+        TDataStd_Name.Set_s(label, TCollection_ExtendedString(name, True))
+        if color is not None:
+            self.paint(label, color)
+        return label
+
+    def part(self, shape, name, color=None):
+        XCAFDoc_ShapeTool.SetAutoNaming_s(False)
+        return self.named(self.tool.AddShape(shape, False), name, color)
+
+    def paint(self, label, color):
+        color = Quantity_Color(*color, Quantity_TypeOfColor.Quantity_TOC_RGB)
+        self.colors.SetColor(label, color, XCAFDoc_ColorType.XCAFDoc_ColorSurf)
+
+    def assembly(self, name):
+        return self.named(self.tool.NewShape(), name)
+
+    def write(self, path):
+        if path.suffix == ".step":
+            self.tool.UpdateAssemblies()
+            writer = STEPCAFControl_Writer()
+        else:
+            writer = IGESCAFControl_Writer()
+        assert writer.Transfer(self.document)
+        assert writer.Write(str(path))
+        return path
+
+
+def explore(shape, kind):
+    explorer = TopExp_Explorer(shape, kind)
+    while explorer.More():
+        yield explorer.Current()
+        explorer.Next()
+
+
+def at(x, y, z, angle=0.0):
+    """A place: turned about z, then moved."""
+    place = gp_Trsf()
+    place.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), Z), angle)
+    place.SetTranslationPart(gp_Vec(x, y, z))
+    return TopLoc_Location(place)
+
+
+def cylinder(radius, height, x=0.0, y=0.0, z=0.0, along=Z):
+    return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(x, y, z), along), radius, height).Shape()
+
+
+def box(x=10.0, y=20.0, z=30.0):
+    return BRepPrimAPI_MakeBox(x, y, z).Shape()
+
+
+def cut(shape, tool):
+    return BRepAlgoAPI_Cut(shape, tool).Shape()
+
+
+def filleted():
+    shape = box()
+    fillet = BRepFilletAPI_MakeFillet(shape)
+    for edge in explore(shape, TopAbs_ShapeEnum.TopAbs_EDGE):
+        fillet.Add(1.5, TopoDS.Edge(edge))
+    return fillet.Shape()
+
+
+def revolved():
+    """A Bezier curve around an axis: closed on itself, no elementary surface."""
+    points = Array1_gp_Pnt(1, 4)
+    for i, (x, z) in enumerate([(3, 0), (8, 4), (1, 8), (4, 12)]):
+        points.SetValue(i + 1, gp_Pnt(x, 0, z))
+    edge = BRepBuilderAPI_MakeEdge(Geom_BezierCurve(points)).Edge()
+    return BRepPrimAPI_MakeRevol(edge, gp_Ax1(gp_Pnt(0, 0, 0), Z)).Shape()
+
+
+def of_degree_12():
+    points = Array2_gp_Pnt(1, 13, 1, 3)
+    for i in range(13):
+        for j in range(3):
+            points.SetValue(i + 1, j + 1, gp_Pnt(i, 3 * j, 3 * math.sin(2 * i) + j))
+    return BRepBuilderAPI_MakeFace(Geom_BezierSurface(points), 1e-7).Face()
+
+
+SHAPES = {
+    "box": box(),
+    "box, drilled across an edge": cut(box(), cylinder(3, 50, z=-10)),
+    "cylinder": cylinder(5, 20),
+    "cylinder, drilled across its seam": cut(cylinder(5, 20), cylinder(2, 40, x=-20, z=10, along=X)),
+    "sphere": BRepPrimAPI_MakeSphere(7).Shape(),
+    "sphere, drilled across its seam": cut(BRepPrimAPI_MakeSphere(7).Shape(), cylinder(2, 40, x=3, y=0.5, z=-20)),
+    "torus": BRepPrimAPI_MakeTorus(10, 3).Shape(),
+    "torus, drilled across its seams": cut(BRepPrimAPI_MakeTorus(10, 3).Shape(), cylinder(2, 40, x=10, z=-20)),
+    "cone": BRepPrimAPI_MakeCone(5, 0, 10).Shape(),
+    "filleted": filleted(),
+    "revolved": revolved(),
+    "revolved, drilled": cut(revolved(), cylinder(1.5, 40, x=-20, z=4, along=X)),
+    "degree 12": of_degree_12(),
+}
+
+
+@pytest.fixture(scope="module")
+def read_back(tmp_path_factory):
+    """The shapes as they come back from a file, by their names."""
+    folder = tmp_path_factory.mktemp("cad")
+    document = Document()
+    for name, shape in SHAPES.items():
+        document.part(shape, name)
+    by_name = {}
+    for instance in read_step(document.write(folder / "shapes.step")):
+        by_name.setdefault(instance.name, []).append(instance)
+    return by_name
+
+
+def area_of(shape):
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(shape, properties)
+    return properties.Mass()
+
+
+def size_of(shape):
+    around = Bnd_Box()
+    BRepBndLib.Add_s(shape, around)
+    return around.SquareExtent() ** 0.5
+
+
+def curve_points(curve, count=33):
+    """(n, 2) points along a trim curve, by de Boor's algorithm."""
+    p, knots = curve.degree, curve.knots
+    weights = np.ones(len(curve.control_points)) if curve.weights is None else curve.weights
+    points = []
+    for t in np.unique(np.concatenate([np.linspace(*curve.domain, count), knots[p:-p]])):
+        k = min(max(int(np.searchsorted(knots, t, side="right")) - 1, p), len(weights) - 1)
+        d = np.column_stack([curve.control_points * weights[:, None], weights])[k - p : k + 1]
+        for r in range(1, p + 1):
+            for j in range(p, r - 1, -1):
+                low, high = knots[j + k - p], knots[j + 1 + k - r]
+                a = (t - low) / (high - low)
+                d[j] = (1 - a) * d[j - 1] + a * d[j]
+        points.append(d[p, :2] / d[p, 2])
+    return np.array(points)
+
+
+def inside(face, u, v):
+    """Whether points are inside the trims, by crossings with polygons."""
+    result = np.full(u.shape, not face.trims)
+    for loop in face.trims:
+        polygon = np.concatenate([curve_points(curve) for curve in loop])
+        for (u0, v0), (u1, v1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+            if v0 != v1:
+                result ^= ((v0 > v) != (v1 > v)) & (u < u0 + (v - v0) * (u1 - u0) / (v1 - v0))
+    return result
+
+
+def area(face, count=120):
+    """Of a trimmed face, by the midpoint rule over the rectangle around its trims."""
+    low, high = np.transpose(face.domain)
+    if face.trims:
+        points = np.concatenate([curve_points(curve) for loop in face.trims for curve in loop])
+        low, high = np.maximum(low, points.min(axis=0)), np.minimum(high, points.max(axis=0))
+    steps = (np.arange(count) + 0.5) / count
+    u, v = np.meshgrid(*(low[:, None] + steps * (high - low)[:, None]), indexing="ij")
+    by = face.derivatives(u, v, 1)
+    density = np.linalg.norm(np.cross(by[..., 1, 0, :], by[..., 0, 1, :]), axis=-1)
+    return (density * inside(face, u, v)).mean() * np.prod(high - low)
+
+
+def faces_of(instances):
+    return [face for instance in instances for face in instance.shape.faces]
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_areas_are_those_of_opencascade(read_back, name):
+    assert sum(map(area, faces_of(read_back[name]))) == pytest.approx(area_of(SHAPES[name]), rel=2e-3)
+
+
+@pytest.mark.parametrize("name", [name for name in SHAPES if "drilled" in name])
+def test_what_trims_leave_lies_on_the_shape(read_back, name):
+    """Nothing of it spans a hole."""
+    shape = SHAPES[name]
+    for i, face in enumerate(faces_of(read_back[name])):
+        low, high = np.transpose(face.domain)
+        u, v = np.random.default_rng(i).uniform(low, high, (60, 2)).T
+        left = inside(face, u, v)
+        for point in face.points(u[left], v[left]):
+            vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex()
+            assert BRepExtrema_DistShapeShape(vertex, shape).Value() < 1e-5 * size_of(shape)
+
+
+def test_trims_are_only_where_something_is_cut_off(read_back):
+    trimmed = {name: [bool(face.trims) for face in faces_of(instances)] for name, instances in read_back.items()}
+    assert trimmed["box"] == [False] * 6
+    assert trimmed["filleted"] == [False] * 26
+    assert trimmed["sphere"] == [False] * 2
+    assert sorted(trimmed["cylinder"]) == [False, False, True, True]
+    assert sum(trimmed["box, drilled across an edge"]) == 2
+
+
+def test_planes_reach_beyond_their_trims(read_back):
+    for face in faces_of(read_back["cylinder"]):
+        for loop in face.trims:
+            points = np.concatenate([curve_points(curve) for curve in loop])
+            low, high = np.transpose(face.domain)
+            assert (low < points.min(axis=0) - 0.01).all()
+            assert (high > points.max(axis=0) + 0.01).all()
+
+
+def test_high_degrees_are_approximated(read_back):
+    (face,) = faces_of(read_back["degree 12"])
+    assert max(face.degree_u, face.degree_v) <= 9
+    surface = BRep_Tool.Surface_s(TopoDS.Face(SHAPES["degree 12"]))
+    u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(0, 1, 20), np.linspace(0, 1, 20)))
+    expected = [[p.X(), p.Y(), p.Z()] for p in map(surface.Value, u.tolist(), v.tolist())]
+    assert np.abs(face.points(u, v) - expected).max() < 1e-6 * size_of(SHAPES["degree 12"])
+
+
+# ---- Names, colours, places ------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def furniture(tmp_path_factory):
+    """Boxes, red with a green face, twice in an assembly, and a ball that only the assembly makes blue."""
+    document = Document()
+    shape = box()
+    crate = document.part(shape, "Kästchen", RED)
+    document.paint(document.tool.AddSubShape(crate, next(explore(shape, TopAbs_ShapeEnum.TopAbs_FACE))), GREEN)
+    ball = document.part(BRepPrimAPI_MakeSphere(7).Shape(), "ball")
+    room = document.assembly("room")
+    document.tool.AddComponent(room, crate, at(100, 0, 0, math.pi / 2))
+    document.tool.AddComponent(room, crate, at(0, 0, 40))
+    document.paint(document.tool.AddComponent(room, ball, at(0, 50, 0)), BLUE)
+    folder = tmp_path_factory.mktemp("furniture")
+    return {suffix: document.write(folder / f"room{suffix}") for suffix in (".step", ".iges")}
+
+
+def test_parts_of_an_assembly_keep_names_colors_and_places(furniture):
+    instances = read_step(furniture[".step"])
+    crates = [instance for instance in instances if instance.name == "Kästchen"]
+    assert sorted((i.material.color, len(i.shape.faces)) for i in crates) == [(GREEN, 1)] * 2 + [(RED, 5)] * 2
+    assert crates[0].shape is crates[2].shape
+    turned = [[0, -1, 0, 100], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    assert np.allclose(crates[0].transform, turned)
+    assert np.allclose(crates[2].transform[:3, 3], [0, 0, 40])
+    (ball,) = [instance for instance in instances if instance.name == "ball"]
+    assert ball.material.color == BLUE
+    assert np.allclose(ball.transform[:3, 3], [0, 50, 0])
+
+
+def test_iges_keeps_colors_and_places(furniture):
+    instances = bob.load(furniture[".iges"]).instances
+    count = {instance.material.color: len(instance.shape.faces) for instance in instances}
+    assert count == {RED: 10, GREEN: 2, BLUE: 2}
+    assert sum(map(area, faces_of(instances))) == pytest.approx(2 * 2200 + 4 * math.pi * 49, rel=2e-3)
+    points = np.concatenate([face.control_points.reshape(-1, 3) for face in faces_of(instances)])
+    assert np.allclose([points.min(axis=0), points.max(axis=0)], [[-7, 0, -7], [100, 57, 70]])
+
+
+def test_what_is_hidden_is_left_out(tmp_path):
+    document = Document()
+    document.part(box(), "seen")
+    document.colors.SetVisibility(document.part(box(), "hidden"), False)
+    assert [instance.name for instance in read_step(document.write(tmp_path / "x.step"))] == ["seen"]
+
+
+def test_nothing_is_printed(furniture, capfd):
+    bob.load(furniture[".iges"])
+    assert capfd.readouterr() == ("", "")
+
+
+# ---- Files that can't be read ----------------------------------------------------------------------------
+
+
+def refused(path):
+    with pytest.raises(bob.InputError) as caught:
+        bob.load(path)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("suffix", [".step", ".stp", ".iges", ".igs"])
+def test_other_files_are_refused(tmp_path, suffix):
+    path = tmp_path / f"x{suffix}"
+    path.write_bytes(b"\x00solid nothing\n" * 20)
+    assert refused(path).startswith(f"x{suffix}: expected ")
+
+
+@pytest.mark.parametrize("share", [0.2, 0.8, 0.95])
+@pytest.mark.parametrize("suffix", [".step", ".iges"])
+def test_files_that_end_early_are_refused_or_read(furniture, tmp_path, suffix, share):
+    """OpenCascade crashes on one of these, and can do with another as it is."""
+    whole = furniture[suffix].read_bytes()
+    path = tmp_path / f"cut{suffix}"
+    path.write_bytes(whole[: int(share * len(whole))])
+    assert refused(path).startswith(f"cut{suffix}: expected ")
+
+
+def test_curves_alone_are_refused(tmp_path):
+    document = Document()
+    document.part(BRepBuilderAPI_MakeEdge(gp_Pnt(0, 0, 0), gp_Pnt(1, 2, 3)).Edge(), "line")
+    assert refused(document.write(tmp_path / "x.step")) == "x.step: expected faces, got curves (1)"
+
+
+def test_a_crash_is_an_error():
+    with pytest.raises(bob.InputError, match="crashed"):
+        call_apart("os", "abort")
+
+
+def test_errors_of_the_other_process_are_raised_here():
+    assert call_apart("os.path", "basename", "a/b") == "b"
+    with pytest.raises(RuntimeError, match=r"FileNotFoundError: .*nowhere"):
+        call_apart("os", "listdir", "/nowhere")
+
+
+def test_without_opencascade_the_error_says_what_to_install(furniture, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert refused(furniture[".step"]) == (
+        "room.step: reading .step files needs OpenCascade: pip install 'bobrossnet[cad]'"
+    )
+
+
+def test_opencascade_is_only_imported_where_a_file_is_read():
+    script = "import bobrossnet, sys; sys.exit(any(name.partition('.')[0] == 'OCP' for name in sys.modules))"
+    subprocess.run([sys.executable, "-c", script], check=True)
+
+
+@pytest.mark.skipif(not HAMMER.is_file(), reason=f"no model at {HAMMER}")
+def test_the_hammer_of_opencascade():
+    (hammer,) = read_iges(HAMMER)
+    assert len(hammer.shape.faces) == 45
+    assert hammer.name == "occt_hammer.iges"

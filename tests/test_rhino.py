@@ -1,0 +1,431 @@
+"""Rhino's files: what is in them, where, in which colours, and with which trims."""
+
+import base64
+import struct
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+from models import MODELS, needs_models
+from scipy.spatial import cKDTree
+
+import bobrossnet as bob
+from bobrossnet.adapters.opennurbs import brep_loops
+from bobrossnet.adapters.rhino import face_trims, read_3dm, untrimmed
+
+rhino3dm = pytest.importorskip("rhino3dm")
+
+NURBS = MODELS / "nurbs"
+WHITE = (1.0, 1.0, 1.0)
+ORIGIN = rhino3dm.Point3d(0, 0, 0)
+
+
+class Model:
+    """A Rhino file in the making."""
+
+    def __init__(self):
+        self.file = rhino3dm.File3dm()
+
+    def layer(self, name, color=(0, 0, 0), visible=True, parent=None):
+        layer = rhino3dm.Layer()
+        layer.Name, layer.Color, layer.Visible = name, (*color, 255), visible
+        if parent is not None:
+            layer.ParentLayerId = self.file.Layers[parent].Id
+        return self.file.Layers.Add(layer)
+
+    def material(self, color):
+        material = rhino3dm.Material()
+        material.DiffuseColor = (*color, 255)
+        return self.file.Materials.Add(material)
+
+    def write(self, path):
+        assert self.file.Write(str(path), 8)
+        return path
+
+
+def attributes(name="", layer=-1, visible=True, **others):
+    made = rhino3dm.ObjectAttributes()
+    made.Name, made.LayerIndex, made.Visible = name, layer, visible
+    for key, value in others.items():
+        setattr(made, key, value)
+    return made
+
+
+def box(x=1.0, y=2.0, z=3.0):
+    return rhino3dm.Brep.CreateFromBox(rhino3dm.Box(rhino3dm.BoundingBox(0, 0, 0, x, y, z)))
+
+
+def quad():
+    mesh = rhino3dm.Mesh()
+    for corner in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0)):
+        mesh.Vertices.Add(*corner)
+    mesh.Faces.AddFace(0, 1, 2, 3)
+    mesh.Faces.AddFace(1, 4, 2)
+    return mesh
+
+
+def color(*rgb):
+    return bob.Material("#" + "".join(f"{c:02x}" for c in rgb)).color
+
+
+def loop_points(loop, count=24):
+    """Points along a loop of trims, in (u, v)."""
+    return np.concatenate([curve_points(curve, count) for curve in loop])
+
+
+def curve_points(curve, count):
+    """A trim at parameters from its start to just before its end, by de Boor's recursion."""
+    degree, knots, n = curve.degree, curve.knots, len(curve.control_points)
+    weights = np.ones(n) if curve.weights is None else curve.weights
+    homogeneous = np.column_stack([curve.control_points * weights[:, None], weights])
+    points = []
+    for t in np.linspace(knots[degree], knots[n], count, endpoint=False):
+        span = min(int(np.searchsorted(knots, t, side="right")) - 1, n - 1)
+        d = homogeneous[span - degree : span + 1].copy()
+        for r in range(1, degree + 1):
+            for j in range(degree, r - 1, -1):
+                low, high = knots[j + span - degree], knots[j + 1 + span - r]
+                a = (t - low) / (high - low)
+                d[j] = (1 - a) * d[j - 1] + a * d[j]
+        points.append(d[degree, :2] / d[degree, 2])
+    return np.array(points)
+
+
+def inside(face, u, v):
+    """Whether points lie inside an odd number of a face's loops."""
+    odd = np.full(u.shape, not face.trims)
+    for loop in face.trims:
+        points = loop_points(loop)
+        for (u0, v0), (u1, v1) in zip(points, np.roll(points, -1, axis=0), strict=True):
+            crossed = (v0 <= v) != (v1 <= v)
+            if crossed.any():
+                odd[crossed] ^= u[crossed] < u0 + (v[crossed] - v0) / (v1 - v0) * (u1 - u0)
+    return odd
+
+
+def grid(face, count=48):
+    """Parameters off the borders, (n, m), and the area in (u, v) that each stands for: at least `count` along each
+    axis, as many in each span."""
+
+    def along(knots, low, high):
+        ends = np.unique(np.clip(knots, low, high))
+        each = -(-count // (len(ends) - 1))
+        steps = np.diff(ends)[:, None] * np.ones(each) / each
+        return np.ravel(ends[:-1, None] + steps * (np.arange(each) + 0.5)), np.ravel(steps)
+
+    (u, du), (v, dv) = along(face.knots_u, *face.domain[0]), along(face.knots_v, *face.domain[1])
+    return *np.meshgrid(u, v, indexing="ij"), np.outer(du, dv)
+
+
+# ---- What is shown, and how ------------------------------------------------------------------------------
+
+
+def test_objects_have_names_and_places(tmp_path):
+    model = Model()
+    layer = model.layer("Body")
+    model.file.Objects.AddBrep(box(), attributes("box", layer))
+    model.file.Objects.AddMesh(quad(), attributes("", layer))
+    model.file.Objects.AddSphere(rhino3dm.Sphere(ORIGIN, 2.0))
+    cylinder = rhino3dm.Cylinder(rhino3dm.Circle(1.0), 5.0)
+    model.file.Objects.AddExtrusion(rhino3dm.Extrusion.CreateCylinderExtrusion(cylinder, True, True), attributes())
+    model.file.Objects.AddPoint(ORIGIN)
+    model.file.Objects.AddTextDot("here", ORIGIN)
+    model.file.Objects.AddCircle(rhino3dm.Circle(1.0))
+    scene = bob.load(model.write(tmp_path / "things.3dm"))
+    assert [(i.name, i.shape.kind) for i in scene.instances] == [
+        ("box", "brep"),
+        ("Body", "mesh"),
+        ("Body", "brep"),
+        ("things.3dm", "brep"),
+    ]
+    found, mesh, sphere, extrusion = (instance.shape for instance in scene.instances)
+    assert len(found.faces) == 6
+    np.testing.assert_array_equal(np.array(found.bounding_box(np.eye(4))), [(0, 0, 0), (1, 2, 3)])
+    np.testing.assert_array_equal(mesh.triangles, [(0, 1, 2), (1, 4, 2), (0, 2, 3)])
+    u, v, _ = grid(sphere.faces[0])
+    np.testing.assert_allclose(np.linalg.norm(sphere.faces[0].points(u, v), axis=-1), 2, atol=1e-12)
+    assert [len(face.trims) for face in extrusion.faces] == [0, 1, 1]  # the caps are cut out of squares
+
+
+def test_what_is_hidden_is_left_out(tmp_path):
+    model = Model()
+    shown, off = model.layer("shown"), model.layer("off", visible=False)
+    below = model.layer("below", parent=off)
+    for name, layer, visible in (("a", shown, True), ("b", off, True), ("c", below, True), ("d", shown, False)):
+        model.file.Objects.AddBrep(box(), attributes(name, layer, visible))
+    assert [i.name for i in read_3dm(model.write(tmp_path / "x.3dm"))] == ["a"]
+
+
+def test_colours_follow_rhinos_rule(tmp_path):
+    model = Model()
+    red, black = model.layer("red", (200, 10, 20)), model.layer("black")
+    green = model.material((5, 120, 6))
+    model.file.Layers[black].RenderMaterialIndex = green
+    source = rhino3dm.ObjectColorSource
+    for found in (
+        attributes(layer=red),
+        attributes(layer=black),
+        attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(1, 2, 3, 255)),
+        attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(0, 0, 0, 255)),
+        attributes(
+            layer=red,
+            ColorSource=source.ColorFromMaterial,
+            MaterialSource=rhino3dm.ObjectMaterialSource.MaterialFromObject,
+            MaterialIndex=green,
+        ),
+        attributes(layer=black, ColorSource=source.ColorFromMaterial),
+        attributes(layer=red, ColorSource=source.ColorFromMaterial),
+        attributes(layer=red, ColorSource=source.ColorFromParent),
+        attributes(layer=-1),
+    ):
+        model.file.Objects.AddBrep(box(), found)
+    colors = [i.material.color for i in read_3dm(model.write(tmp_path / "x.3dm"))]
+    layer = color(200, 10, 20)
+    assert colors == [layer, WHITE, color(1, 2, 3), WHITE, color(5, 120, 6), color(5, 120, 6), WHITE, layer, WHITE]
+
+
+def block(model, name, *items):
+    """Add a block of (geometry, attributes); return its id."""
+    geometry, found = zip(*items, strict=True)
+    number = model.file.InstanceDefinitions.Add(name, "", "", "", ORIGIN, geometry, found)
+    return model.file.InstanceDefinitions.FindIndex(number).Id
+
+
+def test_blocks_are_resolved(tmp_path):
+    model = Model()
+    layer = model.layer("l", (9, 9, 9))
+    parent = rhino3dm.ObjectColorSource.ColorFromParent
+    inner = block(
+        model, "inner", (box(), attributes("box", layer, ColorSource=parent)), (quad(), attributes("q", layer))
+    )
+    turn = rhino3dm.Transform.Rotation(np.pi / 2, rhino3dm.Vector3d(0, 0, 1), ORIGIN)
+    outer = block(model, "outer", (rhino3dm.InstanceReference(inner, turn), attributes("", layer, ColorSource=parent)))
+    blue = attributes("", layer, ColorSource=rhino3dm.ObjectColorSource.ColorFromObject, ObjectColor=(0, 0, 255, 255))
+    for x in (10, 20):
+        move = rhino3dm.Transform.Translation(x, 0, 0)
+        model.file.Objects.AddInstanceObject(rhino3dm.InstanceReference(outer, move), blue)
+    found = read_3dm(model.write(tmp_path / "x.3dm"))
+    assert [i.name for i in found] == ["box", "q", "box", "q"]
+    assert found[0].shape is found[2].shape
+    assert [i.material.color for i in found[:2]] == [(0, 0, 1), color(9, 9, 9)]
+    np.testing.assert_allclose(found[2].transform @ (1, 0, 0, 1), (20, 1, 0, 1), atol=1e-12)
+
+
+def test_blocks_without_end_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("bobrossnet.adapters.rhino.MAX_IN_BLOCKS", 1000)
+    model = Model()
+    layer = model.layer("l")
+    inner = block(model, "0", (box(), attributes("", layer)))
+    for level in range(40):
+        reference = rhino3dm.InstanceReference(inner, rhino3dm.Transform.Identity())
+        inner = block(model, f"{level + 1}", (reference, attributes("", layer)), (reference, attributes("", layer)))
+    reference = rhino3dm.InstanceReference(inner, rhino3dm.Transform.Identity())
+    model.file.Objects.AddInstanceObject(reference, attributes("", layer))
+    with pytest.raises(bob.InputError, match=r"^x\.3dm: expected at most 1,000 objects in blocks, got more"):
+        bob.load(model.write(tmp_path / "x.3dm"))
+
+
+# ---- Trims -----------------------------------------------------------------------------------------------
+
+
+def test_a_disk_is_cut_out_of_a_plane(tmp_path):
+    model = Model()
+    circle = rhino3dm.Circle(rhino3dm.Point3d(3, 4, 0), 2.0).ToNurbsCurve()
+    model.file.Objects.AddBrep(rhino3dm.Brep.CreateTrimmedPlane(rhino3dm.Plane.WorldXY(), circle), None)
+    (instance,) = read_3dm(model.write(tmp_path / "x.3dm"))
+    (face,) = instance.shape.faces
+    u, v = loop_points(face.trims[0]).T
+    points = face.points(u, v)
+    np.testing.assert_allclose(np.linalg.norm(points - (3, 4, 0), axis=1), 2, atol=1e-12)
+
+
+def line(*points):
+    """A polyline in (u, v), as rhino3dm has it."""
+    return rhino3dm.Polyline([rhino3dm.Point3d(*point, 0) for point in points]).ToNurbsCurve()
+
+
+def revolution():
+    profile = line((1, 0), (2, 1), (1.5, 3))
+    axis = rhino3dm.Line(ORIGIN, rhino3dm.Point3d(0, 1, 0))
+    return rhino3dm.RevSurface.Create(profile, axis, 0.5, 5.0)
+
+
+def plane():
+    domain = rhino3dm.Interval(0, 6)
+    return rhino3dm.PlaneSurface(rhino3dm.Plane.WorldXY(), domain, domain)
+
+
+def of_degree_11():
+    curve = rhino3dm.NurbsCurve(3, False, 12, 12)
+    for i in range(12):
+        curve.Points[i] = rhino3dm.Point4d(0.6 + i / 4, 0.3 + i % 2, 0, 1)
+    for i in range(22):
+        curve.Knots[i] = float(i > 10)
+    return curve
+
+
+@pytest.mark.parametrize(
+    ("surface", "curve"),
+    [
+        (revolution(), line((0.5, 0.1), (4.5, 1.9))),
+        (revolution(), line((1, 0.1), (1, 1.9), (3, 0.3))),
+        (plane(), line((1, 0.1), (1, 1.9), (3, 0.3))),
+        (plane(), of_degree_11()),
+    ],
+)
+def test_trims_follow_the_nurbs_form_of_a_surface(surface, curve):
+    """A surface of revolution has other parameters than its NURBS form; the trims run along the same points."""
+    face = untrimmed(surface.ToNurbsSurface())
+    ((trim,),) = face_trims([[curve]], surface, face)
+    along = np.linspace(curve.Domain.T0, curve.Domain.T1, 2000)
+    want = [surface.PointAt(p.X, p.Y) for p in map(curve.PointAt, along)]
+    u, v = curve_points(trim, 2000).T
+    got = face.points(u, v)
+    far = max(cKDTree(got).query([(p.X, p.Y, p.Z) for p in want])[0])
+    assert far < 1e-2
+
+
+class Changed:
+    """A brep whose archive has other bytes."""
+
+    def __init__(self, archive, data):
+        self.archive = {**archive, "data": base64.b64encode(data).decode()}
+
+    def Encode(self):  # noqa: N802
+        return self.archive
+
+
+def test_a_trim_may_be_a_part_of_a_curve_and_backwards():
+    archive = box().Encode()
+    data = bytearray(base64.b64decode(archive["data"]))
+    whole = brep_loops(box())[0][0][1]
+    # Trim 1: its index and its curve's, and the stretch of the curve; whether it runs backwards follows at byte 84.
+    key = struct.pack("<2i2d", 1, 1, whole.Domain.T0, whole.Domain.T1)
+    assert data.count(key) == 1
+    row = data.index(key)
+    middle = (whole.Domain.T0 + whole.Domain.T1) / 2
+    data[row + 16 : row + 24] = struct.pack("<d", middle)
+    data[row + 84] = 1
+    part = brep_loops(Changed(archive, data))[0][0][1]
+    for got, want in ((part.PointAtStart, whole.PointAt(middle)), (part.PointAtEnd, whole.PointAtStart)):
+        np.testing.assert_allclose((got.X, got.Y), (want.X, want.Y))
+
+
+def test_unknown_archives_are_refused():
+    archive = box().Encode()
+    data = base64.b64decode(archive["data"])
+    for length in range(0, len(data) - 3000, 97):
+        with pytest.raises(bob.InputError, match=r"^expected an openNURBS brep, could not read it"):
+            brep_loops(Changed(archive, data[:length]))
+    version = data.index(struct.pack("<I", 0x0002FFFC)) + 12
+    with pytest.raises(bob.InputError, match="expected version 3, got 4"):
+        brep_loops(Changed(archive, data[:version] + b"\x40" + data[version + 1 :]))
+
+
+def test_faces_whose_trims_cannot_be_read_are_shown_whole(tmp_path, monkeypatch):
+    def unreadable(brep):
+        raise bob.InputError("expected a brep, got another")
+
+    model = Model()
+    model.file.Objects.AddBrep(box(), None)
+    model.file.Objects.AddBrep(box(), None)
+    monkeypatch.setattr("bobrossnet.adapters.rhino.brep_loops", unreadable)
+    with pytest.warns(bob.InputWarning, match=r"^x\.3dm: trims of 12 of 12 faces can't be read: shown whole$"):
+        found = read_3dm(model.write(tmp_path / "x.3dm"))
+    assert [len(i.shape.faces) for i in found] == [6, 6]
+
+
+def test_faces_of_too_high_a_degree_are_left_out(tmp_path):
+    surface = rhino3dm.NurbsSurface.Create(3, False, 11, 2, 11, 2)
+    for i in range(11):
+        for j in range(2):
+            surface.Points[i, j] = rhino3dm.Point4d(i, j, 0, 1)
+    for i in range(20):
+        surface.KnotsU[i] = float(i > 9)
+    for i in range(2):
+        surface.KnotsV[i] = float(i)
+    model = Model()
+    model.file.Objects.AddSurface(surface, None)
+    with pytest.raises(bob.InputError, match=r"^x\.3dm: expected surfaces or meshes, got knots_u: expected .*"):
+        bob.load(model.write(tmp_path / "x.3dm"))
+    model.file.Objects.AddBrep(box(), None)
+    with pytest.warns(bob.InputWarning, match=r"^x\.3dm: left out 1 of 7 faces \(knots_u: expected .*\)$"):
+        assert len(read_3dm(model.write(tmp_path / "x.3dm"))) == 1
+
+
+# ---- Real files ------------------------------------------------------------------------------------------
+
+
+@needs_models
+@pytest.mark.parametrize(
+    ("name", "faces", "trimmed"),
+    [
+        ("camera", 32, 17),  # of 119 and 69, the rest on layers that are switched off
+        ("gear", 128, 124),
+        ("human_head", 10, 0),
+        ("lightbulb", 110, 16),
+        ("mech_part_a", 41, 33),
+        ("rhino_teapot", 97, 49),
+        ("t_joint", 18, 11),
+        ("terrain", 1, 1),
+        ("untrimmed_surfaces", 141, 8),
+    ],
+)
+def test_real_files_have_their_faces_and_trims(name, faces, trimmed):
+    found = [face for i in read_3dm(NURBS / f"{name}.3dm") for face in i.shape.faces]
+    assert (len(found), sum(bool(face.trims) for face in found)) == (faces, trimmed)
+
+
+@needs_models
+@pytest.mark.parametrize("name", ["diner_mug", "mech_part_a", "rhino_logo", "solid_handle"])
+def test_trimmed_faces_are_where_rhinos_own_mesh_is(name):
+    """What Rhino stores for its display lies where the trims leave something, and is as large."""
+    mesh = trimesh.load(NURBS / f"{name}.rendermesh.ply", process=False)
+    size = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
+    on_mesh = cKDTree(trimesh.sample.sample_surface(mesh, 200_000, seed=0)[0])
+    area = 0.0
+    for face in (face for i in read_3dm(NURBS / f"{name}.3dm") for face in i.shape.faces):
+        u, v, around = grid(face)
+        left = inside(face, u, v)
+        by = face.derivatives(u[left], v[left], 1)
+        area += np.linalg.norm(np.cross(by[:, 1, 0], by[:, 0, 1]), axis=-1) @ around[left]
+        assert on_mesh.query(by[:, 0, 0])[0].max(initial=0) < 0.01 * size
+    assert area == pytest.approx(mesh.area, rel=0.01)
+
+
+# ---- What can't be read ----------------------------------------------------------------------------------
+
+
+def test_files_without_surfaces_say_what_they_hold(tmp_path):
+    model = Model()
+    off = model.layer("off", visible=False)
+    model.file.Objects.AddBrep(box(), attributes("", off))
+    for _ in range(2):
+        model.file.Objects.AddCircle(rhino3dm.Circle(1.0))
+    with pytest.raises(bob.InputError, match=r"^x\.3dm: expected surfaces or meshes, got curve \(2\), hidden \(1\)$"):
+        bob.load(model.write(tmp_path / "x.3dm"))
+    with pytest.raises(bob.InputError, match=r"^y\.3dm: expected surfaces or meshes, got none$"):
+        bob.load(Model().write(tmp_path / "y.3dm"))
+
+
+def test_damaged_files_are_refused(tmp_path):
+    model = Model()
+    model.file.Objects.AddBrep(box(), None)
+    whole = model.write(tmp_path / "whole.3dm").read_bytes()
+    file = tmp_path / "x.3dm"
+    for length in (1, 10, 31, 32, 33, 100, *range(200, len(whole) - 200, len(whole) // 40)):
+        file.write_bytes(whole[:length])
+        with pytest.raises(bob.InputError, match=r"^x\.3dm: [^\n]*$"):
+            bob.load(file)
+    file.write_bytes(b"solid of another kind")
+    with pytest.raises(bob.InputError, match=r"^x\.3dm: expected a Rhino file, got something else or a part of one$"):
+        bob.load(file)
+
+
+def test_rhino3dm_may_be_missing(tmp_path, monkeypatch):
+    file = Model().write(tmp_path / "x.3dm")
+    monkeypatch.setitem(sys.modules, "rhino3dm", None)
+    with pytest.raises(bob.InputError) as error:
+        bob.load(file)
+    assert str(error.value) == "x.3dm: reading .3dm files needs rhino3dm: pip install 'bobrossnet[cad]'"
