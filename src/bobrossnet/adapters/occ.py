@@ -33,7 +33,6 @@ from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTo
 
 from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed
 from bobrossnet.errors import InputError
-from bobrossnet.shapes.nurbs import MAX_DEGREE
 from bobrossnet.shapes.splines import MAX_DEGREE
 
 # Assemblies of assemblies can repeat one part without end.
