@@ -241,7 +241,7 @@ def test_a_hole_is_seen_through(tmp_path: Path) -> None:
     }
     file = written(tmp_path / "a.json", geomdl_json(flat | {"trims": {"count": 1, "data": [circle]}}))
     x, y = np.random.default_rng(0).uniform(0, 10, (2, 1000))
-    distance, _, _ = bob.load(file).closest_hits(np.stack([x, y, 1 + 0 * x], axis=1), [[0, 0, -1]] * 1000)
+    distance = bob.load(file).closest_hits(np.stack([x, y, 1 + 0 * x], axis=1), [[0, 0, -1]] * 1000).distance
     beside = np.hypot(x - 5, y - 5) - 1
     sure = np.abs(beside) > 1e-4
     assert np.array_equal(np.isfinite(distance)[sure], (beside > 0)[sure])
