@@ -205,18 +205,11 @@ struct Nearest {
     bool trimmed;
     Hit& hit;
 
-    [[nodiscard]] bool keeps(float u, float v) const {
-        if (!trimmed) return true;
-        const Domain& d = patch.domain;
-        return patch.region->contains(d.low_u + static_cast<double>(u) * (d.high_u - d.low_u),
-                                      d.low_v + static_cast<double>(v) * (d.high_v - d.low_v));
-    }
-
     void offer(const Solution& found) {
         const auto t = static_cast<float>(found.t);
         if (!(t > 0 && t < hit.t)) return;
         const float u = std::fmin(std::fmax(found.u, 0.f), 1.f), v = std::fmin(std::fmax(found.v, 0.f), 1.f);
-        if (keeps(u, v)) hit = {t, u, v, index};
+        if (!trimmed || patch.shows(u, v)) hit = {t, u, v, index};
     }
 };
 
