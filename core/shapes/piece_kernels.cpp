@@ -76,9 +76,18 @@ inline const float* points_of(const Pieces& pieces, const Patch& patch) {
 inline Jet evaluate(const Pieces& pieces, const Patch& patch, float u, float v) {
     const float* points = points_of(pieces, patch);
     const int p = patch.degree_u, q = patch.degree_v;
-    if (p == 3 && q == 3) return evaluate_degrees<3, 3>(points, p, q, u, v);
-    if (p == 1 && q == 1) return evaluate_degrees<1, 1>(points, p, q, u, v);
-    return evaluate_degrees<0, 0>(points, p, q, u, v);
+    switch (16 * p + q) {
+        case 0x11: return evaluate_degrees<1, 1>(points, p, q, u, v);
+        case 0x12: return evaluate_degrees<1, 2>(points, p, q, u, v);
+        case 0x21: return evaluate_degrees<2, 1>(points, p, q, u, v);
+        case 0x22: return evaluate_degrees<2, 2>(points, p, q, u, v);
+        case 0x13: return evaluate_degrees<1, 3>(points, p, q, u, v);
+        case 0x31: return evaluate_degrees<3, 1>(points, p, q, u, v);
+        case 0x23: return evaluate_degrees<2, 3>(points, p, q, u, v);
+        case 0x32: return evaluate_degrees<3, 2>(points, p, q, u, v);
+        case 0x33: return evaluate_degrees<3, 3>(points, p, q, u, v);
+        default: return evaluate_degrees<0, 0>(points, p, q, u, v);
+    }
 }
 
 inline Float4 cross(Float4 a, Float4 b) {
@@ -196,18 +205,11 @@ struct Nearest {
     bool trimmed;
     Hit& hit;
 
-    [[nodiscard]] bool keeps(float u, float v) const {
-        if (!trimmed) return true;
-        const Domain& d = patch.domain;
-        return patch.region->contains(d.low_u + static_cast<double>(u) * (d.high_u - d.low_u),
-                                      d.low_v + static_cast<double>(v) * (d.high_v - d.low_v));
-    }
-
     void offer(const Solution& found) {
         const auto t = static_cast<float>(found.t);
         if (!(t > 0 && t < hit.t)) return;
         const float u = std::fmin(std::fmax(found.u, 0.f), 1.f), v = std::fmin(std::fmax(found.v, 0.f), 1.f);
-        if (keeps(u, v)) hit = {t, u, v, index};
+        if (!trimmed || patch.shows(u, v)) hit = {t, u, v, index};
     }
 };
 

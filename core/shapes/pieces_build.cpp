@@ -194,19 +194,19 @@ private:
 
 class Builder {
 public:
-    Builder(const BezierPatch& patch, std::uint32_t index, const TrimRegion& region)
-        : patch_(patch), index_(index), region_(region) {}
+    Builder(const BezierPatch& bezier, const Patch& patch, std::uint32_t index)
+        : bezier_(bezier), patch_(patch), index_(index) {}
 
     std::vector<Piece> build() {
         Part whole;
-        whole.net = patch_;
+        whole.net = bezier_;
         cut(std::move(whole));
         return std::move(pieces_);
     }
 
 private:
     void cut(Part part) {
-        const TrimRegion::Coverage coverage = region_.coverage(domain(part));
+        const TrimRegion::Coverage coverage = patch_.coverage(domain(part));
         if (coverage == TrimRegion::Coverage::none) return;
         const Fit fit(part);
         const bool small = std::max(length(fit.along_u), length(fit.along_v)) < smallest;
@@ -219,15 +219,15 @@ private:
             Part half = part;
             ++half.halvings[along];
             (upper ? half.low : half.high)[along] = middle;
-            half.net = bob::part(patch_, half.low[0], half.high[0], half.low[1], half.high[1]);
+            half.net = bob::part(bezier_, half.low[0], half.high[0], half.low[1], half.high[1]);
             cut(std::move(half));
         }
     }
 
     [[nodiscard]] Domain domain(const Part& part) const {
-        const double u = patch_.high_u - patch_.low_u, v = patch_.high_v - patch_.low_v;
-        return {patch_.low_u + part.low[0] * u, patch_.low_u + part.high[0] * u, patch_.low_v + part.low[1] * v,
-                patch_.low_v + part.high[1] * v};
+        const double u = bezier_.high_u - bezier_.low_u, v = bezier_.high_v - bezier_.low_v;
+        return {bezier_.low_u + part.low[0] * u, bezier_.low_u + part.high[0] * u, bezier_.low_v + part.low[1] * v,
+                bezier_.low_v + part.high[1] * v};
     }
 
     void emit(const Part& part, const Fit& fit, bool trimmed) {
@@ -257,14 +257,33 @@ private:
         pieces_.push_back(piece);
     }
 
-    const BezierPatch& patch_;
+    const BezierPatch& bezier_;
+    const Patch& patch_;
     std::uint32_t index_;
-    const TrimRegion& region_;
     std::vector<Piece> pieces_;
 };
 
+/// The mean length of a patch' lines of control points along u, or along v.
+double mean_length(const BezierPatch& patch, bool along_v) {
+    const auto rows = static_cast<std::size_t>(patch.degree_u) + 1, columns = static_cast<std::size_t>(patch.degree_v) + 1;
+    double sum = 0;
+    for (std::size_t i = along_v ? 0 : 1; i < rows; ++i) {
+        for (std::size_t j = along_v ? 1 : 0; j < columns; ++j) {
+            const auto& a = patch.control_points[i * columns + j];
+            const auto& b = patch.control_points[along_v ? i * columns + j - 1 : (i - 1) * columns + j];
+            sum += std::hypot(a[0] / a[3] - b[0] / b[3], a[1] / a[3] - b[1] / b[3], a[2] / a[3] - b[2] / b[3]);
+        }
+    }
+    return sum / static_cast<double>(along_v ? rows : columns);
+}
+
 /// Appends a patch, its control points relative to the centre of their box and its weights at most 1.
-void add_patch(Pieces& pieces, const BezierPatch& from, std::uint32_t face, const TrimRegion* region) {
+void add_patch(Pieces& pieces, const BezierPatch& from, std::uint32_t face, const TrimRegion* region,
+               double tolerance) {
+    // In parameters, as if these ran evenly over the patch.
+    const auto margin = [&](double size, bool along_v) {
+        return tolerance > 0 ? size * std::min(1., tolerance / mean_length(from, along_v)) : 0;
+    };
     Box box;
     double heaviest = 0;
     for (const auto& [x, y, z, w] : from.control_points) {
@@ -275,7 +294,8 @@ void add_patch(Pieces& pieces, const BezierPatch& from, std::uint32_t face, cons
     pieces.patches.push_back({{center.x, center.y, center.z},
                               static_cast<std::uint32_t>(pieces.control_points.size()),
                               static_cast<std::uint16_t>(from.degree_u), static_cast<std::uint16_t>(from.degree_v),
-                              face, region, {from.low_u, from.high_u, from.low_v, from.high_v}});
+                              face, region, {from.low_u, from.high_u, from.low_v, from.high_v},
+                              margin(from.high_u - from.low_u, false), margin(from.high_v - from.low_v, true)});
     for (const auto& [x, y, z, w] : from.control_points) {
         const double scale = 1 / heaviest;
         pieces.control_points.push_back(
@@ -306,24 +326,35 @@ PiecePacket packed(std::span<const Piece> pieces, const Packet& indices) {
 
 }  // namespace
 
+TrimRegion::Coverage Patch::coverage(const Domain& d) const {
+    return region->coverage({d.low_u - margin_u, d.high_u + margin_u, d.low_v - margin_v, d.high_v + margin_v});
+}
+
+bool Patch::shows(double u, double v) const {
+    const double face_u = domain.low_u + u * (domain.high_u - domain.low_u);
+    const double face_v = domain.low_v + v * (domain.high_v - domain.low_v);
+    return region->contains(face_u, face_v) ||
+           (margin_u > 0 && coverage({face_u, face_u, face_v, face_v}) != TrimRegion::Coverage::none);
+}
+
 std::size_t Pieces::bytes() const {
     return patches.size() * sizeof(Patch) + control_points.size() * sizeof(control_points[0]) +
            nodes.size() * sizeof(BvhNode) + packets.size() * sizeof(PiecePacket);
 }
 
-Pieces build_pieces(std::span<const FacePatches> faces) {
+Pieces build_pieces(std::span<const FacePatches> faces, double tolerance) {
     Pieces result;
     std::vector<const BezierPatch*> patches;
     for (std::uint32_t face = 0; face < faces.size(); ++face) {
         for (const BezierPatch& patch : faces[face].patches) {
-            add_patch(result, patch, face, faces[face].region);
+            add_patch(result, patch, face, faces[face].region, tolerance);
             patches.push_back(&patch);
         }
     }
     std::vector<std::vector<Piece>> of_patch(patches.size());
     parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            of_patch[i] = Builder(*patches[i], static_cast<std::uint32_t>(i), *result.patches[i].region).build();
+            of_patch[i] = Builder(*patches[i], result.patches[i], static_cast<std::uint32_t>(i)).build();
         }
     });
     std::vector<Piece> pieces;

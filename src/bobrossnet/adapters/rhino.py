@@ -5,6 +5,7 @@ What is hidden in Rhino, or lies on a layer that is switched off, is left out, a
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -38,6 +39,9 @@ SAME = 1e-12
 BORDER = 1e-7
 FITTED = 1e-7
 MAX_FITTED = 4096
+
+# The most that edges of neighbouring faces may be apart, in sizes of their object.
+MAX_GAP = 1e-3
 
 WHITE = "#ffffff"
 DARKEST = 0.02
@@ -195,7 +199,11 @@ class _Reader:
             if kind in ("Mesh", "SubD"):
                 return _mesh(geometry if kind == "Mesh" else _subdivided(geometry))
             faces = self.brep_faces(geometry, kind)
-            return Brep(faces) if faces else None
+            if not faces:
+                return None
+            box = geometry.GetBoundingBox()
+            size = math.dist(*((corner.X, corner.Y, corner.Z) for corner in (box.Min, box.Max)))
+            return Brep(faces, min(self.model.Settings.ModelAbsoluteTolerance, MAX_GAP * size))
         except InputError as error:
             self.refused.append(str(error))
             return None
