@@ -284,9 +284,9 @@ revolved(profile, clamped(len(profile)))
 half = [(0, -1), (1, -1), (1, 0), (1, 1), (0, 1)]
 up = np.array([(0, 0.2), (-0.1, 0.9), (0.2, 1.2), (0.5, 1.8)])
 down = np.array([(0.5, 1.8), (0.5, 1.2), (0.2, 0.9), (0, 0.2)])
-slits = [[bob.TrimCurve((u, 0) + curve, clamped(4)) for curve in (up, down)] for u in np.arange(16) / 4]
+slits = [[bob.TrimCurve((u, 0) + curve, clamped(4)) for curve in (up, down)] for u in np.arange(-2, 17) / 4]
 lantern = revolved(half, [0, 0, 0, 1, 1, 2, 2, 2], WEIGHTS[:5], [rectangle_trim(4, 2), *slits])
-[lantern, capsule(-0.9 * Z, 0.1 * Z, 0.25)]
+[lantern, capsule(-0.7 * Z, 0.1 * Z, 0.2)]
 """,
     "a ring of ribbons": """
 ribbons = [[(0, v), (4, v + 16), (4, v + 16.6), (0, v + 0.6)] for v in np.arange(-16, 4)]
