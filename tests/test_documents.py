@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 import bobrossnet as bob
+from bobrossnet.adapters.container import ENDING as SCENE_ENDING
+from bobrossnet.adapters.files import INSTANCE_READERS
 from bobrossnet.sdf.words import WORDS
 
 ROOT = Path(__file__).parent.parent
@@ -110,6 +112,11 @@ def test_gallery_pictures_have_something_on_them(gallery):
 
 def test_gallery_page_is_current(gallery):
     assert (ROOT / "docs/gallery.md").read_text() == gallery.document(), "run python docs/gallery.py"
+
+
+def test_every_nurbs_file_is_described():
+    text = (ROOT / "docs/nurbs.md").read_text()
+    assert [ending for ending in INSTANCE_READERS if ending != SCENE_ENDING and f"`{ending}`" not in text] == []
 
 
 def test_readme_map_is_the_tree():

@@ -22,9 +22,8 @@ USAGE_ERROR = 2
 INTERRUPTED = 130
 
 FILES = (
-    "mesh files, NURBS surfaces (.3dm, .step, .iges, .json, .xml, .bpt, .cpt), shape scripts (.sdf), formulas (.vm) and "
-    "scenes (.bob); "
-    "without any, the built-in scene"
+    "mesh files, NURBS surfaces (.3dm, .step, .iges, .json, .xml, .bpt, .cpt), shape scripts (.sdf), formulas (.vm) "
+    "and scenes (.bob); without any, the built-in scene"
 )
 UP = "the models' axis that points up; y turns them upright (default: z)"
 
