@@ -325,11 +325,12 @@ TrimRegion::Coverage Patch::coverage(const Domain& d) const {
     return region->coverage({d.low_u - margin_u, d.high_u + margin_u, d.low_v - margin_v, d.high_v + margin_v});
 }
 
-bool Patch::shows(double u, double v) const {
+TrimRegion::Coverage Patch::coverage(double u, double v) const {
     const double face_u = domain.low_u + u * (domain.high_u - domain.low_u);
     const double face_v = domain.low_v + v * (domain.high_v - domain.low_v);
-    return region->contains(face_u, face_v) ||
-           (margin_u > 0 && coverage({face_u, face_u, face_v, face_v}) != TrimRegion::Coverage::none);
+    if (region->contains(face_u, face_v)) return TrimRegion::Coverage::all;
+    const bool near = margin_u > 0 && coverage({face_u, face_u, face_v, face_v}) != TrimRegion::Coverage::none;
+    return near ? TrimRegion::Coverage::some : TrimRegion::Coverage::none;
 }
 
 std::size_t Pieces::bytes() const {
@@ -339,6 +340,7 @@ std::size_t Pieces::bytes() const {
 
 Pieces build_pieces(std::span<const FacePatches> faces, double tolerance) {
     Pieces result;
+    result.tolerance = static_cast<float>(tolerance);
     std::vector<const BezierPatch*> patches;
     for (std::uint32_t face = 0; face < faces.size(); ++face) {
         for (const BezierPatch& patch : faces[face].patches) {
