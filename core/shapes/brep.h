@@ -22,7 +22,7 @@ class Brep : public Shape {
 public:
     /// The faces' control points are about 1 in size; weights are above 0. Faces are seen up to about `tolerance` beyond
     /// their trims, so that no gap is between those whose edges agree up to it only.
-    Brep(std::span<const Face> faces, double tolerance);
+    explicit Brep(std::span<const Face> faces, double tolerance = 0);
     Brep(Brep&&) = default;  // and no copies: pieces point to regions
 
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;

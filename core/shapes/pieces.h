@@ -30,8 +30,8 @@ struct Patch {
     /// How much of a rectangle of the face's parameters is seen.
     [[nodiscard]] TrimRegion::Coverage coverage(const Domain& rectangle) const;
 
-    /// Whether the point at parameters 0..1 of the patch is seen.
-    [[nodiscard]] bool shows(double u, double v) const;
+    /// Whether the point at parameters 0..1 of the patch is seen: `some` where that is beyond the region.
+    [[nodiscard]] TrimRegion::Coverage coverage(double u, double v) const;
 };
 
 /// 672 bytes. A piece lies in a box whose x and y axes follow its u and v: to_box * (p, 1) has |x| and |y| up to `half`,
@@ -53,6 +53,7 @@ struct Pieces {
     std::vector<BvhNode> nodes;
     std::vector<PiecePacket> packets;
     std::size_t count = 0;
+    float tolerance = 0;  // how far beyond their regions faces are seen, in units
 
     [[nodiscard]] std::size_t bytes() const;
 };

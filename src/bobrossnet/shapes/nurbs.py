@@ -200,7 +200,8 @@ class Brep(MeasuredShape):
     faces : sequence of Face, at least one
     tolerance : number, at least 0, optional
         How far apart the edges of neighbouring faces may be, in the shape's units; CAD systems have such a number.
-        Trimmed faces are seen about this far beyond their trims, so that no gap shows.
+        Trimmed faces are seen about this far beyond their trims where no other face of the brep is, so that no gap
+        shows. A single face ends at its trims.
 
     Raises
     ------
@@ -236,7 +237,7 @@ class Brep(MeasuredShape):
                 )
                 for face in self.faces
             ],
-            self.tolerance / radius,
+            self.tolerance / radius if len(self.faces) > 1 else 0.0,
         )
         if not surface.pieces:
             raise InputError("trims: expected something that they leave of a face, got nothing of any")
