@@ -412,8 +412,8 @@ SECTIONS = [
     Section(
         "NURBS",
         NURBS,
-        "Surfaces, trimmed or not, and tubes along curves; [nurbs.md](nurbs.md) describes them. What the pictures share "
-        "comes first.",
+        "Surfaces, trimmed or not, and tubes along curves; [nurbs.md](nurbs.md) describes them. What the pictures share"
+        " comes first.",
         columns=4,
         helpers=NURBS_HELPERS,
     ),
