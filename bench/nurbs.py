@@ -79,7 +79,9 @@ def from_planes(points: F64) -> F64:
     lengths = [np.linalg.norm(normal, axis=-1, keepdims=True) for normal in normals]
     flat = 1e-6 * (lengths[0] + lengths[1])  # as at poles: there the other triangle is all of the cell
     usable = [length > flat for length in lengths]
-    unit = [np.where(ok, n, 0) / np.where(ok, l, 1) for n, l, ok in zip(normals, lengths, usable, strict=True)]
+    unit = [
+        np.where(ok, n, 0) / np.where(ok, length, 1) for n, length, ok in zip(normals, lengths, usable, strict=True)
+    ]
     below = np.tril(np.ones((5, 5), np.bool_))
     worst = np.zeros(points.shape[:2])
     for half, this, other, ok in ((below, *unit, usable[0]), (below.T, *unit[::-1], usable[1])):
@@ -184,7 +186,8 @@ def curve_points(curve: TrimCurve, t: F64) -> F64:
     at, values = _core.basis_derivatives(curve.degree, curve.knots, t, 0)
     near = homogeneous(curve.control_points, curve.weights)[at[:, None] + np.arange(-curve.degree, 1)]
     point = (values[:, 0, :, None] * near).sum(axis=1)
-    return point[:, :-1] / point[:, -1:]
+    result: F64 = point[:, :-1] / point[:, -1:]
+    return result
 
 
 def outlines(face: bob.Face, tolerance: float) -> list[F64]:
@@ -218,7 +221,8 @@ def trimmed(face: bob.Face, tolerance: float) -> tuple[F64, Triangles]:
     sides halved until all are sides of triangles."""
     counts = [[span.fewest(tolerance) for span in row] for row in spans(face)]
     lines, units = [], []
-    for axis, each in enumerate((counts, list(zip(*counts, strict=True)))):
+    by_axis: tuple[Any, Any] = counts, list(zip(*counts, strict=True))
+    for axis, each in enumerate(by_axis):
         knots = sorted({t for row in spans(face) for span in row for t in ((span.u, span.v)[axis])})
         steps = [max(count[axis] for count in row) for row in each]
         parts = [np.linspace(a, b, n, endpoint=False) for (a, b), n in zip(pairwise(knots), steps, strict=True)]
@@ -273,7 +277,7 @@ def tessellate(scene: bob.Scene) -> Tessellation:
     parameters: list[tuple[bob.Face, Any, F64]] = []
     triangles, count = [], 0
     for instance in scene.instances:
-        stretch = np.linalg.norm(instance.transform[:3, :3], 2)
+        stretch = float(np.linalg.norm(instance.transform[:3, :3], 2))
         assert isinstance(instance.shape, bob.Brep)
         for face in instance.shape.faces:
             tolerance = TOLERANCE * scene.radius / stretch
@@ -311,7 +315,8 @@ def tessellate_tube(scene: bob.Scene) -> Tessellation:
     def derivatives(t: F64) -> F64:
         at, values = _core.basis_derivatives(tube.degree, tube.knots, t, 1)
         near = tube.control_points[at[:, None] + np.arange(-tube.degree, 1)]
-        return (values[..., None] * near[:, None]).sum(axis=2)
+        result: F64 = (values[..., None] * near[:, None]).sum(axis=2)
+        return result
 
     def parameters(steps: int) -> F64:
         return np.interp(np.arange(steps * (len(knots) - 1) + 1) / steps, np.arange(len(knots)), knots)
@@ -342,7 +347,8 @@ def tessellate_tube(scene: bob.Scene) -> Tessellation:
         up = np.cross(side, tangent)
         up /= np.linalg.norm(up, axis=1, keepdims=True)
         ring = np.cos(angle)[:, None] * side[:, None] + np.sin(angle)[:, None] * up[:, None]
-        return (center[:, None] + radius * ring).reshape(-1, 3)
+        vertices: F64 = (center[:, None] + radius * ring).reshape(-1, 3)
+        return vertices
 
     number = np.arange(len(t) * around).reshape(len(t), around)
     a, b = number[:-1], number[1:]
@@ -405,8 +411,8 @@ def merged(mesh: Tessellation) -> tuple[F64, Triangles]:
     step = 1e-9 * np.abs(points).max()
     _, kept, inverse = np.unique(np.round(points / step), axis=0, return_index=True, return_inverse=True)
     corners = inverse.reshape(-1)[mesh.triangles].astype(np.int32)
-    used, corners = np.unique(corners, return_inverse=True)
-    return points[kept[used]], corners.reshape(-1, 3).astype(np.int32)
+    used, within = np.unique(corners, return_inverse=True)
+    return points[kept[used]], within.reshape(-1, 3).astype(np.int32)
 
 
 # ---- The tables ------------------------------------------------------------------------------------------
@@ -414,7 +420,7 @@ def merged(mesh: Tessellation) -> tuple[F64, Triangles]:
 
 def distances(scene: bob.Scene, vertices: F64, triangles: Triangles, count: int = 100_000) -> F64:
     """From points all over a mesh to the surface along the triangles' normals, both ways, in pixels of the large
-    picture; where there is none within ten pixels, inf."""
+    picture; where there is none within four pixels, inf."""
     rng = np.random.default_rng(0)
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -426,8 +432,8 @@ def distances(scene: bob.Scene, vertices: F64, triangles: Triangles, count: int 
     direction = normal[chosen] / area[chosen, None]
     found = []
     for way in (direction, -direction):
-        distance = scene.closest_hits(points - 10 * pixel * way, way).distance / pixel
-        found.append(np.where(distance < 20, np.abs(distance - 10), np.inf))
+        distance = scene.closest_hits(points - 4 * pixel * way, way).distance / pixel
+        found.append(np.where(distance < 8, np.abs(distance - 4), np.inf))
     return np.minimum(*found)
 
 

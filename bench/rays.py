@@ -40,7 +40,9 @@ def pixel_centers(size: tuple[int, int]) -> tuple[F64, F64]:
     height, width = size
     row, column = np.indices(size).reshape(2, -1)
     scale = 2 / min(size)
-    return (column + 0.5 - width / 2) * scale, (height / 2 - row - 0.5) * scale
+    x = np.asarray((column + 0.5 - width / 2) * scale, np.float64)
+    y = np.asarray((height / 2 - row - 0.5) * scale, np.float64)
+    return x, y
 
 
 def camera_rays(camera: bob.Camera, size: tuple[int, int]) -> tuple[F32, F32]:
