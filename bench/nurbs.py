@@ -266,6 +266,9 @@ def trimmed(face: bob.Face, tolerance: float) -> tuple[F64, Triangles]:
         halves = [np.stack([first, new], axis=1), np.stack([new, last], axis=1)]
         sides = np.concatenate([sides[~missing], *halves])
     triangles = triangles[inside(points[triangles].mean(axis=1))]
+    across, beside = (points[triangles[:, i]] - points[triangles[:, 0]] for i in (1, 2))
+    area = across[:, 0] * beside[:, 1] - across[:, 1] * beside[:, 0]
+    triangles = triangles[np.abs(area) > 1e-7]  # corners along a straight border may make triangles of their own
     unscaled = [np.interp(points[:, i], units[i], lines[i]) for i in range(2)]
     return np.stack(unscaled, axis=1), triangles.astype(np.int32)
 
