@@ -20,8 +20,8 @@ struct Face {
 
 class Brep : public Shape {
 public:
-    /// The faces' control points are about 1 in size; weights are above 0. Faces are seen up to about `tolerance` beyond
-    /// their trims, so that no gap is between those whose edges agree up to it only.
+    /// The faces' control points are about 1 in size; weights are above 0. Trimmed faces are seen up to about `tolerance`
+    /// beyond their trims where no other face is near, so that no gap is between edges that agree up to it only.
     explicit Brep(std::span<const Face> faces, double tolerance = 0);
     Brep(Brep&&) = default;  // and no copies: pieces point to regions
 
