@@ -54,6 +54,8 @@ class Tessellation:
     """The vertices, (V, 3): all that is timed of tessellating."""
     triangles: Triangles
     seconds: float  # it took to choose parameters and triangles
+    in_core: Callable[[], object] | None = None
+    """What the core does of evaluating faces."""
 
 
 def fine_grid(n: int) -> NDArray[np.int64]:
@@ -293,16 +295,35 @@ def tessellate(scene: bob.Scene) -> Tessellation:
     def evaluate() -> F64:
         return np.concatenate([mapped(matrix, face.points(*uv.T)) for face, matrix, uv in parameters])
 
-    return welded("equal", evaluate, np.concatenate(triangles), start)
+    arguments = [
+        (
+            homogeneous(face.control_points, face.weights),
+            face.knots_u,
+            face.knots_v,
+            face.degree_u,
+            face.degree_v,
+            np.ascontiguousarray(uv[:, 0]),
+            np.ascontiguousarray(uv[:, 1]),
+            0,
+        )
+        for face, _, uv in parameters
+    ]
+
+    def in_core() -> None:
+        for each in arguments:
+            _core.surface_derivatives(*each)
+
+    corners = np.concatenate(triangles)
+    same = same_place(evaluate())[1][corners]
+    proper = (same != np.roll(same, 1, axis=1)).all(axis=1)  # triangles at poles may be only lines
+    return Tessellation("equal", evaluate, corners[proper], time.perf_counter() - start, in_core)
 
 
-def welded(name: str, evaluate: Callable[[], F64], triangles: Triangles, start: float) -> Tessellation:
-    """Without triangles that are only lines, as at poles."""
-    points = evaluate()
-    step = 1e-9 * np.abs(points).max()
-    same = np.unique(np.round(points / step), axis=0, return_inverse=True)[1].reshape(-1)[triangles]
-    proper = (same[:, 0] != same[:, 1]) & (same[:, 1] != same[:, 2]) & (same[:, 2] != same[:, 0])
-    return Tessellation(name, evaluate, triangles[proper], time.perf_counter() - start)
+def same_place(points: F64) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Which points to keep of those at the same place, and which of these stands for each."""
+    rounded = np.round(points / (1e-9 * np.abs(points).max()))
+    _, kept, inverse = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    return kept, inverse.reshape(-1)
 
 
 def tessellate_tube(scene: bob.Scene) -> Tessellation:
@@ -411,10 +432,8 @@ def in_unit_sphere(scene: bob.Scene, points: F64) -> F32:
 def merged(mesh: Tessellation) -> tuple[F64, Triangles]:
     """Vertices and triangles, what stands at the same place only once."""
     points = mesh.evaluate()
-    step = 1e-9 * np.abs(points).max()
-    _, kept, inverse = np.unique(np.round(points / step), axis=0, return_index=True, return_inverse=True)
-    corners = inverse.reshape(-1)[mesh.triangles].astype(np.int32)
-    used, within = np.unique(corners, return_inverse=True)
+    kept, same = same_place(points)
+    used, within = np.unique(same[mesh.triangles], return_inverse=True)
     return points[kept[used]], within.reshape(-1, 3).astype(np.int32)
 
 
@@ -549,6 +568,7 @@ def picture_row(example: Example, mesh: Tessellation, pool: ThreadPoolExecutor) 
             "ours": lambda: bob.trace(rebuilt(scene), CAMERA, size=SIZE),
             "trace": lambda: bob.trace(scene, CAMERA, size=SIZE),
             "embree": lambda: parts.append(embree()),
+            "core": mesh.in_core or (lambda: None),
         },
         RUNS,
     )
@@ -558,6 +578,7 @@ def picture_row(example: Example, mesh: Tessellation, pool: ThreadPoolExecutor) 
         spread(seconds["ours"], 1e3),
         spread(seconds["trace"], 1e3),
         spread(seconds["embree"], 1e3),
+        f"{1e3 * statistics.median(seconds['core']):.1f}" if mesh.in_core else "",
         *(f"{1e3 * statistics.median(part):.1f}" for part in zip(*parts[1:], strict=True)),
         f"{median_ratio(seconds['ours'], seconds['embree']):.2f}",
     ]
@@ -591,7 +612,17 @@ def main() -> None:
         print("\nasked for: less than Embree")
 
     heading(f"NURBS beside meshes in Embree, the first picture, 640x480: milliseconds, {threads} threads")
-    columns = ["model", "mesh", "ours, build and trace", "trace", "mesh, all", "evaluate", "build", "trace it"]
+    columns = [
+        "model",
+        "mesh",
+        "ours, build and trace",
+        "trace",
+        "mesh, all",
+        "evaluate in the core",
+        "in all",
+        "build",
+        "trace it",
+    ]
     with ThreadPoolExecutor(threads) as pool:
         rows = [picture_row(*each, pool) for each in shown]
     table([*columns, "ours / mesh"], rows)
