@@ -96,6 +96,11 @@ inline Float4 cross(Float4 a, Float4 b) {
     return __builtin_shufflevector(c, c, 1, 2, 0, 3);
 }
 
+// Not std::fmin and std::fmax, which are calls.
+inline float smaller(float a, float b) { return a < b ? a : b; }
+inline float larger(float a, float b) { return a > b ? a : b; }
+inline float clamp(float x, float low, float high) { return smaller(larger(x, low), high); }
+
 /// Of the first three components.
 inline float dot(Float4 a, Float4 b) {
     const Float4 products = a * b;
@@ -163,6 +168,7 @@ inline Found newton(const Pieces& pieces, const Patch& patch, const RayToPieces&
                     const Part& part, Solution& at) {
     constexpr int most_steps = 8;
     constexpr float close = 2e-4f;  // a step from here on, in sizes of the part, leaves no error to speak of
+    const float inverse_size[2] = {1 / part.size[0], 1 / part.size[1]};
     float last = 1;
     for (int step = 0; step < most_steps; ++step) {
         const Jet jet = evaluate(pieces, patch, at.u, at.v);
@@ -174,15 +180,14 @@ inline Found newton(const Pieces& pieces, const Patch& patch, const RayToPieces&
         const float inverse = 1 / (a_u * b_v - a_v * b_u);
         const float d_u = (a_v * b - a * b_v) * inverse, d_v = (a * b_u - a_u * b) * inverse;
         at.u += d_u, at.v += d_v;
-        const float x = (at.u - part.low[0]) / part.size[0] - 0.5f, y = (at.v - part.low[1]) / part.size[1] - 0.5f;
-        const float step_x = std::fabs(d_u) / part.size[0], step_y = std::fabs(d_v) / part.size[1];
-        const float outside = std::fmax(std::fabs(x), std::fabs(y)) - 0.5f;
-        const float size = std::fmax(step_x, step_y);
+        const float x = (at.u - part.low[0]) * inverse_size[0] - 0.5f, y = (at.v - part.low[1]) * inverse_size[1] - 0.5f;
+        const float outside = larger(std::fabs(x), std::fabs(y)) - 0.5f;
+        const float size = larger(std::fabs(d_u) * inverse_size[0], std::fabs(d_v) * inverse_size[1]);
         if (!(size < 2)) return Found::unclear;  // or NaN
         if (size < close) {
             const float noise = rounding * ray.length * std::fabs(inverse);
-            const float noise_x = noise * (std::fabs(a_v) + std::fabs(b_v)) / part.size[0];
-            const float noise_y = noise * (std::fabs(a_u) + std::fabs(b_u)) / part.size[1];
+            const float noise_x = noise * (std::fabs(a_v) + std::fabs(b_v)) * inverse_size[0];
+            const float noise_y = noise * (std::fabs(a_u) + std::fabs(b_u)) * inverse_size[1];
             if (std::fabs(x) > 0.5f + overlap + noise_x || std::fabs(y) > 0.5f + overlap + noise_y) {
                 return Found::nothing;
             }
@@ -210,7 +215,7 @@ struct Nearest {
     void offer(const Patch& patch, std::uint32_t index, bool trimmed, const Solution& found) {
         const auto t = static_cast<float>(found.t);
         if (!(t > 0 && t < hit.t)) return;
-        const float u = std::fmin(std::fmax(found.u, 0.f), 1.f), v = std::fmin(std::fmax(found.v, 0.f), 1.f);
+        const float u = clamp(found.u, 0, 1), v = clamp(found.v, 0, 1);
         const auto seen = trimmed ? patch.coverage(u, v) : TrimRegion::Coverage::all;
         const bool beyond = seen == TrimRegion::Coverage::some;
         if (seen == TrimRegion::Coverage::none || (beyond && t + penalty >= hit.t)) return;
@@ -342,7 +347,7 @@ private:
             if (found != Found::unclear) return;
         }
         const float extent[2] = {in_u.extent(rows_ - 1), in_v.extent(columns_ - 1)};
-        if (std::fmax(extent[0], extent[1]) < smallest) {
+        if (larger(extent[0], extent[1]) < smallest) {
             return offer({u, v, local_.start + static_cast<double>(net.nearest)});
         }
         const int along = extent[1] > extent[0];
@@ -367,7 +372,7 @@ private:
         /// About the length of the longest line of control points.
         [[nodiscard]] float extent(std::size_t differences) const {
             const Float4 largest = max(high, -low);
-            return std::fmax(std::fmax(largest[0], largest[1]), largest[2]) * static_cast<float>(differences);
+            return larger(larger(largest[0], largest[1]), largest[2]) * static_cast<float>(differences);
         }
     };
 
@@ -391,8 +396,8 @@ private:
         const Float4 a{u.low[0], u.high[0], u.low[0], u.high[0]}, b{v.low[1], v.low[1], v.high[1], v.high[1]};
         const Float4 c{u.low[1], u.high[1], u.low[1], u.high[1]}, d{v.low[0], v.low[0], v.high[0], v.high[0]};
         const Float4 plus = a * b, minus = c * d;
-        const auto least = [](Float4 x) { return std::fmin(std::fmin(x[0], x[1]), std::fmin(x[2], x[3])); };
-        const auto most = [](Float4 x) { return std::fmax(std::fmax(x[0], x[1]), std::fmax(x[2], x[3])); };
+        const auto least = [](Float4 x) { return smaller(smaller(x[0], x[1]), smaller(x[2], x[3])); };
+        const auto most = [](Float4 x) { return larger(larger(x[0], x[1]), larger(x[2], x[3])); };
         return least(plus) > most(minus) || most(plus) < least(minus);
     }
 
@@ -436,10 +441,10 @@ inline void intersect(const Pieces& pieces, const PiecePacket& packet, const Ray
             const Part& part = piece.part;
             const float slant = d[2][lane];
             if (std::fabs(slant) > packet.fold[k] * ray.length) {
-                const float t = std::fmin(std::fmax(-o[2][lane] / slant, enter[lane]), leave[lane]);
+                const float t = clamp(-o[2][lane] / slant, enter[lane], leave[lane]);
                 const LocalRay local(ray, piece.patch, t);
-                const float x = std::fmin(std::fmax(o[0][lane] + t * d[0][lane], -1.f), 1.f);
-                const float y = std::fmin(std::fmax(o[1][lane] + t * d[1][lane], -1.f), 1.f);
+                const float x = clamp(o[0][lane] + t * d[0][lane], -1, 1);
+                const float y = clamp(o[1][lane] + t * d[1][lane], -1, 1);
                 Solution at{part.low[0] + (0.5f + 0.5f * x) * part.size[0],
                             part.low[1] + (0.5f + 0.5f * y) * part.size[1], 0};
                 const Found found = newton(pieces, piece.patch, ray, local, part, at);

@@ -62,6 +62,15 @@ struct Part {
         points.clear();
         for (const auto& [x, y, z, w] : homogeneous) points.push_back({x / w, y / w, z / w});
     }
+
+    [[nodiscard]] bool weights_are_products() const {
+        for (std::size_t i = 0; i < homogeneous.size(); ++i) {
+            const double row = homogeneous[i - i % columns][3], column = homogeneous[i % columns][3];
+            const double expected = row * column, found = homogeneous[i][3] * homogeneous[0][3];
+            if (std::fabs(found - expected) > 1e-9 * expected) return false;
+        }
+        return true;
+    }
 };
 
 /// A part as a bilinear patch, center + x along_u + y along_v + x y twist with x and y from -1 to 1, and what of it is
@@ -131,22 +140,24 @@ private:
                 const auto second_difference = [&](std::size_t step) {
                     return length(point[2 * step] - 2 * point[step] + point[0]);
                 };
-                if (i + 2 < part.rows) bend[0] = std::max(bend[0], p * p * second_difference(part.columns));
-                if (j + 2 < part.columns) bend[1] = std::max(bend[1], q * q * second_difference(1));
+                if (i + 2 < part.rows) bend[0] = std::max(bend[0], second_difference(part.columns));
+                if (j + 2 < part.columns) bend[1] = std::max(bend[1], second_difference(1));
             }
         }
         // A cut of either straightens half of the twist; that of the longer side leaves the better shape.
         const double u = length(along_u), v = length(along_v), twisted = length(twist) / std::max(u + v, 1e-30);
-        bend[0] += u * twisted, bend[1] += v * twisted;
+        bend[0] = p * p * bend[0] + u * twisted, bend[1] = q * q * bend[1] + v * twisted;
     }
 
-    /// Bounds the angle between the normal and du x dv, for any du and dv out of the hulls of the control points'
+    /// Bounds the angle between the normal and du x dv, for any du and dv out of the cones of the control points'
     /// differences. While a direction d has one sign with all of these, no line along d meets the piece twice: between
-    /// two points of the piece lies (mean of dS/du) a + (mean of dS/dv) b, and both means are in the hulls, so that the
+    /// two points of the piece lies (mean of dS/du) a + (mean of dS/dv) b, and both means are in the cones, so that the
     /// projection along d has a determinant with that sign.
     ///
-    /// For rational pieces this holds with w (S - o) in place of S, for every o on the ray: those near the piece are as
-    /// far from its centre as its points, which leaves a little more for the angle.
+    /// Derivatives are in these cones for polynomial pieces, and for rational ones whose weights are products of one
+    /// for u and one for v, such as surfaces of revolution: of rational curves it is so (Floater, "Derivatives of
+    /// rational Bezier curves", 1992). For others it is of w (S - o), for every o on the ray: those near the piece are
+    /// as far from its centre as its points, which leaves a little more for the angle.
     void measure_turn(const Part& part) {
         double radius = 0;
         for (const Vec3d& x : part.points) radius = std::max(radius, length(x - center));
@@ -154,19 +165,20 @@ private:
             Vec3d d;
             double length, slack;
         };
-        const auto difference = [&](const Homogeneous<3>& a, const Homogeneous<3>& b) {
-            const double dw = b[3] - a[3];
-            Vec3d d;
-            for (std::size_t k = 0; k < 3; ++k) d[k] = b[k] - a[k] - center[k] * dw;
+        const bool products = part.weights_are_products();
+        const auto difference = [&](std::size_t from, std::size_t to) {
+            const Homogeneous<3>&a = part.homogeneous[from], &b = part.homogeneous[to];
+            const double dw = products ? 0 : b[3] - a[3];
+            Vec3d d = part.points[to] - part.points[from];
+            if (!products) {
+                for (std::size_t k = 0; k < 3; ++k) d[k] = b[k] - a[k] - center[k] * dw;
+            }
             return Difference{d, length(d), radius * std::fabs(dw)};
         };
         std::vector<Difference> du, dv;
-        for (std::size_t i = 0; i < part.rows; ++i) {
-            for (std::size_t j = 0; j < part.columns; ++j) {
-                const Homogeneous<3>* point = &part.homogeneous[i * part.columns + j];
-                if (i + 1 < part.rows) du.push_back(difference(point[0], point[part.columns]));
-                if (j + 1 < part.columns) dv.push_back(difference(point[0], point[1]));
-            }
+        for (std::size_t i = 0; i < part.points.size(); ++i) {
+            if (i + part.columns < part.points.size()) du.push_back(difference(i, i + part.columns));
+            if ((i + 1) % part.columns != 0) dv.push_back(difference(i, i + 1));
         }
         const auto longest = [](const std::vector<Difference>& all) {
             double most = 0;
