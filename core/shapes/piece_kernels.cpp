@@ -181,23 +181,25 @@ inline Found newton(const Pieces& pieces, const Patch& patch, const RayToPieces&
         const float d_u = (a_v * b - a * b_v) * inverse, d_v = (a * b_u - a_u * b) * inverse;
         at.u += d_u, at.v += d_v;
         const float x = (at.u - part.low[0]) * inverse_size[0] - 0.5f, y = (at.v - part.low[1]) * inverse_size[1] - 0.5f;
-        const float outside = larger(std::fabs(x), std::fabs(y)) - 0.5f;
         const float size = larger(std::fabs(d_u) * inverse_size[0], std::fabs(d_v) * inverse_size[1]);
         if (!(size < 2)) return Found::unclear;  // or NaN
-        if (size < close) {
-            const float noise = rounding * ray.length * std::fabs(inverse);
-            const float noise_x = noise * (std::fabs(a_v) + std::fabs(b_v)) * inverse_size[0];
-            const float noise_y = noise * (std::fabs(a_u) + std::fabs(b_u)) * inverse_size[1];
-            if (std::fabs(x) > 0.5f + overlap + noise_x || std::fabs(y) > 0.5f + overlap + noise_y) {
-                return Found::nothing;
-            }
+        const bool converged = size < close;
+        // Steps shrink fast in pieces: where the root is farther away than the last one, it is outside.
+        if (!converged && !(step > 0 && size < 0.5f * last)) {
+            last = size;
+            continue;
+        }
+        const float slack = converged ? overlap : size + 0.1f;
+        const float noise = rounding * ray.length * std::fabs(inverse);
+        const float noise_x = noise * (std::fabs(a_v) + std::fabs(b_v)) * inverse_size[0];
+        const float noise_y = noise * (std::fabs(a_u) + std::fabs(b_u)) * inverse_size[1];
+        if (std::fabs(x) > 0.5f + slack + noise_x || std::fabs(y) > 0.5f + slack + noise_y) return Found::nothing;
+        if (converged) {
             const Float4 last_f = f + broadcast<Float4>(d_u) * f_u + broadcast<Float4>(d_v) * f_v;
             const float w = jet.x[3] + d_u * jet.u[3] + d_v * jet.v[3];
             at.t = local.start + static_cast<double>(dot(last_f, ray.direction) / (w * ray.length_squared));
             return Found::hit;
         }
-        // Steps shrink fast in pieces: where the root is farther away than the last one, it is outside.
-        if (step > 0 && size < 0.5f * last && outside > size + 0.1f) return Found::nothing;
         last = size;
     }
     return Found::unclear;
@@ -297,7 +299,7 @@ public:
 
 private:
     static constexpr int most_parts = 1000;
-    static constexpr float smallest = 1e-6f;  // extent of a part that is taken for a point
+    static constexpr float smallest = 5e-7f;  // extent of a part that is taken for a point
 
     [[nodiscard]] bool is_behind(const Net& net) const {
         return local_.start + static_cast<double>(net.nearest) >= static_cast<double>(nearest_.hit.t);
@@ -348,7 +350,7 @@ private:
         }
         const float extent[2] = {in_u.extent(rows_ - 1), in_v.extent(columns_ - 1)};
         if (larger(extent[0], extent[1]) < smallest) {
-            return offer({u, v, local_.start + static_cast<double>(net.nearest)});
+            return offer({u, v, local_.start + static_cast<double>(middle(net) / ray_.length)});
         }
         const int along = extent[1] > extent[0];
         Part halves[2] = {part, part};
@@ -361,6 +363,16 @@ private:
         cut(net.slot, net.slot, along, 0.5f, !upper_is_nearer);
         push(halves[!upper_is_nearer], net.slot);
         push(halves[upper_is_nearer], net.slot + 1);
+    }
+
+    /// The mean depth of the corners.
+    [[nodiscard]] float middle(const Net& net) const {
+        float sum = 0;
+        for (const std::size_t i : {std::size_t{0}, columns_ - 1, size_ - columns_, size_ - 1}) {
+            const Float4& corner = points_[net.slot * size_ + i];
+            sum += corner[2] / corner[3];
+        }
+        return sum / 4;
     }
 
     void offer(const Solution& found) { nearest_.offer(piece_.patch, piece_.index, piece_.trimmed, found); }

@@ -43,9 +43,9 @@ struct Piece {
     double half[2];
     double fold;
     double low[2], size[2];
-    std::uint32_t patch;
     bool trimmed;
     Box bounds;
+    std::uint32_t patch = 0;  // among those that are seen
 };
 
 /// A part of a patch: its parameters, and its control points.
@@ -204,8 +204,7 @@ private:
 
 class Builder {
 public:
-    Builder(const BezierPatch& bezier, const Patch& patch, std::uint32_t index)
-        : bezier_(bezier), patch_(patch), index_(index) {}
+    Builder(const BezierPatch& bezier, const Patch& patch) : bezier_(bezier), patch_(patch) {}
 
     std::vector<Piece> build() {
         Part whole;
@@ -256,7 +255,6 @@ private:
             piece.size[k] = part.high[k] - part.low[k];
         }
         piece.fold = fit.turn == Fit::no_bound ? HUGE_VAL : std::max(fit.turn, least_slant) / height;
-        piece.patch = index_;
         piece.trimmed = trimmed;
         for (const auto& [x, y, z] : part.points) {
             piece.bounds.extend(Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
@@ -266,7 +264,6 @@ private:
 
     const BezierPatch& bezier_;
     const Patch& patch_;
-    std::uint32_t index_;
     std::vector<Piece> pieces_;
 };
 
@@ -284,31 +281,41 @@ double mean_length(const BezierPatch& patch, bool along_v) {
     return sum / static_cast<double>(along_v ? rows : columns);
 }
 
-/// Appends a patch, its control points relative to the centre of their box and its weights at most 1.
-void add_patch(Pieces& pieces, const BezierPatch& from, std::uint32_t face, const TrimRegion* region,
-               double tolerance) {
+/// All of a patch but its control points, which come once it is known to be seen.
+Patch patch_of(const BezierPatch& bezier, std::uint32_t face, const TrimRegion* region, double tolerance) {
     // In parameters, as if these ran evenly over the patch.
     const auto margin = [&](double size, bool along_v) {
-        return tolerance > 0 ? size * std::min(1., tolerance / mean_length(from, along_v)) : 0;
+        return tolerance > 0 ? size * std::min(1., tolerance / mean_length(bezier, along_v)) : 0;
     };
     Box box;
-    double heaviest = 0;
-    for (const auto& [x, y, z, w] : from.control_points) {
+    for (const auto& [x, y, z, w] : bezier.control_points) {
         box.extend(Vec3{static_cast<float>(x / w), static_cast<float>(y / w), static_cast<float>(z / w)});
-        heaviest = std::max(heaviest, w);
     }
     const Vec3 center = 0.5f * (box.low + box.high);
-    pieces.patches.push_back({{center.x, center.y, center.z},
-                              static_cast<std::uint32_t>(pieces.control_points.size()),
-                              static_cast<std::uint16_t>(from.degree_u), static_cast<std::uint16_t>(from.degree_v),
-                              face, region, {from.low_u, from.high_u, from.low_v, from.high_v},
-                              margin(from.high_u - from.low_u, false), margin(from.high_v - from.low_v, true)});
-    for (const auto& [x, y, z, w] : from.control_points) {
-        const double scale = 1 / heaviest;
-        pieces.control_points.push_back(
-            {static_cast<float>(scale * (x - w * center.x)), static_cast<float>(scale * (y - w * center.y)),
-             static_cast<float>(scale * (z - w * center.z)), static_cast<float>(scale * w)});
+    return {{center.x, center.y, center.z},
+            0,
+            static_cast<std::uint16_t>(bezier.degree_u),
+            static_cast<std::uint16_t>(bezier.degree_v),
+            face,
+            region,
+            {bezier.low_u, bezier.high_u, bezier.low_v, bezier.high_v},
+            margin(bezier.high_u - bezier.low_u, false),
+            margin(bezier.high_v - bezier.low_v, true)};
+}
+
+/// Appends a patch and its control points, relative to its centre, with weights of at most 1.
+void append(Pieces& pieces, Patch patch, const BezierPatch& bezier) {
+    double heaviest = 0;
+    for (const auto& point : bezier.control_points) heaviest = std::max(heaviest, point[3]);
+    patch.control_points = static_cast<std::uint32_t>(pieces.control_points.size());
+    for (const auto& [x, y, z, w] : bezier.control_points) {
+        const auto moved = [&, w = w](double coordinate, float center) {
+            return static_cast<float>((coordinate - w * static_cast<double>(center)) / heaviest);
+        };
+        pieces.control_points.push_back({moved(x, patch.center[0]), moved(y, patch.center[1]),
+                                         moved(z, patch.center[2]), static_cast<float>(w / heaviest)});
     }
+    pieces.patches.push_back(patch);
 }
 
 PiecePacket packed(std::span<const Piece> pieces, const Packet& indices) {
@@ -351,23 +358,35 @@ std::size_t Pieces::bytes() const {
 }
 
 Pieces build_pieces(std::span<const FacePatches> faces, double tolerance) {
-    Pieces result;
-    result.tolerance = static_cast<float>(tolerance);
-    std::vector<const BezierPatch*> patches;
+    struct Source {
+        const BezierPatch* bezier;
+        Patch patch;
+        std::vector<Piece> pieces;
+    };
+    std::vector<Source> sources;
     for (std::uint32_t face = 0; face < faces.size(); ++face) {
-        for (const BezierPatch& patch : faces[face].patches) {
-            add_patch(result, patch, face, faces[face].region, tolerance);
-            patches.push_back(&patch);
+        for (const BezierPatch& bezier : faces[face].patches) {
+            sources.push_back({&bezier, patch_of(bezier, face, faces[face].region, tolerance), {}});
         }
     }
-    std::vector<std::vector<Piece>> of_patch(patches.size());
-    parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
+    parallel_for(sources.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            of_patch[i] = Builder(*patches[i], result.patches[i], static_cast<std::uint32_t>(i)).build();
+            sources[i].pieces = Builder(*sources[i].bezier, sources[i].patch).build();
         }
     });
+
+    Pieces result;
+    result.tolerance = static_cast<float>(tolerance);
     std::vector<Piece> pieces;
-    for (const auto& some : of_patch) pieces.insert(pieces.end(), some.begin(), some.end());
+    for (const Source& source : sources) {
+        if (source.pieces.empty()) continue;
+        const auto index = static_cast<std::uint32_t>(result.patches.size());
+        append(result, source.patch, *source.bezier);
+        for (Piece piece : source.pieces) {
+            piece.patch = index;
+            pieces.push_back(piece);
+        }
+    }
     result.count = pieces.size();
     if (pieces.empty()) return result;
 
