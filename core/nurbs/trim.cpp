@@ -24,6 +24,13 @@ constexpr double closed = 1e-9;
 using Points = std::vector<Homogeneous<2>>;  // of a Bezier curve
 using Point = std::array<double, 2>;
 
+/// The nearest floats that are not above, or not below, a number.
+float float_below(double x) {
+    const auto nearest = static_cast<float>(x);
+    return nearest <= x ? nearest : std::nextafter(nearest, -HUGE_VALF);
+}
+float float_above(double x) { return -float_below(-x); }
+
 Point euclidean(const Homogeneous<2>& p) { return {p[0] / p[2], p[1] / p[2]}; }
 Points line(Point a, Point b) { return {{a[0], a[1], 1}, {b[0], b[1], 1}}; }
 
@@ -182,15 +189,16 @@ public:
         for (std::size_t i = first; i < leaves_.size(); ++i) {
             Node& node = leaves_[i];
             node.end_v = leaves_[i + 1 < leaves_.size() ? i + 1 : first].start_v;
-            node.low_v = std::min(node.start_v, node.end_v);
-            node.high_v = std::max(node.start_v, node.end_v);
+            node.low_v = float_below(std::min(node.start_v, node.end_v));
+            node.high_v = float_above(std::max(node.start_v, node.end_v));
         }
         loops_.push_back({first, leaves_.size(), enclose(first, leaves_.size())});
     }
 
     void build() {
-        nodes_.reserve(2 * leaves_.size());
         if (!loops_.empty()) build_loops(loops_);
+        nodes_.shrink_to_fit();
+        coefficients_.shrink_to_fit();
     }
 
 private:
@@ -202,14 +210,15 @@ private:
     Node leaf(const Points& points) {
         const Point start = euclidean(points.front()), end = euclidean(points.back());
         Node node{};
-        node.low_u = std::min(start[0], end[0]);
-        node.high_u = std::max(start[0], end[0]);
+        node.low_u = float_below(std::min(start[0], end[0]));
+        node.high_u = float_above(std::max(start[0], end[0]));
         node.start_v = start[1];
         node.coefficients = static_cast<std::uint32_t>(coefficients_.size());
         node.degree = static_cast<std::uint8_t>(points.size() - 1);
         node.rational = std::any_of(points.begin(), points.end(), [](const auto& p) { return p[2] != 1; });
+        const std::size_t kept = node.degree == 1 ? 1 : node.rational ? 3 : 2;
         for (std::size_t i = 0; i < points.size(); ++i) {
-            for (std::size_t k = 0; k < (node.rational ? 3 : 2); ++k) {
+            for (std::size_t k = 0; k < kept; ++k) {
                 coefficients_.push_back(binomials[node.degree][i] * points[i][k]);
             }
         }
@@ -243,9 +252,9 @@ private:
     void build_run(std::size_t first, std::size_t last) {
         if (last - first == 1) return append(leaves_[first], [] {});
         append(enclose(first, last), [&] {
-            const std::size_t middle = (first + last) / 2;
-            build_run(first, middle);
-            build_run(middle, last);
+            // Deeper trees take as long to search, and more memory.
+            const std::size_t step = last - first <= 4 ? 1 : (last - first + 1) / 2;
+            for (std::size_t i = first; i < last; i += step) build_run(i, std::min(i + step, last));
         });
     }
 
@@ -288,19 +297,28 @@ bool TrimRegion::contains(double u, double v) const {
         if (!(u < node.high_u && node.low_v <= v && v < node.high_v)) {  // so is what is NaN
             i = node.next;
         } else if (u < node.low_u) {
-            inside ^= (node.start_v <= v) != (node.end_v <= v);
+            inside ^= node.crosses(v);
             i = node.next;
         } else {
-            if (node.degree) inside ^= right_of(node, u, v);
+            if (node.degree) inside ^= node.crosses(v) && right_of(node, u, v);
             ++i;
         }
     }
     return inside;
 }
 
-bool TrimRegion::right_of(const Node& leaf, double u, double v) const {
+TrimRegion::Ends TrimRegion::ends_u(const Node& leaf) const {
     const double* const c = &coefficients_[leaf.coefficients];
-    if (leaf.degree == 1) return c[0] + (v - leaf.start_v) / (leaf.end_v - leaf.start_v) * (c[2] - c[0]) > u;
+    if (leaf.degree == 1) return {c[0], c[1]};
+    if (!leaf.rational) return {c[0], c[2 * leaf.degree]};
+    return {c[0] / c[2], c[3 * leaf.degree] / c[3 * leaf.degree + 2]};
+}
+
+bool TrimRegion::right_of(const Node& leaf, double u, double v) const {
+    const auto [start_u, end_u] = ends_u(leaf);
+    if (leaf.degree == 1) return start_u + (v - leaf.start_v) / (leaf.end_v - leaf.start_v) * (end_u - start_u) > u;
+
+    const double* const c = &coefficients_[leaf.coefficients];
 
     const auto point = [&](double t) -> Point {
         const std::size_t stride = leaf.rational ? 3 : 2;
@@ -320,7 +338,7 @@ bool TrimRegion::right_of(const Node& leaf, double u, double v) const {
     // and each fourth time by half, for pieces on which that is slow: 53 halves are all that a double has.
     double a = 0, b = 1, value_a = leaf.start_v - v, value_b = leaf.end_v - v;
     const bool rising = value_a < value_b;
-    bool right_a = (leaf.rational ? c[0] / c[2] : c[0]) > u, right_b = !right_a;
+    bool right_a = start_u > u, right_b = end_u > u;
     enum { neither, at_a, at_b } stayed = neither;
     for (int step = 1; right_a != right_b && step < 256; ++step) {
         double t = a + (b - a) * value_a / (value_a - value_b);
@@ -345,14 +363,15 @@ bool TrimRegion::right_of(const Node& leaf, double u, double v) const {
 bool TrimRegion::passes(const Node& leaf, const Domain& r) const {
     // It passes by on one side of the rectangle if the corner that is nearest to it there does not reach it. A corner
     // outside of the piece's box does, or the rectangle would not overlap the box.
-    const double* const c = &coefficients_[leaf.coefficients];
-    const bool rising = ((leaf.rational ? c[0] / c[2] : c[0]) == leaf.low_u) == (leaf.start_v == leaf.low_v);
-    const bool low_inside = r.low_v > leaf.low_v, high_inside = r.high_v < leaf.high_v;
-    if (r.low_u > leaf.low_u && (rising ? high_inside : low_inside) &&
+    const auto [start_u, end_u] = ends_u(leaf);
+    const bool rising = (start_u < end_u) == (leaf.start_v < leaf.end_v);
+    const bool low_inside = r.low_v > std::min(leaf.start_v, leaf.end_v);
+    const bool high_inside = r.high_v < std::max(leaf.start_v, leaf.end_v);
+    if (r.low_u > std::min(start_u, end_u) && (rising ? high_inside : low_inside) &&
         !right_of(leaf, r.low_u, rising ? r.high_v : r.low_v)) {
         return false;
     }
-    return !(r.high_u < leaf.high_u && (rising ? low_inside : high_inside) &&
+    return !(r.high_u < std::max(start_u, end_u) && (rising ? low_inside : high_inside) &&
              right_of(leaf, r.high_u, rising ? r.low_v : r.high_v));
 }
 

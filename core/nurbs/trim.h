@@ -41,25 +41,34 @@ public:
     [[nodiscard]] std::size_t bytes() const;
 
 private:
-    /// The box of a run of pieces that follow each other along a loop, or of several loops. 64 bytes. A node's
-    /// descendants come right after it, until the node `next`.
+    /// The box of a run of pieces that follow each other along a loop, or of several loops; it may be larger by
+    /// rounding. 48 bytes. A node's descendants come right after it, until the node `next`.
     struct Node {
-        double low_u, high_u, low_v, high_v;
+        float low_u, high_u, low_v, high_v;
         double start_v, end_v;  // of the run; equal where it closes
         std::uint32_t next;
         std::uint32_t coefficients;  // of a leaf: where its begin
         std::uint8_t degree;         // of a leaf, which is one piece, monotone in u and in v; otherwise 0
         bool rational;
+
+        /// Whether the run's ends are on different sides of the height v.
+        [[nodiscard]] bool crosses(double v) const { return (start_v <= v) != (end_v <= v); }
     };
     class Builder;
 
-    /// Whether a leaf's piece lies to the right of u at height v; both lie in its box.
+    /// Where a leaf's piece starts and ends in u.
+    struct Ends {
+        double start, end;
+    };
+    [[nodiscard]] Ends ends_u(const Node& leaf) const;
+    /// Whether a leaf's piece lies to the right of u at height v, which is between its ends.
     [[nodiscard]] bool right_of(const Node& leaf, double u, double v) const;
     /// Whether a leaf's piece passes through a rectangle, which overlaps its box.
     [[nodiscard]] bool passes(const Node& leaf, const Domain& rectangle) const;
 
     std::vector<Node> nodes_;
-    std::vector<double> coefficients_;  // control points, (u, v) or (w u, w v, w) where rational, times binomials
+    std::vector<double> coefficients_;  // of lines: u of both ends. Of others: control points, (u, v) or, where
+                                        // rational, (w u, w v, w), times binomials
     double margin_u_, margin_v_;
     bool everything_;
 };
