@@ -39,6 +39,10 @@ BORDER = 1e-7
 FITTED = 1e-7
 MAX_FITTED = 4096
 
+# A cubic's control points from its points at 0, 1/3, 2/3 and 1, and its points at 1/6, 1/2 and 5/6 from those.
+CUBIC_THROUGH = np.array([[6, 0, 0, 0], [-5, 18, -9, 2], [2, -9, 18, -5], [0, 0, 0, 6]]) / 6
+BETWEEN = np.array([[125, 75, 15, 1], [27, 81, 81, 27], [1, 15, 75, 125]]) / 216
+
 WHITE = "#ffffff"
 DARKEST = 0.02
 """The least luminance of a colour. Layers are black unless somebody chose another colour, and colours are chosen for
@@ -361,29 +365,35 @@ def _same_parameters(surface: Any) -> bool:
 
 def _fitted(curve: Any, moved: Callable[[float, float], tuple[float, float]], scale: Points) -> TrimCurve:
     """Cubics within `FITTED` of a rhino3dm curve whose points are moved: each is halved until it is that close."""
+
+    def points(t: Points) -> Points:
+        found = [curve.PointAt(each) for each in t.ravel().tolist()]
+        return np.array([moved(point.X, point.Y) for point in found]).reshape(*t.shape, 2)
+
     knots = np.unique(curve.Knots.ToList())
-    pieces: list[Points] = []
-    ends = [knots[0]]
-    waiting = np.column_stack([knots[:-1], knots[1:]])[::-1].tolist()
-    while waiting:
-        start, end = waiting.pop()
-        points = [curve.PointAt(t) for t in np.linspace(start, end, 7)]
-        seven = np.array([moved(point.X, point.Y) for point in points])
-        # Through the points at 0, 1/3, 2/3 and 1, and measured between them.
-        a, b, c, d = seven[::2]
-        cubic = np.array([a, (-5 * a + 18 * b - 9 * c + 2 * d) / 6, (2 * a - 9 * b + 18 * c - 5 * d) / 6, d])
-        t = np.array([[1], [3], [5]]) / 6
-        between = cubic[0] * (1 - t) ** 3 + 3 * cubic[1] * (1 - t) ** 2 * t + 3 * cubic[2] * (1 - t) * t**2
-        between += cubic[3] * t**3
+    pieces: list[tuple[float, float, Points]] = []  # start, end, control points
+    start, end = knots[:-1], knots[1:]
+    through = points(np.linspace(start, end, 4, axis=1))
+    while len(start):
+        # Cubics through the points at 0, 1/3, 2/3 and 1, measured between them.
+        cubics = CUBIC_THROUGH @ through
         middle = (start + end) / 2
-        if (np.abs(between - seven[1::2]) <= FITTED * scale).all() or not start < middle < end:
-            pieces.append(cubic[1:] if pieces else cubic)
-            ends.append(end)
-        elif len(pieces) + len(waiting) < MAX_FITTED:
-            waiting += [(middle, end), (start, middle)]
-        else:
+        between = points(start[:, None] + (end - start)[:, None] * np.array([1, 3, 5]) / 6)
+        close = (np.abs(BETWEEN @ cubics - between) <= FITTED * scale).all(axis=(1, 2))
+        done = close | ~((start < middle) & (middle < end))
+        pieces += zip(start[done].tolist(), end[done].tolist(), cubics[done], strict=True)
+        # Those points and the ones between them are what the halves are to go through.
+        left, middle, right = start[~done], middle[~done], end[~done]
+        start, end = np.concatenate([left, middle]), np.concatenate([middle, right])
+        a, b, c, d = np.moveaxis(through[~done], 1, 0)
+        ab, bc, cd = np.moveaxis(between[~done], 1, 0)
+        through = np.concatenate([np.stack([a, ab, b, bc], 1), np.stack([bc, c, cd, d], 1)])
+        if len(pieces) + len(start) > MAX_FITTED:
             raise InputError("expected a smooth trim, got one that cubics don't follow")
-    return TrimCurve(np.concatenate(pieces), np.repeat(ends, [4, *[3] * (len(ends) - 2), 4]))
+    pieces.sort(key=lambda piece: piece[0])
+    control_points = [cubic[1:] if i else cubic for i, (_, _, cubic) in enumerate(pieces)]
+    ends = [pieces[0][0], *(end for _, end, _ in pieces)]
+    return TrimCurve(np.concatenate(control_points), np.repeat(ends, [4, *[3] * (len(ends) - 2), 4]))
 
 
 def _is_border(loops: tuple[Loop, ...], face: Face) -> bool:
