@@ -1,8 +1,11 @@
 """STEP and IGES: what OpenCascade writes is read back, and compared with what OpenCascade says of it."""
 
 import math
+import signal
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -361,6 +364,57 @@ def test_curves_alone_are_refused(tmp_path):
 def test_a_crash_is_an_error():
     with pytest.raises(bob.InputError, match="crashed"):
         call_apart("os", "abort")
+
+
+NEVER_DONE = """
+import sys
+from bobrossnet import cli
+from bobrossnet.adapters import apart, opencascade
+opencascade.call_apart = lambda *_: apart.call_apart("signal", "pause")
+sys.exit(cli.main(["info", sys.argv[1]]))
+"""
+
+
+def parent_and_state(pid):
+    """None once there is no such process."""
+    try:
+        state, parent = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[:2]
+    except OSError:
+        return None
+    return int(parent), state
+
+
+def within_seconds(find):
+    """What `find` finds in the end."""
+    for _ in range(500):
+        if found := find():
+            return found
+        time.sleep(0.01)
+    raise AssertionError("found nothing")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_stopping_ends_the_reader(tmp_path, stop):
+    path = tmp_path / "x.step"
+    path.write_text("ISO-10303-21;")
+    command = [sys.executable, "-c", NEVER_DONE, str(path)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def children():
+        pids = [int(folder.name) for folder in Path("/proc").glob("[0-9]*")]
+        return [pid for pid in pids if (parent_and_state(pid) or (0,))[0] == process.pid]
+
+    (child,) = within_seconds(children)
+    process.send_signal(stop)
+    start = time.monotonic()
+    output, errors = process.communicate(timeout=20)
+    assert time.monotonic() - start < 1.5
+    assert within_seconds(lambda: (parent_and_state(child) or (0, "Z"))[1] == "Z")  # dead, if nobody waited for it
+    assert output == ""
+    if stop != signal.SIGKILL:
+        assert process.returncode == 130
+        assert errors == "bobrossnet: interrupted\n"
 
 
 def test_errors_of_the_other_process_are_raised_here():
