@@ -50,7 +50,7 @@ from OCP.TopoDS import TopoDS
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
 HAMMER = MODELS / "nurbs" / "occt_hammer.iges"
-RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.25, 0.25, 1.0)
 X, Z = gp_Dir(1, 0, 0), gp_Dir(0, 0, 1)
 
 
@@ -319,9 +319,11 @@ def test_iges_keeps_colors_and_places(furniture):
 
 def test_what_is_hidden_is_left_out(tmp_path):
     document = Document()
-    document.part(box(), "seen")
+    document.part(box(), "seen", (0.0, 0.0, 0.0))
     document.colors.SetVisibility(document.part(box(), "hidden"), False)
-    assert [instance.name for instance in read_step(document.write(tmp_path / "x.step"))] == ["seen"]
+    (seen,) = read_step(document.write(tmp_path / "x.step"))
+    assert seen.name == "seen"
+    assert seen.material.color == pytest.approx((0.2, 0.2, 0.2))  # black would not be seen on black
 
 
 def test_nothing_is_printed(furniture, capfd):

@@ -66,7 +66,10 @@ def quad():
 
 
 def color(*rgb):
-    return bob.Material("#" + "".join(f"{c:02x}" for c in rgb)).color
+    """Linear; dark ones with as much white as gives them a luminance of 0.2."""
+    linear = np.array(bob.Material("#" + "".join(f"{c:02x}" for c in rgb)).color)
+    luminance = linear @ (0.2126, 0.7152, 0.0722)
+    return tuple(linear if luminance >= 0.2 else 1 - (1 - linear) * 0.8 / (1 - luminance))
 
 
 def loop_points(loop, count=24):
@@ -157,44 +160,34 @@ def test_what_is_hidden_is_left_out(tmp_path):
     assert [i.name for i in read_3dm(model.write(tmp_path / "x.3dm"))] == ["a"]
 
 
-def test_colours_follow_rhinos_rule(tmp_path):
+def test_colours_are_those_of_materials_or_of_lines(tmp_path):
     model = Model()
-    red, black = model.layer("red", (200, 10, 20)), model.layer("black")
-    green = model.material((5, 120, 6))
-    model.file.Layers[black].RenderMaterialIndex = green
+    red, black, painted = model.layer("red", (200, 10, 20)), model.layer("black"), model.layer("painted", (200, 10, 20))
+    green, soot = model.material((5, 120, 6)), model.material((0, 0, 0))
+    model.file.Layers[painted].RenderMaterialIndex = green
     source = rhino3dm.ObjectColorSource
-    for found in (
-        attributes(layer=red),
-        attributes(layer=black),
-        attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(1, 90, 3, 255)),
-        attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(0, 0, 0, 255)),
-        attributes(
-            layer=red,
-            ColorSource=source.ColorFromMaterial,
-            MaterialSource=rhino3dm.ObjectMaterialSource.MaterialFromObject,
-            MaterialIndex=green,
-        ),
-        attributes(layer=black, ColorSource=source.ColorFromMaterial),
-        attributes(layer=red, ColorSource=source.ColorFromMaterial),
-        attributes(layer=red, ColorSource=source.ColorFromParent),
-        attributes(layer=-1),
-        attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(64, 0, 0, 255)),  # hardly to be seen
-    ):
-        model.file.Objects.AddBrep(box(), found)
-    colors = [i.material.color for i in read_3dm(model.write(tmp_path / "x.3dm"))]
-    layer = color(200, 10, 20)
-    assert colors == [
-        layer,
-        WHITE,
-        color(1, 90, 3),
-        WHITE,
-        color(5, 120, 6),
-        color(5, 120, 6),
-        WHITE,
-        layer,
-        WHITE,
-        WHITE,
+    of_object = {"MaterialSource": rhino3dm.ObjectMaterialSource.MaterialFromObject}
+    lines, paint = color(200, 10, 20), color(5, 120, 6)
+    found = [
+        (attributes(layer=red), lines),
+        (attributes(layer=black), WHITE),
+        (attributes(layer=painted), paint),
+        (attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(1, 90, 3, 255)), color(1, 90, 3)),
+        (attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(0, 0, 0, 255)), WHITE),
+        (attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(64, 0, 0, 255)), WHITE),
+        (attributes(layer=red, MaterialIndex=green, **of_object), paint),
+        (attributes(layer=red, MaterialIndex=green), lines),  # where the layer's material counts, which it has none of
+        (attributes(layer=painted, **of_object), lines),  # and the other way round
+        (attributes(layer=red, MaterialIndex=soot, **of_object), (0.2, 0.2, 0.2)),
+        (attributes(layer=painted, ColorSource=source.ColorFromMaterial), paint),
+        (attributes(layer=red, ColorSource=source.ColorFromMaterial), WHITE),
+        (attributes(layer=red, ColorSource=source.ColorFromParent), lines),
+        (attributes(layer=-1), WHITE),
     ]
+    for made, _ in found:
+        model.file.Objects.AddBrep(box(), made)
+    colors = [i.material.color for i in read_3dm(model.write(tmp_path / "x.3dm"))]
+    np.testing.assert_allclose(colors, [expected for _, expected in found])
 
 
 def block(model, name, *items):
@@ -220,8 +213,23 @@ def test_blocks_are_resolved(tmp_path):
     found = read_3dm(model.write(tmp_path / "x.3dm"))
     assert [i.name for i in found] == ["box", "q", "box", "q"]
     assert found[0].shape is found[2].shape
-    assert [i.material.color for i in found[:2]] == [(0, 0, 1), color(90, 90, 90)]
+    np.testing.assert_allclose([i.material.color for i in found[:2]], [color(0, 0, 255), color(90, 90, 90)])
     np.testing.assert_allclose(found[2].transform @ (1, 0, 0, 1), (20, 1, 0, 1), atol=1e-12)
+
+
+def test_blocks_lend_materials(tmp_path):
+    model = Model()
+    layer = model.layer("l", (90, 90, 90))
+    of = rhino3dm.ObjectMaterialSource
+    lent = attributes("lent", layer, MaterialSource=of.MaterialFromParent)
+    own = attributes("own", layer, MaterialSource=of.MaterialFromObject, MaterialIndex=model.material((1, 90, 3)))
+    number = block(model, "b", (box(), lent), (box(), own))
+    for material in (model.material((0, 0, 255)), -1):
+        placed = attributes("", layer, MaterialSource=of.MaterialFromObject, MaterialIndex=material)
+        model.file.Objects.AddInstanceObject(rhino3dm.InstanceReference(number, rhino3dm.Transform(1.0)), placed)
+    found = read_3dm(model.write(tmp_path / "x.3dm"))
+    colors = [i.material.color for i in found]
+    np.testing.assert_allclose(colors, [color(0, 0, 255), color(1, 90, 3), color(90, 90, 90), color(1, 90, 3)])
 
 
 def test_blocks_without_end_are_refused(tmp_path, monkeypatch):

@@ -1,8 +1,8 @@
 """Readers in a process of their own.
 
 Libraries written in C++ can crash on a damaged file, print what nobody asked for, and are deaf to Ctrl-C until they
-are done. In a process of its own a reader takes nobody with it, its prints go nowhere, and Ctrl-C ends it. Limits of memory
-are inherited; under Linux it does not outlive its parent, however that ends.
+are done. In a process of its own a reader takes nobody with it, its prints go nowhere, and Ctrl-C ends it. It inherits
+limits of memory; under Linux it does not outlive its parent, however that ends.
 """
 
 from __future__ import annotations
@@ -38,7 +38,17 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
     RuntimeError
         With the type and the text of any other exception of the function.
     """
-    command = [sys.executable, "-I", "-c", COMMAND, json.dumps(sys.path), str(os.getpid()), module, function, *arguments]
+    command = [
+        sys.executable,
+        "-I",
+        "-c",
+        COMMAND,
+        json.dumps(sys.path),
+        str(os.getpid()),
+        module,
+        function,
+        *arguments,
+    ]
     done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     if done.returncode:
         raise InputError("expected a file that its reader can take, the reader crashed on it; is it damaged?")

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.adapters.colors import luminance, visible
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.adapters.opennurbs import brep_loops
 from bobrossnet.errors import InputError
@@ -44,9 +45,8 @@ CUBIC_THROUGH = np.array([[6, 0, 0, 0], [-5, 18, -9, 2], [2, -9, 18, -5], [0, 0,
 BETWEEN = np.array([[125, 75, 15, 1], [27, 81, 81, 27], [1, 15, 75, 125]]) / 216
 
 WHITE = "#ffffff"
-DARKEST = 0.02
-"""The least luminance of a colour. Layers are black unless somebody chose another colour, and colours are chosen for
-lines on a light background; on a black one, nothing would be seen of a surface that is darker."""
+UNCHOSEN = 0.02
+"""The luminance below which a display colour says nothing: layers are black unless somebody chose another colour."""
 
 Points: TypeAlias = NDArray[np.float64]
 
@@ -54,9 +54,11 @@ Points: TypeAlias = NDArray[np.float64]
 def read_3dm(file: Path) -> list[Instance]:
     """What can be seen of a Rhino file: an instance for each surface, polysurface, extrusion and mesh.
 
-    Instances are named after their objects, else their layers, else the file, and have the colours that Rhino shows
-    them in; black, which layers have by default, and what is nearly black becomes white. Blocks are resolved. Curves,
-    points, lights and annotations are passed over. Subdivision surfaces become meshes.
+    Instances are named after their objects, else their layers, else the file. Their colours are those of Rhino's
+    rendered view, the diffuse colours of the materials of objects or their layers, where these have any; otherwise
+    those that Rhino draws their lines in, or white where these are nearly black, as layers are by default. Dark ones
+    are brightened (`colors.py`). Blocks are resolved. Curves, points, lights and annotations are passed over.
+    Subdivision surfaces become meshes.
 
     Raises
     ------
@@ -78,13 +80,24 @@ def read_3dm(file: Path) -> list[Instance]:
     return _Reader(model, file).instances()
 
 
+class Look(NamedTuple):
+    """The colours of an object, as sRGB."""
+
+    display: str
+    """Of its lines."""
+    material: str | None
+    """Of its faces, where it has a material."""
+
+
 class Object(NamedTuple):
     """What is to be known of an object wherever it is seen."""
 
     name: str
-    color: str
-    color_of_block: bool
-    """Whether within a block it has the colour of the block instead."""
+    look: Look
+    display_of_block: bool
+    """Whether within a block it has the display colour of the block instead."""
+    material_of_block: bool
+    """The same for the material."""
     shape: Shape | None = None
     matrix: Matrix = IDENTITY
     """Where a block places its objects; identity for anything else."""
@@ -124,26 +137,31 @@ class _Reader:
 
     def placed(self, keys: Sequence[str]) -> Iterator[Instance]:
         """The instances of objects; a block has those of the objects in it."""
-        waiting: list[tuple[str, Matrix, str | None]] = [(key, IDENTITY, None) for key in reversed(keys)]
+        waiting: list[tuple[str, Matrix, Look | None]] = [(key, IDENTITY, None) for key in reversed(keys)]
         in_blocks = 0
         while waiting:
-            key, matrix, block_color = waiting.pop()
+            key, matrix, block = waiting.pop()
             if key not in self.objects:
                 self.objects[key] = self.object(key)
             item = self.objects[key]
             if item is None:
                 continue
-            color = block_color if item.color_of_block and block_color is not None else item.color
+            look = item.look
+            if block is not None:
+                look = Look(
+                    block.display if item.display_of_block else look.display,
+                    block.material if item.material_of_block else look.material,
+                )
             inner = matrix @ item.matrix
             in_blocks += len(item.children)
             if in_blocks > MAX_IN_BLOCKS:
                 raise InputError(
                     f"expected at most {MAX_IN_BLOCKS:,} objects in blocks, got more; does one hold itself?"
                 )
-            waiting += [(child, inner, color) for child in reversed(item.children)]
+            waiting += [(child, inner, look) for child in reversed(item.children)]
             if item.shape is not None:
                 try:
-                    yield Instance(item.shape, inner, _material(color), item.name)
+                    yield Instance(item.shape, inner, _material(look), item.name)
                 except InputError as error:  # a block pressed flat
                     self.refused.append(str(error))
 
@@ -159,17 +177,21 @@ class _Reader:
             self.not_shown["hidden"] += 1
             return None
         name = one_line(attributes.Name or (layer and layer.Name) or name_of(self.file))
-        color, of_block = self.color(attributes, layer), attributes.ColorSource.name == "ColorFromParent"
+        look = self.look(attributes, layer)
+        of_block = (
+            attributes.ColorSource.name == "ColorFromParent",
+            attributes.MaterialSource.name == "MaterialFromParent",
+        )
         if kind == "InstanceReference":
             block = self.model.InstanceDefinitions.FindId(geometry.ParentIdefId)
             children = tuple(map(str, block.GetObjectIds())) if block else ()
             matrix = np.array(geometry.Xform.ToFloatArray(True)).reshape(4, 4)
-            return Object(name, color, of_block, matrix=matrix, children=children)
+            return Object(name, look, *of_block, matrix=matrix, children=children)
         if kind not in ("Brep", "Extrusion", "Surface", "Mesh", "SubD"):
             self.not_shown[kind.lower()] += 1
             return None
         shape = self.shape(geometry, kind)
-        return None if shape is None else Object(name, color, of_block, shape)
+        return None if shape is None else Object(name, look, *of_block, shape)
 
     def shows(self, layer: Any) -> bool:
         """Whether a layer and those that it lies in are switched on."""
@@ -181,17 +203,17 @@ class _Reader:
             layer = self.model.Layers.FindId(layer.ParentLayerId)
         return True
 
-    def color(self, attributes: Any, layer: Any) -> str:
-        """The colour that Rhino shows an object in, as sRGB."""
+    def look(self, attributes: Any, layer: Any) -> Look:
+        of_object = attributes.MaterialSource.name == "MaterialFromObject"
+        number = attributes.MaterialIndex if of_object else layer.RenderMaterialIndex if layer else -1
+        material = self.model.Materials.FindIndex(number) if number >= 0 else None
         source = attributes.ColorSource.name
+        display = WHITE
         if source == "ColorFromObject":
-            return _hex(attributes.ObjectColor)
-        if source == "ColorFromMaterial":
-            of_object = attributes.MaterialSource.name == "MaterialFromObject"
-            number = attributes.MaterialIndex if of_object else layer.RenderMaterialIndex if layer else -1
-            material = self.model.Materials.FindIndex(number) if number >= 0 else None
-            return _hex(material.DiffuseColor) if material else WHITE
-        return _hex(layer.Color) if layer else WHITE
+            display = _hex(attributes.ObjectColor)
+        elif source != "ColorFromMaterial" and layer:
+            display = _hex(layer.Color)
+        return Look(display, _hex(material.DiffuseColor) if material else None)
 
     def shape(self, geometry: Any, kind: str) -> Shape | None:
         """An object's shape in its own place; None, and the reason noted, where it has none."""
@@ -250,10 +272,10 @@ def _hex(color: tuple[int, ...]) -> str:
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
-def _material(color: str) -> Material:
-    material = Material(color)
-    red, green, blue = material.color
-    return material if 0.2126 * red + 0.7152 * green + 0.0722 * blue >= DARKEST else Material()
+def _material(look: Look) -> Material:
+    if look.material is not None:
+        return visible(look.material)
+    return Material() if luminance(look.display) < UNCHOSEN else visible(look.display)
 
 
 # ---- Meshes ----------------------------------------------------------------------------------------------
