@@ -342,18 +342,29 @@ def refused(path):
 
 
 @pytest.mark.parametrize("suffix", [".stp", ".igs"])
-def test_other_files_are_refused(tmp_path, suffix):
+@pytest.mark.parametrize("content", [b"\x00solid nothing\n" * 20, b"x", b"ISO-10303-2" + b"S" * 72 + b"\n"])
+def test_other_files_are_refused_at_once(tmp_path, monkeypatch, suffix, content):
+    monkeypatch.delattr("bobrossnet.adapters.opencascade.call_apart")
     path = tmp_path / f"x{suffix}"
-    path.write_bytes(b"\x00solid nothing\n" * 20)
-    assert refused(path).startswith(f"x{suffix}: expected ")
+    path.write_bytes(content)
+    kind = "STEP file, which begins with ISO-10303-21" if suffix == ".stp" else "IGES file"
+    assert refused(path).startswith(f"x{suffix}: expected a{'n' if kind.startswith('I') else ''} {kind}")
 
 
-@pytest.mark.parametrize(("suffix", "share"), [(".step", 0.8), (".iges", 0.2), (".iges", 0.8)])
-def test_files_that_end_early_are_refused(furniture, tmp_path, suffix, share):
-    """OpenCascade crashes on one of these, and can do with another as it is."""
+def test_iges_that_ends_early_is_refused_at_once(furniture, tmp_path, monkeypatch):
+    monkeypatch.delattr("bobrossnet.adapters.opencascade.call_apart")
+    whole = furniture[".iges"].read_bytes()
+    for share in (0.01, 0.2, 0.8, 0.999):
+        (tmp_path / "cut.iges").write_bytes(whole[: int(share * len(whole))])
+        assert "ends before" in refused(tmp_path / "cut.iges")
+
+
+@pytest.mark.parametrize(("suffix", "damage"), [(".step", b""), (".iges", b"\n" + b" " * 72 + b"T      1\n")])
+def test_files_of_which_a_part_is_missing_are_refused(furniture, tmp_path, suffix, damage):
+    """OpenCascade crashes on one of these."""
     whole = furniture[suffix].read_bytes()
     path = tmp_path / f"cut{suffix}"
-    path.write_bytes(whole[: int(share * len(whole))])
+    path.write_bytes(whole[: int(0.8 * len(whole))] + damage)
     assert refused(path).startswith(f"cut{suffix}: expected ")
 
 

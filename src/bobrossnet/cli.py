@@ -22,8 +22,8 @@ USAGE_ERROR = 2
 INTERRUPTED = 130
 
 FILES = (
-    "mesh files, NURBS surfaces (.json, .xml, .bpt, .cpt), shape scripts (.sdf), formulas (.vm) and scenes (.bob); "
-    "without any, the built-in scene"
+    "meshes (.ply, .obj, .stl, .off, .glb, .gltf, .3mf), CAD parts (.step, .stp, .iges, .igs, .3dm), NURBS surfaces "
+    "(.json, .xml, .bpt, .cpt), shape scripts (.sdf), formulas (.vm) and scenes (.bob); without any, the built-in scene"
 )
 UP = "the models' axis that points up; y turns them upright (default: z)"
 

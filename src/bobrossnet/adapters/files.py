@@ -77,10 +77,10 @@ def load(source: Source | Iterable[Source]) -> Scene:
     Parameters
     ----------
     source : path, Shape, Instance, Scene or iterable of these
-        Files are scenes, .bob, which `save_scene` writes; meshes, .ply, .obj, .stl, .off, .glb, .gltf or .3mf; NURBS
-        surfaces, .3dm (Rhino's), .json (geomdl's), .xml (G+Smo's), .bpt (Bezier patches) or .cpt (grids of control
-        points); shape scripts, .sdf; or formulas, .vm. All are placed as their coordinates say; instances are named
-        after their files where these have no names for them.
+        Files are scenes, .bob, which `save_scene` writes; meshes, .ply, .obj, .stl, .off, .glb, .gltf or .3mf; CAD
+        parts, .step, .stp, .iges, .igs or .3dm (Rhino's); NURBS surfaces, .json (geomdl's), .xml (G+Smo's), .bpt
+        (Bezier patches) or .cpt (grids of control points); shape scripts, .sdf; or formulas, .vm. All are placed as
+        their coordinates say; instances are named after their files where these have no names for them.
 
     Returns
     -------
@@ -229,6 +229,8 @@ def _errors_of_one_line(file: Path, kind: str) -> Iterator[None]:
         raise InputError(f"{name}: expected a {kind} that fits into memory, got a larger one") from error
     except RecursionError as error:
         raise InputError(f"{name}: expected a {kind}, got data nested too deeply") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{name}: expected text, got bytes that are none at {error.start:,}") from error
     except Exception as error:  # readers of other people's bytes raise all sorts
         reason = one_line(f"{type(error).__name__}: {error}")
         ending = one_line(file.suffix.lower())
