@@ -2,7 +2,9 @@
 
 import base64
 import struct
+import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,14 +13,23 @@ from models import MODELS, needs_models
 from scipy.spatial import cKDTree
 
 import bobrossnet as bob
+from bobrossnet.adapters.apart import call_apart
 from bobrossnet.adapters.opennurbs import brep_loops
-from bobrossnet.adapters.rhino import face_trims, read_3dm, untrimmed
+from bobrossnet.adapters.rhino import face_trims, read_3dm, read_here, untrimmed
 
 rhino3dm = pytest.importorskip("rhino3dm")
 
 NURBS = MODELS / "nurbs"
 WHITE = (1.0, 1.0, 1.0)
 ORIGIN = rhino3dm.Point3d(0, 0, 0)
+
+
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch):
+    """Processes take half a second to start, and know nothing of what a test has replaced."""
+    monkeypatch.setattr(
+        "bobrossnet.adapters.rhino.call_apart", lambda _module, _name, file: (read_here(Path(file)), [])
+    )
 
 
 class Model:
@@ -441,6 +452,32 @@ def test_damaged_files_are_refused(tmp_path):
     file.write_bytes(b"solid of another kind")
     with pytest.raises(bob.InputError, match=r"^x\.3dm: expected a Rhino file, got something else or a part of one$"):
         bob.load(file)
+
+
+def test_files_are_read_in_a_process_of_their_own(tmp_path, monkeypatch):
+    model = Model()
+    model.file.Objects.AddBrep(box(), attributes("a"))
+    model.file.Objects.AddMesh(rhino3dm.Mesh(), attributes("of nothing"))
+    file = model.write(tmp_path / "x.3dm")
+    with pytest.warns(bob.InputWarning) as here:
+        (expected,) = read_3dm(file)
+    monkeypatch.setattr("bobrossnet.adapters.rhino.call_apart", call_apart)
+    with pytest.warns(bob.InputWarning) as apart:
+        (found,) = read_3dm(file)
+    assert found.digest() == expected.digest()
+    assert found.name == "a"
+    assert [str(w.message) for w in apart] == [str(w.message) for w in here]
+    file.write_bytes(file.read_bytes()[:1000])
+    with pytest.raises(bob.InputError, match=r"^x\.3dm: expected a Rhino file"):
+        bob.load(file)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is only limited under Linux")
+def test_memory_is_limited():
+    code = "from bobrossnet.adapters import rhino; rhino._limit_memory(2**28); bytearray(2**{})"
+    assert subprocess.run([sys.executable, "-c", code.format(26)]).returncode == 0
+    done = subprocess.run([sys.executable, "-c", code.format(29)], capture_output=True, text=True)
+    assert "MemoryError" in done.stderr
 
 
 def test_rhino3dm_may_be_missing(tmp_path, monkeypatch):

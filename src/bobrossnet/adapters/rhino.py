@@ -5,6 +5,9 @@ What is hidden in Rhino, or lies on a layer that is switched off, is left out, a
 
 from __future__ import annotations
 
+import importlib.util
+import sys
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -13,10 +16,11 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.adapters.apart import call_apart
 from bobrossnet.adapters.colors import luminance, visible
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.adapters.opennurbs import brep_loops
-from bobrossnet.errors import InputError
+from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.shapes.affine import IDENTITY, Matrix
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.material import Material
@@ -45,6 +49,10 @@ CUBIC_THROUGH = np.array([[6, 0, 0, 0], [-5, 18, -9, 2], [2, -9, 18, -5], [0, 0,
 BETWEEN = np.array([[125, 75, 15, 1], [27, 81, 81, 27], [1, 15, 75, 125]]) / 216
 
 WHITE = "#ffffff"
+# Bytes that openNURBS may use: where a count is damaged, it would fill all there are, for as long as that takes.
+SPARE_MEMORY = 2**28
+MEMORY_PER_BYTE = 64
+
 UNCHOSEN = 0.02
 """The luminance below which a display colour says nothing: layers are black unless somebody chose another colour."""
 
@@ -70,10 +78,29 @@ def read_3dm(file: Path) -> list[Instance]:
     InputWarning
         If faces or objects are left out, or faces are shown without their trims.
     """
-    try:
-        import rhino3dm
-    except ImportError as error:
-        raise InputError("reading .3dm files needs rhino3dm: pip install 'bobrossnet[cad]'") from error
+    if importlib.util.find_spec("rhino3dm") is None:
+        raise InputError("reading .3dm files needs rhino3dm: pip install 'bobrossnet[cad]'")
+    instances, notes = call_apart(__name__, "read_apart", str(file))
+    for note in notes:
+        warnings.warn(note, InputWarning, stacklevel=2)
+    found: list[Instance] = instances
+    return found
+
+
+def read_apart(file: str) -> tuple[list[Instance], list[str]]:
+    """What `read_3dm` returns and warns of, in a process of its own: damaged files crash rhino3dm."""
+    path = Path(file)
+    _limit_memory(SPARE_MEMORY + MEMORY_PER_BYTE * path.stat().st_size)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        instances = read_here(path)
+    return instances, [str(warning.message) for warning in caught if issubclass(warning.category, InputWarning)]
+
+
+def read_here(file: Path) -> list[Instance]:
+    """`read_3dm` in this process."""
+    import rhino3dm
+
     model = rhino3dm.File3dm.Read(str(file))
     if model is None:
         raise InputError("expected a Rhino file, got something else or a part of one")
@@ -265,6 +292,19 @@ class _Reader:
             self.refused_faces.append(str(error))
             return None
         return face
+
+
+def _limit_memory(more: int) -> None:
+    """Let this process have no more than so many bytes in addition; under Linux, where one can say so."""
+    if sys.platform != "linux":
+        return
+    import resource
+
+    pages = int(Path("/proc/self/statm").read_text().split()[5])  # what RLIMIT_DATA counts
+    wanted = pages * resource.getpagesize() + more
+    soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    limits = [limit for limit in (wanted, soft) if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_DATA, (min(limits), hard))
 
 
 def _hex(color: tuple[int, ...]) -> str:
