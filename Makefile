@@ -25,6 +25,7 @@ test: $(VENV)/installed-test
 bench: $(VENV)/installed-test
 	$(BIN)/python bench/trace.py
 	$(BIN)/python bench/implicit.py
+	$(BIN)/python bench/nurbs.py
 	$(BIN)/python bench/complete.py
 	$(BIN)/python bench/progressive.py
 

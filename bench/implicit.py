@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rays import camera_axes, pixel_centers
 from report import MODELS, heading, in_turn, median_ratio, spread, table
 from skimage.measure import marching_cubes
 
@@ -203,15 +204,10 @@ class Rays:
     """
 
     def __init__(self, scene: bob.Scene, camera: bob.Camera, size: tuple[int, int]) -> None:
-        height, width = size
-        a, e = np.radians((camera.azimuth, camera.elevation))
-        right = np.array((-np.sin(a), np.cos(a), 0))
-        toward = np.array((np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)))
-        up = np.cross(toward, right)
-        pixel = 2 / min(size)
-        y, x = ((0.5 + np.indices(size).reshape(2, -1)) - np.array(((height,), (width,))) / 2) * pixel
+        right, up, toward = camera_axes(camera)
+        x, y = pixel_centers(size)
         self.pixels = np.flatnonzero(x * x + y * y < 1)
-        x, y = x[self.pixels], -y[self.pixels]
+        x, y = x[self.pixels], y[self.pixels]
         z = np.sqrt(1 - x * x - y * y)
         points = right[:, None] * x + up[:, None] * y + toward[:, None] * z
         self.origin = (scene.center[:, None] + scene.radius * points).astype(np.float32)

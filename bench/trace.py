@@ -10,8 +10,7 @@ import statistics
 from functools import partial
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
+from rays import build_embree, random_rays
 from report import heading, in_turn, median_ratio, models, spread, table
 
 import bobrossnet as bob
@@ -25,24 +24,6 @@ FILES = (
 )
 RAYS = 200_000
 RUNS = 7
-
-
-def random_rays(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions, (n, 3) float32, of rays through the unit sphere."""
-    rng = np.random.default_rng(0)
-    direction = rng.normal(size=(count, 3))
-    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    across = np.cross(direction, rng.normal(size=(count, 3)))
-    across /= np.linalg.norm(across, axis=1, keepdims=True)
-    origin = across * np.sqrt(rng.random((count, 1))) - 1.2 * direction
-    return origin.astype(np.float32), direction.astype(np.float32)
-
-
-def build_embree(vertices: np.ndarray, triangles: np.ndarray) -> EmbreeScene:
-    scene = EmbreeScene()
-    TriangleMesh(scene, vertices, triangles)
-    scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))  # builds the BVH
-    return scene
 
 
 def main() -> None:

@@ -80,7 +80,7 @@ bob::NurbsCurve<N> curve(const Array<const double, -1, N + 1>& control_points, c
 }
 
 /// Sequences of faces, of their loops and of these' curves, as `_core.pyi` has them.
-void init_brep(bob::Brep* self, const nb::sequence& faces) {
+void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance) {
     using Surface = std::tuple<Array<const double, -1, -1, 4>, Knots, Knots, nb::sequence>;
     using Curve = std::tuple<Array<const double, -1, 3>, Knots>;
     std::vector<bob::Face> converted;
@@ -100,7 +100,7 @@ void init_brep(bob::Brep* self, const nb::sequence& faces) {
         }
     }
     const nb::gil_scoped_release release;
-    new (self) bob::Brep(converted);
+    new (self) bob::Brep(converted, tolerance);
 }
 
 void init_tube(bob::Tube* self, const Array<const double, -1, 5>& control_points, const Knots& knots) {
@@ -188,7 +188,7 @@ void bind_shapes(nb::module_& m) {
     m.def("find_bounds", &find_bounds, "formula"_a);
 
     measured_class<bob::Brep>(m, "Brep")
-        .def("__init__", &init_brep, "faces"_a)
+        .def("__init__", &init_brep, "faces"_a, "tolerance"_a)
         .def_prop_ro("patches", [](const bob::Brep& s) { return s.pieces().patches.size(); })
         .def_prop_ro("pieces", [](const bob::Brep& s) { return s.pieces().count; });
     measured_class<bob::Tube>(m, "Tube")

@@ -1,5 +1,6 @@
 """Draws the gallery: every word of the modelling language, and what can be made of them. Writes docs/gallery.md with
-the code of each picture, the sheets of pictures in docs/gallery, and docs/shapes.png, the README's strip of them.
+the code of each picture, the sheets of pictures in docs/gallery, and docs/shapes.png and docs/nurbs.png, the README's
+strips of them.
 
 python docs/gallery.py
 """
@@ -23,7 +24,6 @@ from bobrossnet.sdf.words import WORDS
 ROOT = Path(__file__).parent.parent
 SHEET_WIDTH = 984
 HEIGHT_OF_FLAT_SHAPES = 0.3
-RIBBON = "box((2.4, 0.2, 0.2))"
 SIDE = bob.Camera(azimuth=-60, elevation=30)
 FRONT_FROM_ABOVE = bob.Camera(azimuth=-75, elevation=55)
 ABOVE = bob.Camera(azimuth=-90, elevation=90)
@@ -32,13 +32,14 @@ ABOVE = bob.Camera(azimuth=-90, elevation=90)
 @dataclass(frozen=True)
 class Section:
     """Pictures that share a sheet, `columns` in a row: the code of each by its caption. What the last line of the code
-    makes is drawn."""
+    makes is drawn. They share `helpers`, lines of code that are listed before them."""
 
     title: str
     code: dict[str, str]
     note: str = ""
     columns: int = 6
     camera: bob.Camera = SIDE
+    helpers: str = ""
 
     @property
     def sheet(self) -> str:
@@ -254,6 +255,111 @@ bob.load("examples/tower.sdf")
 """,
 }
 
+NURBS_HELPERS = """
+CIRCLE = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)])
+WEIGHTS = np.array([1, np.sqrt(0.5)] * 4 + [1])
+QUARTERS = [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4]
+
+def clamped(count, degree=3):
+    return np.clip(np.arange(-degree, count + 1), 0, count - degree)
+
+def revolved(profile, knots, weights=1, trims=None):
+    r, z = np.transpose(profile)
+    points = [np.stack([x * r, y * r, z], axis=1) for x, y in CIRCLE]
+    return bob.nurbs_surface(points, QUARTERS, knots, np.outer(WEIGHTS, weights * np.ones(len(r))), trims)
+
+def rectangle_trim(u, v):
+    return [(0, 0), (u, 0), (u, v), (0, v)]
+
+def ellipse_trim(u, v, radius_u, radius_v):
+    return bob.TrimCurve((u, v) + CIRCLE * (radius_u, radius_v), QUARTERS, WEIGHTS)
+"""
+
+NURBS = {
+    "a vase": """
+profile = [(0, 0), (0.7, 0), (0.6, 0.3), (1.5, 0.9), (1, 2.1), (0.2, 2.4), (0.4, 3.1), (0.8, 3.2)]
+revolved(profile, clamped(len(profile)))
+""",
+    "a lantern": """
+half = [(0, -1), (1, -1), (1, 0), (1, 1), (0, 1)]
+up = np.array([(0, 0.2), (-0.1, 0.9), (0.2, 1.2), (0.5, 1.8)])
+down = np.array([(0.5, 1.8), (0.5, 1.2), (0.2, 0.9), (0, 0.2)])
+slits = [[bob.TrimCurve((u, 0) + curve, clamped(4)) for curve in (up, down)] for u in np.arange(-2, 17) / 4]
+lantern = revolved(half, [0, 0, 0, 1, 1, 2, 2, 2], WEIGHTS[:5], [rectangle_trim(4, 2), *slits])
+[lantern, capsule(-0.7 * Z, 0.1 * Z, 0.2)]
+""",
+    "a ring of ribbons": """
+ribbons = [[(0, v), (4, v + 16), (4, v + 16.6), (0, v + 0.6)] for v in np.arange(-16, 4)]
+revolved(0.4 * CIRCLE + (1, 0), QUARTERS, WEIGHTS, ribbons)
+""",
+    "a cup": """
+cup = revolved([(0, 0), (0.4, 0), (0.9, 0.1), (1, 0.7), (1, 1.4)], clamped(5))
+saucer = revolved([(0, -0.05), (0.8, -0.05), (1.2, 0), (1.6, 0.15), (1.8, 0.3)], clamped(5))
+handle = [(0.9, 0, 1.1), (1.3, 0, 1.3), (1.7, 0, 0.9), (1.2, 0, 0.4), (0.8, 0, 0.35)]
+[cup, saucer, bob.nurbs_curve(handle, clamped(5), radius=[0.06, 0.12, 0.12, 0.09, 0.06])]
+""",
+    "a sea shell": """
+turns = np.linspace(0, 7 * pi, 85)
+points = []
+for i, (angle, size) in enumerate(zip(turns, np.exp(0.13 * turns))):
+    r, z = size * (CIRCLE.T * (0.95 if i % 2 else 1.05) + [[1], [-2]])
+    points.append(np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1))
+bob.nurbs_surface(points, clamped(len(points)), QUARTERS, np.tile(WEIGHTS, (len(points), 1)))
+""",
+    "a Moebius strip": """
+angles = 2 * pi * np.arange(27) / 24
+points = []
+for a in angles:
+    out = np.array([np.cos(a), np.sin(a), 0])
+    points.append([(1 + x * np.cos(a / 2)) * out + x * np.sin(a / 2) * Z for x in (-0.5, 0.5)])
+holes = [ellipse_trim(3.5 + i, 0.5, 0.35, 0.3) for i in range(24)]
+bob.nurbs_surface(points, np.arange(31), [0, 0, 1, 1], trims=[[(3, 0), (27, 0), (27, 1), (3, 1)], *holes])
+""",
+    "a spire": """
+points = []
+for level, size in enumerate([1.2, 1, 0.8, 0.7, 0.7, 0.8, 0.9, 0.8, 0.4, 0]):
+    angles = 2 * pi * np.arange(15) / 12 + 0.25 * level
+    star = size * np.resize([1, 0.6], 15)
+    points.append(np.stack([star * np.cos(angles), star * np.sin(angles), np.full(15, 0.4 * level)], axis=1))
+bob.nurbs_surface(points, clamped(10), np.arange(19))
+""",
+    "a perforated sheet": """
+x, y = np.meshgrid(np.linspace(-1, 1, 8), np.linspace(-1, 1, 8), indexing="ij")
+points = np.stack([x, y, 0.25 * np.sin(3 * x + 1) * np.cos(3 * y)], axis=-1)
+grid = np.arange(15) / 3 + 1 / 6
+holes = [ellipse_trim(u, v, *2 * [0.03 + 0.12 * np.sin(0.7 * u + 0.6 * v) ** 2]) for u in grid for v in grid]
+bob.nurbs_surface(points, clamped(8), clamped(8), trims=[rectangle_trim(5, 5), *holes])
+""",
+    "a flower": """
+out, up = [0, 0.1, 0.25, 0.5, 0.9, 1.3], [0, 0.4, 0.8, 1.1, 1.2, 1.0]
+width = [0.05, 0.15, 0.3, 0.45, 0.35, 0]
+points = [[(r - 0.2 * w * (1 - y * y), w * y, z) for y in (-1, -0.4, 0.4, 1)] for r, w, z in zip(out, width, up)]
+petal = bob.Instance(bob.nurbs_surface(points, clamped(6), clamped(4)))
+petals = [petal.rotate(pi / 3 * (i + 0.3), Z).translate(-0.1 * (i % 2) * Z) for i in range(6)]
+thread = [(0, 0, 0.2), (0.05, 0, 0.6), (0.1, 0, 0.9), (0.3, 0, 1.2), (0.36, 0, 1.22)]
+stamen = bob.Instance(bob.nurbs_curve(thread, clamped(5), radius=[0.01, 0.02, 0.02, 0.01, 0.08]))
+[*petals, *(stamen.rotate(pi / 3 * (i + 0.8), Z) for i in range(6))]
+""",
+    "a spring": """
+t = np.linspace(0, 16 * pi, 129)
+r = 0.6 + 0.4 * np.sin(t / 16)
+points = np.stack([r * np.cos(t), r * np.sin(t), t / 18], axis=1)
+bob.nurbs_curve(points, clamped(129), radius=0.15 * r**2)
+""",
+    "a knot": """
+t = 2 * pi * np.arange(67) / 64
+r = 1 + 0.45 * np.cos(5 * t)
+points = np.stack([r * np.cos(2 * t), r * np.sin(2 * t), 0.45 * np.sin(5 * t)], axis=1)
+bob.nurbs_curve(points, np.arange(71), radius=0.13 + 0.04 * np.cos(10 * t))
+""",
+    "a stool": """
+i = np.arange(47)
+angle = 2 * pi * i * 9 / 23
+points = np.stack([np.cos(angle), np.sin(angle), 1.1 * (-1.0) ** i], axis=1)
+bob.polyline(points, radius=0.05)
+""",
+}
+
 SCENES = {
     "a wood": """
 hills = bob.implicit(lambda x, y, z: z + 0.9 - 0.15 * np.sin(2 * x) * np.cos(3 * y)) & cylinder(3) & slab(z0=-1.5)
@@ -291,9 +397,10 @@ SECTIONS = [
     Section(
         "Easing functions",
         EASINGS,
-        f"From above: `ribbon = {RIBBON}`, moved by 2 along y where x grows from -1 to 1.",
+        "From above: a ribbon, moved by 2 along y where x grows from -1 to 1.",
         columns=9,
         camera=ABOVE,
+        helpers="ribbon = box((2.4, 0.2, 0.2))",
     ),
     Section("Formulas", FORMULAS, columns=4),
     Section(
@@ -302,18 +409,27 @@ SECTIONS = [
         "Scripts are in [examples](../examples); [scripts.md](scripts.md) describes them.",
         columns=4,
     ),
+    Section(
+        "NURBS",
+        NURBS,
+        "Surfaces, trimmed or not, and tubes along curves; [nurbs.md](nurbs.md) describes them. What the pictures share"
+        " comes first.",
+        columns=4,
+        helpers=NURBS_HELPERS,
+    ),
     Section("Scenes", SCENES, columns=3),
 ]
 HIGHLIGHTS = ["constructive solid geometry", "gyroid", "gear.sdf", "tanglecube", "vase.sdf", "a wood"]
+NURBS_HIGHLIGHTS = ["a vase", "a lantern", "a ring of ribbons", "a sea shell", "a flower", "a knot"]
 
 
 # ---- Pictures --------------------------------------------------------------------------------------------
 
 
-def made(code: str) -> bob.Scene:
+def made(code: str, helpers: str = "") -> bob.Scene:
     """What the last line of the code makes, as a scene."""
     names: dict[str, Any] = {"bob": bob}
-    exec(f"from bobrossnet.sdf import *\nribbon = {RIBBON}", names)
+    exec(f"from bobrossnet.sdf import *\n{helpers}", names)
     module = ast.parse(code)
     last = module.body.pop()
     assert isinstance(last, ast.Expr), code
@@ -324,7 +440,8 @@ def made(code: str) -> bob.Scene:
 
 def draw(section: Section, caption: str, side: int) -> tuple[NDArray[np.uint8], str]:
     """(side, side) uint8, every pixel traced, and the caption."""
-    return to_8_bit(bob.trace(made(section.code[caption]), section.camera, size=(side, side)).gray), caption
+    scene = made(section.code[caption], section.helpers)
+    return to_8_bit(bob.trace(scene, section.camera, size=(side, side)).gray), caption
 
 
 def sheet(section: Section) -> NDArray[np.uint8]:
@@ -336,10 +453,10 @@ def sheet(section: Section) -> NDArray[np.uint8]:
     return np.concatenate(rows)[..., 0]
 
 
-def strip() -> NDArray[np.uint8]:
-    """The highlights in a row: (H, W) uint8."""
-    side = SHEET_WIDTH // len(HIGHLIGHTS) - GAP
-    pictures = [draw(section, name, side)[0] for name in HIGHLIGHTS for section in SECTIONS if name in section.code]
+def strip(names: list[str]) -> NDArray[np.uint8]:
+    """Highlights in a row: (H, W) uint8."""
+    side = SHEET_WIDTH // len(names) - GAP
+    pictures = [draw(section, name, side)[0] for name in names for section in SECTIONS if name in section.code]
     return np.concatenate(pictures, axis=1)
 
 
@@ -359,6 +476,8 @@ def document() -> str:
     parts = [HEAD]
     for section in SECTIONS:
         code = "\n".join(_listing(caption, code) for caption, code in section.code.items()).rstrip()
+        if section.helpers:
+            code = f"{section.helpers.strip()}\n\n{code}"
         parts.append(f"## {section.title}\n\n{section.note}\n\n" if section.note else f"## {section.title}\n\n")
         parts[-1] += f"![{', '.join(section.code)}]({section.sheet})\n\n```python\n{code}\n```\n"
     return "\n".join(parts)
@@ -376,7 +495,8 @@ def main() -> None:
     (docs / "gallery.md").write_text(document())
     for section in SECTIONS:
         write_picture(docs / section.sheet, sheet(section))
-    write_picture(docs / "shapes.png", strip())
+    write_picture(docs / "shapes.png", strip(HIGHLIGHTS))
+    write_picture(docs / "nurbs.png", strip(NURBS_HIGHLIGHTS))
 
 
 if __name__ == "__main__":

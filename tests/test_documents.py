@@ -6,11 +6,14 @@ import re
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from runpy import run_path
 
 import numpy as np
 import pytest
 
 import bobrossnet as bob
+from bobrossnet.adapters.container import ENDING as SCENE_ENDING
+from bobrossnet.adapters.files import INSTANCE_READERS
 from bobrossnet.sdf.words import WORDS
 
 ROOT = Path(__file__).parent.parent
@@ -33,8 +36,12 @@ def write_ply(file, mesh):
     file.write_text(head + "\n".join(rows) + "\n")
 
 
+def python_in(document):
+    return re.findall(r"```python\n(.*?)```", (ROOT / document).read_text(), re.DOTALL)
+
+
 def test_readme_examples_run(tmp_path, monkeypatch, capsys):
-    code, modelling = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    code, modelling, nurbs = python_in("README.md")
     monkeypatch.chdir(tmp_path)
     write_ply(tmp_path / "bunny.ply", bob.happy_tree())
     names = {}
@@ -43,6 +50,21 @@ def test_readme_examples_run(tmp_path, monkeypatch, capsys):
     assert "100% in" in capsys.readouterr().out
     exec(modelling, {})
     assert (tmp_path / "part.png").exists()
+    exec(nurbs, names)
+    assert names["picture"].any()
+
+
+def test_examples_of_nurbs_run(tmp_path, monkeypatch, capsys):
+    (code,) = python_in("docs/nurbs.md")
+    names = {}
+    exec(code, names)
+    assert np.allclose(names["at"][:, :2], [[0.4, 0.5]], atol=1e-5)
+
+    monkeypatch.chdir(tmp_path)
+    run_path(str(ROOT / "examples/nurbs.py"), run_name="__main__")
+    assert "1.000000 high, at u = 1.000000" in capsys.readouterr().out
+    assert (tmp_path / "vault.png").exists()
+    assert [instance.shape.kind for instance in bob.load("vault.bob").instances] == ["brep", "tube"]
 
 
 @pytest.mark.parametrize("name", ["bobrossnet", *MODULES])
@@ -90,6 +112,11 @@ def test_gallery_pictures_have_something_on_them(gallery):
 
 def test_gallery_page_is_current(gallery):
     assert (ROOT / "docs/gallery.md").read_text() == gallery.document(), "run python docs/gallery.py"
+
+
+def test_every_nurbs_file_is_described():
+    text = (ROOT / "docs/nurbs.md").read_text()
+    assert [ending for ending in INSTANCE_READERS if ending != SCENE_ENDING and f"`{ending}`" not in text] == []
 
 
 def test_readme_map_is_the_tree():

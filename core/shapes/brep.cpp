@@ -31,8 +31,8 @@ class Search {
 public:
     explicit Search(const std::function<double(Vec3)>& convex) : convex_(convex) {}
 
-    void add(BezierPatch patch, const TrimRegion& region) {
-        const auto coverage = region.coverage({patch.low_u, patch.high_u, patch.low_v, patch.high_v});
+    void add(BezierPatch patch, const Patch& from) {
+        const auto coverage = from.coverage({patch.low_u, patch.high_u, patch.low_v, patch.high_v});
         if (coverage == TrimRegion::Coverage::none) return;
         // Nowhere is it larger than at a control point.
         double bound = -HUGE_VAL;
@@ -40,12 +40,12 @@ public:
         for (const bool u : {false, true}) {
             for (const bool v : {false, true}) {
                 if (coverage == TrimRegion::Coverage::all ||
-                    region.contains(u ? patch.high_u : patch.low_u, v ? patch.high_v : patch.low_v)) {
+                    from.region->contains(u ? patch.high_u : patch.low_u, v ? patch.high_v : patch.low_v)) {
                     reached_ = std::max(reached_, convex_(euclidean(corner(patch, u, v))));
                 }
             }
         }
-        open_.push({bound, std::move(patch), &region});
+        open_.push({bound, std::move(patch), &from});
     }
 
     double run(double tolerance) {
@@ -56,7 +56,7 @@ public:
             const bool along_v = extent_along(top.patch, true) > extent_along(top.patch, false);
             for (const double low : {0., 0.5}) {
                 const double high = low + 0.5;
-                add(along_v ? part(top.patch, 0, 1, low, high) : part(top.patch, low, high, 0, 1), *top.region);
+                add(along_v ? part(top.patch, 0, 1, low, high) : part(top.patch, low, high, 0, 1), *top.from);
             }
         }
         return reached_;
@@ -66,7 +66,7 @@ private:
     struct Candidate {
         double bound;
         BezierPatch patch;
-        const TrimRegion* region;
+        const Patch* from;
 
         bool operator<(const Candidate& other) const { return bound < other.bound; }
     };
@@ -97,7 +97,7 @@ private:
 
 }  // namespace
 
-Brep::Brep(std::span<const Face> faces) {
+Brep::Brep(std::span<const Face> faces, double tolerance) {
     std::vector<FacePatches> patches;
     for (const Face& face : faces) {
         const NurbsSurface& s = face.surface;
@@ -106,7 +106,7 @@ Brep::Brep(std::span<const Face> faces) {
         regions_.push_back(std::make_unique<TrimRegion>(face.loops, domain));
         patches.push_back({decompose(s), regions_.back().get()});
     }
-    pieces_ = build_pieces(patches);
+    pieces_ = build_pieces(patches, tolerance);
 }
 
 void Brep::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
@@ -136,7 +136,7 @@ std::size_t Brep::bytes() const {
 
 double Brep::maximum(const std::function<double(Vec3)>& convex, double tolerance) const {
     Search search(convex);
-    for (const Patch& patch : pieces_.patches) search.add(bezier_patch(pieces_, patch), *patch.region);
+    for (const Patch& patch : pieces_.patches) search.add(bezier_patch(pieces_, patch), patch);
     return search.run(tolerance);
 }
 

@@ -20,8 +20,9 @@ struct Face {
 
 class Brep : public Shape {
 public:
-    /// The faces' control points are about 1 in size; weights are above 0.
-    explicit Brep(std::span<const Face> faces);
+    /// The faces' control points are about 1 in size; weights are above 0. Trimmed faces are seen up to about `tolerance`
+    /// beyond their trims where no other face is near, so that no gap is between edges that agree up to it only.
+    explicit Brep(std::span<const Face> faces, double tolerance = 0);
     Brep(Brep&&) = default;  // and no copies: pieces point to regions
 
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;

@@ -76,9 +76,18 @@ inline const float* points_of(const Pieces& pieces, const Patch& patch) {
 inline Jet evaluate(const Pieces& pieces, const Patch& patch, float u, float v) {
     const float* points = points_of(pieces, patch);
     const int p = patch.degree_u, q = patch.degree_v;
-    if (p == 3 && q == 3) return evaluate_degrees<3, 3>(points, p, q, u, v);
-    if (p == 1 && q == 1) return evaluate_degrees<1, 1>(points, p, q, u, v);
-    return evaluate_degrees<0, 0>(points, p, q, u, v);
+    switch (16 * p + q) {
+        case 0x11: return evaluate_degrees<1, 1>(points, p, q, u, v);
+        case 0x12: return evaluate_degrees<1, 2>(points, p, q, u, v);
+        case 0x21: return evaluate_degrees<2, 1>(points, p, q, u, v);
+        case 0x22: return evaluate_degrees<2, 2>(points, p, q, u, v);
+        case 0x13: return evaluate_degrees<1, 3>(points, p, q, u, v);
+        case 0x31: return evaluate_degrees<3, 1>(points, p, q, u, v);
+        case 0x23: return evaluate_degrees<2, 3>(points, p, q, u, v);
+        case 0x32: return evaluate_degrees<3, 2>(points, p, q, u, v);
+        case 0x33: return evaluate_degrees<3, 3>(points, p, q, u, v);
+        default: return evaluate_degrees<0, 0>(points, p, q, u, v);
+    }
 }
 
 inline Float4 cross(Float4 a, Float4 b) {
@@ -189,26 +198,39 @@ inline Found newton(const Pieces& pieces, const Patch& patch, const RayToPieces&
     return Found::unclear;
 }
 
-/// Where the hits of one ray go: the nearest is kept, if the trim curves leave it.
+/// The nearest hit of a ray. One beyond its face's region, within the tolerance, only counts where no face is: until the
+/// end its t is larger by a few tolerances, so that it stays behind a neighbour that it would show through.
 struct Nearest {
-    const Patch& patch;
-    std::uint32_t index;
-    bool trimmed;
-    Hit& hit;
+    Hit hit;
+    float penalty;
+    bool is_beyond = false;
 
-    [[nodiscard]] bool keeps(float u, float v) const {
-        if (!trimmed) return true;
-        const Domain& d = patch.domain;
-        return patch.region->contains(d.low_u + static_cast<double>(u) * (d.high_u - d.low_u),
-                                      d.low_v + static_cast<double>(v) * (d.high_v - d.low_v));
-    }
+    Nearest(const Pieces& pieces, const RayToPieces& ray) : penalty(4 * pieces.tolerance / ray.length) {}
 
-    void offer(const Solution& found) {
+    void offer(const Patch& patch, std::uint32_t index, bool trimmed, const Solution& found) {
         const auto t = static_cast<float>(found.t);
         if (!(t > 0 && t < hit.t)) return;
         const float u = std::fmin(std::fmax(found.u, 0.f), 1.f), v = std::fmin(std::fmax(found.v, 0.f), 1.f);
-        if (keeps(u, v)) hit = {t, u, v, index};
+        const auto seen = trimmed ? patch.coverage(u, v) : TrimRegion::Coverage::all;
+        const bool beyond = seen == TrimRegion::Coverage::some;
+        if (seen == TrimRegion::Coverage::none || (beyond && t + penalty >= hit.t)) return;
+        hit = {beyond ? t + penalty : t, u, v, index};
+        is_beyond = beyond;
     }
+
+    [[nodiscard]] Hit result() const {
+        Hit result = hit;
+        if (is_beyond) result.t -= penalty;
+        return result;
+    }
+};
+
+/// The piece that a ray is tested against.
+struct Piece {
+    const Patch& patch;
+    std::uint32_t index;  // of the patch
+    bool trimmed;
+    Part part;
 };
 
 // ---- Subdivision --------------------------------------------------------------------------------------------
@@ -233,10 +255,11 @@ struct Workspace {
 class Subdivision {
 public:
     /// `normal`, of any length, is about that of the part, which is thinnest along it.
-    Subdivision(const Pieces& pieces, const Patch& patch, const RayToPieces& ray, const LocalRay& local,
+    Subdivision(const Pieces& pieces, const Piece& piece, const RayToPieces& ray, const LocalRay& local,
                 Nearest& nearest, Float4 normal, Workspace& workspace)
-        : pieces_(pieces), patch_(patch), ray_(ray), local_(local), nearest_(nearest), points_(workspace.points),
-          open_(workspace.open), rows_(patch.degree_u + 1u), columns_(patch.degree_v + 1u), size_(rows_ * columns_) {
+        : pieces_(pieces), piece_(piece), ray_(ray), local_(local), nearest_(nearest), points_(workspace.points),
+          open_(workspace.open), rows_(piece.patch.degree_u + 1u), columns_(piece.patch.degree_v + 1u),
+          size_(rows_ * columns_) {
         along_ = ray.direction / broadcast<Float4>(ray.length);
         across_[0] = normal - broadcast<Float4>(dot(normal, along_)) * along_;
         if (!(dot(across_[0], across_[0]) > 1e-6f * dot(normal, normal))) across_[0] = ray.across[0];
@@ -244,10 +267,11 @@ public:
         across_[1] = cross(along_, across_[0]);
     }
 
-    void find(const Part& part) {
+    void find() {
+        const Part& part = piece_.part;
         open_.clear();
         if (points_.size() < size_) points_.resize(size_);
-        const float* from = points_of(pieces_, patch_);
+        const float* from = points_of(pieces_, piece_.patch);
         for (std::size_t i = 0; i < size_; ++i) {
             const Float4 point = load<Float4>(from + 4 * i);
             const Float4 f = from_ray(point, local_.origin);
@@ -313,13 +337,13 @@ private:
         const float u = part.low[0] + 0.5f * part.size[0], v = part.low[1] + 0.5f * part.size[1];
         if (never_folds(in_u, in_v)) {
             Solution at{u, v, 0};
-            const Found found = newton(pieces_, patch_, ray_, local_, part, at);
-            if (found == Found::hit) nearest_.offer(at);
+            const Found found = newton(pieces_, piece_.patch, ray_, local_, part, at);
+            if (found == Found::hit) offer(at);
             if (found != Found::unclear) return;
         }
         const float extent[2] = {in_u.extent(rows_ - 1), in_v.extent(columns_ - 1)};
         if (std::fmax(extent[0], extent[1]) < smallest) {
-            return nearest_.offer({u, v, local_.start + static_cast<double>(net.nearest)});
+            return offer({u, v, local_.start + static_cast<double>(net.nearest)});
         }
         const int along = extent[1] > extent[0];
         Part halves[2] = {part, part};
@@ -333,6 +357,8 @@ private:
         push(halves[!upper_is_nearer], net.slot);
         push(halves[upper_is_nearer], net.slot + 1);
     }
+
+    void offer(const Solution& found) { nearest_.offer(piece_.patch, piece_.index, piece_.trimmed, found); }
 
     /// The box of the differences between neighbouring control points.
     struct Differences {
@@ -371,7 +397,7 @@ private:
     }
 
     const Pieces& pieces_;
-    const Patch& patch_;
+    const Piece& piece_;
     const RayToPieces& ray_;
     const LocalRay& local_;
     Nearest& nearest_;
@@ -385,10 +411,10 @@ private:
 
 /// Intersects the pieces whose boxes the ray enters, and keeps the nearest hit.
 inline void intersect(const Pieces& pieces, const PiecePacket& packet, const RayToPieces& ray, Workspace& workspace,
-                      Hit& hit) {
+                      Nearest& nearest) {
     for (int i = 0; i < 8; i += width) {
         Floats o[3], d[3];
-        Floats enter = broadcast<Floats>(0.f), leave = broadcast<Floats>(hit.t);
+        Floats enter = broadcast<Floats>(0.f), leave = broadcast<Floats>(nearest.hit.t);
         for (int axis = 0; axis < 3; ++axis) {
             const auto& row = packet.to_box[axis];
             const Floats x = load<Floats>(&row[0][i]), y = load<Floats>(&row[1][i]), z = load<Floats>(&row[2][i]);
@@ -402,28 +428,28 @@ inline void intersect(const Pieces& pieces, const PiecePacket& packet, const Ray
         }
         for (unsigned entered = bits(enter <= leave); entered; entered &= entered - 1) {
             const int lane = __builtin_ctz(entered);
-            if (!(enter[lane] < hit.t)) continue;
+            if (!(enter[lane] < nearest.hit.t)) continue;
             const int k = i + lane;
             const std::uint32_t index = packet.patch[k] & ~PiecePacket::trimmed;
-            const Patch& patch = pieces.patches[index];
-            Nearest nearest{patch, index, (packet.patch[k] & PiecePacket::trimmed) != 0, hit};
-            const Part part{{packet.low[0][k], packet.low[1][k]}, {packet.size[0][k], packet.size[1][k]}};
+            const Piece piece{pieces.patches[index], index, (packet.patch[k] & PiecePacket::trimmed) != 0,
+                              {{packet.low[0][k], packet.low[1][k]}, {packet.size[0][k], packet.size[1][k]}}};
+            const Part& part = piece.part;
             const float slant = d[2][lane];
             if (std::fabs(slant) > packet.fold[k] * ray.length) {
                 const float t = std::fmin(std::fmax(-o[2][lane] / slant, enter[lane]), leave[lane]);
-                const LocalRay local(ray, patch, t);
+                const LocalRay local(ray, piece.patch, t);
                 const float x = std::fmin(std::fmax(o[0][lane] + t * d[0][lane], -1.f), 1.f);
                 const float y = std::fmin(std::fmax(o[1][lane] + t * d[1][lane], -1.f), 1.f);
                 Solution at{part.low[0] + (0.5f + 0.5f * x) * part.size[0],
                             part.low[1] + (0.5f + 0.5f * y) * part.size[1], 0};
-                const Found found = newton(pieces, patch, ray, local, part, at);
-                if (found == Found::hit) nearest.offer(at);
+                const Found found = newton(pieces, piece.patch, ray, local, part, at);
+                if (found == Found::hit) nearest.offer(piece.patch, index, piece.trimmed, at);
                 if (found != Found::unclear) continue;
             }
-            const LocalRay local(ray, patch, enter[lane]);
+            const LocalRay local(ray, piece.patch, enter[lane]);
             const auto& z = packet.to_box[2];
             const Float4 normal{z[0][k], z[1][k], z[2][k], 0};
-            Subdivision(pieces, patch, ray, local, nearest, normal, workspace).find(part);
+            Subdivision(pieces, piece, ray, local, nearest, normal, workspace).find();
         }
     }
 }
@@ -432,10 +458,11 @@ void closest_hits(const Pieces& pieces, std::span<const Ray> rays, Hit* hits) {
     Workspace workspace;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const RayToPieces ray(rays[i]);
-        Hit hit;
-        traverse(pieces.nodes.data(), ray, hit,
-                 [&](std::uint32_t packet) { intersect(pieces, pieces.packets[packet], ray, workspace, hit); });
-        hits[i] = hit;
+        Nearest nearest(pieces, ray);
+        traverse(pieces.nodes.data(), ray, nearest.hit, [&](std::uint32_t packet) {
+            intersect(pieces, pieces.packets[packet], ray, workspace, nearest);
+        });
+        hits[i] = nearest.result();
     }
 }
 

@@ -25,6 +25,13 @@ struct Patch {
     std::uint32_t face;
     const TrimRegion* region;  // of the face, in its own parameters
     Domain domain;             // of the face's parameters that are the patch's 0..1
+    double margin_u, margin_v;  // how far beyond its region the face is seen
+
+    /// How much of a rectangle of the face's parameters is seen.
+    [[nodiscard]] TrimRegion::Coverage coverage(const Domain& rectangle) const;
+
+    /// Whether the point at parameters 0..1 of the patch is seen: `some` where that is beyond the region.
+    [[nodiscard]] TrimRegion::Coverage coverage(double u, double v) const;
 };
 
 /// 672 bytes. A piece lies in a box whose x and y axes follow its u and v: to_box * (p, 1) has |x| and |y| up to `half`,
@@ -46,6 +53,7 @@ struct Pieces {
     std::vector<BvhNode> nodes;
     std::vector<PiecePacket> packets;
     std::size_t count = 0;
+    float tolerance = 0;  // how far beyond their regions faces are seen, in units
 
     [[nodiscard]] std::size_t bytes() const;
 };
@@ -56,8 +64,9 @@ struct FacePatches {
     const TrimRegion* region;
 };
 
-/// Pieces that a region leaves nothing of are left out; if that is all of them, there are no nodes.
-[[nodiscard]] Pieces build_pieces(std::span<const FacePatches> faces);
+/// Faces reach about `tolerance` beyond their regions. Pieces that a region leaves nothing of are left out; if that is
+/// all of them, there are no nodes.
+[[nodiscard]] Pieces build_pieces(std::span<const FacePatches> faces, double tolerance);
 
 struct PieceKernels {
     /// The nearest intersection with t > 0 of each ray; the primitive is the patch, u and v are its parameters, 0..1.

@@ -48,20 +48,19 @@ struct Piece {
     Box bounds;
 };
 
-/// A part of a patch and its control points.
+/// A part of a patch: its parameters, and its control points.
 struct Part {
     double low[2] = {0, 0}, high[2] = {1, 1};
     int halvings[2] = {0, 0};
-    BezierPatch net;
+    std::size_t rows = 0, columns = 0;
+    std::vector<Homogeneous<3>> homogeneous;
+    std::vector<Vec3d> points;
 
-    [[nodiscard]] std::size_t rows() const { return static_cast<std::size_t>(net.degree_u) + 1; }
-    [[nodiscard]] std::size_t columns() const { return static_cast<std::size_t>(net.degree_v) + 1; }
-    [[nodiscard]] const Homogeneous<3>& at(std::size_t i, std::size_t j) const {
-        return net.control_points[i * columns() + j];
-    }
-    [[nodiscard]] Vec3d point(std::size_t i, std::size_t j) const {
-        const auto& [x, y, z, w] = at(i, j);
-        return {x / w, y / w, z / w};
+    void set_net(BezierPatch net) {
+        rows = static_cast<std::size_t>(net.degree_u) + 1, columns = static_cast<std::size_t>(net.degree_v) + 1;
+        homogeneous = std::move(net.control_points);
+        points.clear();
+        for (const auto& [x, y, z, w] : homogeneous) points.push_back({x / w, y / w, z / w});
     }
 };
 
@@ -79,15 +78,16 @@ struct Fit {
     double turn = no_bound;                    // sine of the angle to the normal, where the rest is flat
 
     explicit Fit(const Part& part) {
-        const std::size_t p = part.rows() - 1, q = part.columns() - 1;
-        const Vec3d a = part.point(0, 0), b = part.point(0, q), c = part.point(p, 0), d = part.point(p, q);
+        const std::size_t last_column = part.columns - 1, last_row = part.points.size() - part.columns;
+        const Vec3d &a = part.points[0], &b = part.points[last_column];
+        const Vec3d &c = part.points[last_row], &d = part.points[last_row + last_column];
         center = 0.25 * (a + b + c + d);
         along_u = 0.25 * (c + d - a - b);
         along_v = 0.25 * (b + d - a - c);
         twist = 0.25 * (a + d - b - c);
         const Vec3d n = cross(along_u, along_v);
         const double area = length(n);
-        if (area > 1e-4 * dot(along_u, along_u) + 1e-4 * dot(along_v, along_v)) {
+        if (area > 1e-4 * (dot(along_u, along_u) + dot(along_v, along_v))) {
             normal = 1 / area * n;
             dual_u = 1 / area * cross(along_v, normal);
             dual_v = 1 / area * cross(normal, along_u);
@@ -100,47 +100,44 @@ struct Fit {
 
     [[nodiscard]] bool is_flat() const { return has_area() && curve <= max_curve && turn <= max_turn; }
     [[nodiscard]] bool has_area() const { return dot(normal, normal) > 0; }
+    [[nodiscard]] double size() const { return std::max(length(along_u), length(along_v)); }
 
 private:
     /// For pieces that are lines or points: the axes of space, long enough to hold them.
     void use_axes(const Part& part) {
-        Vec3d low = part.point(0, 0), high = low;
-        for (std::size_t i = 0; i < part.rows(); ++i) {
-            for (std::size_t j = 0; j < part.columns(); ++j) {
-                const Vec3d x = part.point(i, j);
-                for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);
-            }
+        Vec3d low = part.points[0], high = low;
+        for (const Vec3d& x : part.points) {
+            for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);
         }
         center = 0.5 * (low + high);
         const double size = std::max(length(high - low), 1e-12);
-        normal = {0, 0, 0};
-        along_u = {size, 0, 0}, along_v = {0, size, 0};
+        along_u = {size, 0, 0}, along_v = {0, size, 0}, twist = {};
         dual_u = {1 / size, 0, 0}, dual_v = {0, 1 / size, 0};
     }
 
     void measure(const Part& part) {
         const Vec3d z = has_area() ? normal : Vec3d{0, 0, 1};
-        const auto p = static_cast<double>(part.rows() - 1), q = static_cast<double>(part.columns() - 1);
-        for (std::size_t i = 0; i < part.rows(); ++i) {
-            for (std::size_t j = 0; j < part.columns(); ++j) {
-                const Vec3d from_center = part.point(i, j) - center;
+        const auto p = static_cast<double>(part.rows - 1), q = static_cast<double>(part.columns - 1);
+        for (std::size_t i = 0; i < part.rows; ++i) {
+            for (std::size_t j = 0; j < part.columns; ++j) {
+                const Vec3d* point = &part.points[i * part.columns + j];
+                const Vec3d from_center = *point - center;
                 const double x = 2 * static_cast<double>(i) / p - 1, y = 2 * static_cast<double>(j) / q - 1;
                 const Vec3d from_bilinear = from_center - x * along_u - y * along_v - x * y * twist;
                 deviation[0] = std::max(deviation[0], std::fabs(dot(dual_u, from_center) - x));
                 deviation[1] = std::max(deviation[1], std::fabs(dot(dual_v, from_center) - y));
                 height = std::max(height, std::fabs(dot(z, from_center)));
                 curve = std::max({curve, std::fabs(dot(dual_u, from_bilinear)), std::fabs(dot(dual_v, from_bilinear))});
+                const auto second_difference = [&](std::size_t step) {
+                    return length(point[2 * step] - 2 * point[step] + point[0]);
+                };
+                if (i + 2 < part.rows) bend[0] = std::max(bend[0], p * p * second_difference(part.columns));
+                if (j + 2 < part.columns) bend[1] = std::max(bend[1], q * q * second_difference(1));
             }
         }
-        const auto second_difference = [&](std::size_t i, std::size_t j, std::size_t di, std::size_t dj) {
-            return length(part.point(i + 2 * di, j + 2 * dj) - 2 * part.point(i + di, j + dj) + part.point(i, j));
-        };
-        for (std::size_t i = 0; i < part.rows(); ++i) {
-            for (std::size_t j = 0; j < part.columns(); ++j) {
-                if (i + 2 < part.rows()) bend[0] = std::max(bend[0], p * p * second_difference(i, j, 1, 0));
-                if (j + 2 < part.columns()) bend[1] = std::max(bend[1], q * q * second_difference(i, j, 0, 1));
-            }
-        }
+        // A cut of either straightens half of the twist; that of the longer side leaves the better shape.
+        const double u = length(along_u), v = length(along_v), twisted = length(twist) / std::max(u + v, 1e-30);
+        bend[0] += u * twisted, bend[1] += v * twisted;
     }
 
     /// Bounds the angle between the normal and du x dv, for any du and dv out of the hulls of the control points'
@@ -152,40 +149,41 @@ private:
     /// far from its centre as its points, which leaves a little more for the angle.
     void measure_turn(const Part& part) {
         double radius = 0;
-        for (std::size_t i = 0; i < part.rows(); ++i) {
-            for (std::size_t j = 0; j < part.columns(); ++j) {
-                radius = std::max(radius, length(part.point(i, j) - center));
-            }
-        }
+        for (const Vec3d& x : part.points) radius = std::max(radius, length(x - center));
         struct Difference {
             Vec3d d;
-            double slack;
+            double length, slack;
         };
         const auto difference = [&](const Homogeneous<3>& a, const Homogeneous<3>& b) {
             const double dw = b[3] - a[3];
             Vec3d d;
             for (std::size_t k = 0; k < 3; ++k) d[k] = b[k] - a[k] - center[k] * dw;
-            return Difference{d, radius * std::fabs(dw)};
+            return Difference{d, length(d), radius * std::fabs(dw)};
         };
         std::vector<Difference> du, dv;
-        for (std::size_t i = 0; i < part.rows(); ++i) {
-            for (std::size_t j = 0; j < part.columns(); ++j) {
-                if (i + 1 < part.rows()) du.push_back(difference(part.at(i, j), part.at(i + 1, j)));
-                if (j + 1 < part.columns()) dv.push_back(difference(part.at(i, j), part.at(i, j + 1)));
+        for (std::size_t i = 0; i < part.rows; ++i) {
+            for (std::size_t j = 0; j < part.columns; ++j) {
+                const Homogeneous<3>* point = &part.homogeneous[i * part.columns + j];
+                if (i + 1 < part.rows) du.push_back(difference(point[0], point[part.columns]));
+                if (j + 1 < part.columns) dv.push_back(difference(point[0], point[1]));
             }
         }
-        double largest = 0, most = 0;
-        for (const Difference& a : du) {
-            for (const Difference& b : dv) largest = std::max(largest, length(cross(a.d, b.d)));
-        }
+        const auto longest = [](const std::vector<Difference>& all) {
+            double most = 0;
+            for (const Difference& a : all) most = std::max(most, a.length + a.slack);
+            return most;
+        };
+        const double nothing = 1e-9 * longest(du) * longest(dv);
+        double most = 0;
         for (const Difference& a : du) {
             for (const Difference& b : dv) {
                 const Vec3d n = cross(a.d, b.d);
-                const double size = length(n);
-                const double slack = a.slack * length(b.d) + b.slack * length(a.d) + a.slack * b.slack;
-                if (size + slack <= 1e-9 * largest) continue;  // at a pole: 0 has any sign
-                if (dot(n, normal) <= slack) return;
-                most = std::max(most, (length(cross(n, normal)) + slack) / size);
+                const double size_squared = dot(n, n), along = dot(n, normal);
+                const double slack = a.slack * b.length + b.slack * a.length + a.slack * b.slack;
+                if (std::sqrt(size_squared) + slack <= nothing) continue;  // at a pole: 0 has any sign
+                if (along <= slack) return;
+                const double across = std::sqrt(std::max(0., size_squared - along * along));
+                most = std::max(most, (across + slack) / (std::sqrt(size_squared) - slack));
             }
         }
         turn = most;
@@ -194,47 +192,47 @@ private:
 
 class Builder {
 public:
-    Builder(const BezierPatch& patch, std::uint32_t index, const TrimRegion& region)
-        : patch_(patch), index_(index), region_(region) {}
+    Builder(const BezierPatch& bezier, const Patch& patch, std::uint32_t index)
+        : bezier_(bezier), patch_(patch), index_(index) {}
 
     std::vector<Piece> build() {
         Part whole;
-        whole.net = patch_;
-        cut(std::move(whole));
+        whole.set_net(bezier_);
+        cut(whole);
         return std::move(pieces_);
     }
 
 private:
-    void cut(Part part) {
-        const TrimRegion::Coverage coverage = region_.coverage(domain(part));
+    void cut(const Part& part) {
+        const TrimRegion::Coverage coverage = patch_.coverage(domain(part));
         if (coverage == TrimRegion::Coverage::none) return;
         const Fit fit(part);
-        const bool small = std::max(length(fit.along_u), length(fit.along_v)) < smallest;
-        if (fit.is_flat() || small) return emit(part, fit, coverage == TrimRegion::Coverage::some);
         int along = fit.bend[1] > fit.bend[0];
-        if (part.halvings[along] >= max_halvings) along = 1 - along;
-        if (part.halvings[along] >= max_halvings) return emit(part, fit, coverage == TrimRegion::Coverage::some);
-        const double middle = (part.low[along] + part.high[along]) / 2;
+        if (part.halvings[along] == max_halvings) along = 1 - along;
+        if (fit.is_flat() || fit.size() < smallest || part.halvings[along] == max_halvings) {
+            return emit(part, fit, coverage == TrimRegion::Coverage::some);
+        }
+        Part half;
+        std::copy_n(part.halvings, 2, half.halvings);
+        ++half.halvings[along];
         for (const bool upper : {false, true}) {
-            Part half = part;
-            ++half.halvings[along];
-            (upper ? half.low : half.high)[along] = middle;
-            half.net = bob::part(patch_, half.low[0], half.high[0], half.low[1], half.high[1]);
-            cut(std::move(half));
+            std::copy_n(part.low, 2, half.low), std::copy_n(part.high, 2, half.high);
+            (upper ? half.low : half.high)[along] = (part.low[along] + part.high[along]) / 2;
+            half.set_net(bob::part(bezier_, half.low[0], half.high[0], half.low[1], half.high[1]));
+            cut(half);
         }
     }
 
     [[nodiscard]] Domain domain(const Part& part) const {
-        const double u = patch_.high_u - patch_.low_u, v = patch_.high_v - patch_.low_v;
-        return {patch_.low_u + part.low[0] * u, patch_.low_u + part.high[0] * u, patch_.low_v + part.low[1] * v,
-                patch_.low_v + part.high[1] * v};
+        const double u = bezier_.high_u - bezier_.low_u, v = bezier_.high_v - bezier_.low_v;
+        return {bezier_.low_u + part.low[0] * u, bezier_.low_u + part.high[0] * u, bezier_.low_v + part.low[1] * v,
+                bezier_.low_v + part.high[1] * v};
     }
 
     void emit(const Part& part, const Fit& fit, bool trimmed) {
         Piece piece;
         const Vec3d normal = fit.has_area() ? fit.normal : Vec3d{0, 0, 1};
-        const double size = std::max(length(fit.along_u), length(fit.along_v));
-        const double height = fit.height + box_margin * size + rounding;
+        const double height = fit.height + box_margin * fit.size() + rounding;
         const Vec3d axes[3] = {fit.dual_u, fit.dual_v, 1 / height * normal};
         for (std::size_t k = 0; k < 3; ++k) {
             std::copy(axes[k].begin(), axes[k].end(), piece.to_box[k]);
@@ -248,23 +246,39 @@ private:
         piece.fold = fit.turn == Fit::no_bound ? HUGE_VAL : std::max(fit.turn, least_slant) / height;
         piece.patch = index_;
         piece.trimmed = trimmed;
-        for (std::size_t i = 0; i < part.rows(); ++i) {
-            for (std::size_t j = 0; j < part.columns(); ++j) {
-                const Vec3d x = part.point(i, j);
-                piece.bounds.extend(Vec3{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])});
-            }
+        for (const auto& [x, y, z] : part.points) {
+            piece.bounds.extend(Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
         }
         pieces_.push_back(piece);
     }
 
-    const BezierPatch& patch_;
+    const BezierPatch& bezier_;
+    const Patch& patch_;
     std::uint32_t index_;
-    const TrimRegion& region_;
     std::vector<Piece> pieces_;
 };
 
+/// The mean length of a patch' lines of control points along u, or along v.
+double mean_length(const BezierPatch& patch, bool along_v) {
+    const auto rows = static_cast<std::size_t>(patch.degree_u) + 1, columns = static_cast<std::size_t>(patch.degree_v) + 1;
+    double sum = 0;
+    for (std::size_t i = along_v ? 0 : 1; i < rows; ++i) {
+        for (std::size_t j = along_v ? 1 : 0; j < columns; ++j) {
+            const auto& a = patch.control_points[i * columns + j];
+            const auto& b = patch.control_points[along_v ? i * columns + j - 1 : (i - 1) * columns + j];
+            sum += std::hypot(a[0] / a[3] - b[0] / b[3], a[1] / a[3] - b[1] / b[3], a[2] / a[3] - b[2] / b[3]);
+        }
+    }
+    return sum / static_cast<double>(along_v ? rows : columns);
+}
+
 /// Appends a patch, its control points relative to the centre of their box and its weights at most 1.
-void add_patch(Pieces& pieces, const BezierPatch& from, std::uint32_t face, const TrimRegion* region) {
+void add_patch(Pieces& pieces, const BezierPatch& from, std::uint32_t face, const TrimRegion* region,
+               double tolerance) {
+    // In parameters, as if these ran evenly over the patch.
+    const auto margin = [&](double size, bool along_v) {
+        return tolerance > 0 ? size * std::min(1., tolerance / mean_length(from, along_v)) : 0;
+    };
     Box box;
     double heaviest = 0;
     for (const auto& [x, y, z, w] : from.control_points) {
@@ -275,7 +289,8 @@ void add_patch(Pieces& pieces, const BezierPatch& from, std::uint32_t face, cons
     pieces.patches.push_back({{center.x, center.y, center.z},
                               static_cast<std::uint32_t>(pieces.control_points.size()),
                               static_cast<std::uint16_t>(from.degree_u), static_cast<std::uint16_t>(from.degree_v),
-                              face, region, {from.low_u, from.high_u, from.low_v, from.high_v}});
+                              face, region, {from.low_u, from.high_u, from.low_v, from.high_v},
+                              margin(from.high_u - from.low_u, false), margin(from.high_v - from.low_v, true)});
     for (const auto& [x, y, z, w] : from.control_points) {
         const double scale = 1 / heaviest;
         pieces.control_points.push_back(
@@ -306,24 +321,37 @@ PiecePacket packed(std::span<const Piece> pieces, const Packet& indices) {
 
 }  // namespace
 
+TrimRegion::Coverage Patch::coverage(const Domain& d) const {
+    return region->coverage({d.low_u - margin_u, d.high_u + margin_u, d.low_v - margin_v, d.high_v + margin_v});
+}
+
+TrimRegion::Coverage Patch::coverage(double u, double v) const {
+    const double face_u = domain.low_u + u * (domain.high_u - domain.low_u);
+    const double face_v = domain.low_v + v * (domain.high_v - domain.low_v);
+    if (region->contains(face_u, face_v)) return TrimRegion::Coverage::all;
+    const bool near = margin_u > 0 && coverage({face_u, face_u, face_v, face_v}) != TrimRegion::Coverage::none;
+    return near ? TrimRegion::Coverage::some : TrimRegion::Coverage::none;
+}
+
 std::size_t Pieces::bytes() const {
     return patches.size() * sizeof(Patch) + control_points.size() * sizeof(control_points[0]) +
            nodes.size() * sizeof(BvhNode) + packets.size() * sizeof(PiecePacket);
 }
 
-Pieces build_pieces(std::span<const FacePatches> faces) {
+Pieces build_pieces(std::span<const FacePatches> faces, double tolerance) {
     Pieces result;
+    result.tolerance = static_cast<float>(tolerance);
     std::vector<const BezierPatch*> patches;
     for (std::uint32_t face = 0; face < faces.size(); ++face) {
         for (const BezierPatch& patch : faces[face].patches) {
-            add_patch(result, patch, face, faces[face].region);
+            add_patch(result, patch, face, faces[face].region, tolerance);
             patches.push_back(&patch);
         }
     }
     std::vector<std::vector<Piece>> of_patch(patches.size());
     parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            of_patch[i] = Builder(*patches[i], static_cast<std::uint32_t>(i), *result.patches[i].region).build();
+            of_patch[i] = Builder(*patches[i], result.patches[i], static_cast<std::uint32_t>(i)).build();
         }
     });
     std::vector<Piece> pieces;

@@ -227,7 +227,7 @@ def _info(options: argparse.Namespace) -> None:
     _print_table(
         {
             "file": options.file,
-            "shapes": f"{len(scene.instances)}",
+            "scene": scene.describe(),
             "sphere": f"{_vector(scene.center)}, radius {scene.radius:.6g}",
         }
     )

@@ -49,7 +49,10 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
         function,
         *arguments,
     ]
-    done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # which start with numpy, and are of no use to readers
+    done = subprocess.run(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
+    )
     if done.returncode:
         raise InputError("expected a file that its reader can take, the reader crashed on it; is it damaged?")
     result, error = pickle.loads(done.stdout)  # our own child wrote it

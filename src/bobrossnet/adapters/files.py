@@ -77,10 +77,10 @@ def load(source: Source | Iterable[Source]) -> Scene:
     Parameters
     ----------
     source : path, Shape, Instance, Scene or iterable of these
-        Files are scenes, .bob, which `save_scene` writes; meshes, .ply, .obj, .stl, .off, .glb, .gltf or .3mf; CAD
-        parts, .step, .stp, .iges, .igs or .3dm (Rhino's); NURBS surfaces, .json (geomdl's), .xml (G+Smo's), .bpt
-        (Bezier patches) or .cpt (grids of control points); shape scripts, .sdf; or formulas, .vm. All are placed as
-        their coordinates say; instances are named after their files where these have no names for them.
+        Files are scenes, .bob, which `save_scene` writes; meshes, .ply, .obj, .stl, .off, .glb, .gltf or .3mf; NURBS
+        surfaces, .3dm (Rhino's), .step, .stp, .iges, .igs, .json (geomdl's), .xml (G+Smo's), .bpt (Bezier patches) or
+        .cpt (grids of control points); shape scripts, .sdf; or formulas, .vm. All are placed as their coordinates say;
+        instances are named after their files where these have no names for them.
 
     Returns
     -------

@@ -19,6 +19,7 @@ from OCP.GeomConvert import GeomConvert, GeomConvert_ApproxSurface
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.IGESCAFControl import IGESCAFControl_Reader
 from OCP.Quantity import Quantity_Color
+from OCP.ShapeAnalysis import ShapeAnalysis_ShapeTolerance
 from OCP.ShapeFix import ShapeFix_ShapeTolerance
 from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideClosed
 from OCP.STEPCAFControl import STEPCAFControl_Reader
@@ -43,6 +44,9 @@ MAX_SPANS = 1000
 
 # Of approximations, relative to the part's size: a thousandth of a pixel in a large picture of it.
 RELATIVE_TOLERANCE = 1e-6
+
+# The most that edges of neighbouring faces may be apart, in sizes of their part.
+MAX_GAP = 1e-3
 
 # Relative to the domain: what lies nearer to the surface's border than this lies on it.
 ON_BORDER = 1e-6
@@ -126,7 +130,7 @@ class _Walk:
         }
         box = Bnd_Box()
         BRepBndLib.Add_s(shape, box)
-        tolerance = 0.0 if box.IsVoid() else RELATIVE_TOLERANCE * box.SquareExtent() ** 0.5
+        size = 0.0 if box.IsVoid() else box.SquareExtent() ** 0.5
         groups = [
             *([solid] for solid in _explore(shape, TopAbs_ShapeEnum.TopAbs_SOLID)),
             *([shell] for shell in _explore(shape, TopAbs_ShapeEnum.TopAbs_SHELL, TopAbs_ShapeEnum.TopAbs_SOLID)),
@@ -138,12 +142,16 @@ class _Walk:
         self.others["points"] += sum(
             1 for _ in _explore(shape, TopAbs_ShapeEnum.TopAbs_VERTEX, TopAbs_ShapeEnum.TopAbs_EDGE)
         )
-        return [body for group in groups for body in self.colored(group, colors, tolerance)]
+        return [body for group in groups for body in self.colored(group, colors, size)]
 
-    def colored(self, shapes: list[Any], colors: dict[int, Color | None], tolerance: float) -> list[Body]:
+    def colored(self, shapes: list[Any], colors: dict[int, Color | None], size: float) -> list[Body]:
         """Convert the faces of a solid, of a shell, or single ones: a body for each colour."""
         of_color: dict[Color | None, list[FaceData]] = {}
+        tolerance = RELATIVE_TOLERANCE * size
+        gap = 5 * tolerance  # what is approximated may lie somewhat farther off
         for shape in shapes:
+            stored = ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1, TopAbs_ShapeEnum.TopAbs_EDGE)
+            gap = max(gap, min(stored, MAX_GAP * size))
             whole = colors.get(_key(shape))
             of_shell = {
                 _key(face): colors.get(_key(shell))
@@ -160,7 +168,7 @@ class _Walk:
                     self.dropped.append(f"{type(error).__name__}: {error}")
                 else:
                     of_color.setdefault(color, []).extend(faces)
-        return [Body(faces, color) for color, faces in of_color.items()]
+        return [Body(faces, color, gap) for color, faces in of_color.items()]
 
 
 def _children(label: Any) -> Iterator[Any]:

@@ -46,6 +46,7 @@ class Body(NamedTuple):
 
     faces: list[FaceData]
     color: Color | None  # None: the color of the instance
+    tolerance: float  # how far apart the edges of neighbouring faces may be
 
 
 class Placed(NamedTuple):
@@ -116,7 +117,7 @@ def _read(file: Path, kind: str) -> list[Instance]:
                 except InputError as error:
                     dropped.append(str(error))
             if faces:
-                breps.append((Brep(faces), body.color))
+                breps.append((Brep(faces, body.tolerance), body.color))
         parts.append(breps)
     instances = [
         Instance(brep, place.matrix, None if color is None else visible(color), one_line(place.name) or name_of(file))

@@ -6,6 +6,7 @@ What is hidden in Rhino, or lies on a layer that is switched off, is left out, a
 from __future__ import annotations
 
 import importlib.util
+import math
 import sys
 import warnings
 from collections import Counter
@@ -48,11 +49,14 @@ MAX_FITTED = 4096
 CUBIC_THROUGH = np.array([[6, 0, 0, 0], [-5, 18, -9, 2], [2, -9, 18, -5], [0, 0, 0, 6]]) / 6
 BETWEEN = np.array([[125, 75, 15, 1], [27, 81, 81, 27], [1, 15, 75, 125]]) / 216
 
-WHITE = "#ffffff"
+# The most that edges of neighbouring faces may be apart, in sizes of their object.
+MAX_GAP = 1e-3
+
 # Bytes that openNURBS may use: where a count is damaged, it would fill all there are, for as long as that takes.
 SPARE_MEMORY = 2**28
 MEMORY_PER_BYTE = 64
 
+WHITE = "#ffffff"
 UNCHOSEN = 0.02
 """The luminance below which a display colour says nothing: layers are black unless somebody chose another colour."""
 
@@ -248,7 +252,11 @@ class _Reader:
             if kind in ("Mesh", "SubD"):
                 return _mesh(geometry if kind == "Mesh" else _subdivided(geometry))
             faces = self.brep_faces(geometry, kind)
-            return Brep(faces) if faces else None
+            if not faces:
+                return None
+            box = geometry.GetBoundingBox()
+            size = math.dist(*((corner.X, corner.Y, corner.Z) for corner in (box.Min, box.Max)))
+            return Brep(faces, min(self.model.Settings.ModelAbsoluteTolerance, MAX_GAP * size))
         except InputError as error:
             self.refused.append(str(error))
             return None

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer
+from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer, check_number
 from bobrossnet.shapes.affine import Points
 from bobrossnet.shapes.shape import SMALLEST, MeasuredShape, check_tensors
 from bobrossnet.shapes.splines import (
@@ -198,25 +198,31 @@ class Brep(MeasuredShape):
     Parameters
     ----------
     faces : sequence of Face, at least one
+    tolerance : number, at least 0, optional
+        How far apart the edges of neighbouring faces may be, in the shape's units; CAD systems have such a number.
+        Trimmed faces are seen about this far beyond their trims where no other face of the brep is, so that no gap
+        shows. A single face ends at its trims.
 
     Raises
     ------
     InputError
-        If there is no face, or something else is among them. When it is first placed or traced: if the trims leave
-        nothing.
+        If there is no face, something else is among them, or the tolerance is out of range. When it is first placed or
+        traced: if the trims leave nothing.
     """
 
     kind = "brep"
 
     faces: tuple[Face, ...]
+    tolerance: float
 
-    def __init__(self, faces: Any) -> None:
+    def __init__(self, faces: Any, tolerance: float = 0.0) -> None:
         self.faces = check_tuple("faces", faces, "a sequence of Face")
         if not self.faces:
             raise InputError("faces: expected at least one, got none")
         for i, face in enumerate(self.faces):
             if not isinstance(face, Face):
                 raise InputTypeError(f"faces[{i}]: expected a Face, got {type(face).__name__}")
+        self.tolerance = check_number("tolerance", tolerance, 0)
 
     @cached_property
     def _surface(self) -> _core.Brep:
@@ -230,7 +236,8 @@ class Brep(MeasuredShape):
                     [[(homogeneous(c.control_points, c.weights), c.knots) for c in loop] for loop in face.trims],
                 )
                 for face in self.faces
-            ]
+            ],
+            self.tolerance / radius if len(self.faces) > 1 else 0.0,
         )
         if not surface.pieces:
             raise InputError("trims: expected something that they leave of a face, got nothing of any")
@@ -255,13 +262,16 @@ class Brep(MeasuredShape):
             "faces": f"{len(self.faces):,}, {trimmed:,} trimmed, {rational:,} rational",
             "degrees": ", ".join(f"{degree} x {count:,}" for degree, count in degrees.most_common()),
             "control points": f"{sum(face.control_points[..., 0].size for face in self.faces):,}",
-            "trims": f"{len(loops):,} loops of {sum(map(len, loops)):,} curves",
+            "trims": f"{_counted(len(loops), 'loop')} of {_counted(sum(map(len, loops)), 'curve')}"
+            if loops
+            else "none",
             "patches": f"{surface.patches:,} in {surface.pieces:,} pieces, {surface.bytes / 2**20:.1f} MiB",
         }
 
     def tensors(self) -> dict[str, NDArray[Any]]:
         curves = [curve for face in self.faces for loop in face.trims for curve in loop]
-        return {
+        tolerance = {"tolerance": np.array([self.tolerance])} if self.tolerance else {}
+        return tolerance | {
             "faces": _table(
                 [(*face.control_points.shape[:2], face.degree_u, face.degree_v, len(face.trims)) for face in self.faces]
             ),
@@ -276,7 +286,9 @@ class Brep(MeasuredShape):
     @classmethod
     def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Brep:
         int32, float64 = ("faces", "loops", "trims"), ("control_points", "knots", "trim_control_points", "trim_knots")
-        check_tensors(tensors, dict.fromkeys(int32, "int32") | dict.fromkeys(float64, "float64"))
+        check_tensors(
+            tensors, dict.fromkeys(int32, "int32") | dict.fromkeys(float64, "float64"), {"tolerance": "float64"}
+        )
         table = _counts("faces", tensors, 5)
         take = {
             "control_points": _Pieces(tensors, "control_points", 4),
@@ -312,13 +324,20 @@ class Brep(MeasuredShape):
                 faces.append(next_face(*row))
         for pieces in take.values():
             pieces.check_end()
-        return cls(faces)
+        tolerance = tensors.get("tolerance", np.zeros(1))
+        if tolerance.shape != (1,):
+            raise InputError(f"tolerance: expected one number, got shape {tolerance.shape}")
+        return cls(faces, float(tolerance[0]))
 
     def counts(self) -> dict[str, int]:
         return {"face": len(self.faces)}
 
     def __repr__(self) -> str:
         return f"Brep({len(self.faces)} faces)"
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count:,} {noun}{'s' * (count != 1)}"
 
 
 def nurbs_surface(control_points: Any, knots_u: Any, knots_v: Any, weights: Any = None, trims: Any = None) -> Brep:
