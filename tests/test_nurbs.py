@@ -372,6 +372,8 @@ def test_descriptions():
     assert words["trims"] == "2 loops of 2 curves"
     assert " in " in words["patches"]
     assert words["patches"].endswith(" MiB")
+    assert bob.Brep([face(trims=[TRIANGLE])]).describe()["trims"] == "1 loop of 1 curve"
+    assert bob.Brep([face()]).describe()["trims"] == "none"
     words = tube(radius=[1, 2, 3, 4]).describe()
     assert words["thickness"] == "radius 1 to 4"
     assert (words["degree"], words["control points"]) == ("3", "4, not rational")

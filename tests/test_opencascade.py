@@ -1,8 +1,11 @@
 """STEP and IGES: what OpenCascade writes is read back, and compared with what OpenCascade says of it."""
 
 import math
+import signal
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,7 +50,7 @@ from OCP.TopoDS import TopoDS
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
 HAMMER = MODELS / "nurbs" / "occt_hammer.iges"
-RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.25, 0.25, 1.0)
 X, Z = gp_Dir(1, 0, 0), gp_Dir(0, 0, 1)
 
 
@@ -316,9 +319,11 @@ def test_iges_keeps_colors_and_places(furniture):
 
 def test_what_is_hidden_is_left_out(tmp_path):
     document = Document()
-    document.part(box(), "seen")
+    document.part(box(), "seen", (0.0, 0.0, 0.0))
     document.colors.SetVisibility(document.part(box(), "hidden"), False)
-    assert [instance.name for instance in read_step(document.write(tmp_path / "x.step"))] == ["seen"]
+    (seen,) = read_step(document.write(tmp_path / "x.step"))
+    assert seen.name == "seen"
+    assert seen.material.color == pytest.approx((0.2, 0.2, 0.2))  # black would not be seen on black
 
 
 def test_nothing_is_printed(furniture, capfd):
@@ -337,18 +342,29 @@ def refused(path):
 
 
 @pytest.mark.parametrize("suffix", [".stp", ".igs"])
-def test_other_files_are_refused(tmp_path, suffix):
+@pytest.mark.parametrize("content", [b"\x00solid nothing\n" * 20, b"x", b"ISO-10303-2" + b"S" * 72 + b"\n"])
+def test_other_files_are_refused_at_once(tmp_path, monkeypatch, suffix, content):
+    monkeypatch.delattr("bobrossnet.adapters.opencascade.call_apart")
     path = tmp_path / f"x{suffix}"
-    path.write_bytes(b"\x00solid nothing\n" * 20)
-    assert refused(path).startswith(f"x{suffix}: expected ")
+    path.write_bytes(content)
+    kind = "STEP file, which begins with ISO-10303-21" if suffix == ".stp" else "IGES file"
+    assert refused(path).startswith(f"x{suffix}: expected a{'n' if kind.startswith('I') else ''} {kind}")
 
 
-@pytest.mark.parametrize(("suffix", "share"), [(".step", 0.8), (".iges", 0.2), (".iges", 0.8)])
-def test_files_that_end_early_are_refused(furniture, tmp_path, suffix, share):
-    """OpenCascade crashes on one of these, and can do with another as it is."""
+def test_iges_that_ends_early_is_refused_at_once(furniture, tmp_path, monkeypatch):
+    monkeypatch.delattr("bobrossnet.adapters.opencascade.call_apart")
+    whole = furniture[".iges"].read_bytes()
+    for share in (0.01, 0.2, 0.8, 0.999):
+        (tmp_path / "cut.iges").write_bytes(whole[: int(share * len(whole))])
+        assert "ends before" in refused(tmp_path / "cut.iges")
+
+
+@pytest.mark.parametrize(("suffix", "damage"), [(".step", b""), (".iges", b"\n" + b" " * 72 + b"T      1\n")])
+def test_files_of_which_a_part_is_missing_are_refused(furniture, tmp_path, suffix, damage):
+    """OpenCascade crashes on one of these."""
     whole = furniture[suffix].read_bytes()
     path = tmp_path / f"cut{suffix}"
-    path.write_bytes(whole[: int(share * len(whole))])
+    path.write_bytes(whole[: int(0.8 * len(whole))] + damage)
     assert refused(path).startswith(f"cut{suffix}: expected ")
 
 
@@ -361,6 +377,57 @@ def test_curves_alone_are_refused(tmp_path):
 def test_a_crash_is_an_error():
     with pytest.raises(bob.InputError, match="crashed"):
         call_apart("os", "abort")
+
+
+NEVER_DONE = """
+import sys
+from bobrossnet import cli
+from bobrossnet.adapters import apart, opencascade
+opencascade.call_apart = lambda *_: apart.call_apart("signal", "pause")
+sys.exit(cli.main(["info", sys.argv[1]]))
+"""
+
+
+def parent_and_state(pid):
+    """None once there is no such process."""
+    try:
+        state, parent = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[:2]
+    except OSError:
+        return None
+    return int(parent), state
+
+
+def within_seconds(find):
+    """What `find` finds in the end."""
+    for _ in range(500):
+        if found := find():
+            return found
+        time.sleep(0.01)
+    raise AssertionError("found nothing")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_stopping_ends_the_reader(tmp_path, stop):
+    path = tmp_path / "x.step"
+    path.write_text("ISO-10303-21;")
+    command = [sys.executable, "-c", NEVER_DONE, str(path)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def children():
+        pids = [int(folder.name) for folder in Path("/proc").glob("[0-9]*")]
+        return [pid for pid in pids if (parent_and_state(pid) or (0,))[0] == process.pid]
+
+    (child,) = within_seconds(children)
+    process.send_signal(stop)
+    start = time.monotonic()
+    output, errors = process.communicate(timeout=20)
+    assert time.monotonic() - start < 1.5
+    assert within_seconds(lambda: (parent_and_state(child) or (0, "Z"))[1] == "Z")  # dead, if nobody waited for it
+    assert output == ""
+    if stop != signal.SIGKILL:
+        assert process.returncode == 130
+        assert errors == "bobrossnet: interrupted\n"
 
 
 def test_errors_of_the_other_process_are_raised_here():

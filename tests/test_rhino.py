@@ -2,7 +2,9 @@
 
 import base64
 import struct
+import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,14 +13,23 @@ from models import MODELS, needs_models
 from scipy.spatial import cKDTree
 
 import bobrossnet as bob
+from bobrossnet.adapters.apart import call_apart
 from bobrossnet.adapters.opennurbs import brep_loops
-from bobrossnet.adapters.rhino import face_trims, read_3dm, untrimmed
+from bobrossnet.adapters.rhino import face_trims, read_3dm, read_here, untrimmed
 
 rhino3dm = pytest.importorskip("rhino3dm")
 
 NURBS = MODELS / "nurbs"
 WHITE = (1.0, 1.0, 1.0)
 ORIGIN = rhino3dm.Point3d(0, 0, 0)
+
+
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch):
+    """Processes take half a second to start, and know nothing of what a test has replaced."""
+    monkeypatch.setattr(
+        "bobrossnet.adapters.rhino.call_apart", lambda _module, _name, file: (read_here(Path(file)), [])
+    )
 
 
 class Model:
@@ -66,7 +77,10 @@ def quad():
 
 
 def color(*rgb):
-    return bob.Material("#" + "".join(f"{c:02x}" for c in rgb)).color
+    """Linear; dark ones with as much white as gives them a luminance of 0.2."""
+    linear = np.array(bob.Material("#" + "".join(f"{c:02x}" for c in rgb)).color)
+    luminance = linear @ (0.2126, 0.7152, 0.0722)
+    return tuple(linear if luminance >= 0.2 else 1 - (1 - linear) * 0.8 / (1 - luminance))
 
 
 def loop_points(loop, count=24):
@@ -157,44 +171,34 @@ def test_what_is_hidden_is_left_out(tmp_path):
     assert [i.name for i in read_3dm(model.write(tmp_path / "x.3dm"))] == ["a"]
 
 
-def test_colours_follow_rhinos_rule(tmp_path):
+def test_colours_are_those_of_materials_or_of_lines(tmp_path):
     model = Model()
-    red, black = model.layer("red", (200, 10, 20)), model.layer("black")
-    green = model.material((5, 120, 6))
-    model.file.Layers[black].RenderMaterialIndex = green
+    red, black, painted = model.layer("red", (200, 10, 20)), model.layer("black"), model.layer("painted", (200, 10, 20))
+    green, soot = model.material((5, 120, 6)), model.material((0, 0, 0))
+    model.file.Layers[painted].RenderMaterialIndex = green
     source = rhino3dm.ObjectColorSource
-    for found in (
-        attributes(layer=red),
-        attributes(layer=black),
-        attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(1, 90, 3, 255)),
-        attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(0, 0, 0, 255)),
-        attributes(
-            layer=red,
-            ColorSource=source.ColorFromMaterial,
-            MaterialSource=rhino3dm.ObjectMaterialSource.MaterialFromObject,
-            MaterialIndex=green,
-        ),
-        attributes(layer=black, ColorSource=source.ColorFromMaterial),
-        attributes(layer=red, ColorSource=source.ColorFromMaterial),
-        attributes(layer=red, ColorSource=source.ColorFromParent),
-        attributes(layer=-1),
-        attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(64, 0, 0, 255)),  # hardly to be seen
-    ):
-        model.file.Objects.AddBrep(box(), found)
-    colors = [i.material.color for i in read_3dm(model.write(tmp_path / "x.3dm"))]
-    layer = color(200, 10, 20)
-    assert colors == [
-        layer,
-        WHITE,
-        color(1, 90, 3),
-        WHITE,
-        color(5, 120, 6),
-        color(5, 120, 6),
-        WHITE,
-        layer,
-        WHITE,
-        WHITE,
+    of_object = {"MaterialSource": rhino3dm.ObjectMaterialSource.MaterialFromObject}
+    lines, paint = color(200, 10, 20), color(5, 120, 6)
+    found = [
+        (attributes(layer=red), lines),
+        (attributes(layer=black), WHITE),
+        (attributes(layer=painted), paint),
+        (attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(1, 90, 3, 255)), color(1, 90, 3)),
+        (attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(0, 0, 0, 255)), WHITE),
+        (attributes(layer=red, ColorSource=source.ColorFromObject, ObjectColor=(64, 0, 0, 255)), WHITE),
+        (attributes(layer=red, MaterialIndex=green, **of_object), paint),
+        (attributes(layer=red, MaterialIndex=green), lines),  # where the layer's material counts, which it has none of
+        (attributes(layer=painted, **of_object), lines),  # and the other way round
+        (attributes(layer=red, MaterialIndex=soot, **of_object), (0.2, 0.2, 0.2)),
+        (attributes(layer=painted, ColorSource=source.ColorFromMaterial), paint),
+        (attributes(layer=red, ColorSource=source.ColorFromMaterial), WHITE),
+        (attributes(layer=red, ColorSource=source.ColorFromParent), lines),
+        (attributes(layer=-1), WHITE),
     ]
+    for made, _ in found:
+        model.file.Objects.AddBrep(box(), made)
+    colors = [i.material.color for i in read_3dm(model.write(tmp_path / "x.3dm"))]
+    np.testing.assert_allclose(colors, [expected for _, expected in found])
 
 
 def block(model, name, *items):
@@ -220,8 +224,23 @@ def test_blocks_are_resolved(tmp_path):
     found = read_3dm(model.write(tmp_path / "x.3dm"))
     assert [i.name for i in found] == ["box", "q", "box", "q"]
     assert found[0].shape is found[2].shape
-    assert [i.material.color for i in found[:2]] == [(0, 0, 1), color(90, 90, 90)]
+    np.testing.assert_allclose([i.material.color for i in found[:2]], [color(0, 0, 255), color(90, 90, 90)])
     np.testing.assert_allclose(found[2].transform @ (1, 0, 0, 1), (20, 1, 0, 1), atol=1e-12)
+
+
+def test_blocks_lend_materials(tmp_path):
+    model = Model()
+    layer = model.layer("l", (90, 90, 90))
+    of = rhino3dm.ObjectMaterialSource
+    lent = attributes("lent", layer, MaterialSource=of.MaterialFromParent)
+    own = attributes("own", layer, MaterialSource=of.MaterialFromObject, MaterialIndex=model.material((1, 90, 3)))
+    number = block(model, "b", (box(), lent), (box(), own))
+    for material in (model.material((0, 0, 255)), -1):
+        placed = attributes("", layer, MaterialSource=of.MaterialFromObject, MaterialIndex=material)
+        model.file.Objects.AddInstanceObject(rhino3dm.InstanceReference(number, rhino3dm.Transform(1.0)), placed)
+    found = read_3dm(model.write(tmp_path / "x.3dm"))
+    colors = [i.material.color for i in found]
+    np.testing.assert_allclose(colors, [color(0, 0, 255), color(1, 90, 3), color(90, 90, 90), color(1, 90, 3)])
 
 
 def test_blocks_without_end_are_refused(tmp_path, monkeypatch):
@@ -433,6 +452,32 @@ def test_damaged_files_are_refused(tmp_path):
     file.write_bytes(b"solid of another kind")
     with pytest.raises(bob.InputError, match=r"^x\.3dm: expected a Rhino file, got something else or a part of one$"):
         bob.load(file)
+
+
+def test_files_are_read_in_a_process_of_their_own(tmp_path, monkeypatch):
+    model = Model()
+    model.file.Objects.AddBrep(box(), attributes("a"))
+    model.file.Objects.AddMesh(rhino3dm.Mesh(), attributes("of nothing"))
+    file = model.write(tmp_path / "x.3dm")
+    with pytest.warns(bob.InputWarning) as here:
+        (expected,) = read_3dm(file)
+    monkeypatch.setattr("bobrossnet.adapters.rhino.call_apart", call_apart)
+    with pytest.warns(bob.InputWarning) as apart:
+        (found,) = read_3dm(file)
+    assert found.digest() == expected.digest()
+    assert found.name == "a"
+    assert [str(w.message) for w in apart] == [str(w.message) for w in here]
+    file.write_bytes(file.read_bytes()[:1000])
+    with pytest.raises(bob.InputError, match=r"^x\.3dm: expected a Rhino file"):
+        bob.load(file)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is only limited under Linux")
+def test_memory_is_limited():
+    code = "from bobrossnet.adapters import rhino; rhino._limit_memory(2**28); bytearray(2**{})"
+    assert subprocess.run([sys.executable, "-c", code.format(26)]).returncode == 0
+    done = subprocess.run([sys.executable, "-c", code.format(29)], capture_output=True, text=True)
+    assert "MemoryError" in done.stderr
 
 
 def test_rhino3dm_may_be_missing(tmp_path, monkeypatch):

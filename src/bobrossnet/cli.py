@@ -22,8 +22,8 @@ USAGE_ERROR = 2
 INTERRUPTED = 130
 
 FILES = (
-    "mesh files, NURBS surfaces (.3dm, .step, .iges, .json, .xml, .bpt, .cpt), shape scripts (.sdf), formulas (.vm) "
-    "and scenes (.bob); without any, the built-in scene"
+    "meshes (.ply, .obj, .stl, .off, .glb, .gltf, .3mf), CAD parts (.step, .stp, .iges, .igs, .3dm), NURBS surfaces "
+    "(.json, .xml, .bpt, .cpt), shape scripts (.sdf), formulas (.vm) and scenes (.bob); without any, the built-in scene"
 )
 UP = "the models' axis that points up; y turns them upright (default: z)"
 
@@ -227,7 +227,7 @@ def _info(options: argparse.Namespace) -> None:
     _print_table(
         {
             "file": options.file,
-            "shapes": f"{len(scene.instances)}",
+            "scene": scene.describe(),
             "sphere": f"{_vector(scene.center)}, radius {scene.radius:.6g}",
         }
     )

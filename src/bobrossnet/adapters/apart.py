@@ -1,15 +1,18 @@
 """Readers in a process of their own.
 
 Libraries written in C++ can crash on a damaged file, print what nobody asked for, and are deaf to Ctrl-C until they
-are done. In a process of its own a reader takes nobody with it, its prints go nowhere, and Ctrl-C ends it.
+are done. In a process of its own a reader takes nobody with it, its prints go nowhere, and Ctrl-C ends it. It inherits
+limits of memory; under Linux it does not outlive its parent, however that ends.
 """
 
 from __future__ import annotations
 
+import ctypes
 import importlib
 import json
 import os
 import pickle
+import signal
 import subprocess
 import sys
 from typing import Any
@@ -22,6 +25,8 @@ COMMAND = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from bobrossnet.adapters import apart; apart._answer()"
 )
 
+PR_SET_PDEATHSIG = 1  # of Linux's prctl
+
 
 def call_apart(module: str, function: str, *arguments: str) -> Any:
     """What `function` of `module` returns for these arguments in a new process; it must be picklable.
@@ -33,8 +38,21 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
     RuntimeError
         With the type and the text of any other exception of the function.
     """
-    command = [sys.executable, "-I", "-c", COMMAND, json.dumps(sys.path), module, function, *arguments]
-    done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    command = [
+        sys.executable,
+        "-I",
+        "-c",
+        COMMAND,
+        json.dumps(sys.path),
+        str(os.getpid()),
+        module,
+        function,
+        *arguments,
+    ]
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # which start with numpy, and are of no use to readers
+    done = subprocess.run(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
+    )
     if done.returncode:
         raise InputError("expected a file that its reader can take, the reader crashed on it; is it damaged?")
     result, error = pickle.loads(done.stdout)  # our own child wrote it
@@ -45,7 +63,8 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
 
 def _answer() -> None:
     """The child's side: arguments come in `sys.argv`, the answer goes to what was stdout before it was silenced."""
-    module, function, *arguments = sys.argv[2:]
+    parent, module, function, *arguments = sys.argv[2:]
+    _die_with(int(parent))
     answer = os.fdopen(os.dup(1), "wb")
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
@@ -60,3 +79,13 @@ def _answer() -> None:
     with answer:
         pickle.dump((result, error), answer, protocol=pickle.HIGHEST_PROTOCOL)
     os._exit(0)  # the library's last rites may crash, too
+
+
+def _die_with(parent: int) -> None:
+    """Have the system kill this process when its parent is gone: a reader holds the interpreter's lock for seconds, so
+    that no thread of its own could watch."""
+    if sys.platform != "linux":
+        return
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # gone before
+        os._exit(1)

@@ -229,6 +229,8 @@ def _errors_of_one_line(file: Path, kind: str) -> Iterator[None]:
         raise InputError(f"{name}: expected a {kind} that fits into memory, got a larger one") from error
     except RecursionError as error:
         raise InputError(f"{name}: expected a {kind}, got data nested too deeply") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{name}: expected text, got bytes that are none at {error.start:,}") from error
     except Exception as error:  # readers of other people's bytes raise all sorts
         reason = one_line(f"{type(error).__name__}: {error}")
         ending = one_line(file.suffix.lower())

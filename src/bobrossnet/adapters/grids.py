@@ -92,5 +92,5 @@ def clamped(count: int, degree: int) -> NDArray[np.float64]:
 def _integer(name: str, words: list[str], at: int) -> int:
     word = words[at] if at < len(words) else "the end of the file"
     if not (word.isascii() and word.isdecimal() and len(word) < 10):
-        raise InputError(f"{name}: expected a whole number, got {word[:40]}")
+        raise InputError(f"{name}: expected a whole number of at most 9 digits, got {word[:40]}")
     return int(word)

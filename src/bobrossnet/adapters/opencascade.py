@@ -7,6 +7,7 @@ its own (`apart.py`), where `occ.py` makes plain data of what it reads. Here the
 from __future__ import annotations
 
 import importlib.util
+import os
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,11 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.apart import call_apart
+from bobrossnet.adapters.colors import visible
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.errors import InputError
 from bobrossnet.shapes.instance import Instance
-from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
+
+# Bytes at a file's beginning and end that tell what it is.
+LOOKED_AT = 4096
 
 Color = tuple[float, float, float]  # linear RGB
 
@@ -76,7 +80,7 @@ def read_step(file: Path) -> list[Instance]:
     list of Instance
         One for each solid, each shell outside solids, and the faces outside shells, in each place of an assembly; where
         its faces have several colours, one for each. Named after the file's products, or the file where these have no
-        name. Points, curves and what is hidden are left out.
+        name. Points, curves and what is hidden are left out, and dark colours brightened (`colors.py`).
 
     Raises
     ------
@@ -99,6 +103,7 @@ def read_iges(file: Path) -> list[Instance]:
 def _read(file: Path, kind: str) -> list[Instance]:
     if importlib.util.find_spec("OCP") is None:
         raise InputError(f"reading {file.suffix.lower()} files needs OpenCascade: pip install 'bobrossnet[cad]'")
+    (_check_step if kind == "STEP" else _check_iges)(file)
     assembly: Assembly = call_apart("bobrossnet.adapters.occ", "read_assembly", kind, str(file))
     dropped = assembly.dropped
     parts: list[list[tuple[Brep, Color | None]]] = []
@@ -115,7 +120,7 @@ def _read(file: Path, kind: str) -> list[Instance]:
                 breps.append((Brep(faces, body.tolerance), body.color))
         parts.append(breps)
     instances = [
-        Instance(brep, place.matrix, None if color is None else Material(color), one_line(place.name) or name_of(file))
+        Instance(brep, place.matrix, None if color is None else visible(color), one_line(place.name) or name_of(file))
         for place in assembly.placed
         for brep, own in parts[place.part]
         for color in (own or place.color,)
@@ -125,6 +130,28 @@ def _read(file: Path, kind: str) -> list[Instance]:
     if dropped:
         warn_of(file, f"left out {len(dropped):,} of {assembly.total:,} faces ({dropped[0]})")
     return instances
+
+
+def _check_step(file: Path) -> None:
+    """Refuse at once what can't be a STEP file."""
+    with file.open("rb") as stream:
+        if b"ISO-10303-21" not in stream.read(LOOKED_AT):
+            raise InputError("expected a STEP file, which begins with ISO-10303-21, got another")
+
+
+def _check_iges(file: Path) -> None:
+    """Refuse at once what can't be a whole IGES file: OpenCascade reads what there is, and is content with less.
+
+    Lines of 80 characters have the letter of their section in the 73rd, from S for start to T for terminate.
+    """
+    with file.open("rb") as stream:
+        first = stream.read(LOOKED_AT)
+        stream.seek(-min(LOOKED_AT, file.stat().st_size), os.SEEK_END)
+        last = stream.read()
+    if not any(line[72:73] == b"S" for line in first.splitlines()):
+        raise InputError("expected an IGES file of ASCII lines, the first of them marked S, got another")
+    if not any(line[72:73] == b"T" for line in last.splitlines()):
+        raise InputError("expected an IGES file that ends with a line marked T, got one that ends before")
 
 
 def _face(data: FaceData) -> Face:

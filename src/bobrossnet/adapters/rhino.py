@@ -5,7 +5,10 @@ What is hidden in Rhino, or lies on a layer that is switched off, is left out, a
 
 from __future__ import annotations
 
+import importlib.util
 import math
+import sys
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -14,9 +17,11 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.adapters.apart import call_apart
+from bobrossnet.adapters.colors import luminance, visible
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.adapters.opennurbs import brep_loops
-from bobrossnet.errors import InputError
+from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.shapes.affine import IDENTITY, Matrix
 from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.material import Material
@@ -40,13 +45,20 @@ BORDER = 1e-7
 FITTED = 1e-7
 MAX_FITTED = 4096
 
+# A cubic's control points from its points at 0, 1/3, 2/3 and 1, and its points at 1/6, 1/2 and 5/6 from those.
+CUBIC_THROUGH = np.array([[6, 0, 0, 0], [-5, 18, -9, 2], [2, -9, 18, -5], [0, 0, 0, 6]]) / 6
+BETWEEN = np.array([[125, 75, 15, 1], [27, 81, 81, 27], [1, 15, 75, 125]]) / 216
+
 # The most that edges of neighbouring faces may be apart, in sizes of their object.
 MAX_GAP = 1e-3
 
+# Bytes that openNURBS may use: where a count is damaged, it would fill all there are, for as long as that takes.
+SPARE_MEMORY = 2**28
+MEMORY_PER_BYTE = 64
+
 WHITE = "#ffffff"
-DARKEST = 0.02
-"""The least luminance of a colour. Layers are black unless somebody chose another colour, and colours are chosen for
-lines on a light background; on a black one, nothing would be seen of a surface that is darker."""
+UNCHOSEN = 0.02
+"""The luminance below which a display colour says nothing: layers are black unless somebody chose another colour."""
 
 Points: TypeAlias = NDArray[np.float64]
 
@@ -54,9 +66,11 @@ Points: TypeAlias = NDArray[np.float64]
 def read_3dm(file: Path) -> list[Instance]:
     """What can be seen of a Rhino file: an instance for each surface, polysurface, extrusion and mesh.
 
-    Instances are named after their objects, else their layers, else the file, and have the colours that Rhino shows
-    them in; black, which layers have by default, and what is nearly black becomes white. Blocks are resolved. Curves,
-    points, lights and annotations are passed over. Subdivision surfaces become meshes.
+    Instances are named after their objects, else their layers, else the file. Their colours are those of Rhino's
+    rendered view, the diffuse colours of the materials of objects or their layers, where these have any; otherwise
+    those that Rhino draws their lines in, or white where these are nearly black, as layers are by default. Dark ones
+    are brightened (`colors.py`). Blocks are resolved. Curves, points, lights and annotations are passed over.
+    Subdivision surfaces become meshes.
 
     Raises
     ------
@@ -68,23 +82,53 @@ def read_3dm(file: Path) -> list[Instance]:
     InputWarning
         If faces or objects are left out, or faces are shown without their trims.
     """
-    try:
-        import rhino3dm
-    except ImportError as error:
-        raise InputError("reading .3dm files needs rhino3dm: pip install 'bobrossnet[cad]'") from error
+    if importlib.util.find_spec("rhino3dm") is None:
+        raise InputError("reading .3dm files needs rhino3dm: pip install 'bobrossnet[cad]'")
+    instances, notes = call_apart(__name__, "read_apart", str(file))
+    for note in notes:
+        warnings.warn(note, InputWarning, stacklevel=2)
+    found: list[Instance] = instances
+    return found
+
+
+def read_apart(file: str) -> tuple[list[Instance], list[str]]:
+    """What `read_3dm` returns and warns of, in a process of its own: damaged files crash rhino3dm."""
+    path = Path(file)
+    _limit_memory(SPARE_MEMORY + MEMORY_PER_BYTE * path.stat().st_size)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        instances = read_here(path)
+    return instances, [str(warning.message) for warning in caught if issubclass(warning.category, InputWarning)]
+
+
+def read_here(file: Path) -> list[Instance]:
+    """`read_3dm` in this process."""
+    import rhino3dm
+
     model = rhino3dm.File3dm.Read(str(file))
     if model is None:
         raise InputError("expected a Rhino file, got something else or a part of one")
     return _Reader(model, file).instances()
 
 
+class Look(NamedTuple):
+    """The colours of an object, as sRGB."""
+
+    display: str
+    """Of its lines."""
+    material: str | None
+    """Of its faces, where it has a material."""
+
+
 class Object(NamedTuple):
     """What is to be known of an object wherever it is seen."""
 
     name: str
-    color: str
-    color_of_block: bool
-    """Whether within a block it has the colour of the block instead."""
+    look: Look
+    display_of_block: bool
+    """Whether within a block it has the display colour of the block instead."""
+    material_of_block: bool
+    """The same for the material."""
     shape: Shape | None = None
     matrix: Matrix = IDENTITY
     """Where a block places its objects; identity for anything else."""
@@ -124,26 +168,31 @@ class _Reader:
 
     def placed(self, keys: Sequence[str]) -> Iterator[Instance]:
         """The instances of objects; a block has those of the objects in it."""
-        waiting: list[tuple[str, Matrix, str | None]] = [(key, IDENTITY, None) for key in reversed(keys)]
+        waiting: list[tuple[str, Matrix, Look | None]] = [(key, IDENTITY, None) for key in reversed(keys)]
         in_blocks = 0
         while waiting:
-            key, matrix, block_color = waiting.pop()
+            key, matrix, block = waiting.pop()
             if key not in self.objects:
                 self.objects[key] = self.object(key)
             item = self.objects[key]
             if item is None:
                 continue
-            color = block_color if item.color_of_block and block_color is not None else item.color
+            look = item.look
+            if block is not None:
+                look = Look(
+                    block.display if item.display_of_block else look.display,
+                    block.material if item.material_of_block else look.material,
+                )
             inner = matrix @ item.matrix
             in_blocks += len(item.children)
             if in_blocks > MAX_IN_BLOCKS:
                 raise InputError(
                     f"expected at most {MAX_IN_BLOCKS:,} objects in blocks, got more; does one hold itself?"
                 )
-            waiting += [(child, inner, color) for child in reversed(item.children)]
+            waiting += [(child, inner, look) for child in reversed(item.children)]
             if item.shape is not None:
                 try:
-                    yield Instance(item.shape, inner, _material(color), item.name)
+                    yield Instance(item.shape, inner, _material(look), item.name)
                 except InputError as error:  # a block pressed flat
                     self.refused.append(str(error))
 
@@ -159,17 +208,21 @@ class _Reader:
             self.not_shown["hidden"] += 1
             return None
         name = one_line(attributes.Name or (layer and layer.Name) or name_of(self.file))
-        color, of_block = self.color(attributes, layer), attributes.ColorSource.name == "ColorFromParent"
+        look = self.look(attributes, layer)
+        of_block = (
+            attributes.ColorSource.name == "ColorFromParent",
+            attributes.MaterialSource.name == "MaterialFromParent",
+        )
         if kind == "InstanceReference":
             block = self.model.InstanceDefinitions.FindId(geometry.ParentIdefId)
             children = tuple(map(str, block.GetObjectIds())) if block else ()
             matrix = np.array(geometry.Xform.ToFloatArray(True)).reshape(4, 4)
-            return Object(name, color, of_block, matrix=matrix, children=children)
+            return Object(name, look, *of_block, matrix=matrix, children=children)
         if kind not in ("Brep", "Extrusion", "Surface", "Mesh", "SubD"):
             self.not_shown[kind.lower()] += 1
             return None
         shape = self.shape(geometry, kind)
-        return None if shape is None else Object(name, color, of_block, shape)
+        return None if shape is None else Object(name, look, *of_block, shape)
 
     def shows(self, layer: Any) -> bool:
         """Whether a layer and those that it lies in are switched on."""
@@ -181,17 +234,17 @@ class _Reader:
             layer = self.model.Layers.FindId(layer.ParentLayerId)
         return True
 
-    def color(self, attributes: Any, layer: Any) -> str:
-        """The colour that Rhino shows an object in, as sRGB."""
+    def look(self, attributes: Any, layer: Any) -> Look:
+        of_object = attributes.MaterialSource.name == "MaterialFromObject"
+        number = attributes.MaterialIndex if of_object else layer.RenderMaterialIndex if layer else -1
+        material = self.model.Materials.FindIndex(number) if number >= 0 else None
         source = attributes.ColorSource.name
+        display = WHITE
         if source == "ColorFromObject":
-            return _hex(attributes.ObjectColor)
-        if source == "ColorFromMaterial":
-            of_object = attributes.MaterialSource.name == "MaterialFromObject"
-            number = attributes.MaterialIndex if of_object else layer.RenderMaterialIndex if layer else -1
-            material = self.model.Materials.FindIndex(number) if number >= 0 else None
-            return _hex(material.DiffuseColor) if material else WHITE
-        return _hex(layer.Color) if layer else WHITE
+            display = _hex(attributes.ObjectColor)
+        elif source != "ColorFromMaterial" and layer:
+            display = _hex(layer.Color)
+        return Look(display, _hex(material.DiffuseColor) if material else None)
 
     def shape(self, geometry: Any, kind: str) -> Shape | None:
         """An object's shape in its own place; None, and the reason noted, where it has none."""
@@ -249,15 +302,28 @@ class _Reader:
         return face
 
 
+def _limit_memory(more: int) -> None:
+    """Let this process have no more than so many bytes in addition; under Linux, where one can say so."""
+    if sys.platform != "linux":
+        return
+    import resource
+
+    pages = int(Path("/proc/self/statm").read_text().split()[5])  # what RLIMIT_DATA counts
+    wanted = pages * resource.getpagesize() + more
+    soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    limits = [limit for limit in (wanted, soft) if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_DATA, (min(limits), hard))
+
+
 def _hex(color: tuple[int, ...]) -> str:
     red, green, blue = color[:3]
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
-def _material(color: str) -> Material:
-    material = Material(color)
-    red, green, blue = material.color
-    return material if 0.2126 * red + 0.7152 * green + 0.0722 * blue >= DARKEST else Material()
+def _material(look: Look) -> Material:
+    if look.material is not None:
+        return visible(look.material)
+    return Material() if luminance(look.display) < UNCHOSEN else visible(look.display)
 
 
 # ---- Meshes ----------------------------------------------------------------------------------------------
@@ -369,29 +435,35 @@ def _same_parameters(surface: Any) -> bool:
 
 def _fitted(curve: Any, moved: Callable[[float, float], tuple[float, float]], scale: Points) -> TrimCurve:
     """Cubics within `FITTED` of a rhino3dm curve whose points are moved: each is halved until it is that close."""
+
+    def points(t: Points) -> Points:
+        found = [curve.PointAt(each) for each in t.ravel().tolist()]
+        return np.array([moved(point.X, point.Y) for point in found]).reshape(*t.shape, 2)
+
     knots = np.unique(curve.Knots.ToList())
-    pieces: list[Points] = []
-    ends = [knots[0]]
-    waiting = np.column_stack([knots[:-1], knots[1:]])[::-1].tolist()
-    while waiting:
-        start, end = waiting.pop()
-        points = [curve.PointAt(t) for t in np.linspace(start, end, 7)]
-        seven = np.array([moved(point.X, point.Y) for point in points])
-        # Through the points at 0, 1/3, 2/3 and 1, and measured between them.
-        a, b, c, d = seven[::2]
-        cubic = np.array([a, (-5 * a + 18 * b - 9 * c + 2 * d) / 6, (2 * a - 9 * b + 18 * c - 5 * d) / 6, d])
-        t = np.array([[1], [3], [5]]) / 6
-        between = cubic[0] * (1 - t) ** 3 + 3 * cubic[1] * (1 - t) ** 2 * t + 3 * cubic[2] * (1 - t) * t**2
-        between += cubic[3] * t**3
+    pieces: list[tuple[float, float, Points]] = []  # start, end, control points
+    start, end = knots[:-1], knots[1:]
+    through = points(np.linspace(start, end, 4, axis=1))
+    while len(start):
+        # Cubics through the points at 0, 1/3, 2/3 and 1, measured between them.
+        cubics = CUBIC_THROUGH @ through
         middle = (start + end) / 2
-        if (np.abs(between - seven[1::2]) <= FITTED * scale).all() or not start < middle < end:
-            pieces.append(cubic[1:] if pieces else cubic)
-            ends.append(end)
-        elif len(pieces) + len(waiting) < MAX_FITTED:
-            waiting += [(middle, end), (start, middle)]
-        else:
+        between = points(start[:, None] + (end - start)[:, None] * np.array([1, 3, 5]) / 6)
+        close = (np.abs(BETWEEN @ cubics - between) <= FITTED * scale).all(axis=(1, 2))
+        done = close | ~((start < middle) & (middle < end))
+        pieces += zip(start[done].tolist(), end[done].tolist(), cubics[done], strict=True)
+        # Those points and the ones between them are what the halves are to go through.
+        left, middle, right = start[~done], middle[~done], end[~done]
+        start, end = np.concatenate([left, middle]), np.concatenate([middle, right])
+        a, b, c, d = np.moveaxis(through[~done], 1, 0)
+        ab, bc, cd = np.moveaxis(between[~done], 1, 0)
+        through = np.concatenate([np.stack([a, ab, b, bc], 1), np.stack([bc, c, cd, d], 1)])
+        if len(pieces) + len(start) > MAX_FITTED:
             raise InputError("expected a smooth trim, got one that cubics don't follow")
-    return TrimCurve(np.concatenate(pieces), np.repeat(ends, [4, *[3] * (len(ends) - 2), 4]))
+    pieces.sort(key=lambda piece: piece[0])
+    control_points = [cubic[1:] if i else cubic for i, (_, _, cubic) in enumerate(pieces)]
+    ends = [pieces[0][0], *(end for _, end, _ in pieces)]
+    return TrimCurve(np.concatenate(control_points), np.repeat(ends, [4, *[3] * (len(ends) - 2), 4]))
 
 
 def _is_border(loops: tuple[Loop, ...], face: Face) -> bool:

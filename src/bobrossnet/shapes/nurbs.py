@@ -262,7 +262,9 @@ class Brep(MeasuredShape):
             "faces": f"{len(self.faces):,}, {trimmed:,} trimmed, {rational:,} rational",
             "degrees": ", ".join(f"{degree} x {count:,}" for degree, count in degrees.most_common()),
             "control points": f"{sum(face.control_points[..., 0].size for face in self.faces):,}",
-            "trims": f"{len(loops):,} loops of {sum(map(len, loops)):,} curves",
+            "trims": f"{_counted(len(loops), 'loop')} of {_counted(sum(map(len, loops)), 'curve')}"
+            if loops
+            else "none",
             "patches": f"{surface.patches:,} in {surface.pieces:,} pieces, {surface.bytes / 2**20:.1f} MiB",
         }
 
@@ -332,6 +334,10 @@ class Brep(MeasuredShape):
 
     def __repr__(self) -> str:
         return f"Brep({len(self.faces)} faces)"
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count:,} {noun}{'s' * (count != 1)}"
 
 
 def nurbs_surface(control_points: Any, knots_u: Any, knots_v: Any, weights: Any = None, trims: Any = None) -> Brep:
