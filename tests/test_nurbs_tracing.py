@@ -1,6 +1,7 @@
-"""Rays against NURBS: fine meshes in Embree, geomdl's evaluator, and the files of real models with Rhino's own meshes."""
+"""Rays that meet NURBS: against fine meshes in Embree, geomdl, and the meshes that Rhino made of real models."""
 
 import warnings
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -79,9 +80,8 @@ def unexplained(scene, mesh, error, origin, direction):
     return len(rest) / len(origin), int((~close.any(axis=1)).sum())
 
 
-def distances_from_surface(scene, hits, origin, direction):
-    """How far S(u, v) of hits on NURBS faces is from origin + t direction, in radii."""
-    distances = np.zeros(len(origin))
+def hits_by_face(scene, hits):
+    """The instance, the face, which rays, and their u and v, of hits on NURBS faces."""
     for i, instance in enumerate(scene.instances):
         if not isinstance(instance.shape, bob.Brep):
             continue
@@ -90,24 +90,22 @@ def distances_from_surface(scene, hits, origin, direction):
             rays = on[hits.primitive[on] == k]
             face = instance.shape.faces[k]
             u, v = (np.clip(x[rays], *ends) for x, ends in zip((hits.u, hits.v), face.domain, strict=True))
-            points = origin[rays] + hits.distance[rays, None] * direction[rays]
-            distances[rays] = np.linalg.norm(mapped(instance.transform, face.points(u, v)) - points, axis=1)
-    return distances / scene.radius
+            yield instance, face, rays, u, v
 
 
 # ---- Random surfaces -------------------------------------------------------------------------------------
 
 
-def random_surface(seed):
-    """Of degrees 1..9, with knots of any multiplicity up to the degree, clamped or not, with weights 0.1 to 10 or
-    none."""
+def random_surface(seed, weights=10):
+    """Of degrees 1..9, with knots of any multiplicity up to the degree, clamped or not, with weights from 1 / weights
+    to weights or none."""
     rng = np.random.default_rng(seed)
     degrees = rng.integers(1, 10, 2)
     n, m = degrees + rng.integers(1, 6, 2)
     x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, m), indexing="ij")
     points = np.stack([x, y, rng.normal(scale=0.5, size=(n, m))], axis=2) + rng.normal(scale=0.1, size=(n, m, 3))
-    weights = 10 ** rng.uniform(-1, 1, (n, m)) if rng.random() < 0.5 else None
-    return bob.Face(points, random_knots(rng, n, degrees[0]), random_knots(rng, m, degrees[1]), weights)
+    rational = weights ** rng.uniform(-1, 1, (n, m)) if rng.random() < 0.5 else None
+    return bob.Face(points, random_knots(rng, n, degrees[0]), random_knots(rng, m, degrees[1]), rational)
 
 
 def tessellated(face, cells=200):
@@ -116,7 +114,7 @@ def tessellated(face, cells=200):
     for knots, (low, high) in zip((face.knots_u, face.knots_v), face.domain, strict=True):
         ends = np.unique(np.clip(knots, low, high))
         steps = 2 * -(-cells // (2 * (len(ends) - 1)))
-        axes.append(np.unique(np.concatenate([np.linspace(a, b, 2 * steps + 1) for a, b in zip(ends, ends[1:])])))
+        axes.append(np.unique(np.concatenate([np.linspace(a, b, 2 * steps + 1) for a, b in pairwise(ends)])))
     fine = face.points(axes[0][:, None], axes[1][None, :])
     points = fine[::2, ::2]
     n, m = points.shape[:2]
@@ -132,13 +130,40 @@ def tessellated(face, cells=200):
 
 @pytest.mark.parametrize("seed", range(24))
 def test_random_surfaces_agree_with_fine_meshes_in_embree(seed):
-    face = random_surface(seed)
+    face = random_surface(seed, weights=2)
     scene = bob.Scene(bob.Brep([face]))
     vertices, triangles, error = tessellated(face)
+    error /= scene.radius
+    assert error < 5e-3
     mesh = EmbreeMesh(vertices, triangles, scene)
-    share, wrong = unexplained(scene, mesh, error / scene.radius, *rays_through(scene.center, scene.radius, seed, 4000))
-    assert share < 0.01
+    share, wrong = unexplained(scene, mesh, error, *rays_through(scene.center, scene.radius, seed, 4000))
+    assert share < 5e-3
     assert wrong == 0
+
+
+def test_agreement_is_not_for_free():
+    """Meshes moved a little, or with a hole, are told apart."""
+    face = random_surface(2)
+    scene = bob.Scene(bob.Brep([face]))
+    vertices, triangles, error = tessellated(face)
+    rays = rays_through(scene.center, scene.radius, 2, 4000)
+    moved = EmbreeMesh(vertices + (0, 0, 2e-3), triangles, scene)
+    assert unexplained(scene, moved, error / scene.radius, *rays)[0] > 0.1
+    holed = EmbreeMesh(vertices, triangles[np.arange(len(triangles)) // 2000 != 20], scene)
+    assert unexplained(scene, holed, error / scene.radius, *rays)[1] > 0
+
+
+@pytest.mark.xfail(strict=True, reason="How far hits may lie outside of a piece counts in parameters, not in space")
+def test_edges_of_weights_far_apart_are_where_they_are():
+    """Parameters are in float32, so that hits may be aside of their points, but not above them."""
+    points = np.array([[(-1, -1, 0.3), (-1, 1, -0.3)], [(1, -1, -0.3), (1, 1, 0.3)]])
+    for ratio in (100, 1000):
+        scene = bob.Scene(bob.nurbs_surface(points, [0, 0, 1, 1], [0, 0, 1, 1], [[1, ratio], [ratio, 1]]))
+        origin, direction = rays_through(scene.center, scene.radius, 1, 100_000)
+        hits = scene.closest_hits(origin, direction)
+        for _, face, rays, u, v in hits_by_face(scene, hits):
+            off = origin[rays] + hits.distance[rays, None] * direction[rays] - face.points(u, v)
+            assert np.abs((off * face.normals(u, v)).sum(axis=1)).max() < 1e-5
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -153,6 +178,14 @@ def test_hits_are_where_geomdl_says(seed):
     points = origin[hit] + hits.distance[hit, None] * direction[hit]
     expected = np.array([theirs.evaluate_single((hits.u[i], hits.v[i])) for i in hit])
     assert np.linalg.norm(points - expected, axis=1).max() < 1e-5 * scene.radius
+
+
+@pytest.mark.xfail(strict=True, reason="Pieces without area are cut as far as pieces can be")
+def test_a_face_that_is_a_line_stays_small():
+    line = np.linspace((-0.5, 0.1, 0.2), (0.7, 0.4, -0.3), 6)[:, None] + np.zeros((6, 4, 3))
+    shape = bob.nurbs_surface(line, [0, 0, 0, 0, 1, 2, 3, 3, 3, 3], [0, 0, 0, 1, 2, 2, 2])
+    pieces = shape.describe()["patches"].split()[2]
+    assert int(pieces.replace(",", "")) < 10_000
 
 
 # ---- Closed shapes ---------------------------------------------------------------------------------------
@@ -202,7 +235,10 @@ def test_hits_on_real_models_lie_on_their_faces(name):
     origin, direction = rays_through(scene.center, scene.radius, 3, 3000)
     hits = scene.closest_hits(origin, direction)
     assert (hits.instance >= 0).mean() > 0.03
-    assert distances_from_surface(scene, hits, origin, direction).max() < 1e-5
+    for instance, face, rays, u, v in hits_by_face(scene, hits):
+        points = origin[rays] + hits.distance[rays, None] * direction[rays]
+        off = mapped(instance.transform, face.points(u, v)) - points
+        assert np.linalg.norm(off, axis=1).max() < 1e-5 * scene.radius
 
 
 def disc(radius):
@@ -213,26 +249,36 @@ def disc(radius):
 @needs_models
 @pytest.mark.parametrize("name", WITH_MESHES)
 def test_real_models_agree_with_their_render_meshes(name):
-    """Rhino's own meshes of these files are coarse: their depths, normals and silhouettes come close."""
+    """Rhino's own meshes of these files are coarse: their depths, normals and silhouettes come close. They bridge gaps
+    of 1e-3 radii that mech_part_a's faces leave between their trims."""
     scene = load(f"{name}.3dm")
     rendered = bob.load_mesh(NURBS / f"{name}.rendermesh.ply")
     mesh = EmbreeMesh(rendered.vertices, rendered.triangles, scene)
-    size = 512
-    direction = unit_rows(np.array([[-0.6, 0.5, -0.45]]))[0]
-    right = np.cross(direction, (0, 0, 1)) / np.linalg.norm(np.cross(direction, (0, 0, 1)))
-    up = np.cross(right, direction)
-    x, y = np.meshgrid(*2 * [(np.arange(size) + 0.5) / size * 2 - 1])
-    origin = scene.center + scene.radius * (x.reshape(-1, 1) * right + y.reshape(-1, 1) * up - 2 * direction)
-    direction = np.tile(direction, (size * size, 1))
+    share, wrong = unexplained(scene, mesh, 1e-3, *rays_through(scene.center, scene.radius, 1, 20_000))
+    assert share < 3e-3
+    assert wrong <= (20 if name == "mech_part_a" else 0)
 
+    size = 512
+    forward = unit_rows(np.array([[-0.6, 0.5, -0.45]]))[0]
+    right = unit_rows(np.cross(forward, [(0, 0, 1)]))[0]
+    up = np.cross(right, forward)
+    x, y = np.meshgrid(*2 * [(np.arange(size) + 0.5) / size * 2 - 1])
+    origin = scene.center + scene.radius * (x.reshape(-1, 1) * right + y.reshape(-1, 1) * up - 2 * forward)
+    direction = np.tile(forward, (size * size, 1))
     hits = scene.closest_hits(origin, direction)
     ours = hits.distance / scene.radius
-    theirs, _ = mesh.cast(origin, direction)
+    theirs, normals = mesh.cast(origin, direction)
     both = np.isfinite(ours) & np.isfinite(theirs)
-    assert both.mean() > 0.05
-    assert np.median(np.abs(ours - theirs)[both]) < 1e-3
+    assert both.mean() > 0.1
+    assert np.median(np.abs(ours[both] - theirs[both])) < 1e-3
+    cosines = []
+    for instance, face, rays, u, v in hits_by_face(scene, hits):
+        few = both[rays] & (rays % 17 == 0)
+        normal = unit_rows(face.normals(u[few], v[few]) @ np.linalg.inv(instance.transform[:3, :3]))
+        cosines.extend(np.abs((normal * normals[rays[few]]).sum(axis=1)))
+    assert np.median(cosines) > np.cos(np.radians(3))
     seen, expected = (np.isfinite(t).reshape(size, size) for t in (ours, theirs))
     near = disc(1.5)
     for inner, outer in ((seen, expected), (expected, seen)):
-        assert not (binary_erosion(inner, near) & ~outer).any()
-        assert not (inner & ~binary_dilation(outer, near)).any()
+        assert (binary_erosion(inner, near) & ~outer).sum() <= 3
+        assert (inner & ~binary_dilation(outer, near)).sum() <= 3
