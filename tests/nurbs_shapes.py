@@ -69,3 +69,16 @@ def random_surface(rng, rational=None):
     rational = rng.random() < 0.5 if rational is None else rational
     weights = rng.uniform(0.5, 2, (n, m)) if rational else None
     return bob.nurbs_surface(points, random_knots(rng, n, degrees[0]), random_knots(rng, m, degrees[1]), weights)
+
+
+def geomdl_surface(face):
+    """The same in geomdl, without its trims."""
+    from geomdl import NURBS
+
+    surface = NURBS.Surface(normalize_kv=False)
+    surface.degree_u, surface.degree_v = face.degree_u, face.degree_v
+    weights = np.ones(face.control_points.shape[:2]) if face.weights is None else face.weights
+    weighted = np.concatenate([face.control_points * weights[..., None], weights[..., None]], axis=2)
+    surface.set_ctrlpts(weighted.reshape(-1, 4).tolist(), *weights.shape)
+    surface.knotvector_u, surface.knotvector_v = face.knots_u.tolist(), face.knots_v.tolist()
+    return surface

@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from nurbs_shapes import cylinder, random_surface, sphere, torus
+from nurbs_shapes import cylinder, geomdl_surface, random_surface, sphere, torus
 
 import bobrossnet as bob
 from bobrossnet.adapters.container import layout, sealed
@@ -188,16 +188,9 @@ def test_polylines_go_from_point_to_point():
 
 @pytest.mark.parametrize("seed", range(6))
 def test_points_and_derivatives_are_geomdl_s(seed):
-    from geomdl import NURBS
-
     rng = np.random.default_rng(seed)
     (surface,) = random_surface(rng).faces
-    theirs = NURBS.Surface(normalize_kv=False)
-    theirs.degree_u, theirs.degree_v = surface.degree_u, surface.degree_v
-    weights = np.ones(surface.control_points.shape[:2]) if surface.weights is None else surface.weights
-    weighted = np.concatenate([surface.control_points * weights[..., None], weights[..., None]], axis=2)
-    theirs.set_ctrlpts(weighted.reshape(-1, 4).tolist(), *weights.shape)
-    theirs.knotvector_u, theirs.knotvector_v = surface.knots_u.tolist(), surface.knots_v.tolist()
+    theirs = geomdl_surface(surface)
     u, v = (rng.uniform(low, high, 5) for low, high in surface.domain)
     grid = surface.derivatives(u[:, None], v[None, :], 2)
     assert grid.shape == (5, 5, 3, 3, 3)
