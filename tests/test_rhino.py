@@ -77,10 +77,7 @@ def quad():
 
 
 def color(*rgb):
-    """Linear; dark ones with as much white as gives them a luminance of 0.2."""
-    linear = np.array(bob.Material("#" + "".join(f"{c:02x}" for c in rgb)).color)
-    luminance = linear @ (0.2126, 0.7152, 0.0722)
-    return tuple(linear if luminance >= 0.2 else 1 - (1 - linear) * 0.8 / (1 - luminance))
+    return bob.Material("#" + "".join(f"{c:02x}" for c in rgb)).color
 
 
 def loop_points(loop, count=24):
@@ -189,7 +186,7 @@ def test_colours_are_those_of_materials_or_of_lines(tmp_path):
         (attributes(layer=red, MaterialIndex=green, **of_object), paint),
         (attributes(layer=red, MaterialIndex=green), lines),  # where the layer's material counts, which it has none of
         (attributes(layer=painted, **of_object), lines),  # and the other way round
-        (attributes(layer=red, MaterialIndex=soot, **of_object), (0.2, 0.2, 0.2)),
+        (attributes(layer=red, MaterialIndex=soot, **of_object), (0, 0, 0)),
         (attributes(layer=painted, ColorSource=source.ColorFromMaterial), paint),
         (attributes(layer=red, ColorSource=source.ColorFromMaterial), WHITE),
         (attributes(layer=red, ColorSource=source.ColorFromParent), lines),

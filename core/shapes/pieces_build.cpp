@@ -22,6 +22,10 @@ constexpr double least_slant = 0.05;
 // a pole or a cusp, is subdivided ray by ray.
 constexpr int max_halvings = 8;
 constexpr double smallest = 2e-3;
+constexpr std::size_t max_pieces = 4096;  // of a patch
+
+// Nobody sees a part that is narrower than this.
+constexpr double narrowest = 1e-7;
 
 // Boxes reach this much farther, in half sizes and in units, than their pieces.
 constexpr double box_margin = 1e-3, rounding = 1e-6;
@@ -180,20 +184,13 @@ private:
             if (i + part.columns < part.points.size()) du.push_back(difference(i, i + part.columns));
             if ((i + 1) % part.columns != 0) dv.push_back(difference(i, i + 1));
         }
-        const auto longest = [](const std::vector<Difference>& all) {
-            double most = 0;
-            for (const Difference& a : all) most = std::max(most, a.length + a.slack);
-            return most;
-        };
-        const double nothing = 1e-9 * longest(du) * longest(dv);
         double most = 0;
         for (const Difference& a : du) {
             for (const Difference& b : dv) {
                 const Vec3d n = cross(a.d, b.d);
                 const double size_squared = dot(n, n), along = dot(n, normal);
                 const double slack = a.slack * b.length + b.slack * a.length + a.slack * b.slack;
-                if (std::sqrt(size_squared) + slack <= nothing) continue;  // at a pole: 0 has any sign
-                if (along <= slack) return;
+                if (along <= slack) return;  // as at poles
                 const double across = std::sqrt(std::max(0., size_squared - along * along));
                 most = std::max(most, (across + slack) / (std::sqrt(size_squared) - slack));
             }
@@ -218,9 +215,11 @@ private:
         const TrimRegion::Coverage coverage = patch_.coverage(domain(part));
         if (coverage == TrimRegion::Coverage::none) return;
         const Fit fit(part);
+        if (!fit.has_area() && width(part) < narrowest) return;
         int along = fit.bend[1] > fit.bend[0];
         if (part.halvings[along] == max_halvings) along = 1 - along;
-        if (fit.is_flat() || fit.size() < smallest || part.halvings[along] == max_halvings) {
+        if (fit.is_flat() || fit.size() < smallest || part.halvings[along] == max_halvings ||
+            pieces_.size() >= max_pieces) {
             return emit(part, fit, coverage == TrimRegion::Coverage::some);
         }
         Part half;
@@ -232,6 +231,18 @@ private:
             half.set_net(bob::part(bezier_, half.low[0], half.high[0], half.low[1], half.high[1]));
             cut(half);
         }
+    }
+
+    /// An upper bound of a part's extent across its longest.
+    static double width(const Part& part) {
+        double longest = 0, area = 0;
+        for (const Vec3d& a : part.points) longest = std::max(longest, length(a - part.points[0]));
+        for (const Vec3d& a : part.points) {
+            for (const Vec3d& b : part.points) {
+                area = std::max(area, length(cross(a - part.points[0], b - part.points[0])));
+            }
+        }
+        return longest > 0 ? 2 * area / longest : 0;
     }
 
     [[nodiscard]] Domain domain(const Part& part) const {

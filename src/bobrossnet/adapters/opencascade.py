@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.apart import call_apart
-from bobrossnet.adapters.colors import visible
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.errors import InputError
 from bobrossnet.shapes.instance import Instance
+from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
 
 # Bytes at a file's beginning and end that tell what it is.
@@ -80,7 +80,7 @@ def read_step(file: Path) -> list[Instance]:
     list of Instance
         One for each solid, each shell outside solids, and the faces outside shells, in each place of an assembly; where
         its faces have several colours, one for each. Named after the file's products, or the file where these have no
-        name. Points, curves and what is hidden are left out, and dark colours brightened (`colors.py`).
+        name. Points, curves and what is hidden are left out.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def _read(file: Path, kind: str) -> list[Instance]:
                 breps.append((Brep(faces, body.tolerance), body.color))
         parts.append(breps)
     instances = [
-        Instance(brep, place.matrix, None if color is None else visible(color), one_line(place.name) or name_of(file))
+        Instance(brep, place.matrix, None if color is None else Material(color), one_line(place.name) or name_of(file))
         for place in assembly.placed
         for brep, own in parts[place.part]
         for color in (own or place.color,)

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.apart import call_apart
-from bobrossnet.adapters.colors import luminance, visible
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.adapters.opennurbs import brep_loops
 from bobrossnet.errors import InputError, InputWarning
@@ -68,9 +67,8 @@ def read_3dm(file: Path) -> list[Instance]:
 
     Instances are named after their objects, else their layers, else the file. Their colours are those of Rhino's
     rendered view, the diffuse colours of the materials of objects or their layers, where these have any; otherwise
-    those that Rhino draws their lines in, or white where these are nearly black, as layers are by default. Dark ones
-    are brightened (`colors.py`). Blocks are resolved. Curves, points, lights and annotations are passed over.
-    Subdivision surfaces become meshes.
+    those that Rhino draws their lines in, or white where these are nearly black, as layers are by default. Blocks are
+    resolved. Curves, points, lights and annotations are passed over. Subdivision surfaces become meshes.
 
     Raises
     ------
@@ -322,8 +320,10 @@ def _hex(color: tuple[int, ...]) -> str:
 
 def _material(look: Look) -> Material:
     if look.material is not None:
-        return visible(look.material)
-    return Material() if luminance(look.display) < UNCHOSEN else visible(look.display)
+        return Material(look.material)
+    red, green, blue = Material(look.display).color
+    unchosen = 0.2126 * red + 0.7152 * green + 0.0722 * blue < UNCHOSEN
+    return Material() if unchosen else Material(look.display)
 
 
 # ---- Meshes ----------------------------------------------------------------------------------------------
