@@ -557,6 +557,24 @@ TEST(brep_leaks_no_rays) {
     }
 }
 
+TEST(brep_leaks_no_rays_near_poles) {
+    const Brep ball = brep_of(unit_sphere());
+    Random random(11);
+    std::vector<Ray> rays;
+    while (rays.size() < 3000) {
+        const double near = rays.size() % 40 ? std::pow(10, random(-8, 0)) : 0, angle = random(-4, 4);
+        const double z = rays.size() % 2 ? 1 : -1;
+        const Point target{near * std::cos(angle), near * std::sin(angle), z * std::sqrt(1 - near * near)};
+        const Vec3 direction = random_direction(random);
+        if (dot(target, point(direction)) < -0.1) rays.push_back(towards(target, direction, 2));
+    }
+    test::for_each_isa([&] {
+        int leaks = 0;
+        for (const Hit& hit : trace(ball, rays)) leaks += !(hit.t < 2.00001f);
+        expect(leaks == 0, "leaks ", leaks, " of ", rays.size());
+    });
+}
+
 TEST(brep_rays_begin_anywhere_and_have_any_length) {
     const Brep ball = brep_of(unit_sphere());
     Random random(5);
