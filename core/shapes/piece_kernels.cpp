@@ -343,10 +343,10 @@ private:
         const Differences in_u = differences(net, 0), in_v = differences(net, 1);
         const float u = part.low[0] + 0.5f * part.size[0], v = part.low[1] + 0.5f * part.size[1];
         if (never_folds(in_u, in_v)) {
+            if (passes_by(net, in_u, in_v)) return;
             Solution at{u, v, 0};
-            const Found found = newton(pieces_, piece_.patch, ray_, local_, part, at);
-            if (found == Found::hit) offer(at);
-            if (found != Found::unclear) return;
+            if (newton(pieces_, piece_.patch, ray_, local_, part, at) == Found::hit) return offer(at);
+            // A root outside, such as that of a silhouette's other side, does not exclude one inside.
         }
         const float extent[2] = {in_u.extent(rows_ - 1), in_v.extent(columns_ - 1)};
         if (larger(extent[0], extent[1]) < smallest) {
@@ -413,6 +413,23 @@ private:
         return least(plus) > most(minus) || most(plus) < least(minus);
     }
 
+    /// Whether all control points are on one side of a line through the ray, seen along it, that runs along u or v.
+    [[nodiscard]] bool passes_by(const Net& net, const Differences& in_u, const Differences& in_v) const {
+        const Float4 u = in_u.low + in_u.high, v = in_v.low + in_v.high;
+        constexpr float infinity = std::numeric_limits<float>::infinity();
+        Float4 low = broadcast<Float4>(infinity), high = broadcast<Float4>(-infinity);
+        for (std::size_t i = net.slot * size_; i < (net.slot + 1) * size_; ++i) {
+            const float a = points_[i][0], b = points_[i][1];
+            const Float4 sides{u[0] * b - u[1] * a, v[0] * b - v[1] * a, 0, 0};
+            low = min(low, sides), high = max(high, sides);
+        }
+        const auto passed = [&](int k, Float4 along) {
+            const float slack = rounding * (std::fabs(along[0]) + std::fabs(along[1]));
+            return low[k] > slack || high[k] < -slack;
+        };
+        return passed(0, u) || passed(1, v);
+    }
+
     const Pieces& pieces_;
     const Piece& piece_;
     const RayToPieces& ray_;
@@ -461,7 +478,9 @@ inline void intersect(const Pieces& pieces, const PiecePacket& packet, const Ray
                             part.low[1] + (0.5f + 0.5f * y) * part.size[1], 0};
                 const Found found = newton(pieces, piece.patch, ray, local, part, at);
                 if (found == Found::hit) nearest.offer(piece.patch, index, piece.trimmed, at);
-                if (found != Found::unclear) continue;
+                // Closer to tangent, a root outside may be a second one.
+                const bool only_root = std::fabs(slant) > 2 * packet.fold[k] * ray.length;
+                if (found == Found::hit || (found == Found::nothing && only_root)) continue;
             }
             const LocalRay local(ray, piece.patch, enter[lane]);
             const auto& z = packet.to_box[2];
