@@ -207,7 +207,7 @@ class Brep(MeasuredShape):
     ------
     InputError
         If there is no face, something else is among them, or the tolerance is out of range. When it is first placed or
-        traced: if the trims leave nothing.
+        traced: if no face has an area, or the trims leave nothing of it.
     """
 
     kind = "brep"
@@ -240,7 +240,7 @@ class Brep(MeasuredShape):
             self.tolerance / radius if len(self.faces) > 1 else 0.0,
         )
         if not surface.pieces:
-            raise InputError("trims: expected something that they leave of a face, got nothing of any")
+            raise InputError("faces: expected an area that trims leave of one, got none")
         return surface
 
     @cached_property
