@@ -216,11 +216,16 @@ private:
         node.coefficients = static_cast<std::uint32_t>(coefficients_.size());
         node.degree = static_cast<std::uint8_t>(points.size() - 1);
         node.rational = std::any_of(points.begin(), points.end(), [](const auto& p) { return p[2] != 1; });
-        const std::size_t kept = node.degree == 1 ? 1 : node.rational ? 3 : 2;
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            for (std::size_t k = 0; k < kept; ++k) {
-                coefficients_.push_back(binomials[node.degree][i] * points[i][k]);
+        const auto keep = [&](std::size_t first, std::size_t last, std::size_t axis) {
+            for (std::size_t i = first; i < last; ++i) {
+                coefficients_.push_back(binomials[node.degree][i] * points[i][axis]);
             }
+        };
+        if (node.rational) {
+            for (const std::size_t axis : {0, 1, 2}) keep(0, points.size(), axis);
+        } else {
+            keep(0, points.size(), 0);
+            keep(1, points.size() - 1, 1);
         }
         return node;
     }
@@ -309,9 +314,9 @@ bool TrimRegion::contains(double u, double v) const {
 
 TrimRegion::Ends TrimRegion::ends_u(const Node& leaf) const {
     const double* const c = &coefficients_[leaf.coefficients];
-    if (leaf.degree == 1) return {c[0], c[1]};
-    if (!leaf.rational) return {c[0], c[2 * leaf.degree]};
-    return {c[0] / c[2], c[3 * leaf.degree] / c[3 * leaf.degree + 2]};
+    const std::size_t p = leaf.degree;
+    if (!leaf.rational) return {c[0], c[p]};
+    return {c[0] / c[2 * p + 2], c[p] / c[3 * p + 2]};
 }
 
 bool TrimRegion::right_of(const Node& leaf, double u, double v) const {
@@ -320,15 +325,15 @@ bool TrimRegion::right_of(const Node& leaf, double u, double v) const {
 
     const double* const c = &coefficients_[leaf.coefficients];
 
+    const std::size_t p = leaf.degree;
     const auto point = [&](double t) -> Point {
-        const std::size_t stride = leaf.rational ? 3 : 2;
         const double s = 1 - t;
-        double x = c[0], y = c[1], w = leaf.rational ? c[2] : 1, power = 1;
-        for (std::size_t i = 1; i <= leaf.degree; ++i) {
+        double x = c[0], y = leaf.rational ? c[p + 1] : leaf.start_v, w = leaf.rational ? c[2 * p + 2] : 1, power = 1;
+        for (std::size_t i = 1; i <= p; ++i) {
             power *= t;
-            x = x * s + power * c[stride * i];
-            y = y * s + power * c[stride * i + 1];
-            if (leaf.rational) w = w * s + power * c[stride * i + 2];
+            x = x * s + power * c[i];
+            y = y * s + power * (leaf.rational ? c[p + 1 + i] : i < p ? c[p + i] : leaf.end_v);
+            if (leaf.rational) w = w * s + power * c[2 * p + 2 + i];
         }
         return leaf.rational ? Point{x / w, y / w} : Point{x, y};
     };
@@ -344,9 +349,9 @@ bool TrimRegion::right_of(const Node& leaf, double u, double v) const {
         double t = a + (b - a) * value_a / (value_a - value_b);
         if (step % 4 == 0 || !(a < t && t < b)) t = (a + b) / 2;
         if (t == a || t == b) break;
-        const Point p = point(t);
-        const double value = p[1] - v;
-        const bool right = p[0] > u;
+        const Point at = point(t);
+        const double value = at[1] - v;
+        const bool right = at[0] > u;
         if ((value < 0) == rising) {
             a = t, value_a = value, right_a = right;
             if (stayed == at_b) value_b /= 2;

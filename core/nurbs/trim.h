@@ -67,8 +67,9 @@ private:
     [[nodiscard]] bool passes(const Node& leaf, const Domain& rectangle) const;
 
     std::vector<Node> nodes_;
-    std::vector<double> coefficients_;  // of lines: u of both ends. Of others: control points, (u, v) or, where
-                                        // rational, (w u, w v, w), times binomials
+    // Of each piece's control points, times binomials: all u, and v but for the ends' which the node has; where it is
+    // rational, all w u, w v and w.
+    std::vector<double> coefficients_;
     double margin_u_, margin_v_;
     bool everything_;
 };

@@ -25,7 +25,7 @@ struct Patch {
     std::uint32_t face;
     const TrimRegion* region;  // of the face, in its own parameters
     Domain domain;             // of the face's parameters that are the patch's 0..1
-    double margin_u, margin_v;  // how far beyond its region the face is seen
+    float margin_u, margin_v;  // how far beyond its region the face is seen
 
     /// How much of a rectangle of the face's parameters is seen.
     [[nodiscard]] TrimRegion::Coverage coverage(const Domain& rectangle) const;

@@ -88,7 +88,7 @@ struct Fit {
     double deviation[2] = {0, 0}, height = 0;  // of the control points: in x, in y, and along the normal
     double curve = 0;                          // of the control points, in x and y, from the bilinear patch
     double bend[2] = {0, 0};                   // what a cut of u, or of v, would straighten
-    double turn = no_bound;                    // sine of the angle to the normal, where the rest is flat
+    double turn = no_bound;                    // sine of the angle to the normal, if it is at most max_turn
 
     explicit Fit(const Part& part) {
         const std::size_t last_column = part.columns - 1, last_row = part.points.size() - part.columns;
@@ -111,7 +111,7 @@ struct Fit {
         if (has_area() && curve <= max_curve) measure_turn(part);
     }
 
-    [[nodiscard]] bool is_flat() const { return has_area() && curve <= max_curve && turn <= max_turn; }
+    [[nodiscard]] bool is_flat() const { return turn <= max_turn; }
     [[nodiscard]] bool has_area() const { return dot(normal, normal) > 0; }
     [[nodiscard]] double size() const { return std::max(length(along_u), length(along_v)); }
 
@@ -179,23 +179,35 @@ private:
             }
             return Difference{d, length(d), radius * std::fabs(dw)};
         };
-        std::vector<Difference> du, dv;
+        struct Differences {
+            std::array<Difference, max_degree*(max_degree + 1)> items;
+            std::size_t count = 0;
+
+            void add(const Difference& d) { items[count++] = d; }
+            [[nodiscard]] std::span<const Difference> all() const { return {items.data(), count}; }
+        } du, dv;
         for (std::size_t i = 0; i < part.points.size(); ++i) {
-            if (i + part.columns < part.points.size()) du.push_back(difference(i, i + part.columns));
-            if ((i + 1) % part.columns != 0) dv.push_back(difference(i, i + 1));
+            if (i + part.columns < part.points.size()) du.add(difference(i, i + part.columns));
+            if ((i + 1) % part.columns != 0) dv.add(difference(i, i + 1));
         }
-        double most = 0;
-        for (const Difference& a : du) {
-            for (const Difference& b : dv) {
+        double least_cosine_squared = 1;
+        for (const Difference& a : du.all()) {
+            for (const Difference& b : dv.all()) {
                 const Vec3d n = cross(a.d, b.d);
-                const double size_squared = dot(n, n), along = dot(n, normal);
                 const double slack = a.slack * b.length + b.slack * a.length + a.slack * b.slack;
+                const double along = dot(n, normal);
                 if (along <= slack) return;  // as at poles
-                const double across = std::sqrt(std::max(0., size_squared - along * along));
-                most = std::max(most, (across + slack) / (std::sqrt(size_squared) - slack));
+                double cosine_squared = along * along / dot(n, n);
+                if (slack > 0) {
+                    const double size = length(n), across = std::sqrt(std::max(0., size * size - along * along));
+                    const double sine = (across + slack) / (size - slack);
+                    cosine_squared = 1 - sine * sine;
+                }
+                least_cosine_squared = std::min(least_cosine_squared, cosine_squared);
+                if (least_cosine_squared < 1 - max_turn * max_turn) return;
             }
         }
-        turn = most;
+        turn = std::sqrt(1 - least_cosine_squared);
     }
 };
 
@@ -296,7 +308,7 @@ double mean_length(const BezierPatch& patch, bool along_v) {
 Patch patch_of(const BezierPatch& bezier, std::uint32_t face, const TrimRegion* region, double tolerance) {
     // In parameters, as if these ran evenly over the patch.
     const auto margin = [&](double size, bool along_v) {
-        return tolerance > 0 ? size * std::min(1., tolerance / mean_length(bezier, along_v)) : 0;
+        return static_cast<float>(tolerance > 0 ? size * std::min(1., tolerance / mean_length(bezier, along_v)) : 0);
     };
     Box box;
     for (const auto& [x, y, z, w] : bezier.control_points) {
