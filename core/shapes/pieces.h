@@ -34,7 +34,7 @@ struct Patch {
     [[nodiscard]] TrimRegion::Coverage coverage(double u, double v) const;
 };
 
-/// 672 bytes. A piece lies in a box whose x and y axes follow its u and v: to_box * (p, 1) has |x| and |y| up to `half`,
+/// 640 bytes. A piece lies in a box whose x and y axes follow its u and v: to_box * (p, 1) has |x| and |y| up to `half`,
 /// |z| up to 1, and is about at the parameters low + (0.5 + 0.5 (x, y)) size of the patch. An absent piece repeats the
 /// packet's first.
 struct alignas(32) PiecePacket {
