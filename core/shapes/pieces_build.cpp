@@ -12,7 +12,8 @@ namespace {
 constexpr float node_cost = 0.25f;
 
 // How far a piece's control points may lie from those of the bilinear patch between its corners, in half sizes of the
-// piece, and the sine of the angle that its normals may turn.
+// piece, and the sine of the angle that its normals may turn. Of turns from 0.2 to 0.8, tried on the teapot, larger ones
+// leave more rays to subdivision, and smaller ones take more memory and gain nothing.
 constexpr double max_curve = 0.5, max_turn = 0.35;
 
 // Rays closer to tangent than this sine are not left to Newton's method, whatever the piece.
