@@ -250,9 +250,24 @@ struct Net {
     std::size_t slot;
 };
 
+/// Control points, in a vector of a type of this file's own: code for one that others have, too, would be shared with
+/// other instruction sets.
+class ControlPoints {
+public:
+    [[nodiscard]] std::size_t size() const { return items_.size(); }
+    void resize(std::size_t size) { items_.resize(size); }
+    Float4& operator[](std::size_t i) { return items_[i].point; }
+
+private:
+    struct Item {
+        Float4 point;
+    };
+    std::vector<Item> items_;
+};
+
 /// What subdivision needs, kept from ray to ray.
 struct Workspace {
-    std::vector<Float4> points;
+    ControlPoints points;
     std::vector<Net> open;
 };
 
@@ -435,7 +450,7 @@ private:
     const RayToPieces& ray_;
     const LocalRay& local_;
     Nearest& nearest_;
-    std::vector<Float4>& points_;
+    ControlPoints& points_;
     std::vector<Net>& open_;
     std::size_t rows_, columns_, size_;
     Float4 along_, across_[2];  // unit length
