@@ -123,9 +123,7 @@ void Brep::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::sp
 
 Place Brep::place(const Hit& hit) const {
     const Patch& patch = pieces_.patches[hit.primitive];
-    const Domain& d = patch.domain;
-    return {patch.face, d.low_u + static_cast<double>(hit.u) * (d.high_u - d.low_u),
-            d.low_v + static_cast<double>(hit.v) * (d.high_v - d.low_v)};
+    return {patch.face, patch.face_u(hit.u), patch.face_v(hit.v)};
 }
 
 std::size_t Brep::bytes() const {

@@ -205,6 +205,14 @@ inline Found newton(const Pieces& pieces, const Patch& patch, const RayToPieces&
     return Found::unclear;
 }
 
+/// The piece that a ray is tested against.
+struct Piece {
+    const Patch& patch;
+    std::uint32_t index;  // of the patch
+    bool trimmed;
+    Part part;
+};
+
 /// The nearest hit of a ray. One beyond its face's region, within the tolerance, only counts where no face is: until the
 /// end its t is larger by a few tolerances, so that it stays behind a neighbour that it would show through.
 struct Nearest {
@@ -214,14 +222,14 @@ struct Nearest {
 
     Nearest(const Pieces& pieces, const RayToPieces& ray) : penalty(4 * pieces.tolerance / ray.length) {}
 
-    void offer(const Patch& patch, std::uint32_t index, bool trimmed, const Solution& found) {
+    void offer(const Piece& piece, const Solution& found) {
         const auto t = static_cast<float>(found.t);
         if (!(t > 0 && t < hit.t)) return;
         const float u = clamp(found.u, 0, 1), v = clamp(found.v, 0, 1);
-        const auto seen = trimmed ? patch.coverage(u, v) : TrimRegion::Coverage::all;
+        const auto seen = piece.trimmed ? piece.patch.coverage(u, v) : TrimRegion::Coverage::all;
         const bool beyond = seen == TrimRegion::Coverage::some;
         if (seen == TrimRegion::Coverage::none || (beyond && t + penalty >= hit.t)) return;
-        hit = {beyond ? t + penalty : t, u, v, index};
+        hit = {beyond ? t + penalty : t, u, v, piece.index};
         is_beyond = beyond;
     }
 
@@ -230,14 +238,6 @@ struct Nearest {
         if (is_beyond) result.t -= penalty;
         return result;
     }
-};
-
-/// The piece that a ray is tested against.
-struct Piece {
-    const Patch& patch;
-    std::uint32_t index;  // of the patch
-    bool trimmed;
-    Part part;
 };
 
 // ---- Subdivision --------------------------------------------------------------------------------------------
@@ -360,12 +360,14 @@ private:
         if (never_folds(in_u, in_v)) {
             if (passes_by(net, in_u, in_v)) return;
             Solution at{u, v, 0};
-            if (newton(pieces_, piece_.patch, ray_, local_, part, at) == Found::hit) return offer(at);
+            if (newton(pieces_, piece_.patch, ray_, local_, part, at) == Found::hit) {
+                return nearest_.offer(piece_, at);
+            }
             // A root outside, such as that of a silhouette's other side, does not exclude one inside.
         }
         const float extent[2] = {in_u.extent(rows_ - 1), in_v.extent(columns_ - 1)};
         if (larger(extent[0], extent[1]) < smallest) {
-            return offer({u, v, local_.start + static_cast<double>(middle(net) / ray_.length)});
+            return nearest_.offer(piece_, {u, v, local_.start + static_cast<double>(middle(net) / ray_.length)});
         }
         const int along = extent[1] > extent[0];
         Part halves[2] = {part, part};
@@ -389,8 +391,6 @@ private:
         }
         return sum / 4;
     }
-
-    void offer(const Solution& found) { nearest_.offer(piece_.patch, piece_.index, piece_.trimmed, found); }
 
     /// The box of the differences between neighbouring control points.
     struct Differences {
@@ -492,7 +492,7 @@ inline void intersect(const Pieces& pieces, const PiecePacket& packet, const Ray
                 Solution at{part.low[0] + (0.5f + 0.5f * x) * part.size[0],
                             part.low[1] + (0.5f + 0.5f * y) * part.size[1], 0};
                 const Found found = newton(pieces, piece.patch, ray, local, part, at);
-                if (found == Found::hit) nearest.offer(piece.patch, index, piece.trimmed, at);
+                if (found == Found::hit) nearest.offer(piece, at);
                 // Closer to tangent, a root outside may be a second one.
                 const bool only_root = std::fabs(slant) > 2 * packet.fold[k] * ray.length;
                 if (found == Found::hit || (found == Found::nothing && only_root)) continue;

@@ -27,6 +27,10 @@ struct Patch {
     Domain domain;             // of the face's parameters that are the patch's 0..1
     float margin_u, margin_v;  // how far beyond its region the face is seen
 
+    /// The face's parameters at parameters 0..1 of the patch.
+    [[nodiscard]] double face_u(double u) const { return domain.low_u + u * (domain.high_u - domain.low_u); }
+    [[nodiscard]] double face_v(double v) const { return domain.low_v + v * (domain.high_v - domain.low_v); }
+
     /// How much of a rectangle of the face's parameters is seen.
     [[nodiscard]] TrimRegion::Coverage coverage(const Domain& rectangle) const;
 

@@ -259,9 +259,8 @@ private:
     }
 
     [[nodiscard]] Domain domain(const Part& part) const {
-        const double u = bezier_.high_u - bezier_.low_u, v = bezier_.high_v - bezier_.low_v;
-        return {bezier_.low_u + part.low[0] * u, bezier_.low_u + part.high[0] * u, bezier_.low_v + part.low[1] * v,
-                bezier_.low_v + part.high[1] * v};
+        return {patch_.face_u(part.low[0]), patch_.face_u(part.high[0]), patch_.face_v(part.low[1]),
+                patch_.face_v(part.high[1])};
     }
 
     void emit(const Part& part, const Fit& fit, bool trimmed) {
@@ -369,10 +368,9 @@ TrimRegion::Coverage Patch::coverage(const Domain& d) const {
 }
 
 TrimRegion::Coverage Patch::coverage(double u, double v) const {
-    const double face_u = domain.low_u + u * (domain.high_u - domain.low_u);
-    const double face_v = domain.low_v + v * (domain.high_v - domain.low_v);
-    if (region->contains(face_u, face_v)) return TrimRegion::Coverage::all;
-    const bool near = margin_u > 0 && coverage({face_u, face_u, face_v, face_v}) != TrimRegion::Coverage::none;
+    const double at_u = face_u(u), at_v = face_v(v);
+    if (region->contains(at_u, at_v)) return TrimRegion::Coverage::all;
+    const bool near = margin_u > 0 && coverage({at_u, at_u, at_v, at_v}) != TrimRegion::Coverage::none;
     return near ? TrimRegion::Coverage::some : TrimRegion::Coverage::none;
 }
 
