@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from models import MODELS
+from nurbs_shapes import curve_points, inside
 
 import bobrossnet as bob
 from bobrossnet.adapters.apart import call_apart
@@ -183,34 +184,6 @@ def size_of(shape):
     around = Bnd_Box()
     BRepBndLib.Add_s(shape, around)
     return around.SquareExtent() ** 0.5
-
-
-def curve_points(curve, count=33):
-    """(n, 2) points along a trim curve, by de Boor's algorithm."""
-    p, knots = curve.degree, curve.knots
-    weights = np.ones(len(curve.control_points)) if curve.weights is None else curve.weights
-    points = []
-    for t in np.unique(np.concatenate([np.linspace(*curve.domain, count), knots[p:-p]])):
-        k = min(max(int(np.searchsorted(knots, t, side="right")) - 1, p), len(weights) - 1)
-        d = np.column_stack([curve.control_points * weights[:, None], weights])[k - p : k + 1]
-        for r in range(1, p + 1):
-            for j in range(p, r - 1, -1):
-                low, high = knots[j + k - p], knots[j + 1 + k - r]
-                a = (t - low) / (high - low)
-                d[j] = (1 - a) * d[j - 1] + a * d[j]
-        points.append(d[p, :2] / d[p, 2])
-    return np.array(points)
-
-
-def inside(face, u, v):
-    """Whether points are inside the trims, by crossings with polygons."""
-    result = np.full(u.shape, not face.trims)
-    for loop in face.trims:
-        polygon = np.concatenate([curve_points(curve) for curve in loop])
-        for (u0, v0), (u1, v1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-            if v0 != v1:
-                result ^= ((v0 > v) != (v1 > v)) & (u < u0 + (v - v0) * (u1 - u0) / (v1 - v0))
-    return result
 
 
 def area(face, count=120):

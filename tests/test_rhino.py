@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 from models import MODELS, needs_models
+from nurbs_shapes import curve_points, inside
 from scipy.spatial import cKDTree
 
 import bobrossnet as bob
@@ -78,41 +79,6 @@ def quad():
 
 def color(*rgb):
     return bob.Material("#" + "".join(f"{c:02x}" for c in rgb)).color
-
-
-def loop_points(loop, count=24):
-    """Points along a loop of trims, in (u, v)."""
-    return np.concatenate([curve_points(curve, count) for curve in loop])
-
-
-def curve_points(curve, count):
-    """A trim at parameters from its start to just before its end, by de Boor's recursion."""
-    degree, knots, n = curve.degree, curve.knots, len(curve.control_points)
-    weights = np.ones(n) if curve.weights is None else curve.weights
-    homogeneous = np.column_stack([curve.control_points * weights[:, None], weights])
-    points = []
-    for t in np.linspace(knots[degree], knots[n], count, endpoint=False):
-        span = min(int(np.searchsorted(knots, t, side="right")) - 1, n - 1)
-        d = homogeneous[span - degree : span + 1].copy()
-        for r in range(1, degree + 1):
-            for j in range(degree, r - 1, -1):
-                low, high = knots[j + span - degree], knots[j + 1 + span - r]
-                a = (t - low) / (high - low)
-                d[j] = (1 - a) * d[j - 1] + a * d[j]
-        points.append(d[degree, :2] / d[degree, 2])
-    return np.array(points)
-
-
-def inside(face, u, v):
-    """Whether points lie inside an odd number of a face's loops."""
-    odd = np.full(u.shape, not face.trims)
-    for loop in face.trims:
-        points = loop_points(loop)
-        for (u0, v0), (u1, v1) in zip(points, np.roll(points, -1, axis=0), strict=True):
-            crossed = (v0 <= v) != (v1 <= v)
-            if crossed.any():
-                odd[crossed] ^= u[crossed] < u0 + (v[crossed] - v0) / (v1 - v0) * (u1 - u0)
-    return odd
 
 
 def grid(face, count=48):
@@ -263,7 +229,7 @@ def test_a_disk_is_cut_out_of_a_plane(tmp_path):
     model.file.Objects.AddBrep(rhino3dm.Brep.CreateTrimmedPlane(rhino3dm.Plane.WorldXY(), circle), None)
     (instance,) = read_3dm(model.write(tmp_path / "x.3dm"))
     (face,) = instance.shape.faces
-    u, v = loop_points(face.trims[0]).T
+    u, v = np.concatenate([curve_points(curve) for curve in face.trims[0]]).T
     points = face.points(u, v)
     np.testing.assert_allclose(np.linalg.norm(points - (3, 4, 0), axis=1), 2, atol=1e-12)
 
