@@ -16,7 +16,7 @@ from bobrossnet.errors import InputError
 from bobrossnet.learn import checkpoint, data
 from bobrossnet.learn.config import OPTIMIZERS, TrainConfig, config_from_settings
 from bobrossnet.learn.evaluate import Evaluation, evaluate
-from bobrossnet.learn.shapes import FAMILIES, parts, procedural_mesh
+from bobrossnet.learn.shapes.meshes import FAMILIES, parts, procedural_mesh
 from bobrossnet.learn.train import keep_known, predict, train, validate
 
 TOY = TrainConfig(

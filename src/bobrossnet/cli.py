@@ -1,6 +1,6 @@
-"""The command line: `bobrossnet render | pack | info | train | evaluate`.
+"""The command line: `bobrossnet render | pack | info`, and those of learn/commands.py.
 
-Only argparse is imported up here, so that --help and mistakes are answered at once.
+Nothing slow is imported up here, so that --help and mistakes are answered at once.
 """
 
 from __future__ import annotations
@@ -14,6 +14,9 @@ import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NoReturn
+
+from bobrossnet import arguments
+from bobrossnet.learn.commands import add_commands
 
 if TYPE_CHECKING:
     import bobrossnet as bob
@@ -71,10 +74,12 @@ def _parser() -> argparse.ArgumentParser:
     render = commands.add_parser("render", help="make a picture of shapes", description="Make a picture of shapes.")
     render.set_defaults(run=_render)
     render.add_argument("files", nargs="*", metavar="FILE", help=FILES)
-    render.add_argument("--size", type=_size, default=(480, 640), metavar="WIDTHxHEIGHT", help="default: 640x480")
+    render.add_argument(
+        "--size", type=arguments.size, default=(480, 640), metavar="WIDTHxHEIGHT", help="default: 640x480"
+    )
     render.add_argument(
         "--fraction",
-        type=_fraction,
+        type=arguments.fraction,
         default=0.1,
         metavar="PERCENT",
         help="share of the pixels to trace, 5%% or 0.05; 100%% is the exact picture (default: 10%%)",
@@ -106,21 +111,7 @@ def _parser() -> argparse.ArgumentParser:
         "file", metavar="FILE", help="a model or a scene, a .safetensors file, or the name of shipped weights"
     )
 
-    train = commands.add_parser("train", help="train a network", description="Train a network.")
-    train.set_defaults(run=_train)
-    train.add_argument("out", metavar="OUT.safetensors", help="the weight file to write")
-    train.add_argument("settings", nargs="*", metavar="NAME=VALUE", help="fields of TrainConfig, such as steps=2000")
-    train.add_argument("--checkpoint", metavar="FILE", help="written now and then; an interrupted run goes on from it")
-
-    evaluate = commands.add_parser(
-        "evaluate", help="measure weights on models", description="Measure weights on every model below a folder."
-    )
-    evaluate.set_defaults(run=_evaluate)
-    evaluate.add_argument("folder", metavar="FOLDER", help="of mesh files")
-    evaluate.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
-    evaluate.add_argument("--size", type=_size, default=(256, 256), metavar="WIDTHxHEIGHT", help="default: 256x256")
-    evaluate.add_argument("--views", type=int, default=1, help="pictures of each model (default: 1)")
-    evaluate.add_argument("--limit", type=int, help="how many models at most, spread over the folder")
+    add_commands(commands)
     return parser
 
 
@@ -246,22 +237,6 @@ def _info(options: argparse.Namespace) -> None:
         )
 
 
-def _train(options: argparse.Namespace) -> None:
-    from bobrossnet.learn.config import config_from_settings
-    from bobrossnet.learn.train import train
-
-    train(config_from_settings(options.settings), options.out, checkpoint_path=options.checkpoint)
-    print(f"wrote {options.out}")
-
-
-def _evaluate(options: argparse.Namespace) -> None:
-    from bobrossnet.learn.evaluate import evaluate
-
-    result = evaluate(options.model, options.folder, views=options.views, size=options.size, limit=options.limit)
-    print(f"{len(result.pictures)} pictures of {options.size[1]}x{options.size[0]}, traced pixels kept\n")
-    print(result)
-
-
 def _vector(numbers: Iterable[float]) -> str:
     return "(" + ", ".join(f"{x:.6g}" for x in numbers) + ")"
 
@@ -270,31 +245,6 @@ def _print_table(rows: dict[str, Any], indent: str = "") -> None:
     width = max(map(len, rows))
     for name, value in rows.items():
         print(f"{indent}{name:{width}}  {value}")
-
-
-def _size(text: str) -> tuple[int, int]:
-    """(height, width) from WIDTHxHEIGHT."""
-    from bobrossnet.errors import InputError
-    from bobrossnet.render.order import check_size
-
-    width, x, height = text.lower().partition("x")
-    if not (x and width.isdecimal() and height.isdecimal()):
-        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT such as 640x480, got {text!r}")
-    try:
-        return check_size((int(height), int(width)))
-    except InputError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
-
-
-def _fraction(text: str) -> float:
-    number, percent, rest = text.partition("%")
-    try:
-        value = float(number) / (100 if percent else 1)
-    except ValueError:
-        value = -1
-    if rest or not 0 < value <= 1:
-        raise argparse.ArgumentTypeError(f"expected a share of the pixels, above 0% to 100% or 0 to 1, got {text!r}")
-    return value
 
 
 def _limit_memory() -> None:

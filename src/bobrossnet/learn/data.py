@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from bobrossnet import Camera, Scene, pixel_order, trace
-from bobrossnet.learn.shapes import procedural_mesh
+from bobrossnet.learn.shapes.meshes import procedural_mesh
 
 PATCH = 128
 SIZES = (128, 256, 512)  # pictures per view, cut into 1 + 4 + 16 patches

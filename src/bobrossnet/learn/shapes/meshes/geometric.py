@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from bobrossnet.learn.shapes import parts
-from bobrossnet.learn.shapes.parts import Array, Part, Rng, join, moved
+from bobrossnet.learn.shapes.meshes import parts
+from bobrossnet.learn.shapes.meshes.parts import Array, Part, Rng, join, moved
 
 
 def turned(rng: Rng) -> Part:

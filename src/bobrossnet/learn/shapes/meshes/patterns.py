@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bobrossnet.learn.shapes import parts
-from bobrossnet.learn.shapes.geometric import ngon_solid, turned
-from bobrossnet.learn.shapes.mechanical import fastener, flange, robot_arm
-from bobrossnet.learn.shapes.parts import Part, Rng, join, moved, ring, rotation
-from bobrossnet.learn.shapes.plants import leaf
+from bobrossnet.learn.shapes.meshes import parts
+from bobrossnet.learn.shapes.meshes.geometric import ngon_solid, turned
+from bobrossnet.learn.shapes.meshes.mechanical import fastener, flange, robot_arm
+from bobrossnet.learn.shapes.meshes.parts import Part, Rng, join, moved, ring, rotation
+from bobrossnet.learn.shapes.meshes.plants import leaf
 
 
 def truss(rng: Rng) -> Part:

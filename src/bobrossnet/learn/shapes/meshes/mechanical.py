@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bobrossnet.learn.shapes import parts
-from bobrossnet.learn.shapes.parts import Part, Rng, join, moved, ring, rotation
+from bobrossnet.learn.shapes.meshes import parts
+from bobrossnet.learn.shapes.meshes.parts import Part, Rng, join, moved, ring, rotation
 
 
 def gear(rng: Rng) -> Part:

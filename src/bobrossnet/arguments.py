@@ -1,0 +1,30 @@
+"""What arguments of the command line may be, for argparse."""
+
+from __future__ import annotations
+
+import argparse
+
+
+def size(text: str) -> tuple[int, int]:
+    """(height, width) from WIDTHxHEIGHT."""
+    from bobrossnet.errors import InputError
+    from bobrossnet.render.order import check_size
+
+    width, x, height = text.lower().partition("x")
+    if not (x and width.isdecimal() and height.isdecimal()):
+        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT such as 640x480, got {text!r}")
+    try:
+        return check_size((int(height), int(width)))
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def fraction(text: str) -> float:
+    number, percent, rest = text.partition("%")
+    try:
+        value = float(number) / (100 if percent else 1)
+    except ValueError:
+        value = -1
+    if rest or not 0 < value <= 1:
+        raise argparse.ArgumentTypeError(f"expected a share of the pixels, above 0% to 100% or 0 to 1, got {text!r}")
+    return value

@@ -1,0 +1,48 @@
+"""The commands of the command line for learning: `bobrossnet train | evaluate`.
+
+Nothing slow is imported up here, so that --help is answered at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from bobrossnet import arguments
+
+
+def add_commands(commands: Any) -> None:
+    """Add them to an argparse parser's commands."""
+    train = commands.add_parser("train", help="train a network", description="Train a network.")
+    train.set_defaults(run=_train)
+    train.add_argument("out", metavar="OUT.safetensors", help="the weight file to write")
+    train.add_argument("settings", nargs="*", metavar="NAME=VALUE", help="fields of TrainConfig, such as steps=2000")
+    train.add_argument("--checkpoint", metavar="FILE", help="written now and then; an interrupted run goes on from it")
+
+    evaluate = commands.add_parser(
+        "evaluate", help="measure weights on models", description="Measure weights on every model below a folder."
+    )
+    evaluate.set_defaults(run=_evaluate)
+    evaluate.add_argument("folder", metavar="FOLDER", help="of mesh files")
+    evaluate.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
+    evaluate.add_argument(
+        "--size", type=arguments.size, default=(256, 256), metavar="WIDTHxHEIGHT", help="default: 256x256"
+    )
+    evaluate.add_argument("--views", type=int, default=1, help="pictures of each model (default: 1)")
+    evaluate.add_argument("--limit", type=int, help="how many models at most, spread over the folder")
+
+
+def _train(options: argparse.Namespace) -> None:
+    from bobrossnet.learn.config import config_from_settings
+    from bobrossnet.learn.train import train
+
+    train(config_from_settings(options.settings), options.out, checkpoint_path=options.checkpoint)
+    print(f"wrote {options.out}")
+
+
+def _evaluate(options: argparse.Namespace) -> None:
+    from bobrossnet.learn.evaluate import evaluate
+
+    result = evaluate(options.model, options.folder, views=options.views, size=options.size, limit=options.limit)
+    print(f"{len(result.pictures)} pictures of {options.size[1]}x{options.size[0]}, traced pixels kept\n")
+    print(result)

@@ -1,0 +1,130 @@
+"""What a data set consists of: which samples there are, and which of them are for what. Nothing is rendered here.
+
+Each shape is seen in three views of 128², 256² and 512² pixels, each from a place of its own on the orbit; a view is cut
+into patches of 128², 1 + 4 + 16 of a shape, and a patch is a sample at each of five stages of a converging picture.
+Everything is a function of a seed and of counters, so that samples can be made in any order, anywhere, and again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.errors import InputError, check_integer
+from bobrossnet.render.camera import Camera
+from bobrossnet.render.order import pixel_order
+
+SHAPES = 479
+TEST_SHAPES = 10
+PATCH = 128  # pixels
+SIZES = (128, 256, 512)  # of the views
+STAGES = (0.01, 0.25, 0.5, 0.75, 1.0)  # shares of the pixels traced
+VALIDATION_SHARE = 0.1  # of the patches that are not for testing
+SPLITS = ("train", "validation", "test")
+
+PATCHES = sum((size // PATCH) ** 2 for size in SIZES)  # of a shape
+_FIRST_PATCH = dict(zip(SIZES, np.cumsum([0, *((size // PATCH) ** 2 for size in SIZES)]).tolist(), strict=False))
+
+
+class Sample(NamedTuple):
+    """Where a sample comes from: a patch of a view, and the share of its pixels that is traced."""
+
+    shape: int
+    size: int  # of the view, one of `SIZES`
+    row: int  # of the patch in the view, counted in patches
+    column: int
+    fraction: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The samples of a data set: `shapes` x 21 patches x 5 stages, numbered in this order.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+    """
+
+    seed: int = 0
+    shapes: int = SHAPES
+    test_shapes: int = TEST_SHAPES
+
+    def __post_init__(self) -> None:
+        check_integer("seed", self.seed, 0, 2**32 - 1)
+        check_integer("shapes", self.shapes, 2, 1_000_000)
+        check_integer("test_shapes", self.test_shapes, 1, 1_000_000)
+        if self.test_shapes >= self.shapes:
+            raise InputError(f"test_shapes: expected fewer than all {self.shapes} shapes, got {self.test_shapes}")
+
+    @property
+    def samples(self) -> int:
+        """How many there are in all."""
+        return self.shapes * PATCHES * len(STAGES)
+
+    def sample(self, number: int) -> Sample:
+        """Return where sample `number`, 0 to `samples` - 1, comes from."""
+        shape, patch, stage = np.unravel_index(number, (self.shapes, PATCHES, len(STAGES)))
+        size = max(size for size in SIZES if _FIRST_PATCH[size] <= patch)
+        row, column = divmod(int(patch) - _FIRST_PATCH[size], size // PATCH)
+        return Sample(int(shape), size, row, column, STAGES[stage])
+
+    def split(self, name: str) -> NDArray[np.int64]:
+        """Return the numbers of the samples for "train", "validation" or "test", ascending.
+
+        The test's shapes are drawn from all; of the other shapes' patches a tenth is drawn for validation, with all of
+        its stages, so that no picture is learned from and validated on.
+        """
+        if name not in SPLITS:
+            raise InputError(f"split: expected one of {', '.join(SPLITS)}, got {name!r}")
+        for_testing = random_generator(self.seed, 6).permutation(self.shapes) < self.test_shapes  # by shape
+        patches = np.arange(self.shapes * PATCHES)
+        test = for_testing[patches // PATCHES]
+        if name == "test":
+            chosen = patches[test]
+        else:
+            others = patches[~test]
+            shuffled = random_generator(self.seed, 7).permutation(others)
+            count = round(VALIDATION_SHARE * len(others))
+            chosen = np.sort(shuffled[:count] if name == "validation" else shuffled[count:])
+        return (chosen[:, None] * len(STAGES) + np.arange(len(STAGES))).ravel()
+
+    def camera(self, shape: int, size: int) -> Camera:
+        """Return a view's camera: uniform on the sphere down to 30° below the shape, rolled by 10° or so."""
+        rng = random_generator(self.seed, 1, shape, size)
+        elevation = float(np.degrees(np.arcsin(rng.uniform(-0.5, 1))))
+        return Camera(azimuth=rng.uniform(0, 360), elevation=elevation, roll=rng.normal(0, 10))
+
+    def mask(self, number: int, fraction: float, *, epoch: int = 0, order: str = "uniform") -> NDArray[np.float32]:
+        """Return which pixels of a sample are traced.
+
+        Parameters
+        ----------
+        number : of the sample
+        fraction : share of the pixels, above 0; at least one pixel is traced
+        epoch : another one draws other pixels
+        order : pixel order
+
+        Returns
+        -------
+        (128, 128) float32, 1 where traced, else 0
+        """
+        count = max(round(fraction * PATCH**2), 1)
+        traced = np.ones((PATCH, PATCH), np.float32)
+        if count < PATCH**2:
+            order_seed = int(random_generator(self.seed, 4, number, epoch).integers(2**31))
+            pixels = pixel_order((PATCH, PATCH), order=order, seed=order_seed, count=count)
+            traced[:] = 0
+            traced[pixels[:, 0], pixels[:, 1]] = 1
+        return traced
+
+
+def random_generator(*counters: int) -> np.random.Generator:
+    """Return the generator of some counters: a seed, what it is for, and which one of these.
+
+    What it is for: 1 cameras, 2 shapes, 3 fractions, 4 masks, 5 epochs, 6 the test's shapes, 7 validation.
+    """
+    return np.random.Generator(np.random.Philox(np.random.SeedSequence(counters)))

@@ -1,0 +1,151 @@
+"""A data set on disk: a Zarr 3 group with one array for each size of view, each view one file that is written at once.
+
+    DIR/zarr.json                     attributes: format, package version, seed, test_shapes, sources, channels
+    DIR/views_128 | 256 | 512         (shapes, 4, size, size) float16: gray, depth, normal x, normal y
+        chunks (1, 4, 128, 128)       a patch; zstd over shuffled bytes
+        shards (1, 4, size, size)     a view
+
+All 0 off the surface. float16 keeps gray to 0.00025, a sixteenth of a step of 8 bits. A view without its file is yet to be rendered.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import zarr
+from numpy.typing import NDArray
+from zarr.codecs import BloscCodec
+
+from bobrossnet.errors import InputError
+from bobrossnet.learn.dataset.plan import PATCH, SIZES, STAGES, Plan
+
+FORMAT = "bobrossnet-dataset-1"
+CHANNELS = ("gray", "depth", "normal x", "normal y")
+
+
+class Dataset:
+    """The views of a data set.
+
+    Attributes
+    ----------
+    path : its folder
+    plan : Plan, which samples there are
+    sources : of each shape, "made NUMBER" for `procedural_scene(NUMBER)` or the path of its file
+    """
+
+    def __init__(self, path: Path, plan: Plan, sources: Sequence[str], arrays: dict[int, Any]) -> None:
+        self.path = path
+        self.plan = plan
+        self.sources = tuple(sources)
+        self._arrays = arrays
+
+    @classmethod
+    def create(cls, path: str | os.PathLike[str], plan: Plan, sources: Sequence[str]) -> Dataset:
+        """Make the folder of a data set that has no views yet, or go on with one of the same plan and sources.
+
+        Raises
+        ------
+        InputError
+            If the folder holds something else, or can't be written.
+        """
+        path = Path(path)
+        attributes = {
+            "format": FORMAT,
+            "seed": plan.seed,
+            "test_shapes": plan.test_shapes,
+            "channels": list(CHANNELS),
+            "stages": list(STAGES),
+            "sources": list(sources),
+        }
+        if (path / "zarr.json").exists():
+            found = dict(_open_group(path).attrs)
+            if found != attributes:
+                different = ", ".join(
+                    sorted(name for name in {**found, **attributes} if found.get(name) != attributes.get(name))
+                )
+                raise InputError(f"{path}: expected the data set that was begun there, got another {different}")
+        elif path.exists() and not (path.is_dir() and all(p.name.startswith("views_") for p in path.iterdir())):
+            raise InputError(f"{path}: expected an empty folder or a data set, got other files")
+        try:
+            for size in SIZES:
+                if not (path / f"views_{size}" / "zarr.json").exists():
+                    zarr.create_array(
+                        path / f"views_{size}",
+                        shape=(plan.shapes, len(CHANNELS), size, size),
+                        dtype=np.float16,
+                        chunks=(1, len(CHANNELS), PATCH, PATCH),
+                        shards=(1, len(CHANNELS), size, size),
+                        compressors=BloscCodec(typesize=2, cname="zstd", clevel=5, shuffle="shuffle"),
+                        dimension_names=("shape", "channel", "row", "column"),
+                        config={"write_empty_chunks": True},  # a file says that its view is done
+                    )
+            # The group last: with it the folder is a data set.
+            if not (path / "zarr.json").exists():
+                zarr.create_group(path, attributes=attributes)
+        except OSError as error:
+            raise InputError(f"{path}: can't write there: {error.strerror}") from error
+        return cls._of(path)
+
+    @classmethod
+    def open(cls, path: str | os.PathLike[str]) -> Dataset:
+        """Open a data set to read from it.
+
+        Raises
+        ------
+        InputError
+            If there is none, or views are missing.
+        """
+        dataset = cls._of(Path(path))
+        missing = sum(not dataset.has(shape, size) for shape in range(dataset.plan.shapes) for size in SIZES)
+        if missing:
+            raise InputError(
+                f"{path}: expected all {dataset.plan.shapes * len(SIZES)} views, got {missing} fewer; "
+                "bobrossnet dataset build goes on with it"
+            )
+        return dataset
+
+    @classmethod
+    def _of(cls, path: Path) -> Dataset:
+        attributes = _open_group(path).attrs
+        if attributes.get("format") != FORMAT:
+            raise InputError(f"{path}: expected a data set of format {FORMAT!r}, got {attributes.get('format')!r}")
+        sources: Any = attributes["sources"]
+        plan = Plan(int(str(attributes["seed"])), len(sources), int(str(attributes["test_shapes"])))
+        return cls(path, plan, sources, {size: zarr.open_array(path / f"views_{size}") for size in SIZES})
+
+    def has(self, shape: int, size: int) -> bool:
+        """Tell whether a view is there, whole."""
+        return self._file(shape, size).exists()
+
+    def write(self, shape: int, size: int, view: NDArray[np.float16]) -> None:
+        """Store a view, (4, size, size), whole or not at all."""
+        self._arrays[size][shape] = view
+
+    def read(self, shape: int, size: int) -> NDArray[np.float16]:
+        """Return a view, (4, size, size) float16."""
+        return np.asarray(self._arrays[size][shape])
+
+    def patches(self, shape: int) -> NDArray[np.float16]:
+        """Return all patches of a shape, (21, 4, 128, 128) float16, in the order of `Plan.sample`."""
+        return np.concatenate([_cut(self.read(shape, size)) for size in SIZES])
+
+    def _file(self, shape: int, size: int) -> Path:
+        return self.path / f"views_{size}" / "c" / str(shape) / "0" / "0" / "0"
+
+
+def _cut(view: NDArray[np.float16]) -> NDArray[np.float16]:
+    """Cut a view into patches, row by row: (4, size, size) → (n, 4, 128, 128)."""
+    channels, size, _ = view.shape
+    n = size // PATCH
+    return view.reshape(channels, n, PATCH, n, PATCH).transpose(1, 3, 0, 2, 4).reshape(-1, channels, PATCH, PATCH)
+
+
+def _open_group(path: Path) -> zarr.Group:
+    try:
+        return zarr.open_group(path, mode="r")
+    except (FileNotFoundError, ValueError) as error:
+        raise InputError(f"{path}: expected a data set, got none; bobrossnet dataset build makes one") from error
