@@ -1,7 +1,7 @@
 """What a data set consists of: which samples there are, and which of them are for what. Nothing is rendered here.
 
-Each shape is seen in three views of 128², 256² and 512² pixels, each from a place of its own on the orbit; a view is cut
-into patches of 128², 1 + 4 + 16 of a shape, and a patch is a sample at each of five stages of a converging picture.
+Each shape is seen in three views of 128², 256² and 512² pixels, each from a place of its own on the orbit. A view is
+cut into patches of 128², 1 + 4 + 16 of a shape, and a patch is a sample at each of five stages of a converging picture.
 Everything is a function of a seed and of counters, so that samples can be made in any order, anywhere, and again.
 """
 

@@ -5,7 +5,8 @@
         chunks (1, 4, 128, 128)       a patch; zstd over shuffled bytes
         shards (1, 4, size, size)     a view
 
-All 0 off the surface. float16 keeps gray to 0.00025, a sixteenth of a step of 8 bits. A view without its file is yet to be rendered.
+All 0 off the surface. float16 keeps gray to 0.00025, a sixteenth of a step of 8 bits. A view without its file is yet to
+be rendered.
 """
 
 from __future__ import annotations
