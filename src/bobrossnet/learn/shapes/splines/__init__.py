@@ -12,6 +12,7 @@ FAMILIES: dict[str, Callable[[Rng], SceneLike]] = {
     family.__name__: family
     for family in (
         vessels.vessel,
+        vessels.still_life,
         vessels.ship,
         vessels.car,
         vessels.aircraft,
@@ -26,6 +27,7 @@ FAMILIES: dict[str, Callable[[Rng], SceneLike]] = {
         wires.pipes,
         wires.spring,
         wires.basket,
+        wires.scaffold,
         wires.bicycle,
         wires.cables,
         wires.branches,

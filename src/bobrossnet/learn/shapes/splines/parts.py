@@ -38,7 +38,7 @@ def clamped(count: int, degree: int, repeated: int = 1) -> Values:
 
 def _knots(count: int, degree: int, closed: bool) -> Values:
     """Return knots for `count` control points; closed: not clamped, for what `_wrapped` returns."""
-    return np.arange(count + 2 * degree + 1) - float(degree) if closed else clamped(count, degree)
+    return np.arange(-degree, count + degree + 1, dtype=np.float64) if closed else clamped(count, degree)
 
 
 def _wrapped(points: Values, degree: int, axis: int) -> Values:
@@ -142,7 +142,7 @@ def surface(
         if closed[axis]:
             net = _wrapped(net, degrees[axis], axis)
             weights = None if weights is None else _wrapped(weights, degrees[axis], axis)
-    return bob.Face(net, *knots, weights, trims)
+    return bob.Face(net, knots[0], knots[1], weights, trims)
 
 
 def revolved(profile: Any, knots: Any, weights: Any = None, trims: Any = None) -> bob.Face:
@@ -177,7 +177,7 @@ def flat(loops: Sequence[bob.TrimCurve], z: float = 0.0) -> bob.Face:
     low, high = points.min(axis=0) - 0.01, points.max(axis=0) + 0.01
     net = [[(x, y, z) for y in (low[1], high[1])] for x in (low[0], high[0])]
     knots = [np.repeat([low[axis], high[axis]], 2) for axis in (0, 1)]
-    return bob.Face(net, *knots, None, [[loop] for loop in loops])
+    return bob.Face(net, knots[0], knots[1], None, [[loop] for loop in loops])
 
 
 def extruded(loops: Sequence[bob.TrimCurve], height: float) -> bob.Brep:

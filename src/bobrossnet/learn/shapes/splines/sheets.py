@@ -136,7 +136,7 @@ def pierced(rng: Rng) -> SceneLike:
     if kind == 0:
         n = int(rng.integers(4, 8))
         x, y = _grid(n, n)
-        net = np.stack([x, y * rng.uniform(0.5, 1), rng.normal(0, rng.choice([0, 0.05, 0.3]), (n, n))], axis=2)
+        net = np.stack([x, y * rng.uniform(0.5, 1), rng.normal(0, rng.choice([0, 0.05, 0.15]), (n, n))], axis=2)
         face = parts.surface(net, (min(degree, n - 1), 3))
         rows, columns = (int(count) for count in rng.integers(2, 9, 2))
     elif kind == 3:
@@ -182,10 +182,10 @@ def flower(rng: Rng) -> SceneLike:
     pieces: list[bob.Shape | bob.Instance] = []
     count, lift = int(rng.integers(4, 13)), rng.uniform(0, 0.7)
     for layer in range(int(rng.integers(1, 5))):
-        leaf = petal(
+        ray = petal(
             rng.uniform(0.7, 1) * 0.85**layer, rng.uniform(1, 2.2) / count, lift + 0.25 * layer, rng.uniform(-0.5, 0.3)
         )
-        pieces += parts.around(leaf, count, layer * np.pi / count)
+        pieces += parts.around(ray, count, layer * np.pi / count)
     heart = bob.Instance(parts.ball()).scale((0.2, 0.2, rng.uniform(0.05, 0.2)))
     pieces.append(heart.translate((0, 0, 0.05)))
     if rng.random() < 0.5:

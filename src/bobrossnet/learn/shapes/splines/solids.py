@@ -52,6 +52,12 @@ def _within(rng: Rng, outline: bob.TrimCurve) -> bob.TrimCurve:
     return bob.TrimCurve(outline.control_points * rng.uniform(0.3, 0.8), outline.knots, outline.weights)
 
 
+def _tilted(rng: Rng, pieces: SceneLike) -> SceneLike:
+    """Return what is flat as it is, or turned, since cameras look rather from the side."""
+    angle, axis = rng.uniform(0, np.pi / 2) * (rng.random() < 0.7), rng.normal(0, 1, 2)
+    return [piece.rotate(angle, (*axis, 0)) for piece in bob.Scene(pieces).instances]
+
+
 def bracket(rng: Rng) -> SceneLike:
     """Plates with bores and slots, stacked, or with a second one upright."""
     height = rng.uniform(0.1, 0.6)
@@ -77,11 +83,9 @@ def bracket(rng: Rng) -> SceneLike:
         stood = bob.Instance(parts.extruded(upright, 0.2)).rotate(np.pi / 2, (1, 0, 0))
         pieces += [stood.translate((0, y, height)) for y in ([0.1] if rng.random() < 0.5 else [-0.4, 0.6])]
     if rng.random() < 0.3:
-        pieces += parts.around(
-            bob.Instance(parts.lathe([(0, 0), (0.09, 0), (0.09, 0.1), (0, 0.1)])).translate((0.5 * reach, 0, height)),
-            int(rng.integers(3, 9)),
-        )
-    return pieces
+        studs = bob.Instance(parts.lathe([(0, -0.1), (0.09, -0.1), (0.09, rng.uniform(0.05, 0.4)), (0, 0.2)]))
+        pieces += parts.around(studs.translate((1.15 * reach, 0, height)), int(rng.integers(3, 9)))
+    return _tilted(rng, pieces)
 
 
 def letters(rng: Rng) -> SceneLike:
@@ -145,10 +149,9 @@ def gears(rng: Rng) -> SceneLike:
         previous = radius
     if rng.random() < 0.4:
         pieces += [
-            bob.Instance(part).rotate(np.pi / 2, (1, 0, 0)).translate(place + (0, 0, 0.8))
-            for part in _gear(rng, 12, 0.8, 0.2)
+            part.rotate(np.pi / 2, (1, 0, 0)).translate(place + (0, 0, 0.8)) for part in _gear(rng, 12, 0.8, 0.2)
         ]
-    return pieces
+    return _tilted(rng, pieces)
 
 
 def _wall(rng: Rng, width: float, height: float, window: int) -> bob.Brep:
@@ -184,12 +187,12 @@ def house(rng: Rng) -> SceneLike:
             height, width = rng.uniform(0.6, 2.2), 2 * radius * np.sin(np.pi / sides)
             wall = bob.Instance(_wall(rng, width, height, window))
             wall = wall.translate((-width / 2, -radius * np.cos(np.pi / sides), low))
-            pieces += [part.translate(place) for part in parts.around(wall, sides, np.pi / sides - np.pi / 2)]
+            pieces += [part.translate(place) for part in parts.around(wall, sides, np.pi / sides + np.pi / 2)]
             rim = radius * rng.uniform(1, 1.15)
-            base = parts.polygon(sides, np.pi / 2 * 0) * rim
+            base = parts.polygon(sides) * rim
             low += height
-            slab = bob.Instance(parts.extruded([parts.smooth(base, 1)], 0.06)).rotate(-np.pi / 2 + np.pi / 2)
-            pieces.append(slab.rotate(2 * np.pi / sides).translate(place + (0, 0, low)))
+            slab = bob.Instance(parts.extruded([parts.smooth(base, 1)], 0.06))
+            pieces.append(slab.translate(place + (0, 0, low)))
             low += 0.06
             radius *= rng.uniform(0.6, 0.95)
         roof = rng.integers(4)
@@ -207,8 +210,8 @@ def house(rng: Rng) -> SceneLike:
             pieces.append(
                 bob.polyline([place + (0, 0, low), place + (0, 0, low + rng.uniform(0.5, 1.5))], [0.06, 0.02])
             )
-    if rng.random() < 0.5:
-        pieces.append(bob.Instance(parts.box((5, 5, 0.1))).translate((0, 0, -0.1)))
+    if rng.random() < 0.3:
+        pieces.append(bob.Instance(parts.box((4, 4, 0.1))).translate((0, 0, -0.1)))
     return pieces
 
 
@@ -254,6 +257,11 @@ def engine(rng: Rng) -> SceneLike:
     if rng.random() < 0.6:
         other = np.array([-length / 2, rng.uniform(-0.9, -0.7), rng.uniform(0.4, 0.9)])
         pieces.append(pulley.scale((1, 0.5, 0.5)).translate(other))
+        pieces.append(bob.polyline([other, other + (0.35, 0, 0), (0.35 - length / 2, 0, 0)], 0.07))
+        far = np.arctan2(other[2], other[1]) + np.linspace(-np.pi / 2, np.pi / 2, 9)
+        half = np.stack([0 * far - 0.13, np.cos(far), np.sin(far)], axis=1)
+        belt = np.concatenate([other + half * (1, 0.25, 0.25), half * (1, -0.47, -0.47) - (length / 2, 0, 0)])
+        pieces.append(bob.polyline(np.concatenate([belt, belt[:1]]), 0.035))
     bolt = parts.extruded([parts.smooth(parts.polygon(6) * 0.07, 1)], 0.08)
     placed = bob.Instance(bolt).rotate(np.pi / 2, (0, 1, 0))
     pieces += [placed.translate((length / 2, *corner)) for corner in parts.polygon(int(rng.integers(4, 10))) * 0.35]

@@ -151,6 +151,50 @@ def car(rng: Rng) -> SceneLike:
             pieces += [part.rotate(-side * np.pi / 2, (1, 0, 0)).translate(offset) for part in wheel]
     if rng.random() < 0.5:
         pieces.append(parts.pipe([(-length / 2, y, 0.45) for y in (-0.5, 0.5)], 0.05, 0.1))
+    if rng.random() < 0.7:
+        top = float(roof.max())
+        cabin = bob.Instance(parts.ball()).scale((length * rng.uniform(0.12, 0.25), width.max() * 0.7, top * 0.35))
+        pieces.append(cabin.translate((length * rng.uniform(-0.15, 0.2), 0, top * 0.85)))
+    lamp = bob.Instance(parts.lathe([(0, 0), (0.09, 0), (0.12, 0.1), (0.1, 0.25), (0, 0.3)], int(rng.integers(1, 3))))
+    lamp = lamp.rotate(rng.choice([-1, 1]) * np.pi / 2, (0, 1, 0)).translate((length * 0.44, 0, 0.55))
+    pieces += [lamp.translate((0, y, 0)) for y in (-0.25, 0.25)]
+    if rng.random() < 0.3:
+        rack = [(x * length, y, roof.max() + 0.35) for x, y in ((-0.2, -0.4), (0.2, -0.4), (0.2, 0.4), (-0.2, 0.4))]
+        pieces.append(parts.ring(rack, 0.03, 1))
+        pieces += [bob.polyline([place, place - np.array([0, 0, 0.6])], 0.03) for place in rack]
+    return pieces
+
+
+def still_life(rng: Rng) -> SceneLike:
+    """Vessels and balls on a table or a tray, or vessels on shelves."""
+    pieces: list[bob.Shape | bob.Instance] = []
+    shelves = rng.random() < 0.4
+    rows, columns = (int(rng.integers(2, 4)), int(rng.integers(2, 5))) if shelves else (int(rng.integers(1, 4)),) * 2
+    kinds = [bob.Scene(vessel(rng)) for _ in range(int(rng.integers(2, 5)))]
+    for row in range(rows):
+        for column in range(columns):
+            kind = kinds[rng.integers(len(kinds))]
+            place = np.array([0, column, 1.1 * row] if shelves else [row, column, 0])
+            place = place + rng.uniform(-0.12, 0.12, 3) * (1, 1, 0)
+            size, turn = rng.uniform(0.3, 0.45) / kind.radius, rng.uniform(0, 6)
+            for piece in kind.instances:
+                pieces.append(piece.scale(size).rotate(turn).translate(place))
+    middle = (0, (columns - 1) / 2) if shelves else ((rows - 1) / 2, (columns - 1) / 2)
+    if shelves:
+        board = bob.Instance(parts.box((0.8, columns, 0.06)))
+        pieces += [board.translate((*middle, 1.1 * row - 0.06)) for row in range(rows + 1)]
+        side = bob.Instance(parts.box((0.8, 0.06, 1.1 * rows)))
+        pieces += [side.translate((0, middle[1] + half * columns / 2, 0)) for half in (-1, 1)]
+        return pieces
+    top = parts.extruded([parts.random_outline(rng, 0.75 * rows + 0.3)], 0.08)
+    pieces.append(bob.Instance(top).translate((*middle, -0.08)))
+    for _ in range(int(rng.integers(0, 6))):
+        radius = rng.uniform(0.08, 0.2)
+        spot = rng.uniform(-0.4, 0.4, 2) * rows
+        pieces.append(bob.Instance(parts.ball(radius)).translate((middle[0] + spot[0], middle[1] + spot[1], radius)))
+    if rng.random() < 0.5:
+        leg = bob.Instance(bob.polyline([(0.5 * rows, 0, -0.05), (0.55 * rows, 0, -rng.uniform(0.5, 1.2))], 0.05))
+        pieces += [part.translate((*middle, 0)) for part in parts.around(leg, int(rng.integers(3, 6)), 0.4)]
     return pieces
 
 
@@ -201,14 +245,12 @@ def blob(rng: Rng) -> SceneLike:
     )
     degree = int(rng.choice([2, 3, 3, 4]))
     body = bob.Instance(bob.Brep([parts.surface(net * rng.uniform(0.6, 1.4, 3), (degree, degree), (False, True))]))
-    pieces = [body]
-    for _ in range(int(rng.integers(0, 4))):
-        pieces.append(
-            body.scale(rng.uniform(0.2, 0.7))
-            .rotate(rng.uniform(0, 6), rng.normal(0, 1, 3))
-            .translate(rng.normal(0, 0.7, 3))
-        )
-    return pieces
+    return [body] + [
+        body.scale(rng.uniform(0.2, 0.7))
+        .rotate(rng.uniform(0, 6), rng.normal(0, 1, 3))
+        .translate(rng.uniform(-0.6, 0.6, 3))
+        for _ in range(int(rng.integers(0, 4)))
+    ]
 
 
 def toy(rng: Rng) -> SceneLike:
@@ -221,6 +263,7 @@ def toy(rng: Rng) -> SceneLike:
     ]
     body = bob.Instance(turned[rng.integers(1, 4)] if rng.random() < 0.6 else parts.box((1.5, 1.2, 1.8)))
     pieces = [body, bob.Instance(turned[rng.integers(4)]).scale(rng.uniform(0.4, 0.8)).translate((0, 0, 1.7))]
+    pieces.append(bob.Instance(bob.polyline([(0, 0, -0.8), (0, 0, 1.7)], [0.3, 0.15])))
     eye = bob.Instance(turned[rng.integers(3)]).scale(rng.uniform(0.08, 0.2)).rotate(np.pi / 2, (0, 1, 0))
     sides = [eye.translate((0.6, 0.3, 1.9))]
     elbow = np.array([rng.uniform(-0.6, 0.9), rng.uniform(1.2, 2), rng.uniform(-0.8, 0.6)])
@@ -228,6 +271,8 @@ def toy(rng: Rng) -> SceneLike:
     sides.append(bob.Instance(bob.polyline([(0, 0.5, 0.6), elbow, hand], rng.uniform(0.08, 0.2, 3))))
     joint = bob.Instance(turned[rng.integers(4)])
     sides += [joint.scale(rng.uniform(0.15, 0.35)).translate(place) for place in (elbow, hand)]
+    sides.append(bob.Instance(bob.polyline([(0, 0, 0.6), (0, 0.7, 0.6)], 0.15)))
+    sides.append(bob.Instance(bob.polyline([(0, 0, -0.8), (0, 0.3, -0.8)], 0.18)))
     stance = rng.uniform(0.3, 0.8)
     sides.append(bob.Instance(parts.pipe([(0, 0.3, -0.8), (0.2, stance, -1.6), (0, stance, -2.4)], 0.15, 0.3)))
     sides.append(bob.Instance(parts.box((0.9, 0.5, 0.3))).translate((0.2, stance, -2.6)))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet.learn.shapes.splines import parts
@@ -89,7 +92,7 @@ def basket(rng: Rng) -> SceneLike:
         pieces += parts.around(stave, staves // (2 if twist else 1))
     angle = np.arange(staves) * 2 * np.pi / staves
     for i in range(hoops + 1):
-        wave = weave * (-1) ** (np.arange(staves) + i)
+        wave = weave * np.cos(np.pi * (np.arange(staves) + i))
         pieces.append(parts.ring(form(np.full(staves, i / hoops), angle, wave), wire))
     pieces.append(parts.ring(form(np.full(12, 1.0), np.arange(12) * np.pi / 6), wire * 2))
     if rng.random() < 0.5:
@@ -102,6 +105,44 @@ def basket(rng: Rng) -> SceneLike:
         for _ in range(int(rng.integers(2, 7))):
             fruit = bob.Instance(parts.ball(rng.uniform(0.15, 0.3)))
             pieces.append(fruit.translate((*rng.uniform(-0.3, 0.3, 2), rng.uniform(0.25, 0.8) * height)))
+    return pieces
+
+
+def scaffold(rng: Rng) -> SceneLike:
+    """A frame of straight or bent bars over a lattice: a scaffold, crane, dome or cage, with balls at its joints."""
+    pieces: list[bob.Shape | bob.Instance] = []
+    counts = rng.integers(2, 5, 3) if rng.random() < 0.5 else np.array([2, 2, rng.integers(4, 9)])
+    wire, kept, crossed = rng.uniform(0.02, 0.07), rng.uniform(0.7, 1), rng.random() < 0.6
+    bend, taper, twist = rng.uniform(-0.15, 0.15, 2), rng.uniform(0, 0.8), rng.choice([0, rng.uniform(-1, 1)])
+    middle = (counts - 1) / 2
+
+    def place(cell: NDArray[Any]) -> Values:
+        """Return where a joint of the lattice is: the higher, the narrower, more turned and bent."""
+        x, y, z = cell - middle
+        s = cell[2] / (counts[2] - 1)
+        size, angle = 1 - taper * s, twist * s * 2
+        turned = size * np.array([x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)])
+        return np.append(turned + bend * z**2, z)
+
+    joints = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 3)
+    steps = [(1, 0, 0), (0, 1, 0), (0, 0, 1)] + [(1, 0, 1), (0, 1, 1), (-1, 0, 1), (0, -1, 1)][
+        :: rng.integers(1, 3)
+    ] * crossed
+    for joint in joints:
+        for step in steps:
+            end = joint + step
+            if (end >= 0).all() and (end < counts).all() and rng.random() < kept:
+                thin = 1.0 if sum(np.abs(step)) == 1 else 0.6
+                pieces.append(bob.polyline([place(joint), place(end)], wire * thin))
+    if rng.random() < 0.5 or not pieces:
+        ball = bob.Instance(parts.ball(wire * rng.uniform(1.5, 4)))
+        pieces += [ball.translate(place(joint)) for joint in joints]
+    if rng.random() < 0.4:
+        plank = bob.Instance(parts.box((counts[0] - 1, 0.4, 0.05)))
+        for level in range(1, int(counts[2])):
+            pieces.append(
+                plank.scale((1 - taper * level / (counts[2] - 1), 1, 1)).translate(place(np.append(middle[:2], level)))
+            )
     return pieces
 
 
