@@ -6,7 +6,7 @@ A pixel is *hit* where a surface is seen; neighbours share a side. Letters: P pi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import ndimage, stats
 
 from bobrossnet.adapters.files import load
-from bobrossnet.errors import InputError
+from bobrossnet.errors import InputError, check_integer
 from bobrossnet.learn.dataset.plan import Plan
 from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.evaluate import mesh_files
@@ -44,7 +44,7 @@ MEASURES = {
     "holes": "holes in the silhouette",
     "width": "wide places",
 }
-"""What is measured of a picture, and what there is more of where it is larger. `picture_statistics` has the formulas."""
+"""What is measured of a picture (`picture_statistics` has the formulas), and what there is more of if it is larger."""
 
 
 class PictureStatistics(NamedTuple):
@@ -69,8 +69,8 @@ def picture_statistics(gbuffer: GBuffer) -> PictureStatistics | None:
       near 1 for noise; 0 without any energy
     - components: of hit pixels, which hang together by sides and corners
     - holes: connected pieces of pixels that are not hit, by sides alone, and don't reach the border
-    - width: 4 times the mean over hit pixels of the distance to the nearest that is not, by the picture's shorter
-      side: w for a long strip of width w, 4/3 of the radius of a disc
+    - width: 4 times the mean over hit pixels of the distance to the nearest that is not, or to the border, by the
+      picture's shorter side: w for a long strip of width w, 4/3 of the radius of a disc
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def picture_statistics(gbuffer: GBuffer) -> PictureStatistics | None:
         energy += float((_distance(gray[..., None], axis)[both] ** 2).sum())
         fine_energy += float((_distance(blurred[..., None], axis)[both] ** 2).sum())
 
-    holes, hole_count = ndimage.label(~np.pad(hit, 1))  # the padding joins all that reaches the border
+    _, hole_count = ndimage.label(~np.pad(hit, 1))  # the padding joins all that reaches the border
     to_background = ndimage.distance_transform_edt(np.pad(hit, 1))[1:-1, 1:-1]
     measures = {
         "coverage": count / hit.size,
@@ -134,7 +134,8 @@ def _neighbours(array: NDArray[Any], axis: int) -> tuple[NDArray[Any], NDArray[A
 def _distance(values: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
     """Return the Euclidean distance between neighbours' values, (H, W, n)."""
     one, other = _neighbours(values, axis)
-    return np.linalg.norm(one - other, axis=-1)
+    length: NDArray[np.float64] = np.linalg.norm(one - other, axis=-1)
+    return length
 
 
 def _mark_both(marks: NDArray[np.bool_], axis: int, between: NDArray[np.bool_]) -> None:
@@ -182,9 +183,7 @@ def pictures_of_dataset(dataset: Dataset) -> Iterator[GBuffer]:
         yield GBuffer.from_stack(np.concatenate([np.ones_like(view[:1]), view]))
 
 
-def pictures_of_files(
-    paths: Iterable[Path], plan: Plan, report: Callable[[str], object] = print
-) -> Iterator[GBuffer]:
+def pictures_of_files(paths: Iterable[Path], plan: Plan, report: Callable[[str], object] = print) -> Iterator[GBuffer]:
     """Yield a view of each file, from where the plan sees the shape of the same number.
 
     Parameters
@@ -247,7 +246,9 @@ class Comparison:
         ]
 
     def __str__(self) -> str:
-        counts = f"{len(self.own.measures)} own pictures and {len(self.models.measures)} of models, {SIZE}x{SIZE} pixels"
+        counts = (
+            f"{len(self.own.measures)} own pictures and {len(self.models.measures)} of models, {SIZE}x{SIZE} pixels"
+        )
         differences = "\n".join(f"- {sentence}" for sentence in self.sentences()) or "Nothing differs clearly."
         return "\n\n".join(
             [
@@ -266,7 +267,7 @@ def compare(own: Population, models: Population) -> Comparison:
     for one, other in zip(own.measures.T, models.measures.T, strict=True):
         result = stats.ks_2samp(one, other, method="asymp")
         # The sign of scipy is that of the cumulative distributions' difference: above 0 where the first has less.
-        distances.append(-result.statistic_sign * result.statistic)
+        distances.append(0.0 - result.statistic_sign * result.statistic)
     gray_distance = float(abs(own.histogram - models.histogram).sum() / 2)
     return Comparison(own, models, np.array(distances), gray_distance)
 
@@ -292,7 +293,7 @@ def compare_with_folder(
     paths = mesh_files(folder)
     if not paths:
         raise InputError(f"{folder}: expected model files, got none")
-    if limit is not None and limit < len(paths):
+    if limit is not None and check_integer("limit", limit, 1, 2**31 - 1) < len(paths):
         paths = [paths[int(i)] for i in np.linspace(0, len(paths) - 1, limit)]
     models = population(pictures_of_files(paths, dataset.plan, report))
     return compare(population(pictures_of_dataset(dataset)), models)
@@ -307,12 +308,9 @@ def _span(values: NDArray[np.float64]) -> str:
     return f"{middle:.3g} ({low:.3g} .. {high:.3g})"
 
 
-def _markdown(rows: list[tuple[str, ...]]) -> str:
+def _markdown(rows: Sequence[Sequence[str]]) -> str:
     """Return a markdown table whose columns are aligned in plain text as well; all but the first to the right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = [
-        " | ".join(cell.rjust(width) if i else cell.ljust(width) for i, (cell, width) in enumerate(zip(row, widths)))
-        for row in rows
-    ]
+    lines = [" | ".join([first.ljust(widths[0]), *map(str.rjust, others, widths[1:])]) for first, *others in rows]
     rule = " | ".join("-" * (width - 1) + ":" if i else "-" * width for i, width in enumerate(widths))
     return "\n".join(f"| {line} |" for line in (lines[0], rule, *lines[1:]))
