@@ -32,7 +32,7 @@ def drilled_block(rng: Rng) -> SceneLike:
                 top = cylinder(min(1.5 * radius, 0.46 * room)) & slab(z0=rng.uniform(0.2, 0.45) * size.min())
                 solid = solid.difference(top.translate(at * (1, 1, 0)).orient(axis), k=k)
     if rng.random() < 0.4:
-        solid &= sphere(0.5 * np.linalg.norm(size) * rng.uniform(0.75, 0.95))
+        solid &= sphere(0.5 * float(np.linalg.norm(size)) * rng.uniform(0.75, 0.95))
     return solid
 
 

@@ -117,7 +117,9 @@ def mug(rng: Rng) -> SceneLike:
     radii = 0.7 + lean * (heights / tall - 0.5) + swing * np.sin(phase + heights / tall * rng.uniform(1, 5))
     outline = np.stack([np.maximum(radii, 0.15), heights], 1)
     body = d2.polygon([(-1, 0), *outline, (-1, tall)])  # across the axis, which is no edge
-    inside = body.erode(wall).revolve() | (cylinder(radii[-1] - wall) & slab(z0=tall - 2 * wall))
+    hollow = outline - (wall, 0)
+    hollow[0, 1] = wall
+    inside = d2.polygon([(-1, wall), *hollow, (hollow[-1, 0], tall + 0.2), (-1, tall + 0.2)]).revolve()
     solid = body.revolve()
     if rng.random() < 0.4:
         flutes = int(rng.integers(6, 13))
@@ -128,7 +130,7 @@ def mug(rng: Rng) -> SceneLike:
         ring = torus(rng.uniform(0.22, 0.38) * tall, rng.uniform(0.04, 0.1)).rotate(np.pi / 2, X)
         ring = ring.scale((rng.uniform(0.7, 1.1), 1.3, 1)).translate(Z * tall / 2)
         solid = solid.union(around(ring, handles, 0.95 * radii[count // 2]), k=0.08)
-    solid = solid.difference(inside, k=0.02)
+    solid -= inside
     if rng.random() < 0.3:
         solid |= capped_cylinder(-Z * 0.06, Z * wall, 1.3) - (sphere(4).translate(Z * 4.03) - cylinder(0.4))
     return solid
@@ -185,7 +187,7 @@ def letter(rng: Rng) -> SceneLike:
                 if rng.random() < 0.6:
                     stroke &= d2.line(rng.choice([-1, 1]) * np.array([1, 0]))
             else:
-                length = np.linalg.norm(b - a)
+                length = float(np.linalg.norm(b - a))
                 end = 0.0 if square else 0.99 * wide
                 stroke = d2.rounded_rectangle((length + 2 * wide, 2 * wide), end)
                 stroke = stroke.rotate(-np.arctan2(*(b - a)[::-1])).translate((a + b) / 2)
