@@ -1,5 +1,6 @@
 """Parts of machines: turned, milled, drilled and cast."""
 
+# mypy: disable-error-code="no-any-return"
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -8,9 +9,9 @@ import numpy as np
 
 from bobrossnet import implicit
 from bobrossnet.learn.shapes.copies import around
-from bobrossnet.sdf import ORIGIN, X, Y, Z, box, capped_cylinder, cylinder, d2, rounded_box, slab, sphere, torus
+from bobrossnet.sdf import d2
 from bobrossnet.sdf.d2 import SDF2
-from bobrossnet.sdf.d3 import SDF3
+from bobrossnet.sdf.d3 import ORIGIN, SDF3, X, Y, Z, box, capped_cylinder, cylinder, rounded_box, slab, sphere, torus
 from bobrossnet.shapes.scene import SceneLike
 
 Rng = np.random.Generator
@@ -31,7 +32,7 @@ def drilled_block(rng: Rng) -> SceneLike:
                 top = cylinder(min(1.5 * radius, 0.46 * room)) & slab(z0=rng.uniform(0.2, 0.45) * size.min())
                 solid = solid.difference(top.translate(at * (1, 1, 0)).orient(axis), k=k)
     if rng.random() < 0.4:
-        solid &= sphere(0.5 * np.linalg.norm(size) * rng.uniform(0.75, 0.95))
+        solid &= sphere(0.5 * float(np.linalg.norm(size)) * rng.uniform(0.75, 0.95))
     return solid
 
 

@@ -1,5 +1,6 @@
 """Surfaces that formulas of space give: periodic and algebraic ones, knots, waves on balls."""
 
+# mypy: disable-error-code="no-any-return"
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -9,8 +10,7 @@ import numpy as np
 
 from bobrossnet import implicit
 from bobrossnet.learn.shapes.copies import around
-from bobrossnet.sdf import X, Z, box, capped_cylinder, capsule, cylinder, rounded_box, slab, sphere, torus
-from bobrossnet.sdf.d3 import SDF3
+from bobrossnet.sdf.d3 import SDF3, X, Z, box, capped_cylinder, capsule, cylinder, rounded_box, slab, sphere, torus
 from bobrossnet.shapes.scene import SceneLike
 
 Rng = np.random.Generator
