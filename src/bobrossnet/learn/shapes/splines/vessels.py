@@ -177,8 +177,7 @@ def still_life(rng: Rng) -> SceneLike:
             place = np.array([0, column, 1.1 * row] if shelves else [row, column, 0])
             place = place + rng.uniform(-0.12, 0.12, 3) * (1, 1, 0)
             size, turn = rng.uniform(0.3, 0.45) / kind.radius, rng.uniform(0, 6)
-            for piece in kind.instances:
-                pieces.append(piece.scale(size).rotate(turn).translate(place))
+            pieces += [piece.scale(size).rotate(turn).translate(place) for piece in kind.instances]
     middle = (0, (columns - 1) / 2) if shelves else ((rows - 1) / 2, (columns - 1) / 2)
     if shelves:
         board = bob.Instance(parts.box((0.8, columns, 0.06)))
