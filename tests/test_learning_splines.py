@@ -16,29 +16,22 @@ def digests(scene):
     return tuple(sorted(instance.digest() for instance in scene.instances))
 
 
-@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("name", FAMILIES)
-def test_every_family_can_be_seen_and_is_a_function_of_its_seed(name, seed):
-    scene = made(name, seed)
-    assert 0 < scene.radius < np.inf
-    camera = bob.Camera(azimuth=40 + 70 * seed, elevation=35)
-    seen = bob.trace(scene, camera, size=(64, 64))
-    covered = (seen.gray > 0).mean()
-    assert 0.01 < covered < 0.95
-    assert digests(made(name, seed)) == digests(scene)
-
-
-@pytest.mark.parametrize("name", FAMILIES)
-def test_other_seeds_make_other_shapes(name):
-    assert len({digests(made(name, seed)) for seed in range(3)}) == 3
+def test_every_family_can_be_seen_and_is_a_function_of_its_seed(name):
+    scenes = [made(name, seed) for seed in range(2)]
+    for seed, scene in enumerate(scenes):
+        assert 0 < scene.radius < np.inf
+        seen = bob.trace(scene, bob.Camera(azimuth=40 + 70 * seed, elevation=35), size=(64, 64))
+        assert 0.01 < (seen.gray > 0).mean() < 0.95
+    assert digests(scenes[0]) != digests(scenes[1])
+    assert digests(made(name, 1)) == digests(scenes[1])
 
 
 def test_the_families_are_of_many_degrees_rational_and_not():
     faces = [
         face
         for name in FAMILIES
-        for seed in range(2)
-        for instance in made(name, seed).instances
+        for instance in made(name, 3).instances
         if isinstance(instance.shape, bob.Brep)
         for face in instance.shape.faces
     ]

@@ -176,9 +176,8 @@ def still_life(rng: Rng) -> SceneLike:
             kind = kinds[rng.integers(len(kinds))]
             place = np.array([0, column, 1.1 * row] if shelves else [row, column, 0])
             place = place + rng.uniform(-0.12, 0.12, 3) * (1, 1, 0)
-            size, turn = rng.uniform(0.3, 0.45) / kind.radius, rng.uniform(0, 6)
-            for piece in kind.instances:
-                pieces.append(piece.scale(size).rotate(turn).translate(place))
+            size, turn = rng.uniform(0.4, 0.55) / kind.radius, rng.uniform(0, 6)
+            pieces += [piece.scale(size).rotate(turn).translate(place) for piece in kind.instances]
     middle = (0, (columns - 1) / 2) if shelves else ((rows - 1) / 2, (columns - 1) / 2)
     if shelves:
         board = bob.Instance(parts.box((0.8, columns, 0.06)))
@@ -186,14 +185,14 @@ def still_life(rng: Rng) -> SceneLike:
         side = bob.Instance(parts.box((0.8, 0.06, 1.1 * rows)))
         pieces += [side.translate((0, middle[1] + half * columns / 2, 0)) for half in (-1, 1)]
         return pieces
-    top = parts.extruded([parts.random_outline(rng, 0.75 * rows + 0.3)], 0.08)
+    top = parts.extruded([parts.random_outline(rng, 0.6 * rows + 0.4)], 0.08)
     pieces.append(bob.Instance(top).translate((*middle, -0.08)))
     for _ in range(int(rng.integers(0, 6))):
         radius = rng.uniform(0.08, 0.2)
         spot = rng.uniform(-0.4, 0.4, 2) * rows
         pieces.append(bob.Instance(parts.ball(radius)).translate((middle[0] + spot[0], middle[1] + spot[1], radius)))
     if rng.random() < 0.5:
-        leg = bob.Instance(bob.polyline([(0.5 * rows, 0, -0.05), (0.55 * rows, 0, -rng.uniform(0.5, 1.2))], 0.05))
+        leg = bob.Instance(bob.polyline([(0.4 * rows, 0, -0.05), (0.45 * rows, 0, -rng.uniform(0.5, 1.2))], 0.05))
         pieces += [part.translate((*middle, 0)) for part in parts.around(leg, int(rng.integers(3, 6)), 0.4)]
     return pieces
 
