@@ -89,7 +89,9 @@ def panels(partial: NDArray[np.float32], image: NDArray[np.float32], reference: 
     -------
     (N H, 3 W, 3) uint8
     """
-    traced, gray, completed, whole = (to_8_bit(x)[..., None] for x in (*partial[:, :2].swapaxes(0, 1), image[:, 0], reference[:, 0]))
+    traced, gray, completed, whole = (
+        to_8_bit(x)[..., None] for x in (*partial[:, :2].swapaxes(0, 1), image[:, 0], reference[:, 0])
+    )
     on_green = np.where(traced > 0, gray, np.array(UNTRACED, np.uint8))  # (N, H, W, 3)
     row = np.concatenate([on_green, *(np.repeat(x, 3, -1) for x in (completed, whole))], 2)  # (N, H, 3 W, 3)
     return row.reshape(-1, *row.shape[2:])

@@ -23,6 +23,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +49,9 @@ WEIGHTS, CHECKPOINT, CONFIG, LOG = "weights.safetensors", "checkpoint.safetensor
 SCALARS_EVERY = 20  # steps
 PICTURES = 4  # validation patches shown at each stage
 
-logging.getLogger("lightning_fabric").setLevel(logging.ERROR)  # here, so that the processes that it starts are quiet too
+logging.getLogger("lightning_fabric").setLevel(
+    logging.ERROR
+)  # here, so that the processes that it starts are quiet too
 
 
 @dataclass
@@ -107,10 +110,11 @@ def train(config: TrainConfig, dataset: Dataset, run: str | os.PathLike[str]) ->
         precision=config.precision,  # type: ignore[arg-type]
     )
     try:
-        fabric.launch(_train, config, dataset, run)
+        fabric.launch(partial(_train, config=config, dataset=dataset, run=run))  # Fabric looks into other arguments
     except KeyboardInterrupt:
         if config.devices > 1:
             for process in multiprocessing.active_children():
+                assert process.pid is not None  # it was started
                 os.kill(process.pid, signal.SIGINT)
         raise KeyboardInterrupt(f"{run}: the same command goes on from the last checkpoint") from None
 
@@ -251,13 +255,13 @@ class _Training:
             self.dataset, "validation", size=len(STAGES), shuffle=False, order=self.config.order
         )  # fmt: skip
         steps = np.linspace(0, len(batches) - 1, min(PICTURES, len(batches))).astype(int).tolist()
-        parts = []
-        for step in steps:
-            partial, reference = self._tensors(batches[step])
-            parts.append((partial.cpu().numpy(), self._complete(partial).cpu().numpy(), reference.cpu().numpy()))
+        parts = [
+            (partial, self._complete(partial), reference)
+            for partial, reference in (self._tensors(batches[step]) for step in steps)
+        ]
         for i, stage in enumerate(STAGES):
-            partial, image, reference = (np.stack([part[i] for part in kind]) for kind in zip(*parts, strict=True))
-            yield f"{100 * stage:g} %", panels(partial, image, reference)
+            of_stage = [torch.stack([part[i] for part in kind]).cpu().numpy() for kind in zip(*parts, strict=True)]
+            yield f"{100 * stage:g} %", panels(*of_stage)
 
     def _complete(self, partial: Tensor) -> Tensor:
         """Return what the average makes of partial pictures, (N, 5, H, W) → (N, 1, H, W), not clamped."""
@@ -280,7 +284,8 @@ class _Training:
 
     def _sum(self, values: Tensor) -> Tensor:
         """Return the sum over the processes, on the CPU."""
-        total: Tensor = self.fabric.all_reduce(values.to(self.fabric.device), reduce_op="sum")
+        total = self.fabric.all_reduce(values.to(self.fabric.device), reduce_op="sum")
+        assert isinstance(total, Tensor)  # as what went in
         return total.cpu()
 
     def _steps_done(self) -> int:
