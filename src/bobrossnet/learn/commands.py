@@ -41,11 +41,19 @@ def add_commands(commands: Any) -> None:
     compare.add_argument("--limit", type=int, help="how many models at most, spread over the folder")
     compare.add_argument("--markdown", metavar="FILE", help="written with what is printed")
 
-    train = commands.add_parser("train", help="train a network", description="Train a network.")
+    train = commands.add_parser(
+        "train", help="train a network", description="Train a network; the same command goes on with what was stopped."
+    )
     train.set_defaults(run=_train)
-    train.add_argument("out", metavar="OUT.safetensors", help="the weight file to write")
-    train.add_argument("settings", nargs="*", metavar="NAME=VALUE", help="fields of TrainConfig, such as steps=2000")
-    train.add_argument("--checkpoint", metavar="FILE", help="written now and then; an interrupted run goes on from it")
+    train.add_argument("dataset", metavar="DATA", help="the data set's folder")
+    train.add_argument("folder", metavar="RUN", help="the folder for weights, checkpoint, configuration and logs")
+    train.add_argument("settings", nargs="*", metavar="NAME=VALUE", help="fields of TrainConfig, such as epochs=3")
+    for name, what in (
+        ("accelerator", "auto, cpu or cuda; auto takes the GPU if there is one"),
+        ("devices", "GPUs, or processes on the CPU, that share the work"),
+        ("precision", "32-true, or bf16-mixed for convolutions in bfloat16"),
+    ):
+        train.add_argument(f"--{name}", metavar=name.upper(), help=f"{what}; the same as {name}={name.upper()}")
 
     evaluate = commands.add_parser(
         "evaluate", help="measure weights on models", description="Measure weights on every model below a folder."
@@ -92,10 +100,13 @@ def _dataset_compare(options: argparse.Namespace) -> None:
 
 def _train(options: argparse.Namespace) -> None:
     from bobrossnet.learn.config import config_from_settings
+    from bobrossnet.learn.dataset import Dataset
     from bobrossnet.learn.train import train
 
-    train(config_from_settings(options.settings), options.out, checkpoint_path=options.checkpoint)
-    print(f"wrote {options.out}")
+    named = {name: getattr(options, name) for name in ("accelerator", "devices", "precision")}
+    given = [f"{name}={value}" for name, value in named.items() if value is not None]
+    config = config_from_settings([*options.settings, *given])
+    train(config, Dataset.open(options.dataset), options.folder)
 
 
 def _evaluate(options: argparse.Namespace) -> None:
