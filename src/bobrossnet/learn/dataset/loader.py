@@ -152,8 +152,8 @@ class Batches:
         shape, patch = divmod(number // len(STAGES), PATCHES)
         block = int(self._block_of_shape[shape])
         with self._lock:
-            patches: NDArray[np.float16] = self._read(block)[shape]
-        return patches[patch]
+            patches = self._read(block)[shape]
+        return np.asarray(patches[patch])
 
     def _read_block(self, block: int) -> dict[int, NDArray[np.float16]]:
         shapes = self._shapes[block * BLOCK : (block + 1) * BLOCK].tolist()
