@@ -179,9 +179,9 @@ def _sensitivity() -> NDArray[np.float64]:
 
 
 def _feature_detectors() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """A Gaussian along one axis, sum 1, and its first two derivatives, their positive weights of sum 1, the negative -1.
+    """A Gaussian along one axis and its first two derivatives, 19 weights each, as wide as edges that the eye detects.
 
-    19 weights each; as wide as the edges that the eye detects.
+    The Gaussian's sum is 1; that of a derivative's positive weights is 1, of its negative ones -1.
     """
     deviation = 0.5 * 0.082 * PIXELS_PER_DEGREE
     radius = math.ceil(3 * deviation)

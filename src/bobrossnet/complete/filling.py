@@ -81,11 +81,13 @@ def delaunay_linear(gray: Any, mask: Any) -> NDArray[np.float32]:
 
     gray, known = _inputs(gray, mask)
     filled = nearest(gray, known)
+    unknown = np.argwhere(~known)
+    if len(unknown) == 0:
+        return filled
     try:
         interpolate = LinearNDInterpolator(np.argwhere(known), gray[known].astype(np.float64))
     except (QhullError, ValueError):  # fewer than three traced pixels, or all on one line: no triangle
         return filled
-    unknown = np.argwhere(~known)
     values = interpolate(unknown)
     inside = np.isfinite(values)
     filled[tuple(unknown[inside].T)] = values[inside]
