@@ -280,7 +280,7 @@ def evaluate_dataset(
     check_order(order, 0)
     # A patch's samples at the stages, shape by shape.
     numbers = dataset.plan.split("test").reshape(-1, PATCHES, len(STAGES))
-    return _evaluate(_pictures_of_dataset(dataset, spread(numbers, limit), order), models, fractions, fillings)
+    return _evaluate(_pictures_of_dataset(dataset, spread(list(numbers), limit), order), models, fractions, fillings)
 
 
 def evaluate_folder(
