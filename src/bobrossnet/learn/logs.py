@@ -60,7 +60,7 @@ class Events:
     """
 
     def __init__(self, run: Path, steps: int) -> None:
-        self._writer: Any = SummaryWriter(str(run), purge_step=steps + 1)
+        self._writer: Any = SummaryWriter(str(run), purge_step=steps + 1, filename_suffix=f".{steps}")
 
     def scalars(self, values: Mapping[str, float], steps: int) -> None:
         """Note some numbers by their names, after so many steps."""
