@@ -14,6 +14,23 @@ from bobrossnet import arguments
 
 def add_commands(commands: Any) -> None:
     """Add them to an argparse parser's commands."""
+    dataset = commands.add_parser("dataset", help="build a data set", description="Build a data set to learn from.")
+    actions = dataset.add_subparsers(metavar="ACTION", required=True)
+    build = actions.add_parser("build", help="render shapes", description="Render a data set, or go on with one.")
+    build.set_defaults(run=_dataset_build)
+    build.add_argument("folder", metavar="DIR", help="the data set's folder, new or of a build that was stopped")
+    build.add_argument("--shapes", type=int, help="how many the package makes itself (default: 479; 0 with --models)")
+    build.add_argument(
+        "--models",
+        nargs="+",
+        default=[],
+        metavar="DIR",
+        help="folders of models to take instead, or with --shapes as well",
+    )
+    build.add_argument("--test-shapes", type=int, default=10, help="set aside for testing (default: 10)")
+    build.add_argument("--seed", type=int, default=0, help="of shapes, cameras, splits and masks (default: 0)")
+    build.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler's, to render on its cluster")
+
     train = commands.add_parser("train", help="train a network", description="Train a network.")
     train.set_defaults(run=_train)
     train.add_argument("out", metavar="OUT.safetensors", help="the weight file to write")
@@ -43,6 +60,22 @@ def add_commands(commands: Any) -> None:
     figures.add_argument("--model", metavar="FILE", help="what is seen in pictures; by default the built-in scene")
     figures.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
     figures.add_argument("--only", metavar="NAME,…", help="some of them, such as 2.1,4.1")
+
+
+def _dataset_build(options: argparse.Namespace) -> None:
+    from bobrossnet.learn.dataset.build import build
+
+    dataset = build(
+        options.folder,
+        shapes=options.shapes,
+        models=options.models,
+        seed=options.seed,
+        test_shapes=options.test_shapes,
+        scheduler=options.scheduler,
+    )
+    plan = dataset.plan
+    counts = ", ".join(f"{len(plan.split(name)):,} {name}" for name in ("train", "validation", "test"))
+    print(f"wrote {options.folder}: {plan.shapes} shapes, {plan.samples:,} samples: {counts}")
 
 
 def _train(options: argparse.Namespace) -> None:

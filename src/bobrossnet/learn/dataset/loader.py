@@ -1,8 +1,161 @@
 """Mini-batches of a data set, shuffled, from disk, any of them by its number.
 
 An epoch goes through the shapes in blocks: the patches of some shapes are read, and their samples are shuffled among
-each other. So a view is read once an epoch, instead of a patch at a time, at a few milliseconds each; and a mini-batch
-is a function of (seed, epoch, step), whoever makes it.
+each other. So a view is read once an epoch, instead of a patch at a time, at 4 milliseconds each; no more than two
+blocks are in memory; and a mini-batch is a function of (seed, epoch, step), whoever makes it, and when.
 """
 
 from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import lru_cache
+from threading import Lock
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from bobrossnet.errors import InputError, check_integer
+from bobrossnet.learn.dataset.plan import PATCHES, STAGES, random_generator
+from bobrossnet.learn.dataset.store import Dataset
+
+BLOCK = 64  # shapes read at a time: 176 MB
+AHEAD = 4  # mini-batches made ahead by each worker
+FRACTIONS = ("stages", "log-uniform")
+FRACTION_LEAST = 0.01  # of the log-uniform ones
+FULL_SHARE = 0.1  # of their samples, all pixels traced
+
+
+class Batch(NamedTuple):
+    """A mini-batch: what the network sees and what it should answer.
+
+    Attributes
+    ----------
+    partial : (n, 5, 128, 128) float32
+        mask, gray, depth, normal x, normal y; 0 where not traced.
+    reference : (n, 1, 128, 128) float32
+        The whole gray picture.
+    numbers : (n,) int64, of the samples in the plan
+    fractions : (n,) float64, shares of the pixels traced
+    """
+
+    partial: Tensor
+    reference: Tensor
+    numbers: NDArray[np.int64]
+    fractions: NDArray[np.float64]
+
+
+class Batches:
+    """The mini-batches of one epoch; `batches[step]` is a function of the arguments alone.
+
+    Parameters
+    ----------
+    dataset : Dataset
+    split : "train", "validation" or "test"
+    size : samples of a mini-batch; the last may have fewer
+    seed : of the shuffle
+    epoch : which shuffle, and which masks
+    shuffle : without it, the samples come in the order of their numbers, with the masks of epoch 0
+    order : pixel order of the masks
+    fractions : "stages" or "log-uniform"
+        The shares of the samples' plan, or shares drawn anew in each epoch: log-uniform in 0.01..1, and 1 for a tenth.
+    rank, ranks : with several processes, which of how many this one is
+        It gets every `ranks`-th sample of each mini-batch.
+
+    Raises
+    ------
+    InputError
+        If a name names nothing or a number is out of its range.
+    """
+
+    def __init__(
+        self,
+        dataset: Dataset,
+        split: str,
+        *,
+        size: int = 32,
+        seed: int = 0,
+        epoch: int = 0,
+        shuffle: bool = True,
+        order: str = "uniform",
+        fractions: str = "stages",
+        rank: int = 0,
+        ranks: int = 1,
+    ) -> None:
+        if fractions not in FRACTIONS:
+            raise InputError(f"fractions: expected one of {', '.join(FRACTIONS)}, got {fractions!r}")
+        self.dataset = dataset
+        self.size = check_integer("size", size, 1, 2**31 - 1)
+        self.epoch = epoch if shuffle else 0
+        self.order = order
+        self.fractions = fractions
+        self.rank, self.ranks = rank, ranks
+        rng = random_generator(seed, 5, epoch)
+        shapes = rng.permutation(dataset.plan.shapes) if shuffle else np.arange(dataset.plan.shapes)
+        samples = dataset.plan.split(split)
+        of_block = (np.argsort(shapes) // BLOCK)[samples // (PATCHES * len(STAGES))]  # the block of each sample
+        blocks = [samples[of_block == block] for block in range(-(-len(shapes) // BLOCK))]
+        self.samples = np.concatenate([rng.permutation(block) if shuffle else block for block in blocks])
+        self._shapes = shapes
+        self._block_of_shape = np.argsort(shapes) // BLOCK
+        self._lock = Lock()
+        self._read = lru_cache(maxsize=2)(self._read_block)
+
+    def __len__(self) -> int:
+        return -(-len(self.samples) // self.size)
+
+    def __getitem__(self, step: int) -> Batch:
+        if not 0 <= step < len(self):
+            raise IndexError(f"step: expected 0..{len(self) - 1}, got {step}")
+        plan = self.dataset.plan
+        numbers = self.samples[step * self.size : (step + 1) * self.size][self.rank :: self.ranks]
+        fractions = np.array([self._fraction(int(number)) for number in numbers])
+        partial = torch.empty(len(numbers), 5, 128, 128)
+        reference = torch.empty(len(numbers), 1, 128, 128)
+        for i, (number, fraction) in enumerate(zip(numbers.tolist(), fractions.tolist(), strict=True)):
+            patch = torch.from_numpy(self._patch(number))
+            partial[i, 0] = torch.from_numpy(plan.mask(number, fraction, epoch=self.epoch, order=self.order))
+            partial[i, 1:] = patch
+            reference[i, 0] = partial[i, 1]
+            partial[i, 1:] *= partial[i, 0]
+        return Batch(partial, reference, numbers, fractions)
+
+    def stream(self, first: int = 0, workers: int = 1) -> Iterator[Batch]:
+        """Yield the mini-batches from step `first` on, made ahead by `workers` threads; without any, when asked for."""
+        if workers == 0:
+            yield from (self[step] for step in range(first, len(self)))
+            return
+        with ThreadPoolExecutor(workers) as pool:
+            waiting: deque[Future[Batch]] = deque()
+            try:
+                for step in range(first, len(self)):
+                    waiting.append(pool.submit(self.__getitem__, step))
+                    if len(waiting) > AHEAD * workers:
+                        yield waiting.popleft().result()
+                while waiting:
+                    yield waiting.popleft().result()
+            finally:
+                for future in waiting:
+                    future.cancel()
+
+    def _fraction(self, number: int) -> float:
+        if self.fractions == "stages":
+            return self.dataset.plan.sample(number).fraction
+        full, place = random_generator(self.dataset.plan.seed, 3, number, self.epoch).random(2)
+        return 1.0 if full < FULL_SHARE else float(FRACTION_LEAST ** (1 - place))
+
+    def _patch(self, number: int) -> NDArray[np.float16]:
+        """The patch of a sample, (4, 128, 128)."""
+        shape, patch = divmod(number // len(STAGES), PATCHES)
+        block = int(self._block_of_shape[shape])
+        with self._lock:
+            patches = self._read(block)[shape]
+        return np.asarray(patches[patch])
+
+    def _read_block(self, block: int) -> dict[int, NDArray[np.float16]]:
+        shapes = self._shapes[block * BLOCK : (block + 1) * BLOCK].tolist()
+        return {shape: self.dataset.patches(shape) for shape in shapes}
