@@ -1,4 +1,4 @@
-"""The commands of the command line for learning: `bobrossnet train | evaluate | figures`.
+"""The commands of the command line for learning: `bobrossnet dataset | train | evaluate | figures`.
 
 Nothing slow is imported up here, so that --help is answered at once.
 """
