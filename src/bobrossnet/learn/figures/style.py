@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bobrossnet.atomic import check_writable, write_whole
+from bobrossnet.render.order import Size
 from bobrossnet.render.picture import to_8_bit
 
 COLUMN = 3.5  # inches wide: one column of a page
@@ -78,6 +79,42 @@ def style() -> Iterator[None]:
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure of a size in inches, whose contents make room for each other."""
     return Figure(figsize=(width, height), layout="constrained")
+
+
+def picture_grid(
+    rows: int, columns: int, size: Size, *, above: float = 0.16, left: float = 0.0
+) -> tuple[Figure, NDArray[np.object_]]:
+    """Return a figure of axes for pictures, no wider than a page, and the axes, (rows, columns).
+
+    Each pixel of a picture is a square of the same whole number of the PNG file's pixels, as large as fits; a picture
+    too large for that is shrunk.
+
+    Parameters
+    ----------
+    rows, columns : how many
+    size : (height, width) of the pictures, in pixels
+    above : inches above each row, for titles; 0.16 hold a line
+    left : inches left of the first column
+    """
+    height, width = size
+    gap = 0.05  # inches between pictures
+    room = (PAGE - left + gap) / columns - gap  # inches for a picture
+    scale = max(int(room * DPI) // width, 1) / DPI if width <= room * DPI else room / width  # inches a pixel
+    x = [round((left + i * gap) * DPI) / DPI + i * width * scale for i in range(columns)]
+    y = [round((above + gap) * i * DPI) / DPI + i * height * scale for i in range(rows)]  # from the bottom
+    figure_width, figure_height = x[-1] + width * scale, y[-1] + height * scale + above
+    figure = Figure(figsize=(figure_width, figure_height))
+    axes = np.empty((rows, columns), object)
+    for row, column in np.ndindex(rows, columns):
+        axes[row, column] = figure.add_axes(
+            (
+                x[column] / figure_width,
+                y[rows - 1 - row] / figure_height,
+                width * scale / figure_width,
+                height * scale / figure_height,
+            )
+        )
+    return figure, axes
 
 
 def show_picture(axes: Axes, picture: NDArray[Any], title: str = "") -> None:
