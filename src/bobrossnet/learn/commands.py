@@ -1,4 +1,4 @@
-"""The commands of the command line for learning: `bobrossnet train | evaluate`.
+"""The commands of the command line for learning: `bobrossnet train | evaluate | figures`.
 
 Nothing slow is imported up here, so that --help is answered at once.
 """
@@ -6,6 +6,7 @@ Nothing slow is imported up here, so that --help is answered at once.
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from bobrossnet import arguments
@@ -13,6 +14,23 @@ from bobrossnet import arguments
 
 def add_commands(commands: Any) -> None:
     """Add them to an argparse parser's commands."""
+    dataset = commands.add_parser("dataset", help="build a data set", description="Build a data set to learn from.")
+    actions = dataset.add_subparsers(metavar="ACTION", required=True)
+    build = actions.add_parser("build", help="render shapes", description="Render a data set, or go on with one.")
+    build.set_defaults(run=_dataset_build)
+    build.add_argument("folder", metavar="DIR", help="the data set's folder, new or of a build that was stopped")
+    build.add_argument("--shapes", type=int, help="how many the package makes itself (default: 479; 0 with --models)")
+    build.add_argument(
+        "--models",
+        nargs="+",
+        default=[],
+        metavar="DIR",
+        help="folders of models to take instead, or with --shapes as well",
+    )
+    build.add_argument("--test-shapes", type=int, default=10, help="set aside for testing (default: 10)")
+    build.add_argument("--seed", type=int, default=0, help="of shapes, cameras, splits and masks (default: 0)")
+    build.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler's, to render on its cluster")
+
     train = commands.add_parser("train", help="train a network", description="Train a network.")
     train.set_defaults(run=_train)
     train.add_argument("out", metavar="OUT.safetensors", help="the weight file to write")
@@ -31,6 +49,34 @@ def add_commands(commands: Any) -> None:
     evaluate.add_argument("--views", type=int, default=1, help="pictures of each model (default: 1)")
     evaluate.add_argument("--limit", type=int, help="how many models at most, spread over the folder")
 
+    figures = commands.add_parser(
+        "figures", help="draw the report's figures", description="Draw the report's figures from data, as SVG and PNG."
+    )
+    figures.set_defaults(run=_figures)
+    figures.add_argument("out", metavar="OUT", help="the folder to write them to")
+    figures.add_argument("--data", metavar="DIR", help="a data set; without one, figures that need it are left out")
+    figures.add_argument("--run", metavar="DIR", dest="trained", help="what trainings left behind, likewise")
+    figures.add_argument("--weights", default="paper", help="name of shipped weights or a .safetensors file")
+    figures.add_argument("--model", metavar="FILE", help="what is seen in pictures; by default the built-in scene")
+    figures.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
+    figures.add_argument("--only", metavar="NAME,…", help="some of them, such as 2.1,4.1")
+
+
+def _dataset_build(options: argparse.Namespace) -> None:
+    from bobrossnet.learn.dataset.build import build
+
+    dataset = build(
+        options.folder,
+        shapes=options.shapes,
+        models=options.models,
+        seed=options.seed,
+        test_shapes=options.test_shapes,
+        scheduler=options.scheduler,
+    )
+    plan = dataset.plan
+    counts = ", ".join(f"{len(plan.split(name)):,} {name}" for name in ("train", "validation", "test"))
+    print(f"wrote {options.folder}: {plan.shapes} shapes, {plan.samples:,} samples: {counts}")
+
 
 def _train(options: argparse.Namespace) -> None:
     from bobrossnet.learn.config import config_from_settings
@@ -46,3 +92,20 @@ def _evaluate(options: argparse.Namespace) -> None:
     result = evaluate(options.model, options.folder, views=options.views, size=options.size, limit=options.limit)
     print(f"{len(result.pictures)} pictures of {options.size[1]}x{options.size[0]}, traced pixels kept\n")
     print(result)
+
+
+def _figures(options: argparse.Namespace) -> None:
+    from bobrossnet.adapters.files import load
+    from bobrossnet.learn.dataset import Dataset
+    from bobrossnet.learn.figures import Sources, check_names, draw_figures
+
+    only = check_names(options.only.split(",")) if options.only else None
+    given: dict[str, Any] = {}
+    if options.model is not None:
+        scene = load(options.model)
+        given["scene"] = scene.turned_upright() if options.up == "y" else scene
+    if options.data is not None:
+        given["data"] = Dataset.open(options.data)
+    if options.trained is not None:
+        given["run"] = Path(options.trained)
+    draw_figures(options.out, Sources(weights=options.weights, **given), only=only)

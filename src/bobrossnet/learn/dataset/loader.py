@@ -119,8 +119,9 @@ class Batches:
         for i, (number, fraction) in enumerate(zip(numbers.tolist(), fractions.tolist(), strict=True)):
             patch = torch.from_numpy(self._patch(number))
             partial[i, 0] = torch.from_numpy(plan.mask(number, fraction, epoch=self.epoch, order=self.order))
-            reference[i, 0] = patch[0]
-            torch.mul(patch, partial[i, :1], out=partial[i, 1:])
+            partial[i, 1:] = patch
+            reference[i, 0] = partial[i, 1]
+            partial[i, 1:] *= partial[i, 0]
         return Batch(partial, reference, numbers, fractions)
 
     def stream(self, first: int = 0, workers: int = 1) -> Iterator[Batch]:
@@ -152,8 +153,8 @@ class Batches:
         shape, patch = divmod(number // len(STAGES), PATCHES)
         block = int(self._block_of_shape[shape])
         with self._lock:
-            patches: dict[int, NDArray[np.float16]] = self._read(block)
-        return patches[shape][patch]
+            patches = self._read(block)[shape]
+        return np.asarray(patches[patch])
 
     def _read_block(self, block: int) -> dict[int, NDArray[np.float16]]:
         shapes = self._shapes[block * BLOCK : (block + 1) * BLOCK].tolist()

@@ -68,10 +68,12 @@ class Dataset:
                 different = ", ".join(
                     sorted(name for name in {**found, **attributes} if found.get(name) != attributes.get(name))
                 )
-                raise InputError(f"{path}: expected the data set that was begun there, got another {different}")
+                raise InputError(f"{path}: expected the data set that was begun there, got other {different}")
         elif path.exists() and not (path.is_dir() and all(p.name.startswith("views_") for p in path.iterdir())):
             raise InputError(f"{path}: expected an empty folder or a data set, got other files")
         try:
+            for leftover in path.glob("**/*.partial"):  # of a build that was killed
+                leftover.unlink()
             for size in SIZES:
                 if not (path / f"views_{size}" / "zarr.json").exists():
                     zarr.create_array(

@@ -79,7 +79,7 @@ def draw_full(sources: Sources) -> Drawing:
     return Drawing(
         figure,
         f"The network with full convolutions, {total:,} parameters: each channel of a layer reads all channels of the "
-        "one before. A cell is a channel; dotted: skips; H: the picture's height.",
+        "one before. A cell is a channel, white if a skip, dotted, brought it; H: the picture's height.",
     )
 
 
@@ -91,8 +91,8 @@ def draw_grouped(sources: Sources) -> Drawing:
         figure,
         f"The network with grouped convolutions, {total:,} parameters. A cell is a channel, of the colour of the group "
         f"that made it. Where there are {network.groups} groups, a channel reads those of its group only; between the "
-        "two grouped layers channels are shuffled, so that each group reads from all. Dotted: skips; H: the picture's "
-        "height.",
+        "two grouped layers channels are shuffled, so that each group reads from all. White: brought by a skip, "
+        "dotted; H: the picture's height.",
     )
 
 

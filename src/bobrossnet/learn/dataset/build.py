@@ -1,0 +1,167 @@
+"""Building a data set: its views are rendered on a Dask cluster, this machine by default, and stored as they come.
+
+A view is a function of the plan and its source, and a file of its own that is whole or not there. So a build that was
+stopped, however, goes on with the views that are missing, and ends with the same bytes.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import bobrossnet as bob
+from bobrossnet.adapters.files import ALL_ENDINGS
+from bobrossnet.adapters.messages import one_line
+from bobrossnet.errors import InputError
+from bobrossnet.learn.dataset.plan import SHAPES, SIZES, TEST_SHAPES, Plan
+from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.shapes import procedural_scene
+from bobrossnet.progress import progress
+
+MADE = "made "  # a source's first word, before the seed of `procedural_scene`
+SEEDS = 1_000_000  # to a data set's seed, so that two share no shape
+
+
+def build(
+    path: str | os.PathLike[str],
+    *,
+    shapes: int | None = None,
+    models: Sequence[str | os.PathLike[str]] = (),
+    seed: int = 0,
+    test_shapes: int = TEST_SHAPES,
+    scheduler: str | None = None,
+    report: Callable[[str], object] = print,
+) -> Dataset:
+    """Render a data set, or what is missing of it.
+
+    Parameters
+    ----------
+    path : folder of the data set
+        New, empty, or of a build with the same arguments that was stopped.
+    shapes : how many shapes the package makes itself, optional
+        By default 479, and none if there are models.
+    models : folders or files of models, optional
+        Each file that can be loaded is a shape.
+    seed : of shapes, cameras, splits and masks
+    test_shapes : how many of the shapes are set aside for testing
+    scheduler : address of a Dask scheduler, optional
+        Its workers have this package, and see the models' files where this machine does. By default this machine
+        renders, with a thread for each core.
+    report : function of one line
+        Told which models are left out.
+
+    Returns
+    -------
+    Dataset
+
+    Raises
+    ------
+    InputError
+        If an argument can't be used, the folder holds something else, or the scheduler can't be reached.
+    """
+    if shapes is None:
+        shapes = 0 if models else SHAPES
+    files = [file for place in models for file in _model_files(Path(place))]
+    with _cluster(scheduler) as client:
+        errors = _each(client, _error_of_file, [(str(file),) for file in files], "checking models")
+        for error in filter(None, errors):
+            report(f"left out: {error}")
+        sources = [f"{MADE}{seed * SEEDS + i}" for i in range(shapes)]
+        sources += [str(file) for file, error in zip(files, errors, strict=True) if error is None]
+        plan = Plan(seed, len(sources), test_shapes)
+        dataset = Dataset.create(path, plan, sources)
+        missing = [i for i in range(plan.shapes) if not all(dataset.has(i, size) for size in SIZES)]
+        for shape, views in _as_done(client, _render, [(sources[i], plan, i) for i in missing], "rendering shapes"):
+            for size, view in zip(SIZES, views, strict=True):
+                dataset.write(missing[shape], size, view)
+    return dataset
+
+
+def views_of(scene: bob.Scene, plan: Plan, shape: int) -> list[NDArray[np.float16]]:
+    """Return a shape's views, (4, size, size) float16 each: gray, depth, normal x, normal y."""
+    return [
+        bob.trace(scene, plan.camera(shape, size), size=(size, size)).stack()[1:].astype(np.float16) for size in SIZES
+    ]
+
+
+def _render(source: str, plan: Plan, shape: int) -> list[NDArray[np.float16]]:
+    scene = procedural_scene(int(source.removeprefix(MADE))) if source.startswith(MADE) else bob.load(source)
+    return views_of(scene, plan, shape)
+
+
+def _error_of_file(file: str) -> str | None:
+    try:
+        bob.load(file)
+    except InputError as error:
+        return str(error)
+    return None
+
+
+def _model_files(place: Path) -> Iterator[Path]:
+    if place.is_file():
+        yield place
+    elif place.is_dir():
+        yield from sorted(file for file in place.rglob("*") if file.suffix.lower() in ALL_ENDINGS)
+    else:
+        raise InputError(f"{place}: expected a model or a folder of models, got no such file")
+
+
+@contextmanager
+def _cluster(scheduler: str | None) -> Iterator[Any]:
+    """A client of the scheduler, or of one in this process."""
+    from distributed import Client, LocalCluster
+
+    if scheduler is not None:
+        try:
+            client = Client(scheduler, timeout=10)
+        except (OSError, ValueError) as error:
+            why = one_line(error)
+            raise InputError(f"scheduler: expected a Dask scheduler's address, got {scheduler!r}: {why}") from error
+        with client:
+            yield client
+        return
+    with (
+        LocalCluster(
+            n_workers=1, threads_per_worker=os.cpu_count() or 1, processes=False, dashboard_address=None
+        ) as cluster,
+        Client(cluster) as client,
+    ):
+        yield client
+
+
+def _as_done(
+    client: Any, function: Callable[..., Any], arguments: Sequence[tuple[Any, ...]], what: str
+) -> Iterator[tuple[int, Any]]:
+    """Yield the index and the result of each call as it is done, in any order; few more are asked for than can run."""
+    from distributed import as_completed
+
+    window = 2 * sum(client.nthreads().values())
+    calls: Iterable[tuple[int, tuple[Any, ...]]] = iter(enumerate(arguments))
+    index_of = {}
+
+    def submit(count: int) -> list[Any]:
+        futures = []
+        for index, call in islice(calls, count):
+            future = client.submit(function, *call, pure=False)
+            index_of[future.key] = index
+            futures.append(future)
+        return futures
+
+    with progress(what) as report:
+        done = as_completed(submit(max(window, 2)))
+        for count, future in enumerate(done, 1):
+            yield index_of.pop(future.key), future.result()
+            report(count / len(arguments), f"{count}/{len(arguments)}")
+            done.update(submit(1))
+
+
+def _each(client: Any, function: Callable[..., Any], arguments: Sequence[tuple[Any, ...]], what: str) -> list[Any]:
+    results = dict(_as_done(client, function, arguments, what))
+    return [results[index] for index in range(len(arguments))]

@@ -1,0 +1,285 @@
+"""The data set: which samples it has, that it is built whole whatever happens, and its mini-batches."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bobrossnet as bob
+from bobrossnet.errors import InputError
+from bobrossnet.learn.dataset import Dataset, Plan, loader
+from bobrossnet.learn.dataset.build import build, views_of
+from bobrossnet.learn.dataset.loader import Batches
+from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
+from bobrossnet.learn.shapes import KINDS, procedural_scene
+
+# ---- the plan -----------------------------------------------------------------------------------------------
+
+
+def test_the_report_s_counts() -> None:
+    plan = Plan()
+    assert (plan.shapes, PATCHES, len(STAGES), plan.samples) == (479, 21, 5, 50_295)
+    splits = {name: plan.split(name) for name in ("train", "validation", "test")}
+    assert {name: len(samples) for name, samples in splits.items()} == {
+        "train": 44_320,
+        "validation": 4_925,
+        "test": 1_050,
+    }
+    assert len(splits["train"]) + len(splits["validation"]) == 49_245
+    np.testing.assert_array_equal(np.sort(np.concatenate(list(splits.values()))), np.arange(50_295))
+
+    shapes = {name: {plan.sample(n).shape for n in samples.tolist()} for name, samples in splits.items()}
+    assert len(shapes["test"]) == 10
+    assert not shapes["test"] & (shapes["train"] | shapes["validation"])
+    patches = {name: set((samples // 5).tolist()) for name, samples in splits.items()}
+    assert not patches["train"] & patches["validation"]
+
+
+def test_samples_cover_views_patches_and_stages() -> None:
+    plan = Plan(shapes=3, test_shapes=1)
+    samples = [plan.sample(n) for n in range(plan.samples)]
+    assert len(set(samples)) == plan.samples == 3 * 21 * 5
+    assert Counter(s.size for s in samples) == {128: 15, 256: 60, 512: 240}
+    assert Counter(s.fraction for s in samples) == dict.fromkeys(STAGES, 63)
+    assert {(s.row, s.column) for s in samples if s.size == 512} == {(i, j) for i in range(4) for j in range(4)}
+    assert [s.shape for s in samples] == sorted(s.shape for s in samples)
+
+
+def test_a_plan_is_a_function_of_its_seed() -> None:
+    one, again, other = Plan(1), Plan(1), Plan(2)
+    for name in ("train", "validation", "test"):
+        np.testing.assert_array_equal(one.split(name), again.split(name))
+        assert not np.array_equal(one.split(name), other.split(name))
+    np.testing.assert_array_equal(one.mask(7, 0.25), again.mask(7, 0.25))
+    assert not np.array_equal(one.mask(7, 0.25), other.mask(7, 0.25))
+    assert not np.array_equal(one.mask(7, 0.25), one.mask(8, 0.25))
+    assert not np.array_equal(one.mask(7, 0.25), one.mask(7, 0.25, epoch=1))
+    assert one.camera(3, 256) == again.camera(3, 256)
+    assert len({one.camera(shape, size) for shape in range(9) for size in SIZES} | {other.camera(3, 256)}) == 28
+
+
+@pytest.mark.parametrize("fraction", STAGES)
+def test_masks_have_their_share_of_the_pixels(fraction: float) -> None:
+    mask = Plan().mask(12, fraction)
+    assert mask.sum() == round(fraction * 128 * 128)
+    assert set(np.unique(mask)) <= {0, 1}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"shapes": 1}, "shapes: expected an integer in 2..1000000, got 1"),
+        ({"seed": -1}, "seed: expected an integer in 0..4294967295, got -1"),
+        ({"shapes": 10}, "test_shapes: expected fewer than all 10 shapes, got 10"),
+    ],
+)
+def test_plans_that_make_no_sense(arguments: dict[str, int], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        Plan(**arguments)
+    assert str(caught.value) == message
+    with pytest.raises(InputError, match="split: expected one of train, validation, test, got 'all'"):
+        Plan().split("all")
+
+
+# ---- the shapes ---------------------------------------------------------------------------------------------
+
+
+def test_shapes_of_every_kind_come_up() -> None:
+    kinds = Counter(i.shape.kind for seed in range(40) for i in procedural_scene(seed).instances[:1])
+    assert {"mesh", "implicit", "brep"} <= set(kinds)
+    assert sum(chance for chance, _ in KINDS.values()) == pytest.approx(1)
+
+
+# ---- building -----------------------------------------------------------------------------------------------
+
+MODELS = """
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+f 1 3 2
+f 1 2 4
+f 1 4 3
+f 2 3 4
+"""
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("built") / "data"
+    build(path, shapes=4, test_shapes=1, seed=3)
+    return path
+
+
+def test_views_are_those_of_the_plan(built: Path) -> None:
+    dataset = Dataset.open(built)
+    assert dataset.plan == Plan(3, 4, 1)
+    assert dataset.sources == tuple(f"made {3_000_000 + i}" for i in range(4))
+    scene = procedural_scene(3_000_002)
+    for size, view in zip(SIZES, views_of(scene, dataset.plan, 2), strict=True):
+        np.testing.assert_array_equal(dataset.read(2, size), view)
+        full = bob.trace(scene, dataset.plan.camera(2, size), size=(size, size))
+        np.testing.assert_allclose(view[0], full.gray, atol=0.00025)
+    patches = dataset.patches(2)
+    for number in range(2 * 105, 3 * 105, 5):
+        _, size, row, column, _ = dataset.plan.sample(number)
+        rows, columns = slice(128 * row, 128 * (row + 1)), slice(128 * column, 128 * (column + 1))
+        np.testing.assert_array_equal(patches[number // 5 - 42], dataset.read(2, size)[:, rows, columns])
+
+
+def test_the_files_describe_themselves(built: Path) -> None:
+    zarr = pytest.importorskip("zarr")
+    group = zarr.open_group(built, mode="r")
+    assert group.metadata.zarr_format == 3
+    assert group.attrs["channels"] == ["gray", "depth", "normal x", "normal y"]
+    view = group["views_256"]
+    assert (view.shape, view.dtype, view.chunks, view.shards) == (
+        (4, 4, 256, 256),
+        np.float16,
+        (1, 4, 128, 128),
+        (1, 4, 256, 256),
+    )
+    assert view.metadata.dimension_names == ("shape", "channel", "row", "column")
+    size = sum(map(len, files(built).values()))
+    assert size / 4 * 479 < 1.5e9
+
+
+def test_a_build_that_was_killed_ends_with_the_same_bytes(built: Path, tmp_path: Path) -> None:
+    path = tmp_path / "data"
+    command = [sys.executable, "-m", "bobrossnet.cli", "dataset", "build", str(path)]
+    command += ["--shapes", "4", "--test-shapes", "1", "--seed", "3"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    deadline = time.monotonic() + 60
+    while not list(path.glob("views_*/c/*")) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL
+    before = files(path)
+    assert before
+    (path / "views_128" / "c" / "3.abc.partial").write_bytes(b"half a view")  # as if killed while it wrote
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    assert files(path) == files(built)
+    times = {file: os.stat(file).st_mtime_ns for file in path.rglob("*") if file.is_file()}
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    assert times == {file: os.stat(file).st_mtime_ns for file in path.rglob("*") if file.is_file()}
+
+
+def test_models_instead_of_shapes_and_beside_them(tmp_path: Path) -> None:
+    folder = tmp_path / "models"
+    folder.mkdir()
+    for name in ("b.obj", "a.obj"):
+        (folder / name).write_text(MODELS)
+    (folder / "broken.obj").write_text("v 0 0\n")
+    (folder / "notes.txt").write_text("not a model")
+    lines: list[str] = []
+    dataset = build(tmp_path / "data", models=[folder], test_shapes=1, report=lines.append)
+    assert dataset.sources == (str(folder / "a.obj"), str(folder / "b.obj"))
+    assert len(lines) == 1
+    assert "broken.obj" in lines[0]
+    np.testing.assert_array_equal(dataset.read(1, 128), views_of(bob.load(folder / "b.obj"), dataset.plan, 1)[0])
+    both = build(tmp_path / "both", shapes=1, models=[folder / "a.obj"], test_shapes=1)
+    assert both.sources == ("made 0", str(folder / "a.obj"))
+
+
+def test_a_dask_cluster_renders_the_same_bytes(built: Path, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None, protocol="tcp", host="127.0.0.1"
+    ) as cluster:
+        build(tmp_path / "data", shapes=4, test_shapes=1, seed=3, scheduler=cluster.scheduler_address)
+    assert files(tmp_path / "data") == files(built)
+
+
+def test_builds_that_are_refused(built: Path, tmp_path: Path) -> None:
+    before = files(built)
+    with pytest.raises(InputError, match=r"the data set that was begun there, got other seed, sources$"):
+        build(built, shapes=4, test_shapes=1, seed=4)
+    assert files(built) == before
+    (tmp_path / "letter.txt").write_text("dear")
+    with pytest.raises(InputError, match="expected an empty folder or a data set, got other files"):
+        build(tmp_path, shapes=4, test_shapes=1)
+    with pytest.raises(InputError, match="expected a model or a folder of models, got no such file"):
+        build(tmp_path / "data", models=[tmp_path / "none"])
+    with pytest.raises(InputError, match="scheduler: expected a Dask scheduler's address, got 'nonsense'"):
+        build(tmp_path / "data", shapes=4, test_shapes=1, scheduler="nonsense")
+    assert [file.name for file in tmp_path.iterdir()] == ["letter.txt"]
+    with pytest.raises(InputError, match="expected a data set, got none"):
+        Dataset.open(tmp_path)
+    Dataset.create(tmp_path / "begun", Plan(0, 4, 1), ["made 0", "made 1", "made 2", "made 3"])
+    with pytest.raises(InputError, match="expected all 12 views, got 12 fewer; bobrossnet dataset build goes on"):
+        Dataset.open(tmp_path / "begun")
+
+
+# ---- mini-batches -------------------------------------------------------------------------------------------
+
+
+def test_a_batch_is_what_the_plan_says(built: Path) -> None:
+    dataset = Dataset.open(built)
+    batch = Batches(dataset, "train", size=6)[2]
+    assert batch.partial.shape == (6, 5, 128, 128)
+    assert batch.reference.shape == (6, 1, 128, 128)
+    for i, number in enumerate(batch.numbers.tolist()):
+        sample = dataset.plan.sample(number)
+        patch = dataset.patches(sample.shape)[number // 5 % 21].astype(np.float32)
+        mask = dataset.plan.mask(number, sample.fraction)
+        assert batch.fractions[i] == sample.fraction
+        np.testing.assert_array_equal(batch.partial[i, 0], mask)
+        np.testing.assert_array_equal(batch.partial[i, 1:], patch * mask)
+        np.testing.assert_array_equal(batch.reference[i, 0], patch[0])
+
+
+@pytest.mark.parametrize("shuffle", [True, False])
+def test_an_epoch_has_every_sample_once(built: Path, shuffle: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(loader, "BLOCK", 2)
+    dataset = Dataset.open(built)
+    batches = Batches(dataset, "train", size=32, shuffle=shuffle)
+    numbers = np.concatenate([batch.numbers for batch in batches.stream()])
+    assert np.array_equal(numbers, dataset.plan.split("train")) is not shuffle
+    np.testing.assert_array_equal(np.sort(numbers), dataset.plan.split("train"))
+    assert len(batches) == -(-len(numbers) // 32)
+
+
+def test_batches_are_functions_of_seed_epoch_and_step(built: Path) -> None:
+    dataset = Dataset.open(built)
+    batches = Batches(dataset, "train", size=16, seed=5, epoch=2)
+    for workers in (0, 1, 3):
+        streamed = list(batches.stream(3, workers))
+        assert len(streamed) == len(batches) - 3
+        for batch, step in ((streamed[0], 3), (streamed[-1], len(batches) - 1)):
+            again = Batches(dataset, "train", size=16, seed=5, epoch=2)[step]
+            assert batch.partial.equal(again.partial)
+            assert batch.reference.equal(again.reference)
+    for other in ({"seed": 6, "epoch": 2}, {"seed": 5, "epoch": 1}):
+        assert not np.array_equal(Batches(dataset, "train", size=16, **other)[3].numbers, batches[3].numbers)
+
+
+def test_ranks_share_a_mini_batch(built: Path) -> None:
+    dataset = Dataset.open(built)
+    whole = Batches(dataset, "train", size=7)[1]
+    parts = [Batches(dataset, "train", size=7, rank=rank, ranks=2)[1] for rank in range(2)]
+    assert [len(part.numbers) for part in parts] == [4, 3]
+    for rank, part in enumerate(parts):
+        assert part.partial.equal(whole.partial[rank::2])
+
+
+def test_fractions_of_all_sizes(built: Path) -> None:
+    batches = Batches(Dataset.open(built), "train", fractions="log-uniform", epoch=1)
+    fractions = np.concatenate([batch.fractions for batch in batches.stream()])
+    assert 0.01 <= fractions.min() < 0.015
+    assert (fractions == 1).mean() == pytest.approx(0.1, abs=0.07)
+    assert np.median(fractions[fractions < 1]) == pytest.approx(0.1, abs=0.04)
+    assert len(np.unique(fractions)) > 200
+    with pytest.raises(InputError, match="fractions: expected one of stages, log-uniform, got 'all'"):
+        Batches(batches.dataset, "train", fractions="all")
+    with pytest.raises(IndexError):
+        batches[len(batches)]
