@@ -212,8 +212,8 @@ def show_stability(stability: Stability) -> Drawing:
     names = list(stability.frames)
     for name in names:
         flicker = 255 * stability.frames[name][1:, 1]
-        # What rounding leaves where there is none.
-        converging.plot(100 * stability.fractions[1:], np.maximum(flicker, 1e-3), color=COLORS[name], label=name)
+        flicker[flicker < 1e-6] = np.nan  # none, but for rounding: nothing that a logarithm can show
+        converging.plot(100 * stability.fractions[1:], flicker, color=COLORS[name], label=name)
     converging.set(xlabel="pixels traced, %", ylabel="flicker per frame, gray levels of 255", yscale="log")
     converging.set_title(f"converging picture, {len(stability.fractions)} frames, mean of {stability.views} views")
     converging.grid(axis="y")
