@@ -66,10 +66,12 @@ def add_commands(commands: Any) -> None:
     figures.set_defaults(run=_figures)
     figures.add_argument("out", metavar="OUT", help="the folder to write them to")
     figures.add_argument("--data", metavar="DIR", help="a data set; without one, figures that need it are left out")
-    figures.add_argument("--run", metavar="DIR", dest="trained", help="what trainings left behind, likewise")
     figures.add_argument("--weights", default="paper", help="name of shipped weights or a .safetensors file")
     figures.add_argument("--model", metavar="FILE", help="what is seen in pictures; by default the built-in scene")
     figures.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
+    figures.add_argument("--scores", metavar="FILE.csv", help="what evaluate wrote, likewise")
+    figures.add_argument("--steps", type=int, default=600, help="of trainings that compare losses (default: 600)")
+    figures.add_argument("--frames", type=int, default=60, help="to measure stability in (default: 60)")
     figures.add_argument("--only", metavar="NAME,…", help="some of them, such as 2.1,4.1")
 
 
@@ -131,6 +133,7 @@ def _figures(options: argparse.Namespace) -> None:
         given["scene"] = scene.turned_upright() if options.up == "y" else scene
     if options.data is not None:
         given["data"] = Dataset.open(options.data)
-    if options.trained is not None:
-        given["run"] = Path(options.trained)
-    draw_figures(options.out, Sources(weights=options.weights, **given), only=only)
+    if options.scores is not None:
+        given["scores"] = Path(options.scores)
+    sources = Sources(weights=options.weights, steps=options.steps, frames=options.frames, **given)
+    draw_figures(options.out, sources, only=only)

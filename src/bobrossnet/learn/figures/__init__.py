@@ -6,12 +6,17 @@ import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from bobrossnet.atomic import write_whole
 from bobrossnet.complete.model import load_model
 from bobrossnet.errors import InputError
 from bobrossnet.learn.figures.architecture import draw_full, draw_grouped, draw_unet
 from bobrossnet.learn.figures.convergence import draw_convergence
 from bobrossnet.learn.figures.figure import Draw, Drawing, LeftOutError, Sources
+from bobrossnet.learn.figures.losses import draw_losses
 from bobrossnet.learn.figures.samples import draw_samples
+from bobrossnet.learn.figures.scores import draw_scores
+from bobrossnet.learn.figures.stability import draw_stability
+from bobrossnet.learn.figures.stages import draw_dense, draw_sparse
 from bobrossnet.learn.figures.style import figure_paths, save, style
 from bobrossnet.learn.figures.timing import draw_timing
 
@@ -20,8 +25,13 @@ FIGURES: dict[str, Draw] = {
     "4.1": draw_unet,
     "4.2": draw_full,
     "4.3": draw_grouped,
+    "5.1": draw_losses,
     "5.2": draw_samples,
     "6.1": draw_timing,
+    "6.2": draw_scores,
+    "6.3": draw_sparse,
+    "6.4": draw_dense,
+    "stability": draw_stability,
 }
 """By the number in the report, in its order; then those that it does not have, by name."""
 
@@ -35,7 +45,7 @@ def draw_figures(
     only: Sequence[str] | None = None,
     report: Callable[[str], object] = print,
 ) -> dict[str, str]:
-    """Draw figures and write them to a folder as figure-NAME.svg and figure-NAME.png.
+    """Draw figures and write them to a folder as figure-NAME.svg and figure-NAME.png, numbers as figure-NAME.csv.
 
     Parameters
     ----------
@@ -76,6 +86,8 @@ def draw_figures(
             report(f"figure {name} left out: {error}")
         else:
             save(drawing.figure, path, drawing.caption)
+            if drawing.csv:
+                write_whole(path.with_name(f"{path.name}.csv"), drawing.csv.encode())
             captions[name] = drawing.caption
             report(f"wrote {path}.svg and .png: {drawing.caption}")
     return captions

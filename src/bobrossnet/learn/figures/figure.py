@@ -26,12 +26,16 @@ class Sources:
     camera: Camera = field(default_factory=lambda: Camera(azimuth=30, elevation=20))
     """From where `scene` is seen."""
     data: Dataset | None = None
-    run: Path | None = None
-    """Folder with what trainings left behind."""
+    scores: Path | None = None
+    """CSV file of an evaluation, one row for each method, picture and share of traced pixels."""
     size: int = 512
     """Height and width in pixels of the pictures of `scene`."""
     seed: int = 0
     """Of the order of the pixels, and of what is drawn at random."""
+    steps: int = 600
+    """Mini-batches of each training that compares losses: on two cores all five take 8 minutes."""
+    frames: int = 60
+    """Of a converging picture whose stability is measured."""
 
 
 class Drawing(NamedTuple):
@@ -39,6 +43,8 @@ class Drawing(NamedTuple):
 
     figure: Figure
     caption: str
+    csv: str = ""
+    """The numbers that it shows, where they are worth keeping."""
 
 
 class LeftOutError(Exception):
