@@ -12,6 +12,7 @@ from datetime import date
 from pathlib import Path
 
 from bobrossnet import _core
+from bobrossnet.machine import processor
 
 MODELS = Path(os.environ.get("BOBROSSNET_MODELS", Path(__file__).parents[2] / "shared" / "models"))
 
@@ -52,7 +53,7 @@ def spread(values: Sequence[float], scale: float = 1, digits: int = 1) -> str:
 def heading(title: str) -> None:
     """Print the title, and what the figures below it were measured on."""
     print(f"\n## {title}\n")
-    print(f"{_processor()}, {os.cpu_count()} cores, {_core.isa()}, {platform.system()}, {date.today().isoformat()}\n")
+    print(f"{processor()}, {os.cpu_count()} cores, {_core.isa()}, {platform.system()}, {date.today().isoformat()}\n")
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -62,10 +63,3 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         print(
             "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |", flush=True
         )
-
-
-def _processor() -> str:
-    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []:
-        if line.startswith("model name"):
-            return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+UP = "the models' axis that points up; y turns them upright (default: z)"
+
 
 def size(text: str) -> tuple[int, int]:
     """(height, width) from WIDTHxHEIGHT."""

@@ -30,7 +30,6 @@ FILES = (
     "meshes (.ply, .obj, .stl, .off, .glb, .gltf, .3mf), CAD parts (.step, .stp, .iges, .igs, .3dm), NURBS surfaces "
     "(.json, .xml, .bpt, .cpt), shape scripts (.sdf), formulas (.vm) and scenes (.bob); without any, the built-in scene"
 )
-UP = "the models' axis that points up; y turns them upright (default: z)"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -92,7 +91,7 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("--elevation", type=float, default=20.0, metavar="DEGREES", help="default: 20")
     render.add_argument("--roll", type=float, default=0.0, metavar="DEGREES", help="default: 0")
     render.add_argument("--zoom", type=float, default=1.0, help="1 fits the bounding sphere (default: 1)")
-    render.add_argument("--up", choices=("y", "z"), default="z", help=UP)
+    render.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
     render.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
     render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
@@ -101,7 +100,7 @@ def _parser() -> argparse.ArgumentParser:
     pack.set_defaults(run=_pack)
     pack.add_argument("scene", metavar="SCENE.bob", help="the file to write")
     pack.add_argument("files", nargs="*", metavar="FILE", help=FILES)
-    pack.add_argument("--up", choices=("y", "z"), default="z", help=UP)
+    pack.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
 
     info = commands.add_parser(
         "info",

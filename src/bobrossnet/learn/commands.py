@@ -1,4 +1,4 @@
-"""The commands of the command line for learning: `bobrossnet dataset | train | evaluate`.
+"""The commands of the command line for learning: `bobrossnet dataset | train | evaluate | figures`.
 
 Nothing slow is imported up here, so that --help is answered at once.
 """
@@ -81,6 +81,20 @@ def add_commands(commands: Any) -> None:
     evaluate.add_argument("--csv", metavar="FILE", help="write the scores of each picture there")
     evaluate.add_argument("--markdown", metavar="FILE", help="write the tables there")
 
+    figures = commands.add_parser(
+        "figures", help="draw the report's figures", description="Draw the report's figures from data, as SVG and PNG."
+    )
+    figures.set_defaults(run=_figures)
+    figures.add_argument("out", metavar="OUT", help="the folder to write them to")
+    figures.add_argument("--data", metavar="DIR", help="a data set; without one, figures that need it are left out")
+    figures.add_argument("--weights", default="paper", help="name of shipped weights or a .safetensors file")
+    figures.add_argument("--model", metavar="FILE", help="what is seen in pictures; by default the built-in scene")
+    figures.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
+    figures.add_argument("--scores", metavar="FILE.csv", help="what evaluate wrote, likewise")
+    figures.add_argument("--steps", type=int, default=600, help="of trainings that compare losses (default: 600)")
+    figures.add_argument("--frames", type=int, default=60, help="to measure stability in (default: 60)")
+    figures.add_argument("--only", metavar="NAME,…", help="some of them, such as 2.1,4.1")
+
 
 def _dataset_build(options: argparse.Namespace) -> None:
     from bobrossnet.learn.dataset.build import build
@@ -143,3 +157,21 @@ def _evaluate(options: argparse.Namespace) -> None:
         if file:
             write_whole(file, content.encode())
             print(f"wrote {file}")
+
+
+def _figures(options: argparse.Namespace) -> None:
+    from bobrossnet.adapters.files import load
+    from bobrossnet.learn.dataset import Dataset
+    from bobrossnet.learn.figures import Sources, check_names, draw_figures
+
+    only = check_names(options.only.split(",")) if options.only else None
+    given: dict[str, Any] = {}
+    if options.model is not None:
+        scene = load(options.model)
+        given["scene"] = scene.turned_upright() if options.up == "y" else scene
+    if options.data is not None:
+        given["data"] = Dataset.open(options.data)
+    if options.scores is not None:
+        given["scores"] = Path(options.scores)
+    sources = Sources(weights=options.weights, steps=options.steps, frames=options.frames, **given)
+    draw_figures(options.out, sources, only=only)

@@ -1,0 +1,244 @@
+"""Figure 5.1: the five losses side by side, each of which trained a network on the same few samples.
+
+The report chose its loss by such a comparison: 50 samples, and the eye. Here the networks start from the same weights,
+see the same mini-batches and are measured as well, on these samples and on others.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from bobrossnet.learn.config import OPTIMIZERS, TrainConfig
+from bobrossnet.learn.dataset.loader import Batch, Batches
+from bobrossnet.learn.dataset.plan import PATCH, random_generator
+from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.figures.figure import Drawing, Sources, data_of
+from bobrossnet.learn.figures.style import picture_grid, show_picture
+from bobrossnet.learn.losses import LOSSES, l1, l2, ssim
+from bobrossnet.learn.networks import NETWORKS, Network
+from bobrossnet.progress import Report, progress
+from bobrossnet.render.gbuffer import GBuffer
+from bobrossnet.render.picture import traced_on_green
+
+SAMPLES = 50  # to train on, as in the report
+OTHERS = 100  # to measure on, of the validation split
+STEPS = 600  # 120 epochs: about 200 s of one core for each loss
+BATCH = 10  # samples a mini-batch; of the report's 32, the same time gives a third of the steps
+SHOWN_FRACTION = 0.25  # of the pixels traced in the pictures that are shown
+TRAINED, UNSEEN = "trained on", "unseen"  # the two sets
+MEASURES = ("ssim", "l1", "l2", "contrast", "sharpness")
+
+
+@dataclass(frozen=True)
+class Completed:
+    """A sample as each network completes it.
+
+    Attributes
+    ----------
+    samples : of which set it is
+    part : GBuffer, the traced pixels
+    reference : (128, 128) float32, the whole picture
+    images : by loss: (128, 128) float32 in 0..1, the network's own output, clamped
+    scores : by loss: SSIM
+    """
+
+    samples: str
+    part: GBuffer
+    reference: NDArray[np.float32]
+    images: Mapping[str, NDArray[np.float32]] = field(repr=False)
+    scores: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class LossComparison:
+    """What `compare_losses` found.
+
+    Attributes
+    ----------
+    steps : mini-batches for each loss
+    counts : by set, `TRAINED` and `UNSEEN`: how many samples
+    scores : by loss and set: the numbers of `MEASURES`
+        SSIM, L1 and L2 are means over the samples, of the network's own output, clamped to 0..1. Contrast is the
+        standard deviation over the pixels of a sample, sharpness the mean difference of neighbours, both summed over
+        the samples and divided by the references' sum: 1 is right, less is flat or blurred, more is noisy.
+    shown : samples to show, one of each set
+    """
+
+    steps: int
+    counts: Mapping[str, int]
+    scores: Mapping[tuple[str, str], Mapping[str, float]]
+    shown: tuple[Completed, ...]
+
+    def best(self, samples: str, measure: str = "ssim") -> str:
+        """Return the loss of the highest SSIM, or of the lowest L1 or L2, on a set."""
+        sign = -1 if measure in ("l1", "l2") else 1
+        return max(LOSSES, key=lambda loss: sign * self.scores[loss, samples][measure])
+
+    def csv(self) -> str:
+        """Return the scores as CSV, one line for each loss and set."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["loss", "samples", "count", *MEASURES])
+        for (loss, samples), row in self.scores.items():
+            writer.writerow([loss, samples, self.counts[samples], *(f"{row[name]:.6f}" for name in MEASURES)])
+        return text.getvalue()
+
+
+def compare_losses(
+    dataset: Dataset,
+    *,
+    samples: int = SAMPLES,
+    unseen: int = OTHERS,
+    steps: int = STEPS,
+    batch: int = BATCH,
+    network: str = "paper",
+    seed: int = 0,
+) -> LossComparison:
+    """Train a network with each loss on the same few samples, and measure all of them.
+
+    Same first weights, same mini-batches, AdaDelta; the loss is of the network's own output at every pixel, as in the
+    report.
+
+    Parameters
+    ----------
+    dataset : Dataset
+    samples : how many to train on, drawn from the training split with all its stages
+    unseen : how many to measure on besides, of the validation split
+    steps : mini-batches for each loss
+    batch : samples of each; the samples are shuffled anew in each epoch
+    network : a name in `NETWORKS`
+    seed : of samples, mini-batches and first weights
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+    """
+    config = TrainConfig(network=network, optimizer="adadelta", learning_rate=1.0, steps=steps, seed=seed)
+    sets = {
+        TRAINED: Batches(dataset, "train", size=samples, seed=seed)[0],
+        UNSEEN: Batches(dataset, "validation", size=unseen, seed=seed)[0],
+    }
+    networks = {}
+    with progress("comparing losses") as report:
+        for number, loss in enumerate(LOSSES):
+            part = _part(report, number / len(LOSSES), 1 / len(LOSSES), loss)
+            networks[loss] = _train(loss, sets[TRAINED], config, batch, part)
+    outputs = {(loss, name): _outputs(networks[loss], sets[name]) for loss in LOSSES for name in sets}
+    return LossComparison(
+        steps,
+        {name: len(chosen.numbers) for name, chosen in sets.items()},
+        {(loss, name): _measure(image, sets[name].reference) for (loss, name), image in outputs.items()},
+        tuple(
+            _completed(name, chosen, {loss: outputs[loss, name] for loss in LOSSES}) for name, chosen in sets.items()
+        ),
+    )
+
+
+def draw_losses(sources: Sources) -> Drawing:
+    """Compare the losses, and draw reference, sampled region and the five completions of a sample of each set."""
+    return show_losses(compare_losses(data_of(sources), steps=sources.steps, seed=sources.seed))
+
+
+def show_losses(comparison: LossComparison) -> Drawing:
+    """Draw what was found, a row for each sample that is shown."""
+    figure, grid = picture_grid(len(comparison.shown), 2 + len(LOSSES), (PATCH, PATCH), above=0.28, left=0.16)
+    for axes, sample in zip(grid, comparison.shown, strict=True):
+        show_picture(axes[0], sample.reference, "reference")
+        axes[0].text(-0.05, 0.5, sample.samples, rotation=90, ha="right", va="center", transform=axes[0].transAxes)
+        show_picture(axes[1], traced_on_green(sample.part), f"{100 * sample.part.fraction:.3g} % traced")
+        for place, (loss, image) in zip(axes[2:], sample.images.items(), strict=True):
+            show_picture(place, image, f"{loss_title(loss)}\nSSIM {sample.scores[loss]:.3f}")
+    trained, unseen = (comparison.counts[samples] for samples in (TRAINED, UNSEEN))
+    means = []
+    for loss in LOSSES:
+        seen, other = (comparison.scores[loss, samples]["ssim"] for samples in (TRAINED, UNSEEN))
+        means.append(f"{loss_title(loss)} {seen:.3f} / {other:.3f}")
+    return Drawing(
+        figure,
+        f"A network trained with each loss on the same {trained} samples: same first weights, same mini-batches, "
+        f"{comparison.steps} steps of AdaDelta. Its own output for one of these samples and for an unseen one. "
+        f"Mean SSIM of all {trained} samples / of {unseen} unseen ones: {', '.join(means)}.",
+        comparison.csv(),
+    )
+
+
+def loss_title(name: str) -> str:
+    """Return a loss's name as people write it: "ssim+l2" is "SSIM + L2"."""
+    return name.upper().replace("+", " + ")
+
+
+def _train(loss: str, samples: Batch, config: TrainConfig, size: int, report: Report) -> Network:
+    with torch.random.fork_rng(devices=[]):  # whoever calls goes on with random numbers of their own
+        torch.manual_seed(config.seed)
+        network = NETWORKS[config.network].from_settings({"groups": config.groups})
+    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    make_optimizer, _ = OPTIMIZERS[config.optimizer]
+    optimizer = make_optimizer(network, config)
+    count = len(samples.numbers)
+    epoch_steps = -(-count // size)
+    for step in range(config.steps):
+        epoch, place = divmod(step, epoch_steps)
+        order = random_generator(config.seed, 5, epoch).permutation(count)
+        chosen = torch.from_numpy(order[place * size : (place + 1) * size])
+        partial = samples.partial[chosen].contiguous(memory_format=torch.channels_last)
+        value = LOSSES[loss](network(partial), samples.reference[chosen]).mean()
+        optimizer.zero_grad()
+        value.backward()  # type: ignore[no-untyped-call]
+        optimizer.step()
+        report((step + 1) / config.steps, f"{value.item():.4f}")
+    return network.eval()
+
+
+@torch.no_grad()
+def _outputs(network: Network, samples: Batch) -> Tensor:
+    """Return what the network makes of all samples, (n, 1, 128, 128), clamped; a few at a time to bound memory."""
+    return torch.cat([network(partial) for partial in torch.split(samples.partial, 10)]).clamp(0, 1)
+
+
+def _measure(image: Tensor, reference: Tensor) -> dict[str, float]:
+    contrast, sharpness = (_ratio(of(image), of(reference)) for of in (_deviation, _gradient))
+    means = [float(measure(image, reference).mean()) for measure in (ssim, l1, l2)]
+    return dict(zip(MEASURES, [*means, contrast, sharpness], strict=True))
+
+
+def _ratio(of_image: Tensor, of_reference: Tensor) -> float:
+    return float(of_image.sum() / of_reference.sum())
+
+
+def _deviation(picture: Tensor) -> Tensor:
+    return picture.flatten(1).std(1)
+
+
+def _gradient(picture: Tensor) -> Tensor:
+    """Return the mean absolute difference of neighbours along rows and columns: (n, 1, H, W) → (n,)."""
+    across, down = picture.diff(dim=3).abs().mean((1, 2, 3)), picture.diff(dim=2).abs().mean((1, 2, 3))
+    return across + down
+
+
+def _completed(name: str, samples: Batch, outputs: Mapping[str, Tensor]) -> Completed:
+    """Choose the sample with the most edges among those of the fraction to show, and collect what was made of it."""
+    edges = _gradient(samples.reference).numpy()
+    nearness = -np.abs(samples.fractions - SHOWN_FRACTION)  # toy sets may lack the fraction
+    chosen = int(np.lexsort((edges, nearness))[-1])
+    reference = samples.reference[chosen, 0].numpy()
+    return Completed(
+        name,
+        GBuffer.from_stack(samples.partial[chosen].numpy().copy()),
+        reference,
+        {loss: output[chosen, 0].numpy() for loss, output in outputs.items()},
+        {loss: float(ssim(output[chosen, None], samples.reference[chosen, None])) for loss, output in outputs.items()},
+    )
+
+
+def _part(report: Report, start: float, share: float, what: str) -> Report:
+    """Return a report for a part of the work."""
+    return lambda done, note="": report(start + share * done, f"{what} {note}")

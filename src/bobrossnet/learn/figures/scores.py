@@ -1,0 +1,124 @@
+"""Figure 6.2: mean SSIM by the share of traced pixels, beside the report's and beside interpolation."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from matplotlib.transforms import Bbox
+
+from bobrossnet.errors import InputError
+from bobrossnet.learn import reference
+from bobrossnet.learn.figures.figure import Drawing, LeftOutError, Sources
+from bobrossnet.learn.figures.style import BLUE, GRAY, GREEN, ORANGE, PAGE, PURPLE, RED, SKY, new_figure
+
+Means = Mapping[str, Mapping[float, float]]
+"""By method and share of traced pixels: mean SSIM."""
+
+RAW, KEPT = " raw", " kept"  # ends of the names of a model's methods
+FILLINGS = {"delaunay-linear": ORANGE, "pull-push": GREEN, "nearest": PURPLE, "telea": GRAY}
+DENSE = 0.25  # from here on, the right panel shows more closely
+
+
+def draw_scores(sources: Sources) -> Drawing:
+    """Draw the means of an evaluation."""
+    if sources.scores is None:
+        raise LeftOutError("it needs an evaluation's scores (--scores FILE.csv)")
+    return show_scores(read_means(sources.scores))
+
+
+def read_means(path: str | os.PathLike[str]) -> dict[str, dict[float, float]]:
+    """Read an evaluation's CSV and return the mean SSIM by method and share of traced pixels.
+
+    Parameters
+    ----------
+    path : CSV file with the columns method, fraction and ssim, a row for each picture
+
+    Raises
+    ------
+    InputError
+        If the file can't be read or has other columns.
+    """
+    scores: dict[str, dict[float, list[float]]] = {}
+    try:
+        with Path(path).open(newline="") as file:
+            for row in csv.DictReader(file):
+                scores.setdefault(row["method"], {}).setdefault(float(row["fraction"]), []).append(float(row["ssim"]))
+    except OSError as error:
+        raise InputError(f"{path}: can't read it: {error.strerror}") from error
+    except (KeyError, ValueError, TypeError, csv.Error) as error:
+        raise InputError(f"{path}: expected an evaluation's scores with method, fraction and ssim: {error}") from error
+    return {name: {f: float(np.mean(values)) for f, values in rows.items()} for name, rows in scores.items()}
+
+
+def show_scores(means: Means) -> Drawing:
+    """Draw means by share of traced pixels, all of them and the dense end more closely, above the report's table.
+
+    Parameters
+    ----------
+    means : by method, of which one ends in " raw" and one in " kept"; thin lines are drawn for `FILLINGS`
+
+    Raises
+    ------
+    InputError
+        If a method is missing.
+    """
+    raw, kept = (_method(means, end) for end in (RAW, KEPT))
+    lines = [("the report", reference.SSIM, RED, "D:"), (raw, means[raw], SKY, "s-"), (kept, means[kept], BLUE, "o-")]
+    figure = new_figure(PAGE, 3.1)
+    panels = figure.subplot_mosaic([["all", "dense"], ["table", "table"]], height_ratios=[3.2, 1])
+    for name, color in FILLINGS.items():
+        if name in means:
+            lines.append((name, means[name], color, "-"))
+    for panel, least in (("all", 0.0), ("dense", DENSE)):
+        axes = panels[panel]
+        shown = []
+        for name, line, color, marks in lines:
+            points = sorted((100 * fraction, mean) for fraction, mean in line.items() if fraction >= least)
+            thin = name in FILLINGS
+            axes.plot(*zip(*points, strict=True), marks, color=color, lw=0.7 if thin else 1.2, label=name)
+            shown += [] if thin else points
+        axes.set(xscale="log", xlabel="pixels traced, %", ylabel="mean SSIM")
+        ticks = sorted({fraction for fraction, _ in shown})
+        axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        axes.set_xticks([], minor=True)
+        axes.grid()
+    lowest = min(mean for _, line, _, marks in lines[:3] for fraction, mean in line.items() if fraction >= DENSE)
+    panels["dense"].set_ylim(max(lowest - 0.1 * (1 - lowest), 0), 1 + 0.1 * (1 - lowest))
+    panels["all"].legend(loc="lower right", ncols=2)
+
+    stages = list(reference.SSIM)
+    panels["table"].set_axis_off()
+    table = panels["table"].table(
+        [[f"{line[stage]:.4f}" if stage in line else "–" for stage in stages] for _, line, *_ in lines[:3]],
+        rowLabels=[name for name, *_ in lines[:3]],
+        colLabels=[f"{100 * stage:g} %" for stage in stages],
+        bbox=Bbox.from_bounds(0.12, 0, 0.88, 1),
+        cellLoc="center",
+        edges="horizontal",
+    )
+    table.auto_set_font_size(False)
+    table.set_fontsize(6.5)
+    for cell in table.get_celld().values():
+        cell.set_linewidth(0.4)
+    return Drawing(
+        figure,
+        f"Mean SSIM by the share of traced pixels. {raw}: the network's own output, as the report measured it; {kept}: "
+        "traced pixels kept, as in all of the fillings, thin lines. Right: the same from "
+        f"{100 * DENSE:g} % on. The report's numbers are of its own models.",
+        "\n".join(
+            ["method,fraction,ssim"]
+            + [f"{name},{fraction:g},{mean:.6f}" for name, line, *_ in lines for fraction, mean in line.items()]
+            + [""]
+        ),
+    )
+
+
+def _method(means: Means, end: str) -> str:
+    for name in means:
+        if name.endswith(end):
+            return name
+    raise InputError(f"scores: expected a method NAME{end}, got {', '.join(means) or 'none'}")
