@@ -1,4 +1,4 @@
-"""The commands of the command line for learning: `bobrossnet train | evaluate | figures`.
+"""The commands of the command line for learning: `bobrossnet dataset | train | evaluate | figures`.
 
 Nothing slow is imported up here, so that --help is answered at once.
 """
@@ -14,7 +14,7 @@ from bobrossnet import arguments
 
 def add_commands(commands: Any) -> None:
     """Add them to an argparse parser's commands."""
-    dataset = commands.add_parser("dataset", help="build a data set", description="Build a data set to learn from.")
+    dataset = commands.add_parser("dataset", help="build a data set", description="Build a data set, or look into it.")
     actions = dataset.add_subparsers(metavar="ACTION", required=True)
     build = actions.add_parser("build", help="render shapes", description="Render a data set, or go on with one.")
     build.set_defaults(run=_dataset_build)
@@ -30,6 +30,17 @@ def add_commands(commands: Any) -> None:
     build.add_argument("--test-shapes", type=int, default=10, help="set aside for testing (default: 10)")
     build.add_argument("--seed", type=int, default=0, help="of shapes, cameras, splits and masks (default: 0)")
     build.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler's, to render on its cluster")
+
+    compare = actions.add_parser(
+        "compare",
+        help="with real models",
+        description="Say how far a data set's pictures are like pictures of real models from the same places.",
+    )
+    compare.set_defaults(run=_dataset_compare)
+    compare.add_argument("dataset", metavar="DIR", help="the data set's folder")
+    compare.add_argument("folder", metavar="FOLDER", help="of mesh files")
+    compare.add_argument("--limit", type=int, help="how many models at most, spread over the folder")
+    compare.add_argument("--markdown", metavar="FILE", help="written with what is printed")
 
     train = commands.add_parser("train", help="train a network", description="Train a network.")
     train.set_defaults(run=_train)
@@ -55,7 +66,6 @@ def add_commands(commands: Any) -> None:
     figures.set_defaults(run=_figures)
     figures.add_argument("out", metavar="OUT", help="the folder to write them to")
     figures.add_argument("--data", metavar="DIR", help="a data set; without one, figures that need it are left out")
-    figures.add_argument("--run", metavar="DIR", dest="trained", help="what trainings left behind, likewise")
     figures.add_argument("--weights", default="paper", help="name of shipped weights or a .safetensors file")
     figures.add_argument("--model", metavar="FILE", help="what is seen in pictures; by default the built-in scene")
     figures.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
@@ -79,6 +89,20 @@ def _dataset_build(options: argparse.Namespace) -> None:
     plan = dataset.plan
     counts = ", ".join(f"{len(plan.split(name)):,} {name}" for name in ("train", "validation", "test"))
     print(f"wrote {options.folder}: {plan.shapes} shapes, {plan.samples:,} samples: {counts}")
+
+
+def _dataset_compare(options: argparse.Namespace) -> None:
+    from bobrossnet.atomic import check_writable, write_whole
+    from bobrossnet.learn.dataset import Dataset
+    from bobrossnet.learn.dataset.statistics import compare_with_folder
+
+    if options.markdown is not None:
+        check_writable(options.markdown)
+    text = str(compare_with_folder(Dataset.open(options.dataset), options.folder, limit=options.limit))
+    print(text)
+    if options.markdown is not None:
+        write_whole(options.markdown, f"{text}\n".encode())
+        print(f"\nwrote {options.markdown}")
 
 
 def _train(options: argparse.Namespace) -> None:
@@ -109,8 +133,6 @@ def _figures(options: argparse.Namespace) -> None:
         given["scene"] = scene.turned_upright() if options.up == "y" else scene
     if options.data is not None:
         given["data"] = Dataset.open(options.data)
-    if options.trained is not None:
-        given["run"] = Path(options.trained)
     if options.scores is not None:
         given["scores"] = Path(options.scores)
     sources = Sources(weights=options.weights, steps=options.steps, frames=options.frames, **given)

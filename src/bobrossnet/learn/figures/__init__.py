@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bobrossnet.atomic import write_whole
+from bobrossnet.complete.model import load_model
 from bobrossnet.errors import InputError
 from bobrossnet.learn.figures.architecture import draw_full, draw_grouped, draw_unet
 from bobrossnet.learn.figures.convergence import draw_convergence
@@ -67,6 +68,7 @@ def draw_figures(
     """
     names = check_names(only)
     sources = Sources() if sources is None else sources
+    load_model(sources.weights)  # mistakes are told before time is spent
     out = Path(out)
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -74,7 +76,7 @@ def draw_figures(
         raise InputError(f"{out}: can't make this folder: {error.strerror}") from error
     paths = {name: out / f"figure-{name}" for name in names}
     for path in paths.values():
-        figure_paths(path)  # before time is spent on them
+        figure_paths(path)
     captions = {}
     for name, path in paths.items():
         try:

@@ -183,9 +183,10 @@ def _box(
             corner, *size, boxstyle="round,pad=0,rounding_size=0.04", facecolor=color, edgecolor=BLACK, linewidth=0.7
         )
     )
-    axes.text(center[0], center[1] + 0.12, name, ha="center", va="center", weight="bold")
-    for i, line in enumerate(lines):
-        axes.text(center[0], center[1] - 0.12 * i, line, ha="center", va="center", fontsize=6)
+    top = center[1] + 0.06 * len(lines)
+    axes.text(center[0], top, name, ha="center", va="center", weight="bold")
+    for i, line in enumerate(lines, 1):
+        axes.text(center[0], top - 0.12 * i, line, ha="center", va="center", fontsize=6)
 
 
 def _follow(axes: Axes, start: tuple[float, float], end: tuple[float, float], box: tuple[float, float]) -> None:

@@ -26,8 +26,6 @@ class Sources:
     camera: Camera = field(default_factory=lambda: Camera(azimuth=30, elevation=20))
     """From where `scene` is seen."""
     data: Dataset | None = None
-    run: Path | None = None
-    """Folder with what trainings left behind."""
     scores: Path | None = None
     """CSV file of an evaluation, one row for each method, picture and share of traced pixels."""
     size: int = 512

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from bobrossnet.learn.dataset import Dataset
-from bobrossnet.learn.dataset.plan import PATCH, PATCHES, STAGES
+from bobrossnet.learn.dataset.plan import PATCH, PATCHES, SIZES, STAGES
 from bobrossnet.learn.figures.figure import Drawing, Sources, data_of
 from bobrossnet.learn.figures.style import picture_grid, show_picture
 from bobrossnet.render.gbuffer import GBuffer
@@ -22,22 +22,23 @@ def draw_samples(sources: Sources) -> Drawing:
     data = data_of(sources)
     rng = np.random.default_rng(sources.seed)
     shapes = np.sort(rng.permutation(data.plan.shapes)[:SHAPES])
-    figure, axes = picture_grid(len(shapes), len(STAGES) + 1, (PATCH, PATCH), above=0, left=0.3)
+    figure, axes = picture_grid(len(shapes), len(STAGES) + 1, (PATCH, PATCH), between=0.05, left=0.3)
     for panel, title in zip(axes[0], [*(f"{100 * stage:g} %" for stage in STAGES), "reference"], strict=True):
-        panel.set_title(title)
-    for row, shape in zip(axes, shapes.tolist(), strict=True):
+        panel.set_title(title, pad=3)
+    for i, (row, shape) in enumerate(zip(axes, shapes.tolist(), strict=True)):
+        size = SIZES[i % len(SIZES)]
         patches = data.patches(shape)
+        first_samples = [(shape * PATCHES + patch) * len(STAGES) for patch in range(PATCHES)]
         covered = np.count_nonzero(patches[:, 1], axis=(1, 2)) / PATCH**2
-        enough = np.flatnonzero(covered >= min(LEAST, covered.max()))
-        patch = int(rng.choice(enough))
-        first = (shape * PATCHES + patch) * len(STAGES)
+        covered *= [data.plan.sample(first).size == size for first in first_samples]
+        patch = int(rng.choice(np.flatnonzero(covered >= min(LEAST, covered.max()))))
+        first = first_samples[patch]
         known = patches[patch].astype(np.float32)  # (4, 128, 128)
         for stage, fraction in enumerate(STAGES):
             mask = data.plan.mask(first + stage, fraction)
             partial = GBuffer.from_stack(np.concatenate([mask[None], known * mask]))  # (5, 128, 128)
             show_picture(row[stage], traced_on_green(partial))
         show_picture(row[-1], known[0])
-        size = data.plan.sample(first).size
         label = f"{_name(data, shape)}\n{size} x {size}"
         row[0].text(-0.05, 0.5, label, transform=row[0].transAxes, rotation=90, ha="right", va="center")
     return Drawing(

@@ -82,7 +82,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def picture_grid(
-    rows: int, columns: int, size: Size, *, above: float = 0.16, left: float = 0.0
+    rows: int, columns: int, size: Size, *, above: float = 0.16, between: float = 0.21, left: float = 0.0
 ) -> tuple[Figure, NDArray[np.object_]]:
     """Return a figure of axes for pictures, no wider than a page, and the axes, (rows, columns).
 
@@ -93,7 +93,8 @@ def picture_grid(
     ----------
     rows, columns : how many
     size : (height, width) of the pictures, in pixels
-    above : inches above each row, for titles; 0.16 hold a line
+    above, between : inches above the first row, and between rows
+        0.16 hold a line of title, and 0.05 are as much as between columns.
     left : inches left of the first column
     """
     height, width = size
@@ -101,7 +102,7 @@ def picture_grid(
     room = (PAGE - left + gap) / columns - gap  # inches for a picture
     scale = max(int(room * DPI) // width, 1) / DPI if width <= room * DPI else room / width  # inches a pixel
     x = [round((left + i * gap) * DPI) / DPI + i * width * scale for i in range(columns)]
-    y = [round((above + gap) * i * DPI) / DPI + i * height * scale for i in range(rows)]  # from the bottom
+    y = [round(between * i * DPI) / DPI + i * height * scale for i in range(rows)]  # from the bottom
     figure_width, figure_height = x[-1] + width * scale, y[-1] + height * scale + above
     figure = Figure(figsize=(figure_width, figure_height))
     axes = np.empty((rows, columns), object)
@@ -126,10 +127,11 @@ def show_picture(axes: Axes, picture: NDArray[Any], title: str = "") -> None:
     picture : (H, W) float32 gray in 0..1, or (H, W, 3) uint8
     title : a line above it
     """
-    shown = picture if picture.dtype == np.uint8 else to_8_bit(picture)
-    axes.imshow(shown, cmap="gray", vmin=0, vmax=255, interpolation="none")
+    shown = picture if picture.ndim == 3 else np.repeat(to_8_bit(picture)[..., None], 3, -1)
+    axes.imshow(shown, interpolation="none")
     axes.set_axis_off()
-    axes.set_title(title, pad=3)
+    if title:
+        axes.set_title(title, pad=3)
 
 
 def figure_paths(path: str | os.PathLike[str]) -> list[Path]:
