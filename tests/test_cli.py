@@ -237,9 +237,9 @@ def test_train_and_evaluate(tmp_path, capsys):
     assert cli.main(["info", str(weights)]) == 0
     assert '"steps": 2' in capsys.readouterr().out
     (tmp_path / "a.obj").write_text(TRIANGLE)
-    assert cli.main(["evaluate", str(tmp_path), "--model", str(weights), "--size", "32x32"]) == 0
+    assert cli.main(["evaluate", str(tmp_path), "--models", str(weights), "--size", "32x32"]) == 0
     printed = capsys.readouterr().out
-    assert "1 pictures of 32x32" in printed
+    assert "1 pictures of 1 shapes" in printed
     assert "delaunay-linear" in printed
 
 

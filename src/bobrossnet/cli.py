@@ -51,8 +51,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader left; Python flushes at exit
         return 0
-    except KeyboardInterrupt:
-        print("bobrossnet: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as interrupt:
+        print(": ".join(["bobrossnet: interrupted", *map(str, interrupt.args)]), file=sys.stderr)
         return INTERRUPTED
 
 

@@ -42,23 +42,44 @@ def add_commands(commands: Any) -> None:
     compare.add_argument("--limit", type=int, help="how many models at most, spread over the folder")
     compare.add_argument("--markdown", metavar="FILE", help="written with what is printed")
 
-    train = commands.add_parser("train", help="train a network", description="Train a network.")
+    train = commands.add_parser(
+        "train", help="train a network", description="Train a network; the same command goes on with what was stopped."
+    )
     train.set_defaults(run=_train)
-    train.add_argument("out", metavar="OUT.safetensors", help="the weight file to write")
-    train.add_argument("settings", nargs="*", metavar="NAME=VALUE", help="fields of TrainConfig, such as steps=2000")
-    train.add_argument("--checkpoint", metavar="FILE", help="written now and then; an interrupted run goes on from it")
+    train.add_argument("dataset", metavar="DATA", help="the data set's folder")
+    train.add_argument("folder", metavar="RUN", help="the folder for weights, checkpoint, configuration and logs")
+    train.add_argument("settings", nargs="*", metavar="NAME=VALUE", help="fields of TrainConfig, such as epochs=3")
+    for name, what in (
+        ("accelerator", "auto, cpu or cuda; auto takes the GPU if there is one"),
+        ("devices", "GPUs, or processes on the CPU, that share the work"),
+        ("precision", "32-true, or bf16-mixed for convolutions in bfloat16"),
+    ):
+        train.add_argument(f"--{name}", metavar=name.upper(), help=f"{what}; the same as {name}={name.upper()}")
 
     evaluate = commands.add_parser(
-        "evaluate", help="measure weights on models", description="Measure weights on every model below a folder."
+        "evaluate",
+        help="measure models beside plain filling",
+        description="Measure models on a data set's test split or on files, beside plain filling of the same pixels.",
     )
     evaluate.set_defaults(run=_evaluate)
-    evaluate.add_argument("folder", metavar="FOLDER", help="of mesh files")
-    evaluate.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
+    evaluate.add_argument("place", metavar="PLACE", help="a data set, or a folder of models in files")
     evaluate.add_argument(
-        "--size", type=arguments.size, default=(256, 256), metavar="WIDTHxHEIGHT", help="default: 256x256"
+        "--models", nargs="+", default=["default"], metavar="NAME", help="of shipped weights, or .safetensors files"
     )
-    evaluate.add_argument("--views", type=int, default=1, help="pictures of each model (default: 1)")
-    evaluate.add_argument("--limit", type=int, help="how many models at most, spread over the folder")
+    evaluate.add_argument(
+        "--fractions",
+        type=arguments.fractions,
+        metavar="PERCENT,...",
+        help="shares of the pixels to trace (default: 1%%,2%%,5%%,10%%,25%%,50%%,75%%,100%%)",
+    )
+    evaluate.add_argument("--order", default="uniform", help="sequence of the pixels (default: uniform)")
+    evaluate.add_argument(
+        "--size", type=arguments.size, metavar="WIDTHxHEIGHT", help="of pictures of files (default: 256x256)"
+    )
+    evaluate.add_argument("--views", type=int, help="pictures of each file (default: 1)")
+    evaluate.add_argument("--limit", type=int, help="how many shapes at most, spread evenly over all")
+    evaluate.add_argument("--csv", metavar="FILE", help="write the scores of each picture there")
+    evaluate.add_argument("--markdown", metavar="FILE", help="write the tables there")
 
     figures = commands.add_parser(
         "figures", help="draw the report's figures", description="Draw the report's figures from data, as SVG and PNG."
@@ -107,18 +128,35 @@ def _dataset_compare(options: argparse.Namespace) -> None:
 
 def _train(options: argparse.Namespace) -> None:
     from bobrossnet.learn.config import config_from_settings
+    from bobrossnet.learn.dataset import Dataset
     from bobrossnet.learn.train import train
 
-    train(config_from_settings(options.settings), options.out, checkpoint_path=options.checkpoint)
-    print(f"wrote {options.out}")
+    named = {name: getattr(options, name) for name in ("accelerator", "devices", "precision")}
+    given = [f"{name}={value}" for name, value in named.items() if value is not None]
+    config = config_from_settings([*options.settings, *given])
+    train(config, Dataset.open(options.dataset), options.folder)
 
 
 def _evaluate(options: argparse.Namespace) -> None:
-    from bobrossnet.learn.evaluate import evaluate
+    from bobrossnet.atomic import check_writable, write_whole
+    from bobrossnet.errors import InputError
+    from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
 
-    result = evaluate(options.model, options.folder, views=options.views, size=options.size, limit=options.limit)
-    print(f"{len(result.pictures)} pictures of {options.size[1]}x{options.size[0]}, traced pixels kept\n")
+    for file in filter(None, (options.csv, options.markdown)):
+        check_writable(file)
+    names = ("fractions", "order", "limit", "size", "views")
+    given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    if (Path(options.place) / "zarr.json").exists():
+        if "size" in given or "views" in given:
+            raise InputError("--size and --views: expected with a folder of files; a data set has pictures of its own")
+        result = evaluate_dataset(options.place, options.models, **given)
+    else:
+        result = evaluate_folder(options.place, options.models, **given)
     print(result)
+    for file, content in ((options.csv, result.csv()), (options.markdown, f"{result}\n")):
+        if file:
+            write_whole(file, content.encode())
+            print(f"wrote {file}")
 
 
 def _figures(options: argparse.Namespace) -> None:

@@ -21,14 +21,14 @@ from bobrossnet.shapes.scene import Scene, SceneLike
 Family = Callable[[np.random.Generator], SceneLike]
 
 KINDS: dict[str, tuple[float, Mapping[str, Family] | None]] = {
-    "mesh": (0.46, None),  # `procedural_mesh` chooses by itself, and assembles
-    "implicit": (0.18, implicit.FAMILIES),
-    "carved": (0.18, carved.FAMILIES),
-    "nurbs": (0.18, splines.FAMILIES),
+    "mesh": (0.5, None),  # `procedural_mesh` chooses by itself, and assembles
+    "implicit": (0.15, implicit.FAMILIES),
+    "carved": (0.25, carved.FAMILIES),
+    "nurbs": (0.1, splines.FAMILIES),
 }
 """By kind: how often it comes up, and its families, which come up equally often."""
 
-ALONE = 0.4  # chance that a shape which is no mesh has no others set against it
+ALONE = 0.7  # chance that a shape which is no mesh has no others set against it
 
 
 def procedural_scene(seed: int) -> Scene:
