@@ -6,6 +6,7 @@ see the same mini-batches and are measured as well, on these samples and on othe
 
 from __future__ import annotations
 
+import copy
 import csv
 import io
 from collections.abc import Mapping
@@ -16,6 +17,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from bobrossnet.errors import check_integer
 from bobrossnet.learn.config import OPTIMIZERS, TrainConfig
 from bobrossnet.learn.dataset.loader import Batch, Batches
 from bobrossnet.learn.dataset.plan import PATCH, random_generator
@@ -24,6 +26,7 @@ from bobrossnet.learn.figures.figure import Drawing, Sources, data_of
 from bobrossnet.learn.figures.style import picture_grid, show_picture
 from bobrossnet.learn.losses import LOSSES, l1, l2, ssim
 from bobrossnet.learn.networks import NETWORKS, Network
+from bobrossnet.learn.train import follow
 from bobrossnet.progress import Report, progress
 from bobrossnet.render.gbuffer import GBuffer
 from bobrossnet.render.picture import traced_on_green
@@ -32,6 +35,7 @@ SAMPLES = 50  # to train on, as in the report
 OTHERS = 100  # to measure on, of the validation split
 STEPS = 600  # 120 epochs: about 200 s of one core for each loss
 BATCH = 10  # samples a mini-batch; of the report's 32, the same time gives a third of the steps
+AVERAGE = 0.98  # decay of the average of the weights: AdaDelta's losses go up and down by half of themselves
 SHOWN_FRACTION = 0.25  # of the pixels traced in the pictures that are shown
 TRAINED, UNSEEN = "trained on", "unseen"  # the two sets
 MEASURES = ("ssim", "l1", "l2", "contrast", "sharpness")
@@ -104,8 +108,8 @@ def compare_losses(
 ) -> LossComparison:
     """Train a network with each loss on the same few samples, and measure all of them.
 
-    Same first weights, same mini-batches, AdaDelta; the loss is of the network's own output at every pixel, as in the
-    report.
+    Same first weights, same mini-batches, AdaDelta, and the average of the last weights; the loss is of the network's
+    own output at every pixel, as in the report.
 
     Parameters
     ----------
@@ -122,7 +126,8 @@ def compare_losses(
     InputError
         If a number is out of its range.
     """
-    config = TrainConfig(network=network, optimizer="adadelta", learning_rate=1.0, steps=steps, seed=seed)
+    check_integer("steps", steps, 0, 2**31 - 1)
+    config = TrainConfig(network=network, batch=batch, optimizer="adadelta", learning_rate=1.0, seed=seed)
     sets = {
         TRAINED: Batches(dataset, "train", size=samples, seed=seed)[0],
         UNSEEN: Batches(dataset, "validation", size=unseen, seed=seed)[0],
@@ -131,7 +136,7 @@ def compare_losses(
     with progress("comparing losses") as report:
         for number, loss in enumerate(LOSSES):
             part = _part(report, number / len(LOSSES), 1 / len(LOSSES), loss)
-            networks[loss] = _train(loss, sets[TRAINED], config, batch, part)
+            networks[loss] = _train(loss, sets[TRAINED], config, steps, part)
     outputs = {(loss, name): _outputs(networks[loss], sets[name]) for loss in LOSSES for name in sets}
     return LossComparison(
         steps,
@@ -176,26 +181,29 @@ def loss_title(name: str) -> str:
     return name.upper().replace("+", " + ")
 
 
-def _train(loss: str, samples: Batch, config: TrainConfig, size: int, report: Report) -> Network:
+def _train(loss: str, samples: Batch, config: TrainConfig, steps: int, report: Report) -> Network:
+    """Return the average of a network's weights over the last steps of its training."""
     with torch.random.fork_rng(devices=[]):  # whoever calls goes on with random numbers of their own
         torch.manual_seed(config.seed)
         network = NETWORKS[config.network].from_settings({"groups": config.groups})
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    average = copy.deepcopy(network).requires_grad_(False)
     make_optimizer, _ = OPTIMIZERS[config.optimizer]
     optimizer = make_optimizer(network, config)
     count = len(samples.numbers)
-    epoch_steps = -(-count // size)
-    for step in range(config.steps):
+    epoch_steps = -(-count // config.batch)
+    for step in range(steps):
         epoch, place = divmod(step, epoch_steps)
         order = random_generator(config.seed, 5, epoch).permutation(count)
-        chosen = torch.from_numpy(order[place * size : (place + 1) * size])
+        chosen = torch.from_numpy(order[place * config.batch : (place + 1) * config.batch])
         partial = samples.partial[chosen].contiguous(memory_format=torch.channels_last)
         value = LOSSES[loss](network(partial), samples.reference[chosen]).mean()
         optimizer.zero_grad()
         value.backward()  # type: ignore[no-untyped-call]
         optimizer.step()
-        report((step + 1) / config.steps, f"{value.item():.4f}")
-    return network.eval()
+        follow(average, network, AVERAGE, step + 1)
+        report((step + 1) / steps, f"{value.item():.4f}")
+    return average.eval()
 
 
 @torch.no_grad()

@@ -216,6 +216,7 @@ def show_stability(stability: Stability) -> Drawing:
         converging.plot(100 * stability.fractions[1:], flicker, color=COLORS[name], label=name)
     converging.set(xlabel="pixels traced, %", ylabel="flicker per frame, gray levels of 255", yscale="log")
     converging.set_title(f"converging picture, {len(stability.fractions)} frames, mean of {stability.views} views")
+    converging.yaxis.set_major_formatter("{x:g}")
     converging.grid(axis="y")
     converging.legend()
 
