@@ -1,0 +1,256 @@
+"""Reproduces the report: builds the data set, trains, evaluates, draws, and writes docs/report.md, ours beside theirs.
+
+    python docs/report.py [--scale small] [--models FOLDER] [--work DIR]
+
+Whatever is done already in DIR is not done again, so that it can be stopped and started. The small scale does the same
+with few shapes and epochs, within 10 minutes on two cores, and leaves docs/ alone: it writes to DIR.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import importlib.metadata
+import json
+import os
+import platform
+import resource
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import bobrossnet as bob
+from bobrossnet import _core
+from bobrossnet.learn import reference
+from bobrossnet.learn.config import TrainConfig
+from bobrossnet.learn.dataset.build import build
+from bobrossnet.learn.dataset.plan import SHAPES, STAGES, TEST_SHAPES
+from bobrossnet.learn.dataset.statistics import Comparison, compare_with_folder
+from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.evaluate import Evaluation, evaluate_dataset, evaluate_folder, kept, raw
+from bobrossnet.learn.figures import Sources, draw_figures
+from bobrossnet.learn.train import LOG, WEIGHTS, train
+from bobrossnet.machine import processor
+
+ROOT = Path(__file__).parent.parent
+MODELS = Path(os.environ.get("BOBROSSNET_MODELS", ROOT.parent / "shared" / "models"))
+SCAN = "scans/armadillo.ply"  # of the Stanford Computer Graphics Laboratory, as the report's dragon is; y is up
+SCAN_CAMERA = bob.Camera(azimuth=60, elevation=15)
+USES = {"train": "training", "validation": "validation", "test": "testing"}
+VERSIONS = ("bobrossnet", "numpy", "torch", "lightning-fabric", "zarr")
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How much is done."""
+
+    shapes: int = SHAPES
+    test_shapes: int = TEST_SHAPES
+    config: TrainConfig = field(default_factory=TrainConfig)
+    models: int | None = None  # real ones that are measured on, at most
+    figures: dict[str, Any] = field(default_factory=dict)  # fields of `Sources`
+
+
+SCALES = {
+    "full": Scale(),
+    "small": Scale(24, 4, TrainConfig(epochs=3), 12, {"size": 256, "steps": 20, "frames": 12}),
+}
+
+
+class Work:
+    """A folder with all that the report is made of, and how long each part took."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._seconds_file = folder / "seconds.json"
+        folder.mkdir(parents=True, exist_ok=True)
+        self.seconds: dict[str, float] = (
+            json.loads(self._seconds_file.read_text()) if self._seconds_file.exists() else {}
+        )
+
+    @contextmanager
+    def timed(self, part: str) -> Iterator[None]:
+        """Add the time of a part of the work to what it took in earlier runs."""
+        print(f"== {part}", flush=True)
+        start = time.monotonic()
+        try:
+            yield
+        finally:
+            self.seconds[part] = self.seconds.get(part, 0) + time.monotonic() - start
+            self._seconds_file.write_text(json.dumps(self.seconds, indent=2) + "\n")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scale", choices=SCALES, default="full")
+    parser.add_argument("--models", type=Path, default=MODELS, help="folder of real models to measure on as well")
+    parser.add_argument("--work", type=Path, help="folder for data, weights and scores (default: out/report, -small)")
+    options = parser.parse_args()
+    small = options.scale == "small"
+    scale = SCALES[options.scale]
+    work = Work(options.work or ROOT / "out" / ("report-small" if small else "report"))
+    docs = work.folder if small else ROOT / "docs"
+    models = options.models if options.models.is_dir() else None
+
+    with work.timed("data set"):
+        dataset = build(work.folder / "data", shapes=scale.shapes, test_shapes=scale.test_shapes)
+    run = work.folder / "paper"
+    with work.timed("training"):
+        train(scale.config, dataset, run)
+    weights = run / WEIGHTS
+    with work.timed("evaluation"):
+        own = evaluate_dataset(dataset, [weights])
+        scores = work.folder / "scores.csv"
+        scores.write_text(own.csv())
+        real = evaluate_folder(models, [weights], limit=scale.models) if models else None
+        comparison = compare_with_folder(dataset, models, limit=scale.models) if models else None
+    with work.timed("figures"):
+        sources = Sources(weights=str(weights), data=dataset, scores=scores, **scale.figures)
+        if models:
+            sources = replace(sources, scene=bob.load(models / SCAN).turned_upright(), camera=SCAN_CAMERA)
+        captions = draw_figures(docs / "report", sources)
+    parts = [
+        *heading(options.scale, work),
+        *data_set(dataset, comparison),
+        *training(scale.config, run),
+        *test_split(own, run),
+        *real_models(real, run),
+        *losses(docs / "report" / "figure-5.1.csv"),
+        *figures(captions, models is not None),
+    ]
+    (docs / "report.md").write_text("\n\n".join(parts) + "\n")
+    print(f"wrote {docs / 'report.md'}")
+
+
+def heading(scale: str, work: Work) -> list[str]:
+    versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in VERSIONS)
+    times = ", ".join(f"{part} {seconds / 3600:.2f} h" for part, seconds in work.seconds.items())
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    return [
+        "# The report, reproduced",
+        "What *Accelerating rendering by partial inpainting: BobRossNet* (2019) reports, measured again with this "
+        "package: its data set, training, results and figures, from shapes that the package makes itself. "
+        f"`make report{' SCALE=small' * (scale == 'small')}` wrote this page.",
+        f"- **Machine**: {processor()}, {os.cpu_count()} cores, {_core.isa()}, {platform.system()}; "
+        f"at most {memory:.1f} GiB of memory. {date.today().isoformat()}.",
+        f"- **Hours**: {times}.",
+        f"- **Versions**: Python {platform.python_version()}, {versions}.",
+    ]
+
+
+def data_set(dataset: Dataset, comparison: Comparison | None) -> list[str]:
+    plan = dataset.plan
+    counts = ", ".join(f"{len(plan.split(name)):,} for {use}" for name, use in USES.items())
+    size = sum(file.stat().st_size for file in dataset.path.rglob("*") if file.is_file()) / 1e6
+    parts = [
+        "## The data set",
+        f"`bobrossnet dataset build DIR`: {plan.shapes} shapes, each seen from three places of its orbit at 128², 256² "
+        f"and 512² and cut into 21 patches, at 1, 25, 50, 75 and 100 % of the pixels: {plan.samples:,} samples, "
+        f"{counts}. {plan.test_shapes} shapes are for testing alone. {size:.0f} MB on disk.",
+        "![samples](report/figure-5.2.png)",
+    ]
+    if comparison is not None:
+        parts += ["### Beside real models", str(comparison)]
+    return parts
+
+
+def training(config: TrainConfig, run: Path) -> list[str]:
+    with (run / LOG).open(newline="") as file:
+        rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    best = max(rows, key=lambda row: row["ssim"])
+    minutes = sum(row["seconds"] for row in rows) / 60
+    return [
+        "## Training",
+        f"`bobrossnet train DIR RUN`: {config.loss.upper().replace('+', ' + ')} of the network's own output at every "
+        f"pixel, AdaDelta (rate 1, ρ 0.95, ε 1e-6), mini-batches of {config.batch}, float32. {len(rows)} epochs in "
+        f"{minutes:.0f} minutes, {minutes / len(rows):.1f} each; the best in validation is epoch {best['epoch']:.0f}.",
+        _table(
+            ["epoch", "loss", "in validation", *(f"SSIM {100 * stage:g} %" for stage in STAGES)],
+            [
+                [f"{row['epoch']:.0f}", f"{row['training_loss']:.4f}", f"{row['validation_loss']:.4f}"]
+                + [f"{row[f'ssim_{100 * stage:g}']:.4f}" for stage in STAGES]
+                for row in rows
+            ],
+        ),
+    ]
+
+
+def test_split(own: Evaluation, run: Path) -> list[str]:
+    name = Path(WEIGHTS).stem
+    at = [own.fractions.index(stage) for stage in STAGES]
+    ours = own.mean(raw(name))[at]
+    rows = [
+        ["the report", *(f"{value:.4f}" for value in reference.SSIM.values())],
+        ["ours", *(f"{value:.4f}" for value in ours)],
+        ["difference", *(f"{a - b:+.4f}" for a, b in zip(ours, reference.SSIM.values(), strict=True))],
+        ["ours, traced pixels kept", *(f"{value:.4f}" for value in own.mean(kept(name))[at])],
+    ]
+    short = [f"{100 * s:g} %" for s, mean in zip(STAGES, ours, strict=True) if mean < reference.SSIM[s]]
+    verdict = f"Below the report at {', '.join(short)}." if short else "At no stage below the report."
+    return [
+        "## Results on the test's samples",
+        f"Mean SSIM over {len(own.pictures) * len(STAGES):,} samples of the test's shapes, of the network's own "
+        f"output, which repaints traced pixels, too. {verdict}",
+        _table(["pixels traced", *(f"{100 * stage:g} %" for stage in STAGES)], rows),
+        "The same pictures filled in by other means, at more shares of traced pixels:",
+        str(own),
+    ]
+
+
+def real_models(real: Evaluation | None, run: Path) -> list[str]:
+    if real is None:
+        return []
+    name = kept(Path(WEIGHTS).stem)
+    lost = [
+        f"{100 * fraction:g} % by {filling}"
+        for filling in ("nearest", "pull-push")
+        for fraction, ours, theirs in zip(real.fractions, real.mean(name), real.mean(filling), strict=True)
+        if fraction < 1 and ours < theirs
+    ]
+    verdict = (
+        f"Beaten at {', '.join(lost)}." if lost else "Above nearest and pull-push filling at every share below 100 %."
+    )
+    return [
+        "## Results on real models",
+        f"Models of other people, none of which anything was trained on; traced pixels kept. {verdict}",
+        str(real),
+    ]
+
+
+def losses(path: Path) -> list[str]:
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    by_set: dict[str, dict[str, float]] = {}
+    for row in rows:
+        by_set.setdefault(row["samples"], {})[row["loss"]] = float(row["ssim"])
+    verdicts = [f"on the {samples} ones {max(scores, key=scores.__getitem__)}" for samples, scores in by_set.items()]
+    columns = list(rows[0])
+    return [
+        "## Five losses",
+        "The report compared five losses on 50 samples by eye, and chose SSIM + L2.",
+        "![losses](report/figure-5.1.png)",
+        _table(columns, [[row[column] for column in columns] for row in rows]),
+        f"The highest SSIM has {', '.join(verdicts)}.",
+    ]
+
+
+def figures(captions: dict[str, str], scan: bool) -> list[str]:
+    parts = ["## Figures"]
+    for name, caption in captions.items():
+        path = f"report/figure-{name}"
+        parts += [f"![figure {name}]({path}.png)", f"**Figure {name}** ([SVG]({path}.svg)). {caption}"]
+    if scan:
+        parts.append("The armadillo is a scan of the Stanford Computer Graphics Laboratory.")
+    return parts
+
+
+def _table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in (columns, ["---"] * len(columns), *rows))
+
+
+if __name__ == "__main__":
+    main()
