@@ -186,6 +186,11 @@ def test_polylines_go_from_point_to_point():
 # ---- Evaluation ------------------------------------------------------------------------------------------
 
 
+def test_one_parameter_may_go_with_many_of_the_other():
+    face = bob.Face([[(0, 0, 0), (0, 1, 0)], [(1, 0, 0), (1, 1, 1)]], [0, 0, 1, 1], [0, 0, 1, 1])
+    np.testing.assert_allclose(face.points(np.array([0.0, 0.5, 1.0]), 1.0), [(0, 1, 0), (0.5, 1, 0.5), (1, 1, 1)])
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_points_and_derivatives_are_geomdl_s(seed):
     rng = np.random.default_rng(seed)

@@ -6,6 +6,7 @@ Nothing slow is imported up here, so that --help and mistakes are answered at on
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import signal
 import sys
@@ -13,6 +14,7 @@ import time
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from bobrossnet import arguments
@@ -52,8 +54,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader left; Python flushes at exit
         return 0
-    except KeyboardInterrupt:
-        print("bobrossnet: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as interrupt:
+        print(": ".join(["bobrossnet: interrupted", *map(str, interrupt.args)]), file=sys.stderr)
         return INTERRUPTED
 
 
@@ -103,12 +105,12 @@ def _parser() -> argparse.ArgumentParser:
 
     info = commands.add_parser(
         "info",
-        help="tell what is in a model, a scene or a weight file",
-        description="Tell what is in a model, a scene or a weight file.",
+        help="tell what is in a model, a scene, a weight file or a training's folder",
+        description="Tell what is in a model, a scene, a weight file or a training's folder.",
     )
     info.set_defaults(run=_info)
     info.add_argument(
-        "file", metavar="FILE", help="a model or a scene, a .safetensors file, or the name of shipped weights"
+        "file", metavar="FILE", help="a model, a scene, a .safetensors file, the name of shipped weights, or a folder"
     )
 
     add_commands(commands)
@@ -208,11 +210,17 @@ def _info(options: argparse.Namespace) -> None:
     from bobrossnet.complete.weights import read_weights
 
     _limit_memory()
+    configuration = Path(options.file) / "config.json"
+    if configuration.is_file():
+        _print_configuration(_read_configuration(configuration))
+        return
     weights = find_weights(options.file)
     if weights is not None:
         metadata, tensors = read_weights(weights)
+        training = metadata.pop("training", "{}")
         _print_table({"file": weights, **metadata, "parameters": f"{sum(t.size for t in tensors.values()):,}"})
         _print_table({name: f"{tensor.shape}" for name, tensor in sorted(tensors.items())}, indent="  ")
+        _print_configuration({"training": json.loads(training)})
         return
     scene = bob.load(options.file)
     _print_table(
@@ -235,6 +243,26 @@ def _info(options: argparse.Namespace) -> None:
             },
             indent="  ",
         )
+
+
+def _read_configuration(path: Path) -> dict[str, dict[str, Any]]:
+    """What a training wrote of itself."""
+    from bobrossnet.errors import InputError
+
+    try:
+        parts = json.loads(path.read_bytes())
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: expected a training's configuration, can't read it: {error}") from error
+    if not (isinstance(parts, dict) and all(isinstance(fields, dict) for fields in parts.values())):
+        raise InputError(f"{path}: expected a training's configuration, got other JSON")
+    return parts
+
+
+def _print_configuration(parts: dict[str, dict[str, Any]]) -> None:
+    for name, fields in parts.items():
+        if fields:
+            print(name)
+            _print_table(fields, indent="  ")
 
 
 def _vector(numbers: Iterable[float]) -> str:

@@ -64,13 +64,17 @@ class _Lines:
         self.what = what
         self.start = time.monotonic()
         self.next = self.start + PATIENCE
+        self.first: tuple[float, float] | None = None  # when, and share: work may go on from where it was stopped
 
     def report(self, share: float, note: str = "") -> None:
         now = time.monotonic()
-        if now < self.next or share <= 0:
+        if self.first is None:
+            self.first = now, share
+        begin, had = self.first
+        if now < self.next or share <= had:
             return
         self.next = now + LINE_EVERY
-        left = (now - self.start) * (1 - share) / share
+        left = (now - begin) * (1 - share) / (share - had)
         print(
             f"{self.what}: {100 * share:.0f} %, {_duration(left)} left {note}".rstrip(),
             file=sys.stderr,

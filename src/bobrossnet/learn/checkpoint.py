@@ -2,8 +2,9 @@
 
 A weight file holds a network's tensors under its layers' names. Its header's strings: `format` (this file's version),
 `network` (a name in `NETWORKS`), the network's own settings (`groups`), and `training`, the configuration as JSON. The
-core's reader, complete/weights.py, mirrors it and needs no torch. A checkpoint holds `network.<tensor>` and
-`optimizer.<parameter>.<tensor>`, and in its header `step` and `training`.
+core's reader, complete/weights.py, mirrors it and needs no torch. A checkpoint holds `network.<tensor>`,
+`average.<tensor>` and `optimizer.<parameter>.<tensor>`, and in its header, as JSON, `training`, the configuration,
+`dataset`, what tells the data set from others, and `progress`.
 """
 
 from __future__ import annotations
@@ -11,18 +12,18 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import safetensors
 import safetensors.torch
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.complete.weights import FORMAT
 from bobrossnet.errors import InputError
-from bobrossnet.learn.config import TrainConfig
+from bobrossnet.learn.config import FREE
 from bobrossnet.learn.networks import NETWORKS, Network
 
 
@@ -73,52 +74,75 @@ def load(path: str | os.PathLike[str]) -> tuple[Network, dict[str, str]]:
 
 def save_checkpoint(
     path: str | os.PathLike[str],
-    config: TrainConfig,
-    network: Network,
+    networks: Mapping[str, nn.Module],
     optimizer: torch.optim.Optimizer,
-    done: int,
+    header: Mapping[str, Any],
 ) -> None:
-    """Write weights and the optimizer's state after `done` steps, whole or not at all."""
-    tensors = {f"network.{name}": tensor for name, tensor in network.state_dict().items()}
+    """Write weights, the optimizer's state and a header of what JSON can hold, whole or not at all."""
+    tensors = {
+        f"{kind}.{name}": tensor for kind, network in networks.items() for name, tensor in network.state_dict().items()
+    }
     for index, state in optimizer.state_dict()["state"].items():
         tensors |= {f"optimizer.{index}.{name}": torch.as_tensor(value) for name, value in state.items()}
-    write_tensors(path, tensors, {"step": str(done), "training": json.dumps(asdict(config))})
+    write_tensors(path, tensors, {key: json.dumps(value) for key, value in header.items()})
 
 
-def resume(
-    path: str | os.PathLike[str], config: TrainConfig, network: Network, optimizer: torch.optim.Optimizer
-) -> int:
-    """Set network and optimizer to a checkpoint's state; return how many steps it has behind it.
+def load_checkpoint(
+    path: str | os.PathLike[str], networks: Mapping[str, nn.Module], optimizer: torch.optim.Optimizer
+) -> None:
+    """Set networks and optimizer to the state that `save_checkpoint` wrote.
 
     Raises
     ------
     InputError
-        If the file is no checkpoint, or another configuration's; only `threads` may differ.
+        If the file is none of theirs.
     """
-    tensors, header = read_tensors(path)
-    if not {"step", "training"} <= header.keys():
-        raise InputError(f"{path}: expected a checkpoint, got a file without its step; move the file away")
-    theirs, ours = json.loads(header["training"]), asdict(config)
+    parts: dict[str, dict[str, Tensor]] = {}
+    for name, tensor in read_tensors(path)[0].items():
+        kind, _, rest = name.partition(".")
+        parts.setdefault(kind, {})[rest] = tensor
+    states: dict[int, dict[str, Tensor]] = {}
+    for name, tensor in parts.get("optimizer", {}).items():
+        index, key = name.split(".")
+        states.setdefault(int(index), {})[key] = tensor
+    try:
+        for kind, network in networks.items():
+            network.load_state_dict(parts[kind])
+        optimizer.load_state_dict({"state": states, "param_groups": optimizer.state_dict()["param_groups"]})
+    except (KeyError, ValueError, RuntimeError) as error:
+        raise InputError(f"{path}: expected this network's checkpoint, got {error}; move the file away") from error
+
+
+def read_progress(path: str | os.PathLike[str], expected: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Return a checkpoint's progress, if it is one of the training that is expected.
+
+    Parameters
+    ----------
+    path : of the checkpoint
+    expected : by the header's key, what must stand there, field by field; those in `FREE` may differ
+
+    Raises
+    ------
+    InputError
+        If the file is no checkpoint, or another training's.
+    """
+    try:
+        header = {key: json.loads(value) for key, value in read_tensors(path)[1].items()}
+    except ValueError:
+        header = {}
+    if not {"progress", *expected} <= header.keys():
+        raise InputError(f"{path}: expected a checkpoint, got a file without its progress; move the file away")
     different = [
         f"{name} {theirs.get(name)!r} instead of {ours.get(name)!r}"
+        for key, ours in expected.items()
+        for theirs in [header[key]]
         for name in {**ours, **theirs}
-        if name != "threads" and theirs.get(name) != ours.get(name)
+        if name not in FREE and theirs.get(name) != ours.get(name)
     ]
     if different:
         got = ", ".join(different)
-        raise InputError(f"{path}: expected this configuration's checkpoint, got one of {got}; move the file away")
-
-    weights: dict[str, Tensor] = {}
-    states: dict[int, dict[str, Tensor]] = {}
-    for name, tensor in tensors.items():
-        if name.startswith("network."):
-            weights[name.removeprefix("network.")] = tensor
-        elif name.startswith("optimizer."):
-            _, index, key = name.split(".")
-            states.setdefault(int(index), {})[key] = tensor
-    network.load_state_dict(weights)
-    optimizer.load_state_dict({"state": states, "param_groups": optimizer.state_dict()["param_groups"]})
-    return int(header["step"])
+        raise InputError(f"{path}: expected a checkpoint of this training, got one of {got}; move the file away")
+    return dict(header["progress"])
 
 
 def make_place(path: str | os.PathLike[str]) -> Path:

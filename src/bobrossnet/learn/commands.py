@@ -1,4 +1,4 @@
-"""The commands of the command line for learning: `bobrossnet train | evaluate`.
+"""The commands of the command line for learning: `bobrossnet dataset | train | evaluate`.
 
 Nothing slow is imported up here, so that --help is answered at once.
 """
@@ -14,7 +14,7 @@ from bobrossnet import arguments
 
 def add_commands(commands: Any) -> None:
     """Add them to an argparse parser's commands."""
-    dataset = commands.add_parser("dataset", help="build a data set", description="Build a data set to learn from.")
+    dataset = commands.add_parser("dataset", help="build a data set", description="Build a data set, or look into it.")
     actions = dataset.add_subparsers(metavar="ACTION", required=True)
     build = actions.add_parser("build", help="render shapes", description="Render a data set, or go on with one.")
     build.set_defaults(run=_dataset_build)
@@ -31,11 +31,30 @@ def add_commands(commands: Any) -> None:
     build.add_argument("--seed", type=int, default=0, help="of shapes, cameras, splits and masks (default: 0)")
     build.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler's, to render on its cluster")
 
-    train = commands.add_parser("train", help="train a network", description="Train a network.")
+    compare = actions.add_parser(
+        "compare",
+        help="with real models",
+        description="Say how far a data set's pictures are like pictures of real models from the same places.",
+    )
+    compare.set_defaults(run=_dataset_compare)
+    compare.add_argument("dataset", metavar="DIR", help="the data set's folder")
+    compare.add_argument("folder", metavar="FOLDER", help="of mesh files")
+    compare.add_argument("--limit", type=int, help="how many models at most, spread over the folder")
+    compare.add_argument("--markdown", metavar="FILE", help="written with what is printed")
+
+    train = commands.add_parser(
+        "train", help="train a network", description="Train a network; the same command goes on with what was stopped."
+    )
     train.set_defaults(run=_train)
-    train.add_argument("out", metavar="OUT.safetensors", help="the weight file to write")
-    train.add_argument("settings", nargs="*", metavar="NAME=VALUE", help="fields of TrainConfig, such as steps=2000")
-    train.add_argument("--checkpoint", metavar="FILE", help="written now and then; an interrupted run goes on from it")
+    train.add_argument("dataset", metavar="DATA", help="the data set's folder")
+    train.add_argument("folder", metavar="RUN", help="the folder for weights, checkpoint, configuration and logs")
+    train.add_argument("settings", nargs="*", metavar="NAME=VALUE", help="fields of TrainConfig, such as epochs=3")
+    for name, what in (
+        ("accelerator", "auto, cpu or cuda; auto takes the GPU if there is one"),
+        ("devices", "GPUs, or processes on the CPU, that share the work"),
+        ("precision", "32-true, or bf16-mixed for convolutions in bfloat16"),
+    ):
+        train.add_argument(f"--{name}", metavar=name.upper(), help=f"{what}; the same as {name}={name.upper()}")
 
     evaluate = commands.add_parser(
         "evaluate",
@@ -79,12 +98,29 @@ def _dataset_build(options: argparse.Namespace) -> None:
     print(f"wrote {options.folder}: {plan.shapes} shapes, {plan.samples:,} samples: {counts}")
 
 
+def _dataset_compare(options: argparse.Namespace) -> None:
+    from bobrossnet.atomic import check_writable, write_whole
+    from bobrossnet.learn.dataset import Dataset
+    from bobrossnet.learn.dataset.statistics import compare_with_folder
+
+    if options.markdown is not None:
+        check_writable(options.markdown)
+    text = str(compare_with_folder(Dataset.open(options.dataset), options.folder, limit=options.limit))
+    print(text)
+    if options.markdown is not None:
+        write_whole(options.markdown, f"{text}\n".encode())
+        print(f"\nwrote {options.markdown}")
+
+
 def _train(options: argparse.Namespace) -> None:
     from bobrossnet.learn.config import config_from_settings
+    from bobrossnet.learn.dataset import Dataset
     from bobrossnet.learn.train import train
 
-    train(config_from_settings(options.settings), options.out, checkpoint_path=options.checkpoint)
-    print(f"wrote {options.out}")
+    named = {name: getattr(options, name) for name in ("accelerator", "devices", "precision")}
+    given = [f"{name}={value}" for name, value in named.items() if value is not None]
+    config = config_from_settings([*options.settings, *given])
+    train(config, Dataset.open(options.dataset), options.folder)
 
 
 def _evaluate(options: argparse.Namespace) -> None:

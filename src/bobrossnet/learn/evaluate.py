@@ -28,12 +28,12 @@ from bobrossnet.complete.model import Model, load_model
 from bobrossnet.errors import InputError, InputWarning, check_integer, check_number
 from bobrossnet.learn.dataset.plan import PATCH, PATCHES, STAGES, Plan
 from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.models import model_files, spread
 from bobrossnet.metrics import WINDOW, flip, psnr, ssim
 from bobrossnet.progress import progress
 from bobrossnet.render.order import check_order, check_size
 
 FRACTIONS = (0.01, 0.02, 0.05, 0.10, 0.25, 0.50, 0.75, 1.0)
-BROKEN = "broken_odd"  # a folder of models that are wrong on purpose
 
 
 class Metric(NamedTuple):
@@ -281,7 +281,7 @@ def evaluate_dataset(
     check_order(order, 0)
     # A patch's samples at the stages, shape by shape.
     numbers = dataset.plan.split("test").reshape(-1, PATCHES, len(STAGES))
-    return _evaluate(_pictures_of_dataset(dataset, _spread(numbers, limit), order), models, fractions, fillings)
+    return _evaluate(_pictures_of_dataset(dataset, spread(list(numbers), limit), order), models, fractions, fillings)
 
 
 def evaluate_folder(
@@ -328,28 +328,12 @@ def evaluate_folder(
         raise InputError(f"size: expected at least {WINDOW}x{WINDOW} pixels, the SSIM window, got {tuple(size)}")
     check_order(order, 0)
     check_integer("views", views, 1, 1000)
-    files = _spread(shape_files(folder), limit)
+    files = spread(model_files(folder), limit)
     pictures = _pictures_of_folder(Path(folder), files, size, views, order)
     result = _evaluate(pictures, models, fractions, fillings)
     if not result.pictures:
         raise InputError(f"{folder}: expected files of shapes ({' '.join(ALL_ENDINGS)}), got none that could be loaded")
     return result
-
-
-def shape_files(folder: str | os.PathLike[str]) -> list[Path]:
-    """Return the files below a folder that `bobrossnet.load` may read, sorted.
-
-    Those in a folder named `broken_odd` below it are left out.
-    """
-    found = [path for path in Path(folder).rglob("*") if path.suffix.lower() in ALL_ENDINGS]
-    return sorted(path for path in found if BROKEN not in path.relative_to(folder).parts)
-
-
-def _spread(items: Any, limit: int | None) -> Any:
-    """At most `limit` items of a list or an array, evenly spread."""
-    if limit is None or check_integer("limit", limit, 1, 2**31 - 1) >= len(items):
-        return items
-    return [items[int(i)] for i in np.linspace(0, len(items) - 1, limit)]
 
 
 def _pictures_of_dataset(dataset: Dataset, numbers: Sequence[NDArray[np.int64]], order: str) -> Iterator[_Picture]:

@@ -1,123 +1,325 @@
-"""Training: from a configuration to a weight file, the same file every time.
+"""Training: from a configuration and a data set to a weight file, on a CPU the same file every time.
 
-A step is a function of the configuration and its number, and a checkpoint holds what else there is: weights,
-the optimizer's state, the number. So a run that was stopped ends where an uninterrupted one would.
+A step is a function of the configuration, the data set and its number, and a checkpoint holds what else there is:
+weights, their average, the optimizer's state, and how far it has come. So a run that was stopped ends where an
+uninterrupted one would.
+
+    RUN/config.json                what it depends on, written first
+    RUN/checkpoint.safetensors     to go on from
+    RUN/weights.safetensors        of the epoch that did best in validation
+    RUN/log.csv                    a row for each epoch
+    RUN/events.out.tfevents.*      scalars and pictures for TensorBoard
 """
 
 from __future__ import annotations
 
+import copy
+import ctypes
+import hashlib
 import json
+import logging
+import multiprocessing
 import os
+import signal
 import time
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext, suppress
+from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
+from lightning_fabric import Fabric
 from numpy.typing import NDArray
-from torch import Tensor
+from torch import Tensor, nn
 
+from bobrossnet.atomic import write_whole
 from bobrossnet.errors import InputError
-from bobrossnet.learn import checkpoint, data
+from bobrossnet.learn import checkpoint
 from bobrossnet.learn.config import OPTIMIZERS, TrainConfig
+from bobrossnet.learn.dataset.loader import Batch, Batches
+from bobrossnet.learn.dataset.plan import STAGES
+from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.logs import SSIM_COLUMNS, Events, Row, epoch_line, panels, write_csv
 from bobrossnet.learn.losses import LOSSES, ssim
 from bobrossnet.learn.networks import NETWORKS, Network
+from bobrossnet.progress import progress
 
-VALIDATION_FRACTIONS = (0.01, 0.05, 0.25, 0.75, 1.0)
+WEIGHTS, CHECKPOINT, CONFIG, LOG = "weights.safetensors", "checkpoint.safetensors", "config.json", "log.csv"
+PICTURES = 4  # validation patches shown at each stage
+
+logging.getLogger("lightning_fabric").setLevel(
+    logging.ERROR
+)  # here, so that the processes that it starts are quiet too
 
 
-def train(
-    config: TrainConfig,
-    out_path: str | os.PathLike[str],
-    *,
-    checkpoint_path: str | os.PathLike[str] | None = None,
-    patches: tuple[NDArray[Any], NDArray[Any]] | None = None,
-    report: Callable[[str], object] = print,
-) -> Network:
-    """Train a network and write its weights.
+@dataclass
+class Progress:
+    """How far a training has come."""
+
+    epoch: int = 0  # epochs done, validated
+    step: int = 0  # mini-batches done of the epoch under way
+    loss: float = 0.0  # sum over that epoch's samples so far
+    seconds: float = 0.0  # spent on that epoch so far, but for validation
+    rows: list[Row] = field(default_factory=list)  # log.csv's
+
+    def best(self) -> int:
+        """Return the epoch that did best in validation, the first such, counted from 1; 0 before there is any."""
+        scores = [row["ssim"] for row in self.rows]
+        return scores.index(max(scores)) + 1 if scores else 0
+
+    def finished(self, config: TrainConfig) -> bool:
+        """Tell whether there is no epoch to come."""
+        return self.epoch >= config.epochs or self.epoch - self.best() >= config.patience
+
+
+def train(config: TrainConfig, dataset: Dataset, run: str | os.PathLike[str]) -> None:
+    """Train a network, or go on with it.
 
     Parameters
     ----------
     config : TrainConfig
-    out_path : path ending in .safetensors
-        Weights, with the configuration in their header. Written at the end, whole or not at all.
-    checkpoint_path : path ending in .safetensors, optional
-        Written every `checkpoint_every` steps; if it is there at the start, the training goes on from it.
-    patches : two (N, 4, 128, 128) arrays, optional
-        For training and for validation, in place of those that the configuration says to render.
-    report : function of one line
-        Told how it goes.
-
-    Returns
-    -------
-    the network, float32, for evaluation
+    dataset : Dataset, whole
+    run : folder
+        Made if it is not there. If it holds a checkpoint of the same training, that goes on.
 
     Raises
     ------
     InputError
-        If a file can't be written where it is to be, the network can't be of these settings, the checkpoint is another
-        configuration's, or there are no patches.
+        Before any work: if the folder can't be written to, the network can't be of these settings, the checkpoint is
+        another training's, or there is no such device.
+    KeyboardInterrupt
+        On Ctrl-C. The last checkpoint stays.
     """
-    # All that can be refused comes before the minutes of rendering, which draws on other random numbers.
-    for path in (out_path, checkpoint_path):
-        if path is not None:
-            checkpoint.make_place(path)
+    run = Path(run)
+    for name in (WEIGHTS, CHECKPOINT, CONFIG, LOG):
+        checkpoint.make_place(run / name)
+    gpus = torch.cuda.device_count()
+    accelerator = ("cuda" if gpus else "cpu") if config.accelerator == "auto" else config.accelerator
+    if accelerator == "cuda" and config.devices > gpus:
+        raise InputError(f"devices: expected at most this machine's {gpus} GPUs, got {config.devices}")
+    NETWORKS[config.network].from_settings(asdict(config))  # may refuse
+    header = _header(config, dataset)
+    if (run / CHECKPOINT).exists():
+        checkpoint.read_progress(run / CHECKPOINT, header)
+    write_whole(run / CONFIG, (json.dumps(header, indent=2) + "\n").encode())
+
+    fabric = Fabric(
+        accelerator=accelerator,
+        devices=config.devices,
+        strategy="ddp_spawn" if config.devices > 1 else "auto",
+        precision=config.precision,  # type: ignore[arg-type]
+    )
+    try:
+        fabric.launch(partial(_train, config=config, dataset=dataset, run=run))  # Fabric looks into other arguments
+    except KeyboardInterrupt:
+        if config.devices > 1:
+            for process in multiprocessing.active_children():
+                assert process.pid is not None  # it was started
+                os.kill(process.pid, signal.SIGINT)
+        raise KeyboardInterrupt(f"{run}: the same command goes on from the last checkpoint") from None
+
+
+def _train(fabric: Fabric, config: TrainConfig, dataset: Dataset, run: Path) -> None:
+    """What each process does."""
     torch.set_num_threads(config.threads)
     torch.manual_seed(config.seed)
-    network = NETWORKS[config.network].from_settings(asdict(config))
-    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-    make_optimizer, learning_rate = OPTIMIZERS[config.optimizer]
-    optimizer = make_optimizer(network, config)
-    first = 0
-    if checkpoint_path is not None and Path(checkpoint_path).exists():
-        first = checkpoint.resume(checkpoint_path, config, network, optimizer)
-        report(f"resumed at step {first}")
-
-    training, validation = patches if patches is not None else render(config, report)
-    if not (len(training) and len(validation)):
-        raise InputError(f"patches: expected some of each kind, got {len(training)} and {len(validation)}")
-
-    start, losses = time.monotonic(), []
-    for step in range(first, config.steps):
-        partial, reference = data.training_batch(training, config.seed, step, config.batch, config.order)
-        for group in optimizer.param_groups:
-            group["lr"] = learning_rate(config, step)
-        loss = objective(config, network, partial, reference)
-        optimizer.zero_grad()
-        loss.backward()  # type: ignore[no-untyped-call]
-        optimizer.step()
-        losses.append(loss.item())
-
-        done = step + 1
-        if done % config.validate_every == 0 or done == config.steps:
-            minutes = (time.monotonic() - start) / 60 / (done - first) * (config.steps - done)
-            scores = validate(network, validation, config)
-            by_fraction = "  ".join(f"{100 * f:g} % {score:.4f}" for f, score in scores.items())
-            progress = f"step {done}/{config.steps}  loss {np.mean(losses):.4f}"
-            report(f"{progress}  SSIM {by_fraction}  {minutes:.1f} min left")
-            losses = []
-        if checkpoint_path is not None and done % config.checkpoint_every == 0:
-            checkpoint.save_checkpoint(checkpoint_path, config, network, optimizer, done)
-
-    checkpoint.save(out_path, network, {"training": json.dumps(asdict(config))})
-    return network.eval()
+    _keep_memory()
+    training = _Training(fabric, config, dataset, run)
+    try:
+        while not training.progress.finished(config):
+            training.epoch()
+        training.finish()
+    finally:
+        training.close()
 
 
-def objective(config: TrainConfig, network: Network, partial: Tensor, reference: Tensor) -> Tensor:
-    """Return the mean loss of a mini-batch, (N, 5, H, W) and (N, 1, H, W)."""
-    image = predict(network, partial, bfloat16=config.bfloat16)
-    if config.keep_known:
-        image = keep_known(image, partial)
-    return LOSSES[config.loss](image, reference).mean()
+class _Training:
+    """A process's part in a training. Only the first one tells, logs and writes."""
+
+    def __init__(self, fabric: Fabric, config: TrainConfig, dataset: Dataset, run: Path) -> None:
+        self.fabric, self.config, self.dataset, self.run = fabric, config, dataset, run
+        make_optimizer, self.learning_rate = OPTIMIZERS[config.optimizer]
+        self.plain = NETWORKS[config.network].from_settings(asdict(config))
+        self.plain.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self.average = copy.deepcopy(self.plain).to(fabric.device).requires_grad_(False)
+        # The same weights as the plain network's, but a backward pass takes the mean over the processes.
+        self.network, self.optimizer = fabric.setup(self.plain, make_optimizer(self.plain, config))
+
+        self.header = _header(config, dataset)
+        self.progress = Progress()
+        if (run / CHECKPOINT).exists():
+            self.progress = Progress(**checkpoint.read_progress(run / CHECKPOINT, self.header))
+            checkpoint.load_checkpoint(run / CHECKPOINT, self._networks(), self.optimizer)
+        self.steps = len(self._batches("train"))  # of an epoch
+        self.events = Events(run, self._steps_done()) if fabric.is_global_zero else None
+        if self.events and self._steps_done():
+            epochs, steps = self.progress.epoch, self.progress.step
+            print(f"{run}: goes on after {epochs} epochs and {steps} of {self.steps} steps", flush=True)
+
+    def epoch(self) -> None:
+        """Do what is left of an epoch, validate, and write all down."""
+        now, config = self.progress, self.config
+        batches = self._batches("train", epoch=now.epoch, seed=config.seed, fractions=config.fractions)
+        validation = self._batches("validation", shuffle=False)
+        whole = self.steps + len(validation) / 3  # validation has no backward pass, which is the longer one
+        last = f", SSIM {' '.join(f'{now.rows[-1][name]:.3f}' for name in SSIM_COLUMNS)}" if now.rows else ""
+        what = f"epoch {now.epoch + 1} of at most {config.epochs}"
+        start, loss, samples = time.monotonic(), 0.0, 0  # since the last checkpoint
+        with progress(what) if self.events else nullcontext(_silent) as report:
+            for batch in batches.stream(now.step, config.workers):
+                count = min(config.batch, len(batches.samples) - now.step * config.batch)  # of all processes
+                losses = self._step(batch, count)
+                now.step += 1
+                loss, samples = loss + losses.sum().item(), samples + count
+                report(now.step / whole, f"loss {losses.mean():.4f}{last}")
+                if now.step % config.checkpoint_every == 0 or now.step == self.steps:
+                    loss = self._sum(torch.tensor(loss, dtype=torch.float64)).item()
+                    if self.events:
+                        self.events.scalars({"training/loss": loss / samples}, self._steps_done())
+                    now.loss += loss
+                    now.seconds += time.monotonic() - start
+                    start, loss, samples = time.monotonic(), 0.0, 0
+                    self._save()
+            scores = self._validate(validation, lambda done: report((self.steps + done / 3) / whole))
+        now.epoch, now.step = now.epoch + 1, 0
+        row: Row = {
+            "epoch": now.epoch,
+            "steps": now.epoch * self.steps,
+            "training_loss": now.loss / len(batches.samples),
+            **scores,
+            "seconds": now.seconds + time.monotonic() - start,
+            "samples_per_second": len(batches.samples) / now.seconds,
+        }
+        now.rows.append(row)
+        now.loss = now.seconds = 0.0
+        if self.events:
+            self.events.scalars({f"validation/{name}": value for name, value in scores.items()}, self._steps_done())
+            for name, picture in self._pictures():
+                self.events.picture(name, picture, self._steps_done())
+            if now.best() == now.epoch:
+                self._save_weights()
+            left = (config.epochs - now.epoch) * row["seconds"] / 3600
+            print(f"{epoch_line(row)}, at most {left:.1f} h left", flush=True)
+        self._save()
+
+    def finish(self) -> None:
+        """Leave all files complete, also where an earlier run was stopped between two of them."""
+        if self.events:
+            if not self.progress.rows:
+                self._save_weights()
+            write_csv(self.run / LOG, self.progress.rows)
+            print(f"wrote {self.run / WEIGHTS}: epoch {self.progress.best()} of {self.progress.epoch}", flush=True)
+
+    def close(self) -> None:
+        """Write out what TensorBoard's file has not yet got."""
+        if self.events:
+            self.events.close()
+
+    def _step(self, batch: Batch, count: int) -> Tensor:
+        """Take one step and return the losses of this process's samples, (n,); `count` is that of all processes."""
+        config, done = self.config, self._steps_done()
+        for group in self.optimizer.param_groups:
+            group["lr"] = self.learning_rate(config, done / (config.epochs * self.steps), done)
+        partial, reference = self._tensors(batch)
+        image = self.network(partial).float()
+        if config.keep_known:
+            image = keep_known(image, partial)
+        losses = LOSSES[config.loss](image, reference)
+        self.optimizer.zero_grad()
+        # The mean over the samples of all processes, of which each may have another number.
+        self.fabric.backward(losses.sum() * (self.fabric.world_size / count))
+        self.optimizer.step()
+        follow(self.average, self.plain, config.average, done + 1)
+        return losses.detach()
+
+    @torch.no_grad()
+    def _validate(self, batches: Batches, report: Callable[[int], object]) -> dict[str, float]:
+        """Return the average's mean loss and SSIM over the validation's samples, and the SSIM of each stage."""
+        sums = torch.zeros(3, len(STAGES), dtype=torch.float64)  # loss, SSIM and how many, by stage
+        for done, batch in enumerate(batches.stream(0, self.config.workers)):
+            partial, reference = self._tensors(batch)
+            image = self._complete(partial)
+            losses = LOSSES[self.config.loss](image, reference)
+            scores = torch.stack([losses, ssim(image.clamp(0, 1), reference), torch.ones_like(losses)])  # (3, n)
+            of_stage = torch.from_numpy(batch.fractions[:, None] == np.array(STAGES)).double()  # (n, S)
+            sums += scores.cpu().double() @ of_stage
+            report(done + 1)
+        loss, similarity, count = self._sum(sums)
+        by_stage = dict(zip(SSIM_COLUMNS, (similarity / count).tolist(), strict=True))
+        total = float(count.sum())
+        return {"validation_loss": float(loss.sum()) / total, "ssim": float(similarity.sum()) / total, **by_stage}
+
+    @torch.no_grad()
+    def _pictures(self) -> Iterator[tuple[str, NDArray[np.uint8]]]:
+        """Yield a picture for each stage, of some of the validation's patches, with its name."""
+        # Without a shuffle, a patch's samples at all stages follow each other.
+        batches = Batches(
+            self.dataset, "validation", size=len(STAGES), shuffle=False, order=self.config.order
+        )  # fmt: skip
+        steps = np.linspace(0, len(batches) - 1, min(PICTURES, len(batches))).astype(int).tolist()
+        parts = [
+            (partial, self._complete(partial), reference)
+            for partial, reference in (self._tensors(batches[step]) for step in steps)
+        ]
+        for i, stage in enumerate(STAGES):
+            of_stage = [torch.stack([part[i] for part in kind]).cpu().numpy() for kind in zip(*parts, strict=True)]
+            yield f"validation/{100 * stage:g}_percent", panels(*of_stage)
+
+    def _complete(self, partial: Tensor) -> Tensor:
+        """Return what the average makes of partial pictures, (N, 5, H, W) → (N, 1, H, W), not clamped."""
+        with self.fabric.autocast():
+            image: Tensor = self.average(partial).float()
+        return keep_known(image, partial) if self.config.keep_known else image
+
+    def _tensors(self, batch: Batch) -> tuple[Tensor, Tensor]:
+        """Return a mini-batch's partial pictures and references on this process's device, channels last."""
+        device = self.fabric.device
+        return batch.partial.to(device, memory_format=torch.channels_last), batch.reference.to(device)
+
+    def _batches(self, split: str, **options: Any) -> Batches:
+        """Return this process's share of the mini-batches of a split."""
+        config, fabric = self.config, self.fabric
+        return Batches(
+            self.dataset, split, size=config.batch, order=config.order,
+            rank=fabric.global_rank, ranks=fabric.world_size, **options,
+        )  # fmt: skip
+
+    def _sum(self, values: Tensor) -> Tensor:
+        """Return the sum over the processes, on the CPU."""
+        total = self.fabric.all_reduce(values.to(self.fabric.device), reduce_op="sum")
+        assert isinstance(total, Tensor)  # as what went in
+        return total.cpu()
+
+    def _steps_done(self) -> int:
+        return self.progress.epoch * self.steps + self.progress.step
+
+    def _networks(self) -> dict[str, Network]:
+        return {"network": self.plain, "average": self.average}
+
+    def _save(self) -> None:
+        if self.events:
+            header = {**self.header, "progress": asdict(self.progress)}
+            checkpoint.save_checkpoint(self.run / CHECKPOINT, self._networks(), self.optimizer, header)
+            write_csv(self.run / LOG, self.progress.rows)
+
+    def _save_weights(self) -> None:
+        metadata = {"epoch": str(self.progress.epoch), "training": json.dumps(asdict(self.config))}
+        checkpoint.save(self.run / WEIGHTS, self.average, metadata)
 
 
-def predict(network: Network, partial: Tensor, *, bfloat16: bool = False) -> Tensor:
-    """Return the network's own output for partial pictures: (N, 5, H, W) → (N, 1, H, W) float32, not clamped."""
-    with torch.autocast("cpu", torch.bfloat16, enabled=bfloat16):
-        image: Tensor = network(partial.contiguous(memory_format=torch.channels_last))
-    return image.float()
+@torch.no_grad()
+def follow(average: nn.Module, network: nn.Module, decay: float, steps: int) -> None:
+    """Move an average's weights towards the network's, after `steps` steps.
+
+    The decay is at most (1 + steps) / (10 + steps), so that the first weights are soon forgotten, as TensorFlow's
+    ExponentialMovingAverage does.
+    """
+    decay = min(decay, (1 + steps) / (10 + steps))
+    for mine, theirs in zip(average.parameters(), network.parameters(), strict=True):
+        mine.lerp_(theirs, 1 - decay)
 
 
 def keep_known(image: Tensor, partial: Tensor) -> Tensor:
@@ -128,35 +330,21 @@ def keep_known(image: Tensor, partial: Tensor) -> Tensor:
     return torch.where(traced & ~whole, partial[:, 1:2], image)
 
 
-@torch.no_grad()
-def validate(network: Network, patches: NDArray[Any], config: TrainConfig) -> dict[float, float]:
-    """Return the mean SSIM by fraction, traced pixels kept; at 100 % that of the raw output."""
-    scores = {}
-    for fraction in VALIDATION_FRACTIONS:
-        total = 0.0
-        for first in range(0, len(patches), config.batch):
-            part = patches[first : first + config.batch]
-            # The validation's masks count from a seed of their own, the same at every call.
-            masks = [data.mask(config.seed + 1, first + i, fraction, config.order) for i in range(len(part))]
-            partial, reference = data.batch(part, np.stack(masks))
-            image = keep_known(predict(network, partial), partial)
-            total += ssim(image.clamp(0, 1), reference).sum().item()
-        scores[fraction] = total / len(patches)
-    return scores
+def _silent(share: float, note: str = "") -> None:
+    """What other processes than the first report to."""
 
 
-def render(config: TrainConfig, report: Callable[[str], object]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return the patches to train on and those to validate on, of other shapes."""
-    start, total = time.monotonic(), config.shapes + config.validation_shapes
+def _keep_memory() -> None:
+    """Let memory that is freed stay with this process: large tensors, given back to the system and fetched again at
+    each step, took a fifth of its time. Only glibc has this; elsewhere nothing changes."""
+    trim_threshold, mmap_max = -1, -4  # the numbers of malloc.h
+    with suppress(OSError, AttributeError):
+        libc = ctypes.CDLL("libc.so.6")
+        libc.mallopt(mmap_max, 0)
+        libc.mallopt(trim_threshold, -1)  # never
 
-    def progress(shape: int) -> None:
-        done = shape + 1
-        if done % 50 == 0:
-            minutes = (time.monotonic() - start) / 60 / done * (total - done)
-            report(f"rendered {done}/{total} shapes  {minutes:.1f} min left")
 
-    training = data.render_patches(config.seed, range(config.shapes), config.views, progress)
-    validation = data.render_patches(config.seed, range(config.shapes, total), config.views, progress)
-    spread = np.linspace(0, len(validation) - 1, min(config.validation_patches, len(validation))).astype(int)
-    report(f"{len(training)} patches to train on, {len(spread)} to validate on")
-    return training, validation[spread]
+def _header(config: TrainConfig, dataset: Dataset) -> dict[str, dict[str, Any]]:
+    """What a training depends on, as JSON has it: the configuration, and what tells its data set from others."""
+    sources = hashlib.sha256("\n".join(dataset.sources).encode()).hexdigest()
+    return {"training": asdict(config), "dataset": {**asdict(dataset.plan), "sources": sources}}

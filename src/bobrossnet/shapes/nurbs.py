@@ -170,8 +170,8 @@ class Face:
             self.knots_v,
             self.degree_u,
             self.degree_v,
-            at_u.reshape(-1),
-            at_v.reshape(-1),
+            at_u.flatten(),
+            at_v.flatten(),
             order,
         )
         return result.reshape(*at_u.shape, order + 1, order + 1, 3)

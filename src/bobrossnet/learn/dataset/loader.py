@@ -119,8 +119,9 @@ class Batches:
         for i, (number, fraction) in enumerate(zip(numbers.tolist(), fractions.tolist(), strict=True)):
             patch = torch.from_numpy(self._patch(number))
             partial[i, 0] = torch.from_numpy(plan.mask(number, fraction, epoch=self.epoch, order=self.order))
-            reference[i, 0] = patch[0]
-            torch.mul(patch, partial[i, :1], out=partial[i, 1:])
+            partial[i, 1:] = patch
+            reference[i, 0] = partial[i, 1]
+            partial[i, 1:] *= partial[i, 0]
         return Batch(partial, reference, numbers, fractions)
 
     def stream(self, first: int = 0, workers: int = 1) -> Iterator[Batch]:

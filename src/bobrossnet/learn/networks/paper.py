@@ -75,8 +75,9 @@ class Paper(Network):
         height, width = gbuffer.shape[-2:]
         input = pad(gbuffer, self.multiple)  # (N, 5, H, W)
 
-        encode1 = pool(relu(self.encode1(input)))  # (N, 20, H/2, W/2)
-        encode2 = pool(relu(self.encode2(encode1)))  # (N, 80, H/4, W/4)
+        # ReLU after pooling, the same as before it, has a quarter of the pixels to do.
+        encode1 = relu(pool(self.encode1(input)))  # (N, 20, H/2, W/2)
+        encode2 = relu(pool(self.encode2(encode1)))  # (N, 80, H/4, W/4)
         encoded = relu(self.encoded(shuffle(encode2, self.groups)))  # (N, 20, H/4, W/4)
 
         decode1 = upsample(relu(self.decode1(encoded)))  # (N, 5, H/2, W/2)
@@ -105,7 +106,9 @@ def upsample(x: Tensor) -> Tensor:
 def shuffle(x: Tensor, groups: int) -> Tensor:
     """Deal the channels of each group out to all groups, so that grouped layers in a row mix.
 
-    As in ShuffleNet, 2017: channel g · C/groups + i moves to i · groups + g.
+    As in ShuffleNet, 2017: channel g · C/groups + i moves to i · groups + g. Done with the channels last in memory, as
+    training has them: they stay there, which the convolutions need to be fast.
     """
     n, channels, height, width = x.shape
-    return x.view(n, groups, channels // groups, height, width).transpose(1, 2).reshape(x.shape)
+    pixels = x.permute(0, 2, 3, 1).reshape(n, height, width, groups, channels // groups)
+    return pixels.transpose(3, 4).reshape(n, height, width, channels).permute(0, 3, 1, 2)

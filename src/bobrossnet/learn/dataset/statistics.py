@@ -1,0 +1,314 @@
+"""How far the pictures of a data set are like pictures of real models: numbers of each picture, and how two
+populations of pictures differ in each of them.
+
+A pixel is *hit* where a surface is seen; neighbours share a side. Letters: P pictures, M measures, B bins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, stats
+
+from bobrossnet.adapters.files import load
+from bobrossnet.errors import InputError
+from bobrossnet.learn.dataset.plan import Plan
+from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.models import model_files, spread
+from bobrossnet.render.gbuffer import GBuffer
+from bobrossnet.render.trace import trace
+
+SIZE = 256  # of the views that are measured, pixels
+JUMP = 0.03  # in depth between neighbours, from which there is an edge: at 256 pixels a surface seen at 83° or more
+CREASE = 30.0  # degrees between the normals of neighbours without a jump, from which there is a crease
+FLAT = 1.0  # degrees, below which neighbours lie on a plane
+BLUR = 1.0  # pixels, the deviation of the Gaussian that takes fine detail away
+BINS = 16  # of gray, 0..1
+CLEAR = 0.2  # Kolmogorov-Smirnov distance: of two samples of 120 by one law 1.6 % differ more
+
+MEASURES = {
+    "coverage": "hit pixels",
+    "silhouettes": "pixels at silhouettes",
+    "depth edges": "pixels at depth edges",
+    "creases": "pixels at creases",
+    "flat": "pixels on planes",
+    "mean gray": "bright pixels",
+    "gradient energy": "gradient energy",
+    "fine detail": "gradient energy that is fine detail",
+    "components": "separate pieces in the picture",
+    "holes": "holes in the silhouette",
+    "width": "wide places",
+}
+"""What is measured of a picture (`picture_statistics` has the formulas), and what there is more of if it is larger."""
+
+
+class PictureStatistics(NamedTuple):
+    """The measures of a picture, (M,) float64 in the order of `MEASURES`, and its gray histogram, (B,) float64."""
+
+    measures: NDArray[np.float64]
+    histogram: NDArray[np.float64]
+
+
+def picture_statistics(gbuffer: GBuffer) -> PictureStatistics | None:
+    """Measure a picture.
+
+    - coverage: share of the pixels that are hit. The next four are shares of these:
+    - silhouettes: hit pixels with a neighbour that is not
+    - depth edges: those whose depth differs from a neighbour's by more than `JUMP`
+    - creases: those whose normal turns by more than `CREASE` to a neighbour's that is not beyond a jump
+    - flat: those whose normal turns by less than `FLAT` to the neighbours to the right and below
+    - mean gray: over hit pixels; so is the histogram, of shares
+    - gradient energy: sum of squared differences of gray between hit neighbours, by hit pixel
+    - fine detail: the share of that energy which is lost when gray is blurred by a Gaussian of `BLUR` pixels over
+      hit pixels alone (normalised convolution, Knutsson and Westin 1993): 0.72 for a step, near 0 where gray is smooth,
+      near 1 for noise; 0 without any energy
+    - components: of hit pixels, which hang together by sides and corners
+    - holes: connected pieces of pixels that are not hit, by sides alone, and don't reach the border
+    - width: 4 times the mean over hit pixels of the distance to the nearest that is not, or to the border, by the
+      picture's shorter side: w for a long strip of width w, 4/3 of the radius of a disc
+
+    Parameters
+    ----------
+    gbuffer : GBuffer, every pixel traced
+
+    Returns
+    -------
+    PictureStatistics, or None if no pixel is hit
+    """
+    hit = gbuffer.depth > 0
+    count = int(np.count_nonzero(hit))
+    if count == 0:
+        return None
+    depth, gray = gbuffer.depth.astype(np.float64), gbuffer.gray.astype(np.float64)
+    normal = gbuffer.normal.astype(np.float64)
+    z = np.sqrt(np.maximum(1 - (normal**2).sum(-1, keepdims=True), 0))
+    normal = np.concatenate([normal, z], -1)  # (H, W, 3)
+    weight = ndimage.gaussian_filter(hit.astype(np.float64), BLUR)
+    blurred = ndimage.gaussian_filter(np.where(hit, gray, 0), BLUR) / np.where(hit, weight, 1)
+
+    silhouette, edge, crease, curved = (np.zeros(hit.shape, bool) for _ in range(4))
+    energy = fine_energy = 0.0
+    for axis in (0, 1):
+        one, other = _neighbours(hit, axis)
+        both = one & other
+        _mark_both(silhouette, axis, one != other)
+        jump = both & (_distance(depth[..., None], axis) > JUMP)
+        _mark_both(edge, axis, jump)
+        turn = _distance(normal, axis)  # a chord of the unit sphere
+        _mark_both(crease, axis, both & ~jump & (turn > _chord(CREASE)))
+        _neighbours(curved, axis)[0][...] |= ~both | (turn >= _chord(FLAT))
+        energy += float((_distance(gray[..., None], axis)[both] ** 2).sum())
+        fine_energy += float((_distance(blurred[..., None], axis)[both] ** 2).sum())
+
+    _, hole_count = ndimage.label(~np.pad(hit, 1))  # the padding joins all that reaches the border
+    to_background = ndimage.distance_transform_edt(np.pad(hit, 1))[1:-1, 1:-1]
+    measures = {
+        "coverage": count / hit.size,
+        "silhouettes": np.count_nonzero(silhouette & hit) / count,
+        "depth edges": np.count_nonzero(edge) / count,
+        "creases": np.count_nonzero(crease) / count,
+        "flat": np.count_nonzero(hit & ~curved) / count,
+        "mean gray": gray[hit].mean(),
+        "gradient energy": energy / count,
+        "fine detail": 1 - fine_energy / energy if energy > 0 else 0,
+        "components": ndimage.label(hit, np.ones((3, 3)))[1],
+        "holes": hole_count - 1,
+        # Pixels' centres are half a pixel farther from their neighbours' than from the border between them.
+        "width": 4 * (to_background[hit].mean() - 0.5) / min(hit.shape),
+    }
+    histogram = np.histogram(gray[hit], BINS, (0, 1))[0] / count
+    return PictureStatistics(np.array([measures[name] for name in MEASURES], np.float64), histogram)
+
+
+def _neighbours(array: NDArray[Any], axis: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return views of the pixels that have a next neighbour along an axis, and of these neighbours."""
+    along = np.moveaxis(array, axis, 0)
+    return np.moveaxis(along[:-1], 0, axis), np.moveaxis(along[1:], 0, axis)
+
+
+def _distance(values: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
+    """Return the Euclidean distance between neighbours' values, (H, W, n)."""
+    one, other = _neighbours(values, axis)
+    length: NDArray[np.float64] = np.linalg.norm(one - other, axis=-1)
+    return length
+
+
+def _mark_both(marks: NDArray[np.bool_], axis: int, between: NDArray[np.bool_]) -> None:
+    """Mark the pixels on both sides of what lies between neighbours."""
+    for side in _neighbours(marks, axis):
+        side |= between
+
+
+def _chord(degrees: float) -> float:
+    return float(2 * np.sin(np.radians(degrees) / 2))
+
+
+class Population(NamedTuple):
+    """What was measured of some pictures.
+
+    Attributes
+    ----------
+    measures : (P, M) float64, in the order of `MEASURES`
+    histogram : (B,) float64, mean of the pictures' gray histograms
+    """
+
+    measures: NDArray[np.float64]
+    histogram: NDArray[np.float64]
+
+
+def population(pictures: Iterable[GBuffer]) -> Population:
+    """Measure pictures, which are taken one at a time; those without a hit pixel are left out.
+
+    Raises
+    ------
+    InputError
+        If none is left.
+    """
+    measured = [statistics for picture in pictures if (statistics := picture_statistics(picture)) is not None]
+    if not measured:
+        raise InputError("pictures: expected at least one with a surface to be seen, got none")
+    measures, histograms = zip(*measured, strict=True)
+    return Population(np.stack(measures), np.mean(histograms, axis=0))
+
+
+def pictures_of_dataset(dataset: Dataset) -> Iterator[GBuffer]:
+    """Yield each shape's view of `SIZE` pixels."""
+    for shape in range(dataset.plan.shapes):
+        view = dataset.read(shape, SIZE).astype(np.float32)
+        yield GBuffer.from_stack(np.concatenate([np.ones_like(view[:1]), view]))
+
+
+def pictures_of_files(paths: Iterable[Path], plan: Plan, report: Callable[[str], object] = print) -> Iterator[GBuffer]:
+    """Yield a view of each file, from where the plan sees the shape of the same number.
+
+    Parameters
+    ----------
+    paths : of model files; those that can't be loaded are reported and left out
+    plan : Plan
+    report : function of one line
+    """
+    for number, path in enumerate(paths):
+        try:
+            scene = load(path)
+        except InputError as error:
+            report(f"left out: {error}")
+        else:
+            yield trace(scene, plan.camera(number, SIZE), size=(SIZE, SIZE))
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two populations side by side. `str()` of it is all that there is to print, in markdown.
+
+    Attributes
+    ----------
+    own, models : Population, of the data set and of real models
+    distances : (M,) float64
+        Two-sample Kolmogorov-Smirnov statistic of each measure, the largest difference between the two cumulative
+        distributions: 0 for equal populations, 1 for those that don't overlap. Negative where, at this difference,
+        own pictures have less than the models.
+    gray_distance : float
+        Total variation distance of the histograms, half the sum of their absolute differences, 0..1.
+    """
+
+    own: Population
+    models: Population
+    distances: NDArray[np.float64]
+    gray_distance: float
+
+    def table(self) -> str:
+        """Return medians, 10th and 90th percentiles, and distances as a markdown table, the largest distance first."""
+        rows = [("", "own median (10 % .. 90 %)", "models' median (10 % .. 90 %)", "distance")]
+        for i in np.argsort(-abs(self.distances), kind="stable"):
+            spans = [_span(population.measures[:, i]) for population in (self.own, self.models)]
+            rows.append((list(MEASURES)[i], *spans, f"{self.distances[i]:+.2f}"))
+        return _markdown(rows)
+
+    def histogram_table(self) -> str:
+        """Return the gray histograms as a markdown table, in percent."""
+        rows = [("gray", "own", "models", "difference")]
+        for i, (own, models) in enumerate(zip(100 * self.own.histogram, 100 * self.models.histogram, strict=True)):
+            bin_name = f"{i / BINS:.2f} .. {(i + 1) / BINS:.2f}"
+            rows.append((bin_name, f"{own:.1f} %", f"{models:.1f} %", f"{own - models:+.1f}"))
+        return _markdown(rows)
+
+    def sentences(self) -> list[str]:
+        """Return a sentence for each measure in which the populations differ by more than `CLEAR`."""
+        return [
+            f"Own shapes have {'more' if self.distances[i] > 0 else 'less' if _is_mass(phrase) else 'fewer'} {phrase}."
+            for i, phrase in enumerate(MEASURES.values())
+            if abs(self.distances[i]) > CLEAR
+        ]
+
+    def __str__(self) -> str:
+        counts = (
+            f"{len(self.own.measures)} own pictures and {len(self.models.measures)} of models, {SIZE}x{SIZE} pixels"
+        )
+        differences = "\n".join(f"- {sentence}" for sentence in self.sentences()) or "Nothing differs clearly."
+        return "\n\n".join(
+            [
+                f"{counts}. Distances: Kolmogorov-Smirnov, negative where own pictures have less.",
+                self.table(),
+                f"Clear differences, of more than {CLEAR:g}:\n\n{differences}",
+                f"Gray of hit pixels; total variation distance {self.gray_distance:.3f}:",
+                self.histogram_table(),
+            ]
+        )
+
+
+def compare(own: Population, models: Population) -> Comparison:
+    """Compare the population of a data set with one of real models."""
+    distances = []
+    for one, other in zip(own.measures.T, models.measures.T, strict=True):
+        result = stats.ks_2samp(one, other, method="asymp")
+        # The sign of scipy is that of the cumulative distributions' difference: above 0 where the first has less.
+        distances.append(0.0 - result.statistic_sign * result.statistic)
+    gray_distance = float(abs(own.histogram - models.histogram).sum() / 2)
+    return Comparison(own, models, np.array(distances), gray_distance)
+
+
+def compare_with_folder(
+    dataset: Dataset, folder: str | Path, *, limit: int | None = None, report: Callable[[str], object] = print
+) -> Comparison:
+    """Compare a data set with the models below a folder, seen from where its plan sees its shapes.
+
+    Parameters
+    ----------
+    dataset : Dataset
+    folder : of mesh files
+        Searched in depth, in the order of the names; files that can't be loaded are reported and left out.
+    limit : how many files at most, spread evenly, optional
+    report : function of one line
+
+    Raises
+    ------
+    InputError
+        If no file can be loaded.
+    """
+    paths = spread(model_files(folder), limit)
+    if not paths:
+        raise InputError(f"{folder}: expected model files, got none")
+    models = population(pictures_of_files(paths, dataset.plan, report))
+    return compare(population(pictures_of_dataset(dataset)), models)
+
+
+def _is_mass(phrase: str) -> bool:
+    return "energy" in phrase
+
+
+def _span(values: NDArray[np.float64]) -> str:
+    low, middle, high = np.percentile(values, (10, 50, 90))
+    return f"{middle:.3g} ({low:.3g} .. {high:.3g})"
+
+
+def _markdown(rows: Sequence[Sequence[str]]) -> str:
+    """Return a markdown table whose columns are aligned in plain text as well; all but the first to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = [" | ".join([first.ljust(widths[0]), *map(str.rjust, others, widths[1:])]) for first, *others in rows]
+    rule = " | ".join("-" * (width - 1) + ":" if i else "-" * width for i, width in enumerate(widths))
+    return "\n".join(f"| {line} |" for line in (lines[0], rule, *lines[1:]))

@@ -1,0 +1,12 @@
+"""Solids cut out of solids: machined parts, and what people make and build, with hard and with rounded edges."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from bobrossnet.learn.shapes.carved import parts, things
+from bobrossnet.shapes.scene import SceneLike
+
+FAMILIES: dict[str, Callable[[np.random.Generator], SceneLike]] = {**parts.FAMILIES, **things.FAMILIES}
