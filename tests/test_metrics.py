@@ -5,10 +5,11 @@ import time
 import flip_evaluator
 import numpy as np
 import pytest
+from skimage.color import rgb2lab
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
 from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.metrics import C1, flip, psnr, ssim
+from bobrossnet.metrics import C1, LARGEST_DIFFERENCE, flip, psnr, ssim
 
 
 def pictures(size: tuple[int, int], noise: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -78,6 +79,14 @@ def test_flip_worked_values() -> None:
     seen = flip(dot, np.zeros_like(dot)) * dot.size
     assert 1 < seen < 21**2
     assert flip(np.pad(dot, 40), np.zeros((141, 141))) * 141**2 == pytest.approx(seen, rel=1e-5)
+
+
+def test_flip_s_largest_difference_is_that_of_green_and_blue() -> None:
+    lab = rgb2lab(np.array([[0.0, 1, 0], [0, 0, 1]]))  # type: ignore[no-untyped-call]
+    lab[:, 1:] *= 0.01 * lab[:, :1]  # the Hunt effect
+    difference = lab[0] - lab[1]
+    distance = abs(difference[0]) + np.hypot(*difference[1:])
+    assert distance**0.7 == pytest.approx(LARGEST_DIFFERENCE, rel=1e-4)  # scikit-image rounds its matrices
 
 
 def test_flip_is_symmetric_and_grows_with_noise() -> None:

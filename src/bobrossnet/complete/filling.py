@@ -114,7 +114,7 @@ def telea(gray: Any, mask: Any) -> NDArray[np.float32]:
 
     gray, known = _inputs(gray, mask)
     # In 8 bits: OpenCV adds gradients as if gray went to 255, and takes them to be of one step, so that in floats of
-    # 0..1 nothing sensible comes out. A neighbourhood of one pixel is the best of 1, 2, 3, 4, 6 and 10 at every stage:
+    # 0..1 nothing sensible comes out. A neighbourhood of one pixel is the best of 1, 2, 3, 4 and 6 at every stage:
     # mean SSIM 0.90, 0.95, 0.97 with 1, 0.89, 0.89, 0.95 with 2, 0.88, 0.87, 0.94 with 3, from 5, 25 and 50 % of the
     # pixels of 64 patches of 128x128 of procedural shapes.
     known_8_bit = np.rint(np.clip(gray, 0, 1) * 255).astype(np.uint8)

@@ -41,12 +41,13 @@ class Metric(NamedTuple):
     measure: Callable[[Any, Any], float]
     digits: int
     better: int  # 1 if more is better, -1 if less is
+    best: float  # of a picture that equals its reference
 
 
 METRICS = {
-    "ssim": Metric("SSIM", ssim, 4, 1),
-    "psnr": Metric("PSNR of the mean squared error, in dB", psnr, 2, 1),
-    "flip": Metric("FLIP, less is better", flip, 4, -1),
+    "ssim": Metric("SSIM", ssim, 4, 1, 1.0),
+    "psnr": Metric("PSNR of the mean squared error, in dB", psnr, 2, 1, math.inf),
+    "flip": Metric("FLIP, less is better", flip, 4, -1, 0.0),
 }
 """In the order of the scores."""
 
@@ -127,7 +128,7 @@ class Evaluation:
 
     def table(self, metric: str = "ssim") -> str:
         """Return `mean` of all methods as a markdown table, the best of each column bold."""
-        _, _, digits, better = self._metric(metric)
+        _, _, digits, better, _ = self._metric(metric)
         means = np.array([self.mean(method, metric) for method in self.scores])  # (M, F)
         best = (better * means).max(0) * better
         rows = []
@@ -430,5 +431,10 @@ def _score(
         for network in networks:
             images += [np.clip(network.predict(part), 0, 1), bob.complete(part, model=network)]
         images += [FILLINGS[name](part.gray, part.mask) for name in fillings]
-        scores[:, f] = [[metric.measure(image, picture.gray) for metric in METRICS.values()] for image in images]
+        for m, image in enumerate(images):
+            # Often: background, and whatever is traced wholly and kept.
+            exact = np.array_equal(image, picture.gray)
+            scores[m, f] = [
+                metric.best if exact else metric.measure(image, picture.gray) for metric in METRICS.values()
+            ]
     return scores
