@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt pyproject.toml
 
-.PHONY: demo test bench clean
+.PHONY: demo test bench report clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed
@@ -28,6 +28,12 @@ bench: $(VENV)/installed-test
 	$(BIN)/python bench/nurbs.py
 	$(BIN)/python bench/complete.py
 	$(BIN)/python bench/progressive.py
+	$(BIN)/python bench/learn.py
+
+# The report of 2019, from data set to figures: docs/report.md. Hours; SCALE=small does the same in 10 minutes.
+SCALE ?= full
+report: $(VENV)/installed-train
+	$(BIN)/python docs/report.py --scale $(SCALE)
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
@@ -36,9 +42,13 @@ $(VENV)/installed: $(BIN)/python $(SOURCES)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check .
 	@touch $@
 
+$(VENV)/installed-train: $(BIN)/python $(SOURCES) constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt '.[train]'
+	@touch $@ $(VENV)/installed
+
 $(VENV)/installed-test: $(BIN)/python $(SOURCES) constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt '.[test]'
-	@touch $@ $(VENV)/installed
+	@touch $@ $(VENV)/installed $(VENV)/installed-train
 
 clean:
 	rm -rf $(VENV) build out
