@@ -233,7 +233,7 @@ def test_evaluate(tmp_path, capsys):
     (tmp_path / "a.obj").write_text(TRIANGLE)
     assert cli.main(["evaluate", str(tmp_path), "--size", "32x32"]) == 0
     printed = capsys.readouterr().out
-    assert "1 pictures of 32x32" in printed
+    assert "1 pictures of 1 shapes" in printed
     assert "delaunay-linear" in printed
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bobrossnet.complete.filling import FILLINGS, delaunay_linear, nearest, pull_push
+from bobrossnet.complete.filling import FILLINGS, delaunay_linear, nearest, pull_push, telea
 from bobrossnet.errors import InputError
 from bobrossnet.metrics import ssim
 
@@ -31,15 +31,17 @@ def test_known_pixels_are_kept(fill: Filling, size: tuple[int, int]) -> None:
     assert filled.dtype == np.float32
     assert filled.shape == size
     np.testing.assert_array_equal(filled[mask], gray[mask])
-    assert filled.min() >= gray[mask].min() - 1e-6
-    assert filled.max() <= gray[mask].max() + 1e-6
+    beyond = 0.1 if fill is telea else 1e-6  # it follows gradients, a step of 8 bits each pixel
+    assert filled.min() >= gray[mask].min() - beyond
+    assert filled.max() <= gray[mask].max() + beyond
 
 
 @every_filling
 def test_all_known_and_one_known(fill: Filling) -> None:
     gray, mask = partial((19, 30), 0.0)
     np.testing.assert_array_equal(fill(gray, np.ones_like(gray)), gray)
-    np.testing.assert_allclose(fill(gray + 0.25, mask), gray[mask][0] + 0.25, rtol=1e-6)
+    tolerance = 0.1 if fill is telea else 1e-6
+    np.testing.assert_allclose(fill(gray + 0.25, mask), gray[mask][0] + 0.25, atol=tolerance)
 
 
 @every_filling
@@ -75,6 +77,16 @@ def test_pull_push_by_hand() -> None:
     """Two known pixels of a 2x2 block: the others get their mean, interpolated from one 1x1 level."""
     mask = np.array([[1, 0], [0, 1]])
     np.testing.assert_allclose(pull_push(np.array([[0.2, 0], [0, 0.6]]), mask), [[0.2, 0.4], [0.4, 0.6]], rtol=1e-6)
+
+
+def test_telea_marches_in_both_directions() -> None:
+    """Three unknown pixels between stripes: their neighbours' values, and beyond by the steps that it adds."""
+    gray = np.repeat(np.float32([[0.2, 0.2, 0.2, 0, 0, 0, 0.8, 0.8, 0.8]]), 7, 0)
+    mask = np.repeat([[1, 1, 1, 0, 0, 0, 1, 1, 1]], 7, 0)
+    filled = telea(gray, mask)
+    np.testing.assert_allclose(filled[:, [3, 5]], np.repeat([[0.2, 0.8]], 7, 0), atol=2.5 / 255)
+    assert ((filled[:, 4] > 0.15) & (filled[:, 4] < 0.85)).all()
+    np.testing.assert_allclose(filled * 255, np.rint(filled * 255), atol=1e-4)
 
 
 @every_filling

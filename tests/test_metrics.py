@@ -1,13 +1,14 @@
-"""SSIM and PSNR: against scikit-image, by hand, and what they refuse."""
+"""SSIM, PSNR and FLIP: against scikit-image and FLIP's authors, by hand, and what they refuse."""
 
 import time
 
+import flip_evaluator
 import numpy as np
 import pytest
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
 from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.metrics import C1, psnr, ssim
+from bobrossnet.metrics import C1, flip, psnr, ssim
 
 
 def pictures(size: tuple[int, int], noise: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -54,7 +55,42 @@ def test_psnr() -> None:
     assert psnr(reference, reference) == float("inf")
 
 
-@pytest.mark.parametrize("metric", [ssim, psnr])
+@pytest.mark.parametrize("noise", [0.001, 0.03, 0.3, 1.0])
+@pytest.mark.parametrize("size", [(1, 1), (5, 40), (64, 75), (128, 128)])
+def test_flip_equals_its_authors(size: tuple[int, int], noise: float) -> None:
+    image, reference = (np.float32(picture) for picture in pictures(size, noise))
+    colors = [np.repeat(gray[..., None], 3, 2) for gray in (reference, image)]
+    _, expected, parameters = flip_evaluator.evaluate(*colors, "LDR", applyMagma=False)  # sRGB, by default
+    assert parameters["ppd"] == pytest.approx(67.0206)
+    assert flip(image, reference) == pytest.approx(expected, abs=2e-5)
+    assert flip(image.astype(np.float64), reference) == pytest.approx(expected, abs=2e-5)
+
+
+def test_flip_worked_values() -> None:
+    black, white = np.zeros((20, 30)), np.ones((20, 30))
+    assert flip(white, white) == 0
+    # 100 of lightness, compressed: 100^0.7; of what is beyond 0.4 of the largest difference, 41.276.
+    assert flip(white, black) == pytest.approx(0.95 + 0.05 * (100**0.7 / 41.276 - 0.4) / 0.6, abs=2e-5)
+    assert flip(white + 1, black - 1) == flip(white, black)  # clamped
+    # A white pixel is seen around itself, too, as far as the kernels reach and no farther.
+    dot = np.zeros((61, 61))
+    dot[30, 30] = 1
+    seen = flip(dot, np.zeros_like(dot)) * dot.size
+    assert 1 < seen < 21**2
+    assert flip(np.pad(dot, 40), np.zeros((141, 141))) * 141**2 == pytest.approx(seen, rel=1e-5)
+
+
+def test_flip_is_symmetric_and_grows_with_noise() -> None:
+    scores = []
+    for noise in (0.0, 0.01, 0.1, 0.3):
+        image, reference = pictures((64, 64), noise)
+        assert flip(image, reference) == pytest.approx(flip(reference, image), abs=1e-6)
+        scores.append(flip(image, reference))
+    assert scores == sorted(scores)
+    assert scores[0] == 0
+
+
+@pytest.mark.parametrize("metric", [ssim, psnr, flip])
 def test_bad_input(metric: object) -> None:
     assert callable(metric)
     good = np.zeros((16, 16))

@@ -28,3 +28,8 @@ def fraction(text: str) -> float:
     if rest or not 0 < value <= 1:
         raise argparse.ArgumentTypeError(f"expected a share of the pixels, above 0% to 100% or 0 to 1, got {text!r}")
     return value
+
+
+def fractions(text: str) -> tuple[float, ...]:
+    """Shares of the pixels from a list such as 1%,5%."""
+    return tuple(fraction(part) for part in text.split(","))

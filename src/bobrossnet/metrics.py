@@ -1,4 +1,4 @@
-"""How near a picture is to its reference: SSIM and PSNR, in numpy alone."""
+"""How near a picture is to its reference: SSIM, PSNR and FLIP, in numpy alone."""
 
 from __future__ import annotations
 
@@ -14,6 +14,13 @@ WINDOW = 11  # pixels, Gaussian; the values of Wang et al. 2004, for pictures in
 SIGMA = 1.5
 C1 = 0.01**2
 C2 = 0.03**2
+
+PIXELS_PER_DEGREE = 0.7 * 3840 / 0.7 * math.pi / 180
+"""Of visual angle, FLIP's own: 67, a display 3840 pixels and 0.7 m wide, seen from 0.7 m."""
+LARGEST_DIFFERENCE = 41.276098
+"""Between green and blue, which no colours of sRGB exceed in FLIP's distance: HyAB after the Hunt effect, ^0.7."""
+
+F32 = NDArray[np.float32]
 
 
 def ssim(image: Any, reference: Any) -> float:
@@ -72,6 +79,60 @@ def psnr(image: Any, reference: Any) -> float:
     return -10 * math.log10(error) if error > 0 else math.inf
 
 
+def flip(image: Any, reference: Any) -> float:
+    """Return the mean difference that an eye sees between two gray pictures when they alternate: 0 none, 1 the most.
+
+    LDR-FLIP under its default viewing conditions, of pictures whose three channels are the same gray: then only
+    lightness differs, and what the method says of chroma falls away.
+
+    Parameters
+    ----------
+    image, reference : (H, W) floats in 0..1
+        Display-referred: they are taken as sRGB. What lies outside of 0..1 is clamped.
+
+    Returns
+    -------
+    float in 0..1
+
+    Raises
+    ------
+    InputError
+        If the shapes differ, or a value is not finite.
+
+    References
+    ----------
+    Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, *FLIP: A Difference Evaluator for Alternating
+    Images*, 2020; the constants are those of its sections 4 and 5.
+
+    Examples
+    --------
+    >>> black, white = np.zeros((8, 8)), np.ones((8, 8))
+    >>> round(flip(white, black), 4)  # below 1, which is the difference between pure green and pure blue
+    0.9674
+    """
+    pictures = np.stack(_pictures(image, reference)).astype(np.float32)  # enough, and twice as fast
+    luminance = _linear(np.clip(pictures, 0, 1))  # (2, H, W), Y of XYZ, white 1
+
+    # Colour: what the eye resolves, then the distance in lightness, compressed.
+    seen = _filter(luminance, _sensitivity(), _sensitivity())
+    lightness = _lightness(np.clip(seen, 0, 1))
+    difference = np.abs(lightness[0] - lightness[1]) ** 0.7
+    knee = 0.4 * LARGEST_DIFFERENCE
+    color = np.where(
+        difference < knee,
+        0.95 / knee * difference,
+        0.95 + 0.05 * (difference - knee) / (LARGEST_DIFFERENCE - knee),
+    )
+
+    # Features: edges and points that one has and the other has not.
+    feature = np.zeros(luminance.shape[1:])
+    blur, *derivatives = _feature_detectors()
+    for derivative in derivatives:
+        strength = np.hypot(_filter(luminance, blur, derivative), _filter(luminance, derivative, blur))
+        feature = np.maximum(feature, np.abs(strength[0] - strength[1]))
+    return float(np.mean(color ** (1 - np.sqrt(feature / math.sqrt(2))), dtype=np.float64))
+
+
 def gaussian_window() -> NDArray[np.float64]:
     """Return the window's 11 weights along one axis, sum 1."""
     distance = np.arange(WINDOW) - WINDOW // 2
@@ -94,6 +155,54 @@ def _smooth(pictures: NDArray[np.float64]) -> NDArray[np.float64]:
             pair *= weight
             smoothed += pair
         pictures = smoothed
+    return pictures
+
+
+def _linear(gray: F32) -> F32:
+    """sRGB's transfer function, from display-referred to linear."""
+    return np.where(gray <= 0.04045, gray / 12.92, ((gray + 0.055) / 1.055) ** 2.4)
+
+
+def _lightness(luminance: F32) -> F32:
+    """L* of CIELAB, 0..100, of a luminance in 0..1."""
+    delta = 6 / 29
+    root = np.where(luminance > delta**3, np.cbrt(luminance), luminance / (3 * delta**2) + 4 / 29)
+    return np.asarray(116 * root - 16)
+
+
+def _sensitivity() -> NDArray[np.float64]:
+    """The eye's contrast sensitivity to luminance as a Gaussian along one axis, 21 weights of sum 1."""
+    radius = math.ceil(3 * math.sqrt(0.04 / (2 * math.pi**2)) * PIXELS_PER_DEGREE)  # of chroma's, the widest
+    degrees = np.arange(-radius, radius + 1) / PIXELS_PER_DEGREE
+    weights = np.exp(-(math.pi**2) / 0.0047 * degrees**2)
+    return np.asarray(weights / weights.sum())
+
+
+def _feature_detectors() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """A Gaussian along one axis and its first two derivatives, 19 weights each, as wide as edges that the eye detects.
+
+    The Gaussian's sum is 1; that of a derivative's positive weights is 1, of its negative ones -1.
+    """
+    deviation = 0.5 * 0.082 * PIXELS_PER_DEGREE
+    radius = math.ceil(3 * deviation)
+    x = np.arange(-radius, radius + 1)
+    gaussian = np.exp(-(x**2) / (2 * deviation**2))
+    edge, point = (
+        np.where(weights > 0, weights / weights[weights > 0].sum(), -weights / weights[weights < 0].sum())
+        for weights in (-x * gaussian, (x**2 / deviation**2 - 1) * gaussian)
+    )
+    return gaussian / gaussian.sum(), edge, point
+
+
+def _filter(pictures: F32, down: NDArray[np.float64], across: NDArray[np.float64]) -> F32:
+    """Correlate (n, H, W) with a kernel along each axis, edges repeated: (n, H, W)."""
+    for axis, kernel in ((1, down), (2, across)):
+        margin = [(0, 0), (0, 0), (0, 0)]
+        margin[axis] = (len(kernel) // 2, len(kernel) // 2)
+        shifted = np.lib.stride_tricks.sliding_window_view(np.pad(pictures, margin, "edge"), len(kernel), axis)
+        pictures = np.zeros_like(pictures)
+        for offset, weight in enumerate(kernel):
+            pictures += np.float32(weight) * shifted[..., offset]
     return pictures
 
 

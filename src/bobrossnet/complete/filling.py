@@ -1,7 +1,7 @@
-"""Fillings without a network, which every network is measured against: nearest, pull-push, Delaunay-linear.
+"""Fillings without a network, which every network is measured against: nearest, pull-push, Delaunay-linear, Telea.
 
 Each takes the gray picture and its mask, (H, W), and returns (H, W) float32 where the known pixels are as
-they came in. `nearest` and `delaunay_linear` need scipy, which only the tests and benchmarks install.
+they came in. `nearest` and `delaunay_linear` need scipy, `telea` OpenCV, which come with the extra `train`.
 """
 
 from __future__ import annotations
@@ -81,21 +81,52 @@ def delaunay_linear(gray: Any, mask: Any) -> NDArray[np.float32]:
 
     gray, known = _inputs(gray, mask)
     filled = nearest(gray, known)
+    unknown = np.argwhere(~known)
+    if len(unknown) == 0:
+        return filled
     try:
         interpolate = LinearNDInterpolator(np.argwhere(known), gray[known].astype(np.float64))
     except (QhullError, ValueError):  # fewer than three traced pixels, or all on one line: no triangle
         return filled
-    unknown = np.argwhere(~known)
     values = interpolate(unknown)
     inside = np.isfinite(values)
     filled[tuple(unknown[inside].T)] = values[inside]
     return filled
 
 
+def telea(gray: Any, mask: Any) -> NDArray[np.float32]:
+    """March from the traced pixels into the unknown, each pixel a mean of its known neighbours along their gradients.
+
+    Parameters
+    ----------
+    gray, mask : (H, W) numbers, as in `nearest`
+        Gray in 0..1: what lies outside is clamped on the way to OpenCV.
+
+    Returns
+    -------
+    (H, W) float32 in steps of 1/255; traced pixels are returned as they came in.
+
+    References
+    ----------
+    Telea, *An image inpainting technique based on the fast marching method*, 2004, as OpenCV has it.
+    """
+    import cv2
+
+    gray, known = _inputs(gray, mask)
+    # In 8 bits: OpenCV adds gradients as if gray went to 255, and takes them to be of one step, so that in floats of
+    # 0..1 nothing sensible comes out. A neighbourhood of one pixel is the best of 1, 2, 3, 4, 6 and 10 at every stage:
+    # mean SSIM 0.90, 0.95, 0.97 with 1, 0.89, 0.89, 0.95 with 2, 0.88, 0.87, 0.94 with 3, from 5, 25 and 50 % of the
+    # pixels of 64 patches of 128x128 of procedural shapes.
+    known_8_bit = np.rint(np.clip(gray, 0, 1) * 255).astype(np.uint8)
+    filled = cv2.inpaint(known_8_bit, (~known).astype(np.uint8), 1, cv2.INPAINT_TELEA)
+    return np.where(known, gray, filled / np.float32(255))
+
+
 FILLINGS: dict[str, Callable[[Any, Any], NDArray[np.float32]]] = {
     "nearest": nearest,
     "pull-push": pull_push,
     "delaunay-linear": delaunay_linear,
+    "telea": telea,
 }
 
 

@@ -6,6 +6,7 @@ Nothing slow is imported up here, so that --help is answered at once.
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from bobrossnet import arguments
@@ -56,16 +57,29 @@ def add_commands(commands: Any) -> None:
         train.add_argument(f"--{name}", metavar=name.upper(), help=f"{what}; the same as {name}={name.upper()}")
 
     evaluate = commands.add_parser(
-        "evaluate", help="measure weights on models", description="Measure weights on every model below a folder."
+        "evaluate",
+        help="measure models beside plain filling",
+        description="Measure models on a data set's test split or on files, beside plain filling of the same pixels.",
     )
     evaluate.set_defaults(run=_evaluate)
-    evaluate.add_argument("folder", metavar="FOLDER", help="of mesh files")
-    evaluate.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
+    evaluate.add_argument("place", metavar="PLACE", help="a data set, or a folder of models in files")
     evaluate.add_argument(
-        "--size", type=arguments.size, default=(256, 256), metavar="WIDTHxHEIGHT", help="default: 256x256"
+        "--models", nargs="+", default=["default"], metavar="NAME", help="of shipped weights, or .safetensors files"
     )
-    evaluate.add_argument("--views", type=int, default=1, help="pictures of each model (default: 1)")
-    evaluate.add_argument("--limit", type=int, help="how many models at most, spread over the folder")
+    evaluate.add_argument(
+        "--fractions",
+        type=arguments.fractions,
+        metavar="PERCENT,...",
+        help="shares of the pixels to trace (default: 1%%,2%%,5%%,10%%,25%%,50%%,75%%,100%%)",
+    )
+    evaluate.add_argument("--order", default="uniform", help="sequence of the pixels (default: uniform)")
+    evaluate.add_argument(
+        "--size", type=arguments.size, metavar="WIDTHxHEIGHT", help="of pictures of files (default: 256x256)"
+    )
+    evaluate.add_argument("--views", type=int, help="pictures of each file (default: 1)")
+    evaluate.add_argument("--limit", type=int, help="how many shapes at most, spread evenly over all")
+    evaluate.add_argument("--csv", metavar="FILE", help="write the scores of each picture there")
+    evaluate.add_argument("--markdown", metavar="FILE", help="write the tables there")
 
 
 def _dataset_build(options: argparse.Namespace) -> None:
@@ -110,8 +124,22 @@ def _train(options: argparse.Namespace) -> None:
 
 
 def _evaluate(options: argparse.Namespace) -> None:
-    from bobrossnet.learn.evaluate import evaluate
+    from bobrossnet.atomic import check_writable, write_whole
+    from bobrossnet.errors import InputError
+    from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
 
-    result = evaluate(options.model, options.folder, views=options.views, size=options.size, limit=options.limit)
-    print(f"{len(result.pictures)} pictures of {options.size[1]}x{options.size[0]}, traced pixels kept\n")
+    for file in filter(None, (options.csv, options.markdown)):
+        check_writable(file)
+    names = ("fractions", "order", "limit", "size", "views")
+    given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    if (Path(options.place) / "zarr.json").exists():
+        if "size" in given or "views" in given:
+            raise InputError("--size and --views: expected with a folder of files; a data set has pictures of its own")
+        result = evaluate_dataset(options.place, options.models, **given)
+    else:
+        result = evaluate_folder(options.place, options.models, **given)
     print(result)
+    for file, content in ((options.csv, result.csv()), (options.markdown, f"{result}\n")):
+        if file:
+            write_whole(file, content.encode())
+            print(f"wrote {file}")

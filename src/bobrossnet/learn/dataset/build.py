@@ -10,18 +10,17 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.adapters.files import ALL_ENDINGS
 from bobrossnet.adapters.messages import one_line
 from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import SHAPES, SIZES, TEST_SHAPES, Plan
 from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.models import model_files
 from bobrossnet.learn.shapes import procedural_scene
 from bobrossnet.progress import progress
 
@@ -68,7 +67,7 @@ def build(
     """
     if shapes is None:
         shapes = 0 if models else SHAPES
-    files = [file for place in models for file in _model_files(Path(place))]
+    files = [file for place in models for file in model_files(place)]
     with _cluster(scheduler) as client:
         errors = _each(client, _error_of_file, [(str(file),) for file in files], "checking models")
         for error in filter(None, errors):
@@ -102,15 +101,6 @@ def _error_of_file(file: str) -> str | None:
     except InputError as error:
         return str(error)
     return None
-
-
-def _model_files(place: Path) -> Iterator[Path]:
-    if place.is_file():
-        yield place
-    elif place.is_dir():
-        yield from sorted(file for file in place.rglob("*") if file.suffix.lower() in ALL_ENDINGS)
-    else:
-        raise InputError(f"{place}: expected a model or a folder of models, got no such file")
 
 
 @contextmanager

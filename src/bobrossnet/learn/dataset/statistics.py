@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from scipy import ndimage, stats
 
 from bobrossnet.adapters.files import load
-from bobrossnet.errors import InputError, check_integer
+from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import Plan
 from bobrossnet.learn.dataset.store import Dataset
-from bobrossnet.learn.evaluate import mesh_files
+from bobrossnet.learn.models import model_files, spread
 from bobrossnet.render.gbuffer import GBuffer
 from bobrossnet.render.trace import trace
 
@@ -290,11 +290,9 @@ def compare_with_folder(
     InputError
         If no file can be loaded.
     """
-    paths = mesh_files(folder)
+    paths = spread(model_files(folder), limit)
     if not paths:
         raise InputError(f"{folder}: expected model files, got none")
-    if limit is not None and check_integer("limit", limit, 1, 2**31 - 1) < len(paths):
-        paths = [paths[int(i)] for i in np.linspace(0, len(paths) - 1, limit)]
     models = population(pictures_of_files(paths, dataset.plan, report))
     return compare(population(pictures_of_dataset(dataset)), models)
 

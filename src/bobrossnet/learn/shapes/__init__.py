@@ -23,12 +23,12 @@ Family = Callable[[np.random.Generator], SceneLike]
 KINDS: dict[str, tuple[float, Mapping[str, Family] | None]] = {
     "mesh": (0.5, None),  # `procedural_mesh` chooses by itself, and assembles
     "implicit": (0.15, implicit.FAMILIES),
-    "carved": (0.22, carved.FAMILIES),
-    "nurbs": (0.13, splines.FAMILIES),
+    "carved": (0.25, carved.FAMILIES),
+    "nurbs": (0.1, splines.FAMILIES),
 }
 """By kind: how often it comes up, and its families, which come up equally often."""
 
-ALONE = 0.6  # chance that a shape which is no mesh has no others set against it
+ALONE = 0.7  # chance that a shape which is no mesh has no others set against it
 
 
 def procedural_scene(seed: int) -> Scene:

@@ -1,0 +1,41 @@
+"""Which files of a folder are models, and a few of many."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from bobrossnet.adapters.files import ALL_ENDINGS
+from bobrossnet.errors import InputError, check_integer
+
+Item = TypeVar("Item")
+
+BROKEN = "broken_odd"  # a folder of models that are wrong on purpose
+
+
+def model_files(place: str | os.PathLike[str]) -> list[Path]:
+    """Return the files below a folder that `bobrossnet.load` may read, sorted; of a file, itself.
+
+    Those in a folder named `broken_odd` below it are left out.
+
+    Raises
+    ------
+    InputError
+        If there is no such place.
+    """
+    place = Path(place)
+    if place.is_file():
+        return [place]
+    if not place.is_dir():
+        raise InputError(f"{place}: expected a model or a folder of models, got no such file")
+    found = [path for path in place.rglob("*") if path.suffix.lower() in ALL_ENDINGS]
+    return sorted(path for path in found if BROKEN not in path.relative_to(place).parts)
+
+
+def spread(items: Sequence[Item], limit: int | None) -> Sequence[Item]:
+    """Return at most `limit` items, evenly spread; all without it."""
+    if limit is None or check_integer("limit", limit, 1, 2**31 - 1) >= len(items):
+        return items
+    return [items[i * (len(items) - 1) // max(limit - 1, 1)] for i in range(limit)]

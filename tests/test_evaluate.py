@@ -1,0 +1,280 @@
+"""Scores, their means, gains and tables, on made-up numbers, files and a toy data set."""
+
+import csv
+import io
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import bobrossnet as bob
+from bobrossnet import cli
+from bobrossnet.complete.model import load_model, weights_path
+from bobrossnet.errors import InputError, InputWarning
+from bobrossnet.learn import checkpoint
+from bobrossnet.learn.dataset import Dataset, Plan
+from bobrossnet.learn.dataset.loader import Batches
+from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
+from bobrossnet.learn.evaluate import Evaluation, evaluate_dataset, evaluate_folder
+from bobrossnet.metrics import flip
+
+TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
+
+
+def made_up(differences: Any, shapes: tuple[str, ...] | None = None) -> Evaluation:
+    """A model and a filling: SSIM (P, F) `differences` above 0.5, and 0.5; PSNR 30 and 20; FLIP 0.1 and 0.2."""
+    above = np.array(differences)
+    constant = np.ones_like(above)
+    kept = np.stack([0.5 + above, 30 * constant, 0.1 * constant], -1)
+    filling = np.stack([0.5 * constant, 20 * constant, 0.2 * constant], -1)
+    pictures = tuple(f"picture {i}" for i in range(len(above)))
+    scores = {"paper raw": kept - 0.01, "paper kept": kept, "nearest": filling}
+    return Evaluation(pictures, shapes or pictures, (0.01, 0.05)[: above.shape[1]], ("paper",), scores)
+
+
+# ---- Means, gains, tables --------------------------------------------------------------------------------
+
+
+def test_gain_is_paired() -> None:
+    result = made_up([[0.1, -0.02], [0.2, -0.02], [0.3, -0.02], [0.4, -0.02]])
+    half = 3.18244631 * math.sqrt((0.15**2 + 0.05**2) * 2 / 3) / 2  # Student's t of 3 degrees; n - 1 = 3; √n = 2
+    np.testing.assert_allclose(result.gain("paper kept", "nearest"), [[0.25, half], [-0.02, 0]], atol=1e-9)
+    np.testing.assert_allclose(result.gain("nearest", "paper kept")[:, 0], [-0.25, 0.02], atol=1e-9)
+    assert result.gain_table("paper kept").splitlines()[2:] == [
+        "| over nearest | +0.2500 ± 0.2054 | -0.0200 ± 0.0000 |",
+    ]
+    # A difficulty that both methods share widens nothing.
+    hard = np.array([0.1, 0.4, 0, 0.3])[:, None, None]
+    scores = {name: values - hard for name, values in result.scores.items()}
+    shifted = Evaluation(result.pictures, result.shapes, result.fractions, result.models, scores)
+    gains = [evaluation.gain("paper kept", "nearest") for evaluation in (shifted, result)]
+    np.testing.assert_allclose(*gains, atol=1e-12)
+
+
+def test_less_flip_is_a_gain() -> None:
+    np.testing.assert_allclose(made_up([[0.1], [0.2]]).gain("paper kept", "nearest", "flip"), [[0.1, 0]], atol=1e-12)
+
+
+@pytest.mark.parametrize("of_a_shape", [1, 5])
+def test_gain_covers_the_truth_in_95_of_100(of_a_shape: int) -> None:
+    """Also where pictures of one shape are alike, which plain standard errors would take for more than there is."""
+    rng = np.random.default_rng(0)
+    names = tuple(np.repeat([f"shape {i}" for i in range(10)], of_a_shape))
+    trials = []
+    for _ in range(1500):
+        difference = 0.03 + 0.1 * np.repeat(rng.normal(size=10), of_a_shape) + 0.03 * rng.normal(size=len(names))
+        trials.append(made_up(difference[:, None], names).gain("paper kept", "nearest")[0])
+    means, halves = np.transpose(trials)
+    assert np.mean(np.abs(means - 0.03) <= halves) == pytest.approx(0.95, abs=0.017)  # three standard errors
+
+
+def test_psnr_is_that_of_the_mean_squared_error() -> None:
+    result = made_up([[0.1], [0.2]])
+    result.scores["nearest"][:, 0, 1] = (20, math.inf)  # one picture of the two is exact
+    assert result.mean("nearest", "psnr") == pytest.approx([-10 * math.log10(0.01 / 2)])
+    gain, half = result.gain("paper kept", "nearest", "psnr")[0]
+    assert gain == pytest.approx(30 + 10 * math.log10(0.01 / 2))
+    # The mean error of `nearest` has a standard error of all of itself, and t of 1 degree is 12.7.
+    assert half == pytest.approx(12.7062047 * 10 / math.log(10))
+    result.scores["nearest"][:, 0, 1] = math.inf
+    assert result.mean("nearest", "psnr") == [math.inf]
+    assert result.table("psnr").splitlines()[-1] == "| nearest    | **∞** |"
+    assert result.gain_table("paper kept", "psnr").splitlines()[-1].endswith("– |")
+
+
+def test_tables() -> None:
+    result = made_up([[0.1, -0.02], [0.2, -0.02]])
+    assert result.table() == "\n".join(
+        [
+            "| traced     |        1 % |        5 % |",
+            "| ---------- | ---------: | ---------: |",
+            "| paper raw  |     0.6400 |     0.4700 |",
+            "| paper kept | **0.6500** |     0.4800 |",
+            "| nearest    |     0.5000 | **0.5000** |",
+        ]
+    )
+    assert result.table("psnr").splitlines()[4] == "| nearest    |     20.00 |     20.00 |"
+    assert "| paper raw  | **0.0900** | **0.0900** |" in result.table("flip")  # less is better
+    for part in ("2 pictures of 2 shapes", "SSIM:\n\n| traced", result.gain_table("paper kept"), result.table("flip")):
+        assert part in str(result)
+    single = made_up([[0.1, -0.02]])
+    assert np.isnan(single.gain("paper kept", "nearest")[:, 1]).all()
+    scores = {name: single.scores[name] for name in ("paper raw", "paper kept")}
+    alone = Evaluation(single.pictures, single.shapes, single.fractions, single.models, scores)
+    assert "Gain" not in str(alone)
+
+
+def test_csv_has_every_score() -> None:
+    result = made_up([[0.1, -0.02], [0.2, 1 / 3]])
+    result.scores["nearest"][0, 1, 1] = math.inf
+    rows = list(csv.DictReader(io.StringIO(result.csv())))
+    assert len(rows) == 3 * 2 * 2
+    assert list(rows[0]) == ["method", "shape", "picture", "fraction", "ssim", "psnr", "flip"]
+    for method, scores in result.scores.items():
+        read = [[float(row[name]) for name in ("ssim", "psnr", "flip")] for row in rows if row["method"] == method]
+        np.testing.assert_array_equal(np.reshape(read, scores.shape), scores)
+    assert rows[5]["fraction"] == "0.05"
+    assert (rows[6]["picture"], rows[6]["shape"]) == ("picture 1", "picture 1")
+
+
+def test_names_that_name_nothing() -> None:
+    result = made_up([[0.1]])
+    with pytest.raises(InputError, match="method: expected one of paper raw, paper kept, nearest, got 'paper'"):
+        result.gain("nearest", "paper")
+    with pytest.raises(InputError, match="metric: expected one of ssim, psnr, flip, got 'mse'"):
+        result.mean("nearest", "mse")
+    with pytest.raises(InputError, match="metric: expected one of"):
+        result.table("mse")
+
+
+# ---- A folder of files -----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two meshes, a script, one file that can't be loaded, and one in a folder that is left out."""
+    folder = tmp_path_factory.mktemp("broken_odd") / "models"  # what lies above the folder doesn't matter
+    (folder / "broken_odd").mkdir(parents=True)
+    for name in ("a.obj", "b.OBJ", "broken_odd/c.obj"):
+        (folder / name).write_text(TRIANGLE)
+    (folder / "d.obj").write_text("f 1 2 3\n")
+    (folder / "e.sdf").write_text("sphere(1)\n")
+    (folder / "notes.txt").write_text("hello")
+    return folder
+
+
+OPTIONS: dict[str, Any] = {"size": (16, 20), "fractions": [0.1, 1.0]}
+
+
+def test_evaluation_of_a_folder(models: Path) -> None:
+    with pytest.warns(InputWarning, match=r"left out: d\.obj: "):
+        result = evaluate_folder(models, ["paper"], views=2, **OPTIONS)
+    assert result.shapes == ("a.obj", "a.obj", "b.OBJ", "b.OBJ", "e.sdf", "e.sdf")
+    assert result.pictures == ("view 0", "view 1") * 3
+    assert list(result.scores) == ["paper raw", "paper kept", "nearest", "pull-push", "delaunay-linear", "telea"]
+    assert {scores.shape for scores in result.scores.values()} == {(6, 2, 3)}
+    for method, scores in result.scores.items():
+        exact = (scores[:, 1] == (1, math.inf, 0)).all()
+        assert exact == (method != "paper raw"), method  # which repaints what is known
+
+    full = bob.trace(bob.load(models / "b.OBJ"), bob.Camera(azimuth=30 + 180, elevation=45), size=(16, 20))
+    part = full.sample(0.1, seed=3)
+    image = bob.complete(part, model="paper")
+    expected = [bob.ssim(image, full.gray), bob.psnr(image, full.gray), flip(image, full.gray)]
+    assert result.scores["paper kept"][3, 0].tolist() == expected
+    painted = np.clip(load_model("paper").predict(part), 0, 1)
+    np.testing.assert_array_equal(painted[part.mask == 0], image[part.mask == 0])
+    assert result.scores["paper raw"][3, 0, 0] == bob.ssim(painted, full.gray)
+
+
+def test_several_models_and_a_limit(models: Path, tmp_path: Path) -> None:
+    weights = tmp_path / "nearest.safetensors"  # called like a filling
+    checkpoint.save(weights, checkpoint.load(weights_path("paper"))[0])
+    result = evaluate_folder(models, ["paper", weights], fillings=["nearest"], limit=2, **OPTIONS)
+    assert result.shapes == ("a.obj", "e.sdf")  # the first and the last
+    assert list(result.scores) == ["paper raw", "paper kept", "nearest raw", "nearest kept", "nearest"]
+    np.testing.assert_array_equal(result.scores["nearest kept"], result.scores["paper kept"])
+    assert [line.split("|")[1].strip() for line in result.gain_table("paper kept").splitlines()[2:]] == [
+        "over nearest kept",
+        "over nearest",
+    ]
+    with pytest.raises(InputError, match="models: expected one or more, each of another name, got nearest, nearest"):
+        evaluate_folder(models, [weights, weights], **OPTIONS)
+
+
+def test_what_cannot_be_evaluated(models: Path) -> None:
+    for bad, message in (
+        ({"models": []}, "models: expected one or more, each of another name, got none"),
+        ({"views": 0}, "views: expected an integer in 1"),
+        ({"limit": 0}, "limit: expected an integer in 1"),
+        ({"size": (10, 20)}, "size: expected at least 11x11 pixels"),
+        ({"fractions": []}, "fractions: expected at least one"),
+        ({"fractions": [0]}, "fractions: expected a number in"),
+        ({"fillings": ["far"]}, "fillings: expected some of nearest, pull-push, delaunay-linear, telea, got 'far'"),
+        ({"order": "spiral"}, "order: expected one of uniform"),
+    ):
+        with pytest.raises(InputError, match=message):
+            evaluate_folder(models, **{**OPTIONS, **bad})
+    with pytest.raises(InputError, match=r"none: expected files of shapes \(\.ply .*\), got none"):
+        evaluate_folder(models / "none", **OPTIONS)
+
+
+# ---- A data set ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    """Three shapes that are noise on the left and nothing on the right; two of them for testing."""
+    plan = Plan(seed=5, shapes=3, test_shapes=2)
+    made = Dataset.create(tmp_path_factory.mktemp("data") / "set", plan, ["made 7", "made 8", "made 9"])
+    for shape in range(3):
+        for size in SIZES:
+            view = np.random.default_rng((shape, size)).random((4, size, size)).astype(np.float16)
+            view[..., size // 4 :] = 0
+            made.write(shape, size, view)
+    return made
+
+
+def test_evaluation_of_a_dataset(dataset: Dataset) -> None:
+    result = evaluate_dataset(dataset.path, ["paper"], fractions=[0.25], fillings=[])
+    tested = sorted({dataset.plan.sample(int(n)).shape for n in dataset.plan.split("test")})
+    assert result.shapes == tuple(np.repeat([f"made {7 + shape}" for shape in tested], PATCHES))
+    assert len(result.pictures) == 2 * PATCHES
+    assert result.pictures[:3] == ("128x128 row 0 column 0", "256x256 row 0 column 0", "256x256 row 0 column 1")
+    assert result.pictures[-1] == "512x512 row 3 column 3"
+
+    # The very samples that a loader gives.
+    batch = Batches(dataset, "test", size=len(STAGES) * PATCHES, shuffle=False)[1]
+    for patch in (0, 1, 7):
+        number = patch * len(STAGES) + STAGES.index(0.25)
+        part = bob.GBuffer.from_stack(batch.partial[number].numpy())
+        image, reference = bob.complete(part, model="paper"), batch.reference[number, 0].numpy()
+        expected = [bob.ssim(image, reference), bob.psnr(image, reference), flip(image, reference)]
+        assert result.scores["paper kept"][PATCHES + patch, 0].tolist() == expected
+
+
+def test_other_fractions_and_a_limit(dataset: Dataset) -> None:
+    scores = evaluate_dataset(dataset, fractions=[0.02, 0.1], fillings=["nearest"], limit=1).scores["nearest"]
+    assert len(scores) == PATCHES
+    noise = np.isfinite(scores[:, 0, 1])  # some patches are empty: any filling of them is exact
+    assert 0 < noise.sum() < PATCHES
+    few, more = scores[noise, :, 1].mean(0)
+    assert few < more
+    with pytest.raises(InputError, match="expected a data set, got none"):
+        evaluate_dataset(dataset.path / "none")
+
+
+# ---- The command -----------------------------------------------------------------------------------------
+
+
+def test_the_command_writes_tables(models: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scores, tables = tmp_path / "scores.csv", tmp_path / "tables.md"
+    options = ["--models", "paper", "default", "--fractions", "5%,0.5", "--size", "20x16", "--views", "2"]
+    assert cli.main(["evaluate", str(models), *options, "--csv", str(scores), "--markdown", str(tables)]) == 0
+    printed = capsys.readouterr()
+    assert "warning: left out: d.obj: " in printed.err
+    assert printed.out == f"{tables.read_text()}wrote {scores}\nwrote {tables}\n"
+    assert "Means over 6 pictures of 3 shapes." in printed.out
+    assert "| traced          |        5 % |       50 % |" in printed.out
+    assert len(scores.read_text().splitlines()) == 1 + 8 * 6 * 2
+
+
+def test_the_command_refuses_before_it_works(
+    models: Path, dataset: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for arguments, message in (
+        ([str(dataset.path), "--size", "64x64"], "--size and --views: expected with a folder of files"),
+        ([str(dataset.path), "--views", "2"], "--size and --views: expected with a folder of files"),
+        ([str(models), "--csv", str(tmp_path / "no" / "scores.csv")], "there is no folder"),
+        ([str(models), "--markdown", str(tmp_path)], "expected a file to write, got a folder"),
+        ([str(models), "--fractions", "5%,,"], "--fractions: expected a share of the pixels"),
+        ([str(models), "--models", "oil"], "model: expected one of"),
+        ([str(tmp_path / "missing")], "missing: expected files of shapes"),
+    ):
+        assert cli.main(["evaluate", *arguments]) == 2
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        assert printed.err.count("\n") == 1
+        assert message in printed.err
