@@ -77,7 +77,7 @@ def test_shuffle_mixes_the_groups() -> None:
     for channel in range(20):
         for shuffled, groups in ((shuffle(wide, 4), 4), (wide, 1)):
             (gradient,) = torch.autograd.grad(network.encoded(shuffled)[0, channel].sum(), wide)
-            assert (gradient.view(4, -1).abs().sum(1) > 0).sum() == groups
+            assert (gradient.reshape(4, -1).abs().sum(1) > 0).sum() == groups
 
 
 def test_receptive_field() -> None:

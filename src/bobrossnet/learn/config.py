@@ -48,7 +48,9 @@ class TrainConfig:
     # AdaDelta's go up and down from step to step: after 600 steps the SSIM at the five stages was .8308 .8867 .9180
     # .9339 .9471, and the average's .8339 .8954 .9237 .9388 .9556.
     average: float = 0.999
-    precision: str = "32-true"  # "bf16-mixed" has the convolutions in bfloat16, for processors that are faster at it
+    # "bf16-mixed" has the convolutions in bfloat16, for devices that are faster at it: on a processor with AVX2 alone,
+    # which emulates it, a step took more than ten times as long.
+    precision: str = "32-true"
     accelerator: str = "auto"  # "cpu" or "cuda"; "auto" takes the GPU if there is one
     devices: int = 1  # processes, each with a share of every mini-batch
     threads: int = 2  # of torch, in each process
