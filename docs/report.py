@@ -16,15 +16,17 @@ import os
 import platform
 import resource
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import date
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import bobrossnet as bob
 from bobrossnet import _core
+from bobrossnet.atomic import write_whole
 from bobrossnet.learn import reference
 from bobrossnet.learn.config import TrainConfig
 from bobrossnet.learn.dataset.build import build
@@ -103,11 +105,14 @@ def main() -> None:
         train(scale.config, dataset, run)
     weights = run / WEIGHTS
     with work.timed("evaluation"):
-        own = evaluate_dataset(dataset, [weights])
+        own = beside_fillings(work.folder / "test-fillings.csv", partial(evaluate_dataset, dataset), weights)
         scores = work.folder / "scores.csv"
-        scores.write_text(own.csv())
-        real = evaluate_folder(models, [weights], limit=scale.models) if models else None
-        comparison = compare_with_folder(dataset, models, limit=scale.models) if models else None
+        write_whole(scores, own.csv().encode())
+        real, comparison = None, None
+        if models:
+            measure = partial(evaluate_folder, models, limit=scale.models)
+            real = beside_fillings(work.folder / "models-fillings.csv", measure, weights)
+            comparison = compare_with_folder(dataset, models, limit=scale.models)
     with work.timed("figures"):
         sources = Sources(weights=str(weights), data=dataset, scores=scores, **scale.figures)
         if models:
@@ -124,6 +129,13 @@ def main() -> None:
     ]
     (docs / "report.md").write_text("\n\n".join(parts) + "\n")
     print(f"wrote {docs / 'report.md'}")
+
+
+def beside_fillings(path: Path, measure: Callable[..., Evaluation], weights: Path) -> Evaluation:
+    """Measure weights, and the fillings beside them, whose scores are kept in a file: they take most of the time."""
+    if not path.exists():
+        write_whole(path, measure([]).csv().encode())
+    return measure([weights], fillings=[]).beside(Evaluation.from_csv(path.read_text()))
 
 
 def heading(scale: str, work: Work) -> list[str]:

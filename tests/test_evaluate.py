@@ -118,6 +118,28 @@ def test_csv_has_every_score() -> None:
     assert rows[5]["fraction"] == "0.05"
     assert (rows[6]["picture"], rows[6]["shape"]) == ("picture 1", "picture 1")
 
+    again = Evaluation.from_csv(result.csv())
+    assert (again.pictures, again.shapes, again.models) == (result.pictures, result.shapes, result.models)
+    assert (again.fractions, list(again.scores)) == (result.fractions, list(result.scores))
+    for method, scores in result.scores.items():
+        np.testing.assert_array_equal(again.scores[method], scores)
+    for text in ("", "method,shape\n", result.csv().replace("0.05", "x"), "\n".join(result.csv().splitlines()[:-1])):
+        with pytest.raises(InputError, match="text: expected the scores of an evaluation, got "):
+            Evaluation.from_csv(text)
+
+
+def test_evaluations_side_by_side() -> None:
+    result = made_up([[0.1, -0.02], [0.2, 1 / 3]])
+    parts = [
+        Evaluation(
+            result.pictures, result.shapes, result.fractions, models, {name: result.scores[name] for name in names}
+        )
+        for models, names in ((("paper",), ("paper raw", "paper kept")), ((), ("nearest",)))
+    ]
+    assert str(parts[0].beside(parts[1])) == str(result)
+    with pytest.raises(InputError, match="other: expected an evaluation of the same pictures"):
+        parts[0].beside(made_up([[0.1, -0.02]]))
+
 
 def test_names_that_name_nothing() -> None:
     result = made_up([[0.1]])
@@ -180,13 +202,13 @@ def test_several_models_and_a_limit(models: Path, tmp_path: Path) -> None:
         "over nearest kept",
         "over nearest",
     ]
-    with pytest.raises(InputError, match="models: expected one or more, each of another name, got nearest, nearest"):
+    with pytest.raises(InputError, match="models: expected each of another name, got nearest, nearest"):
         evaluate_folder(models, [weights, weights], **OPTIONS)
 
 
 def test_what_cannot_be_evaluated(models: Path) -> None:
     for bad, message in (
-        ({"models": []}, "models: expected one or more, each of another name, got none"),
+        ({"models": [], "fillings": []}, "models: expected one or more, or fillings, got neither"),
         ({"views": 0}, "views: expected an integer in 1"),
         ({"limit": 0}, "limit: expected an integer in 1"),
         ({"size": (10, 20)}, "size: expected at least 11x11 pixels"),

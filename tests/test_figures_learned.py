@@ -207,7 +207,7 @@ def test_scores_that_cant_be_read(tmp_path):
         FIGURES["6.2"](Sources())
     path = tmp_path / "other.csv"
     path.write_text("method,fraction\nmine raw,0.01\n")
-    with pytest.raises(InputError, match="expected an evaluation's scores"):
+    with pytest.raises(InputError, match="expected the scores of an evaluation"):
         read_means(path)
     with pytest.raises(InputError, match=r"nowhere\.csv: can't read it"):
         read_means(tmp_path / "nowhere.csv")

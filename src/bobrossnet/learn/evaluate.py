@@ -162,6 +162,45 @@ class Evaluation:
                     writer.writerow([method, shape, picture, fraction, *row])
         return text.getvalue()
 
+    @classmethod
+    def from_csv(cls, text: str) -> Evaluation:
+        """Return the evaluation whose `csv` this is.
+
+        Raises
+        ------
+        InputError
+            If it isn't one's.
+        """
+        scores: dict[str, dict[tuple[str, str], dict[float, list[float]]]] = {}
+        try:
+            for row in csv.DictReader(io.StringIO(text)):
+                by_fraction = scores.setdefault(row["method"], {}).setdefault((row["shape"], row["picture"]), {})
+                by_fraction[float(row["fraction"])] = [float(row[metric]) for metric in METRICS]
+            by_picture = next(iter(scores.values()))
+            arrays = {
+                method: np.array([[scores[method][key][f] for f in fractions] for key, fractions in by_picture.items()])
+                for method in scores
+            }
+        except (KeyError, ValueError, StopIteration) as error:
+            raise InputError(f"text: expected the scores of an evaluation, got {error!r}") from error
+        shapes, pictures = zip(*by_picture, strict=True)
+        fractions = tuple(next(iter(by_picture.values())))
+        models = tuple(name.removesuffix(" raw") for name in scores if name.endswith(" raw"))
+        return cls(pictures, shapes, fractions, models, arrays)
+
+    def beside(self, other: Evaluation) -> Evaluation:
+        """Return these methods and, after them, another evaluation's of the same pictures.
+
+        Raises
+        ------
+        InputError
+            If it is of other pictures or shares of traced pixels.
+        """
+        if (self.shapes, self.pictures, self.fractions) != (other.shapes, other.pictures, other.fractions):
+            raise InputError("other: expected an evaluation of the same pictures at the same fractions, got another")
+        scores = {**self.scores, **other.scores}
+        return Evaluation(self.pictures, self.shapes, self.fractions, self.models + other.models, scores)
+
     def __str__(self) -> str:
         parts = [f"Means over {len(self.pictures):,} pictures of {len(set(self.shapes)):,} shapes."]
         for metric, (label, *_) in METRICS.items():
@@ -401,8 +440,10 @@ def _evaluate(
     if not fractions:
         raise InputError("fractions: expected at least one share of the pixels, got none")
     names = tuple(Path(model).stem for model in models)
-    if not names or len(set(names)) < len(names):
-        raise InputError(f"models: expected one or more, each of another name, got {', '.join(names) or 'none'}")
+    if len(set(names)) < len(names):
+        raise InputError(f"models: expected each of another name, got {', '.join(names)}")
+    if not (names or fillings):
+        raise InputError("models: expected one or more, or fillings, got neither")
     networks = [load_model(model) for model in models]
 
     names_of_pictures, shapes = [], []

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 from matplotlib.transforms import Bbox
 
 from bobrossnet.errors import InputError
 from bobrossnet.learn import reference
+from bobrossnet.learn.evaluate import Evaluation
 from bobrossnet.learn.figures.figure import Drawing, LeftOutError, Sources
 from bobrossnet.learn.figures.style import BLUE, GRAY, GREEN, ORANGE, PAGE, PURPLE, RED, SKY, new_figure
 
@@ -31,27 +30,22 @@ def draw_scores(sources: Sources) -> Drawing:
 
 
 def read_means(path: str | os.PathLike[str]) -> dict[str, dict[float, float]]:
-    """Read an evaluation's CSV and return the mean SSIM by method and share of traced pixels.
-
-    Parameters
-    ----------
-    path : CSV file with the columns method, fraction and ssim, a row for each picture
+    """Read an evaluation's CSV file and return the mean SSIM by method and share of traced pixels.
 
     Raises
     ------
     InputError
-        If the file can't be read or has other columns.
+        If the file can't be read or holds something else.
     """
-    scores: dict[str, dict[float, list[float]]] = {}
     try:
-        with Path(path).open(newline="") as file:
-            for row in csv.DictReader(file):
-                scores.setdefault(row["method"], {}).setdefault(float(row["fraction"]), []).append(float(row["ssim"]))
-    except OSError as error:
-        raise InputError(f"{path}: can't read it: {error.strerror}") from error
-    except (KeyError, ValueError, TypeError, csv.Error) as error:
-        raise InputError(f"{path}: expected an evaluation's scores with method, fraction and ssim: {error}") from error
-    return {name: {f: float(np.mean(values)) for f, values in rows.items()} for name, rows in scores.items()}
+        text = Path(path).read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: can't read it: {error}") from error
+    try:
+        result = Evaluation.from_csv(text)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    return {method: dict(zip(result.fractions, result.mean(method).tolist(), strict=True)) for method in result.scores}
 
 
 def show_scores(means: Means) -> Drawing:
