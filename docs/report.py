@@ -16,7 +16,7 @@ import os
 import platform
 import resource
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import date
@@ -33,8 +33,10 @@ from bobrossnet.learn.dataset.build import build
 from bobrossnet.learn.dataset.plan import SHAPES, STAGES, TEST_SHAPES
 from bobrossnet.learn.dataset.statistics import Comparison, compare_with_folder
 from bobrossnet.learn.dataset.store import Dataset
-from bobrossnet.learn.evaluate import Evaluation, evaluate_dataset, evaluate_folder, kept, raw
+from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
+from bobrossnet.learn.evaluation import Evaluation, kept, raw
 from bobrossnet.learn.figures import Sources, draw_figures
+from bobrossnet.learn.tables import table
 from bobrossnet.learn.train import LOG, WEIGHTS, train
 from bobrossnet.machine import processor
 
@@ -180,7 +182,7 @@ def training(config: TrainConfig, run: Path) -> list[str]:
         f"`bobrossnet train DIR RUN`: {config.loss.upper().replace('+', ' + ')} of the network's own output at every "
         f"pixel, AdaDelta (rate 1, ρ 0.95, ε 1e-6), mini-batches of {config.batch}, float32. {len(rows)} epochs in "
         f"{minutes:.0f} minutes, {minutes / len(rows):.1f} each; the best in validation is epoch {best['epoch']:.0f}.",
-        _table(
+        table(
             ["epoch", "loss", "in validation", *(f"SSIM {100 * stage:g} %" for stage in STAGES)],
             [
                 [f"{row['epoch']:.0f}", f"{row['training_loss']:.4f}", f"{row['validation_loss']:.4f}"]
@@ -207,7 +209,7 @@ def test_split(own: Evaluation, run: Path) -> list[str]:
         "## Results on the test's samples",
         f"Mean SSIM over {len(own.pictures) * len(STAGES):,} samples of the test's shapes, of the network's own "
         f"output, which repaints traced pixels, too. {verdict}",
-        _table(["pixels traced", *(f"{100 * stage:g} %" for stage in STAGES)], rows),
+        table(["pixels traced", *(f"{100 * stage:g} %" for stage in STAGES)], rows),
         "The same pictures filled in by other means, at more shares of traced pixels:",
         str(own),
     ]
@@ -245,7 +247,7 @@ def losses(path: Path) -> list[str]:
         "## Five losses",
         "The report compared five losses on 50 samples by eye, and chose SSIM + L2.",
         "![losses](report/figure-5.1.png)",
-        _table(columns, [[row[column] for column in columns] for row in rows]),
+        table(columns, [[row[column] for column in columns] for row in rows]),
         f"The highest SSIM has {', '.join(verdicts)}.",
     ]
 
@@ -258,10 +260,6 @@ def figures(captions: dict[str, str], scan: bool) -> list[str]:
     if scan:
         parts.append("The armadillo is a scan of the Stanford Computer Graphics Laboratory.")
     return parts
-
-
-def _table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (columns, ["---"] * len(columns), *rows))
 
 
 if __name__ == "__main__":

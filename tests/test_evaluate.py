@@ -17,7 +17,8 @@ from bobrossnet.learn import checkpoint
 from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.loader import Batches
 from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
-from bobrossnet.learn.evaluate import Evaluation, evaluate_dataset, evaluate_folder
+from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
+from bobrossnet.learn.evaluation import Evaluation
 from bobrossnet.metrics import flip
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"

@@ -6,7 +6,7 @@ A pixel is *hit* where a surface is seen; neighbours share a side. Letters: P pi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,6 +20,7 @@ from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import Plan
 from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.models import model_files, spread
+from bobrossnet.learn.tables import table
 from bobrossnet.render.gbuffer import GBuffer
 from bobrossnet.render.trace import trace
 
@@ -223,19 +224,19 @@ class Comparison:
 
     def table(self) -> str:
         """Return medians, 10th and 90th percentiles, and distances as a markdown table, the largest distance first."""
-        rows = [("", "own median (10 % .. 90 %)", "models' median (10 % .. 90 %)", "distance")]
+        rows = []
         for i in np.argsort(-abs(self.distances), kind="stable"):
             spans = [_span(population.measures[:, i]) for population in (self.own, self.models)]
             rows.append((list(MEASURES)[i], *spans, f"{self.distances[i]:+.2f}"))
-        return _markdown(rows)
+        return table(["", "own median (10 % .. 90 %)", "models' median (10 % .. 90 %)", "distance"], rows)
 
     def histogram_table(self) -> str:
         """Return the gray histograms as a markdown table, in percent."""
-        rows = [("gray", "own", "models", "difference")]
+        rows = []
         for i, (own, models) in enumerate(zip(100 * self.own.histogram, 100 * self.models.histogram, strict=True)):
             bin_name = f"{i / BINS:.2f} .. {(i + 1) / BINS:.2f}"
             rows.append((bin_name, f"{own:.1f} %", f"{models:.1f} %", f"{own - models:+.1f}"))
-        return _markdown(rows)
+        return table(["gray", "own", "models", "difference"], rows)
 
     def sentences(self) -> list[str]:
         """Return a sentence for each measure in which the populations differ by more than `CLEAR`."""
@@ -304,11 +305,3 @@ def _is_mass(phrase: str) -> bool:
 def _span(values: NDArray[np.float64]) -> str:
     low, middle, high = np.percentile(values, (10, 50, 90))
     return f"{middle:.3g} ({low:.3g} .. {high:.3g})"
-
-
-def _markdown(rows: Sequence[Sequence[str]]) -> str:
-    """Return a markdown table whose columns are aligned in plain text as well; all but the first to the right."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = [" | ".join([first.ljust(widths[0]), *map(str.rjust, others, widths[1:])]) for first, *others in rows]
-    rule = " | ".join("-" * (width - 1) + ":" if i else "-" * width for i, width in enumerate(widths))
-    return "\n".join(f"| {line} |" for line in (lines[0], rule, *lines[1:]))
