@@ -190,4 +190,4 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "2 own pictures and 2 of models, 256x256 pixels." in markdown.read_text()
     assert markdown.read_text() in out
     with pytest.raises(InputError, match="expected model files, got none"):
-        compare_with_folder(dataset, tmp_path / "set")
+        compare_with_folder(dataset, tmp_path / "set" / "views_128" / "c")

@@ -242,7 +242,8 @@ def test_command_passes_what_figures_need(tmp_path, data, comparison, monkeypatc
     asked = []
     monkeypatch.setattr(losses, "compare_losses", lambda _, steps, seed: asked.append((steps, seed)) or comparison)
     scores = tmp_path / "scores.csv"
-    scores.write_text("method,fraction,ssim\nmine raw,0.25,0.9\nmine kept,0.25,0.95\n")
+    rows = ["mine raw,a,1,0.25,0.9,30,0.1", "mine kept,a,1,0.25,0.95,35,0.1"]
+    scores.write_text("\n".join(["method,shape,picture,fraction,ssim,psnr,flip", *rows]))
     out = tmp_path / "out"
     arguments = ["--data", str(data.path), "--scores", str(scores), "--steps", "7", "--only", "5.1,6.2"]
     assert cli.main(["figures", str(out), *arguments]) == 0
