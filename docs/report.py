@@ -35,7 +35,7 @@ from bobrossnet.learn.dataset.statistics import Comparison, compare_with_folder
 from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
 from bobrossnet.learn.evaluation import Evaluation, kept, raw
-from bobrossnet.learn.figures import Sources, draw_figures
+from bobrossnet.learn.figures import FIGURES, Sources, draw_figures
 from bobrossnet.learn.tables import table
 from bobrossnet.learn.train import LOG, WEIGHTS, train
 from bobrossnet.machine import processor
@@ -119,7 +119,7 @@ def main() -> None:
         sources = Sources(weights=str(weights), data=dataset, scores=scores, **scale.figures)
         if models:
             sources = replace(sources, scene=bob.load(models / SCAN).turned_upright(), camera=SCAN_CAMERA)
-        captions = draw_figures(docs / "report", sources)
+        captions = draw(docs / "report", sources, work.folder / "captions.json")
     parts = [
         *heading(options.scale, work),
         *data_set(dataset, comparison),
@@ -138,6 +138,16 @@ def beside_fillings(path: Path, measure: Callable[..., Evaluation], weights: Pat
     if not path.exists():
         write_whole(path, measure([]).csv().encode())
     return measure([weights], fillings=[]).beside(Evaluation.from_csv(path.read_text()))
+
+
+def draw(folder: Path, sources: Sources, captions_file: Path) -> dict[str, str]:
+    """Draw the figures and return their captions. The one that compares losses trains five networks on the data alone:
+    it is not drawn again."""
+    captions: dict[str, str] = json.loads(captions_file.read_text()) if captions_file.exists() else {}
+    done = {"5.1"} & captions.keys()
+    captions |= draw_figures(folder, sources, only=[name for name in FIGURES if name not in done])
+    captions_file.write_text(json.dumps(captions, indent=2) + "\n")
+    return {name: captions[name] for name in FIGURES if name in captions}
 
 
 def heading(scale: str, work: Work) -> list[str]:

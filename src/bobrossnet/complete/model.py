@@ -36,9 +36,6 @@ NETWORKS = {"paper": Network(_core.Paper, reach=24, rows=8)}
 BAND = 2**22
 """Pixels completed at once: larger pictures are cut, so that memory stays below half a GB and Ctrl-C is heard."""
 
-DEFAULT = "paper"
-"""The shipped weights that `model="default"` stands for."""
-
 
 @dataclass(frozen=True)
 class Model:
@@ -151,7 +148,7 @@ def weights_path(model: str | os.PathLike[str]) -> Path:
         raise InputTypeError(f"model: expected a name or a path, got {type(model).__name__}")
     path = find_weights(model)
     if path is None:
-        names = ", ".join(["default", *sorted(file.stem for file in WEIGHTS.glob("*.safetensors"))])
+        names = ", ".join(sorted(file.stem for file in WEIGHTS.glob("*.safetensors")))
         raise InputError(f"model: expected one of {names} or a .safetensors file, got {os.fspath(model)!r}")
     return path
 
@@ -159,7 +156,7 @@ def weights_path(model: str | os.PathLike[str]) -> Path:
 def find_weights(model: str | os.PathLike[str]) -> Path | None:
     """The file of shipped weights of that name, or `model` itself if it is a .safetensors file's path, else None."""
     name = os.fspath(model)
-    shipped = WEIGHTS / f"{DEFAULT if name == 'default' else name}.safetensors"
+    shipped = WEIGHTS / f"{name}.safetensors"
     if Path(name).name == name and shipped.is_file():
         return shipped
     return Path(name) if Path(name).suffix == ".safetensors" else None
