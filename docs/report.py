@@ -43,7 +43,7 @@ from bobrossnet.machine import processor
 ROOT = Path(__file__).parent.parent
 MODELS = Path(os.environ.get("BOBROSSNET_MODELS", ROOT.parent / "shared" / "models"))
 SCAN = "scans/armadillo.ply"  # of the Stanford Computer Graphics Laboratory, as the report's dragon is; y is up
-SCAN_CAMERA = bob.Camera(azimuth=60, elevation=15)
+SCAN_CAMERA = bob.Camera(azimuth=70, elevation=12)
 USES = {"train": "training", "validation": "validation", "test": "testing"}
 VERSIONS = ("bobrossnet", "numpy", "torch", "lightning-fabric", "zarr")
 
@@ -187,11 +187,13 @@ def training(config: TrainConfig, run: Path) -> list[str]:
         rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
     best = max(rows, key=lambda row: row["ssim"])
     minutes = sum(row["seconds"] for row in rows) / 60
+    done = len(rows) == config.epochs or len(rows) - best["epoch"] >= config.patience
     return [
         "## Training",
         f"`bobrossnet train DIR RUN`: {config.loss.upper().replace('+', ' + ')} of the network's own output at every "
         f"pixel, AdaDelta (rate 1, ρ 0.95, ε 1e-6), mini-batches of {config.batch}, float32. {len(rows)} epochs in "
-        f"{minutes:.0f} minutes, {minutes / len(rows):.1f} each; the best in validation is epoch {best['epoch']:.0f}.",
+        f"{minutes:.0f} minutes, {minutes / len(rows):.1f} each; the best in validation is epoch {best['epoch']:.0f}."
+        + ("" if done else " **It was stopped there, still getting better.**"),
         table(
             ["epoch", "loss", "in validation", *(f"SSIM {100 * stage:g} %" for stage in STAGES)],
             [
