@@ -128,7 +128,7 @@ def test_graph_of_the_network():
     assert layers["encode1"].reads == ((INPUT, 5),)
     assert layers["decode2"].reads == (("decode1", 5), ("encode1", 20))
     assert layers["output"].reads == (("decode2", 5), (INPUT, 5))
-    assert layers["encode1"].after == ("ReLU", "max pool 2×2")
+    assert layers["encode1"].after == ("max pool 2×2", "ReLU")
     assert layers["decode1"].after == ("ReLU", "upsample 2×2")
     assert layers["output"].after == ()
     assert sum(layer.parameters for layer in layers.values()) == 10_346

@@ -91,7 +91,7 @@ def add_commands(commands: Any) -> None:
     figures.add_argument("--model", metavar="FILE", help="what is seen in pictures; by default the built-in scene")
     figures.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
     figures.add_argument("--scores", metavar="FILE.csv", help="what evaluate wrote, likewise")
-    figures.add_argument("--steps", type=int, default=600, help="of trainings that compare losses (default: 600)")
+    figures.add_argument("--steps", type=int, default=400, help="of trainings that compare losses (default: 400)")
     figures.add_argument("--frames", type=int, default=60, help="to measure stability in (default: 60)")
     figures.add_argument("--only", metavar="NAME,…", help="some of them, such as 2.1,4.1")
 

@@ -32,8 +32,8 @@ class Sources:
     """Height and width in pixels of the pictures of `scene`."""
     seed: int = 0
     """Of the order of the pixels, and of what is drawn at random."""
-    steps: int = 600
-    """Mini-batches of each training that compares losses: on two cores all five take 8 minutes."""
+    steps: int = 400
+    """Mini-batches of each training that compares losses: on two cores all five take 6 minutes."""
     frames: int = 60
     """Of a converging picture whose stability is measured."""
 
