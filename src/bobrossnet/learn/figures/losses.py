@@ -155,7 +155,8 @@ def draw_losses(sources: Sources) -> Drawing:
 
 def show_losses(comparison: LossComparison) -> Drawing:
     """Draw what was found, a row for each sample that is shown."""
-    figure, grid = picture_grid(len(comparison.shown), 2 + len(LOSSES), (PATCH, PATCH), above=0.28, between=0.33, left=0.16)
+    rows, columns = len(comparison.shown), 2 + len(LOSSES)
+    figure, grid = picture_grid(rows, columns, (PATCH, PATCH), above=0.28, between=0.33, left=0.16)
     for axes, sample in zip(grid, comparison.shown, strict=True):
         show_picture(axes[0], sample.reference, "reference")
         axes[0].text(-0.05, 0.5, sample.samples, rotation=90, ha="right", va="center", transform=axes[0].transAxes)
