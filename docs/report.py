@@ -124,8 +124,9 @@ def main() -> None:
             comparison = compare_with_folder(dataset, models, limit=scale.models)
     with work.timed("figures"):
         sources = Sources(weights=str(weights), data=dataset, scores=scores, **scale.figures)
-        if models:
-            sources = replace(sources, scene=bob.load(models / SCAN).turned_upright(), camera=SCAN_CAMERA)
+        scan = models / SCAN if models and (models / SCAN).exists() else None
+        if scan:
+            sources = replace(sources, scene=bob.load(scan).turned_upright(), camera=SCAN_CAMERA)
         captions = draw(docs / "report", sources, work.folder / "captions.json")
     parts = [
         *heading(options.scale, work),
@@ -134,7 +135,7 @@ def main() -> None:
         *test_split(own, dataset),
         *real_models(real),
         *losses(docs / "report" / "figure-5.1.csv"),
-        *figures(captions, models is not None),
+        *figures(captions, scan is not None),
     ]
     (docs / "report.md").write_text("\n\n".join(parts) + "\n")
     print(f"wrote {docs / 'report.md'}")
