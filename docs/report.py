@@ -67,7 +67,7 @@ class Scale:
 
 SCALES = {
     "full": Scale(),
-    "small": Scale(24, 4, TrainConfig(epochs=3), 12, {"size": 256, "steps": 20, "frames": 12}),
+    "small": Scale(24, 4, TrainConfig(epochs=3), 12, {"steps": 20, "frames": 12}),
 }
 
 

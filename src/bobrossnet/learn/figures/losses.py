@@ -160,7 +160,7 @@ def show_losses(comparison: LossComparison) -> Drawing:
     for axes, sample in zip(grid, comparison.shown, strict=True):
         show_picture(axes[0], sample.reference, "reference")
         axes[0].text(-0.05, 0.5, sample.samples, rotation=90, ha="right", va="center", transform=axes[0].transAxes)
-        show_picture(axes[1], traced_on_green(sample.part), f"{100 * sample.part.fraction:.3g} % traced")
+        show_picture(axes[1], traced_on_green(sample.part), f"{round(100 * sample.part.fraction, 1):g} % traced")
         for place, (loss, image) in zip(axes[2:], sample.images.items(), strict=True):
             show_picture(place, image, f"{loss_title(loss)}\nSSIM {sample.scores[loss]:.3f}")
     trained, unseen = (comparison.counts[samples] for samples in (TRAINED, UNSEEN))

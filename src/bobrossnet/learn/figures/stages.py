@@ -87,7 +87,7 @@ def _draw(sources: Sources, fractions: Sequence[float]) -> Drawing:
     for empty in grid[[0, 2], 0]:
         empty.set_axis_off()
     for column, stage in zip(grid[:, 1:].T, stages, strict=True):
-        show_picture(column[0], traced_on_green(stage.part), f"{100 * stage.part.fraction:.3g} % traced")
+        show_picture(column[0], traced_on_green(stage.part), f"{round(100 * stage.part.fraction, 1):g} % traced")
         show_picture(column[1], stage.completed, f"completed: SSIM {_text(stage.completed_ssim)}")
         show_picture(column[2], stage.raw, f"output: SSIM {_text(stage.raw_ssim)}")
     return Drawing(
