@@ -38,7 +38,7 @@ def add_commands(commands: Any) -> None:
     )
     compare.set_defaults(run=_dataset_compare)
     compare.add_argument("dataset", metavar="DIR", help="the data set's folder")
-    compare.add_argument("folder", metavar="FOLDER", help="of mesh files")
+    compare.add_argument("folder", metavar="FOLDER", help="of models in files")
     compare.add_argument("--limit", type=int, help="how many models at most, spread over the folder")
     compare.add_argument("--markdown", metavar="FILE", help="written with what is printed")
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from bobrossnet.errors import InputError, check_integer
-from bobrossnet.learn.dataset.plan import PATCHES, STAGES, random_generator
+from bobrossnet.learn.dataset.plan import PATCH, PATCHES, STAGES, random_generator
 from bobrossnet.learn.dataset.store import Dataset
 
 BLOCK = 64  # shapes read at a time: 176 MB
@@ -97,11 +97,11 @@ class Batches:
         rng = random_generator(seed, 5, epoch)
         shapes = rng.permutation(dataset.plan.shapes) if shuffle else np.arange(dataset.plan.shapes)
         samples = dataset.plan.split(split)
-        of_block = (np.argsort(shapes) // BLOCK)[samples // (PATCHES * len(STAGES))]  # the block of each sample
-        blocks = [samples[of_block == block] for block in range(-(-len(shapes) // BLOCK))]
-        self.samples = np.concatenate([rng.permutation(block) if shuffle else block for block in blocks])
         self._shapes = shapes
         self._block_of_shape = np.argsort(shapes) // BLOCK
+        of_block = self._block_of_shape[samples // (PATCHES * len(STAGES))]  # the block of each sample
+        blocks = [samples[of_block == block] for block in range(-(-len(shapes) // BLOCK))]
+        self.samples = np.concatenate([rng.permutation(block) if shuffle else block for block in blocks])
         self._lock = Lock()
         self._read = lru_cache(maxsize=2)(self._read_block)
 
@@ -114,8 +114,8 @@ class Batches:
         plan = self.dataset.plan
         numbers = self.samples[step * self.size : (step + 1) * self.size][self.rank :: self.ranks]
         fractions = np.array([self._fraction(int(number)) for number in numbers])
-        partial = torch.empty(len(numbers), 5, 128, 128)
-        reference = torch.empty(len(numbers), 1, 128, 128)
+        partial = torch.empty(len(numbers), 5, PATCH, PATCH)
+        reference = torch.empty(len(numbers), 1, PATCH, PATCH)
         for i, (number, fraction) in enumerate(zip(numbers.tolist(), fractions.tolist(), strict=True)):
             patch = torch.from_numpy(self._patch(number))
             partial[i, 0] = torch.from_numpy(plan.mask(number, fraction, epoch=self.epoch, order=self.order))
