@@ -6,6 +6,7 @@ stopped, however, goes on with the views that are missing, and ends with the sam
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -117,6 +118,8 @@ def _cluster(scheduler: str | None) -> Iterator[Any]:
         with client:
             yield client
         return
+    # What fails comes with its result; the rest is how it takes Ctrl-C.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with (
         LocalCluster(
             n_workers=1, threads_per_worker=os.cpu_count() or 1, processes=False, dashboard_address=None
