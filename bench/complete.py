@@ -1,7 +1,7 @@
 """Milliseconds to complete a picture with the report's network: the core against PyTorch and ONNX Runtime.
 
-The same weights, the same input, in the same run, with all cores; every result is compared with PyTorch's. Then milliseconds
-to say which pixels come first, for each pixel order.
+The same weights, the same input, in the same run, with all cores; every result is compared with PyTorch's. Then
+milliseconds to say which pixels come first, for each pixel order.
 """
 
 from __future__ import annotations
