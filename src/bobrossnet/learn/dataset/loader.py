@@ -25,9 +25,18 @@ from bobrossnet.learn.dataset.store import Dataset
 
 BLOCK = 64  # shapes read at a time: 176 MB
 AHEAD = 4  # mini-batches made ahead by each worker
-FRACTIONS = ("stages", "log-uniform")
-FRACTION_LEAST = 0.01  # of the log-uniform ones
-FULL_SHARE = 0.1  # of their samples, all pixels traced
+
+
+class Fractions(NamedTuple):
+    """How shares of traced pixels are drawn: log-uniform between two, and 1 for some of the samples."""
+
+    least: float
+    most: float
+    whole: float  # share of the samples that have all pixels traced
+
+
+FRACTIONS = {"stages": None, "log-uniform": Fractions(0.01, 1, 0.1), "sparse": Fractions(0.005, 0.9, 0)}
+"""By name; "stages" has the shares of the samples' plan."""
 
 
 class Batch(NamedTuple):
@@ -60,9 +69,9 @@ class Batches:
     seed : of the shuffle
     epoch : which shuffle, and which masks
     shuffle : without it, the samples come in the order of their numbers, with the masks of epoch 0
-    order : pixel order of the masks
-    fractions : "stages" or "log-uniform"
-        The shares of the samples' plan, or shares drawn anew in each epoch: log-uniform in 0.01..1, and 1 for a tenth.
+    order : pixel order of the masks; of several, "lattice+uniform", each sample has one, in turn from epoch to epoch
+    fractions : a name in `FRACTIONS`
+        The shares of the samples' plan, or shares drawn anew in each epoch.
     rank, ranks : with several processes, which of how many this one is
         It gets every `ranks`-th sample of each mini-batch.
 
@@ -91,7 +100,7 @@ class Batches:
         self.dataset = dataset
         self.size = check_integer("size", size, 1, 2**31 - 1)
         self.epoch = epoch if shuffle else 0
-        self.order = order
+        self.orders = order.split("+")
         self.fractions = fractions
         self.rank, self.ranks = rank, ranks
         rng = random_generator(seed, 5, epoch)
@@ -118,7 +127,8 @@ class Batches:
         reference = torch.empty(len(numbers), 1, PATCH, PATCH)
         for i, (number, fraction) in enumerate(zip(numbers.tolist(), fractions.tolist(), strict=True)):
             patch = torch.from_numpy(self._patch(number))
-            partial[i, 0] = torch.from_numpy(plan.mask(number, fraction, epoch=self.epoch, order=self.order))
+            order = self.orders[(number + self.epoch) % len(self.orders)]
+            partial[i, 0] = torch.from_numpy(plan.mask(number, fraction, epoch=self.epoch, order=order))
             partial[i, 1:] = patch
             reference[i, 0] = partial[i, 1]
             partial[i, 1:] *= partial[i, 0]
@@ -143,10 +153,11 @@ class Batches:
                     future.cancel()
 
     def _fraction(self, number: int) -> float:
-        if self.fractions == "stages":
+        drawn = FRACTIONS[self.fractions]
+        if drawn is None:
             return self.dataset.plan.sample(number).fraction
-        full, place = random_generator(self.dataset.plan.seed, 3, number, self.epoch).random(2)
-        return 1.0 if full < FULL_SHARE else float(FRACTION_LEAST ** (1 - place))
+        whole, place = random_generator(self.dataset.plan.seed, 3, number, self.epoch).random(2)
+        return 1.0 if whole < drawn.whole else float(drawn.least * (drawn.most / drawn.least) ** place)
 
     def _patch(self, number: int) -> NDArray[np.float16]:
         """The patch of a sample, (4, 128, 128)."""

@@ -23,7 +23,7 @@ from bobrossnet.learn.networks.network import Network
 from bobrossnet.learn.networks.paper import pad
 
 LEVELS = 6  # blocks of the coarsest have 64 x 64 pixels
-FEATURES = {1: 8, 2: 20, 3: 32, 4: 32, 5: 32, 6: 32}  # channels between a level's two convolutions
+FEATURES = {1: 12, 2: 16, 3: 28, 4: 32, 5: 32, 6: 32}  # channels between a level's two convolutions
 HANDED_ON = {1: 1, 2: 6, 3: 8, 4: 8, 5: 8, 6: 8, 7: 0}  # channels for the next finer level; the first corrects the gray
 KNOWN = {1: 11, 2: 8, 3: 8, 4: 8, 5: 8, 6: 8}  # channels of what a level knows without the coarser one
 SOFTNESS = 0.05  # of the Gaussian mean: how little of its weight must be known to count for half
