@@ -101,9 +101,22 @@ inline Sums<Block, 2> convolve_pair(const ConvRow& row, int x) {
 
 inline V relu(V v) { return max(v, V{}); }
 
-/// Writes one row of sums to row `y` of the output.
+/// Writes one row of sums to row `y` of the output, or to rows 2y and 2y + 1 if it is enlarged.
 template <int Block, int Rows>
 inline void write(const ConvRow& row, const Sums<Block, Rows>& sum, int r, int y, int x, Then then) {
+    if constexpr (Block == 4) {
+        if (then == Then::shuffle) {
+            float* out = row.output[0] + row.output_row_stride * static_cast<std::size_t>(2 * y) + 2 * x;
+            for (int channel = 0; channel < 4; channel += 2, out += row.output_row_stride) {
+                for (int i = 0; i < vectors; ++i) {
+                    const V left = sum.at[channel][r][i], right = sum.at[channel + 1][r][i];
+                    store(out + 2 * i * lanes, zip_low(left, right));
+                    store(out + 2 * i * lanes + lanes, zip_high(left, right));
+                }
+            }
+            return;
+        }
+    }
     for (int channel = 0; channel < Block; ++channel) {
         const V* v = sum.at[channel][r];
         float* out = row.output[channel];
@@ -161,6 +174,6 @@ void conv(const ConvRow& row, int rows, Then then) {
 
 }  // namespace
 
-const ConvKernels conv_kernels = {conv<5>, conv<1>};
+const ConvKernels conv_kernels = {conv<5>, conv<4>, conv<1>};
 
 }  // namespace bob::BOB_ISA

@@ -13,6 +13,7 @@ enum class Then {
     relu,
     relu_pool,      // 2x2 maxima: half the height and width, both even
     relu_upsample,  // each pixel becomes 2x2
+    shuffle,        // each four channels become the 2x2 pixels of one, row by row
 };
 
 /// One block of output channels over a pair of rows, or over the last row alone.
@@ -24,14 +25,15 @@ struct ConvRow {
     const float* weight;       // (inputs, 3, 3, block)
     const float* weight_pair;  // (inputs, 3, 4, block): for two rows at once, see `winograd_taps`
     const float* bias;         // (block,)
-    float* output[5];          // first pixel of the first row written
+    float* output[5];          // first pixel of the first row written; shuffled, the first output alone
     std::size_t output_row_stride;
 };
 
 struct ConvKernels {
-    /// Computes blocks of five channels and of one; writes whole vectors, beyond the width if need be. `rows` is 2, or 1
-    /// at the image's end.
+    /// Computes blocks of five channels, of four and of one; writes whole vectors, beyond the width if need be. `rows` is
+    /// 2, or 1 at the image's end. `Then::shuffle` needs a block of four.
     void (*conv5)(const ConvRow& row, int rows, Then then);
+    void (*conv4)(const ConvRow& row, int rows, Then then);
     void (*conv1)(const ConvRow& row, int rows, Then then);
 };
 
