@@ -55,24 +55,30 @@ void Conv3x3::operator()(const Planes& input, int first_input, Planes& output, s
     const int merged = then == Then::shuffle ? 4 : 1;  // channels of the convolution in one of the output
     const auto row_pairs = static_cast<std::size_t>((input.height() + 1) / 2);
     parallel_for(row_pairs, 4, [&](std::size_t begin, std::size_t end) {
+        std::vector<float*> rows_written(static_cast<std::size_t>(outputs / merged));
+        std::vector<float> scratch(static_cast<std::size_t>(inputs * conv_scratch));
         for (int y = 2 * static_cast<int>(begin); y < 2 * static_cast<int>(end); y += 2) {
             const int rows = y + 1 < input.height() ? 2 : 1;
             const int out_y = then == Then::relu_pool ? y / 2 : enlarged ? 2 * y : y;
             const int out_rows = then == Then::relu_pool ? 1 : enlarged ? 2 * rows : rows;
-            for (int first = 0; first < out_; first += block_) {
+            for (int first = 0; first < out_; first += outputs) {
                 ConvRow row{};
                 row.input = input.row(first_input + first / outputs * inputs, y);
                 row.row_stride = input.row_stride();
                 row.plane_stride = input.plane_stride();
                 row.inputs = inputs;
                 row.width = input.width();
+                row.blocks = outputs / block_;
                 row.weight = weight_.data() + first * inputs * 9;
                 row.weight_pair = weight_pair_.data() + first * inputs * 12;
                 row.bias = bias_.data() + first;
                 row.output_row_stride = output.row_stride();
+                row.output = rows_written.data();
+                row.scratch = scratch.data();
                 const auto channels = output_channel.subspan(static_cast<std::size_t>(first / merged),
-                                                             static_cast<std::size_t>(block_ / merged));
-                std::transform(channels.begin(), channels.end(), row.output, [&](int c) { return output.row(c, out_y); });
+                                                             rows_written.size());
+                std::transform(channels.begin(), channels.end(), rows_written.begin(),
+                               [&](int c) { return output.row(c, out_y); });
                 kernel(row, rows, then);
                 for (const int c : channels) {
                     for (int r = 0; r < out_rows; ++r) output.clear_tail(c, out_y + r);
