@@ -76,7 +76,8 @@ void bind_network(nb::module_& m, const char* name) {
         .def("__init__", &init_network<Network>, "tensors"_a)
         .def("__call__", &run_network<Network>, "gbuffer"_a.noconvert(), "gray"_a.noconvert())
         .def_prop_ro("rows", &Network::rows)
-        .def_prop_ro("reach", &Network::reach);
+        .def_prop_ro("reach", &Network::reach)
+        .def_prop_ro("bytes_per_pixel", &Network::bytes_per_pixel);
 }
 
 bool set_isa(std::string_view name) {

@@ -163,10 +163,10 @@ def test_large_pictures_are_completed_in_bands(tree, pyramid, monkeypatch, every
             part = bob.trace(tree, size=(height, width), fraction=0.1)
             for name in every_instruction_set:
                 _core.set_isa(name)
-                monkeypatch.setattr(model, "BAND", 2**22)
+                monkeypatch.setattr(model, "MEMORY", 2**29)
                 whole = bob.complete(part, model=weights)
-                for rows in (0, height // 6, height // 3):
-                    monkeypatch.setattr(model, "BAND", max(1, width * rows))
+                for rows in (0, height // 3, 4 * height // 5):
+                    monkeypatch.setattr(model, "MEMORY", width * rows * load_model(weights).run.bytes_per_pixel)
                     assert np.array_equal(bob.complete(part, model=weights), whole)
 
 

@@ -1,6 +1,7 @@
 #include "complete/pyramid.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -120,6 +121,15 @@ void Pyramid::operator()(const float* gbuffer, int height, int width, float* gra
     }
     finish(*images, height, width, gray);
     spare_.give_back(std::move(images));
+}
+
+int Pyramid::bytes_per_pixel() const {
+    double floats = 1, area = 1;  // the correction's; of a pixel of the level
+    for (const auto& [features, finer] : layers_) {
+        area *= 4;
+        floats += (sums::channels + features.in() + features.out() + 2) / area;
+    }
+    return static_cast<int>(std::ceil(4 * floats));
 }
 
 void Pyramid::pull(const float* gbuffer, int height, int width, Images& images) const {

@@ -25,6 +25,8 @@ public:
     /// How many rows away, at most, an input can change the output: two convolutions at each level reach two of its
     /// blocks, and a third at level 1 is where the doubled picture comes from. With the blocks' own rows, 4 of the coarsest.
     [[nodiscard]] int reach() const { return 4 << levels(); }
+    /// Of memory while it runs.
+    [[nodiscard]] int bytes_per_pixel() const;
 
 private:
     struct Images;
