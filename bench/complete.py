@@ -1,4 +1,4 @@
-"""Milliseconds to complete a picture with the report's network: the core against PyTorch and ONNX Runtime.
+"""Milliseconds to complete a picture with each network: the core against PyTorch and ONNX Runtime.
 
 The same weights, the same input, in the same run, with all cores; every result is compared with PyTorch's. Then
 milliseconds to say which pixels come first, for each pixel order.
@@ -18,25 +18,25 @@ from report import heading, in_turn, median_ratio, spread, table
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.complete.model import load_model, weights_path
-from bobrossnet.learn.checkpoint import load
+from bobrossnet.complete.model import find_weights, load_model
+from bobrossnet.learn.checkpoint import load, save
+from bobrossnet.learn.networks import NETWORKS
 from bobrossnet.render.order import ORDERS
 
 SIZES = ((240, 320), (480, 640), (720, 1280))
 RUNS = 21
 
 
-def rivals(gbuffer: bob.GBuffer, onnx: Path) -> dict[str, Callable[[], np.ndarray]]:
+def rivals(weights: Path, gbuffer: bob.GBuffer, onnx: Path) -> dict[str, Callable[[], np.ndarray]]:
     """What completes the picture, by name; each returns the network's output, (H, W)."""
     stack = gbuffer.stack()[None].copy()
-    network = load(weights_path("paper"))[0].eval()
-    wide = load(weights_path("paper"))[0].eval()
+    network, wide = load(weights)[0].eval(), load(weights)[0].eval()
     wide.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     eager, last = torch.from_numpy(stack), torch.from_numpy(stack).to(memory_format=torch.channels_last)
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = bob.thread_count()
     session = onnxruntime.InferenceSession(onnx, options, providers=["CPUExecutionProvider"])
-    model = load_model("paper")
+    model = load_model(weights)
     best = _core.isa()
 
     def core(name: str) -> Callable[[], np.ndarray]:
@@ -67,25 +67,34 @@ def rivals(gbuffer: bob.GBuffer, onnx: Path) -> dict[str, Callable[[], np.ndarra
     }
 
 
+def weights_of(network: str, folder: Path) -> Path:
+    """The shipped weights of that name; where there are none, a new network's, which take as long."""
+    shipped = find_weights(network)
+    if shipped is None:
+        save(folder / f"{network}.safetensors", NETWORKS[network].from_settings({}))
+    return shipped or folder / f"{network}.safetensors"
+
+
 def main() -> None:
     torch.set_num_threads(bob.thread_count())
     scene = bob.Scene(bob.happy_tree())
-    heading(f"Completing with the report's network: milliseconds, {bob.thread_count()} threads")
+    heading(f"Completing: milliseconds, {bob.thread_count()} threads")
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        onnx = Path(folder) / "paper.onnx"
-        bob.export("paper", onnx)
-        for size in SIZES:
-            gbuffer = bob.trace(scene, size=size, fraction=0.05)
-            runs = rivals(gbuffer, onnx)
-            expected = runs["PyTorch"]()
-            for name, run in runs.items():
-                if name != "bob.complete":
-                    assert np.abs(run() - expected).max() < 1e-5, name
-            seconds = in_turn(runs, RUNS)
-            for name, values in seconds.items():
-                ratio = median_ratio(values, seconds["bob.complete"])
-                rows.append([f"complete.paper.{size[1]}x{size[0]}", name, spread(values, 1e3), f"{ratio:.2f}"])
+        for network in NETWORKS:
+            weights, onnx = weights_of(network, Path(folder)), Path(folder) / f"{network}.onnx"
+            bob.export(weights, onnx)
+            for size in SIZES:
+                gbuffer = bob.trace(scene, size=size, fraction=0.05)
+                runs = rivals(weights, gbuffer, onnx)
+                expected = runs["PyTorch"]()
+                for name, run in runs.items():
+                    if name != "bob.complete":
+                        assert np.abs(run() - expected).max() < 1e-5, name
+                seconds = in_turn(runs, RUNS)
+                for name, values in seconds.items():
+                    ratio = median_ratio(values, seconds["bob.complete"])
+                    rows.append([f"complete.{network}.{size[1]}x{size[0]}", name, spread(values, 1e3), f"{ratio:.2f}"])
     table(["what", "with", "ms", "/ bob.complete"], rows)
     order_times()
 

@@ -8,6 +8,7 @@
 #include "bindings.h"
 #include "complete/known.h"
 #include "complete/paper.h"
+#include "complete/pyramid.h"
 #include "isa.h"
 #include "parallel.h"
 #include "trace/order.h"
@@ -39,7 +40,8 @@ void pixel_order(std::string_view name, std::uint64_t seed, std::uint32_t height
     }
 }
 
-void init_paper(bob::Paper* self, const nb::dict& tensors) {
+template <class Network>
+void init_network(Network* self, const nb::dict& tensors) {
     bob::Weights weights;
     std::vector<nb::ndarray<const float, nb::c_contig, nb::device::cpu>> arrays;  // keeps converted values alive
     for (const auto& [key, value] : tensors) {
@@ -51,10 +53,11 @@ void init_paper(bob::Paper* self, const nb::dict& tensors) {
         }
         weights.emplace(nb::cast<std::string_view>(key), std::move(tensor));
     }
-    new (self) bob::Paper(weights);
+    new (self) Network(weights);
 }
 
-void run_paper(const bob::Paper& network, const Array<const float, 5, -1, -1>& gbuffer, const Image& gray) {
+template <class Network>
+void run_network(const Network& network, const Array<const float, 5, -1, -1>& gbuffer, const Image& gray) {
     expect(gray.shape(0) == gbuffer.shape(1) && gray.shape(1) == gbuffer.shape(2), "gray: expected the input's size");
     const nb::gil_scoped_release release;
     network(gbuffer.data(), static_cast<int>(gray.shape(0)), static_cast<int>(gray.shape(1)), gray.data());
@@ -64,6 +67,17 @@ void keep_known(const Array<const float, 5, -1, -1>& gbuffer, const Image& gray)
     expect(gray.shape(0) == gbuffer.shape(1) && gray.shape(1) == gbuffer.shape(2), "gray: expected the input's size");
     const nb::gil_scoped_release release;
     bob::keep_known(gbuffer.data(), gray.size(), gray.data());
+}
+
+/// A network of the core, under its own name.
+template <class Network>
+void bind_network(nb::module_& m, const char* name) {
+    nb::class_<Network>(m, name)
+        .def("__init__", &init_network<Network>, "tensors"_a)
+        .def("__call__", &run_network<Network>, "gbuffer"_a.noconvert(), "gray"_a.noconvert())
+        .def_prop_ro("rows", &Network::rows)
+        .def_prop_ro("reach", &Network::reach)
+        .def_prop_ro("bytes_per_pixel", &Network::bytes_per_pixel);
 }
 
 bool set_isa(std::string_view name) {
@@ -89,9 +103,8 @@ NB_MODULE(_core, m) {
 
     m.def("pixel_order", &pixel_order, "order"_a, "seed"_a, "height"_a, "width"_a, "start"_a, "pixels"_a.noconvert());
 
-    nb::class_<bob::Paper>(m, "Paper")
-        .def("__init__", &init_paper, "tensors"_a)
-        .def("__call__", &run_paper, "gbuffer"_a.noconvert(), "gray"_a.noconvert());
+    bind_network<bob::Paper>(m, "Paper");
+    bind_network<bob::Pyramid>(m, "Pyramid");
     m.def("keep_known", &keep_known, "gbuffer"_a.noconvert(), "gray"_a.noconvert());
 
     bind_formula(m);

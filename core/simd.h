@@ -152,6 +152,11 @@ inline V pick(V a, V b, std::integer_sequence<int, I...>) {
     return __builtin_shufflevector(a, b, (Scale * I / Divide + Offset)...);
 }
 
+template <int First, class V, int... I>
+inline V zip(V a, V b, std::integer_sequence<int, I...>) {
+    return __builtin_shufflevector(a, b, (First + I / 2 + I % 2 * static_cast<int>(sizeof(V) / 4))...);
+}
+
 template <class V>
 using Lanes = std::make_integer_sequence<int, sizeof(V) / 4>;
 
@@ -167,6 +172,18 @@ inline V even(V a, V b) {
 template <class V>
 inline V odd(V a, V b) {
     return detail::pick<2, 1, 1>(a, b, detail::Lanes<V>{});
+}
+
+/// The lower halves of a and b, lane by lane in turn.
+template <class V>
+inline V zip_low(V a, V b) {
+    return detail::zip<0>(a, b, detail::Lanes<V>{});
+}
+
+/// The upper halves of a and b, lane by lane in turn.
+template <class V>
+inline V zip_high(V a, V b) {
+    return detail::zip<static_cast<int>(sizeof(V) / 8)>(a, b, detail::Lanes<V>{});
 }
 
 /// Each lane of the lower half, twice.

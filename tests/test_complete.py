@@ -1,7 +1,9 @@
 """Completion in the core: equal to PyTorch, exact where known, clear about what it can't use."""
 
 import os
+import re
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 
 import numpy as np
@@ -13,9 +15,33 @@ import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.complete.model import load_model
 from bobrossnet.complete.weights import WEIGHTS, read_weights
-from bobrossnet.learn.networks.paper import Paper
+from bobrossnet.learn import checkpoint
+from bobrossnet.learn.networks import Paper, Pyramid
 
 PAPER = WEIGHTS / "paper.safetensors"
+
+
+@pytest.fixture(scope="module")
+def pyramid(tmp_path_factory):
+    """A weight file of a new pyramid, with biases."""
+    torch.manual_seed(0)
+    network = Pyramid()
+    for name, parameter in network.named_parameters():
+        if name.endswith("bias"):
+            torch.nn.init.normal_(parameter, std=0.1)
+    path = tmp_path_factory.mktemp("weights") / "pyramid.safetensors"
+    checkpoint.save(path, network)
+    return path
+
+
+def noise(size, density):
+    """A G-buffer (5, H, W) of noise, a third of it background, known at a share of the pixels."""
+    random = np.random.default_rng(0)
+    stack = random.random((5, *size), dtype=np.float32)
+    stack[3:] = 2 * stack[3:] - 1
+    stack[1] *= random.random(size) < 0.7
+    stack[0] = 1
+    return stack * (random.random(size) < density)
 
 
 @pytest.mark.parametrize("size", [(480, 640), (128, 128), (61, 47), (5, 7), (2, 3), (1, 1)])
@@ -47,6 +73,39 @@ def test_shipped_weights_equal_pytorch(tree, every_instruction_set):
         assert np.abs(load_model("paper").predict(part) - expected).max() < 1e-5, name
 
 
+@pytest.mark.parametrize("size", [(1, 1), (5, 7), (63, 65), (64, 64), (100, 70), (130, 257)])
+def test_pyramid_equals_pytorch(size, pyramid, every_instruction_set):
+    network = checkpoint.load(pyramid)[0].eval()
+    core = load_model(pyramid).run
+    for density in (0, 0.001, 0.01, 0.1, 1):
+        stack = noise(size, density)
+        with torch.no_grad():
+            expected = network(torch.from_numpy(stack)[None])[0, 0].numpy()
+        for name in every_instruction_set:
+            _core.set_isa(name)
+            gray = np.full(size, np.nan, np.float32)
+            core(stack, gray)
+            assert np.abs(gray - expected).max() < 1e-5, (name, density)
+            assert np.array_equal(gray == 0, expected == 0), (name, density)
+
+
+def test_pyramid_of_other_widths(tmp_path, monkeypatch, tree):
+    """The core takes levels and channels from the tensors."""
+    python = import_module("bobrossnet.learn.networks.pyramid")
+    monkeypatch.setattr(python, "LEVELS", 3)
+    monkeypatch.setattr(python, "FEATURES", {1: 4, 2: 12, 3: 16})
+    monkeypatch.setattr(python, "HANDED_ON", {1: 1, 2: 5, 3: 2, 4: 0})
+    monkeypatch.setattr(Pyramid, "multiple", 8)
+    network = Pyramid().eval()
+    checkpoint.save(tmp_path / "small.safetensors", network)
+    model = load_model(tmp_path / "small.safetensors")
+    part = bob.trace(tree, size=(60, 81), fraction=0.1)
+    with torch.no_grad():
+        expected = network(torch.from_numpy(part.stack().copy())[None])[0, 0].numpy()
+    assert np.abs(model.predict(part) - expected).max() < 1e-5
+    assert (model.run.rows, model.run.reach) == (16, 32)
+
+
 def test_known_pixels_are_exact(tree):
     for fraction in (0.01, 0.3):
         part = bob.trace(tree, size=(100, 150), fraction=fraction)
@@ -71,29 +130,53 @@ def test_more_pixels_make_a_better_picture(tree):
     assert quality[-1] == pytest.approx(1)
 
 
-def test_threads_do_not_matter(tree):
+def test_threads_do_not_matter(tree, pyramid):
     part = bob.trace(tree, size=(123, 217), fraction=0.1)
     threads = bob.thread_count()
-    try:
-        images = []
-        for count in (1, 2, 5):
-            bob.set_thread_count(count)
-            images.append(bob.complete(part))
-    finally:
-        bob.set_thread_count(threads)
-    assert np.array_equal(images[0], images[1])
-    assert np.array_equal(images[0], images[2])
+    for model in ("paper", pyramid):
+        try:
+            images = []
+            for count in (1, 2, 5):
+                bob.set_thread_count(count)
+                images.append(bob.complete(part, model=model))
+        finally:
+            bob.set_thread_count(threads)
+        assert np.array_equal(images[0], images[1])
+        assert np.array_equal(images[0], images[2])
 
 
-def test_large_pictures_are_completed_in_bands(tree, monkeypatch):
+def test_from_several_threads_at_once(tree, pyramid):
+    parts = [bob.trace(tree, size=size, fraction=0.1) for size in ((123, 217), (123, 217), (60, 80))]
+    for model in ("paper", pyramid):
+        expected = [bob.complete(part, model=model) for part in parts]
+        with ThreadPoolExecutor(3) as pool:
+            images = list(pool.map(lambda part, model=model: bob.complete(part, model=model), 5 * parts))
+        assert all(np.array_equal(image, expected[i % 3]) for i, image in enumerate(images))
+
+
+def test_large_pictures_are_completed_in_bands(tree, pyramid, monkeypatch, every_instruction_set):
     model = import_module("bobrossnet.complete.model")
-    for height in (311, 309, 305):  # an even and an odd number of rows at a quarter of the resolution
-        part = bob.trace(tree, size=(height, 200), fraction=0.1)
-        monkeypatch.setattr(model, "BAND", 2**22)
-        whole = bob.complete(part)
-        for band in (1, 200 * 50, 200 * 97):
-            monkeypatch.setattr(model, "BAND", band)
-            assert np.array_equal(bob.complete(part), whole)
+    # An even and an odd number of rows of the coarsest blocks, and bands of fewer and of more rows than the least.
+    sizes = {"paper": [(311, 200), (309, 200), (305, 200)], pyramid: [(1090, 40), (1023, 40)]}
+    for weights, of_network in sizes.items():
+        for height, width in of_network:
+            part = bob.trace(tree, size=(height, width), fraction=0.1)
+            for name in every_instruction_set:
+                _core.set_isa(name)
+                monkeypatch.setattr(model, "MEMORY", 2**29)
+                whole = bob.complete(part, model=weights)
+                for rows in (0, height // 3, 4 * height // 5):
+                    monkeypatch.setattr(model, "MEMORY", width * rows * load_model(weights).run.bytes_per_pixel)
+                    assert np.array_equal(bob.complete(part, model=weights), whole)
+
+
+def test_nothing_known_or_everything_extreme_is_finite(pyramid):
+    model = load_model(pyramid)
+    stack = np.zeros((5, 70, 90), np.float32)
+    assert np.isfinite(model.predict(bob.GBuffer.from_stack(stack.copy()))).all()
+    stack[:] = 1
+    stack[3:] = -1
+    assert np.isfinite(model.predict(bob.GBuffer.from_stack(stack))).all()
 
 
 def test_models_by_name_and_path(tree, tmp_path):
@@ -163,6 +246,31 @@ def test_bad_weight_files_are_named(make, message, tmp_path, tree):
     assert message in str(error.value)
     assert "bad.safetensors" in str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"features1.weight": None}, "features1.weight: expected in the weights, not found"),
+        (
+            {"features2.weight": (20, 12, 3, 3)},
+            "features2.weight: expected shape (a multiple of 4, 16, 3, 3), got (20, 12, 3, 3)",
+        ),
+        (
+            {"finer3.weight": (30, 32, 3, 3)},
+            "finer3.weight: expected shape (a multiple of 4, 32, 3, 3), got (30, 32, 3, 3)",
+        ),
+        ({"finer3.bias": (30,)}, "finer3.bias: expected shape (32), got (30)"),
+        ({"finer1.weight": (8, 8, 3, 3)}, "finer1.weight: expected shape (4, 8 / groups, 3, 3), got (8, 8, 3, 3)"),
+    ],
+)
+def test_a_pyramid_that_does_not_fit_is_named(changed, message, pyramid, tmp_path):
+    metadata, tensors = read_weights(pyramid)
+    tensors |= {name: shape and np.zeros(shape, np.float32) for name, shape in changed.items()}
+    file = tmp_path / "bad.safetensors"
+    save_file({name: tensor for name, tensor in tensors.items() if tensor is not None}, file, metadata)
+    with pytest.raises(bob.InputError, match=re.escape(f"bad.safetensors: {message}")):
+        load_model(file)
 
 
 @pytest.mark.parametrize(

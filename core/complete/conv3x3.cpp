@@ -1,5 +1,6 @@
 #include "complete/conv3x3.h"
 
+#include <algorithm>
 #include <array>
 #include <numeric>
 #include <stdexcept>
@@ -24,7 +25,7 @@ Conv3x3::Conv3x3(std::span<const float> weight, std::span<const float> bias, int
         weight.size() != static_cast<std::size_t>(out_ * inputs * 9)) {
         throw std::invalid_argument("Conv3x3: weight and bias do not fit the channels and groups");
     }
-    block_ = outputs % 5 == 0 ? 5 : 1;
+    block_ = outputs % 4 == 0 ? 4 : outputs % 5 == 0 ? 5 : 1;
     weight_.reserve(weight.size());
     weight_pair_.reserve(weight.size() / 9 * 12);
     const auto tap = [&](int channel, int input, int ky, int kx) {
@@ -48,32 +49,39 @@ Conv3x3::Conv3x3(std::span<const float> weight, std::span<const float> bias, int
 void Conv3x3::operator()(const Planes& input, int first_input, Planes& output, std::span<const int> output_channel,
                          Then then) const {
     const int inputs = in_ / groups_, outputs = out_ / groups_;
-    const auto kernel = block_ == 5 ? best_conv_kernels().conv5 : best_conv_kernels().conv1;
+    const auto& kernels = best_conv_kernels();
+    const auto kernel = block_ == 5 ? kernels.conv5 : block_ == 4 ? kernels.conv4 : kernels.conv1;
+    const bool enlarged = then == Then::relu_upsample || then == Then::shuffle;
+    const int merged = then == Then::shuffle ? 4 : 1;  // channels of the convolution in one of the output
     const auto row_pairs = static_cast<std::size_t>((input.height() + 1) / 2);
     parallel_for(row_pairs, 4, [&](std::size_t begin, std::size_t end) {
+        std::vector<float*> rows_written(static_cast<std::size_t>(outputs / merged));
+        std::vector<float> scratch(static_cast<std::size_t>(inputs * conv_scratch));
         for (int y = 2 * static_cast<int>(begin); y < 2 * static_cast<int>(end); y += 2) {
             const int rows = y + 1 < input.height() ? 2 : 1;
-            const int out_y = then == Then::relu_pool ? y / 2 : then == Then::relu_upsample ? 2 * y : y;
-            const int out_rows = then == Then::relu_pool ? 1 : then == Then::relu_upsample ? 2 * rows : rows;
-            for (int first = 0; first < out_; first += block_) {
+            const int out_y = then == Then::relu_pool ? y / 2 : enlarged ? 2 * y : y;
+            const int out_rows = then == Then::relu_pool ? 1 : enlarged ? 2 * rows : rows;
+            for (int first = 0; first < out_; first += outputs) {
                 ConvRow row{};
                 row.input = input.row(first_input + first / outputs * inputs, y);
                 row.row_stride = input.row_stride();
                 row.plane_stride = input.plane_stride();
                 row.inputs = inputs;
                 row.width = input.width();
+                row.blocks = outputs / block_;
                 row.weight = weight_.data() + first * inputs * 9;
                 row.weight_pair = weight_pair_.data() + first * inputs * 12;
                 row.bias = bias_.data() + first;
                 row.output_row_stride = output.row_stride();
-                for (int c = 0; c < block_; ++c) {
-                    row.output[c] = output.row(output_channel[static_cast<std::size_t>(first + c)], out_y);
-                }
+                row.output = rows_written.data();
+                row.scratch = scratch.data();
+                const auto channels = output_channel.subspan(static_cast<std::size_t>(first / merged),
+                                                             rows_written.size());
+                std::transform(channels.begin(), channels.end(), rows_written.begin(),
+                               [&](int c) { return output.row(c, out_y); });
                 kernel(row, rows, then);
-                for (int c = 0; c < block_; ++c) {
-                    for (int r = 0; r < out_rows; ++r) {
-                        output.clear_tail(output_channel[static_cast<std::size_t>(first + c)], out_y + r);
-                    }
+                for (const int c : channels) {
+                    for (int r = 0; r < out_rows; ++r) output.clear_tail(c, out_y + r);
                 }
             }
         }
@@ -81,7 +89,7 @@ void Conv3x3::operator()(const Planes& input, int first_input, Planes& output, s
 }
 
 void Conv3x3::operator()(const Planes& input, int first_input, Planes& output, int first_output, Then then) const {
-    std::vector<int> channels(static_cast<std::size_t>(out_));
+    std::vector<int> channels(static_cast<std::size_t>(then == Then::shuffle ? out_ / 4 : out_));
     std::iota(channels.begin(), channels.end(), first_output);
     (*this)(input, first_input, output, channels, then);
 }

@@ -16,7 +16,7 @@ public:
     Conv3x3(std::span<const float> weight, std::span<const float> bias, int in, int groups);
 
     /// Convolves the channels of `input` from `first_input` on; output channel c is written to the channel
-    /// `output_channel[c]` of `output`. Uses all threads.
+    /// `output_channel[c]` of `output`; shuffled, channels 4c to 4c + 3 are. Uses all threads.
     void operator()(const Planes& input, int first_input, Planes& output, std::span<const int> output_channel,
                     Then then) const;
     /// The same with the output's channels in order, from `first_output` on.
@@ -28,7 +28,7 @@ public:
 
 private:
     int in_, out_, groups_;
-    int block_;                  // output channels that a kernel computes at once: 5 or 1
+    int block_;                  // output channels that a kernel computes at once: 4, 5 or 1
     std::vector<float> weight_;       // (out / block, in / groups, 3, 3, block)
     std::vector<float> weight_pair_;  // (out / block, in / groups, 3, 4, block)
     std::vector<float> bias_;         // (out,)

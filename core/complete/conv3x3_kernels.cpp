@@ -1,4 +1,7 @@
 #include "complete/conv3x3_kernels.h"
+
+#include <algorithm>
+
 #include "simd.h"
 
 namespace bob::BOB_ISA {
@@ -8,6 +11,7 @@ using V = Vector<lanes>;
 
 constexpr int vectors = 2;             // side by side
 constexpr int step = vectors * lanes;  // pixels
+constexpr int scratch_row = conv_scratch / 4;
 
 // Two rows at once need 20 sums for five channels: as many registers, and some for pixels.
 constexpr bool in_pairs = lanes == 16;
@@ -101,9 +105,22 @@ inline Sums<Block, 2> convolve_pair(const ConvRow& row, int x) {
 
 inline V relu(V v) { return max(v, V{}); }
 
-/// Writes one row of sums to row `y` of the output.
+/// Writes one row of sums to row `y` of the output, or to rows 2y and 2y + 1 if it is enlarged.
 template <int Block, int Rows>
 inline void write(const ConvRow& row, const Sums<Block, Rows>& sum, int r, int y, int x, Then then) {
+    if constexpr (Block == 4) {
+        if (then == Then::shuffle) {
+            float* out = row.output[0] + row.output_row_stride * static_cast<std::size_t>(2 * y) + 2 * x;
+            for (int channel = 0; channel < 4; channel += 2, out += row.output_row_stride) {
+                for (int i = 0; i < vectors; ++i) {
+                    const V left = sum.at[channel][r][i], right = sum.at[channel + 1][r][i];
+                    store(out + 2 * i * lanes, zip_low(left, right));
+                    store(out + 2 * i * lanes + lanes, zip_high(left, right));
+                }
+            }
+            return;
+        }
+    }
     for (int channel = 0; channel < Block; ++channel) {
         const V* v = sum.at[channel][r];
         float* out = row.output[channel];
@@ -133,19 +150,105 @@ inline void write_pooled(const ConvRow& row, const Sums<Block, Rows>& upper, int
     }
 }
 
+/// Goes on to the next block of output channels.
 template <int Block>
-void conv(const ConvRow& row, int rows, Then then) {
+inline void advance(ConvRow& row, Then then) {
+    row.weight += row.inputs * 9 * Block;
+    row.weight_pair += row.inputs * 12 * Block;
+    row.bias += Block;
+    row.output += then == Then::shuffle ? Block / 4 : Block;
+}
+
+/// The differences that Winograd's products need, of columns x - 1 to x + conv_tile of all inputs, to the scratch.
+inline void keep_differences(const ConvRow& row, int x) {
+    const float* corner = row.input - row.row_stride + x - 1;
+    float* to = row.scratch;
+    const int columns = std::min(conv_tile, row.width - x) + 2;
+    for (int input = 0; input < row.inputs; ++input) {
+        for (int i = 0; i < columns; i += lanes) {
+            const V above = load<V>(corner + i), upper = load<V>(corner + i + row.row_stride);
+            const V lower = load<V>(corner + i + 2 * row.row_stride), below = load<V>(corner + i + 3 * row.row_stride);
+            store(to + i, above - lower);
+            store(to + i + scratch_row, upper + lower);
+            store(to + i + 2 * scratch_row, lower - upper);
+            store(to + i + 3 * scratch_row, upper - below);
+        }
+        corner += row.plane_stride;
+        to += conv_scratch;
+    }
+}
+
+/// `convolve_pair` from the differences kept, at column x of the tile: one product after the other, so that few registers
+/// are enough.
+template <int Block>
+inline Sums<Block, 2> convolve_kept(const ConvRow& row, int x) {
+    Sums<Block, 2> sum;
+    for (int tap = 0; tap < 4; ++tap) {
+        V m[Block][vectors];
+        for (int channel = 0; channel < Block; ++channel) {
+            for (int i = 0; i < vectors; ++i) m[channel][i] = tap == 1 ? broadcast<V>(row.bias[channel]) : V{};
+        }
+        const float* from = row.scratch + tap * scratch_row + x;
+        const float* weight = row.weight_pair + tap * Block;
+        for (int input = 0; input < row.inputs; ++input) {
+#pragma GCC unroll 3
+            for (int kx = 0; kx < 3; ++kx) {
+                V d[vectors];
+                for (int i = 0; i < vectors; ++i) d[i] = load<V>(from + kx + i * lanes);
+#pragma GCC unroll 4
+                for (int channel = 0; channel < Block; ++channel) {
+                    const V w = broadcast<V>(weight[kx * 4 * Block + channel]);
+                    for (int i = 0; i < vectors; ++i) m[channel][i] = fma(d[i], w, m[channel][i]);
+                }
+            }
+            from += conv_scratch;
+            weight += 12 * Block;
+        }
+        for (int channel = 0; channel < Block; ++channel) {
+            for (int i = 0; i < vectors; ++i) {
+                V &upper = sum.at[channel][0][i], &lower = sum.at[channel][1][i];
+                const V product = m[channel][i];
+                if (tap == 0) upper = product, lower = V{};
+                if (tap == 1 || tap == 2) upper += product;
+                if (tap == 1) lower = product;
+                if (tap == 2 || tap == 3) lower -= product;
+            }
+        }
+    }
+    return sum;
+}
+
+template <int Block>
+inline void write_pair(const ConvRow& row, const Sums<Block, 2>& sum, int x, Then then) {
+    if (then == Then::relu_pool) {
+        write_pooled(row, sum, 0, sum, 1, x);
+    } else {
+        write(row, sum, 0, 0, x, then);
+        write(row, sum, 1, 1, x, then);
+    }
+}
+
+/// Two rows, tile by tile, all output channels from the same differences.
+template <int Block>
+inline void conv_tiles(const ConvRow& row, Then then) {
+    for (int first = 0; first < row.width; first += conv_tile) {
+        keep_differences(row, first);
+        ConvRow block = row;
+        for (int i = 0; i < row.blocks; ++i, advance<Block>(block, then)) {
+            for (int x = first; x < std::min(first + conv_tile, row.width); x += step) {
+                write_pair(block, convolve_kept<Block>(block, x - first), x, then);
+            }
+        }
+    }
+}
+
+template <int Block>
+inline void conv_block(const ConvRow& row, int rows, Then then) {
     for (int x = 0; x < row.width; x += step) {
         if (rows == 1) {
             write(row, convolve<Block>(row, 0, x), 0, 0, x, then);
         } else if constexpr (in_pairs) {
-            const auto sum = convolve_pair<Block>(row, x);
-            if (then == Then::relu_pool) {
-                write_pooled(row, sum, 0, sum, 1, x);
-            } else {
-                write(row, sum, 0, 0, x, then);
-                write(row, sum, 1, 1, x, then);
-            }
+            write_pair(row, convolve_pair<Block>(row, x), x, then);
         } else {
             const auto upper = convolve<Block>(row, 0, x);
             if (then != Then::relu_pool) write(row, upper, 0, 0, x, then);
@@ -159,8 +262,17 @@ void conv(const ConvRow& row, int rows, Then then) {
     }
 }
 
+template <int Block>
+void conv(const ConvRow& row, int rows, Then then) {
+    if constexpr (Block == 4 && !in_pairs) {
+        if (rows == 2) return conv_tiles<Block>(row, then);
+    }
+    ConvRow block = row;
+    for (int i = 0; i < row.blocks; ++i, advance<Block>(block, then)) conv_block<Block>(block, rows, then);
+}
+
 }  // namespace
 
-const ConvKernels conv_kernels = {conv<5>, conv<1>};
+const ConvKernels conv_kernels = {conv<5>, conv<4>, conv<1>};
 
 }  // namespace bob::BOB_ISA

@@ -13,25 +13,33 @@ enum class Then {
     relu,
     relu_pool,      // 2x2 maxima: half the height and width, both even
     relu_upsample,  // each pixel becomes 2x2
+    shuffle,        // each four channels become the 2x2 pixels of one, row by row
 };
 
-/// One block of output channels over a pair of rows, or over the last row alone.
+/// The output channels of a group over a pair of rows, or over the last row alone. They are computed in blocks.
 struct ConvRow {
     const float* input;  // first pixel of the upper row in the first input channel of the group
     std::size_t row_stride, plane_stride;
     int inputs;  // channels
     int width;
-    const float* weight;       // (inputs, 3, 3, block)
-    const float* weight_pair;  // (inputs, 3, 4, block): for two rows at once, see `winograd_taps`
-    const float* bias;         // (block,)
-    float* output[5];          // first pixel of the first row written
+    int blocks;
+    const float* weight;       // (blocks, inputs, 3, 3, block)
+    const float* weight_pair;  // (blocks, inputs, 3, 4, block): for two rows at once, see `winograd_taps`
+    const float* bias;         // (blocks, block)
+    float* const* output;      // first pixel of the first row written of each channel, or shuffled of each four
     std::size_t output_row_stride;
+    float* scratch;  // conv_scratch floats for each input
 };
 
+/// Pixels of a row whose differences are kept to be used for all output channels: those of 32 channels fit the cache.
+constexpr int conv_tile = 96;
+constexpr int conv_scratch = 4 * (conv_tile + 16);
+
 struct ConvKernels {
-    /// Computes blocks of five channels and of one; writes whole vectors, beyond the width if need be. `rows` is 2, or 1
-    /// at the image's end.
+    /// Computes in blocks of five channels, of four and of one; writes whole vectors, beyond the width if need be. `rows` is
+    /// 2, or 1 at the image's end. `Then::shuffle` needs blocks of four.
     void (*conv5)(const ConvRow& row, int rows, Then then);
+    void (*conv4)(const ConvRow& row, int rows, Then then);
     void (*conv1)(const ConvRow& row, int rows, Then then);
 };
 

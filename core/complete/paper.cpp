@@ -23,6 +23,7 @@ std::vector<int> shuffled(int channels, int groups) {
 
 /// What lies between the layers. Skip connections are channels of one image that two layers write.
 struct Paper::Images {
+    int height, width;
     Planes full;     // decode2, upsampled (5) | input (5)
     Planes half;     // decode1, upsampled (5) | encode1, pooled (20)
     Planes quarter;  // encode2, pooled and shuffled (80)
@@ -30,7 +31,9 @@ struct Paper::Images {
     Planes result;   // output (1)
 
     Images(int height, int width)
-        : full(5 + input_channels, height, width),
+        : height(height),
+          width(width),
+          full(5 + input_channels, height, width),
           half(5 + 20, height / 2, width / 2),
           quarter(80, height / 4, width / 4),
           code(20, height / 4, width / 4),
@@ -48,16 +51,16 @@ Paper::Paper(const Weights& weights)
 Paper::~Paper() = default;
 
 void Paper::operator()(const float* gbuffer, int height, int width, float* gray) const {
-    auto images = take_images((height + 3) / 4 * 4, (width + 3) / 4 * 4);  // zeros below and to the right
-    auto& [full, half, quarter, code, result] = *images;
+    auto images = spare_.take((height + 3) / 4 * 4, (width + 3) / 4 * 4);  // zeros below and to the right
+    auto& [padded_height, padded_width, full, half, quarter, code, result] = *images;
     const auto rows = static_cast<std::size_t>(height), columns = static_cast<std::size_t>(width);
-    parallel_for(static_cast<std::size_t>(full.height()), 32, [&](std::size_t begin, std::size_t end) {
+    parallel_for(static_cast<std::size_t>(padded_height), 32, [&](std::size_t begin, std::size_t end) {
         for (std::size_t y = begin; y < end; ++y) {
             for (int c = 0; c < input_channels; ++c) {
                 float* to = full.row(5 + c, static_cast<int>(y));
                 const std::size_t known = y < rows ? columns : 0;
                 std::copy_n(gbuffer + (static_cast<std::size_t>(c) * rows + std::min(y, rows - 1)) * columns, known, to);
-                std::fill(to + known, to + full.width(), 0.f);
+                std::fill(to + known, to + padded_width, 0.f);
             }
         }
     });
@@ -74,20 +77,7 @@ void Paper::operator()(const float* gbuffer, int height, int width, float* gray)
             std::copy_n(result.row(0, static_cast<int>(y)), columns, gray + y * columns);
         }
     });
-    give_back(std::move(images));
-}
-
-std::unique_ptr<Paper::Images> Paper::take_images(int height, int width) const {
-    {
-        const std::lock_guard lock(mutex_);
-        if (spare_ && spare_->full.height() == height && spare_->full.width() == width) return std::move(spare_);
-    }
-    return std::make_unique<Images>(height, width);
-}
-
-void Paper::give_back(std::unique_ptr<Images> images) const {
-    const std::lock_guard lock(mutex_);
-    spare_ = std::move(images);
+    spare_.give_back(std::move(images));
 }
 
 }  // namespace bob

@@ -38,4 +38,13 @@ Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out
     return {weight.values, bias.values, in, groups};
 }
 
+Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in) {
+    const auto& shape = find(weights, name + ".weight").shape;
+    if (shape.size() != 4 || shape[0] <= 0 || shape[0] % 4 != 0 || shape[1] != in) {
+        throw std::invalid_argument(name + ".weight: expected shape (a multiple of 4, " + std::to_string(in) +
+                                    ", 3, 3), got " + text(shape));
+    }
+    return conv3x3(weights, name, in, shape[0]);
+}
+
 }  // namespace bob

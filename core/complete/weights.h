@@ -22,4 +22,7 @@ using Weights = std::map<std::string, Tensor, std::less<>>;
 /// follow from the shapes. Throws std::invalid_argument, naming the tensor, if one is missing or does not fit.
 [[nodiscard]] Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out);
 
+/// The same in one group, to as many channels as the tensors have, a multiple of 4.
+[[nodiscard]] Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in);
+
 }  // namespace bob

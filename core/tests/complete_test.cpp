@@ -4,6 +4,7 @@
 #include "complete/conv3x3.h"
 #include "complete/known.h"
 #include "complete/paper.h"
+#include "complete/pyramid.h"
 #include "meshes.h"
 
 using bob::Planes;
@@ -40,19 +41,22 @@ void check_conv(int in, int out, int groups, int height, int width, Then then) {
             for (int x = 0; x < width; ++x) input.row(c, y)[x] = random(-1, 1);
         }
     }
-    const int scale = then == Then::relu_upsample ? 2 : 1, shrink = then == Then::relu_pool ? 2 : 1;
-    Planes output(out + 1, height * scale / shrink, width * scale / shrink);
+    const int scale = then == Then::relu_upsample || then == Then::shuffle ? 2 : 1;
+    const int shrink = then == Then::relu_pool ? 2 : 1, merged = then == Then::shuffle ? 4 : 1;
+    Planes output(out / merged + 1, height * scale / shrink, width * scale / shrink);
     bob::Conv3x3(weight, bias, in, groups)(input, 0, output, 1, then);
 
-    const auto relu = [&](double v) { return then == Then::nothing ? v : std::max(0., v); };
+    const bool linear = then == Then::nothing || then == Then::shuffle;
+    const auto relu = [&](double v) { return linear ? v : std::max(0., v); };
     const auto at = [&](int c, int y, int x) { return relu(convolved(input, weight, bias, in, groups, c, y, x)); };
-    for (int c = 0; c < out; ++c) {
+    for (int c = 0; c < out / merged; ++c) {
         for (int y = 0; y < output.height(); ++y) {
             for (int x = 0; x < output.width(); ++x) {
                 const double want = then == Then::relu_pool
                                         ? std::max(std::max(at(c, 2 * y, 2 * x), at(c, 2 * y, 2 * x + 1)),
                                                    std::max(at(c, 2 * y + 1, 2 * x), at(c, 2 * y + 1, 2 * x + 1)))
-                                        : at(c, y / scale, x / scale);
+                                    : then == Then::shuffle ? at(4 * c + y % 2 * 2 + x % 2, y / 2, x / 2)
+                                                            : at(c, y / scale, x / scale);
                 CHECK_NEAR(output.row(c + 1, y)[x], want, 1e-5);
             }
             CHECK_EQ(output.row(c + 1, y)[-1], 0.f);
@@ -80,6 +84,24 @@ bob::Weights paper_weights(std::vector<std::vector<float>>& storage, int groups)
     return weights;
 }
 
+bob::Weights pyramid_weights(std::vector<std::vector<float>>& storage) {
+    bob::Weights weights;
+    storage.reserve(24);
+    test::Random random(4);
+    const auto add = [&](const std::string& name, int in, int out) {
+        auto& weight = storage.emplace_back(static_cast<std::size_t>(out * in * 9));
+        for (auto& w : weight) w = random(-0.1f, 0.1f);
+        weights[name + ".weight"] = {{out, in, 3, 3}, weight};
+        weights[name + ".bias"] = {{out}, storage.emplace_back(static_cast<std::size_t>(out), 0.1f)};
+    };
+    for (int level = 1; level <= 6; ++level) {
+        const int handed = level == 6 ? 0 : 8, features = level == 1 ? 8 : 20;
+        add("features" + std::to_string(level), (level == 1 ? 11 : 8) + handed, features);
+        add("finer" + std::to_string(level), features, level == 1 ? 4 : 32);
+    }
+    return weights;
+}
+
 }  // namespace
 
 TEST(convolutions_follow_their_definition) {
@@ -90,28 +112,43 @@ TEST(convolutions_follow_their_definition) {
             check_conv(8, 20, 4, 5, width, Then::relu);
             check_conv(7, 5, 1, 3, width, Then::relu_upsample);
             check_conv(10, 1, 1, 7, width, Then::nothing);
+            check_conv(17, 8, 1, 6, width, Then::relu);
+            check_conv(6, 12, 1, 5, width, Then::shuffle);
+            check_conv(3, 4, 1, 2, width, Then::nothing);
         }
         check_conv(3, 5, 1, 1, 1, Then::nothing);
     });
 }
 
-TEST(paper_gives_the_same_from_call_to_call_and_size_to_size) {
+/// What a network makes of noise, which is the same for the same size.
+template <class Network>
+std::vector<float> completed(const Network& network, int height, int width) {
+    test::Random random(9);
+    std::vector<float> gbuffer(static_cast<std::size_t>(5 * height * width));
+    for (auto& v : gbuffer) v = random();
+    std::vector<float> gray(static_cast<std::size_t>(height * width));
+    network(gbuffer.data(), height, width, gray.data());
+    return gray;
+}
+
+TEST(networks_give_the_same_from_call_to_call_and_size_to_size) {
     std::vector<std::vector<float>> storage;
     const auto weights = paper_weights(storage, 4);
     const bob::Paper used(weights);
-    const auto run = [&](const bob::Paper& network, int height, int width) {
-        test::Random random(9);
-        std::vector<float> gbuffer(static_cast<std::size_t>(5 * height * width));
-        for (auto& v : gbuffer) v = random();
-        std::vector<float> gray(static_cast<std::size_t>(height * width));
-        network(gbuffer.data(), height, width, gray.data());
-        return gray;
-    };
     // All of one padded size: what a call leaves in the padding must not show in the next.
     for (const auto& [height, width] : {std::pair{37, 51}, {38, 50}, {40, 52}, {37, 49}, {38, 50}}) {
-        CHECK(run(used, height, width) == run(bob::Paper(weights), height, width));
+        CHECK(completed(used, height, width) == completed(bob::Paper(weights), height, width));
     }
-    CHECK_EQ(run(used, 1, 1).size(), 1u);
+    CHECK_EQ(completed(used, 1, 1).size(), 1u);
+
+    test::for_each_isa([] {
+        std::vector<std::vector<float>> storage;
+        const auto weights = pyramid_weights(storage);
+        const bob::Pyramid used(weights);
+        for (const auto& [height, width] : {std::pair{37, 51}, {64, 64}, {1, 1}, {33, 63}, {50, 130}, {100, 60}}) {
+            CHECK(completed(used, height, width) == completed(bob::Pyramid(weights), height, width));
+        }
+    });
 }
 
 TEST(weights_that_do_not_fit_are_refused_by_name) {

@@ -122,7 +122,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _render(options: argparse.Namespace) -> None:
     import bobrossnet as bob
-    from bobrossnet.complete.model import BAND, load_model
+    from bobrossnet.complete.model import load_model
     from bobrossnet.progress import progress
     from bobrossnet.render.picture import (
         check_picture_path,
@@ -157,7 +157,7 @@ def _render(options: argparse.Namespace) -> None:
         return gbuffer, 1000 * (time.perf_counter() - start)
 
     part, trace_ms = timed_trace("tracing", options.fraction)
-    if height * width <= BAND:  # a larger picture is no matter of milliseconds, and is not completed twice
+    if height * width <= model.pixels:  # a larger picture is no matter of milliseconds, and is not completed twice
         bob.complete(part, model=model)  # the first run fetches memory
     start = time.perf_counter()
     image = bob.complete(part, model=model)

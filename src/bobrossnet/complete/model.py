@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,43 +16,35 @@ from bobrossnet.complete.weights import WEIGHTS, read_weights
 from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.render.gbuffer import GBuffer
 
+NETWORKS: dict[str, type[_core.Paper | _core.Pyramid]] = {"paper": _core.Paper, "pyramid": _core.Pyramid}
+"""By the name that a weight file gives."""
 
-@dataclass(frozen=True)
-class Network:
-    """A network of the core."""
-
-    make: Callable[[Mapping[str, NDArray[np.float32]]], Any]
-    reach: int
-    """How many pixels away, up or down, an input can change the output, rounded up to a multiple of `rows`."""
-    rows: int
-    """Bands of an image start at a multiple of so many rows, so that they give the same sums in the same order."""
-
-
-NETWORKS = {"paper": Network(_core.Paper, reach=24, rows=8)}
-"""By the name that a weight file gives. Paper: 3x3 kernels at 1, 1/2, 1/4, 1/4, 1/2 and 1 of the resolution reach
-1 + 2 + 4 + 4 + 2 + 1 = 14, and blocks of 4 pixels share what they see. Rows are computed in pairs, also at 1/4."""
-
-BAND = 2**22
-"""Pixels completed at once: larger pictures are cut, so that memory stays below half a GB and Ctrl-C is heard."""
+MEMORY = 2**29
+"""Bytes that a network may need at once: larger pictures are cut into bands, between which Ctrl-C is heard. A pixel of
+4K needs 57 bytes in the pyramid, which completes it in one piece, and 95 in the report's network."""
 
 
 @dataclass(frozen=True)
 class Model:
     """A network with its weights, ready to run."""
 
-    run: Any
-    network: Network
+    run: _core.Paper | _core.Pyramid
+
+    @property
+    def pixels(self) -> int:
+        """How many pixels are completed at once."""
+        return MEMORY // self.run.bytes_per_pixel
 
     def predict(self, gbuffer: GBuffer) -> NDArray[np.float32]:
         """The network's own output at every pixel, known ones too: (H, W) float32, of any value."""
         height, width = gbuffer.size
         stack = gbuffer.stack()
         gray = np.empty((height, width), np.float32)
-        if height * width <= BAND:
+        if height * width <= self.pixels:
             self.run(stack, gray)
             return gray
-        reach, unit = self.network.reach, self.network.rows
-        rows = max(unit, BAND // width // unit * unit)
+        reach, unit = self.run.reach, self.run.rows
+        rows = max(unit, (self.pixels // width - 2 * reach) // unit * unit)
         for top in range(0, height, rows):
             # Rows within reach belong to the band as well: the result is the same to the bit as in one piece.
             first, last = max(0, top - reach), min(height, top + rows + reach)
@@ -131,7 +122,7 @@ def _load(path: Path, modified: int) -> Model:
         known = ", ".join(NETWORKS)
         raise InputError(f"{path.name}: expected weights of one of the networks {known}, got {metadata['network']!r}")
     try:
-        return Model(network.make(tensors), network)
+        return Model(network(tensors))
     except ValueError as error:
         raise InputError(f"{path.name}: {error}") from error
 

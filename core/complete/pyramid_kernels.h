@@ -1,0 +1,61 @@
+/// The inner loops of the default network, besides its convolutions, one variant for each instruction set.
+///
+/// Each computes one row of a level. Whole vectors are written, beyond the width if need be. "Phases" are four channels that
+/// hold the 2x2 pixels of each block, row by row.
+#pragma once
+
+#include <cstddef>
+
+#include "isa.h"
+
+namespace bob {
+
+/// Of a level's sums: how many pixels of a block were traced, and of those the gray, depth, normal x, normal y, and how far
+/// to the right and below the block's centre they are; then 0 where all of them are background, else 1.
+namespace sums {
+enum : int { count, gray, depth, normal_x, normal_y, right, down, shown, channels };
+}
+
+/// Rows of a plane, or of several.
+template <class T>
+struct RowsIn {
+    T* row;  // its first pixel in the first channel
+    std::size_t row_stride, plane_stride;
+
+    T* at(int channel, int y = 0) const {
+        return row + static_cast<std::ptrdiff_t>(plane_stride) * channel + static_cast<std::ptrdiff_t>(row_stride) * y;
+    }
+};
+using Rows = RowsIn<float>;
+using ConstRows = RowsIn<const float>;
+
+/// Three rows of a picture to be doubled: that above, this one and that below; pixels -1 and width repeat the edges.
+struct Doubled {
+    const float *above, *here, *below;
+};
+
+struct PyramidKernels {
+    /// Two rows of the G-buffer, of which `rows` and `columns` exist, to sums of 2x2 pixels and to the phases of the mask
+    /// and of the gray.
+    void (*pull_pixels)(ConstRows pixels, int rows, int columns, Rows sums, Rows mask, Rows gray, int width);
+    /// Two rows of sums to one of the coarser level's; `quarter` as in pyramid.py.
+    void (*pull)(ConstRows finer, Rows sums, float quarter, int width);
+    /// Doubles a row bilinearly, to two rows, and adds two rows.
+    void (*enlarge)(Doubled coarse, ConstRows added, Rows gray, int width);
+    /// What is known of blocks with sides of `side` pixels: inputs 1 to 7, given the gray in input 0, which is written to
+    /// `corrected` with the means in the place of what they tell better.
+    void (*know)(ConstRows sums, Rows inputs, float* corrected, float side, int width);
+    /// The same for level 1: inputs 1 and 2.
+    void (*know_finest)(ConstRows sums, Rows inputs, float* corrected, int width);
+    /// The maxima of 3x3 pixels of a plane with zeros around it, times the coarser level's row, each pixel twice.
+    void (*spread)(ConstRows shown, const float* coarser, float* surface, int width);
+    /// Phases of the gray, of traced pixels, to those of what it is more than the doubled picture.
+    void (*compare)(Doubled coarse, ConstRows mask, Rows gray, int width);
+    /// The output of a row of blocks: `rows` rows of `columns` pixels. `correction` in phases.
+    void (*finish)(Doubled coarse, ConstRows mask, ConstRows surprise, ConstRows correction, const float* surface,
+                   float* gray, int rows, int columns);
+};
+
+BOB_DECLARE_KERNELS(PyramidKernels, pyramid_kernels)
+
+}  // namespace bob

@@ -1,0 +1,34 @@
+/// Images kept from call to call, since fresh memory costs more than the arithmetic of a layer.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <utility>
+
+namespace bob {
+
+/// Lends images of any size, to several threads at once; keeps those that were given back last.
+template <class Images>
+class Spare {
+public:
+    /// Those kept if they are of this size, or `Images(height, width, more...)`.
+    template <class... More>
+    [[nodiscard]] std::unique_ptr<Images> take(int height, int width, const More&... more) {
+        {
+            const std::lock_guard lock(mutex_);
+            if (kept_ && kept_->height == height && kept_->width == width) return std::move(kept_);
+        }
+        return std::make_unique<Images>(height, width, more...);
+    }
+
+    void give_back(std::unique_ptr<Images> images) {
+        const std::lock_guard lock(mutex_);
+        std::swap(kept_, images);
+    }
+
+private:
+    std::mutex mutex_;
+    std::unique_ptr<Images> kept_;
+};
+
+}  // namespace bob
