@@ -36,9 +36,10 @@ from bobrossnet.learn.dataset.plan import PATCHES, SHAPES, STAGES, TEST_SHAPES
 from bobrossnet.learn.dataset.statistics import Comparison, compare_with_folder
 from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
-from bobrossnet.learn.evaluation import Evaluation, kept, raw
+from bobrossnet.learn.evaluation import Evaluation
 from bobrossnet.learn.figures import FIGURES, Sources, draw_figures
 from bobrossnet.learn.figures.losses import UNSEEN, loss_title
+from bobrossnet.learn.methods import kept, raw
 from bobrossnet.learn.tables import table
 from bobrossnet.learn.train import LOG, WEIGHTS, train
 from bobrossnet.machine import processor
@@ -247,7 +248,7 @@ def by_detail(own: Evaluation, dataset: Dataset) -> list[str]:
     rows = []
     for which, third in zip(("least", "middle", "most"), np.array_split(np.argsort(detail), 3), strict=True):
         for method in (raw(NAME), "delaunay-linear"):
-            means = own.scores[method][third][:, at, 0].mean(0)
+            means = own.scores[method, own.orders[0]][third][:, at, 0].mean(0)
             rows.append([f"{which}, {detail[third].mean():.4f}", method, *(f"{mean:.4f}" for mean in means)])
     rows.sort(key=lambda row: row[1], reverse=True)
     return [

@@ -179,11 +179,11 @@ def test_the_reports_numbers():
 
 
 def test_scores_are_drawn_beside_the_reports(tmp_path):
-    lines = ["method,shape,picture,fraction,ssim,psnr,flip"]
+    lines = ["method,order,shape,picture,fraction,ssim,psnr,flip"]
     for method, means in MEANS.items():
         for fraction, mean in means.items():
             for picture, offset in enumerate((-0.01, 0.01)):
-                lines.append(f"{method},a,{picture},{fraction},{mean + offset},inf,0.1")
+                lines.append(f"{method},uniform,a,{picture},{fraction},{mean + offset},inf,0.1")
     path = tmp_path / "scores.csv"
     path.write_text("\n".join(lines))
     means = read_means(path)
@@ -242,8 +242,9 @@ def test_command_passes_what_figures_need(tmp_path, data, comparison, monkeypatc
     asked = []
     monkeypatch.setattr(losses, "compare_losses", lambda _, steps, seed: asked.append((steps, seed)) or comparison)
     scores = tmp_path / "scores.csv"
-    rows = ["mine raw,a,1,0.25,0.9,30,0.1", "mine kept,a,1,0.25,0.95,35,0.1"]
-    scores.write_text("\n".join(["method,shape,picture,fraction,ssim,psnr,flip", *rows]))
+    rows = ["mine raw,uniform,a,1,0.25,0.9,30,0.1", "mine kept,uniform,a,1,0.25,0.95,35,0.1"]
+    rows += ["mine kept,other,a,1,0.25,0.5,35,0.1"]  # not drawn
+    scores.write_text("\n".join(["method,order,shape,picture,fraction,ssim,psnr,flip", *rows]))
     out = tmp_path / "out"
     arguments = ["--data", str(data.path), "--scores", str(scores), "--steps", "7", "--only", "5.1,6.2"]
     assert cli.main(["figures", str(out), *arguments]) == 0

@@ -59,12 +59,17 @@ def add_commands(commands: Any) -> None:
     evaluate = commands.add_parser(
         "evaluate",
         help="measure models beside plain filling",
-        description="Measure models on a data set's test split or on files, beside plain filling of the same pixels.",
+        description="Measure models on a data set's test split or on files, with one or more pixel orders, beside "
+        "plain filling of the same pixels.",
     )
     evaluate.set_defaults(run=_evaluate)
     evaluate.add_argument("place", metavar="PLACE", help="a data set, or a folder of models in files")
     evaluate.add_argument(
-        "--models", nargs="+", default=["default"], metavar="NAME", help="of shipped weights, or .safetensors files"
+        "--models",
+        nargs="+",
+        default=["default", "paper"],
+        metavar="NAME",
+        help="of shipped weights, or .safetensors files (default: default paper)",
     )
     evaluate.add_argument(
         "--fractions",
@@ -72,7 +77,12 @@ def add_commands(commands: Any) -> None:
         metavar="PERCENT,...",
         help="shares of the pixels to trace (default: 1%%,2%%,5%%,10%%,25%%,50%%,75%%,100%%)",
     )
-    evaluate.add_argument("--order", default="uniform", help="sequence of the pixels (default: uniform)")
+    evaluate.add_argument(
+        "--orders",
+        type=lambda text: text.split(","),
+        metavar="NAME,...",
+        help="sequences of the pixels (default: uniform)",
+    )
     evaluate.add_argument(
         "--size", type=arguments.size, metavar="WIDTHxHEIGHT", help="of pictures of files (default: 256x256)"
     )
@@ -140,11 +150,12 @@ def _train(options: argparse.Namespace) -> None:
 def _evaluate(options: argparse.Namespace) -> None:
     from bobrossnet.atomic import check_writable, write_whole
     from bobrossnet.errors import InputError
+    from bobrossnet.learn.costs import cost_table, measure_costs
     from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
 
     for file in filter(None, (options.csv, options.markdown)):
         check_writable(file)
-    names = ("fractions", "order", "limit", "size", "views")
+    names = ("fractions", "orders", "limit", "size", "views")
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     if (Path(options.place) / "zarr.json").exists():
         if "size" in given or "views" in given:
@@ -152,8 +163,10 @@ def _evaluate(options: argparse.Namespace) -> None:
         result = evaluate_dataset(options.place, options.models, **given)
     else:
         result = evaluate_folder(options.place, options.models, **given)
-    print(result)
-    for file, content in ((options.csv, result.csv()), (options.markdown, f"{result}\n")):
+    parts = [str(result), cost_table(measure_costs(options.models))]
+    text = "\n\n".join(parts)
+    print(text)
+    for file, content in ((options.csv, result.csv()), (options.markdown, f"{text}\n")):
         if file:
             write_whole(file, content.encode())
             print(f"wrote {file}")

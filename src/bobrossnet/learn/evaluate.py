@@ -1,6 +1,6 @@
 """Measuring models on a data set's test split or on files, beside fillings without a network.
 
-Letters: M methods, P pictures, F shares of traced pixels.
+Letters: M methods, O pixel orders, P pictures, F shares of traced pixels.
 """
 
 from __future__ import annotations
@@ -18,17 +18,19 @@ from numpy.typing import NDArray
 import bobrossnet as bob
 from bobrossnet.adapters.files import ALL_ENDINGS
 from bobrossnet.complete.filling import FILLINGS
-from bobrossnet.complete.model import Model, load_model
 from bobrossnet.errors import InputError, InputWarning, check_integer, check_number
 from bobrossnet.learn.dataset.plan import PATCH, PATCHES, STAGES, Plan
 from bobrossnet.learn.dataset.store import Dataset
-from bobrossnet.learn.evaluation import METRICS, Evaluation, kept, raw
+from bobrossnet.learn.evaluation import METRICS, Evaluation
+from bobrossnet.learn.methods import Method, Weights, all_methods, check_orders, model_names
 from bobrossnet.learn.models import model_files, spread
 from bobrossnet.metrics import WINDOW
 from bobrossnet.progress import progress
-from bobrossnet.render.order import check_order, check_size
+from bobrossnet.render.order import check_size
 
 FRACTIONS = (0.01, 0.02, 0.05, 0.10, 0.25, 0.50, 0.75, 1.0)
+MODELS = ("default", "paper")  # what is shipped, and the report's network
+ORDERS = ("uniform",)  # the report's
 
 
 @dataclass(frozen=True)
@@ -36,16 +38,16 @@ class _Picture:
     name: str
     shape: str
     gray: NDArray[np.float32]  # (H, W), the reference
-    part: Callable[[float], bob.GBuffer]  # by the share of its pixels that is traced
+    part: Callable[[str, float], bob.GBuffer]  # by pixel order and the share of its pixels that is traced
     done: float  # how much of all work is done when this is, 0..1
 
 
 def evaluate_dataset(
     path: str | os.PathLike[str] | Dataset,
-    models: Sequence[str | os.PathLike[str]] = ("default",),
+    models: Sequence[Weights] = MODELS,
     *,
     fractions: Sequence[float] = FRACTIONS,
-    order: str = "uniform",
+    orders: Sequence[str] = ORDERS,
     fillings: Sequence[str] = tuple(FILLINGS),
     limit: int | None = None,
 ) -> Evaluation:
@@ -59,7 +61,8 @@ def evaluate_dataset(
     fractions : shares of traced pixels, each above 0
         At the data set's own stages, 1, 25, 50, 75 and 100 %, exactly its samples are measured, 1,050 of ten shapes; at
         others, the pixels come from the order of the patch's sample at 1 %, so that they contain those.
-    order : pixel order
+    orders : pixel orders
+        Every method is measured with each of them, on the same pictures.
     fillings : names in `FILLINGS` to compare with
     limit : how many shapes at most, spread evenly over the split, optional
 
@@ -73,20 +76,19 @@ def evaluate_dataset(
         If an argument can't be used, or the data set is not complete.
     """
     dataset = path if isinstance(path, Dataset) else Dataset.open(path)
-    check_order(order, 0)
     # A patch's samples at the stages, shape by shape.
     numbers = dataset.plan.split("test").reshape(-1, PATCHES, len(STAGES))
-    return _evaluate(_pictures_of_dataset(dataset, spread(list(numbers), limit), order), models, fractions, fillings)
+    return _evaluate(_pictures_of_dataset(dataset, spread(list(numbers), limit)), models, fractions, orders, fillings)
 
 
 def evaluate_folder(
     folder: str | os.PathLike[str],
-    models: Sequence[str | os.PathLike[str]] = ("default",),
+    models: Sequence[Weights] = MODELS,
     *,
     size: tuple[int, int] = (256, 256),
     views: int = 1,
     fractions: Sequence[float] = FRACTIONS,
-    order: str = "uniform",
+    orders: Sequence[str] = ORDERS,
     fillings: Sequence[str] = tuple(FILLINGS),
     limit: int | None = None,
 ) -> Evaluation:
@@ -101,8 +103,8 @@ def evaluate_folder(
         Of at least 11 each.
     views : pictures of each file
         Azimuths spread round it, 30° apart from one file to the next; elevations 20° and 45° in turn.
-    order : pixel order
-        Its seed is the picture's number.
+    orders : pixel orders, as in `evaluate_dataset`
+        Their seed is the picture's number.
     limit : how many files at most, spread evenly over all, optional
 
     Returns
@@ -121,17 +123,16 @@ def evaluate_folder(
     """
     if min(check_size(size)) < WINDOW:
         raise InputError(f"size: expected at least {WINDOW}x{WINDOW} pixels, the SSIM window, got {tuple(size)}")
-    check_order(order, 0)
     check_integer("views", views, 1, 1000)
     files = spread(model_files(folder), limit)
-    pictures = _pictures_of_folder(Path(folder), files, size, views, order)
-    result = _evaluate(pictures, models, fractions, fillings)
+    pictures = _pictures_of_folder(Path(folder), files, size, views)
+    result = _evaluate(pictures, models, fractions, orders, fillings)
     if not result.pictures:
         raise InputError(f"{folder}: expected files of shapes ({' '.join(ALL_ENDINGS)}), got none that could be loaded")
     return result
 
 
-def _pictures_of_dataset(dataset: Dataset, numbers: Sequence[NDArray[np.int64]], order: str) -> Iterator[_Picture]:
+def _pictures_of_dataset(dataset: Dataset, numbers: Sequence[NDArray[np.int64]]) -> Iterator[_Picture]:
     """Pictures of the samples `numbers`, (PATCHES, STAGES) of each shape."""
     for k, of_shape in enumerate(numbers):
         shape = dataset.plan.sample(int(of_shape[0, 0])).shape
@@ -142,7 +143,7 @@ def _pictures_of_dataset(dataset: Dataset, numbers: Sequence[NDArray[np.int64]],
                 name=f"{size}x{size} row {row} column {column}",
                 shape=dataset.sources[shape],
                 gray=whole[0],
-                part=partial(_part_of_patch, dataset.plan, of_patch, whole, order),
+                part=partial(_part_of_patch, dataset.plan, of_patch, whole),
                 done=(k + (i + 1) / PATCHES) / len(numbers),
             )
 
@@ -158,9 +159,7 @@ def _part_of_patch(
     return bob.GBuffer.from_stack(planes)
 
 
-def _pictures_of_folder(
-    folder: Path, files: Sequence[Path], size: tuple[int, int], views: int, order: str
-) -> Iterator[_Picture]:
+def _pictures_of_folder(folder: Path, files: Sequence[Path], size: tuple[int, int], views: int) -> Iterator[_Picture]:
     for number, path in enumerate(files):
         try:
             scene = bob.load(path)
@@ -174,9 +173,13 @@ def _pictures_of_folder(
                 name=f"view {view}",
                 shape=path.relative_to(folder).as_posix(),
                 gray=full.gray,
-                part=partial(full.sample, order=order, seed=number * views + view),
+                part=partial(_part_of_view, full, number * views + view),
                 done=(number + (view + 1) / views) / len(files),
             )
+
+
+def _part_of_view(full: bob.GBuffer, seed: int, order: str, fraction: float) -> bob.GBuffer:
+    return full.sample(fraction, order=order, seed=seed)
 
 
 # ---- Measuring -------------------------------------------------------------------------------------------
@@ -184,54 +187,45 @@ def _pictures_of_folder(
 
 def _evaluate(
     pictures: Iterable[_Picture],
-    models: Sequence[str | os.PathLike[str]],
+    models: Sequence[Weights],
     fractions: Sequence[float],
+    orders: Sequence[str],
     fillings: Sequence[str],
 ) -> Evaluation:
     """Measure models and fillings on pictures, one picture in memory at a time."""
-    for name in fillings:
-        if name not in FILLINGS:
-            raise InputError(f"fillings: expected some of {', '.join(FILLINGS)}, got {name!r}")
+    orders = check_orders(orders)
     fractions = tuple(check_number("fractions", fraction, 0, 1, above=True) for fraction in fractions)
     if not fractions:
         raise InputError("fractions: expected at least one share of the pixels, got none")
-    names = tuple(Path(model).stem for model in models)
-    if len(set(names)) < len(names):
-        raise InputError(f"models: expected each of another name, got {', '.join(names)}")
-    if not (names or fillings):
-        raise InputError("models: expected one or more, or fillings, got neither")
-    networks = [load_model(model) for model in models]
+    methods = all_methods(models, fillings)
 
     names_of_pictures, shapes = [], []
     scores: list[NDArray[np.float64]] = []  # of each picture
     with progress("evaluating") as report:
         for picture in pictures:
-            scores.append(_score(picture, networks, fractions, fillings))
+            scores.append(_score(picture, list(methods.values()), orders, fractions))
             names_of_pictures.append(picture.name)
             shapes.append(picture.shape)
             report(picture.done, picture.shape)
 
-    methods = [method for name in names for method in (raw(name), kept(name))] + list(fillings)
-    by_picture = np.reshape(scores, (-1, len(methods), len(fractions), len(METRICS)))
-    by_method = dict(zip(methods, np.moveaxis(by_picture, 1, 0), strict=True))
-    return Evaluation(tuple(names_of_pictures), tuple(shapes), fractions, names, by_method)
+    runs = [(method, order) for method in methods for order in orders]
+    by_picture = np.reshape(scores, (-1, len(runs), len(fractions), len(METRICS)))
+    by_run = dict(zip(runs, np.moveaxis(by_picture, 1, 0), strict=True))
+    return Evaluation(tuple(names_of_pictures), tuple(shapes), fractions, model_names(models), by_run)
 
 
 def _score(
-    picture: _Picture, networks: Sequence[Model], fractions: Sequence[float], fillings: Sequence[str]
+    picture: _Picture, methods: Sequence[Method], orders: Sequence[str], fractions: Sequence[float]
 ) -> NDArray[np.float64]:
-    """The scores of one picture, (M, F, 3): each network raw and kept, then each filling."""
-    scores = np.empty((2 * len(networks) + len(fillings), len(fractions), len(METRICS)))
-    for f, fraction in enumerate(fractions):
-        part = picture.part(fraction)
-        images = []
-        for network in networks:
-            images += [np.clip(network.predict(part), 0, 1), bob.complete(part, model=network)]
-        images += [FILLINGS[name](part.gray, part.mask) for name in fillings]
-        for m, image in enumerate(images):
+    """The scores of one picture, (M, O, F, 3)."""
+    scores = np.empty((len(methods), len(orders), len(fractions), len(METRICS)))
+    for o, f in np.ndindex(len(orders), len(fractions)):
+        part = picture.part(orders[o], fractions[f])
+        for m, method in enumerate(methods):
+            image = method(part)
             # Often: background, and whatever is traced wholly and kept.
             exact = np.array_equal(image, picture.gray)
-            scores[m, f] = [
+            scores[m, o, f] = [
                 metric.best if exact else metric.measure(image, picture.gray) for metric in METRICS.values()
             ]
     return scores
