@@ -21,6 +21,7 @@ from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
 from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
 from bobrossnet.learn.evaluation import Evaluation
 from bobrossnet.learn.networks import Paper
+from bobrossnet.learn.runs import rivals
 from bobrossnet.metrics import flip
 
 NEAREST = ("nearest", "uniform")
@@ -186,8 +187,8 @@ def test_orders_side_by_side() -> None:
     ours = ("paper kept", "other")
     np.testing.assert_allclose(result.mean(ours) - result.mean("paper kept"), 0.1)
     np.testing.assert_allclose(result.gain(ours, "nearest")[:, 0], [0.25, 0.11])
-    assert result.rivals(ours) == [("paper kept", "uniform"), NEAREST]
-    assert result.rivals("paper kept") == [NEAREST]  # other orders are no rivals of the first
+    assert rivals(result.scores, ours) == [("paper kept", "uniform"), NEAREST]
+    assert rivals(result.scores, "paper kept") == [NEAREST]  # other orders are no rivals of the first
     assert result.gain_table(ours).splitlines()[2].startswith("| over paper kept, uniform | +0.1000 ± 0.0000 |")
     assert "| paper raw, other    |" in result.table()
     assert "Change of 1 - SSIM to that of paper kept, other, in percent:" in str(result)

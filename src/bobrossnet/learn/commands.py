@@ -88,6 +88,9 @@ def add_commands(commands: Any) -> None:
     )
     evaluate.add_argument("--views", type=int, help="pictures of each file (default: 1)")
     evaluate.add_argument("--limit", type=int, help="how many shapes at most, spread evenly over all")
+    evaluate.add_argument(
+        "--stability", action="store_true", help="measure the flicker of converging pictures and of orbits as well"
+    )
     evaluate.add_argument("--csv", metavar="FILE", help="write the scores of each picture there")
     evaluate.add_argument("--markdown", metavar="FILE", help="write the tables there")
 
@@ -152,18 +155,24 @@ def _evaluate(options: argparse.Namespace) -> None:
     from bobrossnet.errors import InputError
     from bobrossnet.learn.costs import cost_table, measure_costs
     from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
+    from bobrossnet.learn.stability import measure_stability, scenes_of_dataset, scenes_of_folder
 
     for file in filter(None, (options.csv, options.markdown)):
         check_writable(file)
-    names = ("fractions", "orders", "limit", "size", "views")
+    names = ("orders", "limit", "fractions", "size", "views")
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-    if (Path(options.place) / "zarr.json").exists():
+    is_dataset = (Path(options.place) / "zarr.json").exists()
+    if is_dataset:
         if "size" in given or "views" in given:
             raise InputError("--size and --views: expected with a folder of files; a data set has pictures of its own")
         result = evaluate_dataset(options.place, options.models, **given)
     else:
         result = evaluate_folder(options.place, options.models, **given)
     parts = [str(result), cost_table(measure_costs(options.models))]
+    if options.stability:
+        scenes = (scenes_of_dataset if is_dataset else scenes_of_folder)(options.place, options.limit)
+        chosen = {"orders": given["orders"]} if "orders" in given else {}
+        parts.append(str(measure_stability(scenes, options.models, **chosen)))
     text = "\n\n".join(parts)
     print(text)
     for file, content in ((options.csv, result.csv()), (options.markdown, f"{text}\n")):

@@ -1,6 +1,6 @@
 """What was measured of models and fillings: means, gains with their confidence, tables, CSV.
 
-Methods are called as in methods.py. One with a pixel order is a run.
+Methods are called as in methods.py; one with a pixel order is a run.
 Letters: R runs, P pictures, F shares of traced pixels.
 """
 
@@ -9,15 +9,17 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError
-from bobrossnet.learn.methods import kept, raw
+from bobrossnet.learn.confidence import half_width, relative_change
+from bobrossnet.learn.methods import is_kept, model_of_raw, repaints
+from bobrossnet.learn.runs import Run, find_run, label, orders_of, rivals
 from bobrossnet.learn.tables import cell, plus_minus, table
 from bobrossnet.metrics import flip, psnr, ssim
 
@@ -36,9 +38,6 @@ METRICS = {
     "flip": Metric("FLIP, less is better", flip, 4, -1, 0.0),
 }
 """In the order of the scores."""
-
-Run: TypeAlias = "tuple[str, str]"
-"""A method and the pixel order with which it was measured."""
 
 
 @dataclass(frozen=True)
@@ -103,18 +102,13 @@ class Evaluation:
             The difference of their means, above 0 where `run` is better, and half the width of its 95 % confidence
             interval for other shapes of this kind. NaN where there is none: from a single shape, and for the PSNR where
             a run is exact in all pictures.
-
-        References
-        ----------
-        Liang and Zeger, *Longitudinal data analysis using generalized linear models*, 1986: standard errors of data in
-        clusters, here shapes; with one picture of each they are the usual ones. PSNR goes through the delta method.
         """
         ours, theirs = self._values(run, metric), self._values(over, metric)  # (P, F)
         if metric == "psnr":
             with np.errstate(divide="ignore", invalid="ignore"):
                 share_of_error = theirs / theirs.mean(0) - ours / ours.mean(0)
                 difference = _decibels(ours.mean(0)) - _decibels(theirs.mean(0))
-                deviations = 10 / math.log(10) * share_of_error
+                deviations = 10 / math.log(10) * share_of_error  # the delta method
         else:
             gains = METRICS[metric].better * (ours - theirs)
             difference = gains.mean(0)
@@ -135,16 +129,11 @@ class Evaluation:
         (F, 2) float64
             The ratio of their mean errors, less 1, so below 0 where `run` is better, and half the width of its 95 %
             confidence interval for other shapes of this kind. NaN where there is none.
-
-        References
-        ----------
-        Cochran, *Sampling Techniques*, 1977: the ratio estimator and its variance by the delta method; in clusters as
-        in `gain`.
         """
         ours, theirs = self._values(run, metric), self._values(over, metric)  # (P, F)
         if metric == "ssim":
             ours, theirs = 1 - ours, 1 - theirs
-        return ratio_less_1(ours, theirs, self.shapes)
+        return relative_change(ours, theirs, self.shapes)
 
     def table(self, metric: str = "ssim") -> str:
         """Return `mean` of all runs as a markdown table, the best of each column bold."""
@@ -155,40 +144,27 @@ class Evaluation:
         for run, row in zip(self.scores, means, strict=True):
             bold = ["**" if mean == top else "" for mean, top in zip(row, best, strict=True)]
             cells = [f"{mark}{cell(mean, digits)}{mark}" for mean, mark in zip(row, bold, strict=True)]
-            rows.append([self.label(run), *cells])
+            rows.append([label(self.scores, run), *cells])
         return self._markdown(rows)
 
     def gain_table(self, run: str | Run, metric: str = "ssim") -> str:
         """Return a run's gain over each of `rivals` as a markdown table."""
         digits = self._metric(metric).digits
         rows = []
-        for rival in self.rivals(run):
+        for rival in rivals(self.scores, run):
             gains = self.gain(run, rival, metric)
-            rows.append([f"over {self.label(rival)}", *(plus_minus(mean, half, digits) for mean, half in gains)])
+            rows.append(
+                [f"over {label(self.scores, rival)}", *(plus_minus(mean, half, digits) for mean, half in gains)]
+            )
         return self._markdown(rows)
 
     def error_table(self, run: str | Run, metric: str = "ssim") -> str:
         """Return the change of a run's error from each of `rivals`, in percent, as a markdown table."""
         rows = []
-        for rival in self.rivals(run):
+        for rival in rivals(self.scores, run):
             changes = 100 * self.change_of_error(run, rival, metric)
-            rows.append([f"from {self.label(rival)}", *(plus_minus(mean, half, 1) for mean, half in changes)])
+            rows.append([f"from {label(self.scores, rival)}", *(plus_minus(mean, half, 1) for mean, half in changes)])
         return self._markdown(rows)
-
-    def rivals(self, run: str | Run) -> list[Run]:
-        """Return the other runs that keep the traced pixels, those with the run's own order or with the first one."""
-        own = self._run(run)
-        repainting = {raw(model) for model in self.models}
-        return [
-            other
-            for other in self.scores
-            if other != own and other[0] not in repainting and other[1] in (own[1], self.orders[0])
-        ]
-
-    def label(self, run: str | Run) -> str:
-        """Return what a run is called in tables: its method, and its order where there are several."""
-        method, order = self._run(run)
-        return method if len(self.orders) == 1 else f"{method}, {order}"
 
     def csv(self) -> str:
         """Return all scores as CSV, a row for each run, picture and share of traced pixels.
@@ -228,7 +204,7 @@ class Evaluation:
             raise InputError(f"text: expected the scores of an evaluation, got {error!r}") from error
         shapes, pictures = zip(*by_picture, strict=True)
         fractions = tuple(next(iter(by_picture.values())))
-        models = tuple(dict.fromkeys(name.removesuffix(" raw") for name, _ in scores if name.endswith(" raw")))
+        models = tuple(dict.fromkeys(model_of_raw(method) for method, _ in scores if repaints(method)))
         return cls(pictures, shapes, fractions, models, arrays)
 
     def beside(self, other: Evaluation) -> Evaluation:
@@ -247,15 +223,15 @@ class Evaluation:
 
     def __str__(self) -> str:
         parts = [f"Means over {len(self.pictures):,} pictures of {len(set(self.shapes)):,} shapes."]
-        for metric, (label, *_) in METRICS.items():
-            parts += [f"{label}:", self.table(metric)]
+        for metric, described in METRICS.items():
+            parts += [f"{described.label}:", self.table(metric)]
             if metric == "ssim":
                 for run in self.scores:
-                    if run[0] in map(kept, self.models) and self.rivals(run):
+                    if is_kept(run[0]) and rivals(self.scores, run):
                         parts += [
-                            f"Gain of {self.label(run)} in SSIM, with 95 % confidence intervals over shapes:",
+                            f"Gain of {label(self.scores, run)} in SSIM, with 95 % confidence intervals over shapes:",
                             self.gain_table(run),
-                            f"Change of 1 - SSIM to that of {self.label(run)}, in percent:",
+                            f"Change of 1 - SSIM to that of {label(self.scores, run)}, in percent:",
                             self.error_table(run),
                         ]
         return "\n\n".join(parts)
@@ -263,11 +239,8 @@ class Evaluation:
     def _values(self, run: str | Run, metric: str) -> NDArray[np.float64]:
         """What is averaged over pictures, (P, F): SSIM, FLIP, or the mean squared error that a PSNR stands for."""
         self._metric(metric)
-        values = self.scores[self._run(run)][..., list(METRICS).index(metric)]
+        values = self.scores[find_run(self.scores, run)][..., list(METRICS).index(metric)]
         return 10 ** (-values / 10) if metric == "psnr" else values
-
-    def _run(self, run: str | Run) -> Run:
-        return find_run(self.scores, run)
 
     def _metric(self, name: str) -> Metric:
         if name not in METRICS:
@@ -278,50 +251,6 @@ class Evaluation:
         return table(["traced", *(f"{100 * fraction:g} %" for fraction in self.fractions)], rows)
 
 
-def orders_of(runs: Iterable[Run]) -> tuple[str, ...]:
-    """Return the pixel orders of runs, each once."""
-    return tuple(dict.fromkeys(order for _, order in runs))
-
-
-def find_run(runs: Collection[Run], run: str | Run) -> Run:
-    """Return one of `runs`; a method's name alone means that with the first of their orders.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
-    found = (run, orders_of(runs)[0]) if isinstance(run, str) else run
-    if found not in runs:
-        methods = ", ".join(dict.fromkeys(method for method, _ in runs))
-        raise InputError(f"method: expected one of {methods} in order {', '.join(orders_of(runs))}, got {run!r}")
-    return found
-
-
-def ratio_less_1(
-    values: NDArray[np.float64], others: NDArray[np.float64], shapes: Sequence[str]
-) -> NDArray[np.float64]:
-    """Return the ratio of two means, less 1, with half of its 95 % confidence interval, (F, 2), of two (P, F)."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = values.mean(0) / others.mean(0)
-        deviations = (values - ratio * others) / others.mean(0)
-    return np.stack([ratio - 1, half_width(deviations, shapes)], 1)
-
-
 def _decibels(error: NDArray[np.float64]) -> NDArray[np.float64]:
     with np.errstate(divide="ignore"):
         return np.asarray(-10 * np.log10(error))
-
-
-def half_width(deviations: NDArray[np.float64], shapes: Sequence[str]) -> NDArray[np.float64]:
-    """Half of the 95 % confidence interval of a mean, (F,), from deviations from it, (P, F), in clusters by shape."""
-    from scipy.special import stdtrit
-
-    names, cluster = np.unique(shapes, return_inverse=True)
-    count = len(names)
-    if count < 2:
-        return np.full(deviations.shape[1], np.nan)
-    sums = np.zeros((count, deviations.shape[1]))
-    np.add.at(sums, cluster, deviations)
-    error = np.sqrt(count / (count - 1) * (sums**2).sum(0)) / len(deviations)
-    return np.asarray(stdtrit(count - 1, 0.975) * error)  # Student's t

@@ -25,15 +25,32 @@ Weights: TypeAlias = "str | os.PathLike[str]"
 Method: TypeAlias = Callable[[bob.GBuffer], NDArray[np.float32]]
 """From a partial picture to the whole one: (H, W) float32 in 0..1."""
 
+_RAW, _KEPT = " raw", " kept"
+
 
 def raw(model: str) -> str:
     """The method of a model's own output, its traced pixels repainted."""
-    return f"{model} raw"
+    return f"{model}{_RAW}"
 
 
 def kept(model: str) -> str:
     """The method of a model's output with the traced pixels as they came in."""
-    return f"{model} kept"
+    return f"{model}{_KEPT}"
+
+
+def repaints(method: str) -> bool:
+    """Tell whether a method is a model's own output."""
+    return method.endswith(_RAW)
+
+
+def is_kept(method: str) -> bool:
+    """Tell whether a method is a model's output with the traced pixels as they came in."""
+    return method.endswith(_KEPT)
+
+
+def model_of_raw(method: str) -> str:
+    """Return the name of the model that `raw` made a method's name of."""
+    return method.removesuffix(_RAW)
 
 
 def model_names(models: Sequence[Weights]) -> tuple[str, ...]:
