@@ -16,19 +16,27 @@ using namespace nb::literals;
 
 namespace {
 
-void uniform_order(std::uint64_t seed, std::uint32_t height, std::uint32_t width, std::uint32_t start,
-                   const Array<std::int32_t, -1, 2>& pixels) {
+void pixel_order(std::string_view name, std::uint64_t seed, std::uint32_t height, std::uint32_t width,
+                 std::uint32_t start, const Array<std::int32_t, -1, 2>& pixels) {
     expect(std::uint64_t{start} + pixels.shape(0) <= std::uint64_t{height} * width, "start: beyond the last pixel");
-    const bob::UniformOrder order(seed, height * width);
-    interruptible([&](const auto& keep_going) {
-        bob::parallel_for(pixels.shape(0), 8192, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const std::uint32_t pixel = order(start + static_cast<std::uint32_t>(i));
-                pixels.data()[2 * i] = static_cast<std::int32_t>(pixel / width);
-                pixels.data()[2 * i + 1] = static_cast<std::int32_t>(pixel % width);
-            }
-        }, keep_going);
-    });
+    const auto write = [&](const auto& order) {
+        const std::span all(reinterpret_cast<bob::Pixel*>(pixels.data()), pixels.shape(0));
+        interruptible([&](const auto& keep_going) {
+            bob::parallel_for(all.size(), 8192, [&](std::size_t begin, std::size_t end) {
+                order(start + static_cast<std::uint32_t>(begin), all.subspan(begin, end - begin));
+            }, keep_going);
+        });
+    };
+    if (name == "uniform") {
+        write(bob::UniformOrder(seed, height, width));
+    } else {
+        const bob::Tile* tile = name == "lattice"      ? &bob::lattice_tile()
+                                : name == "r2"         ? &bob::r2_tile()
+                                : name == "blue-noise" ? &bob::blue_noise_tile()
+                                                       : nullptr;
+        expect(tile, "order: unknown");
+        write(bob::TiledOrder(*tile, seed, height, width));
+    }
 }
 
 void init_paper(bob::Paper* self, const nb::dict& tensors) {
@@ -79,7 +87,7 @@ NB_MODULE(_core, m) {
     bind_shapes(m);
     bind_scene(m);
 
-    m.def("uniform_order", &uniform_order, "seed"_a, "height"_a, "width"_a, "start"_a, "pixels"_a.noconvert());
+    m.def("pixel_order", &pixel_order, "order"_a, "seed"_a, "height"_a, "width"_a, "start"_a, "pixels"_a.noconvert());
 
     nb::class_<bob::Paper>(m, "Paper")
         .def("__init__", &init_paper, "tensors"_a)

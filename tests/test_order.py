@@ -1,16 +1,23 @@
-"""Pixel orders: nested, without replacement, a function of (seed, size), and as random as they claim."""
+"""Pixel orders: nested, without replacement, a function of (seed, size), and as random or as even as they claim."""
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import ndimage, stats
 
 import bobrossnet as bob
+from bobrossnet.render.order import DEFAULT_ORDER, ORDERS
+
+EVERY_ORDER = pytest.mark.parametrize("order", ORDERS)
+TILED = pytest.mark.parametrize("order", [order for order in ORDERS if order != "uniform"])
 
 
-@pytest.mark.parametrize("size", [(1, 1), (1, 7), (9, 1), (13, 17), (480, 640)])
+@EVERY_ORDER
+@pytest.mark.parametrize(
+    "size", [(1, 1), (1, 200), (9, 1), (5, 7), (64, 64), (65, 127), (1, 300), (63, 129), (480, 640)]
+)
 @pytest.mark.parametrize("seed", [0, 1, 2**64 - 1])
-def test_every_pixel_comes_once(size, seed):
-    pixels = bob.pixel_order(size, seed=seed)
+def test_every_pixel_comes_once(size, seed, order):
+    pixels = bob.pixel_order(size, order=order, seed=seed)
     assert pixels.dtype == np.int32
     assert pixels.shape == (size[0] * size[1], 2)
     index = pixels[:, 0].astype(np.int64) * size[1] + pixels[:, 1]
@@ -19,23 +26,97 @@ def test_every_pixel_comes_once(size, seed):
     assert pixels[:, 1].max() < size[1]
 
 
-def test_parts_are_parts_of_the_whole():
-    whole = bob.pixel_order((48, 64), seed=3)
-    assert np.array_equal(bob.pixel_order((48, 64), seed=3, count=150), whole[:150])
-    assert np.array_equal(bob.pixel_order((48, 64), seed=3, start=100, count=50), whole[100:150])
-    assert len(bob.pixel_order((48, 64), seed=3, start=3072)) == 0
+@EVERY_ORDER
+@pytest.mark.parametrize("size", [(5, 7), (48, 64), (200, 300)])
+def test_parts_are_parts_of_the_whole(size, order):
+    total = size[0] * size[1]
+    whole = bob.pixel_order(size, order=order, seed=3)
+    assert len(bob.pixel_order(size, order=order, seed=3, start=total)) == 0
+    for start, count in [(0, total // 20), (total // 31, total // 3), (total // 2 + 1, 1), (total - 3, 3)]:
+        part = bob.pixel_order(size, order=order, seed=3, start=start, count=count)
+        assert np.array_equal(part, whole[start : start + count])
 
 
-def test_known_values():
+@pytest.mark.parametrize(
+    ("order", "first", "later"),
+    [
+        ("uniform", [[23, 162], [422, 636], [371, 478]], [[19, 68], [87, 105]]),
+        ("r2", [[352, 530], [288, 338], [224, 146]], [[109, 11], [45, 75]]),
+        ("lattice", [[405, 405], [341, 213], [277, 21]], [[93, 33], [29, 97]]),
+        ("blue-noise", [[375, 527], [311, 335], [247, 143]], [[122, 24], [58, 88]]),
+    ],
+)
+def test_known_values(order, first, later):
     # Data sets and masks are functions of these: a change would be a break with all that was made before.
-    assert bob.pixel_order((480, 640), seed=0, count=3).tolist() == [[23, 162], [422, 636], [371, 478]]
-    assert bob.pixel_order((128, 128), seed=7, start=1000, count=2).tolist() == [[19, 68], [87, 105]]
+    assert bob.pixel_order((480, 640), order=order, seed=0, count=3).tolist() == first
+    assert bob.pixel_order((128, 128), order=order, seed=7, start=1000, count=2).tolist() == later
 
 
-def test_seeds_differ():
-    first = bob.pixel_order((64, 64), seed=0)
+@EVERY_ORDER
+def test_seeds_differ(order):
+    first = bob.pixel_order((512, 640), order=order, seed=0)
+    assert np.array_equal(bob.pixel_order((512, 640), order=order, seed=0), first)
     for seed in (1, 2, 2**32, 2**63):
-        assert (bob.pixel_order((64, 64), seed=seed) == first).all(axis=1).mean() < 0.01
+        assert (bob.pixel_order((512, 640), order=order, seed=seed) == first).all(axis=1).mean() < 0.03
+
+
+@EVERY_ORDER
+def test_threads_do_not_matter(order):
+    threads = bob.thread_count()
+    results = []
+    try:
+        for count in (1, 3):
+            bob.set_thread_count(count)
+            results.append(bob.pixel_order((300, 400), order=order, seed=5))
+    finally:
+        bob.set_thread_count(threads)
+    assert np.array_equal(*results)
+
+
+@EVERY_ORDER
+def test_pixels_of_the_tracer_and_of_a_sample_are_the_same(tree, order):
+    size = (40, 70)
+    part = bob.trace(tree, size=size, fraction=0.1, order=order, seed=2)
+    assert part == bob.trace(tree, size=size).sample(0.1, order=order, seed=2)
+    assert np.argwhere(part.mask).tolist() == sorted(bob.pixel_order(size, order=order, seed=2, count=280).tolist())
+
+
+def test_the_default_is_one_of_them():
+    assert np.array_equal(bob.pixel_order((70, 90), seed=1), bob.pixel_order((70, 90), order=DEFAULT_ORDER, seed=1))
+
+
+@pytest.mark.parametrize("seed", [0, 9])
+@pytest.mark.parametrize("halvings", [6, 5, 4, 3, 2, 1])
+def test_lattices_are_nested(halvings, seed):
+    """At 1/64, 1/16, ... of the pixels a square lattice, at 1/32, 1/8, ... one turned by 45 degrees, for any seed."""
+    pixels = bob.pixel_order((128, 128), order="lattice", seed=seed, count=128**2 >> halvings)
+    step = 2 ** ((halvings + 1) // 2)
+    lattice = {(row, column) for row in range(21 % step, 128, step) for column in range(21 % step, 128, step)}
+    if halvings % 2 == 1:
+        lattice |= {((row + step // 2) % 128, (column + step // 2) % 128) for row, column in lattice}
+    assert {tuple(pixel) for pixel in pixels.tolist()} == lattice
+
+
+@TILED
+@pytest.mark.parametrize("size", [(200, 300), (64, 64), (33, 150)])
+def test_gaps_are_smaller_than_by_chance(size, order):
+    def largest_gap(order, fraction):
+        rows, columns = bob.pixel_order(size, order=order, seed=1, count=round(fraction * size[0] * size[1])).T
+        untraced = np.ones(size, bool)
+        untraced[rows, columns] = False
+        return ndimage.distance_transform_edt(untraced).max()
+
+    for fraction in (0.01, 0.05, 0.25):
+        assert largest_gap(order, fraction) < 0.8 * largest_gap("uniform", fraction)
+
+
+@TILED
+def test_tiles_are_visited_evenly(order):
+    """Pixels of the same rank in far steps: an early part of them is spread over the picture."""
+    pixels = bob.pixel_order((2160, 3840), order=order, seed=4, count=200)  # of 2040 tiles
+    counts = np.histogram2d(*pixels.T, bins=(5, 5), range=((0, 2160), (0, 3840)))[0]
+    assert counts.min() >= 5
+    assert counts.max() <= 11
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -46,7 +127,7 @@ def test_uniform_spreads_like_chance(seed, fraction):
     total = size[0] * size[1]
     count = round(fraction * total)
     mask = np.zeros(size)
-    rows, columns = bob.pixel_order(size, seed=seed, count=count).T
+    rows, columns = bob.pixel_order(size, order="uniform", seed=seed, count=count).T
     mask[rows, columns] = 1
     for counts in (mask.reshape(32, 8, 40, 8).sum(axis=(1, 3)), mask.sum(axis=1), mask.sum(axis=0)):
         expected = count / counts.size
@@ -66,7 +147,10 @@ def test_uniform_spreads_like_chance(seed, fraction):
         ({"size": 4}, "size: expected (height, width)"),
         ({"size": (4, 4, 3)}, "size: expected (height, width)"),
         ({"size": (2**20, 2**20)}, "size: expected at most"),
-        ({"size": (4, 4), "order": "spiral"}, "order: expected one of uniform, got 'spiral'"),
+        (
+            {"size": (4, 4), "order": "spiral"},
+            "order: expected one of uniform, r2, lattice, blue-noise, default, got 'spiral'",
+        ),
         ({"size": (4, 4), "seed": -1}, "seed"),
         ({"size": (4, 4), "seed": 0.5}, "seed: expected an integer"),
         ({"size": (4, 4), "count": 17}, "count"),

@@ -1,13 +1,11 @@
 #include "trace/trace.h"
 
 #include <memory>
-#include <numeric>
 
 #include "check.h"
 #include "meshes.h"
 #include "parallel.h"
 #include "shapes/mesh.h"
-#include "trace/order.h"
 #include "trace/shading.h"
 
 namespace {
@@ -145,19 +143,4 @@ TEST(materials_shade_as_their_formula_says) {
                luminance * (0.05 + 0.6 * dot(n, l)) + 0.3 * std::pow(dot(n, h), 5), 1e-6);
     CHECK_EQ(bob::Material{}.luminance(), 1.f);
     CHECK_EQ(bob::blinn_phong(n, {{1, 1, 1}, 1, 1, 1, 0}), 1.f);
-}
-
-TEST(uniform_order_is_a_permutation) {
-    for (const std::uint32_t size : {1u, 2u, 3u, 5u, 16u, 97u, 640u * 48u, 65537u}) {
-        for (const std::uint64_t seed : {0ull, 1ull, ~0ull}) {
-            const bob::UniformOrder order(seed, size);
-            std::vector<bool> seen(size);
-            for (std::uint32_t i = 0; i < size; ++i) {
-                const std::uint32_t pixel = order(i);
-                CHECK_LT(pixel, size);
-                seen[pixel] = true;
-            }
-            CHECK_EQ(static_cast<std::uint32_t>(std::accumulate(seen.begin(), seen.end(), 0)), size);
-        }
-    }
 }

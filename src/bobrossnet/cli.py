@@ -85,7 +85,11 @@ def _parser() -> argparse.ArgumentParser:
         metavar="PERCENT",
         help="share of the pixels to trace, 5%% or 0.05; 100%% is the exact picture (default: 10%%)",
     )
-    render.add_argument("--order", default="uniform", help="sequence of the pixels (default: uniform)")
+    render.add_argument(
+        "--order",
+        default="default",
+        help="sequence of the pixels: uniform, r2, lattice or blue-noise (default: lattice)",
+    )
     render.add_argument("--seed", type=int, default=0, help="of the order (default: 0)")
     render.add_argument("--azimuth", type=float, default=30.0, metavar="DEGREES", help="default: 30")
     render.add_argument("--elevation", type=float, default=20.0, metavar="DEGREES", help="default: 20")

@@ -43,7 +43,7 @@ def progressive(
     size: Size = (480, 640),
     frame_ms: float | None = None,
     fraction: float | None = None,
-    order: str = "uniform",
+    order: str = "default",
     seed: int = 0,
     model: ModelLike = "default",
 ) -> Iterator[Frame]:

@@ -102,7 +102,7 @@ class GBuffer:
         """The input of the networks, (5, H, W): mask, gray, depth, normal x, normal y. Read-only."""
         return self._planes
 
-    def sample(self, fraction: float, *, order: str = "uniform", seed: int = 0) -> GBuffer:
+    def sample(self, fraction: float, *, order: str = "default", seed: int = 0) -> GBuffer:
         """Keep the first pixels of an order, as if only they had been traced.
 
         Of a full G-buffer this equals `trace` with the same fraction, order and seed. Of a partial one, pixels of the

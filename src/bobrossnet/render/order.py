@@ -15,11 +15,14 @@ Size = tuple[int, int]
 MAX_PIXELS = 2**28
 """An image of 16384 x 16384: five float32 arrays of it take 5.4 GB."""
 
-ORDERS = ("uniform",)
+ORDERS = ("uniform", "r2", "lattice", "blue-noise")
+
+DEFAULT_ORDER = "lattice"
+"""What the name "default" stands for."""
 
 
 def pixel_order(
-    size: Size, *, order: str = "uniform", seed: int = 0, start: int = 0, count: int | None = None
+    size: Size, *, order: str = "default", seed: int = 0, start: int = 0, count: int | None = None
 ) -> NDArray[np.int32]:
     """Pixels in the sequence in which they are traced.
 
@@ -29,8 +32,11 @@ def pixel_order(
     Parameters
     ----------
     size : (height, width)
-    order : "uniform"
-        "uniform": at random, all sequences alike.
+    order : "uniform", "r2", "lattice", "blue-noise" or "default"
+        "uniform": at random, all sequences alike. The others keep the pixels apart, so that gaps are smaller; they
+        repeat a tile of 64 x 64 pixels. "r2": Roberts' sequence (2018), by the plastic number. "lattice": square
+        lattices, each half of the next; the seed does not move them. "blue-noise": irregular and even, Ulichney's
+        void-and-cluster method (1993). "default": "lattice".
     seed : int, 0..2**64 - 1
     start, count : int
         Which part of the sequence; by default all.
@@ -45,7 +51,7 @@ def pixel_order(
     start = check_integer("start", start, 0, total)
     count = total - start if count is None else check_integer("count", count, 0, total - start)
     pixels = np.empty((count, 2), np.int32)
-    _core.uniform_order(int(seed), height, width, start, pixels)
+    _core.pixel_order(DEFAULT_ORDER if order == "default" else order, int(seed), height, width, start, pixels)
     return pixels
 
 
@@ -65,9 +71,9 @@ def check_size(size: Any) -> Size:
 
 
 def check_order(order: Any, seed: Any) -> None:
-    """Raise InputError unless `order` is known and `seed` usable."""
-    if order not in ORDERS:
-        raise InputError(f"order: expected one of {', '.join(ORDERS)}, got {order!r}")
+    """Raise InputError unless `order` is known, or "default", and `seed` usable."""
+    if order not in (*ORDERS, "default"):
+        raise InputError(f"order: expected one of {', '.join(ORDERS)}, default, got {order!r}")
     check_integer("seed", seed, 0, 2**64 - 1)
 
 

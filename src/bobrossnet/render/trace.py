@@ -65,7 +65,7 @@ def trace(
     *,
     size: Size = (480, 640),
     fraction: float = 1.0,
-    order: str = "uniform",
+    order: str = "default",
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> GBuffer:

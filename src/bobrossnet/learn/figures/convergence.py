@@ -17,7 +17,9 @@ def draw_convergence(sources: Sources) -> Drawing:
     figure, axes = picture_grid(1, len(FRACTIONS), size)
     full = bob.trace(sources.scene, sources.camera, size=size)
     for panel, fraction in zip(axes[0], FRACTIONS, strict=True):
-        show_picture(panel, traced_on_green(full.sample(fraction, seed=sources.seed)), f"{100 * fraction:g} %")
+        show_picture(
+            panel, traced_on_green(full.sample(fraction, order="uniform", seed=sources.seed)), f"{100 * fraction:g} %"
+        )
     return Drawing(
         figure,
         f"A picture of {size[1]} x {size[0]} pixels converges: the share that has been traced, in uniformly random "

@@ -62,7 +62,7 @@ def complete_stages(
     network = load_model(model)
     stages = []
     for fraction in fractions:
-        part = full.sample(fraction, seed=seed)
+        part = full.sample(fraction, order="uniform", seed=seed)
         completed, raw = bob.complete(part, model=network), np.clip(network.predict(part), 0, 1)
         stages.append(Stage(part, completed, raw, bob.ssim(completed, full.gray), bob.ssim(raw, full.gray)))
     return stages
