@@ -11,14 +11,13 @@ import bobrossnet as bob
 from bobrossnet import cli
 from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn.dataset import Dataset, Plan
+from bobrossnet.learn.scenes import own_scenes, scenes_of_dataset, scenes_of_folder
 from bobrossnet.learn.stability import (
     ORBIT_FRACTIONS,
     Stability,
     change_and_flicker,
     measure_stability,
     moving_flicker,
-    scenes_of_dataset,
-    scenes_of_folder,
 )
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
@@ -97,7 +96,7 @@ def test_networks_and_fillings(stability):
     assert flicker == pytest.approx(change - kept[0, 2])  # from its first error to none
 
     view = bob.trace(bob.happy_tree(), bob.Camera(azimuth=40, elevation=25), size=TOY["size"])
-    frames = [bob.complete(view.sample(fraction), model="paper") for fraction in stability.fractions]
+    frames = [bob.complete(view.sample(fraction, order="uniform"), model="paper") for fraction in stability.fractions]
     np.testing.assert_allclose(stability.frames["paper kept", "uniform"][0], change_and_flicker(frames, view.gray))
 
 
@@ -201,6 +200,12 @@ def test_shapes_of_a_data_set(tmp_path):
     assert list(scenes) == [f"made {7 + shape}" for shape in tested]
     assert isinstance(next(iter(scenes.values()))(), bob.Scene)
     assert list(scenes_of_dataset(dataset, 1)) == list(scenes)[:1]
+
+
+def test_shapes_of_the_package_itself():
+    first, second = own_scenes(2).values()
+    assert isinstance(first(), bob.Scene)
+    assert first().radius != second().radius
 
 
 def test_the_command_prints_it(folder, capsys, monkeypatch):

@@ -155,7 +155,8 @@ def _evaluate(options: argparse.Namespace) -> None:
     from bobrossnet.errors import InputError
     from bobrossnet.learn.costs import cost_table, measure_costs
     from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
-    from bobrossnet.learn.stability import measure_stability, scenes_of_dataset, scenes_of_folder
+    from bobrossnet.learn.scenes import scenes_of_dataset, scenes_of_folder
+    from bobrossnet.learn.stability import measure_stability
 
     for file in filter(None, (options.csv, options.markdown)):
         check_writable(file)

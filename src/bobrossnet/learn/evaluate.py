@@ -1,4 +1,4 @@
-"""Measuring models on a data set's test split or on files, beside fillings without a network.
+"""Measuring models on a data set's test split or on scenes, beside fillings without a network.
 
 Letters: M methods, O pixel orders, P pictures, F shares of traced pixels.
 """
@@ -6,11 +6,10 @@ Letters: M methods, O pixel orders, P pictures, F shares of traced pixels.
 from __future__ import annotations
 
 import os
-import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +17,13 @@ from numpy.typing import NDArray
 import bobrossnet as bob
 from bobrossnet.adapters.files import ALL_ENDINGS
 from bobrossnet.complete.filling import FILLINGS
-from bobrossnet.errors import InputError, InputWarning, check_integer, check_number
+from bobrossnet.errors import InputError, check_integer, check_number
 from bobrossnet.learn.dataset.plan import PATCH, PATCHES, STAGES, Plan
 from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.evaluation import METRICS, Evaluation
-from bobrossnet.learn.methods import Method, Weights, all_methods, check_orders, model_names
-from bobrossnet.learn.models import model_files, spread
+from bobrossnet.learn.methods import Method, Weights, all_methods, check_orders
+from bobrossnet.learn.models import spread
+from bobrossnet.learn.scenes import Scenes, each_scene, scenes_of_folder
 from bobrossnet.metrics import WINDOW
 from bobrossnet.progress import progress
 from bobrossnet.render.order import check_size
@@ -49,6 +49,7 @@ def evaluate_dataset(
     fractions: Sequence[float] = FRACTIONS,
     orders: Sequence[str] = ORDERS,
     fillings: Sequence[str] = tuple(FILLINGS),
+    repainting: bool = True,
     limit: int | None = None,
 ) -> Evaluation:
     """Measure models on a data set's test split: every patch of its shapes, at each share of traced pixels.
@@ -64,6 +65,7 @@ def evaluate_dataset(
     orders : pixel orders
         Every method is measured with each of them, on the same pictures.
     fillings : names in `FILLINGS` to compare with
+    repainting : whether networks are also measured as they repaint the traced pixels
     limit : how many shapes at most, spread evenly over the split, optional
 
     Returns
@@ -78,19 +80,12 @@ def evaluate_dataset(
     dataset = path if isinstance(path, Dataset) else Dataset.open(path)
     # A patch's samples at the stages, shape by shape.
     numbers = dataset.plan.split("test").reshape(-1, PATCHES, len(STAGES))
-    return _evaluate(_pictures_of_dataset(dataset, spread(list(numbers), limit)), models, fractions, orders, fillings)
+    pictures = _pictures_of_dataset(dataset, spread(list(numbers), limit))
+    return _evaluate(pictures, all_methods(models, fillings, repainting=repainting), fractions, orders)
 
 
 def evaluate_folder(
-    folder: str | os.PathLike[str],
-    models: Sequence[Weights] = MODELS,
-    *,
-    size: tuple[int, int] = (256, 256),
-    views: int = 1,
-    fractions: Sequence[float] = FRACTIONS,
-    orders: Sequence[str] = ORDERS,
-    fillings: Sequence[str] = tuple(FILLINGS),
-    limit: int | None = None,
+    folder: str | os.PathLike[str], models: Sequence[Weights] = MODELS, *, limit: int | None = None, **options: Any
 ) -> Evaluation:
     """Measure models on views of every file below a folder that `bobrossnet.load` reads.
 
@@ -98,14 +93,43 @@ def evaluate_folder(
     ----------
     folder : path
         Searched in depth, in the order of the names, but for folders called `broken_odd`.
-    models, fractions, fillings : as in `evaluate_dataset`
+    models, options : as in `evaluate_scenes`
+    limit : how many files at most, spread evenly over all, optional
+
+    Raises
+    ------
+    InputError
+        If an argument can't be used, or no file below the folder can be loaded.
+    """
+    scenes = scenes_of_folder(folder, limit)
+    if not scenes:
+        raise InputError(f"{folder}: expected files of shapes ({' '.join(ALL_ENDINGS)}), got none")
+    return evaluate_scenes(scenes, models, **options)
+
+
+def evaluate_scenes(
+    scenes: Scenes,
+    models: Sequence[Weights] = MODELS,
+    *,
+    size: tuple[int, int] = (256, 256),
+    views: int = 1,
+    fractions: Sequence[float] = FRACTIONS,
+    orders: Sequence[str] = ORDERS,
+    fillings: Sequence[str] = tuple(FILLINGS),
+    repainting: bool = True,
+) -> Evaluation:
+    """Measure models on views of scenes.
+
+    Parameters
+    ----------
+    scenes : by their names, what makes them
+    models, fractions, fillings, repainting : as in `evaluate_dataset`
     size : (height, width)
         Of at least 11 each.
-    views : pictures of each file
-        Azimuths spread round it, 30° apart from one file to the next; elevations 20° and 45° in turn.
+    views : pictures of each scene
+        Azimuths spread round it, 30° apart from one scene to the next; elevations 20° and 45° in turn.
     orders : pixel orders, as in `evaluate_dataset`
         Their seed is the picture's number.
-    limit : how many files at most, spread evenly over all, optional
 
     Returns
     -------
@@ -114,21 +138,20 @@ def evaluate_folder(
     Raises
     ------
     InputError
-        If an argument can't be used, or no file below the folder can be loaded.
+        If an argument can't be used, or no scene can be made.
 
     Warns
     -----
     InputWarning
-        If a file was left out because it can't be loaded.
+        If a scene was left out because its file can't be loaded.
     """
     if min(check_size(size)) < WINDOW:
         raise InputError(f"size: expected at least {WINDOW}x{WINDOW} pixels, the SSIM window, got {tuple(size)}")
     check_integer("views", views, 1, 1000)
-    files = spread(model_files(folder), limit)
-    pictures = _pictures_of_folder(Path(folder), files, size, views)
-    result = _evaluate(pictures, models, fractions, orders, fillings)
+    methods = all_methods(models, fillings, repainting=repainting)
+    result = _evaluate(_pictures_of_scenes(scenes, size, views), methods, fractions, orders)
     if not result.pictures:
-        raise InputError(f"{folder}: expected files of shapes ({' '.join(ALL_ENDINGS)}), got none that could be loaded")
+        raise InputError("scenes: expected at least one that can be loaded, got none")
     return result
 
 
@@ -159,22 +182,17 @@ def _part_of_patch(
     return bob.GBuffer.from_stack(planes)
 
 
-def _pictures_of_folder(folder: Path, files: Sequence[Path], size: tuple[int, int], views: int) -> Iterator[_Picture]:
-    for number, path in enumerate(files):
-        try:
-            scene = bob.load(path)
-        except InputError as error:
-            warnings.warn(f"left out: {error}", InputWarning, stacklevel=4)  # at the call of evaluate_folder
-            continue
+def _pictures_of_scenes(scenes: Scenes, size: tuple[int, int], views: int) -> Iterator[_Picture]:
+    for number, name, scene in each_scene(scenes, stacklevel=5):  # at the call of evaluate_scenes
         for view in range(views):
             camera = bob.Camera(azimuth=(30 * number + 360 * view / views) % 360, elevation=(20, 45)[view % 2])
             full = bob.trace(scene, camera, size=size)
             yield _Picture(
                 name=f"view {view}",
-                shape=path.relative_to(folder).as_posix(),
+                shape=name,
                 gray=full.gray,
                 part=partial(_part_of_view, full, number * views + view),
-                done=(number + (view + 1) / views) / len(files),
+                done=(number + (view + 1) / views) / len(scenes),
             )
 
 
@@ -186,18 +204,13 @@ def _part_of_view(full: bob.GBuffer, seed: int, order: str, fraction: float) -> 
 
 
 def _evaluate(
-    pictures: Iterable[_Picture],
-    models: Sequence[Weights],
-    fractions: Sequence[float],
-    orders: Sequence[str],
-    fillings: Sequence[str],
+    pictures: Iterable[_Picture], methods: Mapping[str, Method], fractions: Sequence[float], orders: Sequence[str]
 ) -> Evaluation:
-    """Measure models and fillings on pictures, one picture in memory at a time."""
+    """Measure methods on pictures, one picture in memory at a time."""
     orders = check_orders(orders)
     fractions = tuple(check_number("fractions", fraction, 0, 1, above=True) for fraction in fractions)
     if not fractions:
         raise InputError("fractions: expected at least one share of the pixels, got none")
-    methods = all_methods(models, fillings)
 
     names_of_pictures, shapes = [], []
     scores: list[NDArray[np.float64]] = []  # of each picture
@@ -211,7 +224,7 @@ def _evaluate(
     runs = [(method, order) for method in methods for order in orders]
     by_picture = np.reshape(scores, (-1, len(runs), len(fractions), len(METRICS)))
     by_run = dict(zip(runs, np.moveaxis(by_picture, 1, 0), strict=True))
-    return Evaluation(tuple(names_of_pictures), tuple(shapes), fractions, model_names(models), by_run)
+    return Evaluation(tuple(names_of_pictures), tuple(shapes), fractions, by_run)
 
 
 def _score(

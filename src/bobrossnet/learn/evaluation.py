@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError
 from bobrossnet.learn.confidence import half_width, relative_change
-from bobrossnet.learn.methods import is_kept, model_of_raw, repaints
+from bobrossnet.learn.methods import is_kept
 from bobrossnet.learn.runs import Run, find_run, label, orders_of, rivals
 from bobrossnet.learn.tables import cell, plus_minus, table
 from bobrossnet.metrics import flip, psnr, ssim
@@ -53,8 +53,6 @@ class Evaluation:
     shapes : of each picture what it shows, (P,)
         Pictures of one shape are not independent of each other, which the confidence intervals take into account.
     fractions : shares of traced pixels, (F,)
-    models : names of the models
-        Of their methods, "NAME raw" and "NAME kept" for each.
     scores : by method and order: (P, F, 3) float64
         SSIM, of at most 1; PSNR in dB, infinite where a picture equals its reference; FLIP in 0..1, 0 where equal.
     """
@@ -62,7 +60,6 @@ class Evaluation:
     pictures: tuple[str, ...]
     shapes: tuple[str, ...]
     fractions: tuple[float, ...]
-    models: tuple[str, ...]
     scores: Mapping[Run, NDArray[np.float64]] = field(repr=False)
 
     @property
@@ -204,8 +201,7 @@ class Evaluation:
             raise InputError(f"text: expected the scores of an evaluation, got {error!r}") from error
         shapes, pictures = zip(*by_picture, strict=True)
         fractions = tuple(next(iter(by_picture.values())))
-        models = tuple(dict.fromkeys(model_of_raw(method) for method, _ in scores if repaints(method)))
-        return cls(pictures, shapes, fractions, models, arrays)
+        return cls(pictures, shapes, fractions, arrays)
 
     def beside(self, other: Evaluation) -> Evaluation:
         """Return these runs and, after them, another evaluation's of the same pictures.
@@ -218,8 +214,12 @@ class Evaluation:
         if (self.shapes, self.pictures, self.fractions) != (other.shapes, other.pictures, other.fractions):
             raise InputError("other: expected an evaluation of the same pictures at the same fractions, got another")
         scores = {**self.scores, **other.scores}
-        models = tuple(dict.fromkeys(self.models + other.models))
-        return Evaluation(self.pictures, self.shapes, self.fractions, models, scores)
+        return Evaluation(self.pictures, self.shapes, self.fractions, scores)
+
+    def of_order(self, order: str) -> Evaluation:
+        """Return the runs with one of the orders."""
+        scores = {run: values for run, values in self.scores.items() if run[1] == order}
+        return Evaluation(self.pictures, self.shapes, self.fractions, scores)
 
     def __str__(self) -> str:
         parts = [f"Means over {len(self.pictures):,} pictures of {len(set(self.shapes)):,} shapes."]

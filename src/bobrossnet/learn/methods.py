@@ -48,11 +48,6 @@ def is_kept(method: str) -> bool:
     return method.endswith(_KEPT)
 
 
-def model_of_raw(method: str) -> str:
-    """Return the name of the model that `raw` made a method's name of."""
-    return method.removesuffix(_RAW)
-
-
 def model_names(models: Sequence[Weights]) -> tuple[str, ...]:
     """Return what models are called: the stems of their files.
 
@@ -67,13 +62,14 @@ def model_names(models: Sequence[Weights]) -> tuple[str, ...]:
     return names
 
 
-def all_methods(models: Sequence[Weights], fillings: Sequence[str]) -> dict[str, Method]:
+def all_methods(models: Sequence[Weights], fillings: Sequence[str], *, repainting: bool = True) -> dict[str, Method]:
     """Return the methods of models, each raw and kept, and then of fillings, by their names.
 
     Parameters
     ----------
     models : names of shipped weights, or .safetensors files
     fillings : names in `FILLINGS`
+    repainting : whether models stand in it raw
 
     Raises
     ------
@@ -88,7 +84,8 @@ def all_methods(models: Sequence[Weights], fillings: Sequence[str]) -> dict[str,
         raise InputError("models: expected one or more, or fillings, got neither")
     methods: dict[str, Method] = {}
     for name, model in zip(names, map(load_model, models), strict=True):
-        methods[raw(name)] = partial(_raw, model)
+        if repainting:
+            methods[raw(name)] = partial(_raw, model)
         methods[kept(name)] = partial(bob.complete, model=model)
     return methods | {name: partial(_filled, name) for name in fillings}
 

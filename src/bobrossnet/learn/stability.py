@@ -21,27 +21,21 @@ from __future__ import annotations
 
 import csv
 import io
-import os
-import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.errors import InputError, InputWarning, check_array, check_integer
+from bobrossnet.errors import InputError, check_array, check_integer
 from bobrossnet.learn.confidence import relative_change
-from bobrossnet.learn.dataset.build import scene_of
-from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.methods import Weights, all_methods, check_orders, is_kept
-from bobrossnet.learn.models import model_files, spread
 from bobrossnet.learn.runs import Run, find_run, label, orders_of, rivals
+from bobrossnet.learn.scenes import Scenes, each_scene
 from bobrossnet.learn.tables import cell, plus_minus, table
 from bobrossnet.progress import progress
-from bobrossnet.shapes.scene import SceneLike
 
 F64 = NDArray[np.float64]
 
@@ -56,9 +50,6 @@ ORBIT_STEP = 2.0  # degrees of azimuth between frames
 
 FILLINGS = ("delaunay-linear", "pull-push", "nearest")
 LEVELS = 255  # tables give flicker in steps of 8 bits
-
-Scenes = Mapping[str, Callable[[], SceneLike]]
-"""By its name what makes a scene, when its turn has come."""
 
 
 @dataclass(frozen=True)
@@ -207,6 +198,13 @@ class Stability:
             {**self.orbit, **other.orbit},
         )
 
+    def of_order(self, order: str) -> Stability:
+        """Return the runs with one of the orders."""
+        frames, orbit = (
+            {run: values for run, values in numbers.items() if run[1] == order} for numbers in (self.frames, self.orbit)
+        )
+        return Stability(self.shapes, self.fractions, frames, self.orbit_fractions, orbit)
+
     def __str__(self) -> str:
         parts = [
             f"Flicker in gray levels of {LEVELS}, means over {len(self.shapes)} shapes: of converging pictures, from "
@@ -274,20 +272,6 @@ def moving_flicker(frames: Any, references: Any) -> float:
     return float(np.abs(np.diff(frames - references, axis=0)).mean())
 
 
-def scenes_of_dataset(path: str | os.PathLike[str] | Dataset, limit: int | None = None) -> Scenes:
-    """Return the shapes of a data set's test split, at most `limit`, spread evenly over it."""
-    dataset = path if isinstance(path, Dataset) else Dataset.open(path)
-    numbers = dict.fromkeys(dataset.plan.sample(int(number)).shape for number in dataset.plan.split("test"))
-    sources = [dataset.sources[number] for number in numbers]
-    return {source: partial(scene_of, source) for source in spread(sources, limit)}
-
-
-def scenes_of_folder(folder: str | os.PathLike[str], limit: int | None = None) -> Scenes:
-    """Return what the files below a folder show, as `evaluate_folder` takes them; at most `limit`, spread evenly."""
-    files = spread(model_files(folder), limit)
-    return {path.relative_to(folder).as_posix(): partial(bob.load, path) for path in files}
-
-
 def measure_stability(
     scenes: Scenes,
     models: Sequence[Weights],
@@ -297,6 +281,7 @@ def measure_stability(
     orbit_frames: int = ORBIT_FRAMES,
     orders: Sequence[str] = ("uniform",),
     fillings: Sequence[str] = FILLINGS,
+    repainting: bool = True,
     seed: int = 0,
 ) -> Stability:
     """Measure the flicker of converging pictures and of orbits, completed by networks and by fillings.
@@ -311,6 +296,7 @@ def measure_stability(
     orders, seed : of the pixels
         Every method is measured with each of the orders.
     fillings : names in `bobrossnet.complete.filling.FILLINGS` to compare with
+    repainting : whether networks are also measured as they repaint the traced pixels
 
     Raises
     ------
@@ -324,19 +310,14 @@ def measure_stability(
     """
     check_integer("frames", frames, 2, 10_000)
     check_integer("orbit_frames", orbit_frames, 2, 10_000)
-    methods = all_methods(models, fillings)
+    methods = all_methods(models, fillings, repainting=repainting)
     runs = [(method, order) for method in methods for order in check_orders(orders)]
     fractions = np.linspace(FIRST_FRACTION, 1, frames)
     shapes = []
     converging: dict[Run, list[F64]] = {run: [] for run in runs}
     orbit: dict[Run, list[list[float]]] = {run: [] for run in runs}
     with progress("measuring stability") as report:
-        for number, (name, scene_of_name) in enumerate(scenes.items()):
-            try:
-                scene = scene_of_name()
-            except InputError as error:
-                warnings.warn(f"left out: {error}", InputWarning, stacklevel=2)
-                continue
+        for number, name, scene in each_scene(scenes, stacklevel=3):
             shapes.append(name)
             cameras = [bob.Camera(azimuth=40 + 70 * number + ORBIT_STEP * i, elevation=25) for i in range(orbit_frames)]
             views = [bob.trace(scene, camera, size=size) for camera in cameras]

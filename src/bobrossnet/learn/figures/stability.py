@@ -10,10 +10,11 @@ from bobrossnet.learn.figures.figure import Drawing, Sources
 from bobrossnet.learn.figures.scores import FILLINGS as FILLING_COLORS
 from bobrossnet.learn.figures.style import BLUE, PAGE, SKY, new_figure
 from bobrossnet.learn.methods import repaints
+from bobrossnet.learn.scenes import FIRST, Scenes
 from bobrossnet.learn.shapes import procedural_scene
-from bobrossnet.learn.stability import LEVELS, ORBIT_STEP, Scenes, Stability, measure_stability
+from bobrossnet.learn.stability import LEVELS, ORBIT_STEP, Stability, measure_stability
 
-SHAPES = (4_000_000_002, 4_000_000_006, 4_000_000_013)  # procedural scenes, of no data set of a seed below 4,000
+SHAPES = (FIRST + 2, FIRST + 6, FIRST + 13)  # procedural scenes
 
 
 def draw_stability(sources: Sources) -> Drawing:
