@@ -1,12 +1,14 @@
 """Milliseconds to complete a picture with the report's network: the core against PyTorch and ONNX Runtime.
 
-The same weights, the same input, in the same run, with all cores; every result is compared with PyTorch's.
+The same weights, the same input, in the same run, with all cores; every result is compared with PyTorch's. Then
+milliseconds to say which pixels come first, for each pixel order.
 """
 
 from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +20,7 @@ import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.complete.model import load_model, weights_path
 from bobrossnet.learn.checkpoint import load
+from bobrossnet.render.order import ORDERS
 
 SIZES = ((240, 320), (480, 640), (720, 1280))
 RUNS = 21
@@ -84,6 +87,20 @@ def main() -> None:
                 ratio = median_ratio(values, seconds["bob.complete"])
                 rows.append([f"complete.paper.{size[1]}x{size[0]}", name, spread(values, 1e3), f"{ratio:.2f}"])
     table(["what", "with", "ms", "/ bob.complete"], rows)
+    order_times()
+
+
+def order_times() -> None:
+    """Print how long the first pixels of a 4K picture take to name."""
+    size = (2160, 3840)
+    heading(f"Pixel orders: milliseconds for the first pixels of {size[1]}x{size[0]}, {bob.thread_count()} threads")
+    rows = []
+    for fraction in (0.05, 0.25, 1.0):
+        count = round(fraction * size[0] * size[1])
+        seconds = in_turn({order: partial(bob.pixel_order, size, order=order, count=count) for order in ORDERS}, 7)
+        for order, values in seconds.items():
+            rows.append([f"order.{order}.{100 * fraction:g}%", spread(values, 1e3, 2)])
+    table(["what", "ms"], rows)
 
 
 if __name__ == "__main__":

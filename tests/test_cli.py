@@ -257,7 +257,10 @@ def test_evaluate(tmp_path, capsys, monkeypatch):
         (["render", "--fraction", "150%"], "--fraction"),
         (["render", "--fraction", "5%%"], "--fraction"),
         (["render", "--fraction", "nan"], "--fraction"),
-        (["render", "--order", "spiral"], "order: expected one of uniform, got 'spiral'"),
+        (
+            ["render", "--order", "spiral"],
+            "order: expected one of uniform, r2, lattice, blue-noise, default, got 'spiral'",
+        ),
         (["render", "--seed", "-1"], "seed: expected an integer in 0.."),
         (["render", "--azimuth", "east"], "--azimuth"),
         (["render", "--azimuth", "inf"], "azimuth: expected a finite number"),

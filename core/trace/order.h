@@ -58,7 +58,7 @@ const Tile& lattice_tile();
 const Tile& r2_tile();
 
 /// Ulichney, "The void-and-cluster method for dither array generation", 1993: each further pixel is the one farthest from
-/// those before. Made when first asked for, in about 30 ms.
+/// those before. Made when first asked for, in well under 0.3 s.
 const Tile& blue_noise_tile();
 
 /// An image covered by copies of a tile: pixels of lower rank come first; those of the same rank go from tile to tile in

@@ -2,7 +2,8 @@
 
 from bobrossnet.learn.networks.network import Network
 from bobrossnet.learn.networks.paper import Paper
+from bobrossnet.learn.networks.pyramid import Pyramid
 
-NETWORKS: dict[str, type[Network]] = {"paper": Paper}
+NETWORKS: dict[str, type[Network]] = {"paper": Paper, "pyramid": Pyramid}
 
-__all__ = ["NETWORKS", "Network", "Paper"]
+__all__ = ["NETWORKS", "Network", "Paper", "Pyramid"]

@@ -1,0 +1,158 @@
+"""The default network: a pyramid of means over the traced pixels, completed from coarse to fine.
+
+The traced pixels are averaged over blocks of 2, 4, ... 64 pixels. From the coarsest level on, the picture is
+overwritten by the means of the blocks that have any, doubled in size, and corrected by two convolutions, which see what
+is known at this level, where in its block it lies, and what the coarser level hands on. So there is no need to learn
+averaging and interpolation, only what they get wrong.
+
+Its sibling is core/complete/pyramid.cpp, step for step. Letters in shape comments: N pictures, C channels, H and W the
+padded picture's height and width, h and w those of a level, 2^level times smaller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, cast
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+from torch.nn.functional import relu
+
+from bobrossnet.learn.networks.network import Network
+from bobrossnet.learn.networks.paper import pad
+
+LEVELS = 6  # blocks of the coarsest have 64 x 64 pixels
+FEATURES = {1: 8, 2: 20, 3: 32, 4: 32, 5: 32, 6: 32}  # channels between a level's two convolutions
+HANDED_ON = {1: 1, 2: 6, 3: 8, 4: 8, 5: 8, 6: 8, 7: 0}  # channels for the next finer level; the first corrects the gray
+KNOWN = {1: 11, 2: 8, 3: 8, 4: 8, 5: 8, 6: 8}  # channels of what a level knows without the coarser one
+SOFTNESS = 0.05  # of the Gaussian mean: how little of its weight must be known to count for half
+
+
+class Pyramid(Network):
+    """Complete the gray picture of a partial G-buffer.
+
+    Notes
+    -----
+    The layers' names are the tensors' names in the weight file: `features6.weight`, `features6.bias`, `finer6.weight`,
+    ..., down to level 1.
+
+    References
+    ----------
+    Kraus, *The pull-push algorithm revisited*, 2009, for the pyramid; Shi et al., *Real-time single image and video
+    super-resolution using an efficient sub-pixel convolutional neural network*, 2016, for convolving before enlarging.
+    """
+
+    multiple = 2**LEVELS  # the picture is padded to this multiple
+
+    def __init__(self) -> None:
+        super().__init__()
+        for level in range(LEVELS, 0, -1):
+            features = nn.Conv2d(KNOWN[level] + HANDED_ON[level + 1], FEATURES[level], 3, padding=1)
+            finer = nn.Conv2d(FEATURES[level], 4 * HANDED_ON[level], 3, padding=1)
+            nn.init.kaiming_normal_(features.weight, nonlinearity="relu")
+            nn.init.kaiming_normal_(finer.weight, nonlinearity="linear")
+            finer.weight.data *= 0.3  # corrections begin small
+            for name, layer in ((f"features{level}", features), (f"finer{level}", finer)):
+                nn.init.zeros_(layer.bias)  # type: ignore[arg-type]
+                self.add_module(name, layer)
+
+    @classmethod
+    def from_settings(cls, settings: Mapping[str, Any]) -> Pyramid:
+        """Return a new network: there is nothing to set."""
+        return cls()
+
+    def settings(self) -> dict[str, int]:
+        """Return what `from_settings` needs to make this network again."""
+        return {}
+
+    def forward(self, gbuffer: Tensor) -> Tensor:
+        """Return the gray picture, (N, 1, H, W), linear and not clamped; 0 where there is background for sure.
+
+        Parameters
+        ----------
+        gbuffer : (N, 5, H, W) float
+            mask, gray, depth, normal x, normal y; all 0 where not traced. Any H and W of at least 1.
+        """
+        height, width = gbuffer.shape[-2:]
+        pixels = pad(gbuffer, self.multiple)  # (N, 5, H, W)
+
+        sums = [torch.cat([pixels, torch.zeros_like(pixels[:, :2])], 1)]  # of each level
+        for level in range(1, LEVELS + 1):
+            sums.append(pull(sums[-1], level))
+
+        gray = torch.zeros_like(sums[LEVELS][:, :1])  # (N, 1, h, w), guessed from the coarser levels
+        surface = torch.ones_like(gray)  # 0 where there is none for sure
+        handed: list[Tensor] = []  # (N, HANDED_ON, h, w)
+        for level in range(LEVELS, 0, -1):
+            count, mean, position = means(sums[level], level)
+            known = (count > 0).to(count)
+            surface = surface * spread(1 - known * (mean[:, :1] == 0))
+            surprise = known * (mean[:, :1] - gray)
+            knows = [gray, surprise, mean[:, 1:], count / (count + 1), position]
+            gray = upsample(gray + surprise)
+            if level == 1:  # what is known of each pixel
+                mask, surprise = pixels[:, :1], pixels[:, :1] * (pixels[:, 1:2] - gray)
+                knows = [knows[0], mean[:, 2:], unshuffle(mask), unshuffle(surprise)]
+                gray = gray + gaussian_mean(surprise, mask)
+            features = relu(self.layer("features", level)(torch.cat([*knows, *handed], 1)))
+            finer = functional.pixel_shuffle(self.layer("finer", level)(features), 2)
+            gray = gray + finer[:, :1]
+            surface = functional.interpolate(surface, scale_factor=2, mode="nearest")
+            handed = [finer]
+
+        return (gray * surface)[..., :height, :width]
+
+    def layer(self, name: str, level: int) -> nn.Conv2d:
+        """Return a level's convolution, "features" or "finer"."""
+        return cast(nn.Conv2d, getattr(self, f"{name}{level}"))
+
+
+def pull(sums: Tensor, level: int) -> Tensor:
+    """Return a level's sums from those of the finer one: (N, 7, 2h, 2w) → (N, 7, h, w).
+
+    Of the traced pixels of each block: how many, gray, depth, normal x, normal y, and how far to the right of the
+    block's centre and below it they are, in pixels.
+    """
+    total = 4 * functional.avg_pool2d(sums, 2)
+    upper_left, upper_right, lower_left, lower_right = torch.chunk(unshuffle(sums[:, :1]), 4, 1)
+    quarter = 2.0 ** (level - 2)  # of the block's side: how far the centres of its quarters are from its own
+    right = total[:, 5:6] + quarter * (upper_right + lower_right - upper_left - lower_left)
+    down = total[:, 6:7] + quarter * (lower_left + lower_right - upper_left - upper_right)
+    return torch.cat([total[:, :5], right, down], 1)
+
+
+def means(sums: Tensor, level: int) -> tuple[Tensor, Tensor, Tensor]:
+    """Return how many pixels of each block were traced, (N, 1, h, w), and of those the mean gray, depth and normal,
+    (N, 4, h, w), and the mean position, (N, 2, h, w), in sides of the block; 0 where there are none."""
+    count = sums[:, :1]
+    mean = sums[:, 1:] / count.clamp(min=1)
+    return count, mean[:, :4], mean[:, 4:] / 2**level
+
+
+def spread(x: Tensor) -> Tensor:
+    """Return the maximum of 3x3 pixels at each, (N, C, h, w)."""
+    return functional.max_pool2d(x, 3, stride=1, padding=1)
+
+
+def upsample(x: Tensor) -> Tensor:
+    """Double a picture bilinearly, edges repeated: (N, C, h, w) → (N, C, 2h, 2w)."""
+    return functional.interpolate(x, scale_factor=2, mode="bilinear", align_corners=False)
+
+
+def unshuffle(x: Tensor) -> Tensor:
+    """Make the pixels of each 2x2 block channels, row by row: (N, 1, 2h, 2w) → (N, 4, h, w)."""
+    return functional.pixel_unshuffle(x, 2)
+
+
+def gaussian_mean(values: Tensor, mask: Tensor) -> Tensor:
+    """Return the mean of the known values of 3x3 pixels by a Gaussian, the less the fewer are known: (N, 1, H, W).
+
+    Parameters
+    ----------
+    values : (N, 1, H, W), 0 where not known
+    mask : (N, 1, H, W), 1 where known
+    """
+    kernel = values.new_tensor([[1, 2, 1], [2, 4, 2], [1, 2, 1]])[None, None] / 16
+    weight, total = (functional.conv2d(plane, kernel, padding=1) for plane in (mask, values))
+    return total / (weight + SOFTNESS)
