@@ -60,9 +60,9 @@ class Subject(NamedTuple):
 
 
 SUBJECTS = (
-    Subject("scans/nefertiti.ply", "scan", bob.Camera(azimuth=120, elevation=5)),
+    Subject("scans/nefertiti.ply", "scan", bob.Camera(azimuth=240, elevation=8), True),
     Subject("mechanical/fixed_ring_gear.ply", "CAD part", bob.Camera(azimuth=30, elevation=40)),
-    Subject("furniture_household/acoustic_guitar.ply", "furniture", bob.Camera(azimuth=60, elevation=20), True),
+    Subject("furniture_household/acoustic_guitar.ply", "furniture", bob.Camera(azimuth=240, elevation=20), True),
     Subject("architecture/ferris_wheel.ply", "thin parts", bob.Camera(azimuth=60, elevation=15), True),
     Subject("nurbs/newell_teapot.bpt", "NURBS", bob.Camera(azimuth=30, elevation=25)),
 )
@@ -76,13 +76,14 @@ class Scale:
     own: int = 64  # shapes of the package's own
     steady_models: int = 16  # of which stability is measured
     steady_own: int = 8
-    size: int = 256
+    size: int = 256  # of pictures that are measured
+    panel: int = 176  # of those that are shown
     fractions: tuple[float, ...] = FRACTIONS
     frames: int = 20
     runs: int = 11  # to measure milliseconds
 
 
-SCALES = {"full": Scale(), "small": Scale(3, 2, 1, 1, 48, (0.01, 0.05, 0.25), 3, 1)}
+SCALES = {"full": Scale(), "small": Scale(3, 2, 1, 1, 48, 48, (0.01, 0.05, 0.25), 3, 1)}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -118,7 +119,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             steady = {"real models": steadiness(work.folder, "models", scenes, options.weights, scale)} | steady
     with work.timed("costs and pictures"):
         costs = measure_costs([options.weights, REPORT], runs=scale.runs)
-        panels = draw_pictures(pictures, models, options.weights, scale.size) if models else []
+        panels = draw_pictures(pictures, models, options.weights, scale.panel) if models else []
         for name, result in (("models", real), ("own", own)):
             if result:
                 draw_curves(pictures / f"curves-{name}", result, ours)

@@ -20,7 +20,7 @@ from bobrossnet.learn.dataset.loader import Batches
 from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
 from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
 from bobrossnet.learn.evaluation import Evaluation
-from bobrossnet.learn.networks import Paper
+from bobrossnet.learn.networks import NETWORKS, Paper
 from bobrossnet.learn.runs import rivals
 from bobrossnet.metrics import flip
 
@@ -242,6 +242,7 @@ def test_costs() -> None:
     assert cost_table(costs).splitlines()[-1].startswith("| nearest    |          – |                     – |")
     # Of the widest layer alone a quarter would be 900: it runs at half the resolution, in four groups.
     assert Paper(groups=1).multiply_adds(64, 96) == 2452.5 + 3 * 900 + 3 * 225
+    assert all(network.from_settings({"groups": 4}).multiply_adds(64, 64) > 0 for network in NETWORKS.values())
     assert Paper().multiply_adds(62, 94) == pytest.approx(2452.5 * (64 * 96) / (62 * 94))  # padded
 
 

@@ -292,7 +292,7 @@ def measure_stability(
     models : names of shipped weights, or .safetensors files
     frames : of a converging picture, at least 2, from `FIRST_FRACTION` to all of the pixels in equal steps
     size : (height, width)
-    orbit_frames : of an orbit at each of `ORBIT_FRACTIONS`, at least 2; each frame traces other pixels
+    orbit_frames : of an orbit at each of `ORBIT_FRACTIONS`, at least 2; each frame has a seed of its own
     orders, seed : of the pixels
         Every method is measured with each of the orders.
     fillings : names in `bobrossnet.complete.filling.FILLINGS` to compare with
@@ -324,7 +324,7 @@ def measure_stability(
             truth = [view.gray for view in views]
             for order in orders:
                 parts = [views[0].sample(fraction, order=order, seed=seed + number) for fraction in fractions]
-                # Other pixels in each frame, as in an interactive view, which starts anew when the camera moves.
+                # A seed for each frame, as in an interactive view, which starts anew when the camera moves.
                 moving = [
                     [view.sample(fraction, order=order, seed=seed + i) for i, view in enumerate(views)]
                     for fraction in ORBIT_FRACTIONS
