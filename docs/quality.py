@@ -142,7 +142,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "![milliseconds against SSIM](quality/costs.png)",
         *panels,
         "## Temporal stability",
-        *(part for name, result in steady.items() for part in (f"### On {name}", str(result))),
+        *(part for name, result in steady.items() for part in (f"### On {name}", *steadiness_of(result, ours))),
         *(["## What was tried and lost", tried.read_text().strip()] if tried.exists() else []),
     ]
     (docs / "quality.md").write_text("\n\n".join(parts) + "\n")
@@ -294,6 +294,17 @@ def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
     ]
 
 
+def steadiness_of(result: Stability, ours: str) -> list[str]:
+    """The flicker of everything, and the change of that of ours."""
+    parts = [result.caption(), result.table()]
+    for order in two_orders():
+        parts += [
+            f"Change of flicker to that of {label(result.frames, (ours, order))}, in percent:",
+            result.change_table((ours, order)),
+        ]
+    return parts
+
+
 def percent(fraction: float) -> str:
     return f"{100 * fraction:g} %"
 
@@ -324,10 +335,11 @@ def draw_curves(path: Path, result: Evaluation, ours: str) -> None:
     with style():
         figure = new_figure(PAGE, 3.2)
         means, changes = figure.subplots(1, 2)
-        for run, look in looks(result, ours).items():
+        for i, (run, look) in enumerate(looks(result, ours).items()):
             means.plot(ticks, result.mean(run)[: len(stages)], label=label(result.scores, run), **look)
             middle, half = 100 * result.change_of_error(run, (LINEAR, UNIFORM))[: len(stages)].T
-            changes.errorbar(ticks, middle, np.nan_to_num(half), elinewidth=0.6, capsize=1.5, **look)
+            beside = np.multiply(ticks, 1.015 ** (i - 4))  # so that the intervals don't hide each other
+            changes.errorbar(beside, middle, np.nan_to_num(half), elinewidth=0.6, capsize=1.5, **look)
         for axes in (means, changes):
             axes.set(xscale="log", xlabel="pixels traced, %")
             axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
@@ -355,7 +367,7 @@ def draw_costs(path: Path, result: Evaluation, costs: Mapping[str, Cost]) -> Non
                 axes.plot(cost.milliseconds, mean, "o", color=BLUE, markerfacecolor=face, label=name)
             axes.annotate(method, (cost.milliseconds, means[0]), (5, -2), textcoords="offset points", fontsize=6)
         axes.set(xscale="log", xlabel="milliseconds for 640x480", ylabel=f"mean SSIM at {percent(COST_AT)}")
-        axes.margins(0.25, 0.15)
+        axes.margins(0.3, 0.15)
         axes.xaxis.set_major_formatter("{x:g}")
         axes.grid()
         axes.legend()

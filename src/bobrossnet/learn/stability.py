@@ -205,13 +205,16 @@ class Stability:
         )
         return Stability(self.shapes, self.fractions, frames, self.orbit_fractions, orbit)
 
-    def __str__(self) -> str:
-        parts = [
+    def caption(self) -> str:
+        """Return what `table` shows."""
+        return (
             f"Flicker in gray levels of {LEVELS}, means over {len(self.shapes)} shapes: of converging pictures, from "
             f"{100 * self.fractions[0]:g} % of the pixels to all in {len(self.fractions)} frames, summed over these; "
-            f"of orbits, {ORBIT_STEP:g}° a frame, that of a frame.",
-            self.table(),
-        ]
+            f"of orbits, {ORBIT_STEP:g}° a frame, that of a frame."
+        )
+
+    def __str__(self) -> str:
+        parts = [self.caption(), self.table()]
         for run in self.frames:
             if is_kept(run[0]) and rivals(self.frames, run):
                 parts += [
