@@ -38,6 +38,9 @@ def done(quality, folder, tmp_path_factory):
     work = tmp_path_factory.mktemp("quality")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("bobrossnet.learn.costs.SIZE", (48, 64))
+        patch.setitem(
+            import_module("bobrossnet.learn.figures.style")._STYLE, "savefig.dpi", 50
+        )  # drawing takes most of the time
         patch.setattr(quality, "SUBJECTS", (quality.Subject("a.sdf", "ball", bob.Camera()),))
         quality.main(["--scale", "small", "--models", str(folder), "--work", str(work)])
     return work
