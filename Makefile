@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt pyproject.toml
 
-.PHONY: demo test bench report clean
+.PHONY: demo test bench report quality clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed
@@ -34,6 +34,10 @@ bench: $(VENV)/installed-test
 SCALE ?= full
 report: $(VENV)/installed-train
 	$(BIN)/python docs/report.py --scale $(SCALE)
+
+# How good and how steady pictures are, by network and pixel order: docs/quality.md. An hour, minutes for other weights.
+quality: $(VENV)/installed-train
+	$(BIN)/python docs/quality.py --scale $(SCALE)
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)

@@ -10,24 +10,17 @@ from __future__ import annotations
 
 import argparse
 import csv
-import importlib.metadata
 import json
-import os
-import platform
-import resource
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from datetime import date
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from work import MODELS, ROOT, Work
 
 import bobrossnet as bob
-from bobrossnet import _core
 from bobrossnet.atomic import write_whole
 from bobrossnet.learn import reference
 from bobrossnet.learn.config import TrainConfig
@@ -36,15 +29,13 @@ from bobrossnet.learn.dataset.plan import PATCHES, SHAPES, STAGES, TEST_SHAPES
 from bobrossnet.learn.dataset.statistics import Comparison, compare_with_folder
 from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
-from bobrossnet.learn.evaluation import Evaluation, kept, raw
+from bobrossnet.learn.evaluation import Evaluation
 from bobrossnet.learn.figures import FIGURES, Sources, draw_figures
 from bobrossnet.learn.figures.losses import UNSEEN, loss_title
+from bobrossnet.learn.methods import kept, raw
 from bobrossnet.learn.tables import table
 from bobrossnet.learn.train import LOG, WEIGHTS, train
-from bobrossnet.machine import processor
 
-ROOT = Path(__file__).parent.parent
-MODELS = Path(os.environ.get("BOBROSSNET_MODELS", ROOT.parent / "shared" / "models"))
 NAME = "paper"  # of the model in evaluations
 SCAN = "scans/armadillo.ply"  # of the Stanford Computer Graphics Laboratory, as the report's dragon is; y is up
 SCAN_CAMERA = bob.Camera(azimuth=70, elevation=12)
@@ -69,29 +60,6 @@ SCALES = {
     "full": Scale(),
     "small": Scale(24, 4, TrainConfig(epochs=3), 12, {"steps": 20, "frames": 12}),
 }
-
-
-class Work:
-    """A folder with all that the report is made of, and how long each part took."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self._seconds_file = folder / "seconds.json"
-        folder.mkdir(parents=True, exist_ok=True)
-        self.seconds: dict[str, float] = (
-            json.loads(self._seconds_file.read_text()) if self._seconds_file.exists() else {}
-        )
-
-    @contextmanager
-    def timed(self, part: str) -> Iterator[None]:
-        """Add the time of a part of the work to what it took in earlier runs."""
-        print(f"== {part}", flush=True)
-        start = time.monotonic()
-        try:
-            yield
-        finally:
-            self.seconds[part] = self.seconds.get(part, 0) + time.monotonic() - start
-            self._seconds_file.write_text(json.dumps(self.seconds, indent=2) + "\n")
 
 
 def main() -> None:
@@ -161,18 +129,12 @@ def draw(folder: Path, sources: Sources, captions_file: Path) -> dict[str, str]:
 
 
 def heading(scale: str, work: Work) -> list[str]:
-    versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in VERSIONS)
-    times = ", ".join(f"{part} {seconds / 3600:.2f} h" for part, seconds in work.seconds.items())
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     return [
         "# The report, reproduced",
         "What *Accelerating rendering by partial inpainting: BobRossNet* (2019) reports, measured again with this "
         "package: its data set, training, results and figures, from shapes that the package makes itself. "
         f"`make report{' SCALE=small' * (scale == 'small')}` wrote this page.",
-        f"- **Machine**: {processor()}, {os.cpu_count()} cores, {_core.isa()}, {platform.system()}; "
-        f"at most {memory:.1f} GiB of memory. {date.today().isoformat()}.",
-        f"- **Hours**: {times}.",
-        f"- **Versions**: Python {platform.python_version()}, {versions}.",
+        *work.circumstances(VERSIONS),
     ]
 
 
@@ -247,7 +209,7 @@ def by_detail(own: Evaluation, dataset: Dataset) -> list[str]:
     rows = []
     for which, third in zip(("least", "middle", "most"), np.array_split(np.argsort(detail), 3), strict=True):
         for method in (raw(NAME), "delaunay-linear"):
-            means = own.scores[method][third][:, at, 0].mean(0)
+            means = own.scores[method, own.orders[0]][third][:, at, 0].mean(0)
             rows.append([f"{which}, {detail[third].mean():.4f}", method, *(f"{mean:.4f}" for mean in means)])
     rows.sort(key=lambda row: row[1], reverse=True)
     return [

@@ -14,13 +14,17 @@ from bobrossnet import cli
 from bobrossnet.complete.model import load_model, weights_path
 from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn import checkpoint
+from bobrossnet.learn.costs import cost_table, measure_costs
 from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.loader import Batches
 from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
 from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
 from bobrossnet.learn.evaluation import Evaluation
+from bobrossnet.learn.networks import NETWORKS, Paper
+from bobrossnet.learn.runs import rivals
 from bobrossnet.metrics import flip
 
+NEAREST = ("nearest", "uniform")
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
 
 
@@ -31,8 +35,9 @@ def made_up(differences: Any, shapes: tuple[str, ...] | None = None) -> Evaluati
     kept = np.stack([0.5 + above, 30 * constant, 0.1 * constant], -1)
     filling = np.stack([0.5 * constant, 20 * constant, 0.2 * constant], -1)
     pictures = tuple(f"picture {i}" for i in range(len(above)))
-    scores = {"paper raw": kept - 0.01, "paper kept": kept, "nearest": filling}
-    return Evaluation(pictures, shapes or pictures, (0.01, 0.05)[: above.shape[1]], ("paper",), scores)
+    by_method = {"paper raw": kept - 0.01, "paper kept": kept, "nearest": filling}
+    scores = {(method, "uniform"): values for method, values in by_method.items()}
+    return Evaluation(pictures, shapes or pictures, (0.01, 0.05)[: above.shape[1]], scores)
 
 
 # ---- Means, gains, tables --------------------------------------------------------------------------------
@@ -48,8 +53,8 @@ def test_gain_is_paired() -> None:
     ]
     # A difficulty that both methods share widens nothing.
     hard = np.array([0.1, 0.4, 0, 0.3])[:, None, None]
-    scores = {name: values - hard for name, values in result.scores.items()}
-    shifted = Evaluation(result.pictures, result.shapes, result.fractions, result.models, scores)
+    scores = {run: values - hard for run, values in result.scores.items()}
+    shifted = Evaluation(result.pictures, result.shapes, result.fractions, scores)
     gains = [evaluation.gain("paper kept", "nearest") for evaluation in (shifted, result)]
     np.testing.assert_allclose(*gains, atol=1e-12)
 
@@ -73,13 +78,13 @@ def test_gain_covers_the_truth_in_95_of_100(of_a_shape: int) -> None:
 
 def test_psnr_is_that_of_the_mean_squared_error() -> None:
     result = made_up([[0.1], [0.2]])
-    result.scores["nearest"][:, 0, 1] = (20, math.inf)  # one picture of the two is exact
+    result.scores[NEAREST][:, 0, 1] = (20, math.inf)  # one picture of the two is exact
     assert result.mean("nearest", "psnr") == pytest.approx([-10 * math.log10(0.01 / 2)])
     gain, half = result.gain("paper kept", "nearest", "psnr")[0]
     assert gain == pytest.approx(30 + 10 * math.log10(0.01 / 2))
     # The mean error of `nearest` has a standard error of all of itself, and t of 1 degree is 12.7.
     assert half == pytest.approx(12.7062047 * 10 / math.log(10))
-    result.scores["nearest"][:, 0, 1] = math.inf
+    result.scores[NEAREST][:, 0, 1] = math.inf
     assert result.mean("nearest", "psnr") == [math.inf]
     assert result.table("psnr").splitlines()[-1] == "| nearest    | **∞** |"
     assert result.gain_table("paper kept", "psnr").splitlines()[-1].endswith("– |")
@@ -102,29 +107,35 @@ def test_tables() -> None:
         assert part in str(result)
     single = made_up([[0.1, -0.02]])
     assert np.isnan(single.gain("paper kept", "nearest")[:, 1]).all()
-    scores = {name: single.scores[name] for name in ("paper raw", "paper kept")}
-    alone = Evaluation(single.pictures, single.shapes, single.fractions, single.models, scores)
+    scores = {run: values for run, values in single.scores.items() if run != NEAREST}
+    alone = Evaluation(single.pictures, single.shapes, single.fractions, scores)
     assert "Gain" not in str(alone)
 
 
 def test_csv_has_every_score() -> None:
     result = made_up([[0.1, -0.02], [0.2, 1 / 3]])
-    result.scores["nearest"][0, 1, 1] = math.inf
+    result.scores[NEAREST][0, 1, 1] = math.inf
     rows = list(csv.DictReader(io.StringIO(result.csv())))
     assert len(rows) == 3 * 2 * 2
-    assert list(rows[0]) == ["method", "shape", "picture", "fraction", "ssim", "psnr", "flip"]
-    for method, scores in result.scores.items():
-        read = [[float(row[name]) for name in ("ssim", "psnr", "flip")] for row in rows if row["method"] == method]
+    assert list(rows[0]) == ["method", "order", "shape", "picture", "fraction", "ssim", "psnr", "flip"]
+    for run, scores in result.scores.items():
+        of_run = [row for row in rows if (row["method"], row["order"]) == run]
+        read = [[float(row[name]) for name in ("ssim", "psnr", "flip")] for row in of_run]
         np.testing.assert_array_equal(np.reshape(read, scores.shape), scores)
     assert rows[5]["fraction"] == "0.05"
     assert (rows[6]["picture"], rows[6]["shape"]) == ("picture 1", "picture 1")
 
     again = Evaluation.from_csv(result.csv())
-    assert (again.pictures, again.shapes, again.models) == (result.pictures, result.shapes, result.models)
+    assert (again.pictures, again.shapes) == (result.pictures, result.shapes)
     assert (again.fractions, list(again.scores)) == (result.fractions, list(result.scores))
-    for method, scores in result.scores.items():
-        np.testing.assert_array_equal(again.scores[method], scores)
-    for text in ("", "method,shape\n", result.csv().replace("0.05", "x"), "\n".join(result.csv().splitlines()[:-1])):
+    for run, scores in result.scores.items():
+        np.testing.assert_array_equal(again.scores[run], scores)
+    for text in (
+        "",
+        "method,order,shape\n",
+        result.csv().replace("0.05", "x"),
+        "\n".join(result.csv().splitlines()[:-1]),
+    ):
         with pytest.raises(InputError, match="text: expected the scores of an evaluation, got "):
             Evaluation.from_csv(text)
 
@@ -133,9 +144,12 @@ def test_evaluations_side_by_side() -> None:
     result = made_up([[0.1, -0.02], [0.2, 1 / 3]])
     parts = [
         Evaluation(
-            result.pictures, result.shapes, result.fractions, models, {name: result.scores[name] for name in names}
+            result.pictures,
+            result.shapes,
+            result.fractions,
+            {(name, "uniform"): result.scores[name, "uniform"] for name in names},
         )
-        for models, names in ((("paper",), ("paper raw", "paper kept")), ((), ("nearest",)))
+        for names in (("paper raw", "paper kept"), ("nearest",))
     ]
     assert str(parts[0].beside(parts[1])) == str(result)
     with pytest.raises(InputError, match="other: expected an evaluation of the same pictures"):
@@ -144,12 +158,92 @@ def test_evaluations_side_by_side() -> None:
 
 def test_names_that_name_nothing() -> None:
     result = made_up([[0.1]])
-    with pytest.raises(InputError, match="method: expected one of paper raw, paper kept, nearest, got 'paper'"):
+    with pytest.raises(
+        InputError, match="method: expected one of paper raw, paper kept, nearest in order uniform, got 'paper'"
+    ):
         result.gain("nearest", "paper")
+    with pytest.raises(InputError, match=r"in order uniform, got \('nearest', 'r2'\)"):
+        result.mean(("nearest", "r2"))
     with pytest.raises(InputError, match="metric: expected one of ssim, psnr, flip, got 'mse'"):
         result.mean("nearest", "mse")
     with pytest.raises(InputError, match="metric: expected one of"):
         result.table("mse")
+
+
+def two_orders() -> Evaluation:
+    """The model as made up in order uniform, better by 0.1 in order other; the filling in order uniform alone."""
+    one = made_up([[0.1, -0.02], [0.2, 0.04]])
+    better = {
+        (method, "other"): one.scores[method, "uniform"] + [0.1, 5, -0.05] for method in ("paper raw", "paper kept")
+    }
+    other = Evaluation(one.pictures, one.shapes, one.fractions, better)
+    return one.beside(other)
+
+
+def test_orders_side_by_side() -> None:
+    result = two_orders()
+    assert result.orders == ("uniform", "other")
+    assert list(result.of_order("other").scores) == [("paper raw", "other"), ("paper kept", "other")]
+    ours = ("paper kept", "other")
+    np.testing.assert_allclose(result.mean(ours) - result.mean("paper kept"), 0.1)
+    np.testing.assert_allclose(result.gain(ours, "nearest")[:, 0], [0.25, 0.11])
+    assert rivals(result.scores, ours) == [("paper kept", "uniform"), NEAREST]
+    assert rivals(result.scores, "paper kept") == [NEAREST]  # other orders are no rivals of the first
+    assert result.gain_table(ours).splitlines()[2].startswith("| over paper kept, uniform | +0.1000 ± 0.0000 |")
+    assert "| paper raw, other    |" in result.table()
+    assert "Change of 1 - SSIM to that of paper kept, other, in percent:" in str(result)
+    assert result.error_table(ours) in str(result)
+    again = Evaluation.from_csv(result.csv())
+    assert list(again.scores) == list(result.scores)
+    assert str(again) == str(result)
+
+
+def test_change_of_error_is_a_ratio_of_means() -> None:
+    result = two_orders()
+    # Errors 0.3 and 0.2 over 0.5 and 0.5: the ratio is 0.5, deviations ±0.1, t of 1 degree is 12.7.
+    change, half = result.change_of_error(("paper kept", "other"), "nearest")[0]
+    assert change == pytest.approx(-0.5)
+    assert half == pytest.approx(12.7062047 * 0.1)
+    assert result.change_of_error("paper kept", "nearest", "psnr")[0] == pytest.approx([0.1 - 1, 0])
+    assert result.change_of_error("paper kept", "nearest", "flip")[0] == pytest.approx([-0.5, 0])
+    assert (
+        result.error_table(("paper kept", "other"))
+        .splitlines()[3]
+        .startswith("| from nearest, uniform    | -50.0 ± 127.1 |")
+    )
+    # Where the other is exact there is no ratio.
+    result.scores[NEAREST][..., 0] = 1
+    assert np.isnan(result.change_of_error("paper kept", "nearest")[0, 1])
+
+
+def test_change_of_error_covers_the_truth_in_95_of_100() -> None:
+    """Hard pictures have larger errors of both methods, and differences in proportion."""
+    rng = np.random.default_rng(0)
+    trials = []
+    for _ in range(1000):
+        theirs = np.repeat(rng.uniform(0.1, 0.3, 30), 2)
+        ours = theirs * (0.8 + 0.1 * np.repeat(rng.normal(size=30), 2))
+        result = made_up((0.5 - ours)[:, None], tuple(np.repeat([f"shape {i}" for i in range(30)], 2)))
+        result.scores[NEAREST][:, 0, 0] = 1 - theirs
+        trials.append(result.change_of_error("paper kept", "nearest")[0])
+    means, halves = np.transpose(trials)
+    assert np.mean(np.abs(means + 0.2) <= halves) == pytest.approx(0.95, abs=0.03)
+
+
+# ---- Costs -----------------------------------------------------------------------------------------------
+
+
+def test_costs() -> None:
+    costs = measure_costs(["paper"], ["nearest"], runs=1)
+    assert list(costs) == ["paper kept", "nearest"]
+    assert costs["paper kept"][1:] == (10_346, 2452.5)
+    assert costs["nearest"][1:] == (None, None)
+    assert min(cost.milliseconds for cost in costs.values()) > 0
+    assert cost_table(costs).splitlines()[-1].startswith("| nearest    |          – |                     – |")
+    # Of the widest layer alone a quarter would be 900: it runs at half the resolution, in four groups.
+    assert Paper(groups=1).multiply_adds(64, 96) == 2452.5 + 3 * 900 + 3 * 225
+    assert all(network.from_settings({"groups": 4}).multiply_adds(64, 64) > 0 for network in NETWORKS.values())
+    assert Paper().multiply_adds(62, 94) == pytest.approx(2452.5 * (64 * 96) / (62 * 94))  # padded
 
 
 # ---- A folder of files -----------------------------------------------------------------------------------
@@ -176,9 +270,10 @@ def test_evaluation_of_a_folder(models: Path) -> None:
         result = evaluate_folder(models, ["paper"], views=2, **OPTIONS)
     assert result.shapes == ("a.obj", "a.obj", "b.OBJ", "b.OBJ", "e.sdf", "e.sdf")
     assert result.pictures == ("view 0", "view 1") * 3
-    assert list(result.scores) == ["paper raw", "paper kept", "nearest", "pull-push", "delaunay-linear", "telea"]
+    methods = ["paper raw", "paper kept", "nearest", "pull-push", "delaunay-linear", "telea"]
+    assert list(result.scores) == [(method, "uniform") for method in methods]
     assert {scores.shape for scores in result.scores.values()} == {(6, 2, 3)}
-    for method, scores in result.scores.items():
+    for (method, _), scores in result.scores.items():
         exact = (scores[:, 1] == (1, math.inf, 0)).all()
         assert exact == (method != "paper raw"), method  # which repaints what is known
 
@@ -186,10 +281,10 @@ def test_evaluation_of_a_folder(models: Path) -> None:
     part = full.sample(0.1, order="uniform", seed=3)
     image = bob.complete(part, model="paper")
     expected = [bob.ssim(image, full.gray), bob.psnr(image, full.gray), flip(image, full.gray)]
-    assert result.scores["paper kept"][3, 0].tolist() == expected
+    assert result.scores["paper kept", "uniform"][3, 0].tolist() == expected
     painted = np.clip(load_model("paper").predict(part), 0, 1)
     np.testing.assert_array_equal(painted[part.mask == 0], image[part.mask == 0])
-    assert result.scores["paper raw"][3, 0, 0] == bob.ssim(painted, full.gray)
+    assert result.scores["paper raw", "uniform"][3, 0, 0] == bob.ssim(painted, full.gray)
 
 
 def test_several_models_and_a_limit(models: Path, tmp_path: Path) -> None:
@@ -197,12 +292,15 @@ def test_several_models_and_a_limit(models: Path, tmp_path: Path) -> None:
     checkpoint.save(weights, checkpoint.load(weights_path("paper"))[0])
     result = evaluate_folder(models, ["paper", weights], fillings=["nearest"], limit=2, **OPTIONS)
     assert result.shapes == ("a.obj", "e.sdf")  # the first and the last
-    assert list(result.scores) == ["paper raw", "paper kept", "nearest raw", "nearest kept", "nearest"]
-    np.testing.assert_array_equal(result.scores["nearest kept"], result.scores["paper kept"])
+    methods = ["paper raw", "paper kept", "nearest raw", "nearest kept", "nearest"]
+    assert [method for method, _ in result.scores] == methods
+    np.testing.assert_array_equal(result.scores["nearest kept", "uniform"], result.scores["paper kept", "uniform"])
     assert [line.split("|")[1].strip() for line in result.gain_table("paper kept").splitlines()[2:]] == [
         "over nearest kept",
         "over nearest",
     ]
+    alone = evaluate_folder(models, ["paper"], fillings=[], repainting=False, limit=2, **OPTIONS)
+    assert list(alone.scores) == [("paper kept", "uniform")]
     with pytest.raises(InputError, match="models: expected each of another name, got nearest, nearest"):
         evaluate_folder(models, [weights, weights], **OPTIONS)
 
@@ -216,7 +314,9 @@ def test_what_cannot_be_evaluated(models: Path) -> None:
         ({"fractions": []}, "fractions: expected at least one"),
         ({"fractions": [0]}, "fractions: expected a number in"),
         ({"fillings": ["far"]}, "fillings: expected some of nearest, pull-push, delaunay-linear, telea, got 'far'"),
-        ({"order": "spiral"}, "order: expected one of uniform"),
+        ({"orders": ["spiral"]}, "order: expected one of uniform"),
+        ({"orders": []}, "orders: expected one or more, each once, got none"),
+        ({"orders": ["uniform", "uniform"]}, "orders: expected one or more, each once, got uniform, uniform"),
     ):
         with pytest.raises(InputError, match=message):
             evaluate_folder(models, **{**OPTIONS, **bad})
@@ -255,11 +355,12 @@ def test_evaluation_of_a_dataset(dataset: Dataset) -> None:
         part = bob.GBuffer.from_stack(batch.partial[number].numpy())
         image, reference = bob.complete(part, model="paper"), batch.reference[number, 0].numpy()
         expected = [bob.ssim(image, reference), bob.psnr(image, reference), flip(image, reference)]
-        assert result.scores["paper kept"][PATCHES + patch, 0].tolist() == expected
+        assert result.scores["paper kept", "uniform"][PATCHES + patch, 0].tolist() == expected
 
 
 def test_other_fractions_and_a_limit(dataset: Dataset) -> None:
-    scores = evaluate_dataset(dataset, fractions=[0.02, 0.1], fillings=["nearest"], limit=1).scores["nearest"]
+    result = evaluate_dataset(dataset, [], fractions=[0.02, 0.1], fillings=["nearest"], limit=1)
+    scores = result.scores[NEAREST]
     assert len(scores) == PATCHES
     noise = np.isfinite(scores[:, 0, 1])  # some patches are empty: any filling of them is exact
     assert 0 < noise.sum() < PATCHES
@@ -272,12 +373,16 @@ def test_other_fractions_and_a_limit(dataset: Dataset) -> None:
 # ---- The command -----------------------------------------------------------------------------------------
 
 
-def test_the_command_writes_tables(models: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_tables(
+    models: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("bobrossnet.learn.costs.SIZE", (48, 64))  # Delaunay triangles take long
     scores, tables = tmp_path / "scores.csv", tmp_path / "tables.md"
     options = ["--models", "paper", "default", "--fractions", "5%,0.5", "--size", "20x16", "--views", "2"]
     assert cli.main(["evaluate", str(models), *options, "--csv", str(scores), "--markdown", str(tables)]) == 0
     printed = capsys.readouterr()
     assert "warning: left out: d.obj: " in printed.err
+    assert "| default kept    |     10,346 |                 2,452 |" in printed.out
     assert printed.out == f"{tables.read_text()}wrote {scores}\nwrote {tables}\n"
     assert "Means over 6 pictures of 3 shapes." in printed.out
     assert "| traced          |        5 % |       50 % |" in printed.out
@@ -294,6 +399,7 @@ def test_the_command_refuses_before_it_works(
         ([str(models), "--markdown", str(tmp_path)], "expected a file to write, got a folder"),
         ([str(models), "--fractions", "5%,,"], "--fractions: expected a share of the pixels"),
         ([str(models), "--models", "oil"], "model: expected one of"),
+        ([str(models), "--orders", "uniform,spiral"], "order: expected one of uniform"),
         ([str(tmp_path / "missing")], "missing: expected a model or a folder of models"),
     ):
         assert cli.main(["evaluate", *arguments]) == 2

@@ -16,10 +16,11 @@ from bobrossnet.learn.dataset.plan import SIZES
 from bobrossnet.learn.figures import FIGURES, LeftOutError, Sources, draw_figures, losses
 from bobrossnet.learn.figures.losses import MEASURES, TRAINED, UNSEEN, compare_losses, show_losses
 from bobrossnet.learn.figures.scores import read_means, show_scores
-from bobrossnet.learn.figures.stability import change_and_flicker, measure_stability, moving_flicker, show_stability
+from bobrossnet.learn.figures.stability import show_stability
 from bobrossnet.learn.figures.stages import complete_stages
 from bobrossnet.learn.figures.style import style
 from bobrossnet.learn.losses import LOSSES
+from bobrossnet.learn.stability import measure_stability
 
 MEANS = {
     "mine raw": {0.01: 0.80, 0.05: 0.87, 0.25: 0.93, 0.5: 0.95, 0.75: 0.96, 1.0: 0.98},
@@ -60,73 +61,15 @@ def comparison(data):
 # ---- temporal stability -------------------------------------------------------------------------------------
 
 
-def test_monotone_convergence_has_no_flicker():
-    rng = np.random.default_rng(0)
-    truth, start = rng.random((2, 12, 13))
-    progress = np.sort(rng.random((9, 12, 13)), 0)  # each pixel at its own pace, from both sides, none beyond the truth
-    measured = change_and_flicker(start + progress * (truth - start), truth)
-    np.testing.assert_allclose(measured[1:, 1], 0, atol=1e-15)
-    assert (measured[1:, 0] > 0.01).all()
-    assert np.isnan(measured[0, :2]).all()
-
-
-def test_a_step_away_counts_twice():
-    """0.2 away and back again: each frame changes by 0.2, and all of it is flicker, told when it goes away."""
-    truth = np.full((4, 5), 0.9)
-    frames = np.stack([truth - (0.3 if i % 2 == 0 else 0.5) for i in range(6)])
-    change, flicker, error = change_and_flicker(frames, truth).T
-    np.testing.assert_allclose(change[1:], 0.2)
-    np.testing.assert_allclose(flicker[1:], [0.4, 0, 0.4, 0, 0.4], atol=1e-15)
-    np.testing.assert_allclose(error, [0.3, 0.5] * 3)
-
-
-def test_to_pass_the_truth_is_flicker():
-    frames = np.array([0.0, 0.75]).reshape(2, 1, 1)
-    assert change_and_flicker(frames, np.array([[0.5]]))[1].tolist() == [0.75, 0.5, 0.25]
-
-
-def test_flicker_is_never_negative_and_adds_up():
-    rng = np.random.default_rng(1)
-    frames, truth = rng.random((7, 8, 9)), rng.random((8, 9))
-    change, flicker, error = change_and_flicker(frames, truth).T
-    assert (flicker[1:] >= 0).all()
-    assert flicker[1:].sum() == pytest.approx(change[1:].sum() - (error[0] - error[-1]))
-
-
-def test_on_an_orbit_the_truths_own_change_is_no_flicker():
-    rng = np.random.default_rng(2)
-    truths = rng.random((4, 5, 6))
-    assert moving_flicker(truths + 0.1, truths) == pytest.approx(0)
-    assert moving_flicker(truths + 0.1 * (-1) ** np.arange(4)[:, None, None], truths) == pytest.approx(0.2)
-    with pytest.raises(InputError, match="at least 2, got 1"):
-        moving_flicker(truths[:1], truths[:1])
-    with pytest.raises(InputError, match="frames: expected shape"):
-        change_and_flicker(truths[:, :4], truths[0])
-
-
-def test_stability_of_network_and_fillings():
-    stability = measure_stability("paper", [bob.happy_tree()], frames=4, size=(24, 32), orbit_frames=2)
-    network, raw = (stability.frames[name] for name in ("network", "network, raw"))
-    assert list(stability.frames) == ["network", "network, raw", "delaunay-linear", "pull-push", "nearest"]
-    for name, frames in stability.frames.items():
-        assert frames.shape == (4, 3)
-        assert (frames[1:, 1] >= -1e-12).all()
-        assert (frames[-1, 2] == 0) == (name != "network, raw")  # all traced: exact, but for the raw output
-        assert np.isfinite(stability.orbit[name]).all()
-    assert raw[:, 2].mean() > network[:, 2].mean()
-    flicker, change = stability.total("network")
-    assert 0 < flicker < change
-    assert flicker == pytest.approx(change - network[0, 2])  # from its first error to none
-
+def test_stability_is_drawn():
+    stability = measure_stability({"tree": bob.happy_tree}, ["paper"], frames=4, size=(24, 32), orbit_frames=2)
     with style():
         drawing = show_stability(stability)
-    curve = drawing.figure.axes[0].get_lines()[0].get_ydata()
-    np.testing.assert_allclose(curve[:-1], 255 * network[1:-1, 1])
+    assert drawing.figure.axes[0].get_legend().get_texts()[1].get_text() == "paper kept"
+    curve = drawing.figure.axes[0].get_lines()[1].get_ydata()
+    np.testing.assert_allclose(curve[:-1], 255 * stability.mean("paper kept")[1:-1, 1])
     assert np.isnan(curve[-1])  # to the exact picture there is none, which a logarithm can't show
-    rows = rows_of(drawing.csv)
-    assert len(rows) == 5 * (4 + len(stability.orbit_fractions))
-    assert float(rows[1]["flicker"]) == pytest.approx(network[1, 1], abs=1e-6)
-    assert rows[0]["flicker"] == ""
+    assert drawing.csv == stability.csv()
 
 
 # ---- losses -------------------------------------------------------------------------------------------------
@@ -179,11 +122,11 @@ def test_the_reports_numbers():
 
 
 def test_scores_are_drawn_beside_the_reports(tmp_path):
-    lines = ["method,shape,picture,fraction,ssim,psnr,flip"]
+    lines = ["method,order,shape,picture,fraction,ssim,psnr,flip"]
     for method, means in MEANS.items():
         for fraction, mean in means.items():
             for picture, offset in enumerate((-0.01, 0.01)):
-                lines.append(f"{method},a,{picture},{fraction},{mean + offset},inf,0.1")
+                lines.append(f"{method},uniform,a,{picture},{fraction},{mean + offset},inf,0.1")
     path = tmp_path / "scores.csv"
     path.write_text("\n".join(lines))
     means = read_means(path)
@@ -242,8 +185,9 @@ def test_command_passes_what_figures_need(tmp_path, data, comparison, monkeypatc
     asked = []
     monkeypatch.setattr(losses, "compare_losses", lambda _, steps, seed: asked.append((steps, seed)) or comparison)
     scores = tmp_path / "scores.csv"
-    rows = ["mine raw,a,1,0.25,0.9,30,0.1", "mine kept,a,1,0.25,0.95,35,0.1"]
-    scores.write_text("\n".join(["method,shape,picture,fraction,ssim,psnr,flip", *rows]))
+    rows = ["mine raw,uniform,a,1,0.25,0.9,30,0.1", "mine kept,uniform,a,1,0.25,0.95,35,0.1"]
+    rows += ["mine kept,other,a,1,0.25,0.5,35,0.1"]  # not drawn
+    scores.write_text("\n".join(["method,order,shape,picture,fraction,ssim,psnr,flip", *rows]))
     out = tmp_path / "out"
     arguments = ["--data", str(data.path), "--scores", str(scores), "--steps", "7", "--only", "5.1,6.2"]
     assert cli.main(["figures", str(out), *arguments]) == 0

@@ -59,12 +59,17 @@ def add_commands(commands: Any) -> None:
     evaluate = commands.add_parser(
         "evaluate",
         help="measure models beside plain filling",
-        description="Measure models on a data set's test split or on files, beside plain filling of the same pixels.",
+        description="Measure models on a data set's test split or on files, with one or more pixel orders, beside "
+        "plain filling of the same pixels.",
     )
     evaluate.set_defaults(run=_evaluate)
     evaluate.add_argument("place", metavar="PLACE", help="a data set, or a folder of models in files")
     evaluate.add_argument(
-        "--models", nargs="+", default=["default"], metavar="NAME", help="of shipped weights, or .safetensors files"
+        "--models",
+        nargs="+",
+        default=["default", "paper"],
+        metavar="NAME",
+        help="of shipped weights, or .safetensors files (default: default paper)",
     )
     evaluate.add_argument(
         "--fractions",
@@ -72,12 +77,20 @@ def add_commands(commands: Any) -> None:
         metavar="PERCENT,...",
         help="shares of the pixels to trace (default: 1%%,2%%,5%%,10%%,25%%,50%%,75%%,100%%)",
     )
-    evaluate.add_argument("--order", default="uniform", help="sequence of the pixels (default: uniform)")
+    evaluate.add_argument(
+        "--orders",
+        type=lambda text: text.split(","),
+        metavar="NAME,...",
+        help="sequences of the pixels (default: uniform)",
+    )
     evaluate.add_argument(
         "--size", type=arguments.size, metavar="WIDTHxHEIGHT", help="of pictures of files (default: 256x256)"
     )
     evaluate.add_argument("--views", type=int, help="pictures of each file (default: 1)")
     evaluate.add_argument("--limit", type=int, help="how many shapes at most, spread evenly over all")
+    evaluate.add_argument(
+        "--stability", action="store_true", help="measure the flicker of converging pictures and of orbits as well"
+    )
     evaluate.add_argument("--csv", metavar="FILE", help="write the scores of each picture there")
     evaluate.add_argument("--markdown", metavar="FILE", help="write the tables there")
 
@@ -140,20 +153,30 @@ def _train(options: argparse.Namespace) -> None:
 def _evaluate(options: argparse.Namespace) -> None:
     from bobrossnet.atomic import check_writable, write_whole
     from bobrossnet.errors import InputError
+    from bobrossnet.learn.costs import cost_table, measure_costs
     from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
+    from bobrossnet.learn.scenes import scenes_of_dataset, scenes_of_folder
+    from bobrossnet.learn.stability import measure_stability
 
     for file in filter(None, (options.csv, options.markdown)):
         check_writable(file)
-    names = ("fractions", "order", "limit", "size", "views")
+    names = ("orders", "limit", "fractions", "size", "views")
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-    if (Path(options.place) / "zarr.json").exists():
+    is_dataset = (Path(options.place) / "zarr.json").exists()
+    if is_dataset:
         if "size" in given or "views" in given:
             raise InputError("--size and --views: expected with a folder of files; a data set has pictures of its own")
         result = evaluate_dataset(options.place, options.models, **given)
     else:
         result = evaluate_folder(options.place, options.models, **given)
-    print(result)
-    for file, content in ((options.csv, result.csv()), (options.markdown, f"{result}\n")):
+    parts = [str(result), cost_table(measure_costs(options.models))]
+    if options.stability:
+        scenes = (scenes_of_dataset if is_dataset else scenes_of_folder)(options.place, options.limit)
+        chosen = {"orders": given["orders"]} if "orders" in given else {}
+        parts.append(str(measure_stability(scenes, options.models, **chosen)))
+    text = "\n\n".join(parts)
+    print(text)
+    for file, content in ((options.csv, result.csv()), (options.markdown, f"{text}\n")):
         if file:
             write_whole(file, content.encode())
             print(f"wrote {file}")

@@ -1,16 +1,15 @@
-"""Measuring models on a data set's test split or on files, beside fillings without a network.
+"""Measuring models on a data set's test split or on scenes, beside fillings without a network.
 
-Letters: M methods, P pictures, F shares of traced pixels.
+Letters: M methods, O pixel orders, P pictures, F shares of traced pixels.
 """
 
 from __future__ import annotations
 
 import os
-import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,17 +17,20 @@ from numpy.typing import NDArray
 import bobrossnet as bob
 from bobrossnet.adapters.files import ALL_ENDINGS
 from bobrossnet.complete.filling import FILLINGS
-from bobrossnet.complete.model import Model, load_model
-from bobrossnet.errors import InputError, InputWarning, check_integer, check_number
+from bobrossnet.errors import InputError, check_integer, check_number
 from bobrossnet.learn.dataset.plan import PATCH, PATCHES, STAGES, Plan
 from bobrossnet.learn.dataset.store import Dataset
-from bobrossnet.learn.evaluation import METRICS, Evaluation, kept, raw
-from bobrossnet.learn.models import model_files, spread
+from bobrossnet.learn.evaluation import METRICS, Evaluation
+from bobrossnet.learn.methods import Method, Weights, all_methods, check_orders
+from bobrossnet.learn.models import spread
+from bobrossnet.learn.scenes import Scenes, each_scene, scenes_of_folder
 from bobrossnet.metrics import WINDOW
 from bobrossnet.progress import progress
-from bobrossnet.render.order import check_order, check_size
+from bobrossnet.render.order import check_size
 
 FRACTIONS = (0.01, 0.02, 0.05, 0.10, 0.25, 0.50, 0.75, 1.0)
+MODELS = ("default", "paper")  # what is shipped, and the report's network
+ORDERS = ("uniform",)  # the report's
 
 
 @dataclass(frozen=True)
@@ -36,17 +38,18 @@ class _Picture:
     name: str
     shape: str
     gray: NDArray[np.float32]  # (H, W), the reference
-    part: Callable[[float], bob.GBuffer]  # by the share of its pixels that is traced
+    part: Callable[[str, float], bob.GBuffer]  # by pixel order and the share of its pixels that is traced
     done: float  # how much of all work is done when this is, 0..1
 
 
 def evaluate_dataset(
     path: str | os.PathLike[str] | Dataset,
-    models: Sequence[str | os.PathLike[str]] = ("default",),
+    models: Sequence[Weights] = MODELS,
     *,
     fractions: Sequence[float] = FRACTIONS,
-    order: str = "uniform",
+    orders: Sequence[str] = ORDERS,
     fillings: Sequence[str] = tuple(FILLINGS),
+    repainting: bool = True,
     limit: int | None = None,
 ) -> Evaluation:
     """Measure models on a data set's test split: every patch of its shapes, at each share of traced pixels.
@@ -59,8 +62,10 @@ def evaluate_dataset(
     fractions : shares of traced pixels, each above 0
         At the data set's own stages, 1, 25, 50, 75 and 100 %, exactly its samples are measured, 1,050 of ten shapes; at
         others, the pixels come from the order of the patch's sample at 1 %, so that they contain those.
-    order : pixel order
+    orders : pixel orders
+        Every method is measured with each of them, on the same pictures.
     fillings : names in `FILLINGS` to compare with
+    repainting : whether networks are also measured as they repaint the traced pixels
     limit : how many shapes at most, spread evenly over the split, optional
 
     Returns
@@ -73,22 +78,14 @@ def evaluate_dataset(
         If an argument can't be used, or the data set is not complete.
     """
     dataset = path if isinstance(path, Dataset) else Dataset.open(path)
-    check_order(order, 0)
     # A patch's samples at the stages, shape by shape.
     numbers = dataset.plan.split("test").reshape(-1, PATCHES, len(STAGES))
-    return _evaluate(_pictures_of_dataset(dataset, spread(list(numbers), limit), order), models, fractions, fillings)
+    pictures = _pictures_of_dataset(dataset, spread(list(numbers), limit))
+    return _evaluate(pictures, all_methods(models, fillings, repainting=repainting), fractions, orders)
 
 
 def evaluate_folder(
-    folder: str | os.PathLike[str],
-    models: Sequence[str | os.PathLike[str]] = ("default",),
-    *,
-    size: tuple[int, int] = (256, 256),
-    views: int = 1,
-    fractions: Sequence[float] = FRACTIONS,
-    order: str = "uniform",
-    fillings: Sequence[str] = tuple(FILLINGS),
-    limit: int | None = None,
+    folder: str | os.PathLike[str], models: Sequence[Weights] = MODELS, *, limit: int | None = None, **options: Any
 ) -> Evaluation:
     """Measure models on views of every file below a folder that `bobrossnet.load` reads.
 
@@ -96,14 +93,43 @@ def evaluate_folder(
     ----------
     folder : path
         Searched in depth, in the order of the names, but for folders called `broken_odd`.
-    models, fractions, fillings : as in `evaluate_dataset`
+    models, options : as in `evaluate_scenes`
+    limit : how many files at most, spread evenly over all, optional
+
+    Raises
+    ------
+    InputError
+        If an argument can't be used, or no file below the folder can be loaded.
+    """
+    scenes = scenes_of_folder(folder, limit)
+    if not scenes:
+        raise InputError(f"{folder}: expected files of shapes ({' '.join(ALL_ENDINGS)}), got none")
+    return evaluate_scenes(scenes, models, **options)
+
+
+def evaluate_scenes(
+    scenes: Scenes,
+    models: Sequence[Weights] = MODELS,
+    *,
+    size: tuple[int, int] = (256, 256),
+    views: int = 1,
+    fractions: Sequence[float] = FRACTIONS,
+    orders: Sequence[str] = ORDERS,
+    fillings: Sequence[str] = tuple(FILLINGS),
+    repainting: bool = True,
+) -> Evaluation:
+    """Measure models on views of scenes.
+
+    Parameters
+    ----------
+    scenes : by their names, what makes them
+    models, fractions, fillings, repainting : as in `evaluate_dataset`
     size : (height, width)
         Of at least 11 each.
-    views : pictures of each file
-        Azimuths spread round it, 30° apart from one file to the next; elevations 20° and 45° in turn.
-    order : pixel order
-        Its seed is the picture's number.
-    limit : how many files at most, spread evenly over all, optional
+    views : pictures of each scene
+        Azimuths spread round it, 30° apart from one scene to the next; elevations 20° and 45° in turn.
+    orders : pixel orders, as in `evaluate_dataset`
+        Their seed is the picture's number.
 
     Returns
     -------
@@ -112,26 +138,24 @@ def evaluate_folder(
     Raises
     ------
     InputError
-        If an argument can't be used, or no file below the folder can be loaded.
+        If an argument can't be used, or no scene can be made.
 
     Warns
     -----
     InputWarning
-        If a file was left out because it can't be loaded.
+        If a scene was left out because its file can't be loaded.
     """
     if min(check_size(size)) < WINDOW:
         raise InputError(f"size: expected at least {WINDOW}x{WINDOW} pixels, the SSIM window, got {tuple(size)}")
-    check_order(order, 0)
     check_integer("views", views, 1, 1000)
-    files = spread(model_files(folder), limit)
-    pictures = _pictures_of_folder(Path(folder), files, size, views, order)
-    result = _evaluate(pictures, models, fractions, fillings)
+    methods = all_methods(models, fillings, repainting=repainting)
+    result = _evaluate(_pictures_of_scenes(scenes, size, views), methods, fractions, orders)
     if not result.pictures:
-        raise InputError(f"{folder}: expected files of shapes ({' '.join(ALL_ENDINGS)}), got none that could be loaded")
+        raise InputError("scenes: expected at least one that can be loaded, got none")
     return result
 
 
-def _pictures_of_dataset(dataset: Dataset, numbers: Sequence[NDArray[np.int64]], order: str) -> Iterator[_Picture]:
+def _pictures_of_dataset(dataset: Dataset, numbers: Sequence[NDArray[np.int64]]) -> Iterator[_Picture]:
     """Pictures of the samples `numbers`, (PATCHES, STAGES) of each shape."""
     for k, of_shape in enumerate(numbers):
         shape = dataset.plan.sample(int(of_shape[0, 0])).shape
@@ -142,7 +166,7 @@ def _pictures_of_dataset(dataset: Dataset, numbers: Sequence[NDArray[np.int64]],
                 name=f"{size}x{size} row {row} column {column}",
                 shape=dataset.sources[shape],
                 gray=whole[0],
-                part=partial(_part_of_patch, dataset.plan, of_patch, whole, order),
+                part=partial(_part_of_patch, dataset.plan, of_patch, whole),
                 done=(k + (i + 1) / PATCHES) / len(numbers),
             )
 
@@ -158,80 +182,63 @@ def _part_of_patch(
     return bob.GBuffer.from_stack(planes)
 
 
-def _pictures_of_folder(
-    folder: Path, files: Sequence[Path], size: tuple[int, int], views: int, order: str
-) -> Iterator[_Picture]:
-    for number, path in enumerate(files):
-        try:
-            scene = bob.load(path)
-        except InputError as error:
-            warnings.warn(f"left out: {error}", InputWarning, stacklevel=4)  # at the call of evaluate_folder
-            continue
+def _pictures_of_scenes(scenes: Scenes, size: tuple[int, int], views: int) -> Iterator[_Picture]:
+    for number, name, scene in each_scene(scenes, stacklevel=5):  # at the call of evaluate_scenes
         for view in range(views):
             camera = bob.Camera(azimuth=(30 * number + 360 * view / views) % 360, elevation=(20, 45)[view % 2])
             full = bob.trace(scene, camera, size=size)
             yield _Picture(
                 name=f"view {view}",
-                shape=path.relative_to(folder).as_posix(),
+                shape=name,
                 gray=full.gray,
-                part=partial(full.sample, order=order, seed=number * views + view),
-                done=(number + (view + 1) / views) / len(files),
+                part=partial(_part_of_view, full, number * views + view),
+                done=(number + (view + 1) / views) / len(scenes),
             )
+
+
+def _part_of_view(full: bob.GBuffer, seed: int, order: str, fraction: float) -> bob.GBuffer:
+    return full.sample(fraction, order=order, seed=seed)
 
 
 # ---- Measuring -------------------------------------------------------------------------------------------
 
 
 def _evaluate(
-    pictures: Iterable[_Picture],
-    models: Sequence[str | os.PathLike[str]],
-    fractions: Sequence[float],
-    fillings: Sequence[str],
+    pictures: Iterable[_Picture], methods: Mapping[str, Method], fractions: Sequence[float], orders: Sequence[str]
 ) -> Evaluation:
-    """Measure models and fillings on pictures, one picture in memory at a time."""
-    for name in fillings:
-        if name not in FILLINGS:
-            raise InputError(f"fillings: expected some of {', '.join(FILLINGS)}, got {name!r}")
+    """Measure methods on pictures, one picture in memory at a time."""
+    orders = check_orders(orders)
     fractions = tuple(check_number("fractions", fraction, 0, 1, above=True) for fraction in fractions)
     if not fractions:
         raise InputError("fractions: expected at least one share of the pixels, got none")
-    names = tuple(Path(model).stem for model in models)
-    if len(set(names)) < len(names):
-        raise InputError(f"models: expected each of another name, got {', '.join(names)}")
-    if not (names or fillings):
-        raise InputError("models: expected one or more, or fillings, got neither")
-    networks = [load_model(model) for model in models]
 
     names_of_pictures, shapes = [], []
     scores: list[NDArray[np.float64]] = []  # of each picture
     with progress("evaluating") as report:
         for picture in pictures:
-            scores.append(_score(picture, networks, fractions, fillings))
+            scores.append(_score(picture, list(methods.values()), orders, fractions))
             names_of_pictures.append(picture.name)
             shapes.append(picture.shape)
             report(picture.done, picture.shape)
 
-    methods = [method for name in names for method in (raw(name), kept(name))] + list(fillings)
-    by_picture = np.reshape(scores, (-1, len(methods), len(fractions), len(METRICS)))
-    by_method = dict(zip(methods, np.moveaxis(by_picture, 1, 0), strict=True))
-    return Evaluation(tuple(names_of_pictures), tuple(shapes), fractions, names, by_method)
+    runs = [(method, order) for method in methods for order in orders]
+    by_picture = np.reshape(scores, (-1, len(runs), len(fractions), len(METRICS)))
+    by_run = dict(zip(runs, np.moveaxis(by_picture, 1, 0), strict=True))
+    return Evaluation(tuple(names_of_pictures), tuple(shapes), fractions, by_run)
 
 
 def _score(
-    picture: _Picture, networks: Sequence[Model], fractions: Sequence[float], fillings: Sequence[str]
+    picture: _Picture, methods: Sequence[Method], orders: Sequence[str], fractions: Sequence[float]
 ) -> NDArray[np.float64]:
-    """The scores of one picture, (M, F, 3): each network raw and kept, then each filling."""
-    scores = np.empty((2 * len(networks) + len(fillings), len(fractions), len(METRICS)))
-    for f, fraction in enumerate(fractions):
-        part = picture.part(fraction)
-        images = []
-        for network in networks:
-            images += [np.clip(network.predict(part), 0, 1), bob.complete(part, model=network)]
-        images += [FILLINGS[name](part.gray, part.mask) for name in fillings]
-        for m, image in enumerate(images):
+    """The scores of one picture, (M, O, F, 3)."""
+    scores = np.empty((len(methods), len(orders), len(fractions), len(METRICS)))
+    for o, f in np.ndindex(len(orders), len(fractions)):
+        part = picture.part(orders[o], fractions[f])
+        for m, method in enumerate(methods):
+            image = method(part)
             # Often: background, and whatever is traced wholly and kept.
             exact = np.array_equal(image, picture.gray)
-            scores[m, f] = [
+            scores[m, o, f] = [
                 metric.best if exact else metric.measure(image, picture.gray) for metric in METRICS.values()
             ]
     return scores

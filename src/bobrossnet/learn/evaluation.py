@@ -1,8 +1,7 @@
 """What was measured of models and fillings: means, gains with their confidence, tables, CSV.
 
-A model stands in it twice: NAME raw is its network's own output clamped to 0..1, which repaints the traced pixels; NAME
-kept is what `bobrossnet.complete` returns, with the traced pixels as they came in. The fillings keep them as well.
-Letters: M methods, P pictures, F shares of traced pixels.
+Methods are called as in methods.py; one with a pixel order is a run.
+Letters: R runs, P pictures, F shares of traced pixels.
 """
 
 from __future__ import annotations
@@ -18,7 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError
-from bobrossnet.learn.tables import table
+from bobrossnet.learn.confidence import half_width, relative_change
+from bobrossnet.learn.methods import is_kept
+from bobrossnet.learn.runs import Run, find_run, label, orders_of, rivals
+from bobrossnet.learn.tables import cell, plus_minus, table
 from bobrossnet.metrics import flip, psnr, ssim
 
 
@@ -40,9 +42,10 @@ METRICS = {
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Scores of several methods on the same partial pictures.
+    """Scores of several methods, each with one or more pixel orders, on the same pictures.
 
-    `str()` of it is all that there is to print, in markdown.
+    `str()` of it is all that there is to print, in markdown. Where a run is asked for, a method's name alone means that
+    with the first of the orders.
 
     Attributes
     ----------
@@ -50,24 +53,26 @@ class Evaluation:
     shapes : of each picture what it shows, (P,)
         Pictures of one shape are not independent of each other, which the confidence intervals take into account.
     fractions : shares of traced pixels, (F,)
-    models : names of the models
-        Of their methods, "NAME raw" and "NAME kept" for each.
-    scores : by method, the models' first: (P, F, 3) float64
+    scores : by method and order: (P, F, 3) float64
         SSIM, of at most 1; PSNR in dB, infinite where a picture equals its reference; FLIP in 0..1, 0 where equal.
     """
 
     pictures: tuple[str, ...]
     shapes: tuple[str, ...]
     fractions: tuple[float, ...]
-    models: tuple[str, ...]
-    scores: Mapping[str, NDArray[np.float64]] = field(repr=False)
+    scores: Mapping[Run, NDArray[np.float64]] = field(repr=False)
 
-    def mean(self, method: str, metric: str = "ssim") -> NDArray[np.float64]:
-        """Return a method's score over all pictures.
+    @property
+    def orders(self) -> tuple[str, ...]:
+        """The pixel orders with which something was measured."""
+        return orders_of(self.scores)
+
+    def mean(self, run: str | Run, metric: str = "ssim") -> NDArray[np.float64]:
+        """Return a run's score over all pictures.
 
         Parameters
         ----------
-        method : name in `scores`
+        run : method, or method and order
         metric : "ssim", "psnr" or "flip"
 
         Returns
@@ -77,75 +82,99 @@ class Evaluation:
             would be infinite as soon as one picture is exact, as a patch of background is, and all are once every pixel
             is known and kept. So it is infinite only where all of them are exact.
         """
-        means = self._values(method, metric).mean(0)
+        means = self._values(run, metric).mean(0)
         return _decibels(means) if metric == "psnr" else np.asarray(means)
 
-    def gain(self, method: str, over: str, metric: str = "ssim") -> NDArray[np.float64]:
-        """Return by how much one method is better than another, from the differences picture by picture.
+    def gain(self, run: str | Run, over: str | Run, metric: str = "ssim") -> NDArray[np.float64]:
+        """Return by how much one run is better than another, from the differences picture by picture.
 
         Parameters
         ----------
-        method, over : names in `scores`
+        run, over : each a method, or method and order
         metric : "ssim", "psnr" or "flip"
 
         Returns
         -------
         (F, 2) float64
-            The difference of their means, above 0 where `method` is better, and half the width of its 95 % confidence
+            The difference of their means, above 0 where `run` is better, and half the width of its 95 % confidence
             interval for other shapes of this kind. NaN where there is none: from a single shape, and for the PSNR where
-            a method is exact in all pictures.
-
-        References
-        ----------
-        Liang and Zeger, *Longitudinal data analysis using generalized linear models*, 1986: standard errors of data in
-        clusters, here shapes; with one picture of each they are the usual ones. PSNR goes through the delta method.
+            a run is exact in all pictures.
         """
-        ours, theirs = self._values(method, metric), self._values(over, metric)  # (P, F)
+        ours, theirs = self._values(run, metric), self._values(over, metric)  # (P, F)
         if metric == "psnr":
             with np.errstate(divide="ignore", invalid="ignore"):
                 share_of_error = theirs / theirs.mean(0) - ours / ours.mean(0)
                 difference = _decibels(ours.mean(0)) - _decibels(theirs.mean(0))
-                deviations = 10 / math.log(10) * share_of_error
+                deviations = 10 / math.log(10) * share_of_error  # the delta method
         else:
             gains = METRICS[metric].better * (ours - theirs)
             difference = gains.mean(0)
             deviations = gains - difference
-        return np.stack([difference, _half_width(deviations, self.shapes)], 1)
+        return np.stack([difference, half_width(deviations, self.shapes)], 1)
+
+    def change_of_error(self, run: str | Run, over: str | Run, metric: str = "ssim") -> NDArray[np.float64]:
+        """Return by which share of another run's error one's is higher, picture by picture in pairs.
+
+        Parameters
+        ----------
+        run, over : each a method, or method and order
+        metric : "ssim", "psnr" or "flip"
+            The error is 1 - SSIM, the mean squared error, or FLIP.
+
+        Returns
+        -------
+        (F, 2) float64
+            The ratio of their mean errors, less 1, so below 0 where `run` is better, and half the width of its 95 %
+            confidence interval for other shapes of this kind. NaN where there is none.
+        """
+        ours, theirs = self._values(run, metric), self._values(over, metric)  # (P, F)
+        if metric == "ssim":
+            ours, theirs = 1 - ours, 1 - theirs
+        return relative_change(ours, theirs, self.shapes)
 
     def table(self, metric: str = "ssim") -> str:
-        """Return `mean` of all methods as a markdown table, the best of each column bold."""
+        """Return `mean` of all runs as a markdown table, the best of each column bold."""
         _, _, digits, better, _ = self._metric(metric)
-        means = np.array([self.mean(method, metric) for method in self.scores])  # (M, F)
+        means = np.array([self.mean(run, metric) for run in self.scores])  # (R, F)
         best = (better * means).max(0) * better
         rows = []
-        for method, row in zip(self.scores, means, strict=True):
+        for run, row in zip(self.scores, means, strict=True):
             bold = ["**" if mean == top else "" for mean, top in zip(row, best, strict=True)]
-            rows.append([method, *(f"{mark}{_text(mean, digits)}{mark}" for mean, mark in zip(row, bold, strict=True))])
+            cells = [f"{mark}{cell(mean, digits)}{mark}" for mean, mark in zip(row, bold, strict=True)]
+            rows.append([label(self.scores, run), *cells])
         return self._markdown(rows)
 
-    def gain_table(self, method: str, metric: str = "ssim") -> str:
-        """Return a method's gain over each other one that keeps the traced pixels as a markdown table."""
+    def gain_table(self, run: str | Run, metric: str = "ssim") -> str:
+        """Return a run's gain over each of `rivals` as a markdown table."""
         digits = self._metric(metric).digits
-        others = [name for name in self.scores if name != method and name not in map(raw, self.models)]
-        return self._markdown(
-            [
-                [f"over {name}", *(f"{_text(mean, digits, '+')} ± {_text(half, digits)}" for mean, half in gains)]
-                for name, gains in ((name, self.gain(method, name, metric)) for name in others)
-            ]
-        )
+        rows = []
+        for rival in rivals(self.scores, run):
+            gains = self.gain(run, rival, metric)
+            rows.append(
+                [f"over {label(self.scores, rival)}", *(plus_minus(mean, half, digits) for mean, half in gains)]
+            )
+        return self._markdown(rows)
+
+    def error_table(self, run: str | Run, metric: str = "ssim") -> str:
+        """Return the change of a run's error from each of `rivals`, in percent, as a markdown table."""
+        rows = []
+        for rival in rivals(self.scores, run):
+            changes = 100 * self.change_of_error(run, rival, metric)
+            rows.append([f"from {label(self.scores, rival)}", *(plus_minus(mean, half, 1) for mean, half in changes)])
+        return self._markdown(rows)
 
     def csv(self) -> str:
-        """Return all scores as CSV, a row for each method, picture and share of traced pixels.
+        """Return all scores as CSV, a row for each run, picture and share of traced pixels.
 
-        The columns: method, shape, picture, fraction, ssim, psnr, flip; PSNR may be inf.
+        The columns: method, order, shape, picture, fraction, ssim, psnr, flip; PSNR may be inf.
         """
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["method", "shape", "picture", "fraction", *METRICS])
-        for method, scores in self.scores.items():
+        writer.writerow(["method", "order", "shape", "picture", "fraction", *METRICS])
+        for run, scores in self.scores.items():
             for shape, picture, by_fraction in zip(self.shapes, self.pictures, scores.tolist(), strict=True):
                 for fraction, row in zip(self.fractions, by_fraction, strict=True):
-                    writer.writerow([method, shape, picture, fraction, *row])
+                    writer.writerow([*run, shape, picture, fraction, *row])
         return text.getvalue()
 
     @classmethod
@@ -157,25 +186,25 @@ class Evaluation:
         InputError
             If it isn't one's.
         """
-        scores: dict[str, dict[tuple[str, str], dict[float, list[float]]]] = {}
+        scores: dict[Run, dict[tuple[str, str], dict[float, list[float]]]] = {}
         try:
             for row in csv.DictReader(io.StringIO(text)):
-                by_fraction = scores.setdefault(row["method"], {}).setdefault((row["shape"], row["picture"]), {})
+                by_picture = scores.setdefault((row["method"], row["order"]), {})
+                by_fraction = by_picture.setdefault((row["shape"], row["picture"]), {})
                 by_fraction[float(row["fraction"])] = [float(row[metric]) for metric in METRICS]
             by_picture = next(iter(scores.values()))
             arrays = {
-                method: np.array([[scores[method][key][f] for f in fractions] for key, fractions in by_picture.items()])
-                for method in scores
+                run: np.array([[scores[run][key][f] for f in fractions] for key, fractions in by_picture.items()])
+                for run in scores
             }
         except (KeyError, ValueError, StopIteration) as error:
             raise InputError(f"text: expected the scores of an evaluation, got {error!r}") from error
         shapes, pictures = zip(*by_picture, strict=True)
         fractions = tuple(next(iter(by_picture.values())))
-        models = tuple(name.removesuffix(" raw") for name in scores if name.endswith(" raw"))
-        return cls(pictures, shapes, fractions, models, arrays)
+        return cls(pictures, shapes, fractions, arrays)
 
     def beside(self, other: Evaluation) -> Evaluation:
-        """Return these methods and, after them, another evaluation's of the same pictures.
+        """Return these runs and, after them, another evaluation's of the same pictures.
 
         Raises
         ------
@@ -185,26 +214,32 @@ class Evaluation:
         if (self.shapes, self.pictures, self.fractions) != (other.shapes, other.pictures, other.fractions):
             raise InputError("other: expected an evaluation of the same pictures at the same fractions, got another")
         scores = {**self.scores, **other.scores}
-        return Evaluation(self.pictures, self.shapes, self.fractions, self.models + other.models, scores)
+        return Evaluation(self.pictures, self.shapes, self.fractions, scores)
+
+    def of_order(self, order: str) -> Evaluation:
+        """Return the runs with one of the orders."""
+        scores = {run: values for run, values in self.scores.items() if run[1] == order}
+        return Evaluation(self.pictures, self.shapes, self.fractions, scores)
 
     def __str__(self) -> str:
         parts = [f"Means over {len(self.pictures):,} pictures of {len(set(self.shapes)):,} shapes."]
-        for metric, (label, *_) in METRICS.items():
-            parts += [f"{label}:", self.table(metric)]
-            if metric == "ssim" and len(self.scores) > 2:
-                for model in self.models:
-                    parts += [
-                        f"Gain of {kept(model)} in SSIM, with 95 % confidence intervals over shapes:",
-                        self.gain_table(kept(model)),
-                    ]
+        for metric, described in METRICS.items():
+            parts += [f"{described.label}:", self.table(metric)]
+            if metric == "ssim":
+                for run in self.scores:
+                    if is_kept(run[0]) and rivals(self.scores, run):
+                        parts += [
+                            f"Gain of {label(self.scores, run)} in SSIM, with 95 % confidence intervals over shapes:",
+                            self.gain_table(run),
+                            f"Change of 1 - SSIM to that of {label(self.scores, run)}, in percent:",
+                            self.error_table(run),
+                        ]
         return "\n\n".join(parts)
 
-    def _values(self, method: str, metric: str) -> NDArray[np.float64]:
+    def _values(self, run: str | Run, metric: str) -> NDArray[np.float64]:
         """What is averaged over pictures, (P, F): SSIM, FLIP, or the mean squared error that a PSNR stands for."""
         self._metric(metric)
-        if method not in self.scores:
-            raise InputError(f"method: expected one of {', '.join(self.scores)}, got {method!r}")
-        values = self.scores[method][..., list(METRICS).index(metric)]
+        values = self.scores[find_run(self.scores, run)][..., list(METRICS).index(metric)]
         return 10 ** (-values / 10) if metric == "psnr" else values
 
     def _metric(self, name: str) -> Metric:
@@ -216,36 +251,6 @@ class Evaluation:
         return table(["traced", *(f"{100 * fraction:g} %" for fraction in self.fractions)], rows)
 
 
-def raw(model: str) -> str:
-    """The method of a model's own output, its traced pixels repainted."""
-    return f"{model} raw"
-
-
-def kept(model: str) -> str:
-    """The method of a model's output with the traced pixels as they came in."""
-    return f"{model} kept"
-
-
 def _decibels(error: NDArray[np.float64]) -> NDArray[np.float64]:
     with np.errstate(divide="ignore"):
         return np.asarray(-10 * np.log10(error))
-
-
-def _half_width(deviations: NDArray[np.float64], shapes: Sequence[str]) -> NDArray[np.float64]:
-    """Half of the 95 % confidence interval of a mean, (F,), from deviations from it, (P, F), in clusters by shape."""
-    from scipy.special import stdtrit
-
-    names, cluster = np.unique(shapes, return_inverse=True)
-    count = len(names)
-    if count < 2:
-        return np.full(deviations.shape[1], np.nan)
-    sums = np.zeros((count, deviations.shape[1]))
-    np.add.at(sums, cluster, deviations)
-    error = np.sqrt(count / (count - 1) * (sums**2).sum(0)) / len(deviations)
-    return np.asarray(stdtrit(count - 1, 0.975) * error)  # Student's t
-
-
-def _text(number: float, digits: int, sign: str = "") -> str:
-    if math.isnan(number):
-        return "–"
-    return "∞" if number == math.inf else f"{number:{sign}.{digits}f}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 
@@ -13,3 +14,22 @@ def table(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     ]
     rule = " | ".join(["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])])
     return "\n".join(f"| {line} |" for line in (lines[0], rule, *lines[1:]))
+
+
+def cell(number: float, digits: int, sign: str = "") -> str:
+    """Return a number as it stands in a table; a dash where there is none.
+
+    Parameters
+    ----------
+    number : maybe infinite, or NaN where there is none
+    digits : after the point
+    sign : "+" to have one in any case
+    """
+    if math.isnan(number):
+        return "–"
+    return "∞" if number == math.inf else f"{number:{sign}.{digits}f}"
+
+
+def plus_minus(mean: float, half: float, digits: int) -> str:
+    """Return a difference with half of its confidence interval."""
+    return f"{cell(mean, digits, '+')} ± {cell(half, digits)}"

@@ -91,9 +91,19 @@ def views_of(scene: bob.Scene, plan: Plan, shape: int) -> list[NDArray[np.float1
     ]
 
 
+def scene_of(source: str) -> bob.Scene:
+    """Return what a data set's views show, of one of its `sources`.
+
+    Raises
+    ------
+    InputError
+        If it is a file that can't be loaded.
+    """
+    return procedural_scene(int(source.removeprefix(MADE))) if source.startswith(MADE) else bob.load(source)
+
+
 def _render(source: str, plan: Plan, shape: int) -> list[NDArray[np.float16]]:
-    scene = procedural_scene(int(source.removeprefix(MADE))) if source.startswith(MADE) else bob.load(source)
-    return views_of(scene, plan, shape)
+    return views_of(scene_of(source), plan, shape)
 
 
 def _error_of_file(file: str) -> str | None:

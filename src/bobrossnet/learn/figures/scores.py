@@ -30,7 +30,7 @@ def draw_scores(sources: Sources) -> Drawing:
 
 
 def read_means(path: str | os.PathLike[str]) -> dict[str, dict[float, float]]:
-    """Read an evaluation's CSV file and return the mean SSIM by method and share of traced pixels.
+    """Read an evaluation's CSV file and return the mean SSIM by method and share of traced pixels, in its first order.
 
     Raises
     ------
@@ -45,7 +45,8 @@ def read_means(path: str | os.PathLike[str]) -> dict[str, dict[float, float]]:
         result = Evaluation.from_csv(text)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    return {method: dict(zip(result.fractions, result.mean(method).tolist(), strict=True)) for method in result.scores}
+    methods = [method for method, order in result.scores if order == result.orders[0]]
+    return {method: dict(zip(result.fractions, result.mean(method).tolist(), strict=True)) for method in methods}
 
 
 def show_scores(means: Means) -> Drawing:

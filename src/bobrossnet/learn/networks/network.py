@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from typing import Any
 
+import torch
 from torch import nn
+from torch.utils.flop_counter import FlopCounterMode
 
 
 class Network(nn.Module):
@@ -30,3 +33,13 @@ class Network(nn.Module):
     def settings(self) -> dict[str, int]:
         """Return what `from_settings` needs to make this network again."""
         raise NotImplementedError
+
+    def multiply_adds(self, height: int = 480, width: int = 640) -> float:
+        """Return the multiply-adds of all convolutions for each pixel of a picture.
+
+        What runs at half the resolution counts a quarter for a pixel; what the network pads the picture with counts.
+        """
+        network = deepcopy(self).to("meta")  # shapes alone, nothing is computed
+        with torch.no_grad(), FlopCounterMode(display=False) as counter:
+            network(torch.empty((1, 5, height, width), device="meta"))
+        return float(counter.get_total_flops()) / 2 / (height * width)

@@ -1,0 +1,409 @@
+"""Measures how good and how steady pictures are, for networks and pixel orders, and writes docs/quality.md.
+
+    python docs/quality.py [--scale small] [--models FOLDER] [--limit N] [--weights NAME] [--work DIR]
+
+What was measured stays in DIR, and is not measured again: of a network for as long as its weights are the same, of a
+pixel order for as long as its pixels are. The small scale does the same with few shapes in a minute, and leaves docs/
+alone: it writes to DIR.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial, reduce
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from work import MODELS, ROOT, Work
+
+import bobrossnet as bob
+from bobrossnet.atomic import write_whole
+from bobrossnet.complete.filling import FILLINGS
+from bobrossnet.complete.model import weights_path
+from bobrossnet.learn.costs import Cost, cost_table, measure_costs
+from bobrossnet.learn.evaluate import FRACTIONS, evaluate_scenes
+from bobrossnet.learn.evaluation import METRICS, Evaluation
+from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
+from bobrossnet.learn.methods import kept
+from bobrossnet.learn.runs import Run, label
+from bobrossnet.learn.scenes import Scenes, own_scenes, scenes_of_folder
+from bobrossnet.learn.stability import Stability, measure_stability
+from bobrossnet.learn.tables import plus_minus, table
+from bobrossnet.render.order import DEFAULT_ORDER, ORDERS, pixel_order
+from bobrossnet.render.picture import side_by_side, to_8_bit, traced_on_green, write_picture
+
+UNIFORM = "uniform"  # the report's order
+REPORT = "paper"  # its network
+LINEAR = "delaunay-linear"
+PACKAGES = ("bobrossnet", "numpy", "scipy", "torch")
+STEADY_FILLINGS = (LINEAR, "pull-push")
+SHOWN = (0.01, 0.02, 0.05, 0.1)  # shares of the pixels in the pictures
+COST_AT = 0.05  # the share for which quality stands beside milliseconds
+ERRORS = {"ssim": "1 - SSIM", "psnr": "mean squared error", "flip": "FLIP"}
+
+AT_MOST_UNIFORM = dict.fromkeys(SHOWN, -0.15) | dict.fromkeys((0.25, 0.5, 0.75), 0.0)
+AT_MOST_DEFAULT = dict.fromkeys(SHOWN, -0.3) | {0.25: -0.2}
+"""Changes of 1 - SSIM from linear filling with uniform order that are to be reached, by the share of traced pixels."""
+
+
+class Subject(NamedTuple):
+    """A model that pictures are drawn of. All of these may be shown by anyone."""
+
+    file: str
+    what: str
+    camera: bob.Camera
+    upright: bool = False  # turned so that y is up
+
+
+SUBJECTS = (
+    Subject("scans/nefertiti.ply", "scan", bob.Camera(azimuth=240, elevation=8), True),
+    Subject("mechanical/fixed_ring_gear.ply", "CAD part", bob.Camera(azimuth=30, elevation=40)),
+    Subject("furniture_household/acoustic_guitar.ply", "furniture", bob.Camera(azimuth=240, elevation=20), True),
+    Subject("architecture/ferris_wheel.ply", "thin parts", bob.Camera(azimuth=60, elevation=15), True),
+    Subject("nurbs/newell_teapot.bpt", "NURBS", bob.Camera(azimuth=30, elevation=25)),
+)
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How much is measured."""
+
+    models: int | None = None  # files, at most
+    own: int = 64  # shapes of the package's own
+    steady_models: int = 16  # of which stability is measured
+    steady_own: int = 8
+    size: int = 256  # of pictures that are measured
+    panel: int = 176  # of those that are shown
+    fractions: tuple[float, ...] = FRACTIONS
+    frames: int = 20
+    runs: int = 11  # to measure milliseconds
+
+
+SCALES = {"full": Scale(), "small": Scale(3, 2, 1, 1, 48, 48, (0.01, 0.05, 0.25), 3, 1)}
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scale", choices=SCALES, default="full")
+    parser.add_argument("--models", type=Path, default=MODELS, help="folder of real models to measure on as well")
+    parser.add_argument("--limit", type=int, help="how many real models at most, spread over the folder")
+    parser.add_argument("--weights", default="default", help="name of shipped weights, or a .safetensors file")
+    parser.add_argument("--work", type=Path, help="folder for what was measured (default: out/quality, -small)")
+    options = parser.parse_args(arguments)
+    small = options.scale == "small"
+    scale = SCALES[options.scale]
+    if options.limit is not None:
+        scale = replace(scale, models=options.limit)
+    work = Work(options.work or ROOT / "out" / ("quality-small" if small else "quality"))
+    docs = work.folder if small else ROOT / "docs"
+    pictures = docs / "quality"
+    pictures.mkdir(parents=True, exist_ok=True)
+    models = options.models if options.models.is_dir() else None
+    ours = kept(Path(options.weights).stem)
+
+    with work.timed("quality"):
+        own = measure_quality(work.folder, "own", own_scenes(scale.own), options.weights, scale)
+        real = models and measure_quality(
+            work.folder, "models", scenes_of_folder(models, scale.models), options.weights, scale
+        )
+    with work.timed("stability"):
+        steady = {
+            "our own shapes": steadiness(work.folder, "own", own_scenes(scale.steady_own), options.weights, scale)
+        }
+        if models:
+            scenes = scenes_of_folder(models, scale.steady_models)
+            steady = {"real models": steadiness(work.folder, "models", scenes, options.weights, scale)} | steady
+    with work.timed("costs and pictures"):
+        costs = measure_costs([options.weights, REPORT], runs=scale.runs)
+        panels = draw_pictures(pictures, models, options.weights, scale.panel) if models else []
+        for name, result in (("models", real), ("own", own)):
+            if result:
+                draw_curves(pictures / f"curves-{name}", result, ours)
+        draw_costs(pictures / "costs", real or own, costs)
+    tried = ROOT / "docs" / "quality" / "tried.md"
+    parts = [
+        "# How good the pictures are",
+        "Networks and fillings with pixel orders, at every share of traced pixels, on the same pictures: real models, "
+        "none of which anything was trained on, and shapes that the package makes itself, of no data set. Traced "
+        "pixels are kept. Names are of methods and orders; the order called default is "
+        f"**{DEFAULT_ORDER}**. Intervals are of 95 %, for other shapes of their kind. "
+        f"`make quality{' SCALE=small' * small}` wrote this page.",
+        *work.circumstances(PACKAGES),
+        *targets(real or own, next(iter(steady)), next(iter(steady.values())), ours),
+        *(quality("Real models", "models", real, ours) if real else []),
+        *quality("Our own shapes", "own", own, ours),
+        "## What it costs",
+        "In the core, the built-in scene from 5 % of its pixels; medians, everything in turn.",
+        cost_table(costs),
+        "![milliseconds against SSIM](quality/costs.png)",
+        *panels,
+        "## Temporal stability",
+        *(part for name, result in steady.items() for part in (f"### On {name}", *steadiness_of(result, ours))),
+        *(["## What was tried and lost", tried.read_text().strip()] if tried.exists() else []),
+    ]
+    (docs / "quality.md").write_text("\n\n".join(parts) + "\n")
+    print(f"wrote {docs / 'quality.md'}")
+
+
+# ---- Measuring -------------------------------------------------------------------------------------------
+
+
+def measure_quality(folder: Path, name: str, scenes: Scenes, weights: str, scale: Scale) -> Evaluation:
+    """Measure the network with every order, the report's with two, fillings with one, and linear filling with two."""
+    measure = partial(evaluate_scenes, scenes, size=(scale.size, scale.size), fractions=scale.fractions)
+    recall = partial(recalled, Evaluation, folder, f"quality-{name}", scenes)
+    network = partial(measure, fillings=[], repainting=False)
+    fill = partial(measure, [])
+    others = [filling for filling in FILLINGS if filling != LINEAR]
+    parts = [
+        recall(*content(weights), ORDERS, partial(network, [weights])),
+        recall(*content(REPORT), two_orders(), partial(network, [REPORT])),
+        recall(LINEAR, "", two_orders(), partial(fill, fillings=[LINEAR])),
+        recall("fillings", " ".join(others), [UNIFORM], partial(fill, fillings=others)),
+    ]
+    return reduce(Evaluation.beside, parts)
+
+
+def steadiness(folder: Path, name: str, scenes: Scenes, weights: str, scale: Scale) -> Stability:
+    """Measure the flicker of the network, of the report's and of fillings, with two orders."""
+    measure = partial(measure_stability, scenes, frames=scale.frames, repainting=False, size=(scale.size // 2,) * 2)
+    recall = partial(recalled, Stability, folder, f"stability-{name}", scenes)
+    parts = [
+        recall(*content(weights), two_orders(), partial(measure, [weights], fillings=[])),
+        recall(*content(REPORT), two_orders(), partial(measure, [REPORT], fillings=[])),
+        recall("fillings", " ".join(STEADY_FILLINGS), two_orders(), partial(measure, [], fillings=STEADY_FILLINGS)),
+    ]
+    return reduce(Stability.beside, parts)
+
+
+def recalled(
+    kind: Any,
+    folder: Path,
+    name: str,
+    scenes: Scenes,
+    method: str,
+    version: str,
+    orders: Sequence[str],
+    measure: Callable[..., Any],
+) -> Any:
+    """Return what `measure` finds with some orders; with those that it was asked for before, what it found then.
+
+    Parameters
+    ----------
+    kind : Evaluation or Stability
+    folder, name : of the files that keep it
+    scenes : what is measured on
+    method, version : what the methods are called, and what tells them from others called so
+    orders : pixel orders
+    measure : called with those orders that are missing
+    """
+    files = {}
+    for order in orders:
+        pixels = pixel_order((96, 160), order=order, seed=1).tobytes()
+        key = sha256(b"\n".join([version.encode(), pixels, *map(str.encode, scenes)])).hexdigest()[:12]
+        files[order] = folder / f"{name}-{method}-{order}-{key}.csv"
+    missing = [order for order, file in files.items() if not file.exists()]
+    if missing:
+        result = measure(orders=missing)
+        for order in missing:
+            write_whole(files[order], result.of_order(order).csv().encode())
+    return reduce(kind.beside, [kind.from_csv(file.read_text()) for file in files.values()])
+
+
+def content(weights: str) -> tuple[str, str]:
+    """The name of weights, which stands in what was measured, and what tells them from others: their file's hash."""
+    return Path(weights).stem, sha256(weights_path(weights).read_bytes()).hexdigest()
+
+
+def two_orders() -> list[str]:
+    """The report's order and the default."""
+    return list(dict.fromkeys([UNIFORM, DEFAULT_ORDER]))
+
+
+# ---- Text ------------------------------------------------------------------------------------------------
+
+
+def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[str]:
+    """What was to be reached, line by line, and whether it is."""
+    report, stages = kept(REPORT), [fraction for fraction in result.fractions if fraction < 1]
+    verdicts = []
+
+    def met(change: Sequence[float], limit: float) -> str:
+        middle, half = change
+        verdicts.append("yes" if middle + half <= limit else "maybe" if middle <= limit else "no")
+        return verdicts[-1]
+
+    rows = []
+    for order, limits in ((UNIFORM, AT_MOST_UNIFORM), (DEFAULT_ORDER, AT_MOST_DEFAULT)):
+        changes = result.change_of_error((ours, order), (LINEAR, UNIFORM)).tolist()
+        for stage, change in zip(result.fractions, changes, strict=True):
+            if stage in limits:
+                limit = f"{100 * limits[stage]:+.0f}" if limits[stage] else "below 0"
+                middle, half = (100 * value for value in change)
+                low_to_high = f"{middle - half:+.1f} .. {middle + half:+.1f}"
+                verdict = met(change, limits[stage])
+                rows.append([f"{ours}, {order}", percent(stage), limit, f"{middle:+.1f}", low_to_high, verdict])
+
+    def cells(changes: Sequence[Sequence[float]]) -> list[str]:
+        return [f"{plus_minus(100 * change[0], 100 * change[1], 1)} {met(change, 0)}" for change in changes]
+
+    beside_report, beside_flicker = [], []
+    for order in two_orders():
+        for metric, error in ERRORS.items():
+            changes = result.change_of_error((ours, order), (report, order), metric).tolist()
+            beside_report.append([f"{error}, {order}", *cells(changes[: len(stages)])])
+        for rival in (report, LINEAR):
+            changes = steady.change_of_flicker((ours, order), (rival, order)).tolist()
+            beside_flicker.append([f"from {rival}, {order}", *cells(changes)])
+    orbits = [f"orbit at {percent(fraction)}" for fraction in steady.orbit_fractions]
+    return [
+        "## What was to be reached",
+        f'Changes of errors in percent, on {on}. "yes" is where the whole interval is as low as asked for, "maybe" '
+        f"where only the change itself is. {verdicts.count('yes')} of {len(verdicts)} are met.",
+        f"1 - SSIM, from {LINEAR} with order {UNIFORM}:",
+        table(["method, order", "traced", "asked for, %", "measured, %", "interval", "met"], rows),
+        f"From {report} with the same order, below 0 asked for:",
+        table(["change of", *map(percent, stages)], beside_report),
+        "Flicker, below 0 asked for:",
+        table(["change of flicker", "converging", *orbits], beside_flicker),
+    ]
+
+
+def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
+    """All scores of a set of pictures."""
+    compared = [(ours, order) for order in two_orders()]
+    return [
+        f"## {title}",
+        f"{len(result.pictures)} pictures of {len(set(result.shapes))} shapes.",
+        f"![SSIM against the share of traced pixels, and 1 - SSIM beside {LINEAR}](quality/curves-{name}.png)",
+        *(part for metric in METRICS for part in (f"{METRICS[metric].label}:", result.table(metric))),
+        *(
+            part
+            for run in compared
+            for part in (
+                f"Gain of {label(result.scores, run)} in SSIM:",
+                result.gain_table(run),
+                f"Change of 1 - SSIM to that of {label(result.scores, run)}, in percent:",
+                result.error_table(run),
+            )
+        ),
+    ]
+
+
+def steadiness_of(result: Stability, ours: str) -> list[str]:
+    """The flicker of everything, and the change of that of ours."""
+    parts = [result.caption(), result.table()]
+    for order in two_orders():
+        parts += [
+            f"Change of flicker to that of {label(result.frames, (ours, order))}, in percent:",
+            result.change_table((ours, order)),
+        ]
+    return parts
+
+
+def percent(fraction: float) -> str:
+    return f"{100 * fraction:g} %"
+
+
+# ---- Pictures --------------------------------------------------------------------------------------------
+
+
+def looks(result: Evaluation, ours: str) -> dict[Run, dict[str, Any]]:
+    """How lines of runs are drawn, in the order of the legend."""
+    styles = dict(zip([order for order in ORDERS if order not in two_orders()], ("--", "-."), strict=False))
+    shown = {
+        (ours, DEFAULT_ORDER): {"color": BLUE, "linestyle": "-", "marker": "o"},
+        **{(ours, order): {"color": BLUE, "linestyle": line, "linewidth": 0.8} for order, line in styles.items()},
+        (ours, UNIFORM): {"color": BLUE, "linestyle": ":", "marker": "o", "markerfacecolor": "white"},
+        (kept(REPORT), DEFAULT_ORDER): {"color": RED, "linestyle": "-"},
+        (kept(REPORT), UNIFORM): {"color": RED, "linestyle": ":"},
+        (LINEAR, DEFAULT_ORDER): {"color": ORANGE, "linestyle": "-"},
+        (LINEAR, UNIFORM): {"color": ORANGE, "linestyle": ":"},
+        ("pull-push", UNIFORM): {"color": GREEN, "linestyle": ":"},
+    }
+    return {run: look for run, look in shown.items() if run in result.scores}
+
+
+def draw_curves(path: Path, result: Evaluation, ours: str) -> None:
+    """Draw SSIM against the share of traced pixels, and 1 - SSIM beside linear filling with its intervals."""
+    stages = [fraction for fraction in result.fractions if fraction < 1]
+    ticks = [100 * stage for stage in stages]
+    with style():
+        figure = new_figure(PAGE, 3.2)
+        means, changes = figure.subplots(1, 2)
+        for i, (run, look) in enumerate(looks(result, ours).items()):
+            means.plot(ticks, result.mean(run)[: len(stages)], label=label(result.scores, run), **look)
+            middle, half = 100 * result.change_of_error(run, (LINEAR, UNIFORM))[: len(stages)].T
+            beside = np.multiply(ticks, 1.015 ** (i - 4))  # so that the intervals don't hide each other
+            changes.errorbar(beside, middle, np.nan_to_num(half), elinewidth=0.6, capsize=1.5, **look)
+        for axes in (means, changes):
+            axes.set(xscale="log", xlabel="pixels traced, %")
+            axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+            axes.set_xticks([], minor=True)
+            axes.grid()
+        means.set_ylabel("mean SSIM")
+        means.legend()
+        changes.set_ylabel(f"change of 1 - SSIM from {LINEAR}, {UNIFORM}, in %")
+        shown = [100 * result.change_of_error(run, (LINEAR, UNIFORM))[: len(stages), 0] for run in looks(result, ours)]
+        changes.set_ylim(1.15 * min(-5, np.min(shown)), 60)  # what is far worse leaves at the top
+    save(figure, path, "Mean SSIM by the share of traced pixels, and the change of 1 - SSIM from linear filling.")
+
+
+def draw_costs(path: Path, result: Evaluation, costs: Mapping[str, Cost]) -> None:
+    """Draw SSIM at one share of traced pixels against milliseconds."""
+    at = result.fractions.index(COST_AT)
+    with style():
+        figure = new_figure(PAGE / 1.6, 2.8)
+        axes = figure.subplots()
+        for method, cost in costs.items():
+            means = [result.mean((method, order))[at] for order in two_orders() if (method, order) in result.scores]
+            axes.plot([cost.milliseconds] * len(means), means, color=BLUE, linewidth=0.6)
+            for mean, order, face in zip(means, two_orders(), ("white", BLUE), strict=False):
+                name = f"order {order}" if method == LINEAR else None
+                axes.plot(cost.milliseconds, mean, "o", color=BLUE, markerfacecolor=face, label=name)
+            axes.annotate(method, (cost.milliseconds, means[0]), (5, -2), textcoords="offset points", fontsize=6)
+        axes.set(xscale="log", xlabel="milliseconds for 640x480", ylabel=f"mean SSIM at {percent(COST_AT)}")
+        axes.margins(0.3, 0.15)
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.grid()
+        axes.legend()
+    save(figure, path, f"Mean SSIM at {percent(COST_AT)} of the pixels against the milliseconds to complete 640x480.")
+
+
+def draw_pictures(folder: Path, models: Path, weights: str, size: int) -> list[str]:
+    """Draw a panel for each subject, and return the section that shows them."""
+    parts = ["## Pictures"]
+    for subject in SUBJECTS:
+        if not (models / subject.file).exists():
+            continue
+        scene = bob.Scene(bob.load(models / subject.file))
+        full = bob.trace(scene.turned_upright() if subject.upright else scene, subject.camera, size=(size, size))
+        rows = []
+        for fraction in SHOWN:
+            uniform, ours = (full.sample(fraction, order=order) for order in (UNIFORM, DEFAULT_ORDER))
+            images = {
+                "linear": FILLINGS[LINEAR](uniform.gray, uniform.mask),
+                "report": bob.complete(uniform, model=REPORT),
+                "ours, uniform": bob.complete(uniform, model=weights),
+                "ours": bob.complete(ours, model=weights),
+            }
+            panels = [(traced_on_green(ours), f"{percent(fraction)}, {DEFAULT_ORDER}")]
+            panels += [(to_8_bit(image), f"{name}: {bob.ssim(image, full.gray):.3f}") for name, image in images.items()]
+            rows.append(side_by_side([*panels, (to_8_bit(full.gray), "all pixels")]))
+        name = Path(subject.file).name.split(".")[0]
+        write_picture(folder / f"{name}.png", np.vstack(rows))
+        parts.append(f"![{subject.what}](quality/{name}.png)")
+    caption = (
+        f"At {', '.join(map(percent, SHOWN))} of {size}x{size} pixels. From the left: those traced with order "
+        f"{DEFAULT_ORDER}; {LINEAR}, {REPORT}, the report's network, and ours, each from as many with order {UNIFORM}; "
+        "ours from those at the left; all pixels. With their SSIM."
+    )
+    return [parts[0], caption, *parts[1:]] if len(parts) > 1 else []
+
+
+if __name__ == "__main__":
+    main()

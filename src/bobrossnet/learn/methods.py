@@ -1,0 +1,107 @@
+"""What completes a partial picture, under the names that evaluations give it: networks and fillings without one.
+
+A model stands for two methods: NAME raw is its network's own output clamped to 0..1, which repaints the traced pixels;
+NAME kept is what `bobrossnet.complete` returns, with the traced pixels as they came in. The fillings keep them as well.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+import bobrossnet as bob
+from bobrossnet.complete.filling import FILLINGS
+from bobrossnet.complete.model import Model, load_model
+from bobrossnet.errors import InputError
+from bobrossnet.render.order import check_order
+
+Weights: TypeAlias = "str | os.PathLike[str]"
+Method: TypeAlias = Callable[[bob.GBuffer], NDArray[np.float32]]
+"""From a partial picture to the whole one: (H, W) float32 in 0..1."""
+
+_RAW, _KEPT = " raw", " kept"
+
+
+def raw(model: str) -> str:
+    """The method of a model's own output, its traced pixels repainted."""
+    return f"{model}{_RAW}"
+
+
+def kept(model: str) -> str:
+    """The method of a model's output with the traced pixels as they came in."""
+    return f"{model}{_KEPT}"
+
+
+def repaints(method: str) -> bool:
+    """Tell whether a method is a model's own output."""
+    return method.endswith(_RAW)
+
+
+def is_kept(method: str) -> bool:
+    """Tell whether a method is a model's output with the traced pixels as they came in."""
+    return method.endswith(_KEPT)
+
+
+def model_names(models: Sequence[Weights]) -> tuple[str, ...]:
+    """Return what models are called: the stems of their files.
+
+    Raises
+    ------
+    InputError
+        If two are called alike.
+    """
+    names = tuple(Path(model).stem for model in models)
+    if len(set(names)) < len(names):
+        raise InputError(f"models: expected each of another name, got {', '.join(names)}")
+    return names
+
+
+def all_methods(models: Sequence[Weights], fillings: Sequence[str], *, repainting: bool = True) -> dict[str, Method]:
+    """Return the methods of models, each raw and kept, and then of fillings, by their names.
+
+    Parameters
+    ----------
+    models : names of shipped weights, or .safetensors files
+    fillings : names in `FILLINGS`
+    repainting : whether models stand in it raw
+
+    Raises
+    ------
+    InputError
+        If there is none, or one can't be used.
+    """
+    for name in fillings:
+        if name not in FILLINGS:
+            raise InputError(f"fillings: expected some of {', '.join(FILLINGS)}, got {name!r}")
+    names = model_names(models)
+    if not (names or fillings):
+        raise InputError("models: expected one or more, or fillings, got neither")
+    methods: dict[str, Method] = {}
+    for name, model in zip(names, map(load_model, models), strict=True):
+        if repainting:
+            methods[raw(name)] = partial(_raw, model)
+        methods[kept(name)] = partial(bob.complete, model=model)
+    return methods | {name: partial(_filled, name) for name in fillings}
+
+
+def check_orders(orders: Sequence[str]) -> tuple[str, ...]:
+    """Return pixel orders if there are some, each known and only once."""
+    for order in orders:
+        check_order(order, 0)
+    if not orders or len(set(orders)) < len(orders):
+        raise InputError(f"orders: expected one or more, each once, got {', '.join(orders) or 'none'}")
+    return tuple(orders)
+
+
+def _raw(model: Model, part: bob.GBuffer) -> NDArray[np.float32]:
+    return np.clip(model.predict(part), 0, 1)
+
+
+def _filled(name: str, part: bob.GBuffer) -> NDArray[np.float32]:
+    return FILLINGS[name](part.gray, part.mask)

@@ -1,0 +1,66 @@
+"""Scenes to measure on, each made when its turn comes: files of a folder, a data set's test shapes, our own."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import NamedTuple, TypeAlias
+
+import bobrossnet as bob
+from bobrossnet.errors import InputError, InputWarning
+from bobrossnet.learn.dataset.build import MADE, scene_of
+from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.models import model_files, spread
+from bobrossnet.shapes.scene import SceneLike
+
+Scenes: TypeAlias = Mapping[str, Callable[[], SceneLike]]
+"""By its name what makes a scene."""
+
+FIRST = 4_000_000_000  # of the package's own shapes: of no data set of a seed below 4,000
+
+
+class Numbered(NamedTuple):
+    """A scene, and its number among all, those that were left out too."""
+
+    number: int
+    name: str
+    scene: SceneLike
+
+
+def scenes_of_folder(folder: str | os.PathLike[str], limit: int | None = None) -> Scenes:
+    """Return what the files below a folder show, in the order of their names; at most `limit`, spread evenly."""
+    files = spread(model_files(folder), limit)
+    return {path.relative_to(folder).as_posix(): partial(bob.load, path) for path in files}
+
+
+def scenes_of_dataset(path: str | os.PathLike[str] | Dataset, limit: int | None = None) -> Scenes:
+    """Return the shapes of a data set's test split; at most `limit`, spread evenly."""
+    dataset = path if isinstance(path, Dataset) else Dataset.open(path)
+    numbers = dict.fromkeys(dataset.plan.sample(int(number)).shape for number in dataset.plan.split("test"))
+    sources = [dataset.sources[number] for number in numbers]
+    return {source: partial(scene_of, source) for source in spread(sources, limit)}
+
+
+def own_scenes(count: int) -> Scenes:
+    """Return shapes that the package makes itself, for testing alone."""
+    sources = [f"{MADE}{FIRST + i}" for i in range(count)]
+    return {source: partial(scene_of, source) for source in sources}
+
+
+def each_scene(scenes: Scenes, stacklevel: int) -> Iterator[Numbered]:
+    """Make one scene after the other.
+
+    Warns
+    -----
+    InputWarning
+        If one is left out because its file can't be loaded; `stacklevel` as of `warnings.warn`.
+    """
+    for number, (name, make) in enumerate(scenes.items()):
+        try:
+            scene = make()
+        except InputError as error:
+            warnings.warn(f"left out: {error}", InputWarning, stacklevel=stacklevel)
+            continue
+        yield Numbered(number, name, scene)

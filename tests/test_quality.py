@@ -1,0 +1,145 @@
+"""The page on quality, from a few tiny shapes: what it measures once, what it says, what it draws."""
+
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import bobrossnet as bob
+from bobrossnet.complete.model import weights_path
+from bobrossnet.learn import checkpoint
+from bobrossnet.learn.evaluation import Evaluation
+from bobrossnet.learn.stability import Stability
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.fixture(scope="module")
+def quality():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(ROOT / "docs")
+        yield import_module("quality")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Two models."""
+    place = tmp_path_factory.mktemp("models")
+    (place / "a.sdf").write_text("sphere(1)\n")
+    (place / "b.sdf").write_text("box(1)\n")
+    return place
+
+
+@pytest.fixture(scope="module")
+def done(quality, folder, tmp_path_factory):
+    """The page of the small scale, written once."""
+    work = tmp_path_factory.mktemp("quality")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bobrossnet.learn.costs.SIZE", (48, 64))
+        patch.setitem(
+            import_module("bobrossnet.learn.figures.style")._STYLE, "savefig.dpi", 50
+        )  # drawing takes most of the time
+        patch.setattr(quality, "SUBJECTS", (quality.Subject("a.sdf", "ball", bob.Camera()),))
+        quality.main(["--scale", "small", "--models", str(folder), "--work", str(work)])
+    return work
+
+
+def test_the_page(done, quality):
+    page = (done / "quality.md").read_text()
+    default = quality.DEFAULT_ORDER
+    for part in (
+        f"| default kept, {default}",
+        "2 pictures of 2 shapes.",
+        "| delaunay-linear, uniform",
+        f"| delaunay-linear, {default}",
+        "| pull-push, uniform",
+        "## Temporal stability\n\n### On real models\n\nFlicker in gray levels of 255, means over 1 shapes",
+        f"Change of flicker to that of default kept, {default}, in percent:",
+        "| method          | parameters | multiply-adds a pixel |",
+        "quality/curves-own.png",
+    ):
+        assert part in page
+    for name in ("curves-models", "curves-own", "costs", "a"):
+        assert (done / "quality" / f"{name}.png").exists()
+    assert np.asarray(Image.open(done / "quality" / "a.png")).shape[1] == 6 * (48 + 4) - 4
+
+
+def test_nothing_is_measured_twice(done, quality, folder, tmp_path, monkeypatch):
+    """With other weights of the same name, only these are."""
+    asked = []
+
+    def once(measure):
+        return lambda scenes, models, **options: asked.append((models, options)) or measure(scenes, models, **options)
+
+    for name in ("evaluate_scenes", "measure_stability"):
+        monkeypatch.setattr(quality, name, once(getattr(quality, name)))
+    scale = quality.SCALES["small"]
+    arguments = done, "models", quality.scenes_of_folder(folder, scale.models)
+    before = quality.measure_quality(*arguments, "default", scale)
+    assert asked == []
+    weights = tmp_path / "default.safetensors"
+    network, _ = checkpoint.load(weights_path("default"))
+    with np.errstate(all="ignore"):
+        for parameter in network.parameters():
+            parameter.data *= 0.9
+    checkpoint.save(weights, network)
+    after = quality.measure_quality(*arguments, str(weights), scale)
+    assert [models for models, _ in asked] == [[str(weights)]]
+    assert asked[0][1]["orders"] == list(quality.ORDERS)
+    for run in before.scores:
+        same = np.array_equal(before.scores[run], after.scores[run])
+        assert same == (run[0] != "default kept"), run
+
+
+def evaluation(quality, change):
+    """Errors of the network with both orders `change` times those of linear filling, on three shapes."""
+    errors = np.array([[0.2, 0.1], [0.3, 0.2], [0.4, 0.2]])
+
+    def scores(values):
+        return np.stack([1 - values, -10 * np.log10(values), values], -1)
+
+    orders = quality.two_orders()
+    runs = {("ours kept", order): scores(change * errors) for order in orders}
+    runs |= {(method, order): scores(errors) for method in ("delaunay-linear", "paper kept") for order in orders}
+    return Evaluation(("view 0",) * 3, ("a", "b", "c"), (0.01, 0.25), runs)
+
+
+def steady(quality, change):
+    runs = [
+        (method, order) for method in ("ours kept", "delaunay-linear", "paper kept") for order in quality.two_orders()
+    ]
+    factor = {run: change if run[0] == "ours kept" else 1 for run in runs}
+    frames = np.array([[[np.nan, np.nan, 0.5], [0.6, 0.1, 0]]] * 3)
+    return Stability(
+        ("a", "b", "c"),
+        np.array([0.01, 1]),
+        {run: factor[run] * frames for run in runs},
+        (0.05,),
+        {run: factor[run] * np.full((3, 1), 0.2) for run in runs},
+    )
+
+
+@pytest.mark.parametrize(("change", "met"), [(0.65, 24), (0.75, 23), (0.84, 22), (0.9, 21), (1.1, 0)])
+def test_what_was_reached(quality, change, met):
+    """At most 0.7 is asked for with the default order, then 0.8, with uniform 0.85; of all others less than 1."""
+    text = "\n".join(quality.targets(evaluation(quality, change), "shapes", steady(quality, change), "ours kept"))
+    assert f" {met} of 24 are met." in text
+    first = f"| ours kept, uniform | 1 % | -15 | {100 * (change - 1):+.1f}".replace(" ", "")
+    assert first in text.replace(" ", "")
+
+
+def test_what_is_not_sure(quality):
+    result = evaluation(quality, 0.8)
+    result.scores["ours kept", "uniform"][:, 0, 0] = 1 - np.array([0.2, 0.3, 0.1])
+    text = "\n".join(quality.targets(result, "shapes", steady(quality, 0.8), "ours kept"))
+    assert [line.split("|")[-2].strip() for line in text.splitlines() if "ours kept, uniform" in line] == [
+        "maybe",
+        "yes",
+    ]
+
+
+def test_what_was_tried_stands_in_the_page(quality, done):
+    tried = ROOT / "docs" / "quality" / "tried.md"
+    assert ("## What was tried and lost" in (done / "quality.md").read_text()) == tried.exists()
