@@ -272,6 +272,16 @@ def test_ranks_share_a_mini_batch(built: Path) -> None:
         assert part.partial.equal(whole.partial[rank::2])
 
 
+def test_orders_take_turns(built: Path) -> None:
+    dataset = Dataset.open(built)
+    for epoch in range(2):
+        batch = Batches(dataset, "train", size=6, shuffle=True, epoch=epoch, order="lattice+uniform")[1]
+        for number, mask, fraction in zip(batch.numbers.tolist(), batch.partial[:, 0], batch.fractions, strict=True):
+            order = ("lattice", "uniform")[(number + epoch) % 2]
+            expected = dataset.plan.mask(number, fraction, epoch=epoch, order=order)
+            np.testing.assert_array_equal(mask, expected)
+
+
 def test_fractions_of_all_sizes(built: Path) -> None:
     batches = Batches(Dataset.open(built), "train", fractions="log-uniform", epoch=1)
     fractions = np.concatenate([batch.fractions for batch in batches.stream()])
@@ -279,7 +289,11 @@ def test_fractions_of_all_sizes(built: Path) -> None:
     assert (fractions == 1).mean() == pytest.approx(0.1, abs=0.07)
     assert np.median(fractions[fractions < 1]) == pytest.approx(0.1, abs=0.04)
     assert len(np.unique(fractions)) > 200
-    with pytest.raises(InputError, match="fractions: expected one of stages, log-uniform, got 'all'"):
+    sparse = Batches(batches.dataset, "train", fractions="sparse", epoch=1)
+    fractions = np.concatenate([batch.fractions for batch in sparse.stream()])
+    assert 0.005 <= fractions.min() < 0.01
+    assert 0.7 < fractions.max() <= 0.9
+    with pytest.raises(InputError, match="fractions: expected one of stages, log-uniform, sparse, got 'all'"):
         Batches(batches.dataset, "train", fractions="all")
     with pytest.raises(IndexError):
         batches[len(batches)]

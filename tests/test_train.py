@@ -21,6 +21,7 @@ from bobrossnet.learn import train as training
 from bobrossnet.learn.config import OPTIMIZERS, TrainConfig, config_from_settings
 from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.plan import SIZES
+from bobrossnet.learn.muon import orthogonal
 from bobrossnet.learn.train import CHECKPOINT, CONFIG, LOG, WEIGHTS, follow, keep_known, train
 
 TOY = TrainConfig(epochs=2, batch=8, checkpoint_every=2, threads=1)
@@ -144,9 +145,13 @@ def test_panels() -> None:
 # ---- going on, and stopping ---------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("optimizer", ["adadelta", "muon"])
 def test_it_goes_on_mid_epoch_to_the_same_bits(
-    whole: Path, dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    optimizer: str, dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    config = replace(TOY, optimizer=optimizer)
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    train(config, dataset, whole)
     step, calls = training._Training._step, 0
 
     def stop(self: Any, *arguments: Any) -> Any:
@@ -158,23 +163,23 @@ def test_it_goes_on_mid_epoch_to_the_same_bits(
 
     monkeypatch.setattr(training._Training, "_step", stop)
     with pytest.raises(KeyboardInterrupt, match="goes on from the last checkpoint"):
-        train(TOY, dataset, tmp_path)
-    assert len(rows(tmp_path)) == 1
+        train(config, dataset, cut)
+    assert len(rows(cut)) == 1
     calls = 2 * STEPS
-    train(replace(TOY, workers=0), dataset, tmp_path)
+    train(replace(config, workers=0), dataset, cut)
     assert calls == 2 * STEPS + 2  # two of the second epoch were there
 
-    assert (tmp_path / WEIGHTS).read_bytes() != (whole / WEIGHTS).read_bytes()  # workers differ, in its header
+    assert (cut / WEIGHTS).read_bytes() != (whole / WEIGHTS).read_bytes()  # workers differ, in its header
     for name in (WEIGHTS, CHECKPOINT):
-        expected, got = (checkpoint.read_tensors(run / name)[0] for run in (whole, tmp_path))
+        expected, got = (checkpoint.read_tensors(run / name)[0] for run in (whole, cut))
         assert expected.keys() == got.keys()
         for key, tensor in expected.items():
             assert torch.equal(tensor, got[key]), key
-    for ours, theirs in zip(rows(whole), rows(tmp_path), strict=True):
+    for ours, theirs in zip(rows(whole), rows(cut), strict=True):
         for name in logs.COLUMNS[:-2]:  # but for the time that it took
             assert ours[name] == theirs[name]
     # TensorBoard drops what was noted beyond the step at which it says that a session starts.
-    starts = [event.step for event in events(tmp_path) if event.HasField("session_log")]
+    starts = [event.step for event in events(cut) if event.HasField("session_log")]
     assert starts == [1, STEPS + 2 + 1]
 
 
@@ -216,7 +221,12 @@ def test_two_processes_share_each_mini_batch(whole: Path, dataset: Dataset, tmp_
 
 
 @pytest.mark.parametrize(
-    "change", [{"precision": "bf16-mixed"}, {"optimizer": "adamw", "learning_rate": 4e-3, "keep_known": True}]
+    "change",
+    [
+        {"precision": "bf16-mixed"},
+        {"optimizer": "adamw", "learning_rate": 4e-3, "keep_known": True},
+        {"network": "pyramid", "optimizer": "muon", "learning_rate": 0.02, "order": "lattice+uniform"},
+    ],
 )
 def test_other_choices(
     dataset: Dataset, tmp_path: Path, change: dict[str, Any], monkeypatch: pytest.MonkeyPatch
@@ -278,6 +288,39 @@ def test_adadelta_is_zeilers() -> None:
         change = 0.95 * change + 0.05 * delta**2
         expected += delta
         np.testing.assert_allclose(x.detach().numpy(), expected, rtol=1e-6)
+
+
+def test_muon_turns_every_direction_alike() -> None:
+    generator = torch.Generator().manual_seed(0)
+    left, right = (torch.linalg.qr(torch.randn(n, n, generator=generator))[0] for n in (8, 18))
+    for values in (torch.logspace(-2, 0, 8), torch.ones(8)):
+        gradient = left @ torch.diag(values) @ right[:8]  # (8, 18), with those singular values
+        turned = left.T @ orthogonal(gradient) @ right[:8].T
+        assert (turned.diagonal() > 0.6).all()
+        assert (turned.diagonal() < 1.25).all()
+        assert (turned - torch.diag(turned.diagonal())).abs().max() < 1e-4
+        torch.testing.assert_close(orthogonal(gradient.T), orthogonal(gradient).T)
+
+
+def test_muon_goes_down_at_its_own_pace() -> None:
+    """Weights of which a matrix can be made by Nesterov's momentum made orthogonal, others by Adam."""
+    network = torch.nn.Conv2d(2, 3, 3)
+    make, _ = OPTIMIZERS["muon"]
+    optimizer = make(network, TrainConfig(learning_rate=0.1))
+    weight, bias = network.weight.detach().clone(), network.bias.detach().clone()  # type: ignore[union-attr]
+    momentum, mean, square = torch.zeros_like(weight), torch.zeros_like(bias), torch.zeros_like(bias)
+    for step in range(1, 4):
+        optimizer.zero_grad()
+        ((network.weight**2).sum() + (network.bias**4).sum()).backward()  # type: ignore[operator]
+        optimizer.step()
+        momentum = 0.95 * momentum + 0.05 * 2 * weight
+        ahead = (0.05 * 2 * weight + 0.95 * momentum).reshape(3, 18)
+        weight -= 0.1 * orthogonal(ahead).reshape(weight.shape)
+        torch.testing.assert_close(network.weight.detach(), weight)
+        gradient = 4 * bias**3
+        mean, square = 0.9 * mean + 0.1 * gradient, 0.99 * square + 0.01 * gradient**2
+        bias -= 0.1 * 0.2 * (mean / (1 - 0.9**step)) / ((square / (1 - 0.99**step)).sqrt() + 1e-8)
+        torch.testing.assert_close(network.bias, bias, check_dtype=False)
 
 
 def test_schedules() -> None:

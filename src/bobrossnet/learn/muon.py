@@ -71,7 +71,7 @@ def orthogonal(matrix: Tensor) -> Tensor:
     Five steps of a Newton-Schulz iteration of the fifth order, with Jordan's coefficients.
     """
     wide = matrix if matrix.size(0) <= matrix.size(1) else matrix.T
-    x = wide / (wide.norm() + 1e-7)
+    x: Tensor = wide / (wide.norm() + 1e-7)
     for _ in range(5):
         square = x @ x.T
         x = 3.4445 * x + (-4.7750 * square + 2.0315 * square @ square) @ x
