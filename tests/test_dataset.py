@@ -59,7 +59,7 @@ def test_a_plan_is_a_function_of_its_seed() -> None:
     np.testing.assert_array_equal(one.mask(7, 0.25), again.mask(7, 0.25))
     assert not np.array_equal(one.mask(7, 0.25), other.mask(7, 0.25))
     assert not np.array_equal(one.mask(7, 0.25), one.mask(8, 0.25))
-    assert not np.array_equal(one.mask(7, 0.25), one.mask(7, 0.25, epoch=1))
+    assert not np.array_equal(one.mask(7, 0.25), one.mask(7, 0.25, turn=1))
     assert one.camera(3, 256) == again.camera(3, 256)
     assert len({one.camera(shape, size) for shape in range(9) for size in SIZES} | {other.camera(3, 256)}) == 28
 
@@ -272,13 +272,48 @@ def test_ranks_share_a_mini_batch(built: Path) -> None:
         assert part.partial.equal(whole.partial[rank::2])
 
 
+def test_detail_is_where_gray_changes(built: Path) -> None:
+    dataset = Dataset.open(built)
+    shape, patch = 1, 3
+    gray = dataset.patches(shape)[patch, 0].astype(float)
+    expected = np.abs(gray[1:] - gray[:-1]).mean() + np.abs(gray[:, 1:] - gray[:, :-1]).mean()
+    assert dataset.detail[shape, patch] == pytest.approx(expected)
+    assert dataset.detail.shape == (dataset.plan.shapes, 21)
+
+
+def test_patches_drawn_by_their_detail(built: Path) -> None:
+    dataset = Dataset.open(built)
+    batches = Batches(dataset, "train", size=32, draw="by-detail", fractions="sparse", epoch=1)
+    drawn = list(batches.stream())
+    numbers = np.concatenate([batch.numbers for batch in drawn])
+    samples = dataset.plan.split("train")
+    assert len(numbers) == len(samples)
+    patches = samples[::5] // 5
+    weights = dataset.detail.ravel()[patches]
+    weights += loader.FLAT * weights.mean()
+    counts = np.bincount(numbers // 5, minlength=dataset.detail.size)
+    assert np.abs(counts[patches] - weights / weights.sum() * len(samples)).max() < 1
+    assert counts.sum() == counts[patches].sum()  # of no patch that is for validation or testing
+    # A sample that comes up again has another mask.
+    most = np.bincount(numbers).argmax()
+    masks = [
+        part[0] for batch in drawn for part, number in zip(batch.partial, batch.numbers, strict=True) if number == most
+    ]
+    assert len(masks) > 1
+    assert not masks[0].equal(masks[1])
+    again = Batches(dataset, "train", size=32, draw="by-detail", fractions="sparse", epoch=1)[2]
+    assert again.partial.equal(drawn[2].partial)
+    with pytest.raises(InputError, match="draw: expected one of each, by-detail, got 'twice'"):
+        Batches(dataset, "train", draw="twice")
+
+
 def test_orders_take_turns(built: Path) -> None:
     dataset = Dataset.open(built)
     for epoch in range(2):
         batch = Batches(dataset, "train", size=6, shuffle=True, epoch=epoch, order="lattice+uniform")[1]
         for number, mask, fraction in zip(batch.numbers.tolist(), batch.partial[:, 0], batch.fractions, strict=True):
             order = ("lattice", "uniform")[(number + epoch) % 2]
-            expected = dataset.plan.mask(number, fraction, epoch=epoch, order=order)
+            expected = dataset.plan.mask(number, fraction, turn=epoch, order=order)
             np.testing.assert_array_equal(mask, expected)
 
 

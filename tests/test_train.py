@@ -390,7 +390,7 @@ NAN = math.nan
     ("field", "value", "message"),
     [
         ("loss", "l3", r"loss: expected one of l1, l2, ssim, ssim\+l1, ssim\+l2, got 'l3'"),
-        ("network", "papper", "network: expected one of paper, got 'papper'"),
+        ("network", "papper", "network: expected one of paper, pyramid, got 'papper'"),
         ("order", ["uniform"], "order: expected one of uniform, r2, lattice, blue-noise, got"),
         ("optimizer", None, "optimizer: expected one of adadelta, adamw, got None"),
         ("fractions", "all", "fractions: expected one of stages, log-uniform, got 'all'"),

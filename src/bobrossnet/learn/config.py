@@ -11,7 +11,7 @@ import torch
 from torch import nn
 
 from bobrossnet.errors import InputError, InputTypeError, check_integer, check_number
-from bobrossnet.learn.dataset.loader import FRACTIONS
+from bobrossnet.learn.dataset.loader import DRAWS, FRACTIONS
 from bobrossnet.learn.losses import LOSSES
 from bobrossnet.learn.muon import Muon
 from bobrossnet.learn.networks import NETWORKS
@@ -37,6 +37,7 @@ class TrainConfig:
     epochs: int = 40  # at most; 0 gives the first weights
     patience: int = 5  # epochs without a better SSIM in validation, after which the training ends
     batch: int = 32  # samples of a mini-batch, of all processes together
+    draw: str = "each"  # samples of an epoch: each once, or "by-detail", those that show little more seldom
     fractions: str = "stages"  # the report's five, or "log-uniform" from 1 to 100 %, or "sparse": from 0.5 to 90 %
     order: str = "uniform"  # pixel order of the masks, or several, "lattice+uniform", of which each sample has one
     loss: str = "ssim+l2"  # a name in `LOSSES`
@@ -108,6 +109,7 @@ OPTIMIZERS: dict[str, tuple[Make, Schedule]] = {
 
 _NAMES: dict[str, Collection[str]] = {
     "network": NETWORKS,
+    "draw": DRAWS,
     "fractions": FRACTIONS,
     "loss": LOSSES,
     "optimizer": OPTIMIZERS,

@@ -162,7 +162,9 @@ class _Training:
     def epoch(self) -> None:
         """Do what is left of an epoch, validate, and write all down."""
         now, config = self.progress, self.config
-        batches = self._batches("train", epoch=now.epoch, seed=config.seed, fractions=config.fractions)
+        batches = self._batches(
+            "train", epoch=now.epoch, seed=config.seed, draw=config.draw, fractions=config.fractions
+        )  # fmt: skip
         validation = self._batches("validation", shuffle=False)
         whole = self.steps + len(validation) / 3  # validation has no backward pass, which is the longer one
         last = f", SSIM {' '.join(f'{now.rows[-1][name]:.3f}' for name in SSIM_COLUMNS)}" if now.rows else ""

@@ -35,6 +35,11 @@ class Fractions(NamedTuple):
     whole: float  # share of the samples that have all pixels traced
 
 
+DRAWS = ("each", "by-detail")
+"""How an epoch's samples are drawn: each of the split once, or as many, patches with more detail more often."""
+
+FLAT = 0.05  # how often a patch without any detail is drawn by detail, beside the mean patch
+
 FRACTIONS = {"stages": None, "log-uniform": Fractions(0.01, 1, 0.1), "sparse": Fractions(0.005, 0.9, 0)}
 """By name; "stages" has the shares of the samples' plan."""
 
@@ -69,6 +74,9 @@ class Batches:
     seed : of the shuffle
     epoch : which shuffle, and which masks
     shuffle : without it, the samples come in the order of their numbers, with the masks of epoch 0
+    draw : one of `DRAWS`
+        By detail, most of the patches that show next to nothing are left out, and what comes up several times in an
+        epoch has another mask each time.
     order : pixel order of the masks; of several, "lattice+uniform", each sample has one, in turn from epoch to epoch
     fractions : a name in `FRACTIONS`
         The shares of the samples' plan, or shares drawn anew in each epoch.
@@ -90,6 +98,7 @@ class Batches:
         seed: int = 0,
         epoch: int = 0,
         shuffle: bool = True,
+        draw: str = "each",
         order: str = "uniform",
         fractions: str = "stages",
         rank: int = 0,
@@ -97,6 +106,8 @@ class Batches:
     ) -> None:
         if fractions not in FRACTIONS:
             raise InputError(f"fractions: expected one of {', '.join(FRACTIONS)}, got {fractions!r}")
+        if draw not in DRAWS:
+            raise InputError(f"draw: expected one of {', '.join(DRAWS)}, got {draw!r}")
         self.dataset = dataset
         self.size = check_integer("size", size, 1, 2**31 - 1)
         self.epoch = epoch if shuffle else 0
@@ -106,11 +117,16 @@ class Batches:
         rng = random_generator(seed, 5, epoch)
         shapes = rng.permutation(dataset.plan.shapes) if shuffle else np.arange(dataset.plan.shapes)
         samples = dataset.plan.split(split)
+        if draw == "by-detail":
+            samples = drawn_by(dataset.detail.ravel()[samples // len(STAGES)], samples, rng)
         self._shapes = shapes
         self._block_of_shape = np.argsort(shapes) // BLOCK
         of_block = self._block_of_shape[samples // (PATCHES * len(STAGES))]  # the block of each sample
         blocks = [samples[of_block == block] for block in range(-(-len(shapes) // BLOCK))]
         self.samples = np.concatenate([rng.permutation(block) if shuffle else block for block in blocks])
+        # A sample and its turn say which pixels are traced.
+        count = len(samples)
+        self._turns = np.full(count, self.epoch) if draw == "each" else self.epoch * count + np.arange(count)
         self._lock = Lock()
         self._read = lru_cache(maxsize=2)(self._read_block)
 
@@ -121,14 +137,16 @@ class Batches:
         if not 0 <= step < len(self):
             raise IndexError(f"step: expected 0..{len(self) - 1}, got {step}")
         plan = self.dataset.plan
-        numbers = self.samples[step * self.size : (step + 1) * self.size][self.rank :: self.ranks]
-        fractions = np.array([self._fraction(int(number)) for number in numbers])
+        mine = slice(step * self.size + self.rank, (step + 1) * self.size, self.ranks)
+        numbers, turns = self.samples[mine], self._turns[mine].tolist()
+        fractions = np.array([self._fraction(*drawn) for drawn in zip(numbers.tolist(), turns, strict=True)])
         partial = torch.empty(len(numbers), 5, PATCH, PATCH)
         reference = torch.empty(len(numbers), 1, PATCH, PATCH)
-        for i, (number, fraction) in enumerate(zip(numbers.tolist(), fractions.tolist(), strict=True)):
+        drawn = zip(numbers.tolist(), turns, fractions.tolist(), strict=True)
+        for i, (number, turn, fraction) in enumerate(drawn):
             patch = torch.from_numpy(self._patch(number))
-            order = self.orders[(number + self.epoch) % len(self.orders)]
-            partial[i, 0] = torch.from_numpy(plan.mask(number, fraction, epoch=self.epoch, order=order))
+            order = self.orders[(number + turn) % len(self.orders)]
+            partial[i, 0] = torch.from_numpy(plan.mask(number, fraction, turn=turn, order=order))
             partial[i, 1:] = patch
             reference[i, 0] = partial[i, 1]
             partial[i, 1:] *= partial[i, 0]
@@ -152,11 +170,11 @@ class Batches:
                 for future in waiting:
                     future.cancel()
 
-    def _fraction(self, number: int) -> float:
+    def _fraction(self, number: int, turn: int) -> float:
         drawn = FRACTIONS[self.fractions]
         if drawn is None:
             return self.dataset.plan.sample(number).fraction
-        whole, place = random_generator(self.dataset.plan.seed, 3, number, self.epoch).random(2)
+        whole, place = random_generator(self.dataset.plan.seed, 3, number, turn).random(2)
         return 1.0 if whole < drawn.whole else float(drawn.least * (drawn.most / drawn.least) ** place)
 
     def _patch(self, number: int) -> NDArray[np.float16]:
@@ -170,3 +188,12 @@ class Batches:
     def _read_block(self, block: int) -> dict[int, NDArray[np.float16]]:
         shapes = self._shapes[block * BLOCK : (block + 1) * BLOCK].tolist()
         return {shape: self.dataset.patches(shape) for shape in shapes}
+
+
+def drawn_by(weights: NDArray[np.float64], samples: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.int64]:
+    """Draw as many samples as there are, with replacement: each comes up as often as its weight says, rounded up or
+    down."""
+    ends = np.cumsum(weights + FLAT * weights.mean())
+    places = (np.arange(len(samples)) + rng.random()) / len(samples) * ends[-1]
+    drawn: NDArray[np.int64] = samples[np.minimum(np.searchsorted(ends, places), len(samples) - 1)]
+    return drawn

@@ -98,14 +98,14 @@ class Plan:
         elevation = float(np.degrees(np.arcsin(rng.uniform(-0.5, 1))))
         return Camera(azimuth=rng.uniform(0, 360), elevation=elevation, roll=rng.normal(0, 10))
 
-    def mask(self, number: int, fraction: float, *, epoch: int = 0, order: str = "uniform") -> NDArray[np.float32]:
+    def mask(self, number: int, fraction: float, *, turn: int = 0, order: str = "uniform") -> NDArray[np.float32]:
         """Return which pixels of a sample are traced.
 
         Parameters
         ----------
         number : of the sample
         fraction : share of the pixels, above 0; at least one pixel is traced
-        epoch : another one draws other pixels
+        turn : another one, such as an epoch's number, draws other pixels
         order : pixel order
 
         Returns
@@ -115,7 +115,7 @@ class Plan:
         count = max(round(fraction * PATCH**2), 1)
         traced = np.ones((PATCH, PATCH), np.float32)
         if count < PATCH**2:
-            order_seed = int(random_generator(self.seed, 4, number, epoch).integers(2**31))
+            order_seed = int(random_generator(self.seed, 4, number, turn).integers(2**31))
             pixels = pixel_order((PATCH, PATCH), order=order, seed=order_seed, count=count)
             traced[:] = 0
             traced[pixels[:, 0], pixels[:, 1]] = 1

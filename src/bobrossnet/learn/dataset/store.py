@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -136,6 +137,13 @@ class Dataset:
         """Return all patches of a shape, (21, 4, 128, 128) float16, in the order of `Plan.sample`."""
         return np.concatenate([_cut(self.read(shape, size)) for size in SIZES])
 
+    @cached_property
+    def detail(self) -> NDArray[np.float64]:
+        """How much there is to see in each patch, (shapes, 21): the mean difference of gray between neighbours."""
+        return np.array(
+            [[_detail(patch[0].astype(float)) for patch in self.patches(shape)] for shape in range(self.plan.shapes)]
+        )
+
     def _file(self, shape: int, size: int) -> Path:
         return self.path / f"views_{size}" / "c" / str(shape) / "0" / "0" / "0"
 
@@ -145,6 +153,11 @@ def _cut(view: NDArray[np.float16]) -> NDArray[np.float16]:
     channels, size, _ = view.shape
     n = size // PATCH
     return view.reshape(channels, n, PATCH, n, PATCH).transpose(1, 3, 0, 2, 4).reshape(-1, channels, PATCH, PATCH)
+
+
+def _detail(gray: NDArray[np.float64]) -> float:
+    """The mean absolute difference between neighbours, (H, W)."""
+    return sum(float(np.abs(np.diff(gray, axis=axis)).mean()) for axis in (0, 1))
 
 
 def _open_group(path: Path) -> zarr.Group:
