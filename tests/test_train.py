@@ -391,9 +391,9 @@ NAN = math.nan
     [
         ("loss", "l3", r"loss: expected one of l1, l2, ssim, ssim\+l1, ssim\+l2, got 'l3'"),
         ("network", "papper", "network: expected one of paper, pyramid, got 'papper'"),
-        ("order", ["uniform"], "order: expected one of uniform, r2, lattice, blue-noise, got"),
-        ("optimizer", None, "optimizer: expected one of adadelta, adamw, got None"),
-        ("fractions", "all", "fractions: expected one of stages, log-uniform, got 'all'"),
+        ("order", ["uniform"], r"order: expected one of uniform, r2, lattice, blue-noise, or several joined by \+, got"),
+        ("optimizer", None, "optimizer: expected one of adadelta, adamw, muon, got None"),
+        ("fractions", "all", "fractions: expected one of stages, log-uniform, sparse, got 'all'"),
         ("precision", "16", "precision: expected one of 32-true, bf16-mixed, got '16'"),
         ("accelerator", "tpu", "accelerator: expected one of auto, cpu, cuda, got 'tpu'"),
         ("groups", 0, "groups: expected an integer in 1"),
