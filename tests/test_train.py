@@ -391,7 +391,7 @@ NAN = math.nan
     [
         ("loss", "l3", r"loss: expected one of l1, l2, ssim, ssim\+l1, ssim\+l2, got 'l3'"),
         ("network", "papper", "network: expected one of paper, pyramid, got 'papper'"),
-        ("order", ["uniform"], r"order: expected one of uniform, r2, lattice, blue-noise, or several joined by \+, got"),
+        ("order", ["uniform"], r"order: expected one of uniform, r2, lattice, blue-noise, or several joined by \+"),
         ("optimizer", None, "optimizer: expected one of adadelta, adamw, muon, got None"),
         ("fractions", "all", "fractions: expected one of stages, log-uniform, sparse, got 'all'"),
         ("precision", "16", "precision: expected one of 32-true, bf16-mixed, got '16'"),
