@@ -24,14 +24,14 @@ import bobrossnet as bob
 from bobrossnet.atomic import write_whole
 from bobrossnet.complete.filling import FILLINGS
 from bobrossnet.complete.model import weights_path
-from bobrossnet.learn.costs import Cost, cost_table, measure_costs
-from bobrossnet.learn.evaluate import FRACTIONS, evaluate_scenes
-from bobrossnet.learn.evaluation import METRICS, Evaluation
+from bobrossnet.learn.evaluation.costs import Cost, cost_table, measure_costs
+from bobrossnet.learn.evaluation.evaluate import FRACTIONS, evaluate_scenes
+from bobrossnet.learn.evaluation.methods import kept
+from bobrossnet.learn.evaluation.runs import Run, label
+from bobrossnet.learn.evaluation.scenes import Scenes, own_scenes, scenes_of_folder
+from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
+from bobrossnet.learn.evaluation.stability import Stability, measure_stability
 from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
-from bobrossnet.learn.methods import kept
-from bobrossnet.learn.runs import Run, label
-from bobrossnet.learn.scenes import Scenes, own_scenes, scenes_of_folder
-from bobrossnet.learn.stability import Stability, measure_stability
 from bobrossnet.learn.tables import plus_minus, table
 from bobrossnet.render.order import DEFAULT_ORDER, ORDERS, pixel_order
 from bobrossnet.render.picture import side_by_side, to_8_bit, traced_on_green, write_picture
