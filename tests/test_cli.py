@@ -230,7 +230,7 @@ def test_info_on_weights(name, capsys):
 
 
 def test_evaluate(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("bobrossnet.learn.costs.SIZE", (48, 64))
+    monkeypatch.setattr("bobrossnet.learn.evaluation.costs.SIZE", (48, 64))
     (tmp_path / "a.obj").write_text(TRIANGLE)
     assert cli.main(["evaluate", str(tmp_path), "--size", "32x32"]) == 0
     printed = capsys.readouterr().out

@@ -95,7 +95,6 @@ def test_pyramid_of_other_widths(tmp_path, monkeypatch, tree):
     monkeypatch.setattr(python, "LEVELS", 3)
     monkeypatch.setattr(python, "FEATURES", {1: 4, 2: 12, 3: 16})
     monkeypatch.setattr(python, "HANDED_ON", {1: 1, 2: 5, 3: 2, 4: 0})
-    monkeypatch.setattr(Pyramid, "multiple", 8)
     network = Pyramid().eval()
     checkpoint.save(tmp_path / "small.safetensors", network)
     model = load_model(tmp_path / "small.safetensors")

@@ -21,6 +21,9 @@ constexpr int known_finest = 11, first_mask = 3, first_surprise = 7;
 
 constexpr int known_at(int level) { return level == 1 ? known_finest : known; }
 
+/// Blocks of two in so many pixels; the last one may have one alone.
+constexpr int half(int size) { return (size + 1) / 2; }
+
 ConstRows rows_of(const Planes& planes, int channel, int y) {
     return {planes.row(channel, y), planes.offset(y, y - 1), planes.offset(y, y + 1), planes.plane_stride()};
 }
@@ -63,7 +66,7 @@ struct Pyramid::Progress {
 /// below those that it makes; convolutions take rows in pairs, and so does what doubles the coarser picture.
 std::vector<Pyramid::Progress> Pyramid::needed(int finished, int height, int levels) {
     std::vector<Progress> result;
-    for (int level = 1, asked = finished; level <= levels; ++level, height /= 2) {
+    for (int level = 1, asked = finished; level <= levels; ++level, height = half(height)) {
         const auto pairs = [&](int rows) { return std::min((rows + 1) / 2 * 2, height); };
         Progress p{};
         p.finer = pairs(asked);
@@ -71,7 +74,7 @@ std::vector<Pyramid::Progress> Pyramid::needed(int finished, int height, int lev
         p.compared = std::min(p.features + 1, height);
         p.known = pairs(level == 1 ? p.compared + 1 : p.compared);
         p.sums = std::min(p.known + 1, height);
-        asked = (p.known + 1) / 2;
+        asked = half(p.known);
         result.push_back(p);
     }
     return result;
@@ -97,7 +100,7 @@ struct Pyramid::Images {
     Planes correction;          // finer, of level 1, in phases (4)
 
     Images(int height, int width, const std::vector<Layers>& layers, std::size_t memory)
-        : Images(height, width, layers, rows_within(memory, height / 2, width / 2, layers), 0) {}
+        : Images(height, width, layers, rows_within(memory, half(height), half(width), layers), 0) {}
 
     Level& level(int number) { return levels[static_cast<std::size_t>(number - 1)]; }
     const Level& level(int number) const { return levels[static_cast<std::size_t>(number - 1)]; }
@@ -107,12 +110,12 @@ private:
         : height(height),
           width(width),
           rows(rows),
-          everywhere(1, 1, (width >> layers.size()) / 2 + 1),
-          correction(4, height / 2, width / 2, rows + 2) {
+          everywhere(1, 1, (width >> layers.size()) + 1),
+          correction(4, half(height), half(width), rows + 2) {
         levels.reserve(layers.size());
-        const auto windows = windows_of(rows, height / 2, static_cast<int>(layers.size()));
+        const auto windows = windows_of(rows, half(height), static_cast<int>(layers.size()));
         for (std::size_t i = 0; i < layers.size(); ++i) {
-            height /= 2, width /= 2;
+            height = half(height), width = half(width);
             const int in = layers[i].features.in(), out = layers[i].features.out();
             levels.push_back({{sums::channels, height, width, windows[i].sums}, {in, height, width, windows[i].others},
                               {out, height, width, windows[i].others}, {1, height, width, windows[i].others},
@@ -133,7 +136,7 @@ private:
                 const int handed = i + 1 < next.size() ? 2 * next[i + 1].finer : 0;
                 result[i].sums = std::max(result[i].sums, pulled - (done[i].known - 1));
                 result[i].others = std::max(result[i].others, std::max(next[i].known, handed) - seen);
-                seen = done[i].known / 2 - 1;
+                seen = half(done[i].known) - 1;
             }
             done = next;
         }
@@ -181,16 +184,14 @@ Pyramid::~Pyramid() = default;
 
 bool Pyramid::operator()(const float* gbuffer, int height, int width, float* gray,
                          const std::function<bool()>& keep_going) const {
-    const int multiple = 1 << levels();
-    const auto padded = [&](int size) { return (size + multiple - 1) / multiple * multiple; };
-    auto images = spare_.take(padded(height), padded(width), layers_, memory_);
+    auto images = spare_.take(height, width, layers_, memory_);
     const Pixels pixels{gbuffer, height, width};
 
     std::vector<Progress> done(layers_.size(), Progress{});
     int finished = 0;
-    while (2 * finished < height && (!keep_going || keep_going())) {
-        const int until = std::min(finished + images->rows, images->height / 2);
-        const auto next = needed(until, images->height / 2, levels());
+    while (finished < half(height) && (!keep_going || keep_going())) {
+        const int until = std::min(finished + images->rows, half(height));
+        const auto next = needed(until, half(height), levels());
         pull(pixels, *images, done.back().sums, next.back().sums);
         for (int level = levels(); level >= 1; --level) {
             auto& [sums, inputs, features, corrected, surface] = images->level(level);
@@ -207,25 +208,26 @@ bool Pyramid::operator()(const float* gbuffer, int height, int width, float* gra
                 layers.finer(features, 0, images->correction, 0, Then::nothing, from.finer, to.finer);
             }
         }
-        finish(*images, finished, std::min(until, (height + 1) / 2), height, width, gray);
+        finish(*images, finished, until, height, width, gray);
         finished = until;
         done = next;
     }
     spare_.give_back(std::move(images));
-    return 2 * finished >= height;
+    return finished >= half(height);
 }
 
 void Pyramid::pull(const Pixels& pixels, Images& images, int begin, int end) const {
     if (levels() == 1) return;
     const auto& kernels = best_pyramid_kernels();
-    const int width = images.width / 2;
+    const int width = half(images.width);
     // All levels of a row of the coarsest level's blocks, while they are in the cache.
     parallel_for(static_cast<std::size_t>(end - begin), 1, [&](std::size_t first, std::size_t last) {
         Planes finest(sums::channels, 2, width);
         for (int level = 2; level <= levels(); ++level) {
             Planes& to = images.level(level).sums;
             const int per_block = 1 << (levels() - level);
-            for (int y = (begin + static_cast<int>(first)) * per_block; y < (begin + static_cast<int>(last)) * per_block; ++y) {
+            const int end_row = std::min((begin + static_cast<int>(last)) * per_block, to.height());
+            for (int y = (begin + static_cast<int>(first)) * per_block; y < end_row; ++y) {
                 if (level == 2) {
                     for (int i = 0; i < 2; ++i) kernels.pull_pixels(pixels.rows(2 * y + i), rows_of(finest, 0, i), width);
                 }
@@ -241,7 +243,7 @@ void Pyramid::pull(const Pixels& pixels, Images& images, int begin, int end) con
 void Pyramid::know(int level, const Pixels& pixels, Images& images, const Progress& done, const Progress& next) const {
     const auto& kernels = best_pyramid_kernels();
     auto& to = images.level(level);
-    const int width = to.sums.width();
+    const int height = to.sums.height(), width = to.sums.width();
     const bool coarsest = level == levels();
     if (level == 1) {  // cheaper to sum again than to keep since `pull`
         for_rows(done.sums, next.sums, 2 * width, [&](int y) {
@@ -263,10 +265,11 @@ void Pyramid::know(int level, const Pixels& pixels, Images& images, const Progre
         const float* coarser = coarsest ? images.everywhere.row(0, 0) : images.level(level + 1).surface.row(0, y / 2);
         kernels.spread(rows_of(std::as_const(to.sums), sums::shown, y), coarser, to.surface.row(0, y), width);
     };
-    for_rows(done.known / 2, (next.known + 1) / 2, 2 * width, [&](int y) {
+    for_rows(half(done.known), half(next.known), 2 * width, [&](int y) {
         if (!coarsest) {
             kernels.enlarge(doubled(images.level(level + 1).corrected, y),
-                            rows_of(std::as_const(to.inputs), known_at(level), 2 * y), rows_of(to.inputs, 0, 2 * y), width / 2);
+                            rows_of(std::as_const(to.inputs), known_at(level), 2 * y), rows_of(to.inputs, 0, 2 * y), half(width));
+            if (2 * y + 1 == height) to.inputs.clear_tail(0, height);
         }
         for (int i = 2 * y; i < std::min(2 * y + 2, next.known); ++i) know_row(i);
     });
