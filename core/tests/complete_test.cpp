@@ -122,15 +122,25 @@ TEST(convolutions_follow_their_definition) {
     });
 }
 
-/// What a network makes of noise, which is the same for the same size.
-template <class Network>
-std::vector<float> completed(const Network& network, int height, int width) {
+/// A G-buffer of noise, the same for the same size.
+std::vector<float> noise(int height, int width) {
     test::Random random(9);
     std::vector<float> gbuffer(static_cast<std::size_t>(5 * height * width));
     for (auto& v : gbuffer) v = random();
+    return gbuffer;
+}
+
+template <class Network>
+std::vector<float> completed(const Network& network, const std::vector<float>& gbuffer, int height, int width) {
     std::vector<float> gray(static_cast<std::size_t>(height * width));
     network(gbuffer.data(), height, width, gray.data());
     return gray;
+}
+
+/// What a network makes of noise.
+template <class Network>
+std::vector<float> completed(const Network& network, int height, int width) {
+    return completed(network, noise(height, width), height, width);
 }
 
 TEST(networks_give_the_same_from_call_to_call_and_size_to_size) {
@@ -153,11 +163,15 @@ TEST(networks_give_the_same_from_call_to_call_and_size_to_size) {
     });
 }
 
+/// Those of tests/test_complete.py, and tall ones, of even and odd levels.
+const std::pair<int, int> sizes[] = {{1, 1},    {2, 3},     {5, 7},     {1, 258},   {61, 47},  {64, 64},  {100, 70},
+                                     {130, 257}, {17, 1000}, {1000, 17}, {700, 40}, {203, 21}, {1155, 3}};
+
 TEST(large_pictures_are_completed_in_windows_of_rows) {
     test::for_each_isa([] {
         std::vector<std::vector<float>> of_paper, of_pyramid;
         const auto paper = paper_weights(of_paper, 4), pyramid = pyramid_weights(of_pyramid);
-        for (const auto& [height, width] : {std::pair{700, 40}, {203, 21}, {64, 200}, {1, 300}, {1155, 3}}) {
+        for (const auto& [height, width] : sizes) {
             const auto paper_whole = completed(bob::Paper(paper), height, width);
             const auto pyramid_whole = completed(bob::Pyramid(pyramid), height, width);
             for (const std::size_t memory : {0u, 300'000u, 1'000'000u}) {  // the least rows at once, and some more
@@ -165,6 +179,31 @@ TEST(large_pictures_are_completed_in_windows_of_rows) {
                 CHECK(completed(bob::Pyramid(pyramid, memory), height, width) == pyramid_whole);
             }
         }
+    });
+}
+
+TEST(what_is_no_number_stays_within_reach) {
+    const float nan = std::nanf(""), infinity = INFINITY;
+    test::for_each_isa([&] {
+        std::vector<std::vector<float>> of_paper, of_pyramid;
+        const bob::Paper paper(paper_weights(of_paper, 4));
+        const bob::Pyramid pyramid(pyramid_weights(of_pyramid));
+        const int height = 700, width = 9, place = 601;
+        const auto values = noise(height, width);
+        const auto check = [&](const auto& network, int reach) {
+            const auto expected = completed(network, values, height, width);
+            for (const float strange : {nan, infinity, -infinity, 3e38f, 1e-42f}) {
+                auto changed = values;
+                for (int c = 0; c < 5; ++c) changed[static_cast<std::size_t>((c * height + place) * width + c)] = strange;
+                const auto gray = completed(network, changed, height, width);
+                CHECK_EQ(gray.size(), expected.size());
+                for (std::size_t i = 0; i < gray.size(); ++i) {
+                    if (std::abs(static_cast<int>(i) / width - place) > reach) CHECK_EQ(gray[i], expected[i]);
+                }
+            }
+        };
+        check(paper, 20);
+        check(pyramid, (4 << 6) + (2 << 6));  // the farthest that a pair of the coarsest blocks sees
     });
 }
 
