@@ -1,70 +1,102 @@
-"""Milliseconds to complete a picture with each network: the core against PyTorch and ONNX Runtime.
+"""What it takes to complete a picture with each network: the core against PyTorch, ONNX Runtime and OpenVINO.
 
-The same weights, the same input, in the same run, with all cores; every result is compared with PyTorch's. Then
+The same weights, the same input, in the same run, with as many threads; every result is compared with PyTorch's. Then
 milliseconds to say which pixels come first, for each pixel order.
 """
 
 from __future__ import annotations
 
+import gc
+import subprocess
 import tempfile
 from collections.abc import Callable
 from functools import partial
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import onnxruntime
 import torch
+from numpy.typing import NDArray
 from report import heading, in_turn, median_ratio, spread, table
 
 import bobrossnet as bob
-from bobrossnet import _core
-from bobrossnet.complete.model import find_weights, load_model
+from bobrossnet.complete.model import NETWORKS as OF_CORE
+from bobrossnet.complete.model import find_weights
+from bobrossnet.complete.weights import read_weights
 from bobrossnet.learn.checkpoint import load, save
 from bobrossnet.learn.networks import NETWORKS
+from bobrossnet.machine import extra_memory
 from bobrossnet.render.order import ORDERS
 
-SIZES = ((240, 320), (480, 640), (720, 1280))
-RUNS = 21
+THREADS = 2
+SIZES = ((240, 320), (480, 640), (720, 1280), (1080, 1920), (2160, 3840))
+PIXELS = 2e7  # that each rival completes at each size, in at least 3 runs
+CORE = Path(__file__).parents[1] / "core"
+FLAGS = ["-std=c++20", "-O3", "-march=native", "-ffp-contract=off", "-Wno-psabi", "-DBOB_ISA=widest", f"-I{CORE}"]
+
+Run = Callable[[], NDArray[np.float32]]
 
 
-def rivals(weights: Path, gbuffer: bob.GBuffer, onnx: Path) -> dict[str, Callable[[], np.ndarray]]:
-    """What completes the picture, by name; each returns the network's output, (H, W)."""
-    stack = gbuffer.stack()[None].copy()
-    network, wide = load(weights)[0].eval(), load(weights)[0].eval()
-    wide.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-    eager, last = torch.from_numpy(stack), torch.from_numpy(stack).to(memory_format=torch.channels_last)
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = bob.thread_count()
-    session = onnxruntime.InferenceSession(onnx, options, providers=["CPUExecutionProvider"])
-    model = load_model(weights)
-    best = _core.isa()
+def rivals(weights: Path, onnx: Path, stack: NDArray[np.float32]) -> dict[str, Callable[[], Run]]:
+    """What completes the picture, by name. Each makes a network ready, and then returns its output, (H, W)."""
+    size = stack.shape[1:]
 
-    def core(name: str) -> Callable[[], np.ndarray]:
-        def run() -> np.ndarray:
-            _core.set_isa(name)
-            result = model.predict(gbuffer)
-            _core.set_isa(best)
-            return result
+    def core() -> Run:
+        metadata, tensors = read_weights(weights)
+        network = OF_CORE[metadata["network"]](tensors)
+
+        def run() -> NDArray[np.float32]:
+            gray = np.empty(size, np.float32)
+            network(stack, gray)
+            return gray
 
         return run
 
-    def with_torch(module: torch.nn.Module, batch: torch.Tensor) -> Callable[[], np.ndarray]:
-        def run() -> np.ndarray:
+    def pytorch() -> Run:
+        network = load(weights)[0].eval()
+        network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        batch = torch.from_numpy(stack[None]).to(memory_format=torch.channels_last)
+
+        def run() -> NDArray[np.float32]:
             with torch.inference_mode():
-                result: np.ndarray = module(batch)[0, 0].numpy()
+                result: NDArray[np.float32] = network(batch)[0, 0].numpy()
             return result
 
         return run
 
-    available = [name for name in ("baseline", "avx2", "avx512") if _core.set_isa(name)]
-    _core.set_isa(best)
-    return {
-        "PyTorch": with_torch(network, eager),
-        "PyTorch, channels_last": with_torch(wide, last),
-        "ONNX Runtime": lambda: session.run(None, {"gbuffer": stack})[0][0, 0],
-        **{f"core, {name}": core(name) for name in available},
-        "bob.complete": lambda: bob.complete(gbuffer, model=model),
+    def onnx_runtime() -> Run:
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = THREADS
+        session = onnxruntime.InferenceSession(onnx, options, providers=["CPUExecutionProvider"])
+        return lambda: session.run(None, {"gbuffer": stack[None]})[0][0, 0]
+
+    def openvino(**precision: str) -> Run:
+        vino = import_module("openvino").Core()
+        model = vino.read_model(onnx)
+        model.reshape([1, 5, *size])
+        hints = {"PERFORMANCE_HINT": "LATENCY", "INFERENCE_NUM_THREADS": THREADS, **precision}
+        request = vino.compile_model(model, "CPU", hints).create_infer_request()
+        return lambda: request.infer([stack[None]], share_inputs=True)[0][0, 0].copy()
+
+    result: dict[str, Callable[[], Run]] = {
+        "PyTorch, channels_last": pytorch,
+        "ONNX Runtime": onnx_runtime,
+        "core": core,
     }
+    if find_spec("openvino"):
+        result["OpenVINO, float32"] = partial(openvino, INFERENCE_PRECISION_HINT="f32")
+        result["OpenVINO, its default"] = openvino
+    return result
+
+
+def peak(folder: Path) -> float:
+    """GFLOP/s of fused multiply-adds that this machine does now, at most."""
+    program = folder / "peak"
+    if not program.exists():
+        subprocess.run(["c++", *FLAGS, "-o", program, Path(__file__).with_name("peak.cpp"), "-pthread"], check=True)
+    return float(subprocess.run([program, str(THREADS)], check=True, capture_output=True, text=True).stdout)
 
 
 def weights_of(network: str, folder: Path) -> Path:
@@ -76,27 +108,64 @@ def weights_of(network: str, folder: Path) -> Path:
 
 
 def main() -> None:
-    torch.set_num_threads(bob.thread_count())
+    bob.set_thread_count(THREADS)
+    torch.set_num_threads(THREADS)
     scene = bob.Scene(bob.happy_tree())
-    heading(f"Completing: milliseconds, {bob.thread_count()} threads")
-    rows = []
-    with tempfile.TemporaryDirectory() as folder:
+    heading(f"Completing: {THREADS} threads")
+    rows: list[list[str]] = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        peaks = [peak(folder)]
         for network in NETWORKS:
-            weights, onnx = weights_of(network, Path(folder)), Path(folder) / f"{network}.onnx"
+            weights, onnx = weights_of(network, folder), folder / f"{network}.onnx"
             bob.export(weights, onnx)
             for size in SIZES:
-                gbuffer = bob.trace(scene, size=size, fraction=0.05)
-                runs = rivals(weights, gbuffer, onnx)
-                expected = runs["PyTorch"]()
-                for name, run in runs.items():
-                    if name != "bob.complete":
-                        assert np.abs(run() - expected).max() < 1e-5, name
-                seconds = in_turn(runs, RUNS)
-                for name, values in seconds.items():
-                    ratio = median_ratio(values, seconds["bob.complete"])
-                    rows.append([f"complete.{network}.{size[1]}x{size[0]}", name, spread(values, 1e3), f"{ratio:.2f}"])
-    table(["what", "with", "ms", "/ bob.complete"], rows)
+                rows += compare(
+                    f"complete.{network}", weights, onnx, bob.trace(scene, size=size, fraction=0.05), peaks[-1]
+                )
+                peaks.append(peak(folder))
+    what = "GFLOP/s are of convolutions as they are defined; a kernel that multiplies less may exceed the peak"
+    print(f"{what}: {spread(peaks)} GFLOP/s, measured before each size.")
+    print("MB: the peak of memory beyond input and output. Difference: the largest from PyTorch.\n")
+    if not find_spec("openvino"):
+        print("skipped OpenVINO: it is not installed (pip install openvino)\n")
+    table(["what", "with", "ms", "/ core", "GFLOP/s", "of peak", "MB", "difference"], rows)
     order_times()
+
+
+def compare(what: str, weights: Path, onnx: Path, gbuffer: bob.GBuffer, peak: float) -> list[list[str]]:
+    """Rows of the table for one picture."""
+    height, width = gbuffer.size
+    operations = 2 * load(weights)[0].multiply_adds(height, width) * height * width
+    runs: dict[str, Run] = {}
+    memory, difference = {}, {}
+    expected: NDArray[np.float32] | None = None
+    for name, ready in rivals(weights, onnx, gbuffer.stack()).items():
+        run = runs[name] = ready()
+        gc.collect()
+        results: list[NDArray[np.float32]] = []
+        needed = extra_memory(lambda run=run, results=results: results.append(run()))  # type: ignore[misc]
+        memory[name] = "?" if needed is None else f"{max(0, needed - 4 * height * width) / 2**20:.0f}"
+        expected = results[0] if expected is None else expected
+        difference[name] = float(np.abs(results[0] - expected).max())
+        assert difference[name] < 1e-5 or name == "OpenVINO, its default", (name, difference[name])
+    seconds = in_turn(runs, max(3, min(21, round(PIXELS / (height * width)))))
+    rows = []
+    for name, values in seconds.items():
+        rate = operations / float(np.median(values)) / 1e9
+        rows.append(
+            [
+                f"{what}.{width}x{height}",
+                name,
+                spread(values, 1e3),
+                f"{median_ratio(values, seconds['core']):.2f}",
+                f"{rate:.0f}",
+                f"{100 * rate / peak:.0f} %",
+                memory[name],
+                f"{difference[name]:.0e}",
+            ]
+        )
+    return rows
 
 
 def order_times() -> None:

@@ -1,11 +1,16 @@
-"""What must hold of the compiled kernels, besides their results."""
+"""What must hold of the compiled kernels and of the networks made of them, besides their results."""
 
 import shutil
 import subprocess
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from bobrossnet.complete.model import NETWORKS
+from bobrossnet.learn import networks
+from bobrossnet.machine import extra_memory
 
 OBJECTS = sorted((Path(__file__).parent.parent / "build/core").glob("CMakeFiles/kernels_*.dir/**/*.o"))
 
@@ -25,3 +30,16 @@ def test_kernels_share_no_code():
         own = f"bob::{file.relative_to(file.parents[3]).parts[0].removeprefix('kernels_').removesuffix('.dir')}::"
         shared = [line for line in symbols.splitlines() if line[17:18] in "WVu" and own not in line]
         assert not [line for line in shared if "DW.ref.__gxx_personality" not in line], file
+
+
+@pytest.mark.parametrize("name", NETWORKS)
+def test_a_4k_picture_needs_32_mb(name):
+    """Beside its input and its output, of which the pages are touched before."""
+    tensors = networks.NETWORKS[name]().state_dict()
+    network = NETWORKS[name]({key: tensor.numpy() for key, tensor in tensors.items()})
+    stack, gray = np.ones((5, 2160, 3840), np.float32), np.ones((2160, 3840), np.float32)
+    needed = extra_memory(lambda: network(stack, gray))
+    if needed is None:
+        pytest.skip("this system does not tell how much memory a process needs")
+    assert needed < 32 * 2**20
+    assert (gray != 1).any()
