@@ -10,6 +10,9 @@
 #include <cstring>
 #include <utility>
 
+#if defined(__ARM_NEON)
+#include <arm_neon.h>
+#endif
 #if defined(__SSE2__)
 #include <immintrin.h>
 #endif
@@ -60,6 +63,9 @@ inline F to_floats(M a) { return __builtin_convertvector(a, F); }
 /// a * b + c, rounded once where the instruction set can.
 template <class V>
 inline V fma(V a, V b, V c) {
+#if defined(__ARM_NEON)
+    if constexpr (sizeof(V) == 16) return (V)vfmaq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b);
+#endif
 #if defined(__AVX512F__)
     if constexpr (sizeof(V) == 64) return (V)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
 #endif

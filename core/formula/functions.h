@@ -100,7 +100,7 @@ inline F log(F x) {
     const F e = to_floats(exponent), m2 = m * m;
     const F result = m + (p * m * m2 - e * 2.12194440e-4f - 0.5f * m2) + e * 0.693359375f;
     const F edge = x == F{} ? constant(-infinity) : (x > F{} ? x : constant(not_a_number));  // 0, inf, below 0 and NaN
-    return (x > F{}) & (x < constant(infinity)) ? result : edge;
+    return ((x > F{}) & (x < constant(infinity))) ? result : edge;
 }
 
 /// The angle of (1, x) for x in 0..1.
