@@ -24,9 +24,14 @@ struct Sums {
 /// The convolution at `step` pixels of one row, from column x on.
 template <int Block>
 inline Sums<Block, 1> convolve(const ConvRow& row, int y, int x) {
-    Sums<Block, 1> sum;
+    // One channel has too few sums to keep the multipliers busy: one for each row of taps then.
+    constexpr int apart = Block == 1 ? 3 : 1;
+    V part[apart][Block][vectors];
     for (int channel = 0; channel < Block; ++channel) {
-        for (int i = 0; i < vectors; ++i) sum.at[channel][0][i] = broadcast<V>(row.bias[channel]);
+        for (int i = 0; i < vectors; ++i) {
+            part[0][channel][i] = broadcast<V>(row.bias[channel]);
+            for (int k = 1; k < apart; ++k) part[k][channel][i] = V{};
+        }
     }
     const float* corner = row.input + x - 1;
     const float* weight = row.weight;
@@ -39,13 +44,19 @@ inline Sums<Block, 1> convolve(const ConvRow& row, int y, int x) {
 #pragma GCC unroll 5
             for (int channel = 0; channel < Block; ++channel) {
                 const V w = broadcast<V>(weight[tap * Block + channel]);
-                for (int i = 0; i < vectors; ++i) {
-                    sum.at[channel][0][i] = fma(pixels[i], w, sum.at[channel][0][i]);
-                }
+                V* sum = part[tap / 3 % apart][channel];
+                for (int i = 0; i < vectors; ++i) sum[i] = fma(pixels[i], w, sum[i]);
             }
         }
         corner += row.plane_stride;
         weight += 9 * Block;
+    }
+    Sums<Block, 1> sum;
+    for (int channel = 0; channel < Block; ++channel) {
+        for (int i = 0; i < vectors; ++i) {
+            sum.at[channel][0][i] = part[0][channel][i];
+            for (int k = 1; k < apart; ++k) sum.at[channel][0][i] += part[k][channel][i];
+        }
     }
     return sum;
 }
@@ -195,7 +206,7 @@ inline Sums<Block, 2> convolve_kept(const ConvRow& row, int x) {
             for (int kx = 0; kx < 3; ++kx) {
                 V d[vectors];
                 for (int i = 0; i < vectors; ++i) d[i] = load<V>(from + kx + i * lanes);
-#pragma GCC unroll 4
+#pragma GCC unroll 5
                 for (int channel = 0; channel < Block; ++channel) {
                     const V w = broadcast<V>(weight[kx * 4 * Block + channel]);
                     for (int i = 0; i < vectors; ++i) m[channel][i] = fma(d[i], w, m[channel][i]);
@@ -264,7 +275,7 @@ inline void conv_block(const ConvRow& row, int rows, Then then) {
 
 template <int Block>
 void conv(const ConvRow& row, int rows, Then then) {
-    if constexpr (Block == 4 && !in_pairs) {
+    if constexpr (Block > 1 && !in_pairs) {
         if (rows == 2) return conv_tiles<Block>(row, then);
     }
     ConvRow block = row;
