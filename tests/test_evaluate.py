@@ -382,7 +382,7 @@ def test_the_command_writes_tables(
     assert cli.main(["evaluate", str(models), *options, "--csv", str(scores), "--markdown", str(tables)]) == 0
     printed = capsys.readouterr()
     assert "warning: left out: d.obj: " in printed.err
-    assert "| default kept    |     10,346 |                 2,452 |" in printed.out
+    assert "| paper kept      |     10,346 |                 2,452 |" in printed.out
     assert printed.out == f"{tables.read_text()}wrote {scores}\nwrote {tables}\n"
     assert "Means over 6 pictures of 3 shapes." in printed.out
     assert "| traced          |        5 % |       50 % |" in printed.out

@@ -1,0 +1,57 @@
+"""The default network and pixel order, as shipped: better than interpolation, at half of the report's arithmetic."""
+
+import numpy as np
+import pytest
+from models import MODELS, needs_models
+
+import bobrossnet as bob
+from bobrossnet.complete.model import weights_path
+from bobrossnet.learn import checkpoint
+from bobrossnet.learn.evaluation.evaluate import evaluate_scenes
+from bobrossnet.learn.evaluation.scenes import own_scenes, scenes_of_folder
+
+UNIFORM_LINEAR = "delaunay-linear", "uniform"
+SHARES = 0.02, 0.1, 0.25
+
+
+def evaluate(scenes):
+    return evaluate_scenes(
+        scenes, ["default", "paper"], orders=["uniform", "default"], fillings=["delaunay-linear"], fractions=SHARES,
+        size=(128, 128), repainting=False,
+    )  # fmt: skip
+
+
+def test_arithmetic():
+    network, metadata = checkpoint.load(weights_path("default"))
+    assert metadata["network"] == "pyramid"
+    assert network.multiply_adds() <= 1226
+
+
+def check(result, uniform, default):
+    """Errors are below those of linear filling of as many pixels in uniform order, and of the report's network."""
+    for order, limit in (("uniform", uniform), ("default", default)):
+        ours = "default kept", order
+        assert (result.change_of_error(ours, UNIFORM_LINEAR)[:, 0] < limit).all(), order
+        for metric in ("ssim", "psnr", "flip"):
+            assert (result.change_of_error(ours, ("paper kept", order), metric)[:, 0] < 0).all(), (order, metric)
+
+
+def test_better_than_interpolation():
+    check(evaluate(own_scenes(6)), uniform=-0.08, default=-0.22)
+
+
+@needs_models
+@pytest.mark.filterwarnings("ignore::bobrossnet.errors.InputWarning")
+def test_better_than_interpolation_on_real_models():
+    check(evaluate(scenes_of_folder(MODELS, 8)), uniform=-0.13, default=-0.3)
+
+
+def test_background_stays_black():
+    """Nothing is invented far from the shape, whatever the order."""
+    full = bob.trace(bob.happy_tree(), bob.Camera(zoom=0.5), size=(240, 320))
+    columns = np.flatnonzero(full.gray.any(0))
+    for order in ("uniform", "default"):
+        image = bob.complete(full.sample(0.05, order=order))
+        beside = np.delete(image, range(columns[0] - 64, columns[-1] + 65), axis=1)
+        assert (beside == 0).all()
+        assert beside.shape[1] > 60
