@@ -5,6 +5,8 @@
 #include <mutex>
 #include <utility>
 
+#include "parallel.h"
+
 namespace bob {
 
 /// Lends images of any size, to several threads at once; keeps those that were given back last.
@@ -27,7 +29,7 @@ public:
     }
 
 private:
-    std::mutex mutex_;
+    Mutex mutex_;
     std::unique_ptr<Images> kept_;
 };
 
