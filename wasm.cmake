@@ -33,7 +33,7 @@ function(compile_wasm objects name source)
 endfunction()
 
 file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/wasm)
-compile_wasm(runtime unwind ${zig}/lib/libunwind/src/Unwind-wasm.c -x c -O2 -w -DNDEBUG -I ${zig}/lib/libunwind/include)
+compile_wasm(runtime unwind ${zig}/lib/libunwind/src/Unwind-wasm.c -x c -O2 -w -DNDEBUG -D_LIBUNWIND_HIDE_SYMBOLS -I ${zig}/lib/libunwind/include)
 foreach(name cxa_exception cxa_personality)
   compile_wasm(runtime ${name} ${zig}/lib/libcxxabi/src/${name}.cpp ${libcxxabi_flags})
 endforeach()
