@@ -24,14 +24,14 @@ import bobrossnet as bob
 from bobrossnet.atomic import write_whole
 from bobrossnet.complete.filling import FILLINGS
 from bobrossnet.complete.model import weights_path
-from bobrossnet.learn.costs import Cost, cost_table, measure_costs
-from bobrossnet.learn.evaluate import FRACTIONS, evaluate_scenes
-from bobrossnet.learn.evaluation import METRICS, Evaluation
+from bobrossnet.learn.evaluation.costs import Cost, cost_table, measure_costs
+from bobrossnet.learn.evaluation.evaluate import FRACTIONS, evaluate_scenes
+from bobrossnet.learn.evaluation.methods import kept
+from bobrossnet.learn.evaluation.runs import Run, label
+from bobrossnet.learn.evaluation.scenes import Scenes, own_scenes, scenes_of_folder
+from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
+from bobrossnet.learn.evaluation.stability import Stability, measure_stability
 from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
-from bobrossnet.learn.methods import kept
-from bobrossnet.learn.runs import Run, label
-from bobrossnet.learn.scenes import Scenes, own_scenes, scenes_of_folder
-from bobrossnet.learn.stability import Stability, measure_stability
 from bobrossnet.learn.tables import plus_minus, table
 from bobrossnet.render.order import DEFAULT_ORDER, ORDERS, pixel_order
 from bobrossnet.render.picture import side_by_side, to_8_bit, traced_on_green, write_picture
@@ -42,7 +42,13 @@ LINEAR = "delaunay-linear"
 PACKAGES = ("bobrossnet", "numpy", "scipy", "torch")
 STEADY_FILLINGS = (LINEAR, "pull-push")
 SHOWN = (0.01, 0.02, 0.05, 0.1)  # shares of the pixels in the pictures
+SHOWN_OF_FAILURES = (0.05, 0.25)
 COST_AT = 0.05  # the share for which quality stands beside milliseconds
+PANELS = (
+    f"From the left: those traced with order {DEFAULT_ORDER}; {LINEAR}, {REPORT}, the report's network, and ours, each "
+    f"from as many with order {UNIFORM}; ours from those at the left; all pixels. With their SSIM."
+)
+CREDITS = "The world of blocks is *Lost Empire* from Morgan McGuire's Computer Graphics Archive, CC BY 3.0."
 ERRORS = {"ssim": "1 - SSIM", "psnr": "mean squared error", "flip": "FLIP"}
 
 AT_MOST_UNIFORM = dict.fromkeys(SHOWN, -0.15) | dict.fromkeys((0.25, 0.5, 0.75), 0.0)
@@ -65,6 +71,13 @@ SUBJECTS = (
     Subject("furniture_household/acoustic_guitar.ply", "furniture", bob.Camera(azimuth=240, elevation=20), True),
     Subject("architecture/ferris_wheel.ply", "thin parts", bob.Camera(azimuth=60, elevation=15), True),
     Subject("nurbs/newell_teapot.bpt", "NURBS", bob.Camera(azimuth=30, elevation=25)),
+)
+FAILURES = (
+    Subject("anatomy_bio/coronavirus.ply", "thin spikes", bob.Camera(azimuth=30, elevation=20)),
+    Subject("implicit/prospero.vm", "text", bob.Camera(azimuth=270, elevation=90)),
+    Subject(
+        "architecture/lost_empire.ply", "a model with more faces than the picture has pixels", bob.Camera(30, 30), True
+    ),
 )
 
 
@@ -119,7 +132,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             steady = {"real models": steadiness(work.folder, "models", scenes, options.weights, scale)} | steady
     with work.timed("costs and pictures"):
         costs = measure_costs([options.weights, REPORT], runs=scale.runs)
-        panels = draw_pictures(pictures, models, options.weights, scale.panel) if models else []
+        draw = partial(draw_pictures, pictures, models, options.weights, scale.panel)
+        panels = picture_sections(draw, scale.panel) if models else []
         for name, result in (("models", real), ("own", own)):
             if result:
                 draw_curves(pictures / f"curves-{name}", result, ours)
@@ -374,16 +388,31 @@ def draw_costs(path: Path, result: Evaluation, costs: Mapping[str, Cost]) -> Non
     save(figure, path, f"Mean SSIM at {percent(COST_AT)} of the pixels against the milliseconds to complete 640x480.")
 
 
-def draw_pictures(folder: Path, models: Path, weights: str, size: int) -> list[str]:
-    """Draw a panel for each subject, and return the section that shows them."""
-    parts = ["## Pictures"]
-    for subject in SUBJECTS:
+def picture_sections(draw: Callable[..., list[str]], size: int) -> list[str]:
+    """Draw what is shown, and return its sections."""
+    parts = []
+    for title, subjects, shares in (
+        ("Pictures", SUBJECTS, SHOWN),
+        ("Where it fails", FAILURES, SHOWN_OF_FAILURES),
+    ):
+        if links := draw(subjects, shares):
+            at = f"At {', '.join(map(percent, shares))} of {size}x{size} pixels"
+            parts += [f"## {title}", f"{at}. {PANELS}" if title == "Pictures" else f"{at}, as above.", *links]
+    return [*parts, CREDITS] if parts else []
+
+
+def draw_pictures(
+    folder: Path, models: Path, weights: str, size: int, subjects: Sequence[Subject], shares: Sequence[float]
+) -> list[str]:
+    """Draw a sheet for each subject, a row for each share of traced pixels, and return links to them."""
+    links = []
+    for subject in subjects:
         if not (models / subject.file).exists():
             continue
         scene = bob.Scene(bob.load(models / subject.file))
         full = bob.trace(scene.turned_upright() if subject.upright else scene, subject.camera, size=(size, size))
         rows = []
-        for fraction in SHOWN:
+        for fraction in shares:
             uniform, ours = (full.sample(fraction, order=order) for order in (UNIFORM, DEFAULT_ORDER))
             images = {
                 "linear": FILLINGS[LINEAR](uniform.gray, uniform.mask),
@@ -396,13 +425,8 @@ def draw_pictures(folder: Path, models: Path, weights: str, size: int) -> list[s
             rows.append(side_by_side([*panels, (to_8_bit(full.gray), "all pixels")]))
         name = Path(subject.file).name.split(".")[0]
         write_picture(folder / f"{name}.png", np.vstack(rows))
-        parts.append(f"![{subject.what}](quality/{name}.png)")
-    caption = (
-        f"At {', '.join(map(percent, SHOWN))} of {size}x{size} pixels. From the left: those traced with order "
-        f"{DEFAULT_ORDER}; {LINEAR}, {REPORT}, the report's network, and ours, each from as many with order {UNIFORM}; "
-        "ours from those at the left; all pixels. With their SSIM."
-    )
-    return [parts[0], caption, *parts[1:]] if len(parts) > 1 else []
+        links.append(f"![{subject.what}](quality/{name}.png)")
+    return links
 
 
 if __name__ == "__main__":

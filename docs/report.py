@@ -28,11 +28,11 @@ from bobrossnet.learn.dataset.build import build
 from bobrossnet.learn.dataset.plan import PATCHES, SHAPES, STAGES, TEST_SHAPES
 from bobrossnet.learn.dataset.statistics import Comparison, compare_with_folder
 from bobrossnet.learn.dataset.store import Dataset
-from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
-from bobrossnet.learn.evaluation import Evaluation
+from bobrossnet.learn.evaluation.evaluate import evaluate_dataset, evaluate_folder
+from bobrossnet.learn.evaluation.methods import kept, raw
+from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.figures import FIGURES, Sources, draw_figures
 from bobrossnet.learn.figures.losses import UNSEEN, loss_title
-from bobrossnet.learn.methods import kept, raw
 from bobrossnet.learn.tables import table
 from bobrossnet.learn.train import LOG, WEIGHTS, train
 

@@ -95,7 +95,6 @@ def test_pyramid_of_other_widths(tmp_path, monkeypatch, tree):
     monkeypatch.setattr(python, "LEVELS", 3)
     monkeypatch.setattr(python, "FEATURES", {1: 4, 2: 12, 3: 16})
     monkeypatch.setattr(python, "HANDED_ON", {1: 1, 2: 5, 3: 2, 4: 0})
-    monkeypatch.setattr(Pyramid, "multiple", 8)
     network = Pyramid().eval()
     checkpoint.save(tmp_path / "small.safetensors", network)
     model = load_model(tmp_path / "small.safetensors")
@@ -257,11 +256,11 @@ def test_bad_weight_files_are_named(make, message, tmp_path, tree):
             "features2.weight: expected shape (a multiple of 4, 16, 3, 3), got (20, 12, 3, 3)",
         ),
         (
-            {"finer3.weight": (30, 32, 3, 3)},
-            "finer3.weight: expected shape (a multiple of 4, 32, 3, 3), got (30, 32, 3, 3)",
+            {"finer3.weight": (30, 28, 3, 3)},
+            "finer3.weight: expected shape (a multiple of 4, 28, 3, 3), got (30, 28, 3, 3)",
         ),
         ({"finer3.bias": (30,)}, "finer3.bias: expected shape (32), got (30)"),
-        ({"finer1.weight": (8, 8, 3, 3)}, "finer1.weight: expected shape (4, 8 / groups, 3, 3), got (8, 8, 3, 3)"),
+        ({"finer1.weight": (8, 12, 3, 3)}, "finer1.weight: expected shape (4, 12 / groups, 3, 3), got (8, 12, 3, 3)"),
     ],
 )
 def test_a_pyramid_that_does_not_fit_is_named(changed, message, pyramid, tmp_path):

@@ -14,14 +14,14 @@ from bobrossnet import cli
 from bobrossnet.complete.model import load_model, weights_path
 from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn import checkpoint
-from bobrossnet.learn.costs import cost_table, measure_costs
 from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.loader import Batches
 from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
-from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
-from bobrossnet.learn.evaluation import Evaluation
+from bobrossnet.learn.evaluation.costs import cost_table, measure_costs
+from bobrossnet.learn.evaluation.evaluate import evaluate_dataset, evaluate_folder
+from bobrossnet.learn.evaluation.runs import rivals
+from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.networks import NETWORKS, Paper
-from bobrossnet.learn.runs import rivals
 from bobrossnet.metrics import flip
 
 NEAREST = ("nearest", "uniform")
@@ -376,13 +376,13 @@ def test_other_fractions_and_a_limit(dataset: Dataset) -> None:
 def test_the_command_writes_tables(
     models: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("bobrossnet.learn.costs.SIZE", (48, 64))  # Delaunay triangles take long
+    monkeypatch.setattr("bobrossnet.learn.evaluation.costs.SIZE", (48, 64))  # Delaunay triangles take long
     scores, tables = tmp_path / "scores.csv", tmp_path / "tables.md"
     options = ["--models", "paper", "default", "--fractions", "5%,0.5", "--size", "20x16", "--views", "2"]
     assert cli.main(["evaluate", str(models), *options, "--csv", str(scores), "--markdown", str(tables)]) == 0
     printed = capsys.readouterr()
     assert "warning: left out: d.obj: " in printed.err
-    assert "| default kept    |     10,346 |                 2,452 |" in printed.out
+    assert "| paper kept      |     10,346 |                 2,452 |" in printed.out
     assert printed.out == f"{tables.read_text()}wrote {scores}\nwrote {tables}\n"
     assert "Means over 6 pictures of 3 shapes." in printed.out
     assert "| traced          |        5 % |       50 % |" in printed.out

@@ -43,15 +43,25 @@ def test_parameters() -> None:
 
 
 @pytest.mark.parametrize("size", [(1, 1), (5, 7), (64, 64), (65, 129)])
-def test_any_size_is_zero_padded(size: tuple[int, int]) -> None:
+def test_any_size(size: tuple[int, int]) -> None:
+    """An odd row or column more of nothing known makes no difference; pictures of a batch none to each other."""
     torch.manual_seed(1)
     network, (height, width) = Pyramid(), size
     gbuffer = torch.cat([sparse(size, 0.2, seed) for seed in (0, 1)])
     image = network(gbuffer)
     assert image.shape == (2, 1, height, width)
-    padded = torch.zeros(2, 5, height + -height % 64, width + -width % 64)
+    padded = torch.zeros(2, 5, height + height % 2, width + width % 2)
     padded[..., :height, :width] = gbuffer
     torch.testing.assert_close(image, network(padded)[..., :height, :width])
+    torch.testing.assert_close(image[1:], network(gbuffer[1:]))
+
+
+def test_arithmetic_is_that_of_the_picture() -> None:
+    """Little is computed beyond its edges, whatever its size."""
+    network = Pyramid()
+    whole = network.multiply_adds(512, 640)
+    assert whole < 1226
+    assert network.multiply_adds(480, 640) == pytest.approx(whole, rel=1e-3)
 
 
 def doubled(x: np.ndarray) -> np.ndarray:
@@ -65,28 +75,37 @@ def around(x: np.ndarray) -> np.ndarray:
     return np.lib.stride_tricks.sliding_window_view(np.pad(x, 1), (3, 3))
 
 
+@pytest.mark.parametrize("size", [(64, 128), (37, 150)])
 @pytest.mark.parametrize("density", [0.003, 0.1, 1])
-def test_step_by_step(density: float) -> None:
+def test_step_by_step(density: float, size: tuple[int, int]) -> None:
     """The network written out once more, block by block in NumPy, without its own helpers."""
     torch.manual_seed(2)
     network = with_biases(Pyramid())
-    gbuffer = sparse((64, 128), density)
+    gbuffer = sparse(size, density)
     if density == 1:
         gbuffer[:, 1, :40, :50] = 0  # nothing but background
-    mask, value, depth, nx, ny = gbuffer[0].double().numpy()
+    blocks = [-(-length // 64) for length in size]  # of the coarsest level
+    mask, value, depth, nx, ny = np.zeros((5, 64 * blocks[0], 64 * blocks[1]))
+    for plane, channel in zip((mask, value, depth, nx, ny), gbuffer[0].double().numpy(), strict=True):
+        plane[: size[0], : size[1]] = channel
     rows, columns = np.indices(mask.shape) + 0.5
+
+    def cut(x: np.ndarray, side: int) -> np.ndarray:
+        """The blocks that have a pixel of the picture; pixels in pairs."""
+        height, width = (-(-length // side) if side > 1 else length + length % 2 for length in size)
+        return x[:height, :width]
 
     def convolve(layer: nn.Conv2d, channels: list[np.ndarray]) -> np.ndarray:
         stack = torch.from_numpy(np.stack(channels))[None]
         result = functional.conv2d(stack, layer.weight.double(), layer.bias.double(), padding=1)  # type: ignore[union-attr]
         return result[0].detach().numpy()
 
-    gray, handed, surface = np.zeros((1, 2)), [], np.ones((1, 2))
+    gray, handed, surface = np.zeros(blocks), [], np.ones(blocks)
     for level in range(LEVELS, 0, -1):
         side = 2**level
 
         def sums(x: np.ndarray, side: int = side) -> np.ndarray:
-            return x.reshape(x.shape[0] // side, side, x.shape[1] // side, side).sum((1, 3))
+            return cut(x.reshape(x.shape[0] // side, side, x.shape[1] // side, side).sum((1, 3)), side)
 
         count = sums(mask)
         mean = {name: sums(mask * x) / np.maximum(count, 1) for name, x in
@@ -96,28 +115,28 @@ def test_step_by_step(density: float) -> None:
         background = (count > 0) & (mean["gray"] == 0)
         surface = surface * (around(1.0 - background).max((2, 3)) > 0)
         surprise = np.where(count > 0, mean["gray"] - gray, 0)
-        start = doubled(doubled(gray + surprise).T).T
+        start = cut(doubled(doubled(gray + surprise).T).T, side // 2)
         if level > 1:
             knows = [gray, surprise, mean["depth"], mean["nx"], mean["ny"], count / (count + 1), right, down]
         else:
-            unexpected = mask * (value - start)
-            phases = [x[i::2, j::2] for x in (mask, unexpected) for i in (0, 1) for j in (0, 1)]
+            traced, unexpected = cut(mask, 1), cut(mask, 1) * (cut(value, 1) - start)
+            phases = [x[i::2, j::2] for x in (traced, unexpected) for i in (0, 1) for j in (0, 1)]
             knows = [gray, mean["nx"], mean["ny"], *phases]
             weights = np.outer([1, 2, 1], [1, 2, 1]) / 16
-            start = start + (around(unexpected) * weights).sum((2, 3)) / ((around(mask) * weights).sum((2, 3)) + 0.05)
+            start = start + (around(unexpected) * weights).sum((2, 3)) / ((around(traced) * weights).sum((2, 3)) + 0.05)
         features = np.maximum(convolve(network.layer("features", level), knows + handed), 0)
         finer = convolve(network.layer("finer", level), list(features))
         handed = []
         for four in finer.reshape(-1, 4, *count.shape):
-            plane = np.empty_like(start)
+            plane = np.empty((2 * count.shape[0], 2 * count.shape[1]))
             for i, phase in enumerate(four):
                 plane[i // 2 :: 2, i % 2 :: 2] = phase
-            handed.append(plane)
+            handed.append(cut(plane, side // 2))
         gray = start + handed[0]
-        surface = surface.repeat(2, 0).repeat(2, 1)
+        surface = cut(surface.repeat(2, 0).repeat(2, 1), side // 2)
     image = network(gbuffer)[0, 0].detach().numpy()
     assert (surface == 0).any() == (density == 1)
-    assert np.abs(image - gray * surface).max() < 1e-5
+    assert np.abs(image - (gray * surface)[: size[0], : size[1]]).max() < 1e-5
 
 
 def test_far_from_the_surface_it_is_exactly_zero() -> None:

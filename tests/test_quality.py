@@ -10,8 +10,8 @@ from PIL import Image
 import bobrossnet as bob
 from bobrossnet.complete.model import weights_path
 from bobrossnet.learn import checkpoint
-from bobrossnet.learn.evaluation import Evaluation
-from bobrossnet.learn.stability import Stability
+from bobrossnet.learn.evaluation.scores import Evaluation
+from bobrossnet.learn.evaluation.stability import Stability
 
 ROOT = Path(__file__).parent.parent
 
@@ -37,7 +37,7 @@ def done(quality, folder, tmp_path_factory):
     """The page of the small scale, written once."""
     work = tmp_path_factory.mktemp("quality")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("bobrossnet.learn.costs.SIZE", (48, 64))
+        patch.setattr("bobrossnet.learn.evaluation.costs.SIZE", (48, 64))
         patch.setitem(
             import_module("bobrossnet.learn.figures.style")._STYLE, "savefig.dpi", 50
         )  # drawing takes most of the time

@@ -11,8 +11,8 @@ import bobrossnet as bob
 from bobrossnet import cli
 from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn.dataset import Dataset, Plan
-from bobrossnet.learn.scenes import own_scenes, scenes_of_dataset, scenes_of_folder
-from bobrossnet.learn.stability import (
+from bobrossnet.learn.evaluation.scenes import own_scenes, scenes_of_dataset, scenes_of_folder
+from bobrossnet.learn.evaluation.stability import (
     ORBIT_FRACTIONS,
     Stability,
     change_and_flicker,
@@ -209,8 +209,8 @@ def test_shapes_of_the_package_itself():
 
 
 def test_the_command_prints_it(folder, capsys, monkeypatch):
-    monkeypatch.setattr("bobrossnet.learn.costs.SIZE", (48, 64))
-    monkeypatch.setattr("bobrossnet.learn.stability.measure_stability", partial(measure_stability, **TOY))
+    monkeypatch.setattr("bobrossnet.learn.evaluation.costs.SIZE", (48, 64))
+    monkeypatch.setattr("bobrossnet.learn.evaluation.stability.measure_stability", partial(measure_stability, **TOY))
     options = ["--models", "paper", "--orders", "uniform", "--limit", "1", "--fractions", "5%", "--size", "16x16"]
     assert cli.main(["evaluate", str(folder), *options]) == 0
     assert "Flicker" not in capsys.readouterr().out

@@ -35,8 +35,10 @@ public:
     }
     [[nodiscard]] const float* row(int channel, int y) const { return const_cast<Planes*>(this)->row(channel, y); }
 
-    /// Makes the padding of a row zero again.
-    void clear_tail(int channel, int y) { std::fill(row(channel, y) + width_, row(channel, y) + row_end_, 0.f); }
+    /// Makes the padding of a row zero again; all of the row below the last, into which kernels of two rows may write.
+    void clear_tail(int channel, int y) {
+        std::fill(row(channel, y) + (y < height_ ? width_ : 0), row(channel, y) + row_end_, 0.f);
+    }
 
 private:
     static constexpr int border = 16;  // floats: one is needed, more keep rows aligned

@@ -21,6 +21,9 @@ constexpr int known_finest = 11, first_mask = 3, first_surprise = 7;
 
 constexpr int known_at(int level) { return level == 1 ? known_finest : known; }
 
+/// Blocks of two in so many pixels; the last one may have one alone.
+constexpr int half(int size) { return (size + 1) / 2; }
+
 ConstRows rows_of(const Planes& planes, int channel, int y) {
     return {planes.row(channel, y), planes.row_stride(), planes.plane_stride()};
 }
@@ -66,10 +69,10 @@ struct Pyramid::Images {
         : height(height),
           width(width),
           everywhere(1, (height >> layers.size()) / 2 + 1, (width >> layers.size()) / 2 + 1),
-          correction(4, height / 2, width / 2) {
+          correction(4, half(height), half(width)) {
         levels.reserve(layers.size());
         for (const auto& [features, finer] : layers) {
-            height /= 2, width /= 2;
+            height = half(height), width = half(width);
             levels.push_back({{sums::channels, height, width}, {features.in(), height, width},
                               {features.out(), height, width}, {1, height, width}, {1, height, width}});
         }
@@ -102,9 +105,7 @@ Pyramid::Pyramid(const Weights& weights) {
 Pyramid::~Pyramid() = default;
 
 void Pyramid::operator()(const float* gbuffer, int height, int width, float* gray) const {
-    const int multiple = 1 << levels();
-    const auto padded = [&](int size) { return (size + multiple - 1) / multiple * multiple; };
-    auto images = spare_.take(padded(height), padded(width), layers_);
+    auto images = spare_.take(height, width, layers_);
 
     pull(gbuffer, height, width, *images);
     for (int level = levels(); level >= 1; --level) {
@@ -153,12 +154,12 @@ void Pyramid::pull(const float* gbuffer, int height, int width, Images& images) 
         to.sums.clear_tail(sums::shown, y);
     };
     // All levels of a row of the coarsest level's blocks, while they are in the cache.
-    parallel_for(static_cast<std::size_t>(images.height >> levels()), 1, [&](std::size_t begin, std::size_t end) {
+    const int blocks = images.level(levels()).sums.height();
+    parallel_for(static_cast<std::size_t>(blocks), 1, [&](std::size_t begin, std::size_t end) {
         for (int level = 1; level <= levels(); ++level) {
             const int per_block = 1 << (levels() - level);
-            for (int y = static_cast<int>(begin) * per_block; y < static_cast<int>(end) * per_block; ++y) {
-                pull_row(level, y);
-            }
+            const int last = std::min(static_cast<int>(end) * per_block, images.level(level).sums.height());
+            for (int y = static_cast<int>(begin) * per_block; y < last; ++y) pull_row(level, y);
         }
     });
 }
@@ -182,10 +183,11 @@ void Pyramid::know(int level, Images& images) const {
         const Planes& coarser = coarsest ? images.everywhere : images.level(level + 1).surface;
         kernels.spread(rows_of(std::as_const(to.sums), sums::shown, y), coarser.row(0, y / 2), to.surface.row(0, y), width);
     };
-    for_rows((height + 1) / 2, 2 * width, [&](int y) {
+    for_rows(half(height), 2 * width, [&](int y) {
         if (!coarsest) {
             kernels.enlarge(doubled(images.level(level + 1).corrected, y),
-                            rows_of(std::as_const(to.inputs), known_at(level), 2 * y), rows_of(to.inputs, 0, 2 * y), width / 2);
+                            rows_of(std::as_const(to.inputs), known_at(level), 2 * y), rows_of(to.inputs, 0, 2 * y), half(width));
+            if (2 * y + 1 == height) to.inputs.clear_tail(0, height);
         }
         for (int i = 2 * y; i < std::min(2 * y + 2, height); ++i) know_row(i);
     });
@@ -202,7 +204,7 @@ void Pyramid::compare_pixels(Images& images) const {
 
 void Pyramid::finish(const Images& images, int height, int width, float* gray) const {
     const auto& [sums, inputs, features, corrected, surface] = images.level(1);
-    for_rows((height + 1) / 2, 4 * inputs.width(), [&](int y) {
+    for_rows(half(height), 4 * inputs.width(), [&](int y) {
         best_pyramid_kernels().finish(doubled(corrected, y), rows_of(inputs, first_mask, y), rows_of(inputs, first_surprise, y),
                                       rows_of(images.correction, 0, y), surface.row(0, y),
                                       gray + static_cast<std::size_t>(2 * y) * static_cast<std::size_t>(width),

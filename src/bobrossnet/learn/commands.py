@@ -153,10 +153,10 @@ def _train(options: argparse.Namespace) -> None:
 def _evaluate(options: argparse.Namespace) -> None:
     from bobrossnet.atomic import check_writable, write_whole
     from bobrossnet.errors import InputError
-    from bobrossnet.learn.costs import cost_table, measure_costs
-    from bobrossnet.learn.evaluate import evaluate_dataset, evaluate_folder
-    from bobrossnet.learn.scenes import scenes_of_dataset, scenes_of_folder
-    from bobrossnet.learn.stability import measure_stability
+    from bobrossnet.learn.evaluation.costs import cost_table, measure_costs
+    from bobrossnet.learn.evaluation.evaluate import evaluate_dataset, evaluate_folder
+    from bobrossnet.learn.evaluation.scenes import scenes_of_dataset, scenes_of_folder
+    from bobrossnet.learn.evaluation.stability import measure_stability
 
     for file in filter(None, (options.csv, options.markdown)):
         check_writable(file)

@@ -38,7 +38,7 @@ class TrainConfig:
     patience: int = 5  # epochs without a better SSIM in validation, after which the training ends
     batch: int = 32  # samples of a mini-batch, of all processes together
     draw: str = "each"  # samples of an epoch: each once, or "by-detail", those that show little more seldom
-    fractions: str = "stages"  # the report's five, or "log-uniform" from 1 to 100 %, or "sparse": from 0.5 to 90 %
+    fractions: str = "stages"  # the report's five, or "log-uniform" from 1 to 100 %, or "sparse": 0.5 to 90, later 30 %
     order: str = "uniform"  # pixel order of the masks, or several, "lattice+uniform", of which each sample has one
     loss: str = "ssim+l2"  # a name in `LOSSES`
     keep_known: bool = False  # loss and SSIM of the picture with the traced pixels put back, instead of the raw output

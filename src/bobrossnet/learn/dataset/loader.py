@@ -32,7 +32,8 @@ class Fractions(NamedTuple):
 
     least: float
     most: float
-    whole: float  # share of the samples that have all pixels traced
+    whole: float = 0  # share of the samples that have all pixels traced
+    later: tuple[int, float] | None = None  # from this epoch on, counted from 0, at most so many
 
 
 DRAWS = ("each", "by-detail")
@@ -40,8 +41,8 @@ DRAWS = ("each", "by-detail")
 
 FLAT = 0.05  # how often a patch without any detail is drawn by detail, beside the mean patch
 
-FRACTIONS = {"stages": None, "log-uniform": Fractions(0.01, 1, 0.1), "sparse": Fractions(0.005, 0.9, 0)}
-"""By name; "stages" has the shares of the samples' plan."""
+FRACTIONS = {"stages": None, "log-uniform": Fractions(0.01, 1, 0.1), "sparse": Fractions(0.005, 0.9, later=(6, 0.3))}
+"""By name; "stages" has the shares of the samples' plan. What is learnt from many pixels is soon learnt, and stays."""
 
 
 class Batch(NamedTuple):
@@ -174,8 +175,9 @@ class Batches:
         drawn = FRACTIONS[self.fractions]
         if drawn is None:
             return self.dataset.plan.sample(number).fraction
+        most = drawn.later[1] if drawn.later and self.epoch >= drawn.later[0] else drawn.most
         whole, place = random_generator(self.dataset.plan.seed, 3, number, turn).random(2)
-        return 1.0 if whole < drawn.whole else float(drawn.least * (drawn.most / drawn.least) ** place)
+        return 1.0 if whole < drawn.whole else float(drawn.least * (most / drawn.least) ** place)
 
     def _patch(self, number: int) -> NDArray[np.float16]:
         """The patch of a sample, (4, 128, 128)."""

@@ -10,7 +10,7 @@ from matplotlib.transforms import Bbox
 
 from bobrossnet.errors import InputError
 from bobrossnet.learn import reference
-from bobrossnet.learn.evaluation import Evaluation
+from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.figures.figure import Drawing, LeftOutError, Sources
 from bobrossnet.learn.figures.style import BLUE, GRAY, GREEN, ORANGE, PAGE, PURPLE, RED, SKY, new_figure
 

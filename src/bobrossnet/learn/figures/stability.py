@@ -6,13 +6,13 @@ from functools import partial
 
 import numpy as np
 
+from bobrossnet.learn.evaluation.methods import repaints
+from bobrossnet.learn.evaluation.scenes import FIRST, Scenes
+from bobrossnet.learn.evaluation.stability import LEVELS, ORBIT_STEP, Stability, measure_stability
 from bobrossnet.learn.figures.figure import Drawing, Sources
 from bobrossnet.learn.figures.scores import FILLINGS as FILLING_COLORS
 from bobrossnet.learn.figures.style import BLUE, PAGE, SKY, new_figure
-from bobrossnet.learn.methods import repaints
-from bobrossnet.learn.scenes import FIRST, Scenes
 from bobrossnet.learn.shapes import procedural_scene
-from bobrossnet.learn.stability import LEVELS, ORBIT_STEP, Stability, measure_stability
 
 SHAPES = (FIRST + 2, FIRST + 6, FIRST + 13)  # procedural scenes
 

@@ -6,12 +6,12 @@ is known at this level, where in its block it lies, and what the coarser level h
 averaging and interpolation, only what they get wrong.
 
 Its sibling is core/complete/pyramid.cpp, step for step. Letters in shape comments: N pictures, C channels, H and W the
-padded picture's height and width, h and w those of a level, 2^level times smaller.
+picture's height and width, padded to even ones, h and w those of a level, 2^level times smaller and rounded up.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 import torch
@@ -43,8 +43,6 @@ class Pyramid(Network):
     super-resolution using an efficient sub-pixel convolutional neural network*, 2016, for convolving before enlarging.
     """
 
-    multiple = 2**LEVELS  # the picture is padded to this multiple
-
     def __init__(self) -> None:
         super().__init__()
         for level in range(LEVELS, 0, -1):
@@ -74,12 +72,11 @@ class Pyramid(Network):
         gbuffer : (N, 5, H, W) float
             mask, gray, depth, normal x, normal y; all 0 where not traced. Any H and W of at least 1.
         """
-        height, width = gbuffer.shape[-2:]
-        pixels = pad(gbuffer, self.multiple)  # (N, 5, H, W)
+        pixels = pad(gbuffer, 2)  # (N, 5, H, W)
 
         sums = [torch.cat([pixels, torch.zeros_like(pixels[:, :2])], 1)]  # of each level
         for level in range(1, LEVELS + 1):
-            sums.append(pull(sums[-1], level))
+            sums.append(pull(pad(sums[-1], 2), level))
 
         gray = torch.zeros_like(sums[LEVELS][:, :1])  # (N, 1, h, w), guessed from the coarser levels
         surface = torch.ones_like(gray)  # 0 where there is none for sure
@@ -90,18 +87,19 @@ class Pyramid(Network):
             surface = surface * spread(1 - known * (mean[:, :1] == 0))
             surprise = known * (mean[:, :1] - gray)
             knows = [gray, surprise, mean[:, 1:], count / (count + 1), position]
-            gray = upsample(gray + surprise)
+            finer_size = sums[level - 1].shape[-2:]
+            gray = crop(upsample(gray + surprise), finer_size)
             if level == 1:  # what is known of each pixel
                 mask, surprise = pixels[:, :1], pixels[:, :1] * (pixels[:, 1:2] - gray)
                 knows = [knows[0], mean[:, 2:], unshuffle(mask), unshuffle(surprise)]
                 gray = gray + gaussian_mean(surprise, mask)
             features = relu(self.layer("features", level)(torch.cat([*knows, *handed], 1)))
-            finer = functional.pixel_shuffle(self.layer("finer", level)(features), 2)
+            finer = crop(functional.pixel_shuffle(self.layer("finer", level)(features), 2), finer_size)
             gray = gray + finer[:, :1]
-            surface = functional.interpolate(surface, scale_factor=2, mode="nearest")
+            surface = crop(functional.interpolate(surface, scale_factor=2, mode="nearest"), finer_size)
             handed = [finer]
 
-        return (gray * surface)[..., :height, :width]
+        return crop(gray * surface, gbuffer.shape[-2:])
 
     def layer(self, name: str, level: int) -> nn.Conv2d:
         """Return a level's convolution, "features" or "finer"."""
@@ -120,6 +118,11 @@ def pull(sums: Tensor, level: int) -> Tensor:
     right = total[:, 5:6] + quarter * (upper_right + lower_right - upper_left - lower_left)
     down = total[:, 6:7] + quarter * (lower_left + lower_right - upper_left - upper_right)
     return torch.cat([total[:, :5], right, down], 1)
+
+
+def crop(x: Tensor, size: Sequence[int]) -> Tensor:
+    """Return the first rows and columns of pictures, as many as `size` says, (height, width)."""
+    return x[..., : size[0], : size[1]]
 
 
 def means(sums: Tensor, level: int) -> tuple[Tensor, Tensor, Tensor]:

@@ -11,7 +11,7 @@ import bobrossnet as bob
 from bobrossnet.complete.filling import FILLINGS
 from bobrossnet.complete.model import weights_path
 from bobrossnet.learn import checkpoint
-from bobrossnet.learn.methods import Weights, all_methods, kept, model_names
+from bobrossnet.learn.evaluation.methods import Weights, all_methods, kept, model_names
 from bobrossnet.learn.tables import cell, table
 
 SIZE = (480, 640)

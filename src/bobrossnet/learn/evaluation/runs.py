@@ -6,7 +6,7 @@ from collections.abc import Collection
 from typing import TypeAlias
 
 from bobrossnet.errors import InputError
-from bobrossnet.learn.methods import repaints
+from bobrossnet.learn.evaluation.methods import repaints
 
 Run: TypeAlias = "tuple[str, str]"
 """The method's name and the order's."""

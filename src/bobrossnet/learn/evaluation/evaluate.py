@@ -20,10 +20,10 @@ from bobrossnet.complete.filling import FILLINGS
 from bobrossnet.errors import InputError, check_integer, check_number
 from bobrossnet.learn.dataset.plan import PATCH, PATCHES, STAGES, Plan
 from bobrossnet.learn.dataset.store import Dataset
-from bobrossnet.learn.evaluation import METRICS, Evaluation
-from bobrossnet.learn.methods import Method, Weights, all_methods, check_orders
+from bobrossnet.learn.evaluation.methods import Method, Weights, all_methods, check_orders
+from bobrossnet.learn.evaluation.scenes import Scenes, each_scene, scenes_of_folder
+from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
 from bobrossnet.learn.models import spread
-from bobrossnet.learn.scenes import Scenes, each_scene, scenes_of_folder
 from bobrossnet.metrics import WINDOW
 from bobrossnet.progress import progress
 from bobrossnet.render.order import check_size

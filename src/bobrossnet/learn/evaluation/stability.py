@@ -30,10 +30,10 @@ from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet.errors import InputError, check_array, check_integer
-from bobrossnet.learn.confidence import relative_change
-from bobrossnet.learn.methods import Weights, all_methods, check_orders, is_kept
-from bobrossnet.learn.runs import Run, find_run, label, orders_of, rivals
-from bobrossnet.learn.scenes import Scenes, each_scene
+from bobrossnet.learn.evaluation.confidence import relative_change
+from bobrossnet.learn.evaluation.methods import Weights, all_methods, check_orders, is_kept
+from bobrossnet.learn.evaluation.runs import Run, find_run, label, orders_of, rivals
+from bobrossnet.learn.evaluation.scenes import Scenes, each_scene
 from bobrossnet.learn.tables import cell, plus_minus, table
 from bobrossnet.progress import progress
 
