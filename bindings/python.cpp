@@ -59,8 +59,9 @@ void init_network(Network* self, const nb::dict& tensors) {
 template <class Network>
 void run_network(const Network& network, const Array<const float, 5, -1, -1>& gbuffer, const Image& gray) {
     expect(gray.shape(0) == gbuffer.shape(1) && gray.shape(1) == gbuffer.shape(2), "gray: expected the input's size");
-    const nb::gil_scoped_release release;
-    network(gbuffer.data(), static_cast<int>(gray.shape(0)), static_cast<int>(gray.shape(1)), gray.data());
+    interruptible([&](const auto& keep_going) {
+        network(gbuffer.data(), static_cast<int>(gray.shape(0)), static_cast<int>(gray.shape(1)), gray.data(), keep_going);
+    });
 }
 
 void keep_known(const Array<const float, 5, -1, -1>& gbuffer, const Image& gray) {
@@ -74,10 +75,7 @@ template <class Network>
 void bind_network(nb::module_& m, const char* name) {
     nb::class_<Network>(m, name)
         .def("__init__", &init_network<Network>, "tensors"_a)
-        .def("__call__", &run_network<Network>, "gbuffer"_a.noconvert(), "gray"_a.noconvert())
-        .def_prop_ro("rows", &Network::rows)
-        .def_prop_ro("reach", &Network::reach)
-        .def_prop_ro("bytes_per_pixel", &Network::bytes_per_pixel);
+        .def("__call__", &run_network<Network>, "gbuffer"_a.noconvert(), "gray"_a.noconvert());
 }
 
 bool set_isa(std::string_view name) {

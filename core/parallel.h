@@ -1,6 +1,7 @@
 /// One pool of threads for the whole process; none in a WebAssembly module (parallel_single.cpp).
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <mutex>
@@ -27,5 +28,14 @@ void set_thread_count(int count);
 /// is under way, runs on its own thread alone.
 bool parallel_for(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body,
                   const std::function<bool()>& keep_going = nullptr);
+
+/// Calls body(y) for the rows `begin` to `end` of an image, from several threads if there are enough pixels to be worth it.
+template <class Body>
+void for_rows(int begin, int end, int width, Body body) {
+    const auto count = static_cast<std::size_t>(std::max(0, end - begin));
+    parallel_for(count, static_cast<std::size_t>(1 + 8192 / width), [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) body(begin + static_cast<int>(i));
+    });
+}
 
 }  // namespace bob

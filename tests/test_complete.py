@@ -102,7 +102,6 @@ def test_pyramid_of_other_widths(tmp_path, monkeypatch, tree):
     with torch.no_grad():
         expected = network(torch.from_numpy(part.stack().copy())[None])[0, 0].numpy()
     assert np.abs(model.predict(part) - expected).max() < 1e-5
-    assert (model.run.rows, model.run.reach) == (16, 32)
 
 
 def test_known_pixels_are_exact(tree):
@@ -151,22 +150,6 @@ def test_from_several_threads_at_once(tree, pyramid):
         with ThreadPoolExecutor(3) as pool:
             images = list(pool.map(lambda part, model=model: bob.complete(part, model=model), 5 * parts))
         assert all(np.array_equal(image, expected[i % 3]) for i, image in enumerate(images))
-
-
-def test_large_pictures_are_completed_in_bands(tree, pyramid, monkeypatch, every_instruction_set):
-    model = import_module("bobrossnet.complete.model")
-    # An even and an odd number of rows of the coarsest blocks, and bands of fewer and of more rows than the least.
-    sizes = {"paper": [(311, 200), (309, 200), (305, 200)], pyramid: [(1090, 40), (1023, 40)]}
-    for weights, of_network in sizes.items():
-        for height, width in of_network:
-            part = bob.trace(tree, size=(height, width), fraction=0.1)
-            for name in every_instruction_set:
-                _core.set_isa(name)
-                monkeypatch.setattr(model, "MEMORY", 2**29)
-                whole = bob.complete(part, model=weights)
-                for rows in (0, height // 3, 4 * height // 5):
-                    monkeypatch.setattr(model, "MEMORY", width * rows * load_model(weights).run.bytes_per_pixel)
-                    assert np.array_equal(bob.complete(part, model=weights), whole)
 
 
 def test_nothing_known_or_everything_extreme_is_finite(pyramid):

@@ -152,7 +152,7 @@ def test_far_from_the_surface_it_is_exactly_zero() -> None:
 
 
 def test_receptive_field() -> None:
-    """Four of the coarsest blocks above a row of pairs of them and below it, which the core's bands rely on."""
+    """Four of the coarsest blocks above a row of pairs of them and below it."""
     torch.manual_seed(4)
     network = Pyramid()
     for parameter in network.parameters():

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <numeric>
 #include <stdexcept>
 
@@ -47,51 +48,55 @@ Conv3x3::Conv3x3(std::span<const float> weight, std::span<const float> bias, int
 }
 
 void Conv3x3::operator()(const Planes& input, int first_input, Planes& output, std::span<const int> output_channel,
-                         Then then) const {
+                         Then then, int begin, int end) const {
     const int inputs = in_ / groups_, outputs = out_ / groups_;
     const auto& kernels = best_conv_kernels();
     const auto kernel = block_ == 5 ? kernels.conv5 : block_ == 4 ? kernels.conv4 : kernels.conv1;
     const bool enlarged = then == Then::relu_upsample || then == Then::shuffle;
     const int merged = then == Then::shuffle ? 4 : 1;  // channels of the convolution in one of the output
-    const auto row_pairs = static_cast<std::size_t>((input.height() + 1) / 2);
-    parallel_for(row_pairs, 4, [&](std::size_t begin, std::size_t end) {
+    const auto pair = [&](int y, float** rows_written, float* scratch) {
+        const int rows = std::min(2, end - y);
+        const int out_y = then == Then::relu_pool ? y / 2 : enlarged ? 2 * y : y;
+        const int out_rows = then == Then::relu_pool ? 1 : enlarged ? 2 * rows : rows;
+        for (int first = 0; first < out_; first += outputs) {
+            ConvRow row{};
+            row.input = input.row(first_input + first / outputs * inputs, y);
+            for (int i = 0; i < rows + 2; ++i) row.rows[i] = input.offset(y, y - 1 + i);
+            row.plane_stride = input.plane_stride();
+            row.inputs = inputs;
+            row.width = input.width();
+            row.blocks = outputs / block_;
+            row.weight = weight_.data() + first * inputs * 9;
+            row.weight_pair = weight_pair_.data() + first * inputs * 12;
+            row.bias = bias_.data() + first;
+            row.output_row_stride = output.row_stride();
+            row.output = rows_written;
+            row.scratch = scratch;
+            const auto channels = output_channel.subspan(static_cast<std::size_t>(first / merged),
+                                                         static_cast<std::size_t>(outputs / merged));
+            std::transform(channels.begin(), channels.end(), rows_written, [&](int c) { return output.row(c, out_y); });
+            kernel(row, rows, then);
+            for (const int c : channels) {
+                for (int r = 0; r < out_rows; ++r) output.clear_tail(c, out_y + r);
+            }
+        }
+    };
+    // Pieces of some tens of microseconds: enough for the threads to share, few enough to hand out.
+    const auto grain = static_cast<std::size_t>(1 + 1'000'000 / (std::int64_t{36} * inputs * out_ * input.width()));
+    parallel_for(static_cast<std::size_t>((end - begin + 1) / 2), grain, [&](std::size_t first, std::size_t last) {
         std::vector<float*> rows_written(static_cast<std::size_t>(outputs / merged));
         std::vector<float> scratch(static_cast<std::size_t>(inputs * conv_scratch));
-        for (int y = 2 * static_cast<int>(begin); y < 2 * static_cast<int>(end); y += 2) {
-            const int rows = y + 1 < input.height() ? 2 : 1;
-            const int out_y = then == Then::relu_pool ? y / 2 : enlarged ? 2 * y : y;
-            const int out_rows = then == Then::relu_pool ? 1 : enlarged ? 2 * rows : rows;
-            for (int first = 0; first < out_; first += outputs) {
-                ConvRow row{};
-                row.input = input.row(first_input + first / outputs * inputs, y);
-                row.row_stride = input.row_stride();
-                row.plane_stride = input.plane_stride();
-                row.inputs = inputs;
-                row.width = input.width();
-                row.blocks = outputs / block_;
-                row.weight = weight_.data() + first * inputs * 9;
-                row.weight_pair = weight_pair_.data() + first * inputs * 12;
-                row.bias = bias_.data() + first;
-                row.output_row_stride = output.row_stride();
-                row.output = rows_written.data();
-                row.scratch = scratch.data();
-                const auto channels = output_channel.subspan(static_cast<std::size_t>(first / merged),
-                                                             rows_written.size());
-                std::transform(channels.begin(), channels.end(), rows_written.begin(),
-                               [&](int c) { return output.row(c, out_y); });
-                kernel(row, rows, then);
-                for (const int c : channels) {
-                    for (int r = 0; r < out_rows; ++r) output.clear_tail(c, out_y + r);
-                }
-            }
+        for (std::size_t i = first; i < last; ++i) {
+            pair(begin + 2 * static_cast<int>(i), rows_written.data(), scratch.data());
         }
     });
 }
 
-void Conv3x3::operator()(const Planes& input, int first_input, Planes& output, int first_output, Then then) const {
+void Conv3x3::operator()(const Planes& input, int first_input, Planes& output, int first_output, Then then, int begin,
+                         int end) const {
     std::vector<int> channels(static_cast<std::size_t>(then == Then::shuffle ? out_ / 4 : out_));
     std::iota(channels.begin(), channels.end(), first_output);
-    (*this)(input, first_input, output, channels, then);
+    (*this)(input, first_input, output, channels, then, begin, end);
 }
 
 }  // namespace bob

@@ -15,12 +15,14 @@ public:
     /// weight: (out, in / groups, 3, 3); bias: (out,).
     Conv3x3(std::span<const float> weight, std::span<const float> bias, int in, int groups);
 
-    /// Convolves the channels of `input` from `first_input` on; output channel c is written to the channel
-    /// `output_channel[c]` of `output`; shuffled, channels 4c to 4c + 3 are. Uses all threads.
-    void operator()(const Planes& input, int first_input, Planes& output, std::span<const int> output_channel,
-                    Then then) const;
+    /// Convolves the rows `begin` to `end` of `input`, in its channels from `first_input` on; `begin` is even, `end` too or
+    /// the height. Output channel c is written to the channel `output_channel[c]` of `output`; shuffled, channels 4c to
+    /// 4c + 3 are. Uses all threads.
+    void operator()(const Planes& input, int first_input, Planes& output, std::span<const int> output_channel, Then then,
+                    int begin, int end) const;
     /// The same with the output's channels in order, from `first_output` on.
-    void operator()(const Planes& input, int first_input, Planes& output, int first_output, Then then) const;
+    void operator()(const Planes& input, int first_input, Planes& output, int first_output, Then then, int begin,
+                    int end) const;
 
     [[nodiscard]] int in() const { return in_; }
     [[nodiscard]] int out() const { return out_; }

@@ -28,12 +28,12 @@ inline Sums<Block, 1> convolve(const ConvRow& row, int y, int x) {
     for (int channel = 0; channel < Block; ++channel) {
         for (int i = 0; i < vectors; ++i) sum.at[channel][0][i] = broadcast<V>(row.bias[channel]);
     }
-    const float* corner = row.input + row.row_stride * static_cast<std::size_t>(y) - row.row_stride + x - 1;
+    const float* corner = row.input + x - 1;
     const float* weight = row.weight;
     for (int input = 0; input < row.inputs; ++input) {
 #pragma GCC unroll 9
         for (int tap = 0; tap < 9; ++tap) {
-            const float* p = corner + row.row_stride * static_cast<std::size_t>(tap / 3) + tap % 3;
+            const float* p = corner + row.rows[y + tap / 3] + tap % 3;
             V pixels[vectors];
             for (int i = 0; i < vectors; ++i) pixels[i] = load<V>(p + i * lanes);
 #pragma GCC unroll 5
@@ -66,7 +66,7 @@ inline Sums<Block, 2> convolve_pair(const ConvRow& row, int x) {
                 m[channel][1][i] = broadcast<V>(row.bias[channel]);
             }
         }
-        const float* corner = row.input - row.row_stride + x + first * lanes - 1;
+        const float* corner = row.input + x + first * lanes - 1;
         const float* weight = row.weight_pair;
         for (int input = 0; input < row.inputs; ++input) {
 #pragma GCC unroll 3
@@ -74,8 +74,8 @@ inline Sums<Block, 2> convolve_pair(const ConvRow& row, int x) {
                 V d[4][together];
                 for (int i = 0; i < together; ++i) {
                     const float* p = corner + kx + i * lanes;
-                    const V above = load<V>(p), upper = load<V>(p + row.row_stride);
-                    const V lower = load<V>(p + 2 * row.row_stride), below = load<V>(p + 3 * row.row_stride);
+                    const V above = load<V>(p + row.rows[0]), upper = load<V>(p + row.rows[1]);
+                    const V lower = load<V>(p + row.rows[2]), below = load<V>(p + row.rows[3]);
                     d[0][i] = above - lower, d[1][i] = upper + lower, d[2][i] = lower - upper, d[3][i] = upper - below;
                 }
 #pragma GCC unroll 4
@@ -161,13 +161,13 @@ inline void advance(ConvRow& row, Then then) {
 
 /// The differences that Winograd's products need, of columns x - 1 to x + conv_tile of all inputs, to the scratch.
 inline void keep_differences(const ConvRow& row, int x) {
-    const float* corner = row.input - row.row_stride + x - 1;
+    const float* corner = row.input + x - 1;
     float* to = row.scratch;
     const int columns = std::min(conv_tile, row.width - x) + 2;
     for (int input = 0; input < row.inputs; ++input) {
         for (int i = 0; i < columns; i += lanes) {
-            const V above = load<V>(corner + i), upper = load<V>(corner + i + row.row_stride);
-            const V lower = load<V>(corner + i + 2 * row.row_stride), below = load<V>(corner + i + 3 * row.row_stride);
+            const V above = load<V>(corner + i + row.rows[0]), upper = load<V>(corner + i + row.rows[1]);
+            const V lower = load<V>(corner + i + row.rows[2]), below = load<V>(corner + i + row.rows[3]);
             store(to + i, above - lower);
             store(to + i + scratch_row, upper + lower);
             store(to + i + 2 * scratch_row, lower - upper);

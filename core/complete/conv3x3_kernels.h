@@ -19,7 +19,8 @@ enum class Then {
 /// The output channels of a group over a pair of rows, or over the last row alone. They are computed in blocks.
 struct ConvRow {
     const float* input;  // first pixel of the upper row in the first input channel of the group
-    std::size_t row_stride, plane_stride;
+    std::ptrdiff_t rows[4];  // from there to the row above, itself, the lower row and the one below
+    std::size_t plane_stride;
     int inputs;  // channels
     int width;
     int blocks;

@@ -11,16 +11,21 @@ namespace bob {
 /// `channels` planes of float32 with a border of zeros around each, so that convolutions need no special case at the
 /// edges. Rows are padded to whole vectors: kernels may write beyond the width as far as `row_end` and then call
 /// `clear_tail`; the border before a row is also the border after the row above.
+///
+/// Of a large image only a window of rows is kept, which moves down it: row y lies where row y - `window` lay. Two rows
+/// from a multiple of 2 on, and four from a multiple of 4 on, follow each other in memory.
 class Planes {
 public:
-    Planes(int channels, int height, int width)
-        : channels_(channels), height_(height), width_(width), row_end_((width + 63) / 64 * 64),
-          stride_(static_cast<std::size_t>(border + row_end_)),
-          plane_(stride_ * static_cast<std::size_t>(height + 2)) {
+    /// Of all rows, or of at least `window` of them.
+    Planes(int channels, int height, int width, int window)
+        : channels_(channels), height_(height), width_(width), window_(std::min((window + 3) / 4 * 4, height)),
+          row_end_((width + 63) / 64 * 64), stride_(static_cast<std::size_t>(border + row_end_)),
+          plane_(stride_ * static_cast<std::size_t>(window_ + 1)) {
         const std::size_t size = plane_ * static_cast<std::size_t>(channels) + border;
         data_.reset(new (std::align_val_t{64}) float[size]);
         std::fill_n(data_.get(), size, 0.f);
     }
+    Planes(int channels, int height, int width) : Planes(channels, height, width, height) {}
 
     [[nodiscard]] int channels() const { return channels_; }
     [[nodiscard]] int height() const { return height_; }
@@ -31,9 +36,13 @@ public:
 
     /// The first pixel of a row; pixel -1 and row -1 exist, as do those just beyond the far ends.
     [[nodiscard]] float* row(int channel, int y) {
-        return data_.get() + plane_ * static_cast<std::size_t>(channel) + stride_ * static_cast<std::size_t>(y + 1) + border;
+        const int place = y < 0 || y >= height_ ? window_ : y % window_;  // the last row is the border
+        return data_.get() + plane_ * static_cast<std::size_t>(channel) + stride_ * static_cast<std::size_t>(place) + border;
     }
     [[nodiscard]] const float* row(int channel, int y) const { return const_cast<Planes*>(this)->row(channel, y); }
+
+    /// How many floats beyond row y, in memory, row `other` is.
+    [[nodiscard]] std::ptrdiff_t offset(int y, int other) const { return row(0, other) - row(0, y); }
 
     /// Makes the padding of a row zero again; all of the row below the last, into which kernels of two rows may write.
     void clear_tail(int channel, int y) {
@@ -47,7 +56,7 @@ private:
         void operator()(float* p) const { ::operator delete[](p, std::align_val_t{64}); }
     };
 
-    int channels_, height_, width_, row_end_;
+    int channels_, height_, width_, window_, row_end_;
     std::size_t stride_, plane_;
     std::unique_ptr<float[], Free> data_;
 };

@@ -25,10 +25,10 @@ constexpr int known_at(int level) { return level == 1 ? known_finest : known; }
 constexpr int half(int size) { return (size + 1) / 2; }
 
 ConstRows rows_of(const Planes& planes, int channel, int y) {
-    return {planes.row(channel, y), planes.row_stride(), planes.plane_stride()};
+    return {planes.row(channel, y), planes.offset(y, y - 1), planes.offset(y, y + 1), planes.plane_stride()};
 }
 Rows rows_of(Planes& planes, int channel, int y) {
-    return {planes.row(channel, y), planes.row_stride(), planes.plane_stride()};
+    return {planes.row(channel, y), planes.offset(y, y - 1), planes.offset(y, y + 1), planes.plane_stride()};
 }
 
 Doubled doubled(const Planes& planes, int y) {
@@ -40,16 +40,45 @@ void repeat_edges(float* row, int width) {
     row[width] = row[width - 1];
 }
 
-/// Calls body(y) for each row of an image, with all threads if there are enough pixels to be worth it.
-template <class Body>
-void for_rows(int height, int width, Body body) {
-    const int grain = std::max(1, 8192 / width);
-    parallel_for(static_cast<std::size_t>(height), static_cast<std::size_t>(grain), [&](std::size_t begin, std::size_t end) {
-        for (std::size_t y = begin; y < end; ++y) body(static_cast<int>(y));
-    });
-}
-
 }  // namespace
+
+struct Pyramid::Pixels {
+    const float* gbuffer;
+    int height, width;
+
+    /// The pixels of a row of level 1.
+    [[nodiscard]] PixelRows rows(int y) const {
+        const auto stride = static_cast<std::ptrdiff_t>(width);
+        const int known_rows = std::clamp(height - 2 * y, 0, 2);
+        return {{gbuffer + (known_rows > 0 ? 2 * y * stride : 0), -stride, stride, static_cast<std::size_t>(height * stride)},
+                known_rows, width};
+    }
+};
+
+/// How far the steps of a level have come, in its rows.
+struct Pyramid::Progress {
+    int sums, known;
+    int compared;  // of level 1: pixels
+    int features, finer;
+};
+
+/// How far the steps of all levels must come for `finished` rows of level 1, of `height`; of level 1 first. A step sees the row
+/// below those that it makes; convolutions take rows in pairs, and so does what doubles the coarser picture.
+std::vector<Pyramid::Progress> Pyramid::needed(int finished, int height, int levels) {
+    std::vector<Progress> result;
+    for (int level = 1, asked = finished; level <= levels; ++level, height = half(height)) {
+        const auto pairs = [&](int rows) { return std::min((rows + 1) / 2 * 2, height); };
+        Progress p{};
+        p.finer = pairs(asked);
+        p.features = pairs(p.finer + 1);
+        p.compared = std::min(p.features + 1, height);
+        p.known = pairs(level == 1 ? p.compared + 1 : p.compared);
+        p.sums = std::min(p.known + 1, height);
+        asked = half(p.known);
+        result.push_back(p);
+    }
+    return result;
+}
 
 struct Pyramid::Images {
     struct Level {
@@ -59,31 +88,80 @@ struct Pyramid::Images {
         Planes corrected;  // gray + surprise (1)
         Planes surface;    // (1)
     };
+    /// Rows of a level that must be kept at once.
+    struct Windows {
+        int sums = 0, others = 0;
+    };
 
     int height, width;
+    int rows;                   // of level 1 that are finished at once
     std::vector<Level> levels;  // level 1 first
     Planes everywhere;          // ones: the surface of a level coarser than all (1)
     Planes correction;          // finer, of level 1, in phases (4)
 
-    Images(int height, int width, const std::vector<Layers>& layers)
-        : height(height),
-          width(width),
-          everywhere(1, (height >> layers.size()) / 2 + 1, (width >> layers.size()) / 2 + 1),
-          correction(4, half(height), half(width)) {
-        levels.reserve(layers.size());
-        for (const auto& [features, finer] : layers) {
-            height = half(height), width = half(width);
-            levels.push_back({{sums::channels, height, width}, {features.in(), height, width},
-                              {features.out(), height, width}, {1, height, width}, {1, height, width}});
-        }
-        for (int y = 0; y < everywhere.height(); ++y) std::fill_n(everywhere.row(0, y), everywhere.width(), 1.f);
-    }
+    Images(int height, int width, const std::vector<Layers>& layers, std::size_t memory)
+        : Images(height, width, layers, rows_within(memory, half(height), half(width), layers), 0) {}
 
     Level& level(int number) { return levels[static_cast<std::size_t>(number - 1)]; }
     const Level& level(int number) const { return levels[static_cast<std::size_t>(number - 1)]; }
+
+private:
+    Images(int height, int width, const std::vector<Layers>& layers, int rows, int)
+        : height(height),
+          width(width),
+          rows(rows),
+          everywhere(1, 1, (width >> layers.size()) + 1),
+          correction(4, half(height), half(width), rows + 2) {
+        levels.reserve(layers.size());
+        const auto windows = windows_of(rows, half(height), static_cast<int>(layers.size()));
+        for (std::size_t i = 0; i < layers.size(); ++i) {
+            height = half(height), width = half(width);
+            const int in = layers[i].features.in(), out = layers[i].features.out();
+            levels.push_back({{sums::channels, height, width, windows[i].sums}, {in, height, width, windows[i].others},
+                              {out, height, width, windows[i].others}, {1, height, width, windows[i].others},
+                              {1, height, width, windows[i].others}});
+        }
+        std::fill_n(everywhere.row(0, 0), everywhere.width(), 1.f);
+    }
+
+    /// The windows of each level if `rows` rows of level 1, of `height`, are finished at once.
+    static std::vector<Windows> windows_of(int rows, int height, int levels) {
+        std::vector<Windows> result(static_cast<std::size_t>(levels));
+        std::vector<Progress> done(result.size(), Progress{});
+        for (int finished = 0; finished < height; finished += rows) {
+            const auto next = needed(std::min(finished + rows, height), height, levels);
+            int seen = finished - 1;  // the first row that the finer level still looks at
+            for (std::size_t i = 0; i < next.size(); ++i) {
+                const int pulled = i == 0 ? next[0].sums : next.back().sums << (next.size() - 1 - i);
+                const int handed = i + 1 < next.size() ? 2 * next[i + 1].finer : 0;
+                result[i].sums = std::max(result[i].sums, pulled - (done[i].known - 1));
+                result[i].others = std::max(result[i].others, std::max(next[i].known, handed) - seen);
+                seen = half(done[i].known) - 1;
+            }
+            done = next;
+        }
+        return result;
+    }
+
+    /// As many rows of level 1 as fit.
+    static int rows_within(std::size_t memory, int height, int width, const std::vector<Layers>& layers) {
+        const auto bytes = [&](int rows) {
+            const auto windows = windows_of(rows, height, static_cast<int>(layers.size()));
+            std::size_t floats = 0;
+            for (std::size_t i = 0; i < layers.size(); ++i) {
+                const int others = layers[i].features.in() + layers[i].features.out() + (i == 0 ? 4 + 2 : 2);
+                floats += static_cast<std::size_t>(sums::channels * windows[i].sums + others * windows[i].others) *
+                          static_cast<std::size_t>((width >> i) + 64);
+            }
+            return 4 * floats;
+        };
+        int rows = 4;
+        while (rows < height && bytes(2 * rows) <= memory) rows *= 2;
+        return rows;
+    }
 };
 
-Pyramid::Pyramid(const Weights& weights) {
+Pyramid::Pyramid(const Weights& weights, std::size_t memory) : memory_(memory) {
     int count = 1;
     while (weights.contains("features" + std::to_string(count + 1) + ".weight")) ++count;
     if (count > most_levels) {
@@ -104,71 +182,75 @@ Pyramid::Pyramid(const Weights& weights) {
 
 Pyramid::~Pyramid() = default;
 
-void Pyramid::operator()(const float* gbuffer, int height, int width, float* gray) const {
-    auto images = spare_.take(height, width, layers_);
+bool Pyramid::operator()(const float* gbuffer, int height, int width, float* gray,
+                         const std::function<bool()>& keep_going) const {
+    auto images = spare_.take(height, width, layers_, memory_);
+    const Pixels pixels{gbuffer, height, width};
 
-    pull(gbuffer, height, width, *images);
-    for (int level = levels(); level >= 1; --level) {
-        auto& [sums, inputs, features, corrected, surface] = images->level(level);
-        const Layers& layers = layers_[static_cast<std::size_t>(level - 1)];
-        know(level, *images);
-        if (level == 1) compare_pixels(*images);
-        layers.features(inputs, 0, features, 0, Then::relu);
-        if (level > 1) {
-            layers.finer(features, 0, images->level(level - 1).inputs, known_at(level - 1), Then::shuffle);
-        } else {
-            layers.finer(features, 0, images->correction, 0, Then::nothing);
+    std::vector<Progress> done(layers_.size(), Progress{});
+    int finished = 0;
+    while (finished < half(height) && (!keep_going || keep_going())) {
+        const int until = std::min(finished + images->rows, half(height));
+        const auto next = needed(until, half(height), levels());
+        pull(pixels, *images, done.back().sums, next.back().sums);
+        for (int level = levels(); level >= 1; --level) {
+            auto& [sums, inputs, features, corrected, surface] = images->level(level);
+            const auto index = static_cast<std::size_t>(level - 1);
+            const Layers& layers = layers_[index];
+            const Progress &from = done[index], &to = next[index];
+            know(level, pixels, *images, from, to);
+            if (level == 1) compare_pixels(pixels, *images, from.compared, to.compared);
+            layers.features(inputs, 0, features, 0, Then::relu, from.features, to.features);
+            if (level > 1) {
+                layers.finer(features, 0, images->level(level - 1).inputs, known_at(level - 1), Then::shuffle, from.finer,
+                             to.finer);
+            } else {
+                layers.finer(features, 0, images->correction, 0, Then::nothing, from.finer, to.finer);
+            }
         }
+        finish(*images, finished, until, height, width, gray);
+        finished = until;
+        done = next;
     }
-    finish(*images, height, width, gray);
     spare_.give_back(std::move(images));
+    return finished >= half(height);
 }
 
-int Pyramid::bytes_per_pixel() const {
-    double floats = 1, area = 1;  // the correction's; of a pixel of the level
-    for (const auto& [features, finer] : layers_) {
-        area *= 4;
-        floats += (sums::channels + features.in() + features.out() + 2) / area;
-    }
-    return static_cast<int>(std::ceil(4 * floats));
-}
-
-void Pyramid::pull(const float* gbuffer, int height, int width, Images& images) const {
+void Pyramid::pull(const Pixels& pixels, Images& images, int begin, int end) const {
+    if (levels() == 1) return;
     const auto& kernels = best_pyramid_kernels();
-    const auto stride = static_cast<std::size_t>(width);
-    const auto pull_row = [&](int level, int y) {
-        auto& to = images.level(level);
-        const Rows sums = rows_of(to.sums, 0, y);
-        if (level == 1) {
-            const int known_rows = std::clamp(height - 2 * y, 0, 2);
-            const int top = known_rows > 0 ? 2 * y : 0;
-            kernels.pull_pixels({gbuffer + static_cast<std::size_t>(top) * stride, stride,
-                                 stride * static_cast<std::size_t>(height)},
-                                known_rows, width, sums, rows_of(to.inputs, first_mask, y),
-                                rows_of(to.inputs, first_surprise, y), to.sums.width());
-            for (int c = first_mask; c < known_finest; ++c) to.inputs.clear_tail(c, y);
-        } else {
-            const Planes& finer = images.level(level - 1).sums;
-            kernels.pull(rows_of(finer, 0, 2 * y), sums, static_cast<float>(1 << level) / 4, to.sums.width());
-        }
-        to.sums.clear_tail(sums::shown, y);
-    };
+    const int width = half(images.width);
     // All levels of a row of the coarsest level's blocks, while they are in the cache.
-    const int blocks = images.level(levels()).sums.height();
-    parallel_for(static_cast<std::size_t>(blocks), 1, [&](std::size_t begin, std::size_t end) {
-        for (int level = 1; level <= levels(); ++level) {
+    parallel_for(static_cast<std::size_t>(end - begin), 1, [&](std::size_t first, std::size_t last) {
+        Planes finest(sums::channels, 2, width);
+        for (int level = 2; level <= levels(); ++level) {
+            Planes& to = images.level(level).sums;
             const int per_block = 1 << (levels() - level);
-            const int last = std::min(static_cast<int>(end) * per_block, images.level(level).sums.height());
-            for (int y = static_cast<int>(begin) * per_block; y < last; ++y) pull_row(level, y);
+            const int end_row = std::min((begin + static_cast<int>(last)) * per_block, to.height());
+            for (int y = (begin + static_cast<int>(first)) * per_block; y < end_row; ++y) {
+                if (level == 2) {
+                    for (int i = 0; i < 2; ++i) kernels.pull_pixels(pixels.rows(2 * y + i), rows_of(finest, 0, i), width);
+                }
+                const Planes& finer = level == 2 ? finest : images.level(level - 1).sums;
+                kernels.pull(rows_of(finer, 0, level == 2 ? 0 : 2 * y), rows_of(to, 0, y), static_cast<float>(1 << level) / 4,
+                             to.width());
+                to.clear_tail(sums::shown, y);
+            }
         }
     });
 }
 
-void Pyramid::know(int level, Images& images) const {
+void Pyramid::know(int level, const Pixels& pixels, Images& images, const Progress& done, const Progress& next) const {
     const auto& kernels = best_pyramid_kernels();
     auto& to = images.level(level);
     const int height = to.sums.height(), width = to.sums.width();
     const bool coarsest = level == levels();
+    if (level == 1) {  // cheaper to sum again than to keep since `pull`
+        for_rows(done.sums, next.sums, 2 * width, [&](int y) {
+            kernels.pull_pixels(pixels.rows(y), rows_of(to.sums, 0, y), width);
+            to.sums.clear_tail(sums::shown, y);
+        });
+    }
     const auto know_row = [&](int y) {
         const ConstRows sums = rows_of(std::as_const(to.sums), 0, y);
         const Rows inputs = rows_of(to.inputs, 0, y);
@@ -180,31 +262,31 @@ void Pyramid::know(int level, Images& images) const {
         }
         repeat_edges(corrected, width);
         for (int c = 0; c < (level > 1 ? known : first_mask); ++c) to.inputs.clear_tail(c, y);
-        const Planes& coarser = coarsest ? images.everywhere : images.level(level + 1).surface;
-        kernels.spread(rows_of(std::as_const(to.sums), sums::shown, y), coarser.row(0, y / 2), to.surface.row(0, y), width);
+        const float* coarser = coarsest ? images.everywhere.row(0, 0) : images.level(level + 1).surface.row(0, y / 2);
+        kernels.spread(rows_of(std::as_const(to.sums), sums::shown, y), coarser, to.surface.row(0, y), width);
     };
-    for_rows(half(height), 2 * width, [&](int y) {
+    for_rows(half(done.known), half(next.known), 2 * width, [&](int y) {
         if (!coarsest) {
             kernels.enlarge(doubled(images.level(level + 1).corrected, y),
                             rows_of(std::as_const(to.inputs), known_at(level), 2 * y), rows_of(to.inputs, 0, 2 * y), half(width));
             if (2 * y + 1 == height) to.inputs.clear_tail(0, height);
         }
-        for (int i = 2 * y; i < std::min(2 * y + 2, height); ++i) know_row(i);
+        for (int i = 2 * y; i < std::min(2 * y + 2, next.known); ++i) know_row(i);
     });
 }
 
-void Pyramid::compare_pixels(Images& images) const {
+void Pyramid::compare_pixels(const Pixels& pixels, Images& images, int begin, int end) const {
     auto& [sums, inputs, features, corrected, surface] = images.level(1);
-    for_rows(inputs.height(), 4 * inputs.width(), [&](int y) {
-        best_pyramid_kernels().compare(doubled(corrected, y), rows_of(std::as_const(inputs), first_mask, y),
+    for_rows(begin, end, 4 * inputs.width(), [&](int y) {
+        best_pyramid_kernels().compare(doubled(corrected, y), pixels.rows(y), rows_of(inputs, first_mask, y),
                                        rows_of(inputs, first_surprise, y), inputs.width());
-        for (int i = 0; i < 4; ++i) inputs.clear_tail(first_surprise + i, y);
+        for (int c = first_mask; c < known_finest; ++c) inputs.clear_tail(c, y);
     });
 }
 
-void Pyramid::finish(const Images& images, int height, int width, float* gray) const {
+void Pyramid::finish(const Images& images, int begin, int end, int height, int width, float* gray) const {
     const auto& [sums, inputs, features, corrected, surface] = images.level(1);
-    for_rows(half(height), 4 * inputs.width(), [&](int y) {
+    for_rows(begin, end, 4 * inputs.width(), [&](int y) {
         best_pyramid_kernels().finish(doubled(corrected, y), rows_of(inputs, first_mask, y), rows_of(inputs, first_surprise, y),
                                       rows_of(images.correction, 0, y), surface.row(0, y),
                                       gray + static_cast<std::size_t>(2 * y) * static_cast<std::size_t>(width),

@@ -1,6 +1,8 @@
 /// The default network; learn/networks/pyramid.py is the same in PyTorch, under the same names in the same order.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "complete/conv3x3.h"
@@ -11,40 +13,42 @@ namespace bob {
 
 class Pyramid {
 public:
-    /// As many levels, and as many channels between them, as the tensors say. Throws std::invalid_argument if a tensor is
-    /// missing or does not fit the others.
-    explicit Pyramid(const Weights& weights);
+    /// As many levels, and as many channels between them, as the tensors say. What lies between the layers is kept in windows
+    /// of rows that move down a large picture, so that at most `memory` bytes are needed; very wide pictures need more. Throws
+    /// std::invalid_argument if a tensor is missing or does not fit the others.
+    explicit Pyramid(const Weights& weights, std::size_t memory = spare_memory);
     ~Pyramid();
 
     /// gbuffer: (5, height, width), mask, gray, depth, normal x, normal y; gray: (height, width), the network's own
-    /// output at every pixel. Any size; from several threads at once.
-    void operator()(const float* gbuffer, int height, int width, float* gray) const;
-
-    /// Bands of a picture that start at a multiple of so many rows have the same blocks, computed in the same pairs of rows.
-    [[nodiscard]] int rows() const { return 2 << levels(); }
-    /// How many rows away, at most, an input can change the output: two convolutions at each level reach two of its
-    /// blocks, and a third at level 1 is where the doubled picture comes from. With the blocks' own rows, 4 of the coarsest.
-    [[nodiscard]] int reach() const { return 4 << levels(); }
-    /// Of memory while it runs.
-    [[nodiscard]] int bytes_per_pixel() const;
+    /// output at every pixel, the same for any `memory`. Any size; from several threads at once. `keep_going` as in
+    /// `parallel_for`: once it says no, the rest of `gray` is left as it is and false returned.
+    bool operator()(const float* gbuffer, int height, int width, float* gray,
+                    const std::function<bool()>& keep_going = nullptr) const;
 
 private:
     struct Images;
+    struct Pixels;
+    struct Progress;
     struct Layers {
         Conv3x3 features, finer;
     };
 
     [[nodiscard]] int levels() const { return static_cast<int>(layers_.size()); }
 
-    /// What the traced pixels say about the blocks of every level.
-    void pull(const float* gbuffer, int height, int width, Images& images) const;
+    [[nodiscard]] static std::vector<Progress> needed(int finished, int height, int levels);
+
+    // Each goes on from `done` to `next`, which are of the level; rows are the level's.
+
+    /// What the traced pixels say about the blocks of level 2 and coarser, for rows of the coarsest.
+    void pull(const Pixels& pixels, Images& images, int begin, int end) const;
     /// The gray, the inputs and the surface of a level, of the coarser level's if there is one.
-    void know(int level, Images& images) const;
+    void know(int level, const Pixels& pixels, Images& images, const Progress& done, const Progress& next) const;
     /// What is known of each pixel, for level 1.
-    void compare_pixels(Images& images) const;
-    void finish(const Images& images, int height, int width, float* gray) const;
+    void compare_pixels(const Pixels& pixels, Images& images, int begin, int end) const;
+    void finish(const Images& images, int begin, int end, int height, int width, float* gray) const;
 
     std::vector<Layers> layers_;  // of level 1 first
+    std::size_t memory_;
     mutable Spare<Images> spare_;
 };
 

@@ -36,23 +36,21 @@ inline void write_sums(const Rows& sums, int x, const F (&sum)[sums::shown]) {
     store(sums.at(sums::shown) + x, where((sum[sums::count] <= zero) | (sum[sums::gray] != zero), constant(1)));
 }
 
-void pull_pixels(ConstRows pixels, int rows, int columns, Rows sums, Rows mask, Rows gray, int width) {
+/// The same of a channel of the G-buffer, 0 where there are no pixels.
+inline Phases blocks(const PixelRows& pixels, int channel, int x) {
+    const int known = std::clamp(pixels.columns - 2 * x, 0, 2 * lanes);
+    if (pixels.rows == 2 && known == 2 * lanes) return blocks(pixels.from.at(channel), pixels.from.at(channel, 1), x);
+    float padded[2][2 * lanes] = {};
+    for (int y = 0; y < pixels.rows; ++y) std::copy_n(pixels.from.at(channel, y) + 2 * x, known, padded[y]);
+    return blocks(padded[0], padded[1], 0);
+}
+
+void pull_pixels(PixelRows pixels, Rows sums, int width) {
+    const F half = constant(0.5f);
     for (int x = 0; x < width; x += lanes) {
-        const int known = std::clamp(columns - 2 * x, 0, 2 * lanes);
-        const auto block = [&](int channel) {
-            if (rows == 2 && known == 2 * lanes) return blocks(pixels.at(channel, 0), pixels.at(channel, 1), x);
-            float padded[2][2 * lanes] = {};
-            for (int y = 0; y < rows; ++y) std::copy_n(pixels.at(channel, y) + 2 * x, known, padded[y]);
-            return blocks(padded[0], padded[1], 0);
-        };
+        const auto block = [&](int channel) { return blocks(pixels, channel, x); };
         const Phases count = block(0);
-        const Phases value = block(1);
-        for (int i = 0; i < 4; ++i) {
-            store(mask.at(i) + x, count.at[i]);
-            store(gray.at(i) + x, value.at[i]);
-        }
-        const F half = constant(0.5f);
-        write_sums(sums, x, {total(count), total(value), total(block(2)), total(block(3)), total(block(4)),
+        write_sums(sums, x, {total(count), total(block(1)), total(block(2)), total(block(3)), total(block(4)),
                              half * rightwards(count), half * downwards(count)});
     }
 }
@@ -147,12 +145,12 @@ void spread(ConstRows shown, const float* coarser, float* surface, int width) {
     }
 }
 
-void compare(Doubled coarse, ConstRows mask, Rows gray, int width) {
+void compare(Doubled coarse, PixelRows pixels, Rows mask, Rows surprise, int width) {
     for (int x = 0; x < width; x += lanes) {
-        const Phases expected = doubled(coarse, x);
+        const Phases expected = doubled(coarse, x), traced = blocks(pixels, 0, x), gray = blocks(pixels, 1, x);
         for (int i = 0; i < 4; ++i) {
-            float* known = gray.at(i) + x;
-            store(known, load<F>(mask.at(i) + x) * (load<F>(known) - expected.at[i]));
+            store(mask.at(i) + x, traced.at[i]);
+            store(surprise.at(i) + x, traced.at[i] * (gray.at[i] - expected.at[i]));
         }
     }
 }

@@ -16,18 +16,26 @@ namespace sums {
 enum : int { count, gray, depth, normal_x, normal_y, right, down, shown, channels };
 }
 
-/// Rows of a plane, or of several.
+/// A row of a plane, or of several, and those beside it.
 template <class T>
 struct RowsIn {
     T* row;  // its first pixel in the first channel
-    std::size_t row_stride, plane_stride;
+    std::ptrdiff_t above, below;  // floats from there to the rows above and below
+    std::size_t plane_stride;
 
+    /// The row above for y = -1, that below for 1.
     T* at(int channel, int y = 0) const {
-        return row + static_cast<std::ptrdiff_t>(plane_stride) * channel + static_cast<std::ptrdiff_t>(row_stride) * y;
+        return row + static_cast<std::ptrdiff_t>(plane_stride) * channel + (y < 0 ? above : y > 0 ? below : 0);
     }
 };
 using Rows = RowsIn<float>;
 using ConstRows = RowsIn<const float>;
+
+/// Two rows of the G-buffer, of which `rows` and `columns` exist; the others count as not traced.
+struct PixelRows {
+    ConstRows from;
+    int rows, columns;
+};
 
 /// Three rows of a picture to be doubled: that above, this one and that below; pixels -1 and width repeat the edges.
 struct Doubled {
@@ -35,9 +43,8 @@ struct Doubled {
 };
 
 struct PyramidKernels {
-    /// Two rows of the G-buffer, of which `rows` and `columns` exist, to sums of 2x2 pixels and to the phases of the mask
-    /// and of the gray.
-    void (*pull_pixels)(ConstRows pixels, int rows, int columns, Rows sums, Rows mask, Rows gray, int width);
+    /// Two rows of the G-buffer to sums of 2x2 pixels.
+    void (*pull_pixels)(PixelRows pixels, Rows sums, int width);
     /// Two rows of sums to one of the coarser level's; `quarter` as in pyramid.py.
     void (*pull)(ConstRows finer, Rows sums, float quarter, int width);
     /// Doubles a row bilinearly, to two rows, and adds two rows.
@@ -49,8 +56,8 @@ struct PyramidKernels {
     void (*know_finest)(ConstRows sums, Rows inputs, float* corrected, int width);
     /// The maxima of 3x3 pixels of a plane with zeros around it, times the coarser level's row, each pixel twice.
     void (*spread)(ConstRows shown, const float* coarser, float* surface, int width);
-    /// Phases of the gray, of traced pixels, to those of what it is more than the doubled picture.
-    void (*compare)(Doubled coarse, ConstRows mask, Rows gray, int width);
+    /// The phases of the mask, and of what the gray of traced pixels is more than the doubled picture.
+    void (*compare)(Doubled coarse, PixelRows pixels, Rows mask, Rows surprise, int width);
     /// The output of a row of blocks: `rows` rows of `columns` pixels. `correction` in phases.
     void (*finish)(Doubled coarse, ConstRows mask, ConstRows surprise, ConstRows correction, const float* surface,
                    float* gray, int rows, int columns);

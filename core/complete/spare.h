@@ -1,6 +1,7 @@
 /// Images kept from call to call, since fresh memory costs more than the arithmetic of a layer.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -8,6 +9,10 @@
 #include "parallel.h"
 
 namespace bob {
+
+/// Bytes that a network may keep, unless told otherwise: less than the caches of today's machines, and enough rows of a 4K
+/// picture for the threads to share.
+constexpr std::size_t spare_memory = 24 << 20;
 
 /// Lends images of any size, to several threads at once; keeps those that were given back last.
 template <class Images>

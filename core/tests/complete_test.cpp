@@ -44,7 +44,7 @@ void check_conv(int in, int out, int groups, int height, int width, Then then) {
     const int scale = then == Then::relu_upsample || then == Then::shuffle ? 2 : 1;
     const int shrink = then == Then::relu_pool ? 2 : 1, merged = then == Then::shuffle ? 4 : 1;
     Planes output(out / merged + 1, height * scale / shrink, width * scale / shrink);
-    bob::Conv3x3(weight, bias, in, groups)(input, 0, output, 1, then);
+    bob::Conv3x3(weight, bias, in, groups)(input, 0, output, 1, then, 0, height);
 
     const bool linear = then == Then::nothing || then == Then::shuffle;
     const auto relu = [&](double v) { return linear ? v : std::max(0., v); };
@@ -73,11 +73,13 @@ bob::Weights paper_weights(std::vector<std::vector<float>>& storage, int groups)
     struct Layer { const char* name; int in, out, groups; };
     bob::Weights weights;
     storage.reserve(12);
+    test::Random random(3);
     for (const Layer& layer : {Layer{"encode1", 5, 20, 1}, {"encode2", 20, 80, groups}, {"encoded", 80, 20, groups},
                                {"decode1", 20, 5, 1}, {"decode2", 25, 5, 1}, {"output", 10, 1, 1}}) {
         const int inputs = layer.in / layer.groups;
-        storage.emplace_back(static_cast<std::size_t>(layer.out * inputs * 9), 0.01f);
-        weights[std::string(layer.name) + ".weight"] = {{layer.out, inputs, 3, 3}, storage.back()};
+        auto& weight = storage.emplace_back(static_cast<std::size_t>(layer.out * inputs * 9));
+        for (auto& w : weight) w = random(-0.1f, 0.1f);
+        weights[std::string(layer.name) + ".weight"] = {{layer.out, inputs, 3, 3}, weight};
         storage.emplace_back(static_cast<std::size_t>(layer.out), 0.1f);
         weights[std::string(layer.name) + ".bias"] = {{layer.out}, storage.back()};
     }
@@ -149,6 +151,34 @@ TEST(networks_give_the_same_from_call_to_call_and_size_to_size) {
             CHECK(completed(used, height, width) == completed(bob::Pyramid(weights), height, width));
         }
     });
+}
+
+TEST(large_pictures_are_completed_in_windows_of_rows) {
+    test::for_each_isa([] {
+        std::vector<std::vector<float>> of_paper, of_pyramid;
+        const auto paper = paper_weights(of_paper, 4), pyramid = pyramid_weights(of_pyramid);
+        for (const auto& [height, width] : {std::pair{700, 40}, {203, 21}, {64, 200}, {1, 300}, {1155, 3}}) {
+            const auto paper_whole = completed(bob::Paper(paper), height, width);
+            const auto pyramid_whole = completed(bob::Pyramid(pyramid), height, width);
+            for (const std::size_t memory : {0u, 300'000u, 1'000'000u}) {  // the least rows at once, and some more
+                CHECK(completed(bob::Paper(paper, memory), height, width) == paper_whole);
+                CHECK(completed(bob::Pyramid(pyramid, memory), height, width) == pyramid_whole);
+            }
+        }
+    });
+}
+
+TEST(a_network_stops_when_it_is_told_to) {
+    std::vector<std::vector<float>> storage;
+    const bob::Pyramid network(pyramid_weights(storage), 0);
+    const std::vector<float> gbuffer(5 * 400 * 8);
+    std::vector<float> gray(400 * 8, -1);
+    int asked = 0;
+    CHECK(!network(gbuffer.data(), 400, 8, gray.data(), [&] { return ++asked < 10; }));
+    CHECK(gray[0] != -1);
+    CHECK_EQ(gray.back(), -1.f);
+    CHECK(network(gbuffer.data(), 400, 8, gray.data(), [] { return true; }));
+    CHECK(gray.back() != -1);
 }
 
 TEST(weights_that_do_not_fit_are_refused_by_name) {

@@ -157,7 +157,7 @@ def _render(options: argparse.Namespace) -> None:
         return gbuffer, 1000 * (time.perf_counter() - start)
 
     part, trace_ms = timed_trace("tracing", options.fraction)
-    if height * width <= model.pixels:  # a larger picture is no matter of milliseconds, and is not completed twice
+    if height * width <= 3840 * 2160:  # a larger picture is no matter of milliseconds, and is not completed twice
         bob.complete(part, model=model)  # the first run fetches memory
     start = time.perf_counter()
     image = bob.complete(part, model=model)

@@ -19,10 +19,6 @@ from bobrossnet.render.gbuffer import GBuffer
 NETWORKS: dict[str, type[_core.Paper | _core.Pyramid]] = {"paper": _core.Paper, "pyramid": _core.Pyramid}
 """By the name that a weight file gives."""
 
-MEMORY = 2**29
-"""Bytes that a network may need at once: larger pictures are cut into bands, between which Ctrl-C is heard. A pixel of
-4K needs 57 bytes in the pyramid, which completes it in one piece, and 95 in the report's network."""
-
 
 @dataclass(frozen=True)
 class Model:
@@ -30,27 +26,10 @@ class Model:
 
     run: _core.Paper | _core.Pyramid
 
-    @property
-    def pixels(self) -> int:
-        """How many pixels are completed at once."""
-        return MEMORY // self.run.bytes_per_pixel
-
     def predict(self, gbuffer: GBuffer) -> NDArray[np.float32]:
         """The network's own output at every pixel, known ones too: (H, W) float32, of any value."""
-        height, width = gbuffer.size
-        stack = gbuffer.stack()
-        gray = np.empty((height, width), np.float32)
-        if height * width <= self.pixels:
-            self.run(stack, gray)
-            return gray
-        reach, unit = self.run.reach, self.run.rows
-        rows = max(unit, (self.pixels // width - 2 * reach) // unit * unit)
-        for top in range(0, height, rows):
-            # Rows within reach belong to the band as well: the result is the same to the bit as in one piece.
-            first, last = max(0, top - reach), min(height, top + rows + reach)
-            band = np.empty((last - first, width), np.float32)
-            self.run(np.ascontiguousarray(stack[:, first:last]), band)
-            gray[top : top + rows] = band[top - first :][: min(rows, height - top)]
+        gray = np.empty(gbuffer.size, np.float32)
+        self.run(gbuffer.stack(), gray)
         return gray
 
 
