@@ -346,7 +346,7 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         to_jump = passed ? jump_after_b : to_jump;
         width = passed ? (at_jump ? t_end : width + width) : 0.5f * (b - a);
         // A jump much nearer than the piece is wide is one of many, which a bound over all of them may rule out.
-        stop_at_jump = split ? to_jump > 0.0625f * width : stop_at_jump & (to_jump <= finest);
+        stop_at_jump = split ? (M)(to_jump > 0.0625f * width) : stop_at_jump & (to_jump <= finest);
     }
     store_some(rays.t, any(found) ? refined(along, bracket, found, finest) : F{}, rays.count);
     rays.found = bits(found);
