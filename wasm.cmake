@@ -33,6 +33,8 @@ function(compile_wasm objects name source)
 endfunction()
 
 file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/wasm)
+# First, so that the library's own parts are not taken.
+compile_wasm(runtime runtime ${CMAKE_SOURCE_DIR}/bindings/wasm_runtime.cpp ${wasm_flags})
 compile_wasm(runtime unwind ${zig}/lib/libunwind/src/Unwind-wasm.c -x c -O2 -w -DNDEBUG -D_LIBUNWIND_HIDE_SYMBOLS -I ${zig}/lib/libunwind/include)
 foreach(name cxa_exception cxa_personality)
   compile_wasm(runtime ${name} ${zig}/lib/libcxxabi/src/${name}.cpp ${libcxxabi_flags})
@@ -48,12 +50,11 @@ foreach(part complete trace)
     compile_wasm(${part}_relaxed ${name}.relaxed ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags} -mrelaxed-simd)
   endforeach()
 endforeach()
-compile_wasm(runtime runtime ${CMAKE_SOURCE_DIR}/bindings/wasm_runtime.cpp ${wasm_flags})
 compile_wasm(complete_objects parallel_single ${CMAKE_SOURCE_DIR}/core/parallel_single.cpp ${wasm_flags})
 compile_wasm(complete_objects wasm_complete ${CMAKE_SOURCE_DIR}/bindings/wasm_complete.cpp ${wasm_flags})
 compile_wasm(trace_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags})
 
-# Links objects to the module NAME.wasm. The runtime comes first, since it takes the place of parts of the library.
+# Links objects to the module NAME.wasm.
 function(link_wasm name)
   set(module ${CMAKE_BINARY_DIR}/wasm/${name}.wasm)
   add_custom_command(

@@ -1,5 +1,5 @@
-/// What zig's C++ library leaves out for WebAssembly, or has for a terminal. The rest of the support for exceptions is compiled
-/// from the library's own sources (wasm.cmake).
+/// What zig's C++ library leaves out for WebAssembly, or has for a terminal. The rest of the support for exceptions is
+/// compiled from the library's own sources (wasm.cmake).
 
 #include <exception>
 
@@ -8,6 +8,9 @@ __asm__(
     ".globl __cpp_exception\n"
     ".tagtype __cpp_exception i32\n"
     "__cpp_exception:\n");
+
+/// What is to be destroyed when a thread ends: the only one never does.
+extern "C" int __cxa_thread_atexit(void (*)(void*), void*, void*) { return 0; }
 
 /// What can't go on ends in a trap, which a page sees as a WebAssembly.RuntimeError: without a message, no function that
 /// writes to a terminal needs to be imported.
