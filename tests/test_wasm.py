@@ -1,7 +1,8 @@
 """The WebAssembly modules: the same pictures as the core in Python, in both instruction sets, and errors in one line.
 
-Where nothing but + - x / and square roots is used, results are the same bits as the core's baseline; powers, which shade
-highlights, and sines and their like in formulas come from another library.
+In simd128, what is computed with + - x / and square roots alone has the same bits as in the core's baseline: pixel orders,
+networks, masks, depths, normals. Another library's powers shade highlights, and its arc cosines weigh the faces around a
+mesh's vertices. In relaxed SIMD, products and sums may be fused.
 """
 
 import gzip
@@ -70,12 +71,12 @@ def test_modules_import_nothing(set_):
         assert not WasmCore(name + set_).module.imports
 
 
-def test_networks_and_weights_are_small():
-    """300 KB, the networks' module with the weights that ship."""
-    weights = sum(file.stat().st_size for file in WEIGHTS.glob("*.safetensors"))
-    for set_ in SETS:
-        assert (FOLDER / f"complete{set_}.wasm").stat().st_size + weights < 300_000
-        assert len(gzip.compress((FOLDER / f"core{set_}.wasm").read_bytes())) < 500_000
+@pytest.mark.parametrize("set_", SETS)
+def test_networks_need_little(set_):
+    """The networks' module with the report's weights is below 300 KB; the whole core, as a server sends it, below 500."""
+    weights = (WEIGHTS / "paper.safetensors").stat().st_size
+    assert (FOLDER / f"complete{set_}.wasm").stat().st_size + weights < 300_000
+    assert len(gzip.compress((FOLDER / f"core{set_}.wasm").read_bytes())) < 500_000
 
 
 # ---- Networks --------------------------------------------------------------------------------------------
@@ -131,7 +132,7 @@ def script(text=SCRIPT):
 
 
 def tube():
-    return bob.Tube([(-1, 0, 0), (0, 1, 0), (0, -1, 0.5), (1, 0, 0)], 0.1)
+    return bob.Tube([(-1, 0, 0), (0, 1, 0), (0, -1, 0.5), (1, 0, 0)], [0, 0, 0, 0, 1, 1, 1, 1], 0.1)
 
 
 SCENES = {
@@ -151,8 +152,12 @@ def test_scenes_are_traced_as_in_python(core, kind, baseline, monkeypatch):
     expected = bob.trace(scene, camera, size=size, fraction=3000 / (61 * 90)).stack()
     planes = core.trace(core.scene(made, scene.core), camera, size, pixels)
     assert expected[2].any()
-    np.testing.assert_array_equal(planes[[0, 2, 3, 4]], expected[[0, 2, 3, 4]])
-    np.testing.assert_allclose(planes[1], expected[1], rtol=0, atol=1e-5)  # highlights are powers
+    np.testing.assert_array_equal(planes[0], expected[0])
+    np.testing.assert_allclose(planes, expected, rtol=0, atol=1e-5)
+    if not core.relaxed:
+        np.testing.assert_array_equal(planes[2], expected[2])
+        if kind not in ("mesh", "several"):
+            np.testing.assert_array_equal(planes[3:], expected[3:])
 
 
 def test_languages_are_those_of_python(core):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,14 @@ class CoreError(ValueError):
     """What the module says is wrong."""
 
 
+@cache
+def compiled(name: str) -> tuple[wasmtime.Module, wasmtime.Engine]:
+    config = wasmtime.Config()
+    config.wasm_exceptions = True
+    engine = wasmtime.Engine(config)
+    return wasmtime.Module.from_file(engine, str(FOLDER / f"{name}.wasm")), engine
+
+
 class WasmCore:
     """An instance of a module.
 
@@ -29,10 +38,8 @@ class WasmCore:
     """
 
     def __init__(self, name: str) -> None:
-        config = wasmtime.Config()
-        config.wasm_exceptions = True
-        engine = wasmtime.Engine(config)
-        self.module = wasmtime.Module.from_file(engine, str(FOLDER / f"{name}.wasm"))
+        self.module, engine = compiled(name)
+        self.relaxed = name.endswith(".relaxed")
         self._store = wasmtime.Store(engine)
         self._exports = wasmtime.Instance(self._store, self.module, []).exports(self._store)
         self._exports["_initialize"](self._store)
@@ -59,9 +66,9 @@ class WasmCore:
                 given.append(argument)
         result = self._exports[name](self._store, *given)
         for address, array in arrays:
-            array[...] = np.frombuffer(self._memory.read(self._store, address, address + array.nbytes), array.dtype).reshape(
-                array.shape
-            )
+            array[...] = np.frombuffer(
+                self._memory.read(self._store, address, address + array.nbytes), array.dtype
+            ).reshape(array.shape)
         for address in lent:
             self._exports["release"](self._store, address)
         return result
@@ -115,7 +122,9 @@ class WasmCore:
         return self.made("make_expression", expression.ops, expression.operands, expression.values, len(expression))
 
     def mesh(self, vertices, triangles, normals):
-        return self.made("make_mesh", vertices, len(vertices), triangles, len(triangles), 0 if normals is None else normals)
+        return self.made(
+            "make_mesh", vertices, len(vertices), triangles, len(triangles), 0 if normals is None else normals
+        )
 
     def implicit(self, expression, bounds):
         return self.made("make_implicit", self.expression(expression), bounds, np.zeros(4))
