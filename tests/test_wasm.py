@@ -1,8 +1,8 @@
 """The WebAssembly modules: the same pictures as the core in Python, in both instruction sets, and errors in one line.
 
-In simd128, what is computed with + - x / and square roots alone has the same bits as in the core's baseline: pixel orders,
-networks, masks, depths, normals. Another library's powers shade highlights, and its arc cosines weigh the faces around a
-mesh's vertices. In relaxed SIMD, products and sums may be fused.
+In simd128, what is computed with + - x / and square roots alone has the same bits as in the core's baseline: pixel
+orders, networks, masks, depths, normals. Another library's powers shade highlights, and its arc cosines weigh the faces
+around a mesh's vertices. In relaxed SIMD, products and sums may be fused.
 """
 
 import gzip
@@ -73,7 +73,7 @@ def test_modules_import_nothing(set_):
 
 @pytest.mark.parametrize("set_", SETS)
 def test_networks_need_little(set_):
-    """The networks' module with the report's weights is below 300 KB; the whole core, as a server sends it, below 500."""
+    """Below 300 KB with the report's weights; the whole core, as a server sends it, below 500."""
     weights = (WEIGHTS / "paper.safetensors").stat().st_size
     assert (FOLDER / f"complete{set_}.wasm").stat().st_size + weights < 300_000
     assert len(gzip.compress((FOLDER / f"core{set_}.wasm").read_bytes())) < 500_000
@@ -178,7 +178,7 @@ def test_errors_are_those_of_python_and_the_module_goes_on(core):
         with pytest.raises(CoreError) as found:
             core.made("run_script", text)
         assert str(found.value) == str(expected.value)
-    with pytest.raises(CoreError, match="encode1.weight: expected in the weights, not found"):
+    with pytest.raises(CoreError, match=r"encode1\.weight: expected in the weights, not found"):
         core.network("paper", {})
     with pytest.raises(CoreError, match="expected weights of one of the networks paper, pyramid, got 'x'"):
         core.network("x", {})

@@ -46,8 +46,8 @@ class WasmCore:
         self._memory = self._exports["memory"]
 
     def call(self, name, *arguments):
-        """Calls a function. Arrays and texts are copied to the module's memory, texts with their size behind them; arrays
-        that can be written to are copied back."""
+        """Calls a function. Arrays and texts are copied to the module's memory, texts with their size behind them;
+        arrays that can be written to are copied back."""
         given, arrays, lent = [], [], []
         for argument in arguments:
             if isinstance(argument, str | bytes):
