@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt pyproject.toml
+SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt wasm.cmake pyproject.toml
 
 .PHONY: demo test bench report quality clean
 

@@ -4,14 +4,13 @@
 #include <nanobind/stl/tuple.h>
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <tuple>
 #include <vector>
 
 #include "bindings.h"
-#include "parallel.h"
 #include "shapes/brep.h"
+#include "shapes/extent.h"
 #include "shapes/implicit.h"
 #include "shapes/mesh.h"
 #include "shapes/tube.h"
@@ -109,56 +108,19 @@ void init_tube(bob::Tube* self, const Array<const double, -1, 5>& control_points
     new (self) bob::Tube(path);
 }
 
-// ---- Extents ---------------------------------------------------------------------------------------------
-
-/// The largest value of f(centre, radius) over balls that the shape is made of, points but for tubes. f is convex, and
-/// changes no faster than its arguments: so 1e-3 is a share of the shape's size.
-template <class F>
-double maximum(const bob::Implicit& shape, F f) {
-    return shape.cells().maximum([&](bob::Vec3 p) { return f(p, 0.f); });
-}
-template <class F>
-double maximum(const bob::Brep& shape, F f) {
-    return shape.maximum([&](bob::Vec3 p) { return f(p, 0.f); }, 1e-3);
-}
-template <class F>
-double maximum(const bob::Tube& shape, F f) {
-    return shape.maximum(f);
-}
-
-/// How much longer the longest vector of the shape's own space becomes at most by a map to one coordinate.
-double stretch(const double* row) { return std::hypot(row[0], row[1], row[2]); }
-
-double mapped(const double* row, bob::Vec3 p) { return row[0] * p.x + row[1] * p.y + row[2] * p.z + row[3]; }
-
 template <class S>
 Array<double, 2, 3> placed_bounds(const S& shape, const Matrix& map) {
     auto result = make_array<double, 2, 3>(2, 3);
-    double* out = result.data();
     const nb::gil_scoped_release release;
-    bob::parallel_for(6, 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const double* row = map.data() + 4 * (i % 3);
-            const double sign = i < 3 ? -1 : 1, scale = stretch(row);
-            out[i] = sign * scale * maximum(shape, [=](bob::Vec3 center, float radius) {
-                return sign * mapped(row, center) / scale + static_cast<double>(radius);
-            });
-        }
-    });
+    bob::placed_bounds(shape, map.data(), result.data());
     return result;
 }
 
-/// Of a tube: up to the ratio of the singular values of the map too large, since balls count as the largest spheres
-/// around them.
 template <class S>
 double placed_radius(const S& shape, const Matrix& map, const Array<const double, 3>& center,
                      double largest_singular_value) {
-    const double *rows = map.data(), *c = center.data(), scale = largest_singular_value;
     const nb::gil_scoped_release release;
-    return scale * maximum(shape, [=](bob::Vec3 p, float radius) {
-        return std::hypot(mapped(rows, p) - c[0], mapped(rows + 4, p) - c[1], mapped(rows + 8, p) - c[2]) / scale +
-               static_cast<double>(radius);
-    });
+    return bob::placed_radius(shape, map.data(), center.data(), largest_singular_value);
 }
 
 /// A class of shapes whose extents the core finds.

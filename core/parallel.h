@@ -1,11 +1,21 @@
-/// One pool of threads for the whole process.
+/// One pool of threads for the whole process; none in a WebAssembly module (parallel_single.cpp).
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <mutex>
 
 namespace bob {
+
+#ifdef __wasm__
+struct Mutex {
+    void lock() {}
+    void unlock() {}
+};
+#else
+using Mutex = std::mutex;
+#endif
 
 /// Number of threads that parallel_for uses, the caller's included; at first, all the machine has.
 [[nodiscard]] int thread_count();

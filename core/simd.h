@@ -15,6 +15,8 @@
 #endif
 #if defined(__SSE2__)
 #include <immintrin.h>
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
 #endif
 
 namespace bob::BOB_ISA {
@@ -72,6 +74,8 @@ inline V fma(V a, V b, V c) {
 #if defined(__FMA__)
     if constexpr (sizeof(V) == 32) return (V)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
     if constexpr (sizeof(V) == 16) return (V)_mm_fmadd_ps((__m128)a, (__m128)b, (__m128)c);
+#elif defined(__wasm_relaxed_simd__)
+    if constexpr (sizeof(V) == 16) return (V)wasm_f32x4_relaxed_madd((v128_t)a, (v128_t)b, (v128_t)c);
 #endif
     return a * b + c;
 }
@@ -87,6 +91,8 @@ inline V min(V a, V b) {
 #endif
 #if defined(__SSE2__)
     if constexpr (sizeof(V) == 16) return (V)_mm_min_ps((__m128)a, (__m128)b);
+#elif defined(__wasm_simd128__)
+    if constexpr (sizeof(V) == 16) return (V)wasm_f32x4_pmin((v128_t)b, (v128_t)a);
 #endif
     return a < b ? a : b;
 }
@@ -102,6 +108,8 @@ inline V max(V a, V b) {
 #endif
 #if defined(__SSE2__)
     if constexpr (sizeof(V) == 16) return (V)_mm_max_ps((__m128)a, (__m128)b);
+#elif defined(__wasm_simd128__)
+    if constexpr (sizeof(V) == 16) return (V)wasm_f32x4_pmax((v128_t)b, (v128_t)a);
 #endif
     return a > b ? a : b;
 }
@@ -116,6 +124,8 @@ inline V sqrt(V a) {
 #endif
 #if defined(__SSE2__)
     if constexpr (sizeof(V) == 16) return (V)_mm_sqrt_ps((__m128)a);
+#elif defined(__wasm_simd128__)
+    if constexpr (sizeof(V) == 16) return (V)wasm_f32x4_sqrt((v128_t)a);
 #endif
     for (std::size_t i = 0; i < sizeof(V) / 4; ++i) a[i] = __builtin_sqrtf(a[i]);
     return a;
@@ -132,6 +142,8 @@ inline unsigned bits(M mask) {
 #endif
 #if defined(__SSE2__)
     if constexpr (sizeof(M) == 16) return static_cast<unsigned>(_mm_movemask_ps((__m128)mask));
+#elif defined(__wasm_simd128__)
+    if constexpr (sizeof(M) == 16) return wasm_i32x4_bitmask((v128_t)mask);
 #endif
     unsigned result = 0;
     for (std::size_t i = 0; i < sizeof(M) / 4; ++i) result |= (mask[i] ? 1u : 0u) << i;

@@ -6,6 +6,8 @@
 #include <mutex>
 #include <utility>
 
+#include "parallel.h"
+
 namespace bob {
 
 /// Bytes that a network may keep, unless told otherwise: less than the caches of today's machines, and enough rows of a 4K
@@ -32,7 +34,7 @@ public:
     }
 
 private:
-    std::mutex mutex_;
+    Mutex mutex_;
     std::unique_ptr<Images> kept_;
 };
 

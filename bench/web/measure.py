@@ -1,0 +1,88 @@
+"""Milliseconds to complete a picture in a page, in one worker without threads: the core against other runtimes.
+
+The same weights and the same input in the same page and run, one contender after the other; every result is compared
+with the core's in Python. Needs the wheel playwright, Debian's chromium, and npm, which fetches the other runtimes to
+build/web at the first run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import statistics
+import subprocess
+import tempfile
+import threading
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import numpy as np
+from playwright.sync_api import sync_playwright
+
+import bobrossnet as bob
+from bobrossnet.complete.model import load_model
+from bobrossnet.complete.weights import WEIGHTS
+
+HERE = Path(__file__).parent
+PACKAGES = HERE.parents[1] / "build" / "web"
+VIEWER = Path(bob.__file__).parent / "viewer"
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+def fetch_packages() -> None:
+    PACKAGES.mkdir(parents=True, exist_ok=True)
+    shutil.copy(HERE / "package.json", PACKAGES)
+    subprocess.run(["npm", "install", "--ignore-scripts", "--no-audit", "--no-fund"], cwd=PACKAGES, check=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--size", default="640x480")
+    parser.add_argument("--runs", type=int, default=11)
+    parser.add_argument("--chromium", default="/usr/bin/chromium")
+    arguments = parser.parse_args()
+    width, height = map(int, arguments.size.split("x"))
+    if not (PACKAGES / "node_modules").is_dir():
+        fetch_packages()
+    part = bob.trace(bob.happy_tree(), size=(height, width), fraction=0.05)
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        root = Path(folder)
+        for name in ("page.html", "worker.js"):
+            shutil.copy(HERE / name, root)
+        (root / "viewer").symlink_to(VIEWER)
+        (root / "packages").symlink_to(PACKAGES / "node_modules")
+        part.stack().tofile(root / "input.bin")
+        server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=folder))
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        options = ["--no-sandbox"] if os.geteuid() == 0 else []
+        browser = playwright.chromium.launch(executable_path=arguments.chromium, args=options)
+        print(f"{arguments.size}, {arguments.runs} runs each, {browser.version}\n")
+        print("| network | contender | median ms | fastest ms | largest difference |\n|---|---|---:|---:|---:|")
+        for name in ("paper", "default"):
+            shutil.copy(WEIGHTS / f"{name}.safetensors", root)
+            bob.export(name, str(root / f"{name}.onnx"))
+            expected = load_model(name).predict(part).ravel()
+            page = browser.new_page()
+            page.goto(f"http://127.0.0.1:{server.server_port}/page.html")
+            settings = {"name": name, "height": height, "width": width, "runs": arguments.runs}
+            for contender, found in page.evaluate("settings => measure(settings)", settings).items():
+                times, image = found["milliseconds"], np.array(found["image"], np.float32)
+                difference = float(np.abs(image - expected).max())
+                middle = statistics.median(times)
+                print(f"| {name} | {contender} | {middle:.1f} | {min(times):.1f} | {difference:.1e} |", flush=True)
+            page.close()
+        browser.close()
+        server.shutdown()
+    print()
+    for file in sorted(VIEWER.glob("*.wasm")) + sorted(WEIGHTS.glob("*.safetensors")):
+        print(f"{file.name}: {file.stat().st_size / 1000:.0f} KB")
+
+
+if __name__ == "__main__":
+    main()

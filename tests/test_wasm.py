@@ -1,0 +1,189 @@
+"""The WebAssembly modules: the same pictures as the core in Python, in both instruction sets, and errors in one line.
+
+In simd128, what is computed with + - x / and square roots alone has the same bits as in the core's baseline: pixel
+orders, networks, masks, depths, normals. Another library's powers shade highlights, and its arc cosines weigh the faces
+around a mesh's vertices. In relaxed SIMD, products and sums may be fused.
+"""
+
+import gzip
+
+import numpy as np
+import pytest
+
+import bobrossnet as bob
+from bobrossnet import _core
+from bobrossnet.complete.weights import WEIGHTS, read_weights
+
+wasmtime = pytest.importorskip("wasmtime", reason="wasmtime, which runs WebAssembly, is not installed")
+
+from nurbs_shapes import cylinder  # noqa: E402
+from wasm_core import FOLDER, CoreError, WasmCore, recorded  # noqa: E402
+
+pytestmark = pytest.mark.skipif(
+    not (FOLDER / "core.wasm").is_file(),
+    reason="bobrossnet was built without its WebAssembly modules: ziglang was not installed",
+)
+
+SETS = ("", ".relaxed")
+
+SIZES = ((1, 1), (1, 2), (2, 1), (3, 5), (7, 4), (16, 16), (33, 61), (64, 100), (17, 1000), (1000, 17))
+
+SCRIPT = "f = sphere(1) & box(1.5)\nf -= cylinder(0.5)\nf | capsule(-Z, Z, 0.2).rotate(0.3, X)\n"
+
+VM = b"a var-x\nb var-y\nc var-z\nd square a\ne square b\nf square c\ng add d e\nh add g f\ni const 0.5\nj sub h i\n"
+
+
+@pytest.fixture(scope="module", params=SETS, ids=["simd128", "relaxed-simd"])
+def core(request):
+    return WasmCore(f"core{request.param}")
+
+
+@pytest.fixture
+def baseline():
+    """Python's core in the instruction set that has the same vectors as WebAssembly."""
+    best = _core.isa()
+    _core.set_isa("baseline")
+    yield
+    _core.set_isa(best)
+
+
+def noise(size, density=0.1):
+    random = np.random.default_rng(0)
+    stack = random.random((5, *size), dtype=np.float32)
+    stack[3:] = 2 * stack[3:] - 1
+    stack[0] = 1
+    return np.ascontiguousarray(stack * (random.random(size) < density))
+
+
+def python_network(network, tensors, stack):
+    gray = np.full(stack.shape[1:], np.nan, np.float32)
+    {"paper": _core.Paper, "pyramid": _core.Pyramid}[network](tensors)(stack, gray)
+    return gray
+
+
+# ---- Modules ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("set_", SETS)
+def test_modules_import_nothing(set_):
+    """So that a page needs nothing beside them."""
+    for name in ("core", "complete"):
+        assert not WasmCore(name + set_).module.imports
+
+
+@pytest.mark.parametrize("set_", SETS)
+def test_networks_need_little(set_):
+    """Below 300 KB with the report's weights; the whole core, as a server sends it, below 500."""
+    weights = (WEIGHTS / "paper.safetensors").stat().st_size
+    assert (FOLDER / f"complete{set_}.wasm").stat().st_size + weights < 300_000
+    assert len(gzip.compress((FOLDER / f"core{set_}.wasm").read_bytes())) < 500_000
+
+
+# ---- Networks --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["paper", "default"])
+@pytest.mark.parametrize("set_", SETS, ids=["simd128", "relaxed-simd"])
+def test_networks_complete_as_in_python(name, set_, baseline):
+    metadata, tensors = read_weights(WEIGHTS / f"{name}.safetensors")
+    core = WasmCore(f"complete{set_}")
+    network = core.network(metadata["network"], tensors)
+    for size in SIZES:
+        stack = noise(size)
+        expected, gray = python_network(metadata["network"], tensors, stack), core.run(network, stack)
+        if set_ == "":
+            np.testing.assert_array_equal(gray, expected, err_msg=str(size))
+        else:
+            np.testing.assert_allclose(gray, expected, rtol=0, atol=1e-5, err_msg=str(size))
+
+
+def test_known_pixels_are_kept(core):
+    stack = noise((9, 14), 0.5)
+    gray = np.linspace(-1, 2, 9 * 14, dtype=np.float32).reshape(9, 14)
+    gray[3, 3] = np.nan
+    expected = gray.copy()
+    _core.keep_known(stack, expected)
+    core.call("keep_known", stack, gray.size, gray)
+    np.testing.assert_array_equal(gray, expected)
+
+
+# ---- Pixel orders ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", ["uniform", "r2", "lattice", "blue-noise"])
+def test_pixel_orders_are_those_of_python(core, order):
+    for size in ((1, 1), (5, 7), (130, 67)):
+        for seed in (0, 2**64 - 1):
+            start, count = size[1] // 3, size[0] * size[1] // 2
+            expected = bob.pixel_order(size, order=order, seed=seed, start=start, count=count)
+            np.testing.assert_array_equal(core.pixel_order(order, seed, size, start, count), expected)
+
+
+# ---- Scenes ----------------------------------------------------------------------------------------------
+
+
+def mesh():
+    random = np.random.default_rng(0)
+    return bob.Mesh(random.normal(size=(60, 3)), random.permuted(np.tile(np.arange(60), (4, 1)), axis=1).reshape(-1, 3))
+
+
+def script(text=SCRIPT):
+    return bob.Implicit(_core.run_script(text.encode()).expression)
+
+
+def tube():
+    return bob.Tube([(-1, 0, 0), (0, 1, 0), (0, -1, 0.5), (1, 0, 0)], [0, 0, 0, 0, 1, 1, 1, 1], 0.1)
+
+
+SCENES = {
+    "mesh": mesh,
+    "script": script,
+    "brep": cylinder,
+    "tube": tube,
+    "several": lambda: [mesh(), bob.Instance(script()).scale(0.5).translate((2, 0, 0)), cylinder(), tube()],
+}
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_scenes_are_traced_as_in_python(core, kind, baseline, monkeypatch):
+    made = recorded(monkeypatch)
+    scene, camera, size = bob.Scene(SCENES[kind]()), bob.Camera(azimuth=50, elevation=25, roll=10, zoom=1.1), (61, 90)
+    pixels = bob.pixel_order(size, count=3000)
+    expected = bob.trace(scene, camera, size=size, fraction=3000 / (61 * 90)).stack()
+    planes = core.trace(core.scene(made, scene.core), camera, size, pixels)
+    assert expected[2].any()
+    np.testing.assert_array_equal(planes[0], expected[0])
+    np.testing.assert_allclose(planes, expected, rtol=0, atol=1e-5)
+    if not core.relaxed:
+        np.testing.assert_array_equal(planes[2], expected[2])
+        if kind not in ("mesh", "several"):
+            np.testing.assert_array_equal(planes[3:], expected[3:])
+
+
+def test_languages_are_those_of_python(core):
+    for function, python, text in (("run_script", lambda t: _core.run_script(t).expression, SCRIPT.encode()),
+                                   ("parse_vm", _core.parse_vm, VM)):  # fmt: skip
+        bounds = np.zeros((2, 3))
+        core.made("find_bounds", core.made(function, text), bounds)
+        np.testing.assert_allclose(bounds, _core.find_bounds(python(text)), rtol=1e-12)
+
+
+# ---- Errors ----------------------------------------------------------------------------------------------
+
+
+def test_errors_are_those_of_python_and_the_module_goes_on(core):
+    for text in (b"sphere(", b"a = 1\nsphere(a, b=2)", b"x", "sphere('\N{SNOWMAN}')".encode(), b"sphere(1e999)"):
+        with pytest.raises(ValueError) as expected:
+            _core.run_script(text)
+        with pytest.raises(CoreError) as found:
+            core.made("run_script", text)
+        assert str(found.value) == str(expected.value)
+    with pytest.raises(CoreError, match=r"encode1\.weight: expected in the weights, not found"):
+        core.network("paper", {})
+    with pytest.raises(CoreError, match="expected weights of one of the networks paper, pyramid, got 'x'"):
+        core.network("x", {})
+    with pytest.raises(CoreError, match="order: expected one of"):
+        core.pixel_order("x", 0, (2, 2), 0, 1)
+    with pytest.raises(CoreError, match="index out of range"):
+        core.mesh(np.zeros((3, 3), np.float32), np.array([(0, 1, 3)], np.int32), None)
+    assert core.made("run_script", b"sphere(1)")

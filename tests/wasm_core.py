@@ -1,0 +1,190 @@
+"""The core as a WebAssembly module, run by wasmtime: what viewer/core.js is in a page, with numpy's arrays."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import wasmtime
+
+import bobrossnet
+from bobrossnet import _core
+
+FOLDER = Path(bobrossnet.__file__).parent / "viewer"
+
+MAKERS = ("Mesh", "Implicit", "Brep", "Tube", "Scene")
+
+
+class CoreError(ValueError):
+    """What the module says is wrong."""
+
+
+@cache
+def compiled(name: str) -> tuple[wasmtime.Module, wasmtime.Engine]:
+    config = wasmtime.Config()
+    config.wasm_exceptions = True
+    engine = wasmtime.Engine(config)
+    return wasmtime.Module.from_file(engine, str(FOLDER / f"{name}.wasm")), engine
+
+
+class WasmCore:
+    """An instance of a module.
+
+    Parameters
+    ----------
+    name : str
+        "core" or "complete"; ".relaxed" at the end for relaxed-simd.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.module, engine = compiled(name)
+        self.relaxed = name.endswith(".relaxed")
+        self._store = wasmtime.Store(engine)
+        self._exports = wasmtime.Instance(self._store, self.module, []).exports(self._store)
+        self._exports["_initialize"](self._store)
+        self._memory = self._exports["memory"]
+
+    def call(self, name, *arguments):
+        """Calls a function. Arrays and texts are copied to the module's memory, texts with their size behind them;
+        arrays that can be written to are copied back."""
+        given, arrays, lent = [], [], []
+        for argument in arguments:
+            if isinstance(argument, str | bytes):
+                text = argument.encode() if isinstance(argument, str) else argument
+                address = self._put(text)
+                lent.append(address)
+                given += [address, len(text)]
+            elif isinstance(argument, np.ndarray):
+                assert argument.flags.c_contiguous
+                address = self._put(argument.tobytes())
+                lent.append(address)
+                given.append(address)
+                if argument.flags.writeable:
+                    arrays.append((address, argument))
+            else:
+                given.append(argument)
+        result = self._exports[name](self._store, *given)
+        for address, array in arrays:
+            array[...] = np.frombuffer(
+                self._memory.read(self._store, address, address + array.nbytes), array.dtype
+            ).reshape(array.shape)
+        for address in lent:
+            self._exports["release"](self._store, address)
+        return result
+
+    def made(self, name, *arguments):
+        """The same of a function that returns 0 where it fails: raises CoreError."""
+        result = self.call(name, *arguments)
+        if not result:
+            address = self._exports["error"](self._store)
+            text = self._memory.read(self._store, address, address + 1000)
+            raise CoreError(bytes(text).split(b"\0")[0].decode())
+        return result
+
+    def _put(self, data: bytes) -> int:
+        address = self._exports["allocate"](self._store, len(data))
+        assert address
+        self._memory.write(self._store, data, address)
+        return address
+
+    # ---- Networks ----------------------------------------------------------------------------------------
+
+    def network(self, name, tensors):
+        weights = self.made("make_weights")
+        addresses = []
+        for key, tensor in tensors.items():
+            addresses.append(self._put(tensor.tobytes()))
+            shape = np.array(tensor.shape, np.int32)
+            self.made("add_tensor", weights, key, shape, tensor.ndim, addresses[-1])
+        try:
+            return self.made("make_network", name, weights)
+        finally:
+            self.call("free_weights", weights)
+            for address in addresses:
+                self.call("release", address)
+
+    def run(self, network, stack):
+        height, width = stack.shape[1:]
+        gray = np.full((height, width), np.nan, np.float32)
+        self.made("run_network", network, stack, height, width, gray)
+        return gray
+
+    # ---- Scenes ------------------------------------------------------------------------------------------
+
+    def pixel_order(self, order, seed, size, start, count):
+        pixels = np.full((count, 2), -1, np.int32)
+        low, high = np.array([seed & 0xFFFFFFFF, seed >> 32], np.uint32).view(np.int32).tolist()
+        self.made("pixel_order", order, low, high, *size, start, pixels, count)
+        return pixels
+
+    def expression(self, expression):
+        return self.made("make_expression", expression.ops, expression.operands, expression.values, len(expression))
+
+    def mesh(self, vertices, triangles, normals):
+        return self.made(
+            "make_mesh", vertices, len(vertices), triangles, len(triangles), 0 if normals is None else normals
+        )
+
+    def implicit(self, expression, bounds):
+        return self.made("make_implicit", self.expression(expression), bounds, np.zeros(4))
+
+    def brep(self, faces, tolerance):
+        table, loops, trims = [], [], []
+        points, knots, trim_points, trim_knots = [], [], [], []
+        for control_points, knots_u, knots_v, of_face in faces:
+            n, m = control_points.shape[:2]
+            table.append((n, m, len(knots_u) - n - 1, len(knots_v) - m - 1, len(of_face)))
+            points.append(control_points.ravel())
+            knots += [knots_u, knots_v]
+            for loop in of_face:
+                loops.append(len(loop))
+                for curve_points, curve_knots in loop:
+                    trims.append((len(curve_points), len(curve_knots) - len(curve_points) - 1))
+                    trim_points.append(curve_points.ravel())
+                    trim_knots.append(curve_knots)
+
+        def joined(parts):
+            return np.concatenate([*parts, np.zeros(1)])
+
+        integers = [np.array(values or [0], np.int32) for values in (loops, trims)]
+        return self.made(
+            "make_brep", np.array(table, np.int32), len(table), joined(points), joined(knots),
+            *integers, joined(trim_points), joined(trim_knots), float(tolerance),
+        )  # fmt: skip
+
+    def tube(self, control_points, knots):
+        count = len(control_points)
+        return self.made("make_tube", control_points, count, knots, len(knots) - count - 1)
+
+    def scene(self, made, scene):
+        """The scene that Python's core was given, by what `recorded` returns."""
+        shapes, to_shape, boxes, materials = made[id(scene)][1]
+        handles = []
+        for shape in shapes:
+            kind, arguments = made[id(shape)]
+            handles.append(getattr(self, kind.lower())(*arguments))
+        return self.made("make_scene", np.array(handles, np.uint32), len(handles), to_shape, boxes, materials)
+
+    def trace(self, scene, camera, size, pixels):
+        planes = np.zeros((5, *size), np.float32)
+        angles = (camera.azimuth, camera.elevation, camera.roll, camera.zoom)
+        self.made("trace", scene, *map(float, angles), *size, pixels, len(pixels), planes)
+        return planes
+
+
+def recorded(monkeypatch):
+    """From now on, what the core's shapes and scenes are made of: by `id`, the class's name and the arguments."""
+    made = {}
+
+    def recorder(name, original):
+        def make(*arguments):
+            result = original(*arguments)
+            made[id(result)] = (name, arguments)
+            return result
+
+        return make
+
+    for name in MAKERS:
+        monkeypatch.setattr(_core, name, recorder(name, getattr(_core, name)))
+    return made

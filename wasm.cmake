@@ -1,0 +1,74 @@
+# The core as WebAssembly modules, for the viewer's page: viewer/core.wasm in simd128 and viewer/core.relaxed.wasm in
+# relaxed-simd, and both again with the networks alone, viewer/complete*.wasm. Compiled by the clang of the wheel `ziglang`;
+# without that wheel, the package is built without them.
+#
+# The first build on a machine compiles zig's C++ library, which takes about a minute; zig keeps it, and all objects, in its
+# own cache. Exceptions need three sources of that library which zig leaves out.
+execute_process(
+  COMMAND ${Python_EXECUTABLE} -c "import ziglang; print(ziglang.__path__[0])"
+  OUTPUT_VARIABLE zig OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+if(NOT zig)
+  message(WARNING "ziglang is not installed: bobrossnet is built without its WebAssembly modules, which the viewer needs")
+  return()
+endif()
+
+set(wasm_compiler ${Python_EXECUTABLE} -m ziglang c++ -target wasm32-wasi)
+set(wasm_flags -O3 -std=c++20 -fvisibility=hidden -ffp-contract=off -msimd128 -Wno-psabi -Wno-bitwise-conditional-parentheses
+  -I ${CMAKE_SOURCE_DIR}/core -DBOB_ISA=baseline)
+set(libcxxabi_flags -O2 -std=c++23 -w -D_LIBCXXABI_BUILDING_LIBRARY -D_LIBCPP_BUILDING_LIBRARY
+  -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src)
+
+# Compiles `source` to wasm/NAME.o, with further flags, and adds that object to the list `objects`.
+function(compile_wasm objects name source)
+  set(object ${CMAKE_BINARY_DIR}/wasm/${name}.o)
+  add_custom_command(
+    OUTPUT ${object}
+    COMMAND ${wasm_compiler} ${ARGN} -fwasm-exceptions -mexception-handling -mllvm -wasm-use-legacy-eh=false
+      -MD -MF ${object}.d -c ${source} -o ${object}
+    DEPENDS ${source}
+    DEPFILE ${object}.d
+    COMMENT "Compiling ${name} for WebAssembly"
+    VERBATIM)
+  set(${objects} ${${objects}} ${object} PARENT_SCOPE)
+endfunction()
+
+file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/wasm)
+# First, so that the library's own parts are not taken.
+compile_wasm(runtime runtime ${CMAKE_SOURCE_DIR}/bindings/wasm_runtime.cpp ${wasm_flags})
+compile_wasm(runtime unwind ${zig}/lib/libunwind/src/Unwind-wasm.c -x c -O2 -w -DNDEBUG -D_LIBUNWIND_HIDE_SYMBOLS -I ${zig}/lib/libunwind/include)
+foreach(name cxa_exception cxa_personality)
+  compile_wasm(runtime ${name} ${zig}/lib/libcxxabi/src/${name}.cpp ${libcxxabi_flags})
+endforeach()
+foreach(part complete trace)
+  foreach(source ${${part}_sources})
+    get_filename_component(name ${source} NAME_WE)
+    compile_wasm(${part}_objects ${name} ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags})
+  endforeach()
+  foreach(source ${${part}_kernels})
+    get_filename_component(name ${source} NAME_WE)
+    compile_wasm(${part}_simd128 ${name} ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags})
+    compile_wasm(${part}_relaxed ${name}.relaxed ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags} -mrelaxed-simd)
+  endforeach()
+endforeach()
+compile_wasm(complete_objects parallel_single ${CMAKE_SOURCE_DIR}/core/parallel_single.cpp ${wasm_flags})
+compile_wasm(complete_objects wasm_complete ${CMAKE_SOURCE_DIR}/bindings/wasm_complete.cpp ${wasm_flags})
+compile_wasm(trace_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags})
+
+# Links objects to the module NAME.wasm.
+function(link_wasm name)
+  set(module ${CMAKE_BINARY_DIR}/wasm/${name}.wasm)
+  add_custom_command(
+    OUTPUT ${module}
+    COMMAND ${wasm_compiler} -mexec-model=reactor -O3 -s ${runtime} ${ARGN} -o ${module}
+    DEPENDS ${runtime} ${ARGN}
+    COMMENT "Linking ${name}.wasm"
+    VERBATIM)
+  set(wasm_modules ${wasm_modules} ${module} PARENT_SCOPE)
+endfunction()
+
+link_wasm(complete ${complete_objects} ${complete_simd128})
+link_wasm(complete.relaxed ${complete_objects} ${complete_relaxed})
+link_wasm(core ${complete_objects} ${complete_simd128} ${trace_objects} ${trace_simd128})
+link_wasm(core.relaxed ${complete_objects} ${complete_relaxed} ${trace_objects} ${trace_relaxed})
+add_custom_target(wasm ALL DEPENDS ${wasm_modules})
+install(FILES ${wasm_modules} DESTINATION bobrossnet/viewer)
