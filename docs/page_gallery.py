@@ -2,8 +2,8 @@
 
 python docs/page_gallery.py
 
-The built-in scene is not among these files: the page's server and its export make it. The scripts of examples/ are put beside
-them when the package is built.
+The built-in scene is not among these files: the page's server and its export make it. The scripts of examples/ are put
+beside them when the package is built.
 """
 
 from __future__ import annotations

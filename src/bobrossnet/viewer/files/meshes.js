@@ -26,7 +26,7 @@ async function loaderOf(name) {
  * @returns {Promise<Part[]>}
  */
 export async function readObj(bytes) {
-  const text = textOf(bytes), stored = /^\s*vn\s/m.test(text), meshes = meshesOf((await loaderOf("OBJLoader")).parse(text));
+  const text = textOf(bytes).replace(/#.*/g, ""), stored = /^\s*vn\s/m.test(text), meshes = meshesOf((await loaderOf("OBJLoader")).parse(text));
   if (!meshes.length) return [{ vertices: new Float64Array(3 * (text.match(/^\s*v\s/gm)?.length ?? 0)), triangles: new Int32Array() }];
   return meshes.map(({ geometry }) => partOf(stored ? geometry : geometry.deleteAttribute("normal"), IDENTITY));
 }
