@@ -136,7 +136,7 @@ def test_the_port_is_only_on_this_machine(viewer):
 def test_a_taken_port_is_told(viewer):
     with pytest.raises(bob.InputError, match=f"^port: expected a free one, got {viewer.server_port}: "):
         Server({}, viewer.server_port)
-    with pytest.raises(bob.InputError, match="^port: expected an integer in 0..65535, got 70000"):
+    with pytest.raises(bob.InputError, match=r"^port: expected an integer in 0\.\.65535, got 70000"):
         Server({}, 70_000)
 
 

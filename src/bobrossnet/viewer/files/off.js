@@ -23,7 +23,9 @@ export function readOff(bytes) {
   for (let i = 0; i < count; ++i) vertices.set([...next(`${count} vertices`), NaN, NaN, NaN].slice(0, 3), 3 * i);
   for (let i = 0; i < faces; ++i) {
     const [size, ...corners] = next(`${faces} faces`);
-    if (!(corners.length >= size)) throw new CoreError(`face ${i + 1}: expected ${size} corners, got ${corners.length}`);
+    if (!(corners.length >= size)) {
+      throw new CoreError(`face ${i + 1}: expected ${size} corners, got ${corners.length}`);
+    }
     for (let corner = 2; corner < size; ++corner) {
       for (const index of [corners[0], corners[corner - 1], corners[corner]]) triangles.push(index);
     }
