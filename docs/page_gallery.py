@@ -17,7 +17,7 @@ import bobrossnet as bob
 
 FOLDER = ROOT / "src/bobrossnet/viewer/gallery"
 
-SCRIPTS = {"csg": "ball, box and cylinders", "gear": "gear", "tower": "tower", "vase": "fluted vase"}
+SCRIPTS = {"csg": "ball, box and cylinders", "gear": "gear", "tower": "tower", "vase": "vase with flutes"}
 """Titles of those in the folder and in examples/."""
 IMPLICITS = ["gyroid", "tanglecube", "heart", "metaballs"]
 SPLINES = ["a lantern", "a ring of ribbons", "a sea shell", "a flower", "a knot"]
