@@ -1,5 +1,6 @@
 """Scenes and files in the viewer's page: the same pictures as Python's, and errors in one line."""
 
+import hashlib
 import json
 import struct
 import warnings
@@ -117,7 +118,9 @@ def test_gallery_is_what_its_script_writes(tmp_path, monkeypatch):
     for file in tmp_path.glob("*.bob"):
         made, shipped = bob.load(file).instances, bob.load(FOLDER / file.name).instances
         for one, other in zip(made, shipped, strict=True):
-            np.testing.assert_allclose(one.transform, other.transform, atol=1e-12)  # sines differ from machine to machine
+            np.testing.assert_allclose(
+                one.transform, other.transform, atol=1e-12
+            )  # sines differ from machine to machine
             for name, tensor in one.shape.tensors().items():
                 np.testing.assert_allclose(tensor, other.shape.tensors()[name], atol=1e-12)
     assert (tmp_path / "index.json").read_bytes() == (FOLDER / "index.json").read_bytes()
@@ -168,6 +171,17 @@ def test_where_surfaces_coincide_the_same_one_is_seen(read, tmp_path):
         pictures.append(read(tmp_path / "box.bob"))
         assert_equal_pictures(pictures[-1], instances)
     assert np.array_equal(pictures[0]["planes"], pictures[1]["planes"])
+
+
+def test_checksums_where_browsers_have_none(page):
+    for size in (0, 3, 55, 56, 64, 119, 120, 1000):
+        data = bytes(7 * i % 256 for i in range(size))
+        digest = """async (data) => {
+          const { Sha256, hex } = await import("/sha256.js"), hash = new Sha256();
+          for (let i = 0; i < data.length; i += 37) hash.update(Uint8Array.from(data.slice(i, i + 37)));
+          return hex(hash.digest());
+        }"""
+        assert page.evaluate(digest, list(data)) == hashlib.sha256(data).hexdigest()
 
 
 def test_neither_unit_nor_distance_costs_precision(read, tmp_path):

@@ -5,7 +5,7 @@ import { isSingular } from "../affine.js";
 import {
   CoreError, brief, checkFields, checkFinite, checkInteger, checkList, checkNumber, placedErrors,
 } from "../errors.js";
-import { Sha256, hex } from "../sha256.js";
+import { hex, sha256 } from "../sha256.js";
 import { checkBrep, checkTube } from "../splines.js";
 
 /**
@@ -19,7 +19,6 @@ const FORMAT = "bobrossnet-scene", VERSION = "1";
 
 /** The checksum comes first: of the whole file, with its own digits taken as zeros. */
 const START = '{"__metadata__":{"sha256":"', DIGITS = 8 + START.length, BODY = DIGITS + 64;
-const ZEROS = new TextEncoder().encode("0".repeat(64));
 
 /** @type {Record<string, {new (buffer: ArrayBuffer): any, BYTES_PER_ELEMENT: number}>} */
 const TYPES = { F64: Float64Array, F32: Float32Array, I32: Int32Array, U32: Uint32Array, U8: Uint8Array };
@@ -41,17 +40,18 @@ const KINDS = {
 
 /**
  * @param {Core} core that checks formulas
- * @param {ArrayBuffer} bytes which the scene's arrays are views of
- * @returns {SceneDescription}
+ * @param {ArrayBuffer} bytes which the scene's arrays are views of, and which is no whole file afterwards
+ * @returns {Promise<SceneDescription>}
  */
-export function readBob(core, bytes) {
+export async function readBob(core, bytes) {
   const all = new Uint8Array(bytes), text = new TextDecoder();
   if (text.decode(all.subarray(8, DIGITS)) !== START) {
     const start = brief(text.decode(all.subarray(0, 32)));
     throw new CoreError(`expected a ${FORMAT} file, got one that starts with ${start}`);
   }
-  const checksum = new Sha256().update(all.subarray(0, DIGITS)).update(ZEROS).update(all.subarray(BODY));
-  if (text.decode(all.subarray(DIGITS, BODY)) !== hex(checksum.digest())) {
+  const checksum = text.decode(all.subarray(DIGITS, BODY));
+  all.fill("0".charCodeAt(0), DIGITS, BODY);
+  if (checksum !== hex(await sha256(bytes))) {
     throw new CoreError("expected a whole file, got one that was damaged or cut short: its checksum differs");
   }
   const size = Number(new DataView(bytes).getBigUint64(0, true));

@@ -26,10 +26,10 @@ async function loaderOf(name) {
  * @returns {Promise<Part[]>}
  */
 export async function readObj(bytes) {
-  const text = textOf(bytes).replace(/#.*/g, ""), stored = /^\s*vn\s/m.test(text);
+  const text = textOf(bytes).replace(/#.*/g, ""), stored = /^[ \t]*vn\s/m.test(text);
   const meshes = meshesOf((await loaderOf("OBJLoader")).parse(text));
   if (!meshes.length) {
-    const points = text.match(/^\s*v\s/gm)?.length ?? 0;
+    const points = text.match(/^[ \t]*v\s/gm)?.length ?? 0;
     return [{ vertices: new Float64Array(3 * points), triangles: new Int32Array() }];
   }
   return meshes.map(({ geometry }) => partOf(stored ? geometry : geometry.deleteAttribute("normal"), IDENTITY));
