@@ -23,6 +23,11 @@ public:
     bool operator()(const float* gbuffer, int height, int width, float* gray,
                     const std::function<bool()>& keep_going = nullptr) const;
 
+    /// How many pixels away a pixel can make a difference.
+    [[nodiscard]] static int reach() { return 20; }
+    /// From multiples of which on all pixels are treated as from the first on: pairs of rows of a quarter of the picture's.
+    [[nodiscard]] static int grid() { return 8; }
+
 private:
     struct Images;
 

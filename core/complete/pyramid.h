@@ -25,6 +25,11 @@ public:
     bool operator()(const float* gbuffer, int height, int width, float* gray,
                     const std::function<bool()>& keep_going = nullptr) const;
 
+    /// How many pixels away a pixel can make a difference: four blocks of the coarsest level, taken in pairs.
+    [[nodiscard]] int reach() const { return 6 << levels(); }
+    /// From multiples of which on all pixels are treated as from the first on: pairs of blocks of the coarsest level.
+    [[nodiscard]] int grid() const { return 2 << levels(); }
+
 private:
     struct Images;
     struct Pixels;
