@@ -48,26 +48,28 @@ public:
             gbuffer_.clear();
         }
         const Rectangle all{0, 0, width, height};
-        auto pieces = gbuffer_.empty() ? std::vector{all} : changes(gbuffer);
+        auto changed = gbuffer_.empty() ? std::vector{all} : changes(gbuffer);
         double area = 0;
-        for (Rectangle& piece : pieces) area += needed(piece = reached(piece)).area();
-        if (area >= all.area()) pieces = {all};
+        for (const Rectangle& piece : changed) area += cost(piece);
+        if (area > worthwhile * all.area()) changed = {all};
 
+        gbuffer_.resize(channels * pixels);
         gray_.resize(pixels);
-        bool finished = true;
-        for (const Rectangle& piece : pieces) finished = finished && complete(gbuffer, piece, keep_going);
-        if (finished) {
-            gbuffer_.assign(gbuffer, gbuffer + channels * pixels);
-            std::copy(gray_.begin(), gray_.end(), gray);
-        } else {
-            gbuffer_.clear();
+        for (const Rectangle& piece : changed) {
+            if (!complete(gbuffer, reached(piece), keep_going)) {
+                gbuffer_.clear();
+                return false;
+            }
+            keep(gbuffer, piece);
         }
-        return finished;
+        for_rows(0, height, width, [&](int y) { std::copy_n(gray_.data() + place(0, y), width, gray + place(0, y)); });
+        return true;
     }
 
 private:
     static constexpr int channels = 5;
     static constexpr int tile = 32;
+    static constexpr double worthwhile = 0.6;  // share of the picture: pieces have to be cut out, which costs too
 
     [[nodiscard]] Rectangle reached(const Rectangle& changed) const {
         return changed.grown(network_.reach(), 1, height_, width_);
@@ -123,6 +125,15 @@ private:
         pieces.push_back(added);
     }
 
+    void keep(const float* gbuffer, const Rectangle& changed) {
+        for_rows(changed.y0, changed.y1, channels * (changed.x1 - changed.x0), [&](int y) {
+            for (int channel = 0; channel < channels; ++channel) {
+                const std::size_t at = place(channel, y) + static_cast<std::size_t>(changed.x0);
+                std::copy_n(gbuffer + at, changed.x1 - changed.x0, gbuffer_.data() + at);
+            }
+        });
+    }
+
     [[nodiscard]] std::size_t place(int channel, int y) const {
         return (static_cast<std::size_t>(channel) * static_cast<std::size_t>(height_) + static_cast<std::size_t>(y)) *
                static_cast<std::size_t>(width_);
@@ -135,12 +146,12 @@ private:
         const int height = from.y1 - from.y0, width = from.x1 - from.x0;
         const auto columns = static_cast<std::size_t>(width);
         std::vector<float> part(channels * static_cast<std::size_t>(height) * columns), result(part.size() / channels);
-        for (int channel = 0; channel < channels; ++channel) {
-            for (int y = 0; y < height; ++y) {
+        for_rows(0, height, channels * width, [&](int y) {
+            for (int channel = 0; channel < channels; ++channel) {
                 std::copy_n(gbuffer + place(channel, from.y0 + y) + from.x0, columns,
                             part.data() + static_cast<std::size_t>(channel * height + y) * columns);
             }
-        }
+        });
         if (!network_(part.data(), height, width, result.data(), keep_going)) return false;
         for (int y = piece.y0; y < piece.y1; ++y) {
             std::copy_n(result.data() + static_cast<std::size_t>(y - from.y0) * columns + (piece.x0 - from.x0),
