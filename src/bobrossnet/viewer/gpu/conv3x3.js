@@ -2,9 +2,10 @@
 /**
  * 3x3 convolutions with zero padding: the arithmetic of every network here.
  *
- * An invocation computes 2x2 pixels of several output channels, which stay in registers: so each input that it reads counts
- * for four pixels, each weight too, and pooling and enlarging need no further pass. A workgroup's inputs lie in its own memory, a
- * few channels at a time.
+ * An invocation computes 2x2 pixels of several output channels, all in registers: so each input that it reads counts for four
+ * pixels and all these channels, each weight for four pixels, and pooling and enlarging need no further pass. Neighbours read
+ * the same inputs at the same time, for which caches suffice: with a tile in the workgroup's memory, between barriers, the software
+ * adapter takes three times as long to compile the kernel, and six times to run it.
  *
  * @typedef {import("../core.js").Weights} Weights
  * @typedef {import("./plan.js").Plan} Plan
@@ -14,11 +15,7 @@ import { GPUBufferUsage } from "./flags.js";
 import { declarations } from "./kernel.js";
 
 const THREADS = 8; // a workgroup has 8 x 8 invocations
-const TILE = 2 * THREADS; // and as many pairs of rows and of columns
-const PAIRS = TILE / 2 + 1; // of columns in a row of inputs, with one column more on each side
-const ROWS = TILE + 2;
-const CHANNELS = 4; // of the inputs at once: 5 KB, so that a GPU can hold several workgroups at a time
-const MOST_OUTPUTS = 12; // of an invocation: 48 sums, which leaves registers for the inputs
+const MOST_OUTPUTS = 8; // of an invocation: 32 sums, which leaves registers for the inputs
 
 /** What is done with a channel's 2x2 pixels before they are written: `value` has those of a row first. @enum {string} */
 export const Then = {
@@ -61,10 +58,7 @@ export class Conv3x3 {
     }
     this.block = largestDivisor(this.out / this.groups, MOST_OUTPUTS);
     const packed = this.#pack(weight.values, bias.values);
-    /** In uniform memory, which all invocations read alike, as far as that goes. */
-    this.space = packed.byteLength <= device.limits.maxUniformBufferBindingSize ? "uniform" : "storage";
-    const usage = this.space === "uniform" ? GPUBufferUsage.UNIFORM : GPUBufferUsage.STORAGE;
-    this.weights = device.createBuffer({ size: packed.byteLength, usage, mappedAtCreation: true });
+    this.weights = device.createBuffer({ size: packed.byteLength, usage: GPUBufferUsage.STORAGE, mappedAtCreation: true });
     new Float32Array(this.weights.getMappedRange()).set(packed);
     this.weights.unmap();
   }
@@ -79,89 +73,96 @@ export class Conv3x3 {
    * @param {string} [position] in WGSL, of `convolved`, which is c
    */
   record(plan, from, to, then, position = "convolved") {
-    const source = this.#source(then, position), depth = this.out / this.block;
-    const kernel = { source, images: ["input", "output"], numbers: [], over: "input", tile: TILE, depth };
-    plan.step(kernel, { input: from, output: to }, { weights: this.weights });
-  }
-
-  /** Of four numbers each: a block's biases, and the nine taps of all its outputs for each input. */
-  get #sizes() {
-    const biases = Math.ceil(this.block / 4), taps = Math.ceil(9 * this.block / 4);
-    return { biases, taps, block: biases + this.inputs * taps };
+    const { block, inputs } = this, outputs = this.out / this.groups;
+    const kernel = {
+      source: source(block, then, position), images: ["input", "output"], numbers: ["inputs", "outputs"], over: "input",
+      tile: 2 * THREADS, depth: this.out / block,
+    };
+    plan.step(kernel, { input: from, output: to }, { numbers: { inputs, outputs }, weights: this.weights });
   }
 
   /**
    * @param {Float32Array} weight (out, inputs, 3, 3)
    * @param {Float32Array} bias (out,)
-   * @returns {Float32Array} (out / block, biases | taps of input 0 | taps of input 1 ...), a block's outputs side by side
+   * @returns {Float32Array} for each block of outputs its biases, and of each input the nine taps, (9, block); both padded to
+   *   a multiple of four
    */
   #pack(weight, bias) {
-    const sizes = this.#sizes, packed = new Float32Array(4 * sizes.block * (this.out / this.block));
+    const { block, inputs } = this, sizes = sizesOf(block), stride = sizes.bias + inputs * sizes.taps;
+    const packed = new Float32Array(stride * (this.out / block));
     for (let output = 0; output < this.out; ++output) {
-      const place = output % this.block, begin = 4 * sizes.block * Math.floor(output / this.block);
+      const place = output % block, begin = stride * Math.floor(output / block);
       packed[begin + place] = bias[output];
-      for (let input = 0; input < this.inputs; ++input) {
+      for (let input = 0; input < inputs; ++input) {
         for (let tap = 0; tap < 9; ++tap) {
-          packed[begin + 4 * (sizes.biases + input * sizes.taps) + tap * this.block + place]
-            = weight[9 * (output * this.inputs + input) + tap];
+          packed[begin + sizes.bias + input * sizes.taps + tap * block + place] = weight[9 * (output * inputs + input) + tap];
         }
       }
     }
     return packed;
   }
+}
 
-  /** @param {string} then @param {string} position */
-  #source(then, position) {
-    const { block, inputs } = this, sizes = this.#sizes;
-    const number = (/** @type {number} */ i) => `weights[at + ${Math.floor(i / 4)}].${"xyzw"[i % 4]}`;
-    const each = (/** @type {number} */ count, /** @type {(i: number) => string} */ f) =>
-      Array.from({ length: count }, (_, i) => f(i)).join("\n");
-    return `${declarations(["input"], ["output"], [])}
-@group(0) @binding(3) var<${this.space === "uniform" ? "uniform" : "storage, read"}> weights: array<vec4f, ${
-  sizes.block * (this.out / block)}>;
-var<workgroup> tile: array<vec2f, ${CHANNELS * ROWS * PAIRS}>;
+/** Numbers in memory of a block of outputs: its biases, and its taps for one input. @param {number} block */
+const sizesOf = (block) => ({ bias: Math.ceil(block / 4) * 4, taps: Math.ceil(9 * block / 4) * 4 });
+
+/** @param {number} count @param {(i: number) => string} line */
+const each = (count, line) => Array.from({ length: count }, (_, i) => line(i)).join("");
+
+/** The kernel's text. @param {number} block outputs of an invocation @param {string} then @param {string} position */
+function source(block, then, position) {
+  const sizes = sizesOf(block), component = (/** @type {number} */ i) => "xyzw"[i % 4];
+  const tap = (/** @type {number} */ i) => { // the inputs that tap i meets, for the 2x2 pixels
+    const row = Math.floor(i / 3), columns = ["xy", "yz", "zw"][i % 3];
+    return `vec4f(input${row}.${columns}, input${row + 1}.${columns})`;
+  };
+  return `${declarations(["input"], ["output"], ["inputs", "outputs"])}
+@group(0) @binding(3) var<storage, read> weights: array<vec4f>;
 
 fn finish(convolved: i32, y: i32, x: i32, value: vec4f) {
   let channel = ${position};${then}
 }
 
 @compute @workgroup_size(${THREADS}, ${THREADS})
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) id: vec3u,
-        @builtin(local_invocation_index) index: u32) {
-  let first_output = i32(group.z) * ${block};
-  let first_input = first_output / ${this.out / this.groups} * ${inputs};
-  let top = i32(group.y) * ${TILE};
-  let left = i32(group.x) * ${TILE};
-  let begin = i32(group.z) * ${sizes.block};
-  var at = begin;
-${each(block, (i) => `  var sum${i} = vec4f(${number(i)});`)}
-  for (var first = 0; first < ${inputs}; first += ${CHANNELS}) {
-    let channels = min(${CHANNELS}, ${inputs} - first);
-    workgroupBarrier();
-    for (var i = i32(index); i < channels * ${ROWS * PAIRS}; i += ${THREADS * THREADS}) {
-      let channel = first_input + first + i / ${ROWS * PAIRS};
-      let y = top + i / ${PAIRS} % ${ROWS} - 1;
-      let x = left + i % ${PAIRS} * 2 - 1;
-      tile[i] = vec2f(input_at(channel, y, x), input_at(channel, y, x + 1));
-    }
-    workgroupBarrier();
-    for (var channel = 0; channel < channels; channel++) {
-      at = begin + ${sizes.biases} + (first + channel) * ${sizes.taps};
-      let corner = (channel * ${ROWS} + 2 * i32(id.y)) * ${PAIRS} + i32(id.x);
-${each(4, (row) => `      let a${row} = tile[corner + ${row * PAIRS}];
-      let b${row} = tile[corner + ${row * PAIRS + 1}];`)}
-${each(3, (row) => `      let tap${3 * row} = vec4f(a${row}, a${row + 1});
-      let tap${3 * row + 1} = vec4f(a${row}.y, b${row}.x, a${row + 1}.y, b${row + 1}.x);
-      let tap${3 * row + 2} = vec4f(b${row}, b${row + 1});`)}
-${each(9 * block, (i) => `      sum${i % block} += ${number(i)} * tap${Math.floor(i / block)};`)}
-    }
+fn main(@builtin(global_invocation_id) id: vec3u) {
+  let y = i32(id.y) * 2;
+  let x = i32(id.x) * 2;
+  let size = settings.input;
+  if (y >= size.height || x >= size.width) { return; }
+  let inputs = i32(settings.inputs);
+
+  // Where the inputs of these pixels are, 4x4, and which are inside of the image.
+  let columns = x + vec4i(-1, 0, 1, 2);
+  let inside = (columns >= vec4i(0)) & (columns < vec4i(size.width));
+  let nearest = clamp(columns, vec4i(0), vec4i(size.width - 1));
+${each(4, (i) => `
+  let y${i} = y + ${i - 1};
+  let inside${i} = inside & vec4<bool>(y${i} >= 0 && y${i} < size.height);
+  let row${i} = nearest + clamp(y${i}, 0, size.height - 1) * size.width;`)}
+
+  let first_output = i32(id.z) * ${block};
+  let first_input = size.first + first_output / i32(settings.outputs) * inputs;
+  var at = i32(id.z) * (${sizes.bias / 4} + inputs * ${sizes.taps / 4});
+${each(block, (i) => `
+  var sum${i} = vec4f(weights[at + ${i >> 2}].${component(i)});`)}
+  at += ${sizes.bias / 4};
+  for (var channel = first_input; channel < first_input + inputs; channel++) {
+    let plane = channel * size.height * size.width;
+${each(4, (i) => `
+    let at${i} = plane + row${i};
+    let values${i} = vec4f(input[at${i}.x], input[at${i}.y], input[at${i}.z], input[at${i}.w]);
+    let input${i} = select(vec4f(), values${i}, inside${i});`)}
+${each(9 * block, (i) => `${i % block ? "" : `
+    let tap${i / block} = ${tap(i / block)};`}${i % 4 ? "" : `
+    let weights${i / 4} = weights[at + ${i / 4}];`}
+    sum${i % block} += weights${i >> 2}.${component(i)} * tap${Math.floor(i / block)};`)}
+    at += ${sizes.taps / 4};
   }
-  let y = top + 2 * i32(id.y);
-  let x = left + 2 * i32(id.x);
-${each(block, (i) => `  finish(first_output + ${i}, y, x, sum${i});`)}
+
+  let sums = array(${each(block, (i) => `sum${i}, `)});
+  for (var i = 0; i < ${block}; i++) { finish(first_output + i, y, x, sums[i]); }
 }
 `;
-  }
 }
 
 /** @param {number} number @param {number} most */

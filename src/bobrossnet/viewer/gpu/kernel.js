@@ -33,8 +33,8 @@ fn ${name}_index(channel: i32, y: i32, x: i32) -> i32 {
   return ((image.first + channel) * image.height + y) * image.width + x;
 }
 fn ${name}_at(channel: i32, y: i32, x: i32) -> f32 {
-  if (!${name}_has(channel, y, x)) { return 0; }
-  return ${name}[${name}_index(channel, y, x)];
+  let has = ${name}_has(channel, y, x);
+  return select(0, ${name}[select(0, ${name}_index(channel, y, x), has)], has);
 }
 fn ${name}_near(y: i32, x: i32) -> f32 {
   let image = settings.${name};
@@ -55,21 +55,24 @@ ${functions.join("")}${puts.join("")}
 }
 
 /**
- * A kernel of one invocation for each pixel (y, x) of the first image that it writes.
+ * A kernel of one invocation for each pixel (y, x) of the first image that it writes, and for each of so many channels of it.
  *
- * @param {{read: string[], write: string[], numbers?: string[], functions?: string, body: string}} parts in WGSL
+ * @param {{
+ *   read: string[], write: string[], numbers?: string[], channels?: number, functions?: string, body: string
+ * }} parts functions and body in WGSL
  * @returns {Kernel}
  */
-export function kernel({ read, write, numbers = [], functions = "", body }) {
+export function kernel({ read, write, numbers = [], channels = 1, functions = "", body }) {
   const tile = 8, over = write[0];
   const source = `${declarations(read, write, numbers)}${functions}
 @compute @workgroup_size(${tile}, ${tile})
 fn main(@builtin(global_invocation_id) id: vec3u) {
   let y = i32(id.y);
   let x = i32(id.x);
+  let channel = i32(id.z);
   if (y >= settings.${over}.height || x >= settings.${over}.width) { return; }
 ${body}
 }
 `;
-  return { source, images: [...read, ...write], numbers, over, tile, depth: 1 };
+  return { source, images: [...read, ...write], numbers, over, tile, depth: channels };
 }

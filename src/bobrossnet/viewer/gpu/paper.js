@@ -8,11 +8,8 @@ import { Then } from "./conv3x3.js";
 import { kernel } from "./kernel.js";
 
 const pad = kernel({
-  read: ["pixels"], write: ["padded"],
-  body: `
-  for (var channel = 0; channel < settings.pixels.channels; channel++) {
-    padded_put(channel, y, x, pixels_at(channel, y, x));
-  }`,
+  read: ["pixels"], write: ["padded"], channels: 5,
+  body: "  padded_put(channel, y, x, pixels_at(channel, y, x));",
 });
 
 /** @type {import("../gpu.js").NetworkOfLayers} */

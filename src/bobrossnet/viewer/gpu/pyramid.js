@@ -28,7 +28,7 @@ const down = 6;
 
 /** The sums of a level from those of the finer one, or from the G-buffer's pixels. */
 const pull = kernel({
-  read: ["finer"], write: ["sums"], numbers: ["quarter"],
+  read: ["finer"], write: ["sums"], numbers: ["quarter"], channels: 7,
   functions: `${SUMS}
 fn block(channel: i32, y: i32, x: i32) -> vec4f {
   return vec4f(finer_at(channel, 2 * y, 2 * x), finer_at(channel, 2 * y, 2 * x + 1),
@@ -38,11 +38,10 @@ fn total(p: vec4f) -> f32 { return (p.x + p.y) + (p.z + p.w); }
 `,
   body: `
   let counts = block(count, y, x);
-  for (var channel = count; channel < right; channel++) { sums_put(channel, y, x, total(block(channel, y, x))); }
-  let rightwards = (counts.y + counts.w) - (counts.x + counts.z);
-  let downwards = (counts.z + counts.w) - (counts.x + counts.y);
-  sums_put(right, y, x, total(block(right, y, x)) + settings.quarter * rightwards);
-  sums_put(down, y, x, total(block(down, y, x)) + settings.quarter * downwards);`,
+  var shift = 0.;
+  if (channel == right) { shift = (counts.y + counts.w) - (counts.x + counts.z); }
+  if (channel == down) { shift = (counts.z + counts.w) - (counts.x + counts.y); }
+  sums_put(channel, y, x, total(block(channel, y, x)) + settings.quarter * shift);`,
 });
 
 /** Pixel (y, x) of the doubled picture `coarse`. Weights are 3/4 for a pixel and 1/4 for the nearer neighbour. */
