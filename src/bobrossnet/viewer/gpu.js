@@ -33,8 +33,8 @@ const keepKnown = kernel({
   body: `
   let completed = completed_at(0, y, x);
   var value = 0.;
-  if (completed > 0) { value = min(completed, 1); }
-  if (pixels_at(0, y, x) > 0) { value = pixels_at(1, y, x); }
+  if (completed > 0.) { value = min(completed, 1.); }
+  if (pixels_at(0, y, x) > 0.) { value = pixels_at(1, y, x); }
   gray_put(0, y, x, value);`,
 });
 
@@ -42,12 +42,13 @@ const keepKnown = kernel({
  * A network on the GPU, or null where there is none, or none of this name in WebGPU.
  *
  * @param {Weights} weights
+ * @param {{software?: boolean}} [options] software: also on a GPU that the processor imitates, which is never worth it
  * @returns {Promise<GpuNetwork | null>}
  * @throws {Error} where the weights are not the network's
  */
-export async function createGpuNetwork(weights) {
+export async function createGpuNetwork(weights, { software = false } = {}) {
   const adapter = await globalThis.navigator?.gpu?.requestAdapter({ powerPreference: "high-performance" });
-  if (!adapter || !Object.hasOwn(NETWORKS, weights.network)) return null;
+  if (!adapter || adapter.info.isFallbackAdapter && !software || !Object.hasOwn(NETWORKS, weights.network)) return null;
   const { maxBufferSize, maxStorageBufferBindingSize } = adapter.limits; // for large pictures
   const device = await adapter.requestDevice({ requiredLimits: { maxBufferSize, maxStorageBufferBindingSize } });
   try {
@@ -138,7 +139,7 @@ export class GpuNetwork {
           device.queue.writeBuffer(gbuffer.buffer, 0, planes);
           const encoder = device.createCommandEncoder();
           run(encoder);
-          encoder.copyBufferToBuffer(gray.buffer, readback);
+          encoder.copyBufferToBuffer(gray.buffer, 0, readback, 0, readback.size);
           device.queue.submit([encoder.finish()]);
           await readback.mapAsync(GPUMapMode.READ);
           const result = new Float32Array(readback.getMappedRange()).slice();

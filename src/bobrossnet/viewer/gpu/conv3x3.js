@@ -22,11 +22,11 @@ export const Then = {
   nothing: `
     for (var i = 0; i < 4; i++) { output_put(channel, y + i / 2, x + i % 2, value[i]); }`,
   relu: `
-    for (var i = 0; i < 4; i++) { output_put(channel, y + i / 2, x + i % 2, max(value[i], 0)); }`,
+    for (var i = 0; i < 4; i++) { output_put(channel, y + i / 2, x + i % 2, max(value[i], 0.)); }`,
   reluPool: `
-    output_put(channel, y / 2, x / 2, max(max(max(value.x, value.y), max(value.z, value.w)), 0));`,
+    output_put(channel, y / 2, x / 2, max(max(max(value.x, value.y), max(value.z, value.w)), 0.));`,
   reluUpsample: `
-    for (var i = 0; i < 16; i++) { output_put(channel, 2 * y + i / 4, 2 * x + i % 4, max(value[i / 8 * 2 + i % 4 / 2], 0)); }`,
+    for (var i = 0; i < 16; i++) { output_put(channel, 2 * y + i / 4, 2 * x + i % 4, max(value[i / 8 * 2 + i % 4 / 2], 0.)); }`,
   /** Channels 4c to 4c + 3 become the 2x2 pixels of channel c. */
   shuffle: `
     for (var i = 0; i < 4; i++) {
@@ -159,7 +159,7 @@ ${each(9 * block, (i) => `${i % block ? "" : `
     at += ${sizes.taps / 4};
   }
 
-  let sums = array(${each(block, (i) => `sum${i}, `)});
+  var sums = array<vec4f, ${block}>(${each(block, (i) => `${i ? ", " : ""}sum${i}`)});
   for (var i = 0; i < ${block}; i++) { finish(first_output + i, y, x, sums[i]); }
 }
 `;

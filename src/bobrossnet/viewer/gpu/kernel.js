@@ -34,7 +34,7 @@ fn ${name}_index(channel: i32, y: i32, x: i32) -> i32 {
 }
 fn ${name}_at(channel: i32, y: i32, x: i32) -> f32 {
   let has = ${name}_has(channel, y, x);
-  return select(0, ${name}[select(0, ${name}_index(channel, y, x), has)], has);
+  return select(0., ${name}[select(0, ${name}_index(channel, y, x), has)], has);
 }
 fn ${name}_near(y: i32, x: i32) -> f32 {
   let image = settings.${name};

@@ -51,7 +51,7 @@ export class Plan {
    */
   image(channels, height, width, value = 0) {
     const size = 4 * channels * height * width, most = this.device.limits.maxStorageBufferBindingSize;
-    if (size > most) throw new Error(`picture: expected one for which the GPU's ${most} bytes a buffer suffice, got ${size}`);
+    if (size > most) throw new Error(`picture: expected at most ${most} bytes of ${channels} channels for the GPU, got ${size}`);
     const usage = GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST | GPUBufferUsage.COPY_SRC;
     const buffer = this.#buffer({ size, usage, mappedAtCreation: value !== 0 });
     if (value !== 0) {
@@ -86,6 +86,10 @@ export class Plan {
     const entries = buffers.map((buffer, binding) => ({ binding, resource: { buffer } }));
     const { height, width } = images[kernel.over];
     const [columns, rows] = [width, height].map((length) => Math.ceil(length / kernel.tile));
+    const most = kernel.tile * this.device.limits.maxComputeWorkgroupsPerDimension;
+    if (Math.max(height, width) > most) {
+      throw new Error(`picture: expected a height and width of at most ${most} for the GPU, got ${height} and ${width}`);
+    }
     this.#recorded.push(this.compile(kernel.source).then((pipeline) => ({
       pipeline,
       bindings: this.device.createBindGroup({ layout: pipeline.getBindGroupLayout(0), entries }),

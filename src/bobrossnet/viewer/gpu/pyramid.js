@@ -26,7 +26,7 @@ const right = 5;
 const down = 6;
 `;
 
-/** The sums of a level from those of the finer one, or from the G-buffer's pixels. */
+/** A level's sums from those of the finer one; those of the finest are the G-buffer, whose further channels count as 0. */
 const pull = kernel({
   read: ["finer"], write: ["sums"], numbers: ["quarter"], channels: 7,
   functions: `${SUMS}
@@ -62,14 +62,14 @@ fn doubled(y: i32, x: i32) -> f32 {
 const know = (/** @type {number} */ channels, /** @type {string} */ written) => kernel({
   read: ["sums", "coarse", "coarse_surface"], write: ["inputs", "corrected", "surface"], numbers: ["side"],
   functions: `${SUMS}${DOUBLED}
-/// 0 where all that was traced in 3x3 blocks, and something was, is background; else 1.
+/// 0 where in each of 3x3 blocks pixels were traced, and all are background; else 1.
 fn spread(y: i32, x: i32) -> f32 {
   var result = 0.;
   for (var i = 0; i < 9; i++) {
     let row = y + i / 3 - 1;
     let column = x + i % 3 - 1;
-    if (sums_has(count, row, column) && (sums_at(count, row, column) <= 0 || sums_at(gray, row, column) != 0)) {
-      result = 1;
+    if (sums_has(count, row, column) && (sums_at(count, row, column) <= 0. || sums_at(gray, row, column) != 0.)) {
+      result = 1.;
     }
   }
   return result;
@@ -78,9 +78,9 @@ fn spread(y: i32, x: i32) -> f32 {
   body: `
   let guess = doubled(y, x) + inputs_at(${channels}, y, x);
   let traced = sums_at(count, y, x);
-  let per_pixel = 1 / max(traced, 1);
+  let per_pixel = 1. / max(traced, 1.);
   var surprise = 0.;
-  if (traced > 0) { surprise = sums_at(gray, y, x) * per_pixel - guess; }
+  if (traced > 0.) { surprise = sums_at(gray, y, x) * per_pixel - guess; }
   inputs_put(0, y, x, guess);${written}
   corrected_put(0, y, x, guess + surprise);
   surface_put(0, y, x, coarse_surface_near(y / 2, x / 2) * spread(y, x));`,
@@ -91,7 +91,7 @@ const knowLevel = know(KNOWN, `
   inputs_put(2, y, x, sums_at(depth, y, x) * per_pixel);
   inputs_put(3, y, x, sums_at(normal_x, y, x) * per_pixel);
   inputs_put(4, y, x, sums_at(normal_y, y, x) * per_pixel);
-  inputs_put(5, y, x, traced / (traced + 1));
+  inputs_put(5, y, x, traced / (traced + 1.));
   inputs_put(6, y, x, sums_at(right, y, x) * per_pixel / settings.side);
   inputs_put(7, y, x, sums_at(down, y, x) * per_pixel / settings.side);`);
 const knowFinest = know(KNOWN_FINEST, `
