@@ -16,7 +16,7 @@ public:
     /// As many levels, and as many channels between them, as the tensors say. What lies between the layers is kept in windows
     /// of rows that move down a large picture, so that at most `memory` bytes are needed; very wide pictures need more. Throws
     /// std::invalid_argument if a tensor is missing or does not fit the others.
-    explicit Pyramid(const Weights& weights, std::size_t memory = spare_memory);
+    explicit Pyramid(const Weights& weights, std::size_t memory = spare_memory());
     ~Pyramid();
 
     /// gbuffer: (5, height, width), mask, gray, depth, normal x, normal y; gray: (height, width), the network's own
