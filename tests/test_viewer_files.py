@@ -278,6 +278,8 @@ def test_obj(same):
     same("a.obj", points + sides)
     same("far.obj", "".join(f"v {x} {y} {z}\n" for x, y, z in FAR) + sides)
     same("relative.obj", points + "o one\nf -8 -7 -6 -5\nv 0 0 9\nf -1 1 2\nusemtl none\nf 1 -1 2 # and a comment\n")
+    same("some.obj", points + "vn 0 0 1\nf 1//1 2//1 3//1\nf 5 6 7 8\nf 1/1 2/1 6/1 5/1\nf 1//1 4//9 3//1\n")
+    same("longer.obj", points + "f 1 2 \\\n 3 4\n\tf 5 6 7\t8\n")
     same("normals.obj", points + "vn 0 0 1\nvn 1 0 1\nf 1//1 2//2 3//1\nf 5//2 6//2 7//1 8//1\n")
     same("colours.obj", "".join(f"v {p} 1 0.5 0\n" for p in POINTS.splitlines()) + sides)
     found = same("missing.obj", points + sides + "f 1 2 99\n")
