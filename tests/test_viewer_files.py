@@ -429,6 +429,7 @@ LOOP = [{"mesh": 1, "children": [1]}, {"children": [0]}]
         ("a.glb", b"glTF", "expected a GLB, which starts with 'glTF'"),
         ("a.glb", box_glb([{"mesh": 1}])[:-9], "expected 932 bytes, as its head says, got 923"),
         ("a.glb", box_glb(LOOP), "expected nodes that form a tree, got one with two parents or inside itself"),
+        ("a.glb", box_glb([{"mesh": 1}], buffers=[{"uri": "b.bin"}]), "expected its data within the file, got them"),
         ("a.glb", box_glb([{"mesh": 7}]), "expected a .glb file, could not read it (TypeError"),
         ("a.json", b"[", "expected a .json file, could not read it (SyntaxError"),
         ("a.json", b"{}", "shape: expected one, got none"),

@@ -46,6 +46,7 @@ export async function readGlb(bytes) {
   const loader = await loaderOf("GLTFLoader");
   loader.register((/** @type {any} */ parser) => {
     checkNodes(parser.json);
+    checkBuffers(parser.json);
     return { name: "shapes alone", loadMaterial: async () => new Material() };  // so that no picture is fetched
   });
   const { scene } = await loader.parseAsync(bytes, "");
@@ -62,6 +63,17 @@ export async function readGlb(bytes) {
       return partOf(geometry, mesh.isInstancedMesh ? product(place, rows(mesh.instanceMatrix.array, 16 * i)) : place);
     });
   });
+}
+
+/**
+ * Refuses what is not in the file itself: a page has no files beside it, and should not ask strangers for them.
+ *
+ * @param {any} json
+ */
+function checkBuffers({ buffers = [] }) {
+  for (const { uri } of buffers) {
+    if (uri !== undefined) throw new CoreError(`expected its data within the file, got them at ${brief(uri)}`);
+  }
 }
 
 /**
