@@ -6,7 +6,8 @@
  * likes, each with a core of its own. What `free` ends must not be used again. Typed arrays that a G-buffer shows are views of
  * that memory, which any call may move: ask for them anew.
  *
- * @typedef {{azimuth?: number, elevation?: number, roll?: number, zoom?: number}} Camera degrees, as bobrossnet.Camera
+ * @typedef {{azimuth?: number, elevation?: number, roll?: number, zoom?: number, panX?: number, panY?: number}} Camera
+ *   as bobrossnet.Camera, in degrees; the picture's centre is panX radii of the scene right of the scene's, and panY above it
  * @typedef {{shape: Shape, toShape: ArrayLike<number>, box: ArrayLike<number>, material: ArrayLike<number>}} Instance
  *   toShape (3, 4): from the scene's unit sphere to the shape's own coordinates; box (2, 3): low and high in the unit sphere;
  *   material (7): linear RGB, ambient, diffuse, specular, shininess
@@ -351,9 +352,9 @@ class Scene {
    * @param {Int32Array} pixels (n, 2), row and column
    * @param {Camera} [camera]
    */
-  trace(gbuffer, pixels, { azimuth = 30, elevation = 20, roll = 0, zoom = 1 } = {}) {
-    this.core.made("trace", this.handle, azimuth, elevation, roll, zoom, gbuffer.height, gbuffer.width, pixels,
-                   pixels.length / 2, gbuffer.address);
+  trace(gbuffer, pixels, { azimuth = 30, elevation = 20, roll = 0, zoom = 1, panX = 0, panY = 0 } = {}) {
+    this.core.made("trace", this.handle, azimuth, elevation, roll, zoom, panX, panY, gbuffer.height, gbuffer.width,
+                   pixels, pixels.length / 2, gbuffer.address);
   }
 
   /** The shapes stay. */

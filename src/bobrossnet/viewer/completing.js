@@ -1,0 +1,120 @@
+// @ts-check
+/**
+ * The worker that gathers samples, completes pictures and paints them.
+ *
+ * @typedef {{kind: "connect", tracer: MessagePort}
+ *   | {kind: "show", mode: import("./paint.js").Mode, divider: number}
+ *   | {kind: "buffers"}} Request
+ *   "show" paints the last picture anew; "buffers" is answered by "buffers"
+ *
+ * @typedef {{
+ *   frame: import("./tracer.js").Frame, bitmap: ImageBitmap, traced: number, completing: number, error: number
+ * }} Picture
+ *   traced: how many pixels; completing: milliseconds that it took; error: mean of |first - image| of an exact picture, else NaN
+ * @typedef {{height: number, width: number, planes: Float32Array, image: Float32Array, first: Float32Array}} Buffers
+ *   planes (5, height, width); image, and first, the view's first completed picture (height, width)
+ * @typedef {{kind: "ready"} | {kind: "picture", picture: Picture, repainted: boolean} | {kind: "buffers", buffers: Buffers | null}
+ *   | {kind: "failed", message: string}} Reply
+ */
+import { loadCore, readWeights } from "./core.js";
+import { paint } from "./paint.js";
+
+const loading = load();
+/** @type {{frame: import("./tracer.js").Frame, gbuffer: import("./core.js").GBuffer, traced: number, first?: Float32Array} | undefined} */
+let view;
+/** @type {Picture | undefined} */
+let picture;
+/** Samples of the newest frame that have come. @type {{id: number, parts: number}} */
+let gathered = { id: 0, parts: 0 };
+/** @type {{mode: import("./paint.js").Mode, divider: number}} */
+let look = { mode: "completed", divider: 0.5 };
+/** Messages are dealt with one after the other, also where that takes waiting. */
+let queue = Promise.resolve();
+
+/** @param {Reply} message @param {Transferable[]} [transfer] */
+const reply = (message, transfer = []) => postMessage(message, { transfer });
+
+async function load() {
+  const [core, response] = await Promise.all([loadCore("complete"), fetch(new URL("weights/default.safetensors", import.meta.url))]);
+  const network = core.network(readWeights(await response.arrayBuffer()));
+  const warm = core.gbuffer(64, 64);  // compiles the network before anybody waits for it
+  warm.complete(network);
+  warm.free();
+  reply({ kind: "ready" });
+  return { core, network };
+}
+
+/** @param {import("./tracer.js").Samples} samples */
+async function gather({ frame, pixels, values }) {
+  if (frame.id < gathered.id) return;
+  if (frame.id > gathered.id) gathered = { id: frame.id, parts: 0 };
+  const { core, network } = await loading;
+  if (view?.frame.view !== frame.view) {
+    if (view?.gbuffer.height !== frame.height || view.gbuffer.width !== frame.width) {
+      view?.gbuffer.free();
+      view = { frame, gbuffer: core.gbuffer(frame.height, frame.width), traced: 0 };
+    } else {
+      view = { frame, gbuffer: view.gbuffer, traced: 0 };
+      view.gbuffer.clear();
+    }
+  }
+  const { planes } = view.gbuffer, size = frame.height * frame.width;
+  for (let i = 0; i < pixels.length; ++i) {
+    const pixel = pixels[i];
+    view.traced += 1 - planes[pixel];  // a pixel may come twice, where a frame was cut short
+    planes[pixel] = 1;
+    for (let channel = 0; channel < 4; ++channel) planes[(channel + 1) * size + pixel] = values[4 * i + channel];
+  }
+  if (++gathered.parts < frame.parts) return;
+
+  view.frame = frame;
+  const begin = performance.now();
+  const image = view.gbuffer.complete(network);
+  const completing = performance.now() - begin;
+  view.first ??= image.slice();
+  const exact = view.traced === size;
+  picture = { frame, bitmap: await painted(), traced: view.traced, completing, error: exact ? meanDifference(view.first, image) : NaN };
+  reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
+}
+
+function painted() {
+  if (!view?.first) throw new Error("paint: expected a completed picture");
+  const { planes, image, height, width } = view.gbuffer, size = height * width;
+  return createImageBitmap(paint({
+    ...look, height, width, image, first: view.first, mask: planes.subarray(0, size), gray: planes.subarray(size, 2 * size),
+    exact: view.traced === size,
+  }));
+}
+
+/** @param {Float32Array} a @param {Float32Array} b */
+function meanDifference(a, b) {
+  let sum = 0;
+  for (let i = 0; i < a.length; ++i) sum += Math.abs(a[i] - b[i]);
+  return sum / a.length;
+}
+
+/** @param {Request} request */
+async function answer(request) {
+  if (request.kind === "connect") {
+    request.tracer.onmessage = receive;
+  } else if (request.kind === "show") {
+    look = { mode: request.mode, divider: request.divider };
+    if (!picture) return;
+    picture = { ...picture, bitmap: await painted() };
+    reply({ kind: "picture", picture, repainted: true }, [picture.bitmap]);
+  } else {
+    const { height = 0, width = 0, planes, image } = view?.gbuffer ?? {};
+    const buffers = planes && image && view?.first
+      ? { height, width, planes: planes.slice(), image: image.slice(), first: view.first } : null;
+    reply({ kind: "buffers", buffers });
+  }
+}
+
+/** @param {MessageEvent<Request | import("./tracer.js").Samples>} event */
+function receive({ data }) {
+  queue = queue.then(() => (data.kind === "samples" ? gather(data) : answer(data))).catch((error) => {
+    reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });
+  });
+}
+
+onmessage = receive;
