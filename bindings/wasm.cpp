@@ -2,6 +2,7 @@
 /// words; here only what would read or write out of bounds.
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -88,12 +89,25 @@ EXPORT(run_script) bob::Expression* run_script(const char* source, std::size_t s
 
 EXPORT(free_expression) void free_expression(bob::Expression* expression) { delete expression; }
 
-/// bounds: (2, 3). Fails where the formula has none, also where it is positive everywhere.
+EXPORT(uses_z) bool uses_z(const bob::Expression* expression) { return expression->uses(bob::Op::z); }
+
+/// max(f(x, y), |z| - height / 2).
+EXPORT(extruded) bob::Expression* extruded(const bob::Expression* expression, double height) {
+    return attempt([&] {
+        bob::Graph graph;
+        const bob::Value z = graph.z(), sides = graph.substitute(*expression, graph.x(), graph.y(), z);
+        const bob::Value ends =
+            graph.binary(bob::Op::subtract, graph.unary(bob::Op::absolute, z), graph.constant(height / 2));
+        return new bob::Expression(graph.expression(graph.binary(bob::Op::maximum, sides, ends)));
+    });
+}
+
+/// bounds: (2, 3), NaN where the formula is positive everywhere. Fails where it has none.
 EXPORT(find_bounds) bool find_bounds(const bob::Expression* expression, double* bounds) {
     return attempt([&] {
-        const auto found = bob::find_bounds(*expression);
-        expect(found.has_value(), "a formula that is negative somewhere within 1e9 of the origin, got one that never is");
-        for (int axis = 0; axis < 3; ++axis) bounds[axis] = found->low[axis], bounds[3 + axis] = found->high[axis];
+        constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+        const bob::Bounds found = bob::find_bounds(*expression).value_or(bob::Bounds{{nan, nan, nan}, {nan, nan, nan}});
+        for (int axis = 0; axis < 3; ++axis) bounds[axis] = found.low[axis], bounds[3 + axis] = found.high[axis];
         return true;
     });
 }

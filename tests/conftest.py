@@ -1,4 +1,7 @@
+import threading
+
 import pytest
+from browser import chromium
 
 import bobrossnet as bob
 
@@ -17,3 +20,23 @@ def every_instruction_set():
     best = _core.isa()
     yield [name for name in ("baseline", "avx2", "avx512") if _core.set_isa(name)]
     _core.set_isa(best)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Chromium; who needs it is skipped where there is none."""
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="session")
+def viewer():
+    """The server of the viewer's page, at its `url`; what a test adds to its `files` is served as well."""
+    from bobrossnet.view import Server, page_files
+
+    with page_files() as files, Server(files) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        yield server
+        server.shutdown()
+        thread.join()

@@ -14,17 +14,24 @@
  * @typedef {{network: string, tensors: Map<string, {shape: number[], values: Float32Array}>}} Weights
  */
 
+import { IDENTITY, fromUnitSphere, product, singularValues, toUnitSphere } from "./affine.js";
+import { CoreError } from "./errors.js";
+
+export { CoreError };
+
+/** @typedef {import("./affine.js").Matrix} Matrix */
+
 /** A module of one function that multiplies and adds with a single rounding: valid where relaxed SIMD is known. */
 const RELAXED = new Uint8Array([
   0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0,
   10, 19, 1, 17, 0, 65, 1, 253, 15, 65, 2, 253, 15, 65, 3, 253, 15, 253, 133, 2, 11,
 ]);
 
-/** White, as bobrossnet.Material() has it. */
-export const WHITE = Object.freeze([1, 1, 1, 0.1, 0.7, 0.2, 32]);
+/** Radius of a shape, in its own units, whose reciprocal float64 can hold. */
+const SMALLEST = 1e-307;
 
-/** What the core says is wrong, in one line. */
-export class CoreError extends Error {}
+/** Where to look for a formula without bounds; flat ones are extruded to a height, which ends within their square. */
+const CUBE = [-1, -1, -1, 1, 1, 1], HEIGHT = 0.1, SQUARE = [-1, -1, -HEIGHT, 1, 1, HEIGHT];
 
 /**
  * Loads the core.
@@ -160,74 +167,148 @@ export class Core {
   /**
    * A triangle mesh.
    *
-   * @param {ArrayLike<number>} vertices (V, 3), in any unit
+   * @param {ArrayLike<number>} vertices (V, 3), in any unit, finite
    * @param {ArrayLike<number>} triangles (T, 3), anticlockwise seen from outside
-   * @param {ArrayLike<number>} [normals] (V, 3)
+   * @param {ArrayLike<number>} [normals] (V, 3), of any length
+   * @returns {Shape}
    */
   mesh(vertices, triangles, normals) {
-    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-    for (let i = 0; i < triangles.length; ++i) {
-      for (let axis = 0; axis < 3; ++axis) {
-        const value = vertices[3 * triangles[i] + axis];
-        low[axis] = Math.min(low[axis], value), high[axis] = Math.max(high[axis], value);
-      }
-    }
+    const points = usedPoints(vertices, triangles);
+    const { low, high } = pointBounds(points, IDENTITY);
     const center = low.map((value, axis) => value / 2 + high[axis] / 2);
-    let radius = 0;
-    for (let i = 0; i < triangles.length; ++i) {
-      const [x, y, z] = center.map((value, axis) => vertices[3 * triangles[i] + axis] - value);
-      radius = Math.max(radius, Math.hypot(x, y, z));
+    const radius = pointRadius(points, center, IDENTITY);
+    if (!Number.isFinite(radius)) throw new CoreError("vertices: expected finite numbers, got NaN or infinite ones");
+    const size = radius > SMALLEST ? radius : 1;
+    const [x, y, z] = center, count = vertices.length / 3, address = this.allocate(4 * vertices.length);
+    try {
+      // In float64 before it becomes float32, so that neither the unit nor the distance from the origin costs precision.
+      const scaled = new Float32Array(this.memory, address, vertices.length);
+      for (let i = 0; i < scaled.length; i += 3) {
+        scaled[i] = (vertices[i] - x) / size;
+        scaled[i + 1] = (vertices[i + 1] - y) / size;
+        scaled[i + 2] = (vertices[i + 2] - z) / size;
+      }
+      const handle = this.made("make_mesh", address, count, as(Int32Array, triangles), triangles.length / 3,
+                               normals ? as(Float32Array, normals) : 0);
+      return new Mesh(this, handle, center, size, points);
+    } finally {
+      this.release(address);
     }
-    const scale = radius > 0 ? radius : 1;
-    const scaled = Float32Array.from(vertices, (value, i) => (value - center[i % 3]) / scale);
-    const handle = this.made("make_mesh", scaled, vertices.length / 3, Int32Array.from(triangles), triangles.length / 3,
-                             normals ? Float32Array.from(normals) : 0);
-    const shape = new Shape(this, handle, center, scale);
-    shape.extent = { low, high, radius: (about) => Math.hypot(...about.map((v, axis) => v - center[axis])) + radius };
-    return shape;
   }
 
   /** The shape that a script makes (docs/scripts.md). @param {string} source */
   script(source) {
-    return this.#implicit(this.made("run_script", source));
+    return this.#withExpression(this.made("run_script", source), (expression) => this.#implicit(expression));
   }
 
-  /** The surface of a .vm formula, within bounds if it has none. @param {string} text @param {ArrayLike<number>} [bounds] (2, 3) */
+  /**
+   * The surface of a .vm formula. Where it is bounded it is taken whole, else cut by the cube from -1 to 1; one without z is
+   * extruded to a height of 0.1 (CONVENTIONS.md).
+   *
+   * @param {string} text
+   * @param {ArrayLike<number>} [bounds] (2, 3), to look there
+   */
   formula(text, bounds) {
-    return this.#implicit(this.made("parse_vm", text), bounds);
+    return this.#withExpression(this.made("parse_vm", text), (expression) => {
+      if (!this.call("uses_z", expression)) {
+        const solid = this.made("extruded", expression, HEIGHT);
+        return this.#withExpression(solid, () => this.#implicit(solid, bounds ?? SQUARE));
+      }
+      if (bounds) return this.#implicit(expression, bounds);
+      let box;
+      try {
+        box = this.#bounds(expression);
+      } catch (error) {
+        if (!(error instanceof CoreError)) throw error;
+        box = CUBE;
+      }
+      return this.#implicit(expression, box);
+    });
   }
 
-  /** @param {number} expression @param {ArrayLike<number>} [bounds] */
-  #implicit(expression, bounds) {
+  /**
+   * The surface of a formula, by the arrays of a scene file (CONVENTIONS.md).
+   *
+   * @param {Uint8Array} ops (n,) @param {Uint32Array} operands (n, 3) @param {Float64Array} values (n,)
+   * @param {ArrayLike<number>} [bounds] (2, 3)
+   */
+  implicit(ops, operands, values, bounds) {
+    const expression = this.made("make_expression", ops, operands, values, ops.length);
+    return this.#withExpression(expression, () => this.#implicit(expression, bounds));
+  }
+
+  /** Says what is wrong with a script, if anything is, without looking for its surface. @param {string} source */
+  checkScript(source) {
+    this.#withExpression(this.made("run_script", source), () => undefined);
+  }
+
+  /** The same of a .vm formula. @param {string} text */
+  checkFormula(text) {
+    this.#withExpression(this.made("parse_vm", text), () => undefined);
+  }
+
+  /** The same of the arrays of a scene file. @param {Uint8Array} ops @param {Uint32Array} operands @param {Float64Array} values */
+  checkNodes(ops, operands, values) {
+    this.#withExpression(this.made("make_expression", ops, operands, values, ops.length), () => undefined);
+  }
+
+  /** @template T @param {number} expression @param {(expression: number) => T} f @returns {T} */
+  #withExpression(expression, f) {
     try {
-      const box = bounds ? Float64Array.from(bounds)
-                         : this.#written(Float64Array, 6, (address) => this.made("find_bounds", expression, address));
-      let handle = 0;
-      const [x, y, z, size] = this.#written(Float64Array, 4, (address) => {
-        handle = this.made("make_implicit", expression, box, address);
-      });
-      return new Shape(this, handle, [x, y, z], size);
+      return f(expression);
     } finally {
       this.call("free_expression", expression);
     }
   }
 
+  /** @param {number} expression @param {ArrayLike<number>} [bounds] (2, 3) */
+  #implicit(expression, bounds) {
+    if (!bounds) {
+      try {
+        bounds = this.#bounds(expression);
+      } catch (error) {
+        throw error instanceof CoreError ? new CoreError(`shape: expected ${error.message}; cut it`) : error;
+      }
+    }
+    if (Number.isNaN(bounds[0])) {
+      throw new CoreError("shape: expected a formula that is negative somewhere within 1e9 of the origin, got one that never is");
+    }
+    const box = as(Float64Array, bounds);
+    let handle = 0;
+    const [x, y, z, size] = this.#written(Float64Array, 4, (address) => {
+      handle = this.made("make_implicit", expression, box, address);
+    });
+    return new Shape(this, handle, [x, y, z], size);
+  }
+
+  /** @param {number} expression @returns {Float64Array} (2, 3), NaN where it is positive everywhere */
+  #bounds(expression) {
+    return this.#written(Float64Array, 6, (address) => this.made("find_bounds", expression, address));
+  }
+
   /**
-   * Trimmed NURBS surfaces, by the arrays of a scene file (CONVENTIONS.md), whose control points are homogeneous here.
+   * Trimmed NURBS surfaces, by the arrays of a scene file (CONVENTIONS.md), whose control points are homogeneous here, and
+   * moved and scaled to a sphere of size 1.
    *
    * @param {{faces: Int32Array, controlPoints: Float64Array, knots: Float64Array, loops?: Int32Array, trims?: Int32Array,
    *          trimControlPoints?: Float64Array, trimKnots?: Float64Array, tolerance?: number}} arrays
+   * @param {number[]} [center] of that sphere before, and @param {number} [size]
    */
-  brep({ faces, controlPoints, knots, loops, trims, trimControlPoints, trimKnots, tolerance = 0 }) {
+  brep({ faces, controlPoints, knots, loops, trims, trimControlPoints, trimKnots, tolerance = 0 }, center = [0, 0, 0], size = 1) {
     const handle = this.made("make_brep", faces, faces.length / 5, controlPoints, knots, loops ?? 0, trims ?? 0,
                              trimControlPoints ?? 0, trimKnots ?? 0, tolerance);
-    return new Shape(this, handle, [0, 0, 0], 1);
+    return new Shape(this, handle, center, size);
   }
 
-  /** A tube. @param {Float64Array} controlPoints (n, 5), w (x, y, z, radius, 1) @param {Float64Array} knots */
-  tube(controlPoints, knots) {
+  /**
+   * A tube, moved and scaled to a sphere of size 1.
+   *
+   * @param {Float64Array} controlPoints (n, 5), w (x, y, z, radius, 1) @param {Float64Array} knots
+   * @param {number[]} [center] of that sphere before, and @param {number} [size]
+   */
+  tube(controlPoints, knots, center = [0, 0, 0], size = 1) {
     const count = controlPoints.length / 5;
-    return new Shape(this, this.made("make_tube", controlPoints, count, knots, knots.length - count - 1), [0, 0, 0], 1);
+    return new Shape(this, this.made("make_tube", controlPoints, count, knots, knots.length - count - 1), center, size);
   }
 
   // ---- Scenes ---------------------------------------------------------------------------------------------
@@ -243,18 +324,6 @@ export class Core {
     const handle = this.made("make_scene", shapes, instances.length, Float64Array.from(joined("toShape")),
                              Float32Array.from(joined("box")), Float32Array.from(joined("material")));
     return new Scene(this, handle);
-  }
-
-  /** A scene of one shape, which cameras orbit. @param {Shape} shape @param {ArrayLike<number>} [material] */
-  sceneOf(shape, material = WHITE) {
-    const { low, high } = shape.bounds();
-    const center = low.map((value, axis) => value / 2 + high[axis] / 2);
-    const radius = shape.radius(center), scale = radius / shape.size;
-    const toShape = [0, 1, 2].flatMap((row) => [
-      ...[0, 1, 2].map((column) => (row === column ? scale : 0)), (center[row] - shape.center[row]) / shape.size,
-    ]);
-    const box = [low, high].flatMap((corner) => corner.map((value, axis) => (value - center[axis]) / radius));
-    return this.scene([{ shape, toShape, box, material }]);
   }
 
   /**
@@ -296,10 +365,7 @@ export class Core {
 }
 
 /** A surface. The core knows it in coordinates of its own, in which it is about 1 in size. */
-class Shape {
-  /** @type {{low: number[], high: number[], radius: (about: number[]) => number} | undefined} */
-  extent;
-
+export class Shape {
   /** @param {Core} core @param {number} handle @param {number[]} center @param {number} size of the core's unit sphere */
   constructor(core, handle, center, size) {
     this.core = core;
@@ -308,18 +374,21 @@ class Shape {
     this.size = size;
   }
 
-  /** From the core's coordinates to the shape's. */
-  get #map() {
-    const [x, y, z] = this.center, s = this.size;
-    return Float64Array.of(s, 0, 0, x, 0, s, 0, y, 0, 0, s, z);
+  /** From the shape's own units to the core's coordinates. */
+  get toCore() {
+    return toUnitSphere(this.center, this.size);
   }
 
-  /** The lowest and highest coordinates. @returns {{low: number[], high: number[]}} */
-  bounds() {
-    if (this.extent) return this.extent;
-    const address = this.core.allocate(48);
+  /** @param {Matrix} matrix @returns {number[]} from the core's coordinates to where a matrix places the shape */
+  #fromCore(matrix) {
+    return product(matrix, fromUnitSphere(this.center, this.size));
+  }
+
+  /** The lowest and highest coordinates, placed by a matrix. @param {Matrix} matrix @returns {{low: number[], high: number[]}} */
+  bounds(matrix) {
+    const map = Float64Array.from(this.#fromCore(matrix).slice(0, 12)), address = this.core.allocate(48);
     try {
-      this.core.made("placed_bounds", this.handle, this.#map, address);
+      this.core.made("placed_bounds", this.handle, map, address);
       const box = Array.from(new Float64Array(this.core.memory, address, 6));
       return { low: box.slice(0, 3), high: box.slice(3) };
     } finally {
@@ -327,16 +396,91 @@ class Shape {
     }
   }
 
-  /** The distance from a point to the farthest one of the shape. @param {number[]} about */
-  radius(about) {
-    return this.extent?.radius(about)
-      ?? this.core.made("placed_radius", this.handle, this.#map, Float64Array.from(about), this.size);
+  /** The distance from a point to the farthest one of the shape placed by a matrix. @param {number[]} about @param {Matrix} matrix */
+  radius(about, matrix) {
+    const map = this.#fromCore(matrix), [largest] = singularValues(map);
+    return this.core.made("placed_radius", this.handle, Float64Array.from(map.slice(0, 12)), Float64Array.from(about), largest);
   }
 
+  /** Scenes that have it keep it. */
   free() {
     this.core.call("free_shape", this.handle);
   }
 }
+
+/** A mesh, whose extents are those of the vertices that its triangles use. */
+class Mesh extends Shape {
+  /** @param {Core} core @param {number} handle @param {number[]} center @param {number} size @param {ArrayLike<number>} points */
+  constructor(core, handle, center, size, points) {
+    super(core, handle, center, size);
+    this.points = points;
+  }
+
+  /** @override @param {Matrix} matrix */
+  bounds(matrix) {
+    return pointBounds(this.points, matrix);
+  }
+
+  /** @override @param {number[]} about @param {Matrix} matrix */
+  radius(about, matrix) {
+    return pointRadius(this.points, about, matrix);
+  }
+}
+
+/** The vertices that a triangle uses. @param {ArrayLike<number>} vertices @param {ArrayLike<number>} triangles */
+function usedPoints(vertices, triangles) {
+  const used = new Uint8Array(vertices.length / 3);
+  for (let i = 0; i < triangles.length; ++i) used[triangles[i]] = 1;
+  let count = 0;
+  for (let i = 0; i < used.length; ++i) count += used[i];
+  if (count === used.length) return vertices;
+  const points = new Float64Array(3 * count);
+  for (let i = 0, at = 0; i < used.length; ++i) {
+    if (!used[i]) continue;
+    for (let axis = 0; axis < 3; ++axis) points[at++] = vertices[3 * i + axis];
+  }
+  return points;
+}
+
+/** The lowest and highest coordinates of points, (n, 3), moved by a matrix. @param {ArrayLike<number>} points @param {Matrix} matrix */
+function pointBounds(points, matrix) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (let axis = 0; axis < 3; ++axis) {
+    const a = matrix[4 * axis], b = matrix[4 * axis + 1], c = matrix[4 * axis + 2], d = matrix[4 * axis + 3];
+    let lowest = Infinity, highest = -Infinity;
+    for (let i = 0; i < points.length; i += 3) {
+      const value = a * points[i] + b * points[i + 1] + c * points[i + 2] + d;
+      if (value < lowest) lowest = value;
+      if (value > highest) highest = value;
+    }
+    low[axis] = lowest, high[axis] = highest;
+  }
+  return { low, high };
+}
+
+/**
+ * The distance from a place to the farthest of points, (n, 3), moved by a matrix; not finite where one of them is not.
+ *
+ * @param {ArrayLike<number>} points @param {number[]} about @param {Matrix} matrix
+ */
+function pointRadius(points, about, matrix) {
+  const [a, b, c, d, e, f, g, h, i, j, k, l] = Array.from(matrix), [x, y, z] = about;
+  const { low, high } = pointBounds(points, matrix);
+  const largest = Math.max(...about.flatMap((value, axis) => [Math.abs(high[axis] - value), Math.abs(low[axis] - value)]));
+  // In units of about the largest coordinate, so that squares stay within float64; a power of two rounds nothing.
+  const unit = 2 ** Math.max(-1000, Math.ceil(Math.log2(largest)));
+  let farthest = 0;
+  for (let n = 0; n < points.length; n += 3) {
+    const p = points[n], q = points[n + 1], r = points[n + 2];
+    const right = (a * p + b * q + c * r + d - x) / unit, back = (e * p + f * q + g * r + h - y) / unit;
+    const up = (i * p + j * q + k * r + l - z) / unit, square = right * right + back * back + up * up;
+    if (!(square <= farthest)) farthest = square;  // NaN as well
+  }
+  return Math.sqrt(farthest) * unit;
+}
+
+/** An array as one of a type. @template T @param {{new (values: ArrayLike<number>): T}} type @param {ArrayLike<number>} values @returns {T} */
+const as = (type, values) => (values instanceof type ? values : new type(values));
 
 class Scene {
   /** @param {Core} core @param {number} handle */
@@ -357,7 +501,6 @@ class Scene {
                    pixels, pixels.length / 2, gbuffer.address);
   }
 
-  /** The shapes stay. */
   free() {
     this.core.call("free_scene", this.handle);
   }

@@ -1,0 +1,45 @@
+"""Writes what the viewer's page shows in its gallery, out of the gallery here: src/bobrossnet/viewer/gallery.
+
+python docs/page_gallery.py
+
+The built-in scene is not among these files: the page's server and its export make it. The scripts of examples/ are put beside
+them when the package is built.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from gallery import FORMULAS, NURBS, NURBS_HELPERS, ROOT, made
+
+import bobrossnet as bob
+
+FOLDER = ROOT / "src/bobrossnet/viewer/gallery"
+
+SCRIPTS = {"csg": "ball, box and cylinders", "gear": "gear", "tower": "tower", "vase": "fluted vase"}
+"""Titles of those in the folder and in examples/."""
+IMPLICITS = ["gyroid", "tanglecube", "heart", "metaballs"]
+SPLINES = ["a lantern", "a ring of ribbons", "a sea shell", "a flower", "a knot"]
+
+
+def write(folder: Path) -> None:
+    """Write the gallery's scenes and its table of contents."""
+    index = [
+        {"file": "happy_tree.bob", "title": "happy tree", "kind": "mesh"},
+        *({"file": f"{name}.sdf", "title": title, "kind": "script"} for name, title in SCRIPTS.items()),
+    ]
+    for kind, names, codes, helpers in (
+        ("implicit", IMPLICITS, FORMULAS, ""),
+        ("NURBS", SPLINES, NURBS, NURBS_HELPERS),
+    ):
+        for name in names:
+            title = name.removeprefix("a ")
+            file = f"{title.replace(' ', '_').lower()}.bob"
+            bob.save_scene(made(codes[name], helpers), folder / file)
+            index.append({"file": file, "title": title, "kind": kind})
+    (folder / "index.json").write_text("[\n" + ",\n".join(f"  {json.dumps(entry)}" for entry in index) + "\n]\n")
+
+
+if __name__ == "__main__":
+    write(FOLDER)

@@ -1,0 +1,212 @@
+"""The viewer's page: served to browsers on this machine alone, or written to a folder for any server."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import TypeAlias
+from urllib.parse import quote, unquote, urlsplit
+
+import bobrossnet as bob
+from bobrossnet.complete.weights import WEIGHTS
+from bobrossnet.errors import InputError
+from bobrossnet.shapes.scene import SceneLike
+
+VIEWER = Path(__file__).parent / "viewer"
+GALLERY = "gallery/index.json"
+TREE = "gallery/happy_tree.bob"
+
+TYPES = {
+    ".bob": "application/octet-stream",
+    ".css": "text/css; charset=utf-8",
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".json": "application/json",
+    ".md": "text/plain; charset=utf-8",
+    ".png": "image/png",
+    ".safetensors": "application/octet-stream",
+    ".sdf": "text/plain; charset=utf-8",
+    ".svg": "image/svg+xml",
+    ".txt": "text/plain; charset=utf-8",
+    ".vm": "text/plain; charset=utf-8",
+    ".wasm": "application/wasm",
+}
+"""What browsers are told of the page's files, by their endings: a module of another type would not start."""
+
+HEADERS = {
+    "Content-Security-Policy": "; ".join(
+        [
+            "default-src 'self'",
+            "script-src 'self' 'wasm-unsafe-eval'",
+            "worker-src 'self'",
+            "img-src 'self' blob: data:",
+            "connect-src 'self'",
+            "object-src 'none'",
+            "base-uri 'none'",
+            "form-action 'none'",
+            "frame-ancestors 'none'",
+        ]
+    ),
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-cache",
+}
+
+Files: TypeAlias = Mapping[str, "Path | bytes"]
+"""What is served: by the path from the page's folder, a file or its content."""
+
+
+@contextmanager
+def page_files(scene: SceneLike | None = None, name: str = "scene") -> Iterator[Files]:
+    """Everything that the page consists of, while the context lasts.
+
+    Parameters
+    ----------
+    scene : SceneLike, optional
+        What the page opens with; by default the gallery's first.
+    name : str
+        The scene's title; it becomes `files/NAME.bob`.
+
+    Raises
+    ------
+    InputError
+        If the package was built without its WebAssembly modules.
+    """
+    if not (VIEWER / "core.wasm").is_file():
+        raise InputError(
+            "viewer: expected core.wasm in the package, got none; install ziglang where pip builds bobrossnet, and again"
+        )
+    files: dict[str, Path | bytes] = {
+        file.relative_to(VIEWER).as_posix(): file for file in VIEWER.rglob("*") if file.suffix in TYPES
+    }
+    files |= {f"weights/{file.name}": file for file in WEIGHTS.glob("*.safetensors")}
+    with tempfile.TemporaryDirectory(prefix="bobrossnet-view-") as folder:
+        packed = Path(folder)
+
+        def add(path: str, scene: SceneLike) -> None:
+            file = packed / f"{len(files)}.bob"
+            bob.save_scene(scene, file)
+            files[path] = file
+
+        add(TREE, bob.Instance(bob.happy_tree(), name="happy tree"))
+        if scene is not None:
+            path = f"files/{name}.bob"
+            add(path, scene)
+            gallery = json.loads((VIEWER / GALLERY).read_bytes())
+            opened = {"file": f"../{quote(path)}", "title": name, "kind": "file"}
+            files[GALLERY] = json.dumps([opened, *gallery]).encode()
+        yield files
+
+
+def export(files: Files, folder: Path) -> None:
+    """Write the page to a folder, which any static server can show.
+
+    Raises
+    ------
+    InputError
+        If that can't be written.
+    """
+    try:
+        for path, content in files.items():
+            target = folder / path
+            target.parent.mkdir(parents=True, exist_ok=True)
+            if isinstance(content, bytes):
+                target.write_bytes(content)
+            else:
+                shutil.copyfile(content, target)
+    except OSError as error:
+        raise InputError(f"{folder}: can't write the page there: {error.strerror}") from error
+
+
+class Server(ThreadingHTTPServer):
+    """Serves the page on 127.0.0.1.
+
+    Parameters
+    ----------
+    files : Files
+        All that there is: no other file can be asked for.
+    port : int in 0..65535
+        0 takes a free one.
+
+    Raises
+    ------
+    InputError
+        If the port is taken.
+    """
+
+    daemon_threads = True
+
+    def __init__(self, files: Files, port: int = 0) -> None:
+        self.files = dict(files)
+        try:
+            super().__init__(("127.0.0.1", port), _Handler)
+        except OSError as error:
+            raise InputError(f"port: expected a free one, got {port}: {error.strerror}") from error
+        self.hosts = {f"{host}:{self.server_port}" for host in ("127.0.0.1", "localhost")}
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.server_port}/"
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: Server
+    protocol_version = "HTTP/1.1"
+    timeout = 60  # of connections that say nothing
+
+    def do_GET(self) -> None:
+        self._answer()
+
+    def do_HEAD(self) -> None:
+        self._answer()
+
+    def _answer(self) -> None:
+        # A page elsewhere could reach this server through a name of its own for 127.0.0.1; its requests tell on it.
+        origin = self.headers.get("Origin")
+        if self.headers.get("Host") not in self.server.hosts:
+            return self.send_error(HTTPStatus.FORBIDDEN, "expected the host 127.0.0.1")
+        if origin is not None and origin.removeprefix("http://") not in self.server.hosts:
+            return self.send_error(HTTPStatus.FORBIDDEN, "expected a request of this page")
+        path = unquote(urlsplit(self.path).path).removeprefix("/") or "index.html"
+        content = self.server.files.get(path)
+        if content is None:
+            return self.send_error(HTTPStatus.NOT_FOUND)
+        kind = TYPES.get(Path(path).suffix, TYPES[".html"])
+        if isinstance(content, bytes):
+            self._start(HTTPStatus.OK, kind, len(content))
+            if self.command == "GET":
+                self.wfile.write(content)
+            return None
+        with content.open("rb") as file:
+            self._start(HTTPStatus.OK, kind, content.stat().st_size)
+            if self.command == "GET":
+                shutil.copyfileobj(file, self.wfile)
+        return None
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """Also called by the base class, for what is no request or of another method."""
+        status = HTTPStatus(code)
+        body = f"{status.value} {message or status.phrase}\n".encode()
+        self.close_connection = True
+        self._start(status, TYPES[".txt"], len(body))
+        if getattr(self, "command", None) != "HEAD":
+            self.wfile.write(body)
+
+    def _start(self, status: HTTPStatus, kind: str, size: int) -> None:
+        self.send_response(status)
+        for name, value in {**HEADERS, "Content-Type": kind, "Content-Length": str(size)}.items():
+            self.send_header(name, value)
+        self.end_headers()
+
+    def version_string(self) -> str:
+        return "bobrossnet"
+
+    def log_message(self, *_: object) -> None:
+        pass

@@ -1,0 +1,78 @@
+// @ts-check
+/** What goes wrong when an input can't be used, and the checks that say so: name, what was expected, what came. */
+
+/** Where in a text something is wrong, as the core begins its messages. */
+const LINE = /^line (\d+)/;
+
+/** What is wrong, in one line. */
+export class CoreError extends Error {
+  /** @param {string} message @param {number | null} [line] from 1; by default the one that the message begins with */
+  constructor(message, line = Number(LINE.exec(message)?.[1] ?? 0) || null) {
+    super(message);
+    /** The line of a script or formula that is wrong, from 1; null where it is no matter of a line. */
+    this.line = line;
+  }
+}
+
+/**
+ * What f makes; a CoreError that it throws tells where: "shapes[2]: expected ...".
+ *
+ * @template T
+ * @param {string} place
+ * @param {() => T} f
+ * @returns {T}
+ */
+export function placedErrors(place, f) {
+  try {
+    return f();
+  } catch (error) {
+    throw error instanceof CoreError ? new CoreError(`${place}: ${error.message}`, error.line) : error;
+  }
+}
+
+/** A value in few words. @param {unknown} value */
+export function brief(value) {
+  const text = Array.isArray(value) ? `a list of ${value.length}` : value === null ? "null"
+    : typeof value === "object" ? "an object" : `${typeof value} ${JSON.stringify(value)}`;
+  return text.length <= 60 ? text : `${text.slice(0, 57)}...`;
+}
+
+/** @param {string} name @param {unknown} value @param {number} low @param {number} high @returns {number} */
+export function checkInteger(name, value, low, high) {
+  if (typeof value !== "number" || !Number.isInteger(value)) {
+    throw new CoreError(`${name}: expected an integer, got ${brief(value)}`);
+  }
+  if (!(low <= value && value <= high)) throw new CoreError(`${name}: expected an integer in ${low}..${high}, got ${value}`);
+  return value;
+}
+
+/** @param {string} name @param {unknown} value @param {number} low @param {number} high @returns {number} */
+export function checkNumber(name, value, low, high) {
+  if (typeof value !== "number") throw new CoreError(`${name}: expected a number, got ${brief(value)}`);
+  if (!(low <= value && value <= high)) throw new CoreError(`${name}: expected a number in [${low}, ${high}], got ${value}`);
+  return value;
+}
+
+/** Numbers that are all finite. @template {ArrayLike<number>} T @param {string} name @param {T} array @returns {T} */
+export function checkFinite(name, array) {
+  let bad = 0;
+  for (let i = 0; i < array.length; ++i) if (!Number.isFinite(array[i])) ++bad;
+  if (bad) throw new CoreError(`${name}: expected finite numbers, got ${bad} of ${array.length} NaN or infinite`);
+  return array;
+}
+
+/** @param {string} name @param {unknown} value @returns {any[]} */
+export function checkList(name, value) {
+  if (!Array.isArray(value)) throw new CoreError(`${name}: expected a list, got ${brief(value)}`);
+  return value;
+}
+
+/** An object of these fields and no others. @param {string} name @param {any} value @param {...string} fields @returns {any} */
+export function checkFields(name, value, ...fields) {
+  const got = typeof value === "object" && value && !Array.isArray(value) ? Object.keys(value) : null;
+  if (got?.length !== fields.length || !fields.every((field) => got.includes(field))) {
+    const what = got ? got.join(", ") || "nothing in it" : brief(value);
+    throw new CoreError(`${name}: expected an object of ${fields.join(", ")}, got ${what}`);
+  }
+  return value;
+}

@@ -1,0 +1,78 @@
+// @ts-check
+/** Files: a scene out of whatever they hold, or one line that says why not. */
+
+import { CoreError } from "./errors.js";
+import { readBob } from "./files/bob.js";
+import { inCanonicalOrder } from "./order.js";
+import { sceneOf } from "./scene.js";
+
+/**
+ * @typedef {import("./core.js").Core} Core
+ * @typedef {import("./scene.js").SceneDescription} SceneDescription
+ * @typedef {(core: Core, bytes: ArrayBuffer, name: string) => SceneDescription | Promise<SceneDescription>} Reader
+ */
+
+/** Readers by the ending of the file's name. @type {Record<string, Reader>} */
+const READERS = {
+  ".bob": readBob,
+  ".sdf": readScript,
+  ".vm": readFormula,
+};
+
+/** What files can be read. */
+export const ENDINGS = Object.keys(READERS);
+
+/**
+ * Reads a file; in a worker, since a large one takes a while.
+ *
+ * @param {Core} core
+ * @param {string} name whose ending says what it is
+ * @param {ArrayBuffer} bytes which arrays of the scene may be views of
+ * @returns {Promise<SceneDescription>} arrays of one scene share few buffers
+ * @throws {CoreError} of one line that starts with the file's name, whatever the bytes are; its `line` is that of a script
+ */
+export async function readFile(core, name, bytes) {
+  const ending = /\.[^.]*$/.exec(name)?.[0].toLowerCase() ?? "";
+  try {
+    const read = Object.hasOwn(READERS, ending) ? READERS[ending] : undefined;
+    if (!read) throw new CoreError(`expected one of ${ENDINGS.join(" ")}, got ${ending || "no ending"}`);
+    if (bytes.byteLength === 0) throw new CoreError("expected a scene, got an empty file");
+    return inCanonicalOrder(await read(core, bytes, name));
+  } catch (error) {
+    const [what, line] = error instanceof CoreError ? [error.message, error.line] : [reason(ending, error), null];
+    throw new CoreError(oneLine(`${name}: ${what}`), line);
+  }
+}
+
+/** @type {Reader} */
+function readScript(core, bytes, name) {
+  const source = decoded(bytes);
+  core.checkScript(source);
+  return sceneOf({ kind: "script", source }, name);
+}
+
+/** @type {Reader} */
+function readFormula(core, bytes, name) {
+  const text = decoded(bytes);
+  core.checkFormula(text);
+  return sceneOf({ kind: "formula", text }, name);
+}
+
+/** @param {ArrayBuffer} bytes */
+function decoded(bytes) {
+  return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
+}
+
+/** Readers of other people's bytes throw all sorts. @param {string} ending @param {unknown} error */
+function reason(ending, error) {
+  if (error instanceof RangeError && /allocation|length/i.test(error.message)) {
+    return "expected a scene that fits into memory, got a larger one";
+  }
+  return `expected a ${ending} file, could not read it (${error})`;
+}
+
+/** @param {string} text at most 200 characters are kept */
+function oneLine(text) {
+  const line = text.replace(/[\p{C}\s]+/gu, " ").trim();
+  return line.length <= 200 ? line : `${line.slice(0, 197)}...`;
+}

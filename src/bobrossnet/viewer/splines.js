@@ -1,0 +1,222 @@
+// @ts-check
+/**
+ * NURBS as shapes: what scene files hold of breps and tubes is checked, moved and scaled to about 1 in size, and made
+ * homogeneous. Names and symbols are those of Piegl and Tiller, *The NURBS Book*.
+ *
+ * @typedef {{faces: Int32Array, control_points: Float64Array, knots: Float64Array, loops: Int32Array, trims: Int32Array,
+ *            trim_control_points: Float64Array, trim_knots: Float64Array, tolerance?: Float64Array}} BrepTensors
+ * @typedef {{control_points: Float64Array, knots: Float64Array, radii: Float64Array, weights?: Float64Array}} TubeTensors
+ */
+
+import { CoreError, checkFinite, checkInteger, checkNumber, placedErrors } from "./errors.js";
+
+/** @typedef {import("./core.js").Core} Core */
+
+const MAX_DEGREE = 9;
+const MAX_COORDINATE = 1e100;
+const MAX_WEIGHT_RATIO = 1e10;
+const SMALLEST = 1e-307;
+
+/**
+ * The shape of a brep's tensors.
+ *
+ * @param {Core} core
+ * @param {BrepTensors} tensors
+ */
+export function brep(core, tensors) {
+  checkBrep(tensors);
+  const { faces, control_points: points, loops, trims, knots, trim_knots: trimKnots, trim_control_points: trimPoints } = tensors;
+  const { center, radius } = sphere(points, 4, 3);
+  const controlPoints = new Float64Array(points.length), trimControlPoints = new Float64Array(trimPoints.length);
+  for (let face = 0, at = 0; face < faces.length; face += 5) {
+    at = toHomogeneous(points, controlPoints, at, faces[face] * faces[face + 1], center, radius);
+  }
+  for (let curve = 0, at = 0; curve < trims.length; curve += 2) {
+    at = toHomogeneous(trimPoints, trimControlPoints, at, trims[curve], [0, 0], 1);
+  }
+  const tolerance = faces.length > 5 ? (tensors.tolerance?.[0] ?? 0) / radius : 0;
+  return core.brep({ faces, controlPoints, knots, loops, trims, trimControlPoints, trimKnots, tolerance }, center, radius);
+}
+
+/**
+ * The shape of a tube's tensors.
+ *
+ * @param {Core} core
+ * @param {TubeTensors} tensors
+ */
+export function tube(core, tensors) {
+  checkTube(tensors);
+  const { control_points: points, knots, radii, weights } = tensors, count = radii.length;
+  const balls = new Float64Array(5 * count), homogeneous = new Float64Array(5 * count);
+  for (let i = 0; i < count; ++i) {
+    balls.set([points[3 * i], points[3 * i + 1], points[3 * i + 2], radii[i], weights?.[i] ?? 1], 5 * i);
+  }
+  const { center, radius } = sphere(balls, 5, 3, radii);
+  toHomogeneous(balls, homogeneous, 0, count, [...center, 0], radius);
+  return core.tube(homogeneous, knots, center, radius);
+}
+
+/** The centre of the box around points and the distance to the farthest, with the balls there. @param {Float64Array} points
+ *  @param {number} width numbers of each @param {number} axes @param {Float64Array} [radii] */
+function sphere(points, width, axes, radii) {
+  const count = points.length / width;
+  const center = Array.from({ length: axes }, (_, axis) => {
+    let low = Infinity, high = -Infinity;
+    for (let i = 0; i < count; ++i) {
+      const value = points[width * i + axis], r = radii?.[i] ?? 0;
+      low = Math.min(low, value - r), high = Math.max(high, value + r);
+    }
+    return low / 2 + high / 2;
+  });
+  let radius = 0;
+  for (let i = 0; i < count; ++i) {
+    const distance = Math.hypot(...center.map((value, axis) => points[width * i + axis] - value));
+    radius = Math.max(radius, distance + (radii?.[i] ?? 0));
+  }
+  return { center, radius: radius > SMALLEST ? radius : 1 };
+}
+
+/**
+ * Moves, scales and multiplies by their weights `count` points, each of coordinates and a weight, with a largest weight of 1,
+ * which changes nothing but keeps products within range.
+ *
+ * @param {Float64Array} from @param {Float64Array} to @param {number} at where they begin
+ * @param {number} count @param {number[]} center @param {number} radius
+ * @returns {number} where they end
+ */
+function toHomogeneous(from, to, at, count, center, radius) {
+  const axes = center.length, width = axes + 1, end = at + count * width;
+  let largest = 0;
+  for (let i = at + axes; i < end; i += width) largest = Math.max(largest, from[i]);
+  for (; at < end; at += width) {
+    const weight = from[at + axes] / largest;
+    for (let axis = 0; axis < axes; ++axis) to[at + axis] = (from[at + axis] - center[axis]) / radius * weight;
+    to[at + axes] = weight;
+  }
+  return end;
+}
+
+// ---- Checks ----------------------------------------------------------------------------------------------
+
+/** Throws a CoreError unless tensors are those of a brep. @param {BrepTensors} tensors */
+export function checkBrep(tensors) {
+  const { faces, loops, trims, tolerance } = tensors;
+  const takeLoops = pieces("loops", loops), takeTrims = pieces("trims", trims, 2);
+  const takeKnots = pieces("knots", tensors.knots), takePoints = pieces("control_points", tensors.control_points, 4);
+  const takeTrimKnots = pieces("trim_knots", tensors.trim_knots);
+  const takeTrimPoints = pieces("trim_control_points", tensors.trim_control_points, 3);
+  if (faces.length === 0 || faces.length % 5) {
+    throw new CoreError(`faces: expected rows of five, at least one, got ${faces.length} numbers`);
+  }
+  for (let i = 0; i < faces.length / 5; ++i) {
+    const [n, m, p, q, loopCount] = faces.subarray(5 * i, 5 * i + 5);
+    placedErrors(`faces[${i}]`, () => {
+      checkSize(n, p), checkSize(m, q), checkInteger("loops", loopCount, 0, loops.length);
+      checkPoints("control_points", takePoints(n * m), 4);
+      checkKnots("knots_u", takeKnots(n + p + 1), n, p);
+      checkKnots("knots_v", takeKnots(m + q + 1), m, q);
+      for (let loop = 0; loop < loopCount; ++loop) {
+        for (let curve = 0, curves = takeLoops(1)[0]; curve < curves; ++curve) {
+          placedErrors(`trims[${loop}][${curve}]`, () => {
+            const [count, degree] = takeTrims(1);
+            checkSize(count, degree);
+            checkPoints("control_points", takeTrimPoints(count), 3);
+            checkKnots("knots", takeTrimKnots(count + degree + 1), count, degree);
+          });
+        }
+      }
+    });
+  }
+  for (const take of [takeLoops, takeTrims, takeKnots, takePoints, takeTrimKnots, takeTrimPoints]) take(0, true);
+  if (tolerance && tolerance.length !== 1) throw new CoreError(`tolerance: expected one number, got ${tolerance.length}`);
+  if (tolerance) checkNumber("tolerance", tolerance[0], 0, Number.MAX_VALUE);
+}
+
+/** Throws a CoreError unless tensors are those of a tube. @param {TubeTensors} tensors */
+export function checkTube({ control_points: points, knots, radii, weights }) {
+  const count = points.length / 3, degree = knots.length - count - 1;
+  for (const [name, array, size] of /** @type {const} */ ([["radii", radii, count], ["weights", weights, count]])) {
+    if (array && array.length !== size) throw new CoreError(`${name}: expected ${size}, one for each control point, got ${array.length}`);
+    if (array) checkAboveZero(name, array);
+  }
+  checkSize(count, degree);
+  checkCoordinates("control_points", points);
+  if (points.every((value, i) => value === points[i % 3])) {
+    throw new CoreError(`control_points: expected at least two that differ, got one place ${count} times`);
+  }
+  if (weights) checkWeights(weights);
+  checkKnots("knots", knots, count, degree);
+}
+
+/** @param {number} count of control points @param {number} degree */
+function checkSize(count, degree) {
+  if (!(count >= 2)) throw new CoreError(`control_points: expected at least 2, got ${count}`);
+  checkInteger("degree", degree, 1, Math.min(MAX_DEGREE, count - 1));
+}
+
+/** Points whose last number is a weight. @param {string} name @param {Float64Array} points @param {number} width */
+function checkPoints(name, points, width) {
+  checkCoordinates(name, points);
+  checkWeights(points.filter((_, i) => i % width === width - 1));
+}
+
+/** @param {Float64Array} weights */
+function checkWeights(weights) {
+  checkAboveZero("weights", weights);
+  const low = weights.reduce((a, b) => Math.min(a, b)), high = weights.reduce((a, b) => Math.max(a, b));
+  if (high / MAX_WEIGHT_RATIO > low) {
+    throw new CoreError(`weights: expected weights within a factor of ${MAX_WEIGHT_RATIO}, got ${low} to ${high}`);
+  }
+}
+
+/** @param {string} name @param {Float64Array} values */
+function checkAboveZero(name, values) {
+  checkCoordinates(name, values);
+  const wrong = values.find((value) => !(value > 0));
+  if (wrong !== undefined) throw new CoreError(`${name}: expected numbers above 0, got ${wrong}`);
+}
+
+/** @param {string} name @param {Float64Array} values */
+function checkCoordinates(name, values) {
+  checkFinite(name, values);
+  const wrong = values.find((value) => Math.abs(value) > MAX_COORDINATE);
+  if (wrong !== undefined) {
+    throw new CoreError(`${name}: expected numbers of at most ${MAX_COORDINATE} in size, got ${wrong}`);
+  }
+}
+
+/** @param {string} name @param {Float64Array} knots (count + degree + 1,) @param {number} count @param {number} degree */
+function checkKnots(name, knots, count, degree) {
+  checkCoordinates(name, knots);
+  for (let i = 1; i < knots.length; ++i) {
+    if (knots[i] < knots[i - 1]) {
+      throw new CoreError(`${name}: expected numbers that never decrease, got ${knots[i - 1]}, then ${knots[i]}`);
+    }
+    if (i > degree && knots[i] === knots[i - degree - 1]) {
+      throw new CoreError(`${name}: expected a knot at most degree + 1 = ${degree + 1} times, got ${knots[i]} more often`);
+    }
+  }
+  if (knots[degree] === knots[count]) {
+    throw new CoreError(`${name}: expected a domain, ${name}[${degree}] to ${name}[${count}], that is not empty`);
+  }
+}
+
+/**
+ * Takes an array apart, from its beginning to its end.
+ *
+ * @template {Int32Array | Float64Array} T
+ * @param {string} name @param {T} array @param {number} [width] of a row
+ * @returns {(count: number, last?: boolean) => T} the next rows; `last` says that there must be no more
+ */
+function pieces(name, array, width = 1) {
+  let at = 0;
+  return (count, last = false) => {
+    const end = at + count * width;
+    if (end > array.length || (last && end < array.length)) {
+      throw new CoreError(`${name}: expected ${end}${last ? "" : " and more"} numbers, got ${array.length}`);
+    }
+    const piece = array.subarray(at, end);
+    at = end;
+    return /** @type {T} */ (piece);
+  };
+}
