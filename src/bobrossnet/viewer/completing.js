@@ -71,9 +71,10 @@ async function gather({ frame, pixels, values }) {
   const begin = performance.now();
   const image = view.gbuffer.complete(network);
   const completing = performance.now() - begin;
-  view.first ??= image.slice();
+  const first = view.first ??= image.slice();
   const exact = view.traced === size;
-  picture = { frame, bitmap: await painted(), traced: view.traced, completing, error: exact ? meanDifference(view.first, image) : NaN };
+  const error = exact ? meanDifference(first, image) : NaN;
+  picture = { frame, bitmap: await painted(), traced: view.traced, completing, error };
   reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
 }
 

@@ -5,6 +5,7 @@
  * In the page's address, `?scene=files/NAME.bob` opens a file of the same server, `?size=640x480` fixes the picture's size in
  * pixels, and `?workers=1` the number of workers that trace.
  */
+import { compileCore } from "./compile.js";
 import { Editor } from "./editor.js";
 import { Frames } from "./frames.js";
 import { fromFragment, toFragment } from "./link.js";
@@ -36,6 +37,8 @@ const workers = Math.max(1, Math.min(Number(query.get("workers")) || navigator.h
 
 // ---- Pictures --------------------------------------------------------------------------------------------
 
+/** One for all workers. */
+const module = compileCore();
 const completing = new Worker(new URL("completing.js", import.meta.url), { type: "module" });
 const frames = new Frames(HOME, !fixedSize);
 /** @type {Pool | undefined} that has the scene */
@@ -149,10 +152,7 @@ refines.addEventListener("change", () => {
 
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
-/**
- * @typedef {{title: string, gallery?: string, script?: string, file?: string}} Scene
- *   gallery: which of it; file: its address within the page's folder; without any it was a file of this machine
- */
+/** @typedef {{title: string, gallery?: string, script?: string}} Scene gallery: which file of it; script: its text */
 /** @type {Scene} */
 let scene = { title: "" };
 
@@ -163,7 +163,7 @@ const editor = new Editor({
 
 /** Workers for a scene, in which it is not yet. */
 function pool() {
-  const made = new Pool(workers, completing, (parts) => made === shown && frames.traced(parts));
+  const made = new Pool(workers, module, completing, (parts) => made === shown && frames.traced(parts));
   return made;
 }
 
@@ -255,6 +255,9 @@ function choose() {
   gallery.value = scene.gallery ?? "";
 }
 
+/** @param {URL} address */
+const fileName = ({ pathname }) => decodeURIComponent(pathname.replace(/^.*\//, ""));
+
 /** @param {string} name of a file of the gallery */
 function openGallery(name) {
   const entry = built.find(({ file }) => file === name);
@@ -262,7 +265,8 @@ function openGallery(name) {
     message.textContent = `${name}: expected a built-in scene, one of ${built.map(({ file }) => file).join(", ")}`;
     return Promise.resolve();
   }
-  return openFile({ title: entry.title, gallery: name }, name, new URL(`gallery/${name}`, import.meta.url).href);
+  const address = new URL(`gallery/${name}`, import.meta.url);
+  return openFile({ title: entry.title, gallery: name }, fileName(address), address.href);
 }
 
 async function fillGallery() {
@@ -343,8 +347,8 @@ async function start() {
   if (state.script !== undefined) {
     await openScript(state.script);
   } else if (address !== null && !state.gallery) {
-    const url = new URL(address, location.href), name = url.pathname.replace(/^.*\//, "");
-    if (url.origin === location.origin) await openFile({ title: name, file: address }, name, url.href);
+    const url = new URL(address, location.href), name = fileName(url);
+    if (url.origin === location.origin) await openFile({ title: name }, name, url.href);
     else message.textContent = `scene: expected a file of ${location.origin}, got ${url.origin}`;
   } else {
     await openGallery(state.gallery ?? built[0].file);

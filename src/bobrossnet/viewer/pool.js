@@ -22,20 +22,24 @@ export class Pool {
   #traced = [];
   /** @type {Worker | undefined} */
   #reader;
+  #module;
   #done;
 
   /**
    * @param {number} count of workers
+   * @param {Promise<WebAssembly.Module>} module of the core
    * @param {Worker} completing where samples go
    * @param {(traced: Traced[]) => void} done called once all parts of a frame are traced
    */
-  constructor(count, completing, done) {
+  constructor(count, module, completing, done) {
+    this.#module = module;
     this.#done = done;
     this.#tracers = Array.from({ length: count }, () => {
       const worker = new Worker(new URL("tracer.js", import.meta.url), { type: "module" });
       const samples = new MessageChannel(), scenes = new MessageChannel();
       completing.postMessage({ kind: "connect", tracer: samples.port2 }, [samples.port2]);
       worker.postMessage({ kind: "connect", completing: samples.port1, reading: scenes.port1 }, [samples.port1, scenes.port1]);
+      module.then((module) => worker.postMessage({ kind: "start", module }), (error) => this.#failed(tracer, error.message, true));
       const tracer = { worker, port: scenes.port2, pending: 0, hasScene: false };
       worker.onmessage = ({ data }) => this.#receive(tracer, data);
       worker.onerror = (event) => this.#failed(tracer, event.message ?? "a worker did not start", true);
@@ -81,8 +85,8 @@ export class Pool {
         reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
       });
       const ports = this.#tracers.map((tracer) => tracer.port);
-      reader.postMessage({ kind: "read", name, source, ports }, ports);
       opened.catch(() => {});
+      reader.postMessage({ kind: "read", name, source, ports, module: await this.#module }, ports);
       const summary = await read;
       await opened;
       return summary;

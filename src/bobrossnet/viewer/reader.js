@@ -4,11 +4,11 @@
  * after that, which frees what reading took.
  *
  * @typedef {{script: string | null}} Summary the text of a file that is one shape script
- * @typedef {{kind: "read", name: string, source: Blob | string, ports: MessagePort[]}} Request
+ * @typedef {{kind: "read", name: string, source: Blob | string, ports: MessagePort[], module: WebAssembly.Module}} Request
  *   source: a file, or its address; ports: to tracers, not all of which are given a large scene
  * @typedef {{kind: "read", summary: Summary} | {kind: "failed", message: string}} Reply
  */
-import { loadCore } from "./core.js";
+import { Core } from "./core.js";
 import { readFile } from "./files.js";
 
 /** Bytes of scenes that may be held by all tracers together. */
@@ -32,10 +32,10 @@ function weight(value) {
 }
 
 /** @param {MessageEvent<Request>} event */
-onmessage = async ({ data: { name, source, ports } }) => {
+onmessage = async ({ data: { name, source, ports, module } }) => {
   try {
-    const [core, bytes] = await Promise.all([loadCore(), bytesOf(source)]);
-    const scene = await readFile(core, name, bytes);
+    const core = new Core(new WebAssembly.Instance(module));
+    const scene = await readFile(core, name, await bytesOf(source));
     const given = Math.max(1, Math.min(ports.length, Math.floor(MOST / weight(scene))));
     for (const port of ports.slice(0, given)) port.postMessage({ kind: "open", scene });
     const [shape] = scene.shapes;

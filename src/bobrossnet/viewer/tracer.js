@@ -15,11 +15,12 @@
  * @typedef {{kind: "samples", frame: Frame, pixels: Int32Array, values: Float32Array}} Samples
  *   to the completing worker: pixels (n,), row * width + column; values (n, 4), gray, depth, normal x and y
  *
- * @typedef {{kind: "connect", completing: MessagePort, reading: MessagePort}
+ * @typedef {{kind: "start", module: WebAssembly.Module}
+ *   | {kind: "connect", completing: MessagePort, reading: MessagePort}
  *   | {kind: "open", scene: import("./scene.js").SceneDescription}
  *   | {kind: "trace", frame: Frame, part: number}
  *   | {kind: "cancel"}} Request
- *   "connect" comes first; "open", which may also come through the port `reading`, is answered by "opened" or "failed", and then
+ *   "start" and "connect" come once; "open", which may also come through the port `reading`, is answered by "opened" or "failed", and then
  *   the scene before stays; "trace" is answered by "traced", and after "cancel" at once.
  *
  * @typedef {{kind: "opened", memory: number}
@@ -28,7 +29,8 @@
  *   memory: bytes of this worker's core; broken: the core can't go on; cancelled: no samples were sent; reached: this tracer's
  *   part of the order is traced up to there
  */
-import { CoreError, loadCore } from "./core.js";
+import { Core } from "./core.js";
+import { CoreError } from "./errors.js";
 import { CHUNK, Pace } from "./pace.js";
 import { buildScene } from "./scene.js";
 
@@ -36,7 +38,10 @@ const SLICE_MS = 5;
 const FIRST_SLICE = 32; // pixels, while nothing is known
 const GROWTH = 8; // a slice has at most so many times the pixels of the last: a small one says little of a large one
 
-const loading = loadCore();
+/** @type {(core: Core) => void} */
+let start;
+/** @type {Promise<Core>} */
+const starting = new Promise((resolve) => (start = resolve));
 /** @type {MessagePort} */
 let completing;
 /** @type {import("./scene.js").BuiltScene | undefined} */
@@ -61,7 +66,7 @@ const messages = () => new Promise((resolve) => {
 /** @param {import("./scene.js").SceneDescription} description */
 async function open(description) {
   try {
-    const core = await loading;
+    const core = await starting;
     const built = buildScene(core, description);
     scene?.free();
     scene = built;
@@ -76,7 +81,7 @@ async function open(description) {
 
 /** The G-buffer and the order of a size. @param {number} height @param {number} width @returns {Promise<Raster>} */
 async function rasterOf(height, width) {
-  const core = await loading;
+  const core = await starting;
   const known = rasters.find((raster) => raster.height === height && raster.width === width);
   if (known) return known;
   for (const { gbuffer } of rasters.splice(1)) gbuffer.free();
@@ -133,7 +138,9 @@ async function trace(frame, part) {
 
 /** @param {MessageEvent<Request>} event */
 function receive({ data }) {
-  if (data.kind === "connect") {
+  if (data.kind === "start") {
+    start(new Core(new WebAssembly.Instance(data.module)));
+  } else if (data.kind === "connect") {
     completing = data.completing;
     data.reading.onmessage = receive;
   } else if (data.kind === "open") {
