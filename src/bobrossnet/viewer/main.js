@@ -15,6 +15,7 @@ import { Pool } from "./pool.js";
 
 const MOST_WORKERS = 8; // each holds the whole scene
 const MOST_PIXELS = 2 ** 21;
+const THUMB = 44; // CSS pixels, as in style.css
 
 /** @template {HTMLElement} T @param {string} id @param {new () => T} type @returns {T} */
 function element(id, type) {
@@ -61,6 +62,8 @@ completing.onmessage = ({ data }) => {
 /** @param {import("./completing.js").Picture} picture @param {boolean} repainted */
 function showPicture(picture, repainted) {
   const { bitmap, frame, traced } = picture;
+  if (canvas.width !== bitmap.width) canvas.width = bitmap.width;
+  if (canvas.height !== bitmap.height) canvas.height = bitmap.height;
   context.transferFromImageBitmap(bitmap);
   if (repainted) return;
   const now = performance.now(), exact = frames.completed(picture);
@@ -87,7 +90,7 @@ function fit() {
   const scale = fixedSize ? 1 : Math.min(1, Math.sqrt(MOST_PIXELS / (width * height)));
   const shrink = Math.min(clientWidth / width, clientHeight / height);
   canvas.style.width = `${width * shrink}px`, canvas.style.height = `${height * shrink}px`;
-  placeDivider();
+  show();
   statistics.exact = false;
   frames.change({ size: { height: Math.max(1, Math.round(height * scale)), width: Math.max(1, Math.round(width * scale)) } });
 }
@@ -105,14 +108,14 @@ function mode() {
 
 function show() {
   line.hidden = divider.hidden = mode() !== "split";
-  placeDivider();
-  completing.postMessage({ kind: "show", mode: mode(), divider: Number(divider.value) / 100 });
+  completing.postMessage({ kind: "show", mode: mode(), divider: placeDivider() });
 }
 
-/** The line runs where the slider's thumb, of 44 pixels, has its centre. */
+/** Has the line run where the slider's thumb has its centre. @returns {number} where that is, 0..1 of the picture's width */
 function placeDivider() {
-  const left = canvas.offsetLeft + Number(divider.value) / 100 * canvas.clientWidth;
+  const left = THUMB / 2 + Number(divider.value) / 100 * (stage.clientWidth - THUMB);
   line.style.left = `${left}px`;
+  return Math.min(1, Math.max(0, (left - canvas.offsetLeft) / canvas.clientWidth));
 }
 
 for (const radio of document.querySelectorAll('input[name="mode"]')) radio.addEventListener("change", show);
@@ -232,13 +235,15 @@ async function edit(text) {
     const same = shown;
     try {
       await same.open(described(now));
+      if (same !== shown) continue;
       scene = { title: scene.title, script: now };
+      statistics.exact = false;
+      frames.show(same);
       editor.wrong(null);
+      choose();
     } catch (error) {
       editor.wrong(error instanceof Error ? error.message : String(error));
     }
-    if (same === shown) frames.show(same);
-    choose();
   }
   editing = false;
 }
@@ -266,16 +271,19 @@ function openGallery(name) {
     return Promise.resolve();
   }
   const address = new URL(`gallery/${name}`, import.meta.url);
-  return openFile({ title: entry.title, gallery: name }, fileName(address), address.href);
+  return openFile({ title: capitalised(entry.title), gallery: name }, fileName(address), address.href);
 }
+
+/** @param {string} text */
+const capitalised = (text) => text[0].toUpperCase() + text.slice(1);
 
 async function fillGallery() {
   built = await (await fetch(new URL("gallery/index.json", import.meta.url))).json();
   const kinds = [...new Set(built.map(({ kind }) => kind))];
   gallery.append(...kinds.map((kind) => {
     const group = document.createElement("optgroup");
-    group.label = kind;
-    group.append(...built.filter((entry) => entry.kind === kind).map(({ file, title }) => new Option(title, file)));
+    group.label = capitalised(kind);
+    group.append(...built.filter((entry) => entry.kind === kind).map(({ file, title }) => new Option(capitalised(title), file)));
     return group;
   }));
 }
