@@ -199,7 +199,7 @@ async function replace(opened, open) {
     mine.end();
     message.textContent = error instanceof Error ? error.message : String(error);
   } finally {
-    if (mine === shown || !coming) stage.removeAttribute("aria-busy");
+    if (!coming) stage.removeAttribute("aria-busy");
     choose();
   }
 }
@@ -225,6 +225,7 @@ async function edit(text) {
   edited = text;
   if (editing) return;
   editing = true;
+  stage.setAttribute("aria-busy", "true");
   while (edited !== null) {
     const now = edited;
     edited = null;
@@ -246,6 +247,7 @@ async function edit(text) {
     }
   }
   editing = false;
+  stage.removeAttribute("aria-busy");
 }
 
 /** @type {{file: string, title: string, kind: string}[]} */
