@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo test bench report quality clean
+.PHONY: demo test bench report quality vendor clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed
@@ -38,6 +38,19 @@ report: $(VENV)/installed-train
 # How good and how steady pictures are, by network and pixel order: docs/quality.md. An hour, minutes for other weights.
 quality: $(VENV)/installed-train
 	$(BIN)/python docs/quality.py --scale $(SCALE)
+
+# The loaders of three.js that the viewer's page ships, from npm. `from 'three'` becomes a path, which workers need, and types
+# are not checked; the rest is as it came.
+THREE := 0.187.0
+VENDOR := src/bobrossnet/viewer/vendor/three
+vendor:
+	rm -rf build/three $(VENDOR) && mkdir -p build/three $(VENDOR)/loaders $(VENDOR)/utils
+	cd build/three && npm pack --silent three@$(THREE) && tar xzf three-$(THREE).tgz
+	cp build/three/package/LICENSE build/three/package/build/three.core.js $(VENDOR)
+	cd build/three/package/examples/jsm && cp loaders/OBJLoader.js loaders/STLLoader.js loaders/GLTFLoader.js $(abspath $(VENDOR))/loaders
+	cd build/three/package/examples/jsm && cp utils/BufferGeometryUtils.js utils/SkeletonUtils.js $(abspath $(VENDOR))/utils
+	sed -i "s|from 'three';|from '../../../files/three.js';|" $(VENDOR)/loaders/*.js $(VENDOR)/utils/*.js
+	sed -i '1i // @ts-nocheck' $(VENDOR)/*.js $(VENDOR)/loaders/*.js $(VENDOR)/utils/*.js
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)

@@ -16,22 +16,26 @@ NAMES = ("chromium", "chromium-browser", "google-chrome")
 @contextmanager
 def chromium() -> Iterator[Any]:
     """A browser; without one, the test that wants it is skipped, or fails where CI is set."""
-    reason, browser = None, None
     try:
         from playwright.sync_api import Error, sync_playwright
     except ModuleNotFoundError:
         missing("playwright, which drives browsers, is not installed")
-    program = next(filter(None, map(shutil.which, NAMES)), None)  # else playwright's own
-    options = ["--no-sandbox"] if os.geteuid() == 0 else []
+    reason, browser = None, None
     with sync_playwright() as playwright:
         try:
-            browser = playwright.chromium.launch(executable_path=program, args=options)
+            browser = launch(playwright.chromium)
         except Error as error:
             reason = str(error).splitlines()[0]
         if browser is None:
             missing(f"no Chromium: {reason}")
         yield browser
         browser.close()
+
+
+def launch(kind: Any, *options: str) -> Any:
+    """A browser of a kind of playwright's, with further options on its command line."""
+    program = next(filter(None, map(shutil.which, NAMES)), None)  # else playwright's own
+    return kind.launch(executable_path=program, args=[*options, *(["--no-sandbox"] if os.geteuid() == 0 else [])])
 
 
 def missing(reason: str) -> None:

@@ -3,20 +3,32 @@
 
 import { CoreError } from "./errors.js";
 import { readBob } from "./files/bob.js";
+import { readGeomdl } from "./files/geomdl.js";
+import { readGlb, readObj, readStl } from "./files/meshes.js";
+import { readOff } from "./files/off.js";
+import { meshScene } from "./files/part.js";
+import { readPly } from "./files/ply.js";
 import { inCanonicalOrder } from "./order.js";
 import { sceneOf } from "./scene.js";
 
 /**
  * @typedef {import("./core.js").Core} Core
  * @typedef {import("./scene.js").SceneDescription} SceneDescription
+ * @typedef {import("./files/part.js").Part} Part
  * @typedef {(core: Core, bytes: ArrayBuffer, name: string) => SceneDescription | Promise<SceneDescription>} Reader
  */
 
 /** Readers by the ending of the file's name. @type {Record<string, Reader>} */
 const READERS = {
-  ".bob": readBob,
+  ".ply": mesh(readPly),
+  ".obj": mesh(readObj),
+  ".stl": mesh(readStl),
+  ".off": mesh(readOff),
+  ".glb": mesh(readGlb),
+  ".json": (_, bytes, name) => readGeomdl(bytes, name),
   ".sdf": readScript,
   ".vm": readFormula,
+  ".bob": readBob,
 };
 
 /** What files can be read. */
@@ -28,7 +40,7 @@ export const ENDINGS = Object.keys(READERS);
  * @param {Core} core
  * @param {string} name whose ending says what it is
  * @param {ArrayBuffer} bytes which arrays of the scene may be views of
- * @returns {Promise<SceneDescription>} arrays of one scene share few buffers
+ * @returns {Promise<SceneDescription>} its `warnings` tell what was left out
  * @throws {CoreError} of one line that starts with the file's name, whatever the bytes are; its `line` is that of a script
  */
 export async function readFile(core, name, bytes) {
@@ -42,6 +54,11 @@ export async function readFile(core, name, bytes) {
     const [what, line] = error instanceof CoreError ? [error.message, error.line] : [reason(ending, error), null];
     throw new CoreError(oneLine(`${name}: ${what}`), line);
   }
+}
+
+/** @param {(bytes: ArrayBuffer) => Part[] | Promise<Part[]>} read @returns {Reader} */
+function mesh(read) {
+  return async (_, bytes, name) => meshScene(name, await read(bytes));
 }
 
 /** @type {Reader} */

@@ -27,8 +27,9 @@ const WIDTHS = {
 };
 
 /** The same scene with its instances in their order. @param {SceneDescription} scene @returns {SceneDescription} */
-export function inCanonicalOrder({ shapes, instances }) {
-  if (instances.length < 2) return { shapes, instances };
+export function inCanonicalOrder(scene) {
+  const { shapes, instances } = scene;
+  if (instances.length < 2) return scene;
   const digests = shapes.map(shapeDigest);
   const keyed = instances.map((instance) => {
     const { shape, transform = IDENTITY, material: m = WHITE } = instance;
@@ -36,7 +37,7 @@ export function inCanonicalOrder({ shapes, instances }) {
     return { instance, key: new Sha256().update(digests[shape]).update(new Uint8Array(seen.buffer)).digest() };
   });
   keyed.sort((a, b) => compare(a.key, b.key));
-  return { shapes, instances: keyed.map(({ instance }) => instance) };
+  return { ...scene, instances: keyed.map(({ instance }) => instance) };
 }
 
 /** @param {ShapeDescription} description @returns {Uint8Array} */

@@ -17,7 +17,8 @@
  *   linear RGB
  * @typedef {{shape: number, transform?: ArrayLike<number>, material?: Material, name?: string | null}} InstanceDescription
  *   shape: which of the shapes; transform: (4, 4), from its units to the scene's, by default where it is; white by default
- * @typedef {{shapes: ShapeDescription[], instances: InstanceDescription[]}} SceneDescription
+ * @typedef {{shapes: ShapeDescription[], instances: InstanceDescription[], warnings?: string[]}} SceneDescription
+ *   warnings: what of a file was left out or is not shown as it is, a line each
  */
 
 import { IDENTITY, fromUnitSphere, inverse, product, toUnitSphere } from "./affine.js";

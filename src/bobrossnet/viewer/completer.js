@@ -1,0 +1,120 @@
+// @ts-check
+/**
+ * Completes pictures in WebAssembly, or on the GPU where that is measured to be faster.
+ *
+ * For each size of pictures: WebAssembly completes the first ones. Then the GPU is given one of them while the page goes on; if it
+ * can do it and agrees, both complete the next few, and the faster one does the rest. What goes wrong on the GPU, at any time, leaves
+ * that size to WebAssembly.
+ *
+ * @typedef {import("./core.js").Core} Core
+ * @typedef {import("./core.js").Weights} Weights
+ * @typedef {ReturnType<Core["gbuffer"]>} GBuffer
+ * @typedef {Pick<import("./gpu.js").GpuNetwork, "complete" | "free">} Rival
+ *
+ * @typedef {object} Trial What is known of one size of pictures
+ * @property {"measuring" | "preparing" | "comparing" | "wasm" | "gpu"} state the last two are decisions
+ * @property {number[]} wasm milliseconds; without the first picture's
+ * @property {number[]} gpu
+ */
+import { createGpuNetwork } from "./gpu.js";
+
+/** Pictures of each that are measured. */
+const RUNS = 5;
+/** Between gray levels of 0..1, at any pixel. */
+const TOLERANCE = 1e-4;
+/** A GPU that takes so many times as long is not tried again, since a picture waits for each try. */
+const HOPELESS = 3;
+
+export class Completer {
+  /** What completed the latest picture. @type {"wasm" | "gpu"} */
+  backend = "wasm";
+  #network;
+  /** @type {Rival | null} */
+  #rival = null;
+  /** By size. @type {Map<string, Trial>} */
+  #trials = new Map();
+
+  /**
+   * @param {Core} core whose G-buffers are completed
+   * @param {Weights} weights
+   * @param {(weights: Weights) => Promise<Rival | null>} [createRival]
+   */
+  constructor(core, weights, createRival = createGpuNetwork) {
+    this.#network = core.network(weights);
+    createRival(weights).then((rival) => { this.#rival = rival; }, () => {});
+  }
+
+  /**
+   * Fills in what was not traced.
+   *
+   * @param {GBuffer} gbuffer which stays as it is until the promise is kept
+   * @returns {Promise<Float32Array>} its `image`
+   */
+  async complete(gbuffer) {
+    const { height, width } = gbuffer, size = `${width}x${height}`;
+    const trial = this.#trials.get(size) ?? { state: "measuring", wasm: [], gpu: [] };
+    if (trial.state === "gpu" && await this.#completeOnGpu(gbuffer, trial)) return gbuffer.image;
+
+    const known = this.#trials.has(size), begin = performance.now();
+    gbuffer.complete(this.#network);
+    this.backend = "wasm";
+    if (known && trial.wasm.length < RUNS) trial.wasm.push(performance.now() - begin);
+    this.#trials.set(size, trial);
+    if (this.#rival && trial.state === "measuring" && trial.wasm.length === RUNS) {
+      this.#prepare(this.#rival, gbuffer, trial);
+    } else if (this.#rival && trial.state === "comparing") {
+      await this.#compare(this.#rival, gbuffer, trial);
+    }
+    return gbuffer.image;
+  }
+
+  free() {
+    this.#network.free();
+    this.#rival?.free();
+  }
+
+  /** @param {GBuffer} gbuffer @param {Trial} trial @returns {Promise<boolean>} whether it did */
+  async #completeOnGpu(gbuffer, trial) {
+    try {
+      const picture = await /** @type {Rival} */ (this.#rival).complete(gbuffer.planes, gbuffer.height, gbuffer.width);
+      gbuffer.image.set(picture);
+      this.backend = "gpu";
+      return true;
+    } catch {
+      trial.state = "wasm";
+      return false;
+    }
+  }
+
+  /** The GPU's first picture, which nobody waits for. @param {Rival} rival @param {GBuffer} gbuffer @param {Trial} trial */
+  async #prepare(rival, { planes, image, height, width }, trial) {
+    trial.state = "preparing";
+    const expected = image.slice();
+    try {
+      const picture = await rival.complete(planes.slice(), height, width);
+      trial.state = expected.every((gray, i) => Math.abs(gray - picture[i]) <= TOLERANCE) ? "comparing" : "wasm";
+    } catch {
+      trial.state = "wasm";
+    }
+  }
+
+  /** @param {Rival} rival @param {GBuffer} gbuffer @param {Trial} trial */
+  async #compare(rival, { planes, height, width }, trial) {
+    try {
+      const begin = performance.now();
+      await rival.complete(planes, height, width);
+      trial.gpu.push(performance.now() - begin);
+    } catch {
+      trial.state = "wasm";
+      return;
+    }
+    const wasm = median(trial.wasm), gpu = median(trial.gpu);
+    if (gpu > HOPELESS * wasm) trial.state = "wasm";
+    else if (trial.gpu.length === RUNS) trial.state = gpu < wasm ? "gpu" : "wasm";
+  }
+}
+
+/** @param {number[]} numbers */
+function median(numbers) {
+  return numbers.toSorted((a, b) => a - b)[numbers.length >> 1];
+}

@@ -1,0 +1,226 @@
+// @ts-check
+/**
+ * PLY, text and binary: vertices, their normals, polygons and triangle strips.
+ *
+ * It is read here because the loader of three.js (r187) leaves out polygons of more than four corners and strips, rounds
+ * coordinates to float32, and takes ten times as long.
+ *
+ * @typedef {{name: string, type: string, length: string | null}} Property `length`: the type of a list's length; null of a scalar
+ * @typedef {{name: string, rows: number, properties: Property[]}} Element
+ * @typedef {"getInt8" | "getUint8" | "getInt16" | "getUint16" | "getInt32" | "getUint32" | "getBigInt64" | "getBigUint64" |
+ *   "getFloat32" | "getFloat64"} Getter the method of a DataView that reads a number
+ */
+
+import { CoreError, brief } from "../errors.js";
+import { Growing } from "./part.js";
+import { textOf, wordsOfLines } from "./text.js";
+
+/** @typedef {import("./part.js").Part} Part */
+
+/** Bytes, and how they are read. @type {Record<string, [number, Getter]>} */
+const KINDS = {
+  i1: [1, "getInt8"], u1: [1, "getUint8"], i2: [2, "getInt16"], u2: [2, "getUint16"], i4: [4, "getInt32"],
+  u4: [4, "getUint32"], i8: [8, "getBigInt64"], u8: [8, "getBigUint64"], f4: [4, "getFloat32"], f8: [8, "getFloat64"],
+};
+/** @type {Record<string, string>} */
+const TYPES = {
+  char: "i1", int8: "i1", uchar: "u1", uint8: "u1", short: "i2", int16: "i2", ushort: "u2", uint16: "u2", int: "i4", int32: "i4",
+  uint: "u4", uint32: "u4", int64: "i8", uint64: "u8", float: "f4", float32: "f4", double: "f8", float64: "f8",
+};
+const FORMATS = ["ascii", "binary_little_endian", "binary_big_endian"];
+const HEADER = 1 << 20;
+
+/** @param {ArrayBuffer} bytes @returns {Part[]} */
+export function readPly(bytes) {
+  const header = readHeader(bytes), little = header.format !== "binary_big_endian";
+  // Whatever comes after the last of these, edges or materials, is of no use here.
+  const last = header.elements.findLastIndex(({ name }) => ["vertex", "face", "tristrips"].includes(name));
+  const elements = header.elements.slice(0, last + 1);
+  // Text becomes binary in which every number is a double, so that one reader does for both.
+  const view = header.format === "ascii" ? binary(bytes, header.end, elements) : new DataView(bytes, header.end);
+  /** @type {Float64Array | undefined} */
+  let vertices;
+  /** @type {Float64Array | undefined} */
+  let normals;
+  const triangles = new Growing(Int32Array, 3 * (elements.find(({ name }) => name === "face")?.rows ?? 0));
+  let at = 0;
+  for (const element of elements) {
+    try {
+      if (element.name === "vertex" && has(element, "x", "y", "z")) {
+        const own = has(element, "nx", "ny", "nz") ? new Float64Array(3 * element.rows) : undefined;
+        vertices = new Float64Array(3 * element.rows), normals = own;
+        at = readRows(view, at, little, element, { x: [vertices, 0], y: [vertices, 1], z: [vertices, 2],
+          ...(own && { nx: [own, 0], ny: [own, 1], nz: [own, 2] }) }, () => undefined);
+      } else {
+        const add = { face: addFan, tristrips: addStrips }[element.name];
+        at = readRows(view, at, little, element, {}, (corners, count) => add?.(triangles, corners, count));
+      }
+    } catch (error) {
+      if (!(error instanceof RangeError)) throw error;
+      throw new CoreError(`expected ${element.rows} ${element.name}, the file ends before them`);
+    }
+  }
+  if (!vertices) throw new CoreError("expected a PLY with vertices x, y, z, got none");
+  return [{ vertices, triangles: triangles.whole(), normals }];
+}
+
+/** @param {Element} element @param {...string} names */
+function has(element, ...names) {
+  return names.every((name) => element.properties.some((property) => property.name === name));
+}
+
+// ---- Header ----------------------------------------------------------------------------------------------
+
+/** @param {ArrayBuffer} bytes @returns {{format: string, elements: Element[], end: number}} end: where the body starts */
+function readHeader(bytes) {
+  // One character a byte, so that places in the text are places in the file.
+  const text = new TextDecoder("latin1").decode(new Uint8Array(bytes, 0, Math.min(bytes.byteLength, HEADER)));
+  if (!text.startsWith("ply")) throw new CoreError(`expected a PLY, which starts with 'ply', got ${brief(text.slice(0, 8))}`);
+  const found = /[\r\n]end_header[ \t]*(\r\n|\n|\r|$)/.exec(text);
+  if (!found) throw new CoreError("expected a PLY header that ends in end_header, got none");
+  let format = "";
+  /** @type {Element[]} */
+  const elements = [];
+  for (const [word, ...words] of wordsOfLines(text.slice(0, found.index).replace(/\r\n?/g, "\n"))) {
+    if (word === "format") format = words[0];
+    else if (word === "element") elements.push({ name: words[0], rows: Number(words[1]), properties: [] });
+    else if (word === "property" && elements.length && (words.length === 2 || words.length === 4)) {
+      const types = words.slice(0, -1).filter((type) => type !== "list").map((type) => typeOf(type, format));
+      const [type, length] = types.reverse();
+      elements[elements.length - 1].properties.push({ name: words[words.length - 1], type, length: length ?? null });
+    }
+  }
+  if (!FORMATS.includes(format)) throw new CoreError(`expected a PLY of format ascii or binary, got ${format || "none"}`);
+  const used = elements.filter(({ properties }) => properties.length), end = found.index + found[0].length;
+  checkSize(used, bytes.byteLength - end, format === "ascii");
+  return { format, elements: used, end };
+}
+
+/** @param {string} word @param {string} format */
+function typeOf(word, format) {
+  if (!Object.hasOwn(TYPES, word)) throw new CoreError(`expected a PLY type such as float or int, got ${word}`);
+  return format === "ascii" ? "f8" : TYPES[word];
+}
+
+/** A list takes at least its length; a number in a text at least a digit and a space, but for the last.
+ *  @param {Element[]} elements @param {number} left bytes @param {boolean} text */
+function checkSize(elements, left, text) {
+  const size = (/** @type {Property} */ { type, length }) => (text ? 2 : KINDS[length ?? type][0]);
+  const smallest = elements.reduce((sum, { rows, properties }) => sum + rows * properties.reduce((s, p) => s + size(p), 0), 0);
+  if (!(smallest <= left + Number(text)) || elements.some(({ rows }) => !(rows >= 0))) {
+    const declared = elements.map(({ rows, name }) => `${rows} ${name}`).join(", ");
+    throw new CoreError(`expected ${declared}, got only ${left} bytes to hold them`);
+  }
+}
+
+// ---- Body ------------------------------------------------------------------------------------------------
+
+/** The numbers that the header declares, as doubles. A line may hold more. @param {ArrayBuffer} bytes @param {number} start @param {Element[]} elements */
+function binary(bytes, start, elements) {
+  const lines = wordsOfLines(textOf(new Uint8Array(bytes, start)));
+  const numbers = new Growing(Float64Array);
+  for (const { name, rows, properties } of elements) {
+    for (let row = 0; row < rows; ++row) {
+      const { value: words = [] } = lines.next();
+      let count = 0;
+      for (const { length } of properties) count += 1 + (length === null ? 0 : Math.max(0, Number(words[count] ?? 0)));
+      if (!(words.length >= count)) throw new CoreError(`expected ${rows} ${name}, got ${row} and a bit`);
+      for (let i = 0; i < count; ++i) numbers.push(numberOf(words[i]));
+    }
+  }
+  const { buffer, byteLength } = numbers.whole();
+  return new DataView(buffer, 0, byteLength);
+}
+
+/** @param {string} word */
+function numberOf(word) {
+  const number = Number(word);
+  return Number.isNaN(number) ? parseFloat(word.replace(/^([-+]?)inf.*/i, "$1Infinity")) : number;
+}
+
+/**
+ * Reads an element's rows: scalars to where `columns` says, [array, axis of 3], and hands over the corners of each list of
+ * indices, which are good until the next.
+ *
+ * @param {DataView} view @param {number} at where they start @param {boolean} little @param {Element} element
+ * @param {Record<string, [Float64Array, number]>} columns
+ * @param {(corners: Int32Array, count: number) => void} onList
+ * @returns {number} where they end
+ */
+function readRows(view, at, little, element, columns, onList) {
+  if (element.properties.every(({ length }) => length === null)) return readScalars(view, at, little, element, columns);
+  let corners = new Int32Array(64);
+  const plan = element.properties.map(({ name, type, length }) => {
+    const [size, get] = KINDS[type], [lengthSize, getLength] = length ? KINDS[length] : [0, get];
+    return { size, get, isList: length !== null, lengthSize, getLength, wanted: /^vertex_ind(ices|ex)$/.test(name) };
+  });
+  for (let row = 0; row < element.rows; ++row) {
+    for (const { size, get, isList, lengthSize, getLength, wanted } of plan) {
+      if (!isList) {
+        at += size;
+        continue;
+      }
+      const count = Number(view[getLength](at, little));
+      if (!(count >= 0 && count <= view.byteLength)) throw new CoreError(`expected a list no longer than the file, got one of ${count}`);
+      at += lengthSize;
+      if (wanted) {
+        if (count > corners.length) corners = new Int32Array(2 * count);
+        for (let i = 0; i < count; ++i) corners[i] = Number(view[get](at + i * size, little));
+        onList(corners, count);
+      }
+      at += count * size;
+    }
+  }
+  if (at > view.byteLength) throw new RangeError("rows end beyond the file");
+  return at;
+}
+
+/** The same of rows without lists: column by column. @type {(...of: [DataView, number, boolean, Element, Record<string, [Float64Array, number]>]) => number} */
+function readScalars(view, at, little, { rows, properties }, columns) {
+  const stride = properties.reduce((sum, { type }) => sum + KINDS[type][0], 0);
+  let offset = at;
+  for (const { name, type } of properties) {
+    const [size, get] = KINDS[type];
+    if (Object.hasOwn(columns, name)) {
+      const [array, axis] = columns[name];
+      readColumn(view, get, little, offset, stride, array, axis);
+    }
+    offset += size;
+  }
+  if (at + rows * stride > view.byteLength) throw new RangeError("rows end beyond the file");
+  return at + rows * stride;
+}
+
+/** @param {DataView} view @param {Getter} get @param {boolean} little @param {number} at @param {number} stride @param {Float64Array} array @param {number} axis */
+function readColumn(view, get, little, at, stride, array, axis) {
+  if (get === "getFloat32") {  // nearly all files'; named, it is fast
+    for (let i = axis; i < array.length; i += 3, at += stride) array[i] = view.getFloat32(at, little);
+  } else {
+      for (let i = axis; i < array.length; i += 3, at += stride) array[i] = Number(view[get](at, little));
+  }
+}
+
+// ---- Polygons --------------------------------------------------------------------------------------------
+
+/** Cuts a polygon into a fan. @param {Growing<Int32Array>} triangles @param {Int32Array} corners @param {number} count */
+function addFan(triangles, corners, count) {
+  for (let i = 2; i < count; ++i) {
+    triangles.reserve(3);
+    const { values, length } = triangles;
+    values[length] = corners[0], values[length + 1] = corners[i - 1], values[length + 2] = corners[i];
+    triangles.length += 3;
+  }
+}
+
+/** Triangle strips, which end with their list or at a -1 within it. @param {Growing<Int32Array>} triangles @param {Int32Array} corners @param {number} count */
+function addStrips(triangles, corners, count) {
+  let start = 0;
+  for (let i = 0; i < count; ++i) {
+    if (corners[i] < 0) start = i + 1;
+    if (i < start + 2) continue;
+    const a = corners[i - 2], b = corners[i - 1], c = corners[i];
+    if (a === b || b === c || c === a) continue;  // these steer a strip round a bend; they are not meant to be seen
+    const odd = (i - start) % 2;  // every second triangle of a strip turns the other way
+    for (const index of odd ? [b, a, c] : [a, b, c]) triangles.push(index);
+  }
+}

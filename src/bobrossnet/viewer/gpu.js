@@ -1,0 +1,170 @@
+// @ts-check
+/**
+ * Networks on the GPU, by WebGPU: the same weights and the same steps as the core's, in a page or a worker.
+ *
+ * @typedef {import("./core.js").Weights} Weights
+ * @typedef {import("./gpu/plan.js").Image} Image
+ *
+ * @callback NetworkOfLayers A network in gpu/NAME.js: its layers, and what records the steps for pictures of one size
+ * @param {(name: string, inputs: number, outputs?: number) => Conv3x3} layer
+ * @param {Weights} weights
+ * @returns {(plan: Plan, gbuffer: Image) => Image} from (5, height, width) to (1, height, width), linear and not clamped
+ *
+ * @typedef {object} Picture What completes pictures of one size
+ * @property {(planes: Float32Array) => Promise<Float32Array>} complete
+ * @property {() => void} free
+ */
+import { Conv3x3 } from "./gpu/conv3x3.js";
+import { GPUMapMode } from "./gpu/flags.js";
+import { kernel } from "./gpu/kernel.js";
+import { paper } from "./gpu/paper.js";
+import { Plan } from "./gpu/plan.js";
+import { pyramid } from "./gpu/pyramid.js";
+
+/** @type {Record<string, NetworkOfLayers>} */
+const NETWORKS = { paper, pyramid };
+
+/** Sizes whose memory is kept: a page has few at a time. */
+const MOST_SIZES = 3;
+
+/** Puts the traced pixels back; the others are clamped to 0..1, and NaN to 0. */
+const keepKnown = kernel({
+  read: ["pixels", "completed"], write: ["gray"],
+  body: `
+  let completed = completed_at(0, y, x);
+  var value = 0.;
+  if (completed > 0.) { value = min(completed, 1.); }
+  if (pixels_at(0, y, x) > 0.) { value = pixels_at(1, y, x); }
+  gray_put(0, y, x, value);`,
+});
+
+/**
+ * A network on the GPU, or null where there is none, or none of this name in WebGPU.
+ *
+ * @param {Weights} weights
+ * @param {{software?: boolean}} [options] software: also on a GPU that the processor imitates, which is never worth it
+ * @returns {Promise<GpuNetwork | null>}
+ * @throws {Error} where the weights are not the network's
+ */
+export async function createGpuNetwork(weights, { software = false } = {}) {
+  const adapter = await globalThis.navigator?.gpu?.requestAdapter({ powerPreference: "high-performance" });
+  if (!adapter || adapter.info.isFallbackAdapter && !software || !Object.hasOwn(NETWORKS, weights.network)) return null;
+  const { maxBufferSize, maxStorageBufferBindingSize } = adapter.limits; // for large pictures
+  const device = await adapter.requestDevice({ requiredLimits: { maxBufferSize, maxStorageBufferBindingSize } });
+  try {
+    return new GpuNetwork(device, weights);
+  } catch (error) {
+    device.destroy();
+    throw error;
+  }
+}
+
+export class GpuNetwork {
+  #network;
+  /** @type {Promise<never>} */
+  #failure;
+  /** @type {Promise<unknown>} */
+  #last = Promise.resolve();
+  /** @type {Map<string, Promise<GPUComputePipeline>>} */
+  #pipelines = new Map();
+  /** The latest used is the last. @type {Map<string, Picture>} */
+  #pictures = new Map();
+
+  /** @param {GPUDevice} device @param {Weights} weights */
+  constructor(device, weights) {
+    this.device = device;
+    this.#network = NETWORKS[weights.network]((...layer) => new Conv3x3(device, weights, ...layer), weights);
+    /** Why the device was lost, once it is: then all calls fail, those under way as well. @type {Promise<string>} */
+    this.lost = device.lost.then(({ message }) => message || "no reason given");
+    this.#failure = this.lost.then((message) => {
+      throw new Error(`the GPU was lost: ${message}`);
+    });
+    this.#failure.catch(() => {});
+  }
+
+  /**
+   * Fills in what was not traced. Pictures are completed one after the other.
+   *
+   * @param {Float32Array} planes (5, height, width), a G-buffer's, which stays as it is until the promise is kept
+   * @param {number} height
+   * @param {number} width
+   * @returns {Promise<Float32Array>} (height, width), 0..1
+   * @throws {Error} where the device is lost or its memory does not suffice
+   */
+  complete(planes, height, width) {
+    const picture = Promise.race([this.#failure, this.#last.then(() => this.#complete(planes, height, width))]);
+    this.#last = picture.catch(() => {});
+    return picture;
+  }
+
+  /** Ends all calls that are under way. */
+  free() {
+    this.device.destroy();
+  }
+
+  /** @type {GpuNetwork["complete"]} */
+  async #complete(planes, height, width) {
+    if (planes.length !== 5 * height * width) {
+      throw new Error(`planes: expected shape (5, ${height}, ${width}), got ${planes.length} values`);
+    }
+    const size = `${width}x${height}`;
+    const picture = this.#pictures.get(size) ?? await this.#prepare(height, width);
+    this.#pictures.delete(size);
+    this.#pictures.set(size, picture);
+    for (const [oldest, { free }] of [...this.#pictures].slice(0, -MOST_SIZES)) {
+      free();
+      this.#pictures.delete(oldest);
+    }
+    return picture.complete(planes);
+  }
+
+  /**
+   * Memory and pipelines for pictures of one size.
+   *
+   * @param {number} height
+   * @param {number} width
+   * @returns {Promise<Picture>}
+   */
+  async #prepare(height, width) {
+    const { device } = this, plan = new Plan(device, (source) => this.#compile(source));
+    device.pushErrorScope("out-of-memory");
+    device.pushErrorScope("validation");
+    try {
+      const gbuffer = plan.image(5, height, width), gray = plan.image(1, height, width);
+      const completed = this.#network(plan, gbuffer);
+      plan.step(keepKnown, { pixels: gbuffer, completed, gray });
+      const readback = plan.readback(gray.buffer.size), run = await plan.finished();
+      return {
+        complete: async (planes) => {
+          device.queue.writeBuffer(gbuffer.buffer, 0, planes);
+          const encoder = device.createCommandEncoder();
+          run(encoder);
+          encoder.copyBufferToBuffer(gray.buffer, 0, readback, 0, readback.size);
+          device.queue.submit([encoder.finish()]);
+          await readback.mapAsync(GPUMapMode.READ);
+          const result = new Float32Array(readback.getMappedRange()).slice();
+          readback.unmap();
+          return result;
+        },
+        free: () => plan.free(),
+      };
+    } catch (error) {
+      plan.free();
+      throw error;
+    } finally {
+      const errors = await Promise.all([device.popErrorScope(), device.popErrorScope()]);
+      const message = errors.find((error) => error)?.message;
+      if (message) throw new Error(`${width}x${height}: ${message.split("\n")[0]}`);
+    }
+  }
+
+  /** @param {string} source */
+  #compile(source) {
+    const found = this.#pipelines.get(source);
+    if (found) return found;
+    const module = this.device.createShaderModule({ code: source });
+    const pipeline = this.device.createComputePipelineAsync({ layout: "auto", compute: { module } });
+    this.#pipelines.set(source, pipeline);
+    return pipeline;
+  }
+}

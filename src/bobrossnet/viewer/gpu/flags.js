@@ -1,0 +1,5 @@
+// @ts-check
+/** WebGPU's flags, which TypeScript's own types leave out; undefined where there is no WebGPU. */
+
+/** @type {{GPUBufferUsage: Record<"COPY_DST" | "COPY_SRC" | "MAP_READ" | "STORAGE" | "UNIFORM", number>, GPUMapMode: {READ: number}}} */
+export const { GPUBufferUsage, GPUMapMode } = /** @type {any} */ (globalThis);

@@ -1,0 +1,178 @@
+// @ts-check
+/**
+ * The default network: a pyramid of means over the traced pixels, completed from coarse to fine.
+ *
+ * Its siblings are learn/networks/pyramid.py and core/complete/pyramid.cpp, step for step.
+ */
+import { Then } from "./conv3x3.js";
+import { kernel } from "./kernel.js";
+
+const SOFTNESS = 0.05;
+
+// Channels of a level's inputs: gray, and what is known; what the coarser level hands on follows.
+const KNOWN = 8;
+// Of level 1's: gray, normal x, normal y, and the phases of the mask and of the surprise: the 2x2 pixels of each block.
+const KNOWN_FINEST = 11, FIRST_MASK = 3, FIRST_SURPRISE = 7;
+
+// Of a level's sums: how many pixels of a block were traced, and of those the gray, depth, normal x, normal y, and how far to
+// the right of the block's centre and below it they are.
+const SUMS = `
+const count = 0;
+const gray = 1;
+const depth = 2;
+const normal_x = 3;
+const normal_y = 4;
+const right = 5;
+const down = 6;
+`;
+
+/** A level's sums from those of the finer one; those of the finest are the G-buffer, whose further channels count as 0. */
+const pull = kernel({
+  read: ["finer"], write: ["sums"], numbers: ["quarter"], channels: 7,
+  functions: `${SUMS}
+fn block(channel: i32, y: i32, x: i32) -> vec4f {
+  return vec4f(finer_at(channel, 2 * y, 2 * x), finer_at(channel, 2 * y, 2 * x + 1),
+               finer_at(channel, 2 * y + 1, 2 * x), finer_at(channel, 2 * y + 1, 2 * x + 1));
+}
+fn total(p: vec4f) -> f32 { return (p.x + p.y) + (p.z + p.w); }
+`,
+  body: `
+  let counts = block(count, y, x);
+  var shift = 0.;
+  if (channel == right) { shift = (counts.y + counts.w) - (counts.x + counts.z); }
+  if (channel == down) { shift = (counts.z + counts.w) - (counts.x + counts.y); }
+  sums_put(channel, y, x, total(block(channel, y, x)) + settings.quarter * shift);`,
+});
+
+/** Pixel (y, x) of the doubled picture `coarse`. Weights are 3/4 for a pixel and 1/4 for the nearer neighbour. */
+const DOUBLED = `
+fn doubled(y: i32, x: i32) -> f32 {
+  let here = vec2i(y, x) / 2;
+  let beside = here + 2 * (vec2i(y, x) % 2) - 1;
+  let near = 0.75 * coarse_near(here.x, here.y) + 0.25 * coarse_near(beside.x, here.y);
+  let far = 0.75 * coarse_near(here.x, beside.y) + 0.25 * coarse_near(beside.x, beside.y);
+  return 0.75 * near + 0.25 * far;
+}
+`;
+
+/**
+ * What is known of a level's blocks, with the coarser level's picture doubled: the gray so far, where there is a surface, and
+ * what `written` says; `channels` are known, and the coarser level's correction follows them.
+ */
+const know = (/** @type {number} */ channels, /** @type {string} */ written) => kernel({
+  read: ["sums", "coarse", "coarse_surface"], write: ["inputs", "corrected", "surface"], numbers: ["side"],
+  functions: `${SUMS}${DOUBLED}
+/// 0 where in each of 3x3 blocks pixels were traced, and all are background; else 1.
+fn spread(y: i32, x: i32) -> f32 {
+  var result = 0.;
+  for (var i = 0; i < 9; i++) {
+    let row = y + i / 3 - 1;
+    let column = x + i % 3 - 1;
+    if (sums_has(count, row, column) && (sums_at(count, row, column) <= 0. || sums_at(gray, row, column) != 0.)) {
+      result = 1.;
+    }
+  }
+  return result;
+}
+`,
+  body: `
+  let guess = doubled(y, x) + inputs_at(${channels}, y, x);
+  let traced = sums_at(count, y, x);
+  let per_pixel = 1. / max(traced, 1.);
+  var surprise = 0.;
+  if (traced > 0.) { surprise = sums_at(gray, y, x) * per_pixel - guess; }
+  inputs_put(0, y, x, guess);${written}
+  corrected_put(0, y, x, guess + surprise);
+  surface_put(0, y, x, coarse_surface_near(y / 2, x / 2) * spread(y, x));`,
+});
+
+const knowLevel = know(KNOWN, `
+  inputs_put(1, y, x, surprise);
+  inputs_put(2, y, x, sums_at(depth, y, x) * per_pixel);
+  inputs_put(3, y, x, sums_at(normal_x, y, x) * per_pixel);
+  inputs_put(4, y, x, sums_at(normal_y, y, x) * per_pixel);
+  inputs_put(5, y, x, traced / (traced + 1.));
+  inputs_put(6, y, x, sums_at(right, y, x) * per_pixel / settings.side);
+  inputs_put(7, y, x, sums_at(down, y, x) * per_pixel / settings.side);`);
+const knowFinest = know(KNOWN_FINEST, `
+  inputs_put(1, y, x, sums_at(normal_x, y, x) * per_pixel);
+  inputs_put(2, y, x, sums_at(normal_y, y, x) * per_pixel);`);
+
+/** The phases of the mask, and of what the gray of traced pixels is more than the doubled picture. */
+const compare = kernel({
+  read: ["coarse", "pixels"], write: ["inputs"], functions: DOUBLED,
+  body: `
+  for (var i = 0; i < 4; i++) {
+    let row = 2 * y + i / 2;
+    let column = 2 * x + i % 2;
+    let mask = pixels_at(0, row, column);
+    inputs_put(${FIRST_MASK} + i, y, x, mask);
+    inputs_put(${FIRST_SURPRISE} + i, y, x, mask * (pixels_at(1, row, column) - doubled(row, column)));
+  }`,
+});
+
+const finish = kernel({
+  read: ["coarse", "inputs", "correction", "surface"], write: ["result"],
+  functions: `${DOUBLED}
+/// A pixel of the plane whose phases are the inputs from \`first\` on.
+fn phase(first: i32, y: i32, x: i32) -> f32 { return inputs_at(first + (y & 1) * 2 + (x & 1), y >> 1, x >> 1); }
+/// Of 3x3 pixels by the Gaussian's weights 1, 2, 1 in each direction, not divided by 16.
+fn gaussian_sum(first: i32, y: i32, x: i32) -> f32 {
+  var result = 0.;
+  for (var i = 0; i < 9; i++) {
+    let weight = f32((2 - abs(i / 3 - 1)) * (2 - abs(i % 3 - 1)));
+    result += weight * phase(first, y + i / 3 - 1, x + i % 3 - 1);
+  }
+  return result;
+}
+`,
+  body: `
+  let mean = gaussian_sum(${FIRST_SURPRISE}, y, x) / (gaussian_sum(${FIRST_MASK}, y, x) + ${16 * SOFTNESS});
+  result_put(0, y, x, (doubled(y, x) + mean + correction_at(0, y, x)) * surface_near(y / 2, x / 2));`,
+});
+
+/** @type {import("../gpu.js").NetworkOfLayers} */
+export function pyramid(layer, weights) {
+  const known = (/** @type {number} */ level) => (level === 1 ? KNOWN_FINEST : KNOWN);
+  let count = 1;
+  while (weights.tensors.has(`features${count + 1}.weight`)) ++count;
+  /** By level. @type {{features: import("./conv3x3.js").Conv3x3, finer: import("./conv3x3.js").Conv3x3}[]} */
+  const layers = [];
+  for (let level = count, handed = 0; level >= 1; --level) {
+    const features = layer(`features${level}`, known(level) + handed);
+    const finer = layer(`finer${level}`, features.out, level === 1 ? 4 : undefined);
+    layers[level] = { features, finer };
+    handed = finer.out / 4;
+  }
+
+  return (plan, gbuffer) => {
+    /** By level, as everything below; level 0 is the pixels. */
+    const sums = [gbuffer];
+    for (let level = 1; level <= count; ++level) {
+      const { height, width } = sums[level - 1];
+      sums.push(plan.image(7, Math.ceil(height / 2), Math.ceil(width / 2)));
+      plan.step(pull, { finer: sums[level - 1], sums: sums[level] }, { numbers: { quarter: 2 ** (level - 2) } });
+    }
+
+    const inputs = layers.map(({ features }, level) => plan.image(features.in, sums[level].height, sums[level].width));
+    const correction = plan.image(1, gbuffer.height, gbuffer.width); // finer, of level 1
+    let coarse = plan.image(1, 1, 1), surface = plan.image(1, 1, 1, 1); // of a level coarser than all
+    for (let level = count; level >= 1; --level) {
+      const { height, width } = sums[level], layer = layers[level];
+      const features = plan.image(layer.features.out, height, width);
+      const corrected = plan.image(1, height, width); // gray + surprise
+      const present = plan.image(1, height, width); // 0 where there is no surface for sure
+      plan.step(level > 1 ? knowLevel : knowFinest,
+                { sums: sums[level], coarse, coarse_surface: surface, inputs: inputs[level], corrected, surface: present },
+                { numbers: { side: 2 ** level } });
+      if (level === 1) plan.step(compare, { coarse: corrected, pixels: gbuffer, inputs: inputs[1] });
+      layer.features.record(plan, inputs[level], features, Then.relu);
+      layer.finer.record(plan, features, level > 1 ? inputs[level - 1].from(known(level - 1)) : correction, Then.shuffle);
+      [coarse, surface] = [corrected, present];
+    }
+
+    const result = plan.image(1, gbuffer.height, gbuffer.width);
+    plan.step(finish, { coarse, inputs: inputs[1], correction, surface, result });
+    return result;
+  };
+}
