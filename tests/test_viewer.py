@@ -137,6 +137,7 @@ def test_moving_pictures_are_completed_from_few_pixels(page):
             bobrossnet.look({ azimuth: bobrossnet.camera().azimuth + 1 });
             await new Promise(requestAnimationFrame);
           }
+          await new Promise((resolve) => setTimeout(resolve, 500));
           return shares;
         }
     """)

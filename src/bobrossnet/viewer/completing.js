@@ -8,14 +8,16 @@
  *   "show" paints the last picture anew; "buffers" is answered by "buffers"
  *
  * @typedef {{
- *   frame: import("./tracer.js").Frame, bitmap: ImageBitmap, traced: number, completing: number, error: number
+ *   frame: import("./tracer.js").Frame, bitmap: ImageBitmap, traced: number, completing: number, backend: "wasm" | "gpu",
+ *   error: number
  * }} Picture
- *   traced: how many pixels; completing: milliseconds that it took; error: mean of |first - image| of an exact picture, else NaN
+ *   traced: how many pixels; completing: milliseconds that it took, by backend; error: mean of |first - image| of an exact picture, else NaN
  * @typedef {{height: number, width: number, planes: Float32Array, image: Float32Array, first: Float32Array}} Buffers
  *   planes (5, height, width); image, and first, the view's first completed picture (height, width)
- * @typedef {{kind: "ready"} | {kind: "picture", picture: Picture, repainted: boolean} | {kind: "buffers", buffers: Buffers | null}
+ * @typedef {{kind: "picture", picture: Picture, repainted: boolean} | {kind: "buffers", buffers: Buffers | null}
  *   | {kind: "failed", message: string}} Reply
  */
+import { Completer } from "./completer.js";
 import { loadCore, readWeights } from "./core.js";
 import { paint } from "./paint.js";
 
@@ -36,19 +38,15 @@ const reply = (message, transfer = []) => postMessage(message, { transfer });
 
 async function load() {
   const [core, response] = await Promise.all([loadCore("complete"), fetch(new URL("weights/default.safetensors", import.meta.url))]);
-  const network = core.network(readWeights(await response.arrayBuffer()));
-  const warm = core.gbuffer(64, 64);  // compiles the network before anybody waits for it
-  warm.complete(network);
-  warm.free();
-  reply({ kind: "ready" });
-  return { core, network };
+  const completer = new Completer(core, readWeights(await response.arrayBuffer()));
+  return { core, completer };
 }
 
 /** @param {import("./tracer.js").Samples} samples */
 async function gather({ frame, pixels, values }) {
   if (frame.id < gathered.id) return;
   if (frame.id > gathered.id) gathered = { id: frame.id, parts: 0 };
-  const { core, network } = await loading;
+  const { core, completer } = await loading;
   if (view?.frame.view !== frame.view) {
     if (view?.gbuffer.height !== frame.height || view.gbuffer.width !== frame.width) {
       view?.gbuffer.free();
@@ -69,12 +67,12 @@ async function gather({ frame, pixels, values }) {
 
   view.frame = frame;
   const begin = performance.now();
-  const image = view.gbuffer.complete(network);
+  const image = await completer.complete(view.gbuffer);
   const completing = performance.now() - begin;
   const first = view.first ??= image.slice();
   const exact = view.traced === size;
   const error = exact ? meanDifference(first, image) : NaN;
-  picture = { frame, bitmap: await painted(), traced: view.traced, completing, error };
+  picture = { frame, bitmap: await painted(), traced: view.traced, completing, backend: completer.backend, error };
   reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
 }
 

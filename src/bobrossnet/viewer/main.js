@@ -48,7 +48,9 @@ let shown;
 let coming;
 /** When pictures of the last second were shown, in milliseconds. @type {number[]} */
 let times = [];
-const statistics = { pictures: 0, fraction: 0, completing: 0, framesPerSecond: 0, raysPerSecond: 0, exact: false, error: NaN, workers };
+const statistics = {
+  pictures: 0, fraction: 0, completing: 0, backend: "wasm", framesPerSecond: 0, raysPerSecond: 0, exact: false, error: NaN, workers,
+};
 /** Called with what the completing worker answers. @type {((buffers: import("./completing.js").Buffers | null) => void)[]} */
 const waitingForBuffers = [];
 
@@ -70,7 +72,7 @@ function showPicture(picture, repainted) {
   times = [...times.filter((time) => time > now - 1000), now];
   Object.assign(statistics, {
     pictures: statistics.pictures + 1, fraction: traced / (frame.height * frame.width), completing: picture.completing,
-    raysPerSecond: frames.raysPerSecond, exact, error: picture.error,
+    backend: picture.backend, raysPerSecond: frames.raysPerSecond, exact, error: picture.error,
   });
   document.dispatchEvent(new CustomEvent("picture"));
 }
@@ -128,12 +130,12 @@ setInterval(() => {
   const now = performance.now();
   times = times.filter((time) => time > now - 1000);
   statistics.framesPerSecond = times.length;
-  const { fraction, raysPerSecond, completing, exact, error } = statistics;
+  const { fraction, raysPerSecond, completing, backend, exact, error } = statistics;
   const percent = 100 * fraction;
   const texts = {
     fraction: exact ? "100 %, exact" : `${percent.toFixed(percent < 10 ? 1 : 0)} %`,
     rays: raysPerSecond >= 1e6 ? `${(raysPerSecond / 1e6).toFixed(2)} M` : `${Math.round(raysPerSecond / 1000)} k`,
-    network: `${completing.toFixed(0)} ms`, rate: times.length > 1 ? String(times.length) : "at rest",
+    network: `${completing.toFixed(0)} ms${backend === "gpu" ? ", GPU" : ""}`, rate: times.length > 1 ? String(times.length) : "at rest",
   };
   for (const [id, text] of Object.entries(texts)) {
     if (statistics.pictures > 0 && shownStatistics[id].textContent !== text) shownStatistics[id].textContent = text;
