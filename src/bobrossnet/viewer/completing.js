@@ -8,10 +8,10 @@
  *   "show" paints the last picture anew; "buffers" is answered by "buffers"
  *
  * @typedef {{
- *   frame: import("./tracer.js").Frame, bitmap: ImageBitmap, traced: number, completing: number, backend: "wasm" | "gpu",
- *   error: number
+ *   frame: import("./tracer.js").Frame, bitmap: ImageBitmap, traced: number, completing: number, total: number,
+ *   backend: "wasm" | "gpu", error: number
  * }} Picture
- *   traced: how many pixels; completing: milliseconds that it took, by backend; error: mean of |first - image| of an exact picture, else NaN
+ *   traced: how many pixels; completing: milliseconds of the network, on `backend`; total: of all that this worker did; error: mean of |first - image| of an exact picture, else NaN
  * @typedef {{height: number, width: number, planes: Float32Array, image: Float32Array, first: Float32Array}} Buffers
  *   planes (5, height, width); image, and first, the view's first completed picture (height, width)
  * @typedef {{kind: "picture", picture: Picture, repainted: boolean} | {kind: "buffers", buffers: Buffers | null}
@@ -22,7 +22,13 @@ import { loadCore, readWeights } from "./core.js";
 import { paint } from "./paint.js";
 
 const loading = load();
-/** @type {{frame: import("./tracer.js").Frame, gbuffer: import("./core.js").GBuffer, traced: number, first?: Float32Array} | undefined} */
+/**
+ * @typedef {{
+ *   frame: import("./tracer.js").Frame, gbuffer: import("./core.js").GBuffer, traced: number, completed: boolean,
+ *   first: Float32Array
+ * }} View
+ */
+/** @type {View | undefined} */
 let view;
 /** @type {Picture | undefined} */
 let picture;
@@ -47,15 +53,16 @@ async function gather({ frame, pixels, values }) {
   if (frame.id < gathered.id) return;
   if (frame.id > gathered.id) gathered = { id: frame.id, parts: 0 };
   const { core, completer } = await loading;
-  if (view?.frame.view !== frame.view) {
-    if (view?.gbuffer.height !== frame.height || view.gbuffer.width !== frame.width) {
-      view?.gbuffer.free();
-      view = { frame, gbuffer: core.gbuffer(frame.height, frame.width), traced: 0 };
-    } else {
-      view = { frame, gbuffer: view.gbuffer, traced: 0 };
-      view.gbuffer.clear();
-    }
+  const begin = performance.now();
+  if (view?.gbuffer.height !== frame.height || view.gbuffer.width !== frame.width) {
+    view?.gbuffer.free();
+    const gbuffer = core.gbuffer(frame.height, frame.width);
+    view = { frame, gbuffer, traced: 0, completed: false, first: new Float32Array(frame.height * frame.width) };
+  } else if (view.frame.view !== frame.view) {
+    view.gbuffer.clear();
+    view.traced = 0, view.completed = false;
   }
+  view.frame = frame;
   const { planes } = view.gbuffer, size = frame.height * frame.width;
   for (let i = 0; i < pixels.length; ++i) {
     const pixel = pixels[i];
@@ -65,23 +72,26 @@ async function gather({ frame, pixels, values }) {
   }
   if (++gathered.parts < frame.parts) return;
 
-  view.frame = frame;
-  const begin = performance.now();
+  const completing = performance.now();
   const image = await completer.complete(view.gbuffer);
-  const completing = performance.now() - begin;
-  const first = view.first ??= image.slice();
-  const exact = view.traced === size;
-  const error = exact ? meanDifference(first, image) : NaN;
-  picture = { frame, bitmap: await painted(), traced: view.traced, completing, backend: completer.backend, error };
-  reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
+  const completed = performance.now();
+  if (!view.completed) view.first.set(image);
+  view.completed = true;
+  const error = view.traced === size ? meanDifference(view.first, image) : NaN;
+  const bitmap = await painted(view);
+  picture = {
+    frame, bitmap, traced: view.traced, completing: completed - completing, total: performance.now() - begin,
+    backend: completer.backend, error,
+  };
+  reply({ kind: "picture", picture, repainted: false }, [bitmap]);
 }
 
-function painted() {
-  if (!view?.first) throw new Error("paint: expected a completed picture");
-  const { planes, image, height, width } = view.gbuffer, size = height * width;
+/** @param {View} view */
+function painted({ gbuffer, traced, first }) {
+  const { planes, image, height, width } = gbuffer, size = height * width;
   return createImageBitmap(paint({
-    ...look, height, width, image, first: view.first, mask: planes.subarray(0, size), gray: planes.subarray(size, 2 * size),
-    exact: view.traced === size,
+    ...look, height, width, image, first, mask: planes.subarray(0, size), gray: planes.subarray(size, 2 * size),
+    exact: traced === size,
   }));
 }
 
@@ -98,14 +108,13 @@ async function answer(request) {
     request.tracer.onmessage = receive;
   } else if (request.kind === "show") {
     look = { mode: request.mode, divider: request.divider };
-    if (!picture) return;
-    picture = { ...picture, bitmap: await painted() };
+    if (!picture || !view?.completed) return;
+    picture = { ...picture, bitmap: await painted(view) };
     reply({ kind: "picture", picture, repainted: true }, [picture.bitmap]);
   } else {
-    const { height = 0, width = 0, planes, image } = view?.gbuffer ?? {};
-    const buffers = planes && image && view?.first
-      ? { height, width, planes: planes.slice(), image: image.slice(), first: view.first } : null;
-    reply({ kind: "buffers", buffers });
+    if (!view?.completed) return reply({ kind: "buffers", buffers: null });
+    const { height, width, planes, image } = view.gbuffer;
+    reply({ kind: "buffers", buffers: { height, width, planes: planes.slice(), image: image.slice(), first: view.first } });
   }
 }
 

@@ -14,6 +14,7 @@ import { CHUNK, Pace } from "./pace.js";
 
 const REST_MS = 80; // without a change, until a view is refined: less, and moving on would often have to end that first
 const LONGEST_MS = 250; // of tracing between two pictures at rest
+const SHARE = 0.8; // of a frame's time that is for tracing: with more, the page itself and messages make all frames late
 const MARGIN = 1.5; // times its planned time, after which a frame ends that takes longer than was measured
 const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // by which moving pictures are smaller
 const UNMEASURED_MS = 1e-4; // to complete a pixel, before that is measured
@@ -95,8 +96,8 @@ export class Frames {
   }
 
   /** @param {import("./completing.js").Picture} picture @returns {boolean} whether it is the exact one of what is wanted */
-  completed({ frame, traced, completing }) {
-    this.#pixelMs = completing / (frame.height * frame.width);
+  completed({ frame, traced, total }) {
+    this.#pixelMs = total / (frame.height * frame.width);
     this.#waiting = this.#waiting.filter((id) => id > frame.id);
     this.next();
     return !this.#stale && frame.view === this.#view && traced === this.#size.height * this.#size.width;
@@ -114,9 +115,9 @@ export class Frames {
       this.#step = 0;
       // One core completes meanwhile; where there is only one, both share it.
       const completing = this.#pixelMs * this.#viewSize.height * this.#viewSize.width;
-      const alone = navigator.hardwareConcurrency === 1;
-      this.#trace(alone ? Math.max(this.budget - completing, completing / 4) : Math.max(this.budget, completing),
-                  Math.max(1, ready - 1));
+      const time = navigator.hardwareConcurrency === 1 ? Math.max(this.budget - completing, completing / 4)
+                                                       : Math.max(this.budget, completing);
+      this.#trace(SHARE * time, Math.max(1, ready - 1));
     } else if (this.refines && (this.#reached < this.#viewSize.height * this.#viewSize.width || this.#scale > 1)) {
       const left = this.#changedAt + REST_MS - performance.now();
       if (left > 0) {

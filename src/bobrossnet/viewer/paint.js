@@ -16,8 +16,14 @@ function pack(red, green, blue) {
 
 const GRAYS = Uint32Array.from({ length: 256 }, (_, gray) => pack(gray, gray, gray));
 
+/** Rounds as numpy does, halves to even, and clamps. */
+const byte = new Uint8ClampedArray(1);
+
 /** @param {number} gray 0..1 */
-const shade = (gray) => GRAYS[gray >= 1 ? 255 : gray > 0 ? Math.round(255 * gray) : 0];
+function shade(gray) {
+  byte[0] = 255 * gray;
+  return GRAYS[byte[0]];
+}
 
 /**
  * @param {{
