@@ -15,6 +15,7 @@ import { Pool } from "./pool.js";
 
 const MOST_WORKERS = 8; // each holds the whole scene
 const MOST_PIXELS = 2 ** 21;
+const SPARE_MS = 500; // after a scene came, when workers for the next one are started
 const THUMB = 44; // CSS pixels, as in style.css
 
 /** @template {HTMLElement} T @param {string} id @param {new () => T} type @returns {T} */
@@ -166,7 +167,9 @@ const editor = new Editor({
   sliders: element("sliders", HTMLElement), error: element("error", HTMLElement),
 }, edit);
 
-/** Workers for a scene, in which it is not yet. */
+/** Workers for the next scene, started ahead: that takes longer than opening most scenes. @type {Pool | undefined} */
+let spare = pool();
+
 function pool() {
   const made = new Pool(workers, module, completing, (parts) => made === shown && frames.traced(parts));
   return made;
@@ -180,7 +183,8 @@ function pool() {
  */
 async function replace(opened, open) {
   coming?.end();
-  const mine = coming = pool();
+  const mine = coming = spare ?? pool();
+  spare = undefined;
   stage.setAttribute("aria-busy", "true");
   try {
     const text = await open(mine);
@@ -202,6 +206,7 @@ async function replace(opened, open) {
     message.textContent = error instanceof Error ? error.message : String(error);
   } finally {
     if (!coming) stage.removeAttribute("aria-busy");
+    setTimeout(() => (spare ??= pool()), SPARE_MS);
     choose();
   }
 }

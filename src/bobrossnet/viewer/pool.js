@@ -1,8 +1,8 @@
 // @ts-check
 /**
- * The workers that trace one scene.
+ * The workers that trace one scene, and the one that reads it.
  *
- * Each file has workers of its own, since a WebAssembly instance never gives memory back: a new file starts new ones, and the
+ * Each file has workers of its own, since a WebAssembly instance never gives memory back: a new file takes new ones, and the
  * old end when the new can show it.
  *
  * @typedef {import("./tracer.js").Frame} Frame
@@ -20,8 +20,7 @@ export class Pool {
   #tracing = [];
   /** @type {Traced[]} */
   #traced = [];
-  /** @type {Worker | undefined} */
-  #reader;
+  #reader = new Worker(new URL("reader.js", import.meta.url), { type: "module" });
   #module;
   #done;
 
@@ -69,29 +68,25 @@ export class Pool {
   }
 
   /**
-   * Opens what a worker of its own reads.
+   * Opens a file, once.
    *
    * @param {string} name with its ending
    * @param {Blob | string} source or its address
    * @returns {Promise<import("./reader.js").Summary>} resolved once a tracer has it
    */
   async read(name, source) {
-    const reader = this.#reader = new Worker(new URL("reader.js", import.meta.url), { type: "module" });
+    const opened = this.#opened(), ports = this.#tracers.map((tracer) => tracer.port);
+    opened.catch(() => {}); // waited for below
+    /** @type {Promise<import("./reader.js").Summary>} */
+    const read = new Promise((resolve, reject) => {
+      this.#reader.onmessage = ({ data }) => (data.kind === "read" ? resolve(data.summary) : reject(new Error(data.message)));
+      this.#reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
+    });
+    this.#reader.postMessage({ kind: "read", name, source, ports, module: await this.#module }, ports);
     try {
-      const opened = this.#opened();
-      /** @type {Promise<import("./reader.js").Summary>} */
-      const read = new Promise((resolve, reject) => {
-        reader.onmessage = ({ data }) => (data.kind === "read" ? resolve(data.summary) : reject(new Error(data.message)));
-        reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
-      });
-      const ports = this.#tracers.map((tracer) => tracer.port);
-      opened.catch(() => {});
-      reader.postMessage({ kind: "read", name, source, ports, module: await this.#module }, ports);
-      const summary = await read;
-      await opened;
-      return summary;
+      return (await Promise.all([read, opened]))[0];
     } finally {
-      reader.terminate();
+      this.#reader.terminate();
     }
   }
 
@@ -115,7 +110,7 @@ export class Pool {
 
   /** Ends the workers; what is being opened fails. */
   end() {
-    this.#reader?.terminate();
+    this.#reader.terminate();
     for (const { worker } of this.#tracers.splice(0)) worker.terminate();
     this.#settle(({ reject }) => reject(new Error("another scene was opened")));
   }

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * A worker that reads one file and hands its scene to tracers, so that a large one never passes through the page. It is ended
- * after that, which frees what reading took.
+ * A worker that reads one file and hands its scene to tracers, so that a large one never passes through the page. It ends after
+ * that, which frees what reading took.
  *
  * @typedef {{script: string | null}} Summary the text of a file that is one shape script
  * @typedef {{kind: "read", name: string, source: Blob | string, ports: MessagePort[], module: WebAssembly.Module}} Request
