@@ -24,7 +24,8 @@ DROP = """
 async ({ address, name }) => {
   const bytes = await (await fetch(address)).arrayBuffer(), dataTransfer = new DataTransfer();
   dataTransfer.items.add(new File([bytes], name));
-  document.querySelector("#picture").dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }));
+  const drop = new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true });
+  document.querySelector("#picture").dispatchEvent(drop);
 }
 """
 
@@ -95,7 +96,7 @@ def page(shared):
     shared.tab.click("#home")
 
 
-def expected(scene, camera=bob.Camera()):
+def expected(scene, camera=None):
     return to_8_bit(bob.trace(scene, camera, size=(HEIGHT, WIDTH)).gray)
 
 
@@ -217,8 +218,8 @@ def test_two_fingers_pinch(page):
         () => {
           const picture = document.querySelector("#picture"), { left, top } = picture.getBoundingClientRect();
           picture.setPointerCapture = () => {};
-          const touch = (type, pointerId, x, y) => picture.dispatchEvent(
-            new PointerEvent(type, { pointerId, pointerType: "touch", clientX: left + x, clientY: top + y, bubbles: true }));
+          const touch = (type, pointerId, x, y) => picture.dispatchEvent(new PointerEvent(
+            type, { pointerId, pointerType: "touch", clientX: left + x, clientY: top + y, bubbles: true }));
           touch("pointerdown", 11, 100, 100), touch("pointerdown", 12, 200, 100);
           touch("pointermove", 11, 50, 100), touch("pointermove", 12, 250, 100);
           touch("pointerup", 11, 50, 100), touch("pointerup", 12, 250, 100);
@@ -268,7 +269,9 @@ def test_difference_is_that_of_the_first_picture(page):
 
 # ---- Files -----------------------------------------------------------------------------------------------
 
-FORMULA = b"a var-x\nb var-y\nc var-z\nd square a\ne square b\nf square c\ng add d e\nh add g f\ni const 0.5\nj sub h i\n"
+FORMULA = (
+    b"a var-x\nb var-y\nc var-z\nd square a\ne square b\nf square c\ng add d e\nh add g f\ni const 0.5\nj sub h i\n"
+)
 
 
 def drop(page, viewer, name, content):
@@ -285,10 +288,22 @@ def test_dropped_file_is_shown(page, viewer, tmp_path):
     assert page.tab.get_attribute("#picture", "aria-label") == "Picture of ball.vm"
 
 
-BROKEN = {"broken.bob": b"no scene", "empty.sdf": b"", "wrong.vm": b"a var-q\n", "letter.doc": b"Dear", "wrong.sdf": b"box(\n"}
+BROKEN = {
+    "broken.bob": b"no scene",
+    "empty.sdf": b"",
+    "wrong.vm": b"a var-q\n",
+    "letter.doc": b"Dear",
+    "wrong.sdf": b"box(\n",
+}
 
 
-@pytest.mark.parametrize("name, content", BROKEN.items(), ids=BROKEN)
+# Of each kind of file that people have: scans, characters of games, CAD and NURBS.
+REAL = {
+    "scans/stanford_bunny.ply": None,
+}
+
+
+@pytest.mark.parametrize(("name", "content"), BROKEN.items(), ids=BROKEN)
 def test_broken_file_leaves_the_scene(page, viewer, name, content):
     page.choose("csg.sdf")
     before = page.exact()
@@ -301,6 +316,7 @@ def test_broken_file_leaves_the_scene(page, viewer, name, content):
     assert (page.exact() != before).any()
     page.choose("gyroid.bob")
     assert page.text("#message") == ""
+
 
 # ---- Scripts ---------------------------------------------------------------------------------------------
 
