@@ -50,7 +50,7 @@ VENDOR := src/bobrossnet/viewer/vendor/three
 vendor:
 	rm -rf build/three $(VENDOR) && mkdir -p build/three $(VENDOR)/loaders $(VENDOR)/utils
 	cd build/three && npm pack --silent three@$(THREE) && tar xzf three-$(THREE).tgz
-	cp build/three/package/LICENSE build/three/package/build/three.core.js $(VENDOR)
+	cp build/three/package/build/three.core.js $(VENDOR) && cp build/three/package/LICENSE $(VENDOR)/LICENSE.txt
 	cd build/three/package/examples/jsm && cp loaders/OBJLoader.js loaders/STLLoader.js loaders/GLTFLoader.js $(abspath $(VENDOR))/loaders
 	cd build/three/package/examples/jsm && cp utils/BufferGeometryUtils.js utils/SkeletonUtils.js $(abspath $(VENDOR))/utils
 	sed -i "s|from 'three';|from '../../../files/three.js';|" $(VENDOR)/loaders/*.js $(VENDOR)/utils/*.js
