@@ -15,6 +15,8 @@ endif()
 set(wasm_compiler ${Python_EXECUTABLE} -m ziglang c++ -target wasm32-wasi)
 set(wasm_flags -O3 -std=c++20 -fvisibility=hidden -ffp-contract=off -msimd128 -Wno-psabi -Wno-bitwise-conditional-parentheses
   -I ${CMAKE_SOURCE_DIR}/core -DBOB_ISA=baseline)
+# Browsers keep the order of instructions: loads that clang gathers at the top of a loop would need more registers than there are.
+set(complete_kernel_flags -mllvm -pre-RA-sched=linearize)
 set(libcxxabi_flags -O2 -std=c++23 -w -D_LIBCXXABI_BUILDING_LIBRARY -D_LIBCPP_BUILDING_LIBRARY
   -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src)
 
@@ -46,8 +48,8 @@ foreach(part complete trace)
   endforeach()
   foreach(source ${${part}_kernels})
     get_filename_component(name ${source} NAME_WE)
-    compile_wasm(${part}_simd128 ${name} ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags})
-    compile_wasm(${part}_relaxed ${name}.relaxed ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags} -mrelaxed-simd)
+    compile_wasm(${part}_simd128 ${name} ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags} ${${part}_kernel_flags})
+    compile_wasm(${part}_relaxed ${name}.relaxed ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags} ${${part}_kernel_flags} -mrelaxed-simd)
   endforeach()
 endforeach()
 compile_wasm(complete_objects parallel_single ${CMAKE_SOURCE_DIR}/core/parallel_single.cpp ${wasm_flags})

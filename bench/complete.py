@@ -1,20 +1,23 @@
 """What it takes to complete a picture with each network: the core against PyTorch, ONNX Runtime and OpenVINO.
 
 The same weights, the same input, in the same run, with as many threads; every result is compared with PyTorch's. Then
-milliseconds to say which pixels come first, for each pixel order.
+what a small change of a picture costs, and milliseconds to say which pixels come first, for each pixel order.
 """
 
 from __future__ import annotations
 
+import argparse
 import gc
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
+from itertools import count
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import onnxruntime
 import torch
@@ -108,6 +111,9 @@ def weights_of(network: str, folder: Path) -> Path:
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--plot", type=Path, metavar="PICTURE", help="draw milliseconds over pixels")
+    arguments = parser.parse_args()
     bob.set_thread_count(THREADS)
     torch.set_num_threads(THREADS)
     scene = bob.Scene(bob.happy_tree())
@@ -130,7 +136,35 @@ def main() -> None:
     if not find_spec("openvino"):
         print("skipped OpenVINO: it is not installed (pip install openvino)\n")
     table(["what", "with", "ms", "/ core", "GFLOP/s", "of peak", "MB", "difference"], rows)
+    if arguments.plot:
+        plot(rows, arguments.plot)
+    change_times()
     order_times()
+
+
+def plot(rows: list[list[str]], path: Path) -> None:
+    """Draw how the time of each rival grows with the pixels."""
+    figure, axes = plt.subplots(1, len(NETWORKS), figsize=(9, 4), sharey=True, layout="constrained")
+    points: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    for what, name, milliseconds, *_ in rows:
+        _, network, size = what.split(".")
+        width, height = map(int, size.split("x"))
+        points.setdefault((network, name), []).append((width * height / 1e6, float(milliseconds.split()[0])))
+    for ax, network in zip(axes, NETWORKS, strict=True):
+        for (of, name), values in points.items():
+            if of == network:
+                ax.loglog(
+                    *zip(*values, strict=True),
+                    marker="o",
+                    markersize=4,
+                    linewidth=2 if name == "core" else 1,
+                    label=name,
+                )
+        ax.set(title=network, xlabel="million pixels")
+        ax.grid(alpha=0.3, which="both")
+    axes[0].set_ylabel("milliseconds")
+    axes[-1].legend()
+    figure.savefig(path, dpi=110)
 
 
 def compare(what: str, weights: Path, onnx: Path, gbuffer: bob.GBuffer, peak: float) -> list[list[str]]:
@@ -168,14 +202,45 @@ def compare(what: str, weights: Path, onnx: Path, gbuffer: bob.GBuffer, peak: fl
     return rows
 
 
+def change_times() -> None:
+    """Print what it takes to complete a picture again of which 64x64 pixels have changed."""
+    heading(f"Completing again after a change of 64x64 pixels: milliseconds, {THREADS} threads")
+    rows = []
+    for height, width in SIZES[1::2] + SIZES[-1:]:
+        before = bob.trace(bob.happy_tree(), size=(height, width), fraction=0.05)
+        stack = before.stack().copy()
+        y, x = height // 2, width // 2
+        stack[1, y : y + 64, x : x + 64] *= 0.5
+        pictures = (before, bob.GBuffer.from_stack(stack))
+        for network in ("paper", "default"):
+            completer, calls = bob.Completer(model=network), count()
+
+            def again(completer: bob.Completer = completer, calls: Iterator[int] = calls) -> object:
+                return completer(pictures[next(calls) % 2])  # noqa: B023  called before the next picture is made
+
+            def anew(network: str = network) -> object:
+                return bob.complete(before, model=network)  # noqa: B023
+
+            again()
+            seconds = in_turn({"anew": anew, "again": again}, 9)
+            rows.append(
+                [
+                    f"again.{network}.{width}x{height}",
+                    *(spread(seconds[name], 1e3) for name in ("anew", "again")),
+                    f"{median_ratio(seconds['anew'], seconds['again']):.1f}",
+                ]
+            )
+    table(["what", "bob.complete", "bob.Completer", "times faster"], rows)
+
+
 def order_times() -> None:
     """Print how long the first pixels of a 4K picture take to name."""
     size = (2160, 3840)
     heading(f"Pixel orders: milliseconds for the first pixels of {size[1]}x{size[0]}, {bob.thread_count()} threads")
     rows = []
     for fraction in (0.05, 0.25, 1.0):
-        count = round(fraction * size[0] * size[1])
-        seconds = in_turn({order: partial(bob.pixel_order, size, order=order, count=count) for order in ORDERS}, 7)
+        first = round(fraction * size[0] * size[1])
+        seconds = in_turn({order: partial(bob.pixel_order, size, order=order, count=first) for order in ORDERS}, 7)
         for order, values in seconds.items():
             rows.append([f"order.{order}.{100 * fraction:g}%", spread(values, 1e3, 2)])
     table(["what", "ms"], rows)

@@ -2,10 +2,12 @@
 /// only what would read or write out of bounds.
 #include <nanobind/stl/string_view.h>
 
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "bindings.h"
+#include "complete/incremental.h"
 #include "complete/known.h"
 #include "complete/paper.h"
 #include "complete/pyramid.h"
@@ -57,7 +59,7 @@ void init_network(Network* self, const nb::dict& tensors) {
 }
 
 template <class Network>
-void run_network(const Network& network, const Array<const float, 5, -1, -1>& gbuffer, const Image& gray) {
+void run_network(Network& network, const Array<const float, 5, -1, -1>& gbuffer, const Image& gray) {
     expect(gray.shape(0) == gbuffer.shape(1) && gray.shape(1) == gbuffer.shape(2), "gray: expected the input's size");
     interruptible([&](const auto& keep_going) {
         network(gbuffer.data(), static_cast<int>(gray.shape(0)), static_cast<int>(gray.shape(1)), gray.data(), keep_going);
@@ -70,12 +72,17 @@ void keep_known(const Array<const float, 5, -1, -1>& gbuffer, const Image& gray)
     bob::keep_known(gbuffer.data(), gray.size(), gray.data());
 }
 
-/// A network of the core, under its own name.
+/// A network of the core, under its own name, and what completes changed pictures with it.
 template <class Network>
 void bind_network(nb::module_& m, const char* name) {
+    using Incremental = bob::Incremental<Network>;
+    nb::class_<Incremental>(m, (std::string("Incremental") + name).c_str())
+        .def("__call__", &run_network<Incremental>, "gbuffer"_a.noconvert(), "gray"_a.noconvert());
     nb::class_<Network>(m, name)
         .def("__init__", &init_network<Network>, "tensors"_a)
-        .def("__call__", &run_network<Network>, "gbuffer"_a.noconvert(), "gray"_a.noconvert());
+        .def("__call__", &run_network<const Network>, "gbuffer"_a.noconvert(), "gray"_a.noconvert())
+        .def("incremental", [](const Network& self) { return new Incremental(self); }, nb::rv_policy::take_ownership,
+             nb::keep_alive<0, 1>());
 }
 
 bool set_isa(std::string_view name) {

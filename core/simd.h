@@ -19,6 +19,16 @@
 #include <wasm_simd128.h>
 #endif
 
+// Loops of a few steps, known ahead: unrolled before arrays that they index become registers, or kept, so that no more are
+// needed than there are.
+#if defined(__clang__)
+#define BOB_UNROLL _Pragma("clang loop unroll(full)")
+#define BOB_KEEP_LOOP _Pragma("clang loop unroll(disable)")
+#else
+#define BOB_UNROLL _Pragma("GCC unroll 16")
+#define BOB_KEEP_LOOP _Pragma("GCC unroll 1")
+#endif
+
 namespace bob::BOB_ISA {
 
 template <int N>

@@ -1,6 +1,6 @@
 /**
- * Completes one picture with each contender in turn, on this worker's thread alone. A classic worker, since TensorFlow.js and
- * onnxruntime-web are scripts.
+ * Completes one picture with each contender in turn, on this worker's thread alone, or on the GPU if there is one. A classic
+ * worker, since TensorFlow.js and onnxruntime-web are scripts.
  */
 const packages = "packages/";
 importScripts(`${packages}@tensorflow/tfjs-core/dist/tf-core.min.js`,
@@ -82,6 +82,8 @@ onmessage = async ({ data: { name, height, width, runs } }) => {
       "core, simd128": await ours(viewer, weights, stack, height, width, false),
       "onnxruntime-web": await onnx(name, stack, height, width),
     };
+    const gpu = await (await import("./viewer/gpu.js")).createGpuNetwork(weights);
+    if (gpu) contenders["WebGPU, there and back"] = () => gpu.complete(stack, height, width);
     if (weights.network === "paper") contenders["TensorFlow.js"] = await tensorflow(weights, stack, height, width);
     const results = {};
     for (const [contender, run] of Object.entries(contenders)) {

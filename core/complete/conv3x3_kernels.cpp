@@ -193,37 +193,48 @@ inline void keep_differences(const ConvRow& row, int x) {
 /// are enough.
 template <int Block>
 inline Sums<Block, 2> convolve_kept(const ConvRow& row, int x) {
-    Sums<Block, 2> sum;
+    V products[4][Block][vectors];
+    BOB_KEEP_LOOP
     for (int tap = 0; tap < 4; ++tap) {
         V m[Block][vectors];
+        BOB_UNROLL
         for (int channel = 0; channel < Block; ++channel) {
+            BOB_UNROLL
             for (int i = 0; i < vectors; ++i) m[channel][i] = tap == 1 ? broadcast<V>(row.bias[channel]) : V{};
         }
         const float* from = row.scratch + tap * scratch_row + x;
         const float* weight = row.weight_pair + tap * Block;
         for (int input = 0; input < row.inputs; ++input) {
-#pragma GCC unroll 3
+            BOB_KEEP_LOOP
             for (int kx = 0; kx < 3; ++kx) {
                 V d[vectors];
+                BOB_UNROLL
                 for (int i = 0; i < vectors; ++i) d[i] = load<V>(from + kx + i * lanes);
-#pragma GCC unroll 5
+                BOB_UNROLL
                 for (int channel = 0; channel < Block; ++channel) {
                     const V w = broadcast<V>(weight[kx * 4 * Block + channel]);
+                    BOB_UNROLL
                     for (int i = 0; i < vectors; ++i) m[channel][i] = fma(d[i], w, m[channel][i]);
                 }
             }
             from += conv_scratch;
             weight += 12 * Block;
         }
+        BOB_UNROLL
         for (int channel = 0; channel < Block; ++channel) {
-            for (int i = 0; i < vectors; ++i) {
-                V &upper = sum.at[channel][0][i], &lower = sum.at[channel][1][i];
-                const V product = m[channel][i];
-                if (tap == 0) upper = product, lower = V{};
-                if (tap == 1 || tap == 2) upper += product;
-                if (tap == 1) lower = product;
-                if (tap == 2 || tap == 3) lower -= product;
-            }
+            BOB_UNROLL
+            for (int i = 0; i < vectors; ++i) products[tap][channel][i] = m[channel][i];
+        }
+    }
+    Sums<Block, 2> sum;
+    BOB_UNROLL
+    for (int channel = 0; channel < Block; ++channel) {
+        BOB_UNROLL
+        for (int i = 0; i < vectors; ++i) {
+            const V m0 = products[0][channel][i], m1 = products[1][channel][i];
+            const V m2 = products[2][channel][i], m3 = products[3][channel][i];
+            sum.at[channel][0][i] = m0 + m1 + m2;
+            sum.at[channel][1][i] = m1 - m2 - m3;
         }
     }
     return sum;

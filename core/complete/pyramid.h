@@ -16,7 +16,7 @@ public:
     /// As many levels, and as many channels between them, as the tensors say. What lies between the layers is kept in windows
     /// of rows that move down a large picture, so that at most `memory` bytes are needed; very wide pictures need more. Throws
     /// std::invalid_argument if a tensor is missing or does not fit the others.
-    explicit Pyramid(const Weights& weights, std::size_t memory = spare_memory);
+    explicit Pyramid(const Weights& weights, std::size_t memory = spare_memory());
     ~Pyramid();
 
     /// gbuffer: (5, height, width), mask, gray, depth, normal x, normal y; gray: (height, width), the network's own
@@ -24,6 +24,11 @@ public:
     /// `parallel_for`: once it says no, the rest of `gray` is left as it is and false returned.
     bool operator()(const float* gbuffer, int height, int width, float* gray,
                     const std::function<bool()>& keep_going = nullptr) const;
+
+    /// How many pixels away a pixel can make a difference: four blocks of the coarsest level, taken in pairs.
+    [[nodiscard]] int reach() const { return 6 << levels(); }
+    /// From multiples of which on all pixels are treated as from the first on: pairs of blocks of the coarsest level.
+    [[nodiscard]] int grid() const { return 2 << levels(); }
 
 private:
     struct Images;

@@ -10,9 +10,9 @@
 
 namespace bob {
 
-/// Bytes that a network may keep, unless told otherwise: less than the caches of today's machines, and enough rows of a 4K
-/// picture for the threads to share.
-constexpr std::size_t spare_memory = 24 << 20;
+/// Bytes that a network may keep, unless told otherwise. One thread is fastest in what lies close to it: the report's network
+/// takes 17 ms at 640x480 in 2 MB, 22 in 24, on a Zen 4 core. Several need as many rows as fit the outer cache, to share them.
+inline std::size_t spare_memory() { return thread_count() == 1 ? 2 << 20 : 24 << 20; }
 
 /// Lends images of any size, to several threads at once; keeps those that were given back last.
 template <class Images>

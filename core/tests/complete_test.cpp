@@ -1,7 +1,9 @@
+#include <random>
 #include <stdexcept>
 
 #include "check.h"
 #include "complete/conv3x3.h"
+#include "complete/incremental.h"
 #include "complete/known.h"
 #include "complete/paper.h"
 #include "complete/pyramid.h"
@@ -131,7 +133,7 @@ std::vector<float> noise(int height, int width) {
 }
 
 template <class Network>
-std::vector<float> completed(const Network& network, const std::vector<float>& gbuffer, int height, int width) {
+std::vector<float> completed(Network&& network, const std::vector<float>& gbuffer, int height, int width) {
     std::vector<float> gray(static_cast<std::size_t>(height * width));
     network(gbuffer.data(), height, width, gray.data());
     return gray;
@@ -139,7 +141,7 @@ std::vector<float> completed(const Network& network, const std::vector<float>& g
 
 /// What a network makes of noise.
 template <class Network>
-std::vector<float> completed(const Network& network, int height, int width) {
+std::vector<float> completed(Network&& network, int height, int width) {
     return completed(network, noise(height, width), height, width);
 }
 
@@ -202,8 +204,46 @@ TEST(what_is_no_number_stays_within_reach) {
                 }
             }
         };
-        check(paper, 20);
-        check(pyramid, (4 << 6) + (2 << 6));  // the farthest that a pair of the coarsest blocks sees
+        check(paper, paper.reach());
+        check(pyramid, pyramid.reach());
+    });
+}
+
+/// Changes some of a picture, again and again.
+template <class Network>
+void check_incremental(const Network& network, int height, int width) {
+    bob::Incremental incremental(network);
+    auto values = noise(height, width);
+    std::mt19937 random(1);
+    const auto below = [&](int count) { return static_cast<int>(random() % static_cast<unsigned>(count)); };
+    for (int round = 0; round < 6; ++round) {
+        CHECK(completed(incremental, values, height, width) == completed(network, values, height, width));
+        for (int place = 0; place < round % 3; ++place) {  // none, one, two; small and large
+            const int y0 = below(height), x0 = below(width), size = 1 + below(round < 3 ? 3 : 90);
+            for (int y = y0; y < std::min(y0 + size, height); ++y) {
+                for (int x = x0; x < std::min(x0 + size, width); ++x) {
+                    values[static_cast<std::size_t>((below(5) * height + y) * width + x)] += 0.25f;
+                }
+            }
+        }
+    }
+}
+
+TEST(what_changed_alone_is_completed_again) {
+    test::for_each_isa([] {
+        std::vector<std::vector<float>> of_paper, of_pyramid;
+        const bob::Paper paper(paper_weights(of_paper, 4));
+        const bob::Pyramid pyramid(pyramid_weights(of_pyramid));
+        for (const auto& [height, width] : {std::pair{1, 1}, {7, 300}, {203, 210}}) check_incremental(paper, height, width);
+        for (const auto& [height, width] : {std::pair{3, 3}, {33, 1500}, {1700, 65}}) check_incremental(pyramid, height, width);
+
+        // An interrupted call leaves nothing behind.
+        bob::Incremental incremental(paper);
+        const auto first = noise(40, 40), none = std::vector<float>(first.size());
+        completed(incremental, first, 40, 40);
+        std::vector<float> gray(1600);
+        CHECK(!incremental(none.data(), 40, 40, gray.data(), [] { return false; }));
+        CHECK(completed(incremental, first, 40, 40) == completed(paper, first, 40, 40));
     });
 }
 

@@ -11,7 +11,7 @@ import os
 from bobrossnet._core import set_thread_count, thread_count
 from bobrossnet.adapters.container import save_scene
 from bobrossnet.adapters.files import load, load_mesh
-from bobrossnet.complete.model import complete
+from bobrossnet.complete.model import Completer, complete
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.metrics import psnr, ssim
 from bobrossnet.progressive import Frame, progressive
@@ -41,6 +41,7 @@ def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
 __all__ = [
     "Brep",
     "Camera",
+    "Completer",
     "Face",
     "Frame",
     "GBuffer",

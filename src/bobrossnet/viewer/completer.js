@@ -2,9 +2,9 @@
 /**
  * Completes pictures in WebAssembly, or on the GPU where that is measured to be faster.
  *
- * For each size of pictures: WebAssembly completes the first ones. Then the GPU is given one of them while the page goes on; if it
- * can do it and agrees, both complete the next few, and the faster one does the rest. What goes wrong on the GPU, at any time, leaves
- * that size to WebAssembly.
+ * For each size of pictures: WebAssembly completes the first ones, and its code gets faster by that. Then the GPU is
+ * given one of them while the page goes on; if it can do it and agrees, both complete the next few, and the faster one
+ * does the rest. What goes wrong on the GPU, at any time, leaves that size to WebAssembly.
  *
  * @typedef {import("./core.js").Core} Core
  * @typedef {import("./core.js").Weights} Weights
@@ -12,13 +12,16 @@
  * @typedef {Pick<import("./gpu.js").GpuNetwork, "complete" | "free">} Rival
  *
  * @typedef {object} Trial What is known of one size of pictures
- * @property {"measuring" | "preparing" | "comparing" | "wasm" | "gpu"} state the last two are decisions
- * @property {number[]} wasm milliseconds; without the first picture's
+ * @property {"waiting" | "preparing" | "comparing" | "wasm" | "gpu"} state the last two are decisions
+ * @property {number} pictures so far
+ * @property {number[]} wasm milliseconds of the pictures that both completed
  * @property {number[]} gpu
  */
 import { createGpuNetwork } from "./gpu.js";
 
-/** Pictures of each that are measured. */
+/** Pictures before the GPU is tried, so that sizes which a window only passes through cost nothing. */
+const FIRST = 5;
+/** Pictures that both complete. */
 const RUNS = 5;
 /** Between gray levels of 0..1, at any pixel. */
 const TOLERANCE = 1e-4;
@@ -45,24 +48,26 @@ export class Completer {
   }
 
   /**
-   * Fills in what was not traced.
+   * Fills in what was not traced: one picture at a time.
    *
    * @param {GBuffer} gbuffer which stays as it is until the promise is kept
    * @returns {Promise<Float32Array>} its `image`
    */
   async complete(gbuffer) {
     const { height, width } = gbuffer, size = `${width}x${height}`;
-    const trial = this.#trials.get(size) ?? { state: "measuring", wasm: [], gpu: [] };
+    const trial = this.#trials.get(size) ?? { state: "waiting", pictures: 0, wasm: [], gpu: [] };
+    this.#trials.set(size, trial);
     if (trial.state === "gpu" && await this.#completeOnGpu(gbuffer, trial)) return gbuffer.image;
 
-    const known = this.#trials.has(size), begin = performance.now();
+    const begin = performance.now();
     gbuffer.complete(this.#network);
+    const milliseconds = performance.now() - begin;
     this.backend = "wasm";
-    if (known && trial.wasm.length < RUNS) trial.wasm.push(performance.now() - begin);
-    this.#trials.set(size, trial);
-    if (this.#rival && trial.state === "measuring" && trial.wasm.length === RUNS) {
+    ++trial.pictures;
+    if (this.#rival && trial.state === "waiting" && trial.pictures >= FIRST) {
       this.#prepare(this.#rival, gbuffer, trial);
     } else if (this.#rival && trial.state === "comparing") {
+      trial.wasm.push(milliseconds);
       await this.#compare(this.#rival, gbuffer, trial);
     }
     return gbuffer.image;
@@ -86,7 +91,13 @@ export class Completer {
     }
   }
 
-  /** The GPU's first picture, which nobody waits for. @param {Rival} rival @param {GBuffer} gbuffer @param {Trial} trial */
+  /**
+   * The GPU's first picture, which nobody waits for: compiling takes long.
+   *
+   * @param {Rival} rival
+   * @param {GBuffer} gbuffer
+   * @param {Trial} trial
+   */
   async #prepare(rival, { planes, image, height, width }, trial) {
     trial.state = "preparing";
     const expected = image.slice();

@@ -8,7 +8,7 @@
  * @callback NetworkOfLayers A network in gpu/NAME.js: its layers, and what records the steps for pictures of one size
  * @param {(name: string, inputs: number, outputs?: number) => Conv3x3} layer
  * @param {Weights} weights
- * @returns {(plan: Plan, gbuffer: Image) => Image} from (5, height, width) to (1, height, width), linear and not clamped
+ * @returns {(plan: Plan, gbuffer: Image) => Image} (5, height, width) to (1, height, width), linear and not clamped
  *
  * @typedef {object} Picture What completes pictures of one size
  * @property {(planes: Float32Array) => Promise<Float32Array>} complete
@@ -47,7 +47,7 @@ const keepKnown = kernel({
  * @throws {Error} where the weights are not the network's
  */
 export async function createGpuNetwork(weights, { software = false } = {}) {
-  const adapter = await globalThis.navigator?.gpu?.requestAdapter({ powerPreference: "high-performance" });
+  const adapter = await globalThis.navigator?.gpu?.requestAdapter();
   if (!adapter || adapter.info.isFallbackAdapter && !software || !Object.hasOwn(NETWORKS, weights.network)) return null;
   const { maxBufferSize, maxStorageBufferBindingSize } = adapter.limits; // for large pictures
   const device = await adapter.requestDevice({ requiredLimits: { maxBufferSize, maxStorageBufferBindingSize } });
@@ -129,7 +129,8 @@ export class GpuNetwork {
     const { device } = this, plan = new Plan(device, (source) => this.#compile(source));
     device.pushErrorScope("out-of-memory");
     device.pushErrorScope("validation");
-    try {
+    /** @type {Promise<Picture>} */
+    const preparing = (async () => {
       const gbuffer = plan.image(5, height, width), gray = plan.image(1, height, width);
       const completed = this.#network(plan, gbuffer);
       plan.step(keepKnown, { pixels: gbuffer, completed, gray });
@@ -148,14 +149,12 @@ export class GpuNetwork {
         },
         free: () => plan.free(),
       };
-    } catch (error) {
-      plan.free();
-      throw error;
-    } finally {
-      const errors = await Promise.all([device.popErrorScope(), device.popErrorScope()]);
-      const message = errors.find((error) => error)?.message;
-      if (message) throw new Error(`${width}x${height}: ${message.split("\n")[0]}`);
-    }
+    })();
+    const failure = await preparing.then(() => null, (error) => error);
+    const found = [failure, await device.popErrorScope(), await device.popErrorScope()].find((error) => error);
+    if (!found) return preparing;
+    plan.free();
+    throw new Error(found.message.split("\n")[0]);
   }
 
   /** @param {string} source */

@@ -2,10 +2,10 @@
 /**
  * 3x3 convolutions with zero padding: the arithmetic of every network here.
  *
- * An invocation computes 2x2 pixels of several output channels, all in registers: so each input that it reads counts for four
- * pixels and all these channels, each weight for four pixels, and pooling and enlarging need no further pass. Neighbours read
- * the same inputs at the same time, for which caches suffice: with a tile in the workgroup's memory, between barriers, the software
- * adapter takes three times as long to compile the kernel, and six times to run it.
+ * An invocation computes 2x2 pixels of several output channels, all in registers: so each weight that it reads counts
+ * for four pixels, each input for all these channels, and pooling and enlarging need no further pass. Neighbours read
+ * the same inputs at the same time, for which caches suffice: with a tile in the workgroup's memory, between barriers,
+ * a software GPU takes three times as long to compile the kernel and six times to run it.
  *
  * @typedef {import("../core.js").Weights} Weights
  * @typedef {import("./plan.js").Plan} Plan
@@ -17,7 +17,7 @@ import { declarations } from "./kernel.js";
 const THREADS = 8; // a workgroup has 8 x 8 invocations
 const MOST_OUTPUTS = 8; // of an invocation: 32 sums, which leaves registers for the inputs
 
-/** What is done with a channel's 2x2 pixels before they are written: `value` has those of a row first. @enum {string} */
+/** How a channel's 2x2 pixels are written; `value` has them row by row. @enum {string} */
 export const Then = {
   nothing: `
     for (var i = 0; i < 4; i++) { output_put(channel, y + i / 2, x + i % 2, value[i]); }`,
@@ -26,7 +26,9 @@ export const Then = {
   reluPool: `
     output_put(channel, y / 2, x / 2, max(max(max(value.x, value.y), max(value.z, value.w)), 0.));`,
   reluUpsample: `
-    for (var i = 0; i < 16; i++) { output_put(channel, 2 * y + i / 4, 2 * x + i % 4, max(value[i / 8 * 2 + i % 4 / 2], 0.)); }`,
+    for (var i = 0; i < 16; i++) {
+      output_put(channel, 2 * y + i / 4, 2 * x + i % 4, max(value[i / 8 * 2 + i % 4 / 2], 0.));
+    }`,
   /** Channels 4c to 4c + 3 become the 2x2 pixels of channel c. */
   shuffle: `
     for (var i = 0; i < 4; i++) {
@@ -53,12 +55,13 @@ export class Conv3x3 {
     this.groups = inputs / this.inputs;
     if (weight.shape.join() !== [this.out, this.inputs, 3, 3].join() || !Number.isInteger(this.groups)
         || !Number.isInteger(this.out / this.groups) || bias.shape.join() !== `${this.out}`) {
-      throw new Error(`${name}: expected a weight of shape (${this.out}, ${this.in} / groups, 3, 3) and a bias for each `
-                      + `output, got (${weight.shape.join(", ")}) and (${bias.shape.join(", ")})`);
+      throw new Error(`${name}: expected a weight of shape (${this.out}, ${this.in} / groups, 3, 3) and a bias for `
+                      + `each output, got (${weight.shape.join(", ")}) and (${bias.shape.join(", ")})`);
     }
     this.block = largestDivisor(this.out / this.groups, MOST_OUTPUTS);
     const packed = this.#pack(weight.values, bias.values);
-    this.weights = device.createBuffer({ size: packed.byteLength, usage: GPUBufferUsage.STORAGE, mappedAtCreation: true });
+    const size = packed.byteLength;
+    this.weights = device.createBuffer({ size, usage: GPUBufferUsage.STORAGE, mappedAtCreation: true });
     new Float32Array(this.weights.getMappedRange()).set(packed);
     this.weights.unmap();
   }
@@ -84,8 +87,8 @@ export class Conv3x3 {
   /**
    * @param {Float32Array} weight (out, inputs, 3, 3)
    * @param {Float32Array} bias (out,)
-   * @returns {Float32Array} for each block of outputs its biases, and of each input the nine taps, (9, block); both padded to
-   *   a multiple of four
+   * @returns {Float32Array} for each block of outputs its biases, and of each input the nine taps, (9, block); both
+   *   padded to a multiple of four
    */
   #pack(weight, bias) {
     const { block, inputs } = this, sizes = sizesOf(block), stride = sizes.bias + inputs * sizes.taps;
@@ -95,7 +98,8 @@ export class Conv3x3 {
       packed[begin + place] = bias[output];
       for (let input = 0; input < inputs; ++input) {
         for (let tap = 0; tap < 9; ++tap) {
-          packed[begin + sizes.bias + input * sizes.taps + tap * block + place] = weight[9 * (output * inputs + input) + tap];
+          const at = begin + sizes.bias + input * sizes.taps + tap * block + place;
+          packed[at] = weight[9 * (output * inputs + input) + tap];
         }
       }
     }

@@ -55,7 +55,7 @@ ${functions.join("")}${puts.join("")}
 }
 
 /**
- * A kernel of one invocation for each pixel (y, x) of the first image that it writes, and for each of so many channels of it.
+ * A kernel of one invocation for each pixel (y, x) of the first image that it writes, in each of so many channels.
  *
  * @param {{
  *   read: string[], write: string[], numbers?: string[], channels?: number, functions?: string, body: string

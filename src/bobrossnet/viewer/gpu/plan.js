@@ -11,8 +11,8 @@ import { GPUBufferUsage } from "./flags.js";
 export class Image {
   /**
    * @param {GPUBuffer} buffer
-   * @param {{channels: number, height: number, width: number, first?: number}} size first: the channel of the buffer that is
-   *   channel 0 here
+   * @param {{channels: number, height: number, width: number, first?: number}} size first: the channel of the buffer
+   *   that is channel 0 here
    */
   constructor(buffer, { channels, height, width, first = 0 }) {
     this.buffer = buffer;
@@ -51,7 +51,9 @@ export class Plan {
    */
   image(channels, height, width, value = 0) {
     const size = 4 * channels * height * width, most = this.device.limits.maxStorageBufferBindingSize;
-    if (size > most) throw new Error(`picture: expected at most ${most} bytes of ${channels} channels for the GPU, got ${size}`);
+    if (size > most) {
+      throw new Error(`picture: expected at most ${most} bytes of ${channels} channels for the GPU, got ${size}`);
+    }
     const usage = GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST | GPUBufferUsage.COPY_SRC;
     const buffer = this.#buffer({ size, usage, mappedAtCreation: value !== 0 });
     if (value !== 0) {
@@ -88,7 +90,7 @@ export class Plan {
     const [columns, rows] = [width, height].map((length) => Math.ceil(length / kernel.tile));
     const most = kernel.tile * this.device.limits.maxComputeWorkgroupsPerDimension;
     if (Math.max(height, width) > most) {
-      throw new Error(`picture: expected a height and width of at most ${most} for the GPU, got ${height} and ${width}`);
+      throw new Error(`picture: expected at most ${most} rows and columns for the GPU, got ${height} and ${width}`);
     }
     this.#recorded.push(this.compile(kernel.source).then((pipeline) => ({
       pipeline,

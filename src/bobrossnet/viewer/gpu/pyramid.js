@@ -14,8 +14,8 @@ const KNOWN = 8;
 // Of level 1's: gray, normal x, normal y, and the phases of the mask and of the surprise: the 2x2 pixels of each block.
 const KNOWN_FINEST = 11, FIRST_MASK = 3, FIRST_SURPRISE = 7;
 
-// Of a level's sums: how many pixels of a block were traced, and of those the gray, depth, normal x, normal y, and how far to
-// the right of the block's centre and below it they are.
+// Of a level's sums: how many pixels of a block were traced, and of those the gray, depth, normal x, normal y, and how
+// far to the right of the block's centre and below it they are.
 const SUMS = `
 const count = 0;
 const gray = 1;
@@ -26,7 +26,7 @@ const right = 5;
 const down = 6;
 `;
 
-/** A level's sums from those of the finer one; those of the finest are the G-buffer, whose further channels count as 0. */
+/** A level's sums from those of the finer one, or from the G-buffer, whose sixth and seventh channel count as 0. */
 const pull = kernel({
   read: ["finer"], write: ["sums"], numbers: ["quarter"], channels: 7,
   functions: `${SUMS}
@@ -56,10 +56,10 @@ fn doubled(y: i32, x: i32) -> f32 {
 `;
 
 /**
- * What is known of a level's blocks, with the coarser level's picture doubled: the gray so far, where there is a surface, and
- * what `written` says; `channels` are known, and the coarser level's correction follows them.
+ * What is known of a level's blocks: the gray so far, which is the coarser level's picture doubled and corrected by the
+ * channel that follows the known ones; where there is a surface; and what `written` says.
  */
-const know = (/** @type {number} */ channels, /** @type {string} */ written) => kernel({
+const know = (/** @type {number} */ known, /** @type {string} */ written) => kernel({
   read: ["sums", "coarse", "coarse_surface"], write: ["inputs", "corrected", "surface"], numbers: ["side"],
   functions: `${SUMS}${DOUBLED}
 /// 0 where in each of 3x3 blocks pixels were traced, and all are background; else 1.
@@ -76,7 +76,7 @@ fn spread(y: i32, x: i32) -> f32 {
 }
 `,
   body: `
-  let guess = doubled(y, x) + inputs_at(${channels}, y, x);
+  let guess = doubled(y, x) + inputs_at(${known}, y, x);
   let traced = sums_at(count, y, x);
   let per_pixel = 1. / max(traced, 1.);
   var surprise = 0.;
@@ -111,6 +111,7 @@ const compare = kernel({
   }`,
 });
 
+/** The network's output: what is known nearby, and the correction, added to the doubled picture. */
 const finish = kernel({
   read: ["coarse", "inputs", "correction", "surface"], write: ["result"],
   functions: `${DOUBLED}
@@ -162,12 +163,13 @@ export function pyramid(layer, weights) {
       const features = plan.image(layer.features.out, height, width);
       const corrected = plan.image(1, height, width); // gray + surprise
       const present = plan.image(1, height, width); // 0 where there is no surface for sure
-      plan.step(level > 1 ? knowLevel : knowFinest,
-                { sums: sums[level], coarse, coarse_surface: surface, inputs: inputs[level], corrected, surface: present },
-                { numbers: { side: 2 ** level } });
+      plan.step(level > 1 ? knowLevel : knowFinest, {
+        sums: sums[level], coarse, coarse_surface: surface, inputs: inputs[level], corrected, surface: present,
+      }, { numbers: { side: 2 ** level } });
       if (level === 1) plan.step(compare, { coarse: corrected, pixels: gbuffer, inputs: inputs[1] });
       layer.features.record(plan, inputs[level], features, Then.relu);
-      layer.finer.record(plan, features, level > 1 ? inputs[level - 1].from(known(level - 1)) : correction, Then.shuffle);
+      const handed = level > 1 ? inputs[level - 1].from(known(level - 1)) : correction;
+      layer.finer.record(plan, features, handed, Then.shuffle);
       [coarse, surface] = [corrected, present];
     }
 
