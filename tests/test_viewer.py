@@ -297,10 +297,13 @@ BROKEN = {
 }
 
 
-# Of each kind of file that people have: scans, characters of games, CAD and NURBS.
-REAL = {
-    "scans/stanford_bunny.ply": None,
-}
+@needs_models
+@pytest.mark.parametrize("name", ["scans/stanford_bunny.ply", "nurbs/ducky.nurbs.json"])
+def test_chosen_file_is_shown(page, name):
+    page.tab.set_input_files("#file", MODELS / name)
+    page.opened()
+    assert page.text("#message") == ""
+    assert_equal_pictures(page.exact(), expected(bob.load(MODELS / name)))
 
 
 @pytest.mark.parametrize(("name", "content"), BROKEN.items(), ids=BROKEN)
