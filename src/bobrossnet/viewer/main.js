@@ -41,7 +41,11 @@ const workers = Math.max(1, Math.min(Number(query.get("workers")) || navigator.h
 
 /** One for all workers. */
 const module = compileCore();
+const weights = fetch(new URL("weights/default.safetensors", import.meta.url)).then((response) => response.arrayBuffer());
 const completing = new Worker(new URL("completing.js", import.meta.url), { type: "module" });
+Promise.all([module, weights]).then(
+  ([module, weights]) => completing.postMessage({ kind: "start", module, weights }, [weights]),
+  (error) => (message.textContent = error.message));
 const frames = new Frames(HOME, !fixedSize);
 /** @type {Pool | undefined} that has the scene */
 let shown;
