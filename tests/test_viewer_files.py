@@ -262,6 +262,8 @@ def test_ply(same):
     sides = "".join(f"4 {' '.join(map(str, side))}\n" for side in SIDES)
     same("text.ply", header + axes + faces + POINTS + sides)
     same("text.ply", (header + axes + faces + POINTS + sides).replace("\n", "\r\n"))
+    lists = faces.replace("element face", "property list int int of_vertex\nelement face")
+    same("lists.ply", header + axes + lists + POINTS.replace("\n", " 2 7 7\n") + sides)
     same("far.ply", header + axes + faces + "".join(f"{x} {y} {z}\n" for x, y, z in FAR) + sides)
     normals = axes + "property float nx\nproperty float ny\nproperty float nz\n"
     points = "".join(f"{p} {p}\n" for p in POINTS.replace("0 0 0", "nan 0 0").replace("nan", "0.1").splitlines())
