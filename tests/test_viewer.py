@@ -154,6 +154,27 @@ def test_moving_pictures_are_completed_from_few_pixels(page):
     assert_equal_pictures(page.pixels(), to_8_bit(image), pixels=0)
 
 
+def test_movement_ends_what_is_traced_at_rest(browser, viewer):
+    """At most the picture that was being completed still comes of the view before."""
+    page = Page(browser, viewer.url + "?size=640x480#scene=gear.sdf")
+    stale = page.tab.evaluate("""
+        async () => {
+          const next = () => new Promise((shown) => document.addEventListener("picture", ({ detail }) => shown(detail),
+                                                                              { once: true }));
+          const stale = [];
+          for (let azimuth = 31; azimuth < 35; ++azimuth) {
+            while ((await next()).from === 0);  // refined once
+            bobrossnet.look({ azimuth });
+            stale.push(0);
+            while ((await next()).camera.azimuth !== azimuth) ++stale[stale.length - 1];
+          }
+          return stale;
+        }
+    """)
+    assert max(stale) <= 1
+    page.close()
+
+
 # ---- Hands -----------------------------------------------------------------------------------------------
 
 

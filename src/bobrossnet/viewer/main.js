@@ -79,7 +79,7 @@ function showPicture(picture, repainted) {
     pictures: statistics.pictures + 1, fraction: traced / (frame.height * frame.width), completing: picture.completing,
     backend: picture.backend, raysPerSecond: frames.raysPerSecond, exact, error: picture.error,
   });
-  document.dispatchEvent(new CustomEvent("picture"));
+  document.dispatchEvent(new CustomEvent("picture", { detail: frame }));
 }
 
 /** @param {import("./core.js").Camera} camera */
