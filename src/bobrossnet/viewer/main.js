@@ -178,7 +178,8 @@ const editor = new Editor({
 let spare = pool();
 
 function pool() {
-  const made = new Pool(workers, module, completing, (parts) => made === shown && frames.traced(parts));
+  const made = new Pool(workers, module, completing, (parts) => made === shown && frames.traced(parts),
+                        (text) => made === shown && (message.textContent = text));
   return made;
 }
 

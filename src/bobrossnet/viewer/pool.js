@@ -16,23 +16,28 @@ export class Pool {
   #tracers;
   /** @type {{resolve: () => void, reject: (error: Error) => void}[]} */
   #waiting = [];
-  /** @type {Tracer[]} of the current frame */
-  #tracing = [];
+  /** @type {Frame | undefined} the newest */
+  #frame;
+  /** @type {Set<Tracer>} that have not finished their part of it */
+  #tracing = new Set();
   /** @type {Traced[]} */
   #traced = [];
   #reader = new Worker(new URL("reader.js", import.meta.url), { type: "module" });
   #module;
   #done;
+  #lost;
 
   /**
    * @param {number} count of workers
    * @param {Promise<WebAssembly.Module>} module of the core
    * @param {Worker} completing where samples go
    * @param {(traced: Traced[]) => void} done called once all parts of a frame are traced
+   * @param {(message: string) => void} lost called when no worker is left
    */
-  constructor(count, module, completing, done) {
+  constructor(count, module, completing, done, lost) {
     this.#module = module;
     this.#done = done;
+    this.#lost = lost;
     this.#tracers = Array.from({ length: count }, () => {
       const worker = new Worker(new URL("tracer.js", import.meta.url), { type: "module" });
       const samples = new MessageChannel(), scenes = new MessageChannel();
@@ -113,9 +118,11 @@ export class Pool {
 
   /** @param {Frame} frame of which each of the first `parts` ready tracers has a part */
   trace(frame) {
+    this.#frame = frame;
     this.#traced = [];
-    this.#tracing = this.ready.slice(0, frame.parts);
-    this.#tracing.forEach((tracer, part) => tracer.worker.postMessage({ kind: "trace", frame, part }));
+    const tracers = this.ready.slice(0, frame.parts);
+    this.#tracing = new Set(tracers);
+    tracers.forEach((tracer, part) => tracer.worker.postMessage({ kind: "trace", frame, part }));
   }
 
   /** Ends the frame; its parts are done soon, and its samples are not sent. */
@@ -133,8 +140,7 @@ export class Pool {
   /** @param {Tracer} tracer @param {import("./tracer.js").Reply} reply */
   #receive(tracer, reply) {
     if (reply.kind === "traced") {
-      this.#traced.push(reply);
-      if (this.#traced.length === this.#tracing.length) this.#done(this.#traced);
+      this.#finish(tracer, reply);
     } else if (reply.kind === "opened") {
       --tracer.pending;
       tracer.hasScene = true;
@@ -145,13 +151,25 @@ export class Pool {
     }
   }
 
+  /** @param {Tracer} tracer @param {Traced} part */
+  #finish(tracer, part) {
+    if (!this.#tracing.delete(tracer)) return;
+    this.#traced.push(part);
+    if (this.#tracing.size === 0) this.#done(this.#traced);
+  }
+
   /** @param {Tracer} tracer @param {string} message @param {boolean} broken */
   #failed(tracer, message, broken) {
     if (broken) {
       tracer.worker.terminate();
       this.#tracers = this.#tracers.filter((other) => other !== tracer);
+      if (this.ended) this.#lost(message);
+      // The others trace its part again.
+      if (this.#frame) {
+        this.#finish(tracer, { kind: "traced", frame: this.#frame, cancelled: true, reached: 0, rays: 0, milliseconds: 0 });
+      }
     }
-    if (!broken || this.ended) this.#settle(({ reject }) => reject(new Error(message)));
+    this.#settle(({ reject }) => reject(new Error(message)));
   }
 
   /** @param {(waiting: {resolve: () => void, reject: (error: Error) => void}) => void} how */

@@ -21,7 +21,7 @@
  *   | {kind: "trace", frame: Frame, part: number}
  *   | {kind: "cancel"}} Request
  *   "start" and "connect" come once; "open", which may also come through the port `reading`, is answered by "opened" or "failed", and then
- *   the scene before stays; "trace" is answered by "traced", and after "cancel" at once.
+ *   the scene before stays; "trace" is answered by "traced", after "cancel" at once, or by "failed".
  *
  * @typedef {{kind: "opened", memory: number}
  *   | {kind: "failed", message: string, broken: boolean}
@@ -73,10 +73,15 @@ async function open(description) {
     pace = new Pace();
     reply({ kind: "opened", memory: core.memory.byteLength });
   } catch (error) {
-    const message = error instanceof Error ? error.message : String(error);
-    reply(error instanceof CoreError ? { kind: "failed", message, broken: false }
-                                     : { kind: "failed", message: `the scene is too much for this page: ${message}`, broken: true });
+    fail(error);
   }
+}
+
+/** Whatever the core does not say itself ends it: mostly, memory ran out. @param {unknown} error */
+function fail(error) {
+  const message = error instanceof Error ? error.message : String(error);
+  reply(error instanceof CoreError ? { kind: "failed", message, broken: false }
+                                   : { kind: "failed", message: `the scene is too much for this page: ${message}`, broken: true });
 }
 
 /** The G-buffer and the order of a size. @param {number} height @param {number} width @returns {Promise<Raster>} */
@@ -147,7 +152,7 @@ function receive({ data }) {
     cancelled = true;
     open(data.scene);
   } else if (data.kind === "trace") {
-    trace(data.frame, data.part);
+    trace(data.frame, data.part).catch(fail);
   } else {
     cancelled = true;
   }
