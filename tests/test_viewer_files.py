@@ -13,7 +13,7 @@ from models import MODELS, needs_models
 import bobrossnet as bob
 from bobrossnet.view import VIEWER
 
-SIZE = (72, 96)
+SIZE = (48, 64)
 CAMERA = bob.Camera()
 
 # A worker of its own, where there is no document, as in the page.

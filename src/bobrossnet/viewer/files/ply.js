@@ -3,7 +3,7 @@
  * PLY, text and binary: vertices, their normals, polygons and triangle strips.
  *
  * It is read here because the loader of three.js (r187) leaves out polygons of more than four corners and strips,
- * rounds coordinates to float32, and takes ten times as long.
+ * rounds coordinates to float32, and takes about five times as long.
  *
  * @typedef {{name: string, type: string, length: string | null}} Property
  *   length: the type of a list's length; null of a scalar
