@@ -13,7 +13,7 @@
 
 export class Pool {
   /** @type {Tracer[]} */
-  #tracers;
+  #tracers = [];
   /** @type {{resolve: () => void, reject: (error: Error) => void}[]} */
   #waiting = [];
   /** @type {Frame | undefined} the newest */
@@ -23,7 +23,9 @@ export class Pool {
   /** @type {Traced[]} */
   #traced = [];
   #reader = new Worker(new URL("reader.js", import.meta.url), { type: "module" });
+  #count;
   #module;
+  #completing;
   #done;
   #lost;
 
@@ -38,15 +40,31 @@ export class Pool {
     this.#module = module;
     this.#done = done;
     this.#lost = lost;
-    this.#tracers = Array.from({ length: count }, () => {
-      const worker = new Worker(new URL("tracer.js", import.meta.url), { type: "module" });
-      const samples = new MessageChannel(), scenes = new MessageChannel();
-      completing.postMessage({ kind: "connect", tracer: samples.port2 }, [samples.port2]);
-      worker.postMessage({ kind: "connect", completing: samples.port1, reading: scenes.port1 }, [samples.port1, scenes.port1]);
-      module.then((module) => worker.postMessage({ kind: "start", module }), (error) => this.#failed(tracer, error.message, true));
-      const tracer = { worker, port: scenes.port2, pending: 0, hasScene: false };
-      worker.onmessage = ({ data }) => this.#receive(tracer, data);
-      worker.onerror = (event) => this.#failed(tracer, event.message ?? "a worker did not start", true);
+    this.#count = count;
+    this.#completing = completing;
+    this.#add();
+  }
+
+  /** Starts a worker. @returns {Tracer} */
+  #add() {
+    const worker = new Worker(new URL("tracer.js", import.meta.url), { type: "module" });
+    const samples = new MessageChannel(), scenes = new MessageChannel();
+    this.#completing.postMessage({ kind: "connect", tracer: samples.port2 }, [samples.port2]);
+    worker.postMessage({ kind: "connect", completing: samples.port1, reading: scenes.port1 }, [samples.port1, scenes.port1]);
+    const tracer = { worker, port: scenes.port2, pending: 0, hasScene: false };
+    this.#module.then((module) => worker.postMessage({ kind: "start", module }),
+                      (error) => this.#failed(tracer, error.message, true));
+    worker.onmessage = ({ data }) => this.#receive(tracer, data);
+    worker.onerror = (event) => this.#failed(tracer, event.message ?? "a worker did not start", true);
+    this.#tracers.push(tracer);
+    return tracer;
+  }
+
+  /** Starts all other workers, once the first has a scene: together all would be slower. @returns {Tracer[]} */
+  #addOthers() {
+    return Array.from({ length: this.#count - this.#tracers.length }, () => {
+      const tracer = this.#add();
+      ++tracer.pending;
       return tracer;
     });
   }
@@ -67,10 +85,11 @@ export class Pool {
    * @param {import("./scene.js").SceneDescription} scene
    * @returns {Promise<void>} resolved once a tracer has it
    */
-  open(scene) {
+  async open(scene) {
     this.#reader.terminate();
     for (const tracer of this.#tracers) tracer.worker.postMessage({ kind: "open", scene });
-    return this.#opened();
+    await this.#opened();
+    for (const tracer of this.#addOthers()) tracer.worker.postMessage({ kind: "open", scene });
   }
 
   /**
@@ -81,7 +100,7 @@ export class Pool {
    * @returns {Promise<import("./reader.js").Summary>} resolved once a tracer has it
    */
   async read(name, source) {
-    const opened = this.#opened(), ports = this.#tracers.map((tracer) => tracer.port);
+    const opened = this.#opened(), { port } = this.#tracers[0];
     opened.catch(() => {}); // waited for below
     const reader = this.#reader;
     try {
@@ -94,9 +113,10 @@ export class Pool {
         };
         reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
       });
-      reader.postMessage({ kind: "read", name, source, ports, module: await this.#module }, ports);
+      reader.postMessage({ kind: "read", name, source, port, module: await this.#module }, [port]);
       const [summary] = await Promise.all([read, opened]);
-      reader.postMessage({ kind: "share" });
+      const ports = this.#addOthers().map((tracer) => tracer.port);
+      reader.postMessage({ kind: "share", ports }, ports);
       return summary;
     } catch (error) {
       reader.terminate();
@@ -104,8 +124,9 @@ export class Pool {
     }
   }
 
-  /** Ends what is not needed any more once a scene was shared. @param {number} count of tracers that have it or will have it */
+  /** Ends what is not needed any more once a scene was shared. @param {number} count of tracers that it was given to */
   #keep(count) {
+    this.#count = count;
     this.#reader.terminate();
     for (const { worker } of this.#tracers.splice(count)) worker.terminate();
   }

@@ -1,12 +1,12 @@
 // @ts-check
 /**
  * A worker that reads one file and hands its scene to tracers, so that a large one never passes through the page: to one, and
- * once that can show it to the others, since together all would be slower. It ends after that, which frees what reading took.
+ * once that can show it, to the others. It ends after that, which frees what reading took.
  *
  * @typedef {{script: string | null}} Summary the text of a file that is one shape script
- * @typedef {{kind: "read", name: string, source: Blob | string, ports: MessagePort[], module: WebAssembly.Module}
- *   | {kind: "share"}} Request
- *   source: a file, or its address; ports: to tracers, not all of which are given a large scene
+ * @typedef {{kind: "read", name: string, source: Blob | string, port: MessagePort, module: WebAssembly.Module}
+ *   | {kind: "share", ports: MessagePort[]}} Request
+ *   source: a file, or its address; port: to a tracer; ports: to the others, not all of which are given a large scene
  * @typedef {{kind: "read", summary: Summary} | {kind: "failed", message: string} | {kind: "shared", tracers: number}} Reply
  *   "read" is answered by "read" or "failed", "share" by "shared", with how many tracers in all were given the scene
  */
@@ -33,18 +33,15 @@ function weight(value) {
   return value && typeof value === "object" ? Object.values(value).reduce((sum, part) => sum + weight(part), 0) : 0;
 }
 
-/** @type {MessagePort[]} */
-let ports = [];
 /** @type {import("./scene.js").SceneDescription} */
 let scene;
 
 /** @param {Extract<Request, {kind: "read"}>} request */
-async function read({ name, source, ports: given, module }) {
+async function read({ name, source, port, module }) {
   try {
     const core = new Core(new WebAssembly.Instance(module));
     scene = await readFile(core, name, await bytesOf(source));
-    ports = given.slice(0, Math.max(1, Math.floor(MOST / weight(scene))));
-    ports[0].postMessage({ kind: "open", scene });
+    port.postMessage({ kind: "open", scene });
     const [shape] = scene.shapes;
     reply({ kind: "read", summary: { script: scene.shapes.length === 1 && shape.kind === "script" ? shape.source : null } });
   } catch (error) {
@@ -57,7 +54,8 @@ onmessage = ({ data }) => {
   if (data.kind === "read") {
     read(data);
   } else {
-    for (const port of ports.slice(1)) port.postMessage({ kind: "open", scene });
-    reply({ kind: "shared", tracers: ports.length });
+    const others = data.ports.slice(0, Math.max(0, Math.floor(MOST / weight(scene)) - 1));
+    for (const port of others) port.postMessage({ kind: "open", scene });
+    reply({ kind: "shared", tracers: 1 + others.length });
   }
 };
