@@ -16,7 +16,9 @@ export function product(a, b) {
   const result = [];
   for (let row = 0; row < 16; row += 4) {
     for (let column = 0; column < 4; ++column) {
-      result.push(a[row] * b[column] + a[row + 1] * b[column + 4] + a[row + 2] * b[column + 8] + a[row + 3] * b[column + 12]);
+      let sum = 0;
+      for (let i = 0; i < 4; ++i) sum += a[row + i] * b[4 * i + column];
+      result.push(sum);
     }
   }
   return result;

@@ -6,7 +6,8 @@
  * likes, each with a core of its own. What `free` ends must not be used again. Typed arrays that a G-buffer shows are views of
  * that memory, which any call may move: ask for them anew.
  *
- * @typedef {{azimuth?: number, elevation?: number, roll?: number, zoom?: number}} Camera degrees, as bobrossnet.Camera
+ * @typedef {{azimuth?: number, elevation?: number, roll?: number, zoom?: number, panX?: number, panY?: number}} Camera
+ *   as bobrossnet.Camera, in degrees; the picture's centre is panX radii of the scene right of the scene's, and panY above it
  * @typedef {{shape: Shape, toShape: ArrayLike<number>, box: ArrayLike<number>, material: ArrayLike<number>}} Instance
  *   toShape (3, 4): from the scene's unit sphere to the shape's own coordinates; box (2, 3): low and high in the unit sphere;
  *   material (7): linear RGB, ambient, diffuse, specular, shininess
@@ -14,17 +15,12 @@
  */
 
 import { IDENTITY, fromUnitSphere, product, singularValues, toUnitSphere } from "./affine.js";
+import { compileCore } from "./compile.js";
 import { CoreError } from "./errors.js";
 
 export { CoreError };
 
 /** @typedef {import("./affine.js").Matrix} Matrix */
-
-/** A module of one function that multiplies and adds with a single rounding: valid where relaxed SIMD is known. */
-const RELAXED = new Uint8Array([
-  0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0,
-  10, 19, 1, 17, 0, 65, 1, 253, 15, 65, 2, 253, 15, 65, 3, 253, 15, 253, 133, 2, 11,
-]);
 
 /** Radius of a shape, in its own units, whose reciprocal float64 can hold. */
 const SMALLEST = 1e-307;
@@ -39,12 +35,8 @@ const CUBE = [-1, -1, -1, 1, 1, 1], HEIGHT = 0.1, SQUARE = [-1, -1, -HEIGHT, 1, 
  * @param {boolean} [relaxed] in relaxed SIMD; by default where the browser has it
  * @returns {Promise<Core>}
  */
-export async function loadCore(name = "core", relaxed = WebAssembly.validate(RELAXED)) {
-  const url = new URL(`${name}${relaxed ? ".relaxed" : ""}.wasm`, import.meta.url);
-  const response = await fetch(url);
-  if (!response.ok) throw new CoreError(`${url.pathname}: ${response.status} ${response.statusText}`);
-  const { instance } = await WebAssembly.instantiate(await response.arrayBuffer());
-  return new Core(instance);
+export async function loadCore(name, relaxed) {
+  return new Core(await WebAssembly.instantiate(await compileCore(name, relaxed)));
 }
 
 /**
@@ -495,9 +487,9 @@ class Scene {
    * @param {Int32Array} pixels (n, 2), row and column
    * @param {Camera} [camera]
    */
-  trace(gbuffer, pixels, { azimuth = 30, elevation = 20, roll = 0, zoom = 1 } = {}) {
-    this.core.made("trace", this.handle, azimuth, elevation, roll, zoom, gbuffer.height, gbuffer.width, pixels,
-                   pixels.length / 2, gbuffer.address);
+  trace(gbuffer, pixels, { azimuth = 30, elevation = 20, roll = 0, zoom = 1, panX = 0, panY = 0 } = {}) {
+    this.core.made("trace", this.handle, azimuth, elevation, roll, zoom, panX, panY, gbuffer.height, gbuffer.width,
+                   pixels, pixels.length / 2, gbuffer.address);
   }
 
   free() {
@@ -506,7 +498,7 @@ class Scene {
 }
 
 /** What was traced, (5, height, width): mask, gray, depth, normal x, normal y; and the picture completed from it. */
-class GBuffer {
+export class GBuffer {
   /** @param {Core} core @param {number} height @param {number} width */
   constructor(core, height, width) {
     this.core = core;
