@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo test bench bench-web report quality vendor clean
+.PHONY: demo test bench bench-web report quality vendor types clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed
@@ -51,10 +51,15 @@ vendor:
 	rm -rf build/three $(VENDOR) && mkdir -p build/three $(VENDOR)/loaders $(VENDOR)/utils
 	cd build/three && npm pack --silent three@$(THREE) && tar xzf three-$(THREE).tgz
 	cp build/three/package/build/three.core.js $(VENDOR) && cp build/three/package/LICENSE $(VENDOR)/LICENSE.txt
-	cd build/three/package/examples/jsm && cp loaders/OBJLoader.js loaders/STLLoader.js loaders/GLTFLoader.js $(abspath $(VENDOR))/loaders
+	cd build/three/package/examples/jsm && cp loaders/STLLoader.js loaders/GLTFLoader.js $(abspath $(VENDOR))/loaders
 	cd build/three/package/examples/jsm && cp utils/BufferGeometryUtils.js utils/SkeletonUtils.js $(abspath $(VENDOR))/utils
 	sed -i "s|from 'three';|from '../../../files/three.js';|" $(VENDOR)/loaders/*.js $(VENDOR)/utils/*.js
 	sed -i '1i // @ts-nocheck' $(VENDOR)/*.js $(VENDOR)/loaders/*.js $(VENDOR)/utils/*.js
+
+# Types of the viewer's page, as its comments say them; npm brings what checks them.
+types:
+	npm install --silent --no-save --prefix build/types typescript@7.0.2
+	build/types/node_modules/.bin/tsc -p jsconfig.json
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)

@@ -14,6 +14,7 @@ from models import MODELS, needs_models
 from PIL import Image
 
 import bobrossnet as bob
+from bobrossnet import _core
 from bobrossnet.render.picture import UNTRACED, to_8_bit
 from bobrossnet.view import VIEWER, export
 
@@ -154,6 +155,27 @@ def test_moving_pictures_are_completed_from_few_pixels(page):
     assert_equal_pictures(page.pixels(), to_8_bit(image), pixels=0)
 
 
+def test_movement_ends_what_is_traced_at_rest(browser, viewer):
+    """At most the picture that was being completed still comes of the view before."""
+    page = Page(browser, viewer.url + "?size=640x480#scene=gear.sdf")
+    stale = page.tab.evaluate("""
+        async () => {
+          const next = () => new Promise((shown) => document.addEventListener("picture", ({ detail }) => shown(detail),
+                                                                              { once: true }));
+          const stale = [];
+          for (let azimuth = 31; azimuth < 35; ++azimuth) {
+            while ((await next()).from === 0);  // refined once
+            bobrossnet.look({ azimuth });
+            stale.push(0);
+            while ((await next()).camera.azimuth !== azimuth) ++stale[stale.length - 1];
+          }
+          return stale;
+        }
+    """)
+    assert max(stale) <= 1
+    page.close()
+
+
 # ---- Hands -----------------------------------------------------------------------------------------------
 
 
@@ -286,6 +308,7 @@ def test_dropped_file_is_shown(page, viewer, tmp_path):
     assert_equal_pictures(page.exact(), expected(bob.load(tmp_path / "ball.vm")))
     assert page.text("#gallery option:checked") == "ball.vm"
     assert page.tab.get_attribute("#picture", "aria-label") == "Picture of ball.vm"
+    assert page.tab.is_disabled("#link")
 
 
 BROKEN = {
@@ -297,10 +320,13 @@ BROKEN = {
 }
 
 
-# Of each kind of file that people have: scans, characters of games, CAD and NURBS.
-REAL = {
-    "scans/stanford_bunny.ply": None,
-}
+@needs_models
+@pytest.mark.parametrize("name", ["scans/stanford_bunny.ply", "nurbs/ducky.nurbs.json"])
+def test_chosen_file_is_shown(page, name):
+    page.tab.set_input_files("#file", MODELS / name)
+    page.opened()
+    assert page.text("#message") == ""
+    assert_equal_pictures(page.exact(), expected(bob.load(MODELS / name)))
 
 
 @pytest.mark.parametrize(("name", "content"), BROKEN.items(), ids=BROKEN)
@@ -335,8 +361,6 @@ def script(page):
 def test_edited_script_is_shown(script):
     assert script.text("#gallery option:checked") == "Ball, box and cylinders"
     source = script.tab.input_value("#text").encode()
-    from bobrossnet import _core
-
     ball = bob.Implicit(_core.run_script(source).expression)
     assert_equal_pictures(script.exact(), expected(ball))
 
@@ -363,6 +387,22 @@ def test_named_numbers_have_sliders(script):
     assert script.tab.input_value("#text").startswith("RADIUS = 1  # of the ball\n")
     script.opened()
     assert (script.exact() != before).any()
+
+
+def test_script_can_be_written_from_nothing(page):
+    page.choose("knot.bob")
+    assert page.tab.input_value("#text") == ""
+    if page.tab.get_attribute("#script", "open") is None:
+        page.tab.click("#script summary")
+    page.tab.fill("#text", "spere(1)")
+    page.opened()
+    assert page.text("#error").startswith("line 1, column 1: ")
+    assert page.text("#gallery option:checked") == "Knot"
+    page.tab.fill("#text", "torus(1, 0.3)")
+    page.opened()
+    torus = bob.Implicit(_core.run_script(b"torus(1, 0.3)").expression)
+    assert_equal_pictures(page.exact(), expected(torus))
+    assert page.text("#gallery option:checked") == "Script"
 
 
 # ---- What is taken along ---------------------------------------------------------------------------------

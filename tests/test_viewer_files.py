@@ -13,7 +13,7 @@ from models import MODELS, needs_models
 import bobrossnet as bob
 from bobrossnet.view import VIEWER
 
-SIZE = (72, 96)
+SIZE = (48, 64)
 CAMERA = bob.Camera()
 
 # A worker of its own, where there is no document, as in the page.
@@ -262,6 +262,8 @@ def test_ply(same):
     sides = "".join(f"4 {' '.join(map(str, side))}\n" for side in SIDES)
     same("text.ply", header + axes + faces + POINTS + sides)
     same("text.ply", (header + axes + faces + POINTS + sides).replace("\n", "\r\n"))
+    lists = faces.replace("element face", "property list int int of_vertex\nelement face")
+    same("lists.ply", header + axes + lists + POINTS.replace("\n", " 2 7 7\n") + sides)
     same("far.ply", header + axes + faces + "".join(f"{x} {y} {z}\n" for x, y, z in FAR) + sides)
     normals = axes + "property float nx\nproperty float ny\nproperty float nz\n"
     points = "".join(f"{p} {p}\n" for p in POINTS.replace("0 0 0", "nan 0 0").replace("nan", "0.1").splitlines())
@@ -276,6 +278,8 @@ def test_obj(same):
     same("a.obj", points + sides)
     same("far.obj", "".join(f"v {x} {y} {z}\n" for x, y, z in FAR) + sides)
     same("relative.obj", points + "o one\nf -8 -7 -6 -5\nv 0 0 9\nf -1 1 2\nusemtl none\nf 1 -1 2 # and a comment\n")
+    same("some.obj", points + "vn 0 0 1\nf 1//1 2//1 3//1\nf 5 6 7 8\nf 1/1 2/1 6/1 5/1\nf 1//1 4//9 3//1\n")
+    same("longer.obj", points + "f 1 2 \\\n 3 4\n\tf 5 6 7\t8\n")
     same("normals.obj", points + "vn 0 0 1\nvn 1 0 1\nf 1//1 2//2 3//1\nf 5//2 6//2 7//1 8//1\n")
     same("colours.obj", "".join(f"v {p} 1 0.5 0\n" for p in POINTS.splitlines()) + sides)
     found = same("missing.obj", points + sides + "f 1 2 99\n")
@@ -425,6 +429,7 @@ LOOP = [{"mesh": 1, "children": [1]}, {"children": [0]}]
         ("a.glb", b"glTF", "expected a GLB, which starts with 'glTF'"),
         ("a.glb", box_glb([{"mesh": 1}])[:-9], "expected 932 bytes, as its head says, got 923"),
         ("a.glb", box_glb(LOOP), "expected nodes that form a tree, got one with two parents or inside itself"),
+        ("a.glb", box_glb([{"mesh": 1}], buffers=[{"uri": "b.bin"}]), "expected its data within the file, got them"),
         ("a.glb", box_glb([{"mesh": 7}]), "expected a .glb file, could not read it (TypeError"),
         ("a.json", b"[", "expected a .json file, could not read it (SyntaxError"),
         ("a.json", b"{}", "shape: expected one, got none"),

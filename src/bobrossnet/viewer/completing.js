@@ -2,10 +2,11 @@
 /**
  * The worker that gathers samples, completes pictures and paints them.
  *
- * @typedef {{kind: "connect", tracer: MessagePort}
+ * @typedef {{kind: "start", module: WebAssembly.Module, weights: ArrayBuffer}
+ *   | {kind: "connect", tracer: MessagePort}
  *   | {kind: "show", mode: import("./paint.js").Mode, divider: number}
  *   | {kind: "buffers"}} Request
- *   "show" paints the last picture anew; "buffers" is answered by "buffers"
+ *   "start" comes once; weights: a safetensors file; "show" paints the last picture anew; "buffers" is answered by "buffers"
  *
  * @typedef {{
  *   frame: import("./tracer.js").Frame, bitmap: ImageBitmap, traced: number, completing: number, total: number,
@@ -18,10 +19,15 @@
  *   | {kind: "failed", message: string}} Reply
  */
 import { Completer } from "./completer.js";
-import { loadCore, readWeights } from "./core.js";
+import { Core, readWeights } from "./core.js";
 import { paint } from "./paint.js";
 
-const loading = load();
+const WARM_UPS = 3;
+
+/** @type {(parts: {core: Core, completer: Completer}) => void} */
+let start;
+/** @type {Promise<{core: Core, completer: Completer}>} */
+const starting = new Promise((resolve) => (start = resolve));
 /**
  * @typedef {{
  *   frame: import("./tracer.js").Frame, gbuffer: import("./core.js").GBuffer, traced: number, completed: boolean,
@@ -42,18 +48,25 @@ let queue = Promise.resolve();
 /** @param {Reply} message @param {Transferable[]} [transfer] */
 const reply = (message, transfer = []) => postMessage(message, { transfer });
 
-async function load() {
-  const [core, response] = await Promise.all([loadCore("complete"), fetch(new URL("weights/default.safetensors", import.meta.url))]);
-  const completer = new Completer(core, readWeights(await response.arrayBuffer()));
-  return { core, completer };
+/** @param {WebAssembly.Module} module @param {ArrayBuffer} weights */
+async function begin(module, weights) {
+  try {
+    const core = new Core(new WebAssembly.Instance(module)), completer = new Completer(core, readWeights(weights));
+    const small = core.gbuffer(64, 64); // browsers compile what is called: before anybody waits for it
+    for (let i = 0; i < WARM_UPS; ++i) await completer.complete(small);
+    small.free();
+    start({ core, completer });
+  } catch (error) {
+    fail(error);
+  }
 }
 
 /** @param {import("./tracer.js").Samples} samples */
 async function gather({ frame, pixels, values }) {
   if (frame.id < gathered.id) return;
   if (frame.id > gathered.id) gathered = { id: frame.id, parts: 0 };
-  const { core, completer } = await loading;
-  const begin = performance.now();
+  const { core, completer } = await starting;
+  const begun = performance.now();
   if (view?.gbuffer.height !== frame.height || view.gbuffer.width !== frame.width) {
     view?.gbuffer.free();
     const gbuffer = core.gbuffer(frame.height, frame.width);
@@ -80,7 +93,7 @@ async function gather({ frame, pixels, values }) {
   const error = view.traced === size ? meanDifference(view.first, image) : NaN;
   const bitmap = await painted(view);
   picture = {
-    frame, bitmap, traced: view.traced, completing: completed - completing, total: performance.now() - begin,
+    frame, bitmap, traced: view.traced, completing: completed - completing, total: performance.now() - begun,
     backend: completer.backend, error,
   };
   reply({ kind: "picture", picture, repainted: false }, [bitmap]);
@@ -102,7 +115,7 @@ function meanDifference(a, b) {
   return sum / a.length;
 }
 
-/** @param {Request} request */
+/** @param {Exclude<Request, {kind: "start"}>} request */
 async function answer(request) {
   if (request.kind === "connect") {
     request.tracer.onmessage = receive;
@@ -118,11 +131,13 @@ async function answer(request) {
   }
 }
 
+/** @param {unknown} error */
+const fail = (error) => reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });
+
 /** @param {MessageEvent<Request | import("./tracer.js").Samples>} event */
 function receive({ data }) {
-  queue = queue.then(() => (data.kind === "samples" ? gather(data) : answer(data))).catch((error) => {
-    reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });
-  });
+  if (data.kind === "start") begin(data.module, data.weights);
+  else queue = queue.then(() => (data.kind === "samples" ? gather(data) : answer(data))).catch(fail);
 }
 
 onmessage = receive;

@@ -4,7 +4,8 @@
 import { CoreError } from "./errors.js";
 import { readBob } from "./files/bob.js";
 import { readGeomdl } from "./files/geomdl.js";
-import { readGlb, readObj, readStl } from "./files/meshes.js";
+import { readGlb, readStl } from "./files/loaders.js";
+import { readObj } from "./files/obj.js";
 import { readOff } from "./files/off.js";
 import { meshScene } from "./files/part.js";
 import { readPly } from "./files/ply.js";

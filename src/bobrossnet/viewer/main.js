@@ -30,7 +30,7 @@ const gallery = element("gallery", HTMLSelectElement), file = element("file", HT
 const message = element("message", HTMLElement), status = element("status", HTMLElement), note = element("note", HTMLElement);
 const divider = element("divider", HTMLInputElement), line = element("line", HTMLElement), drop = element("drop", HTMLElement);
 const budget = element("budget", HTMLInputElement), refines = element("refines", HTMLInputElement);
-const script = element("script", HTMLDetailsElement);
+const copy = element("link", HTMLButtonElement);
 const context = /** @type {ImageBitmapRenderingContext} */ (canvas.getContext("bitmaprenderer"));
 
 const query = new URLSearchParams(location.search);
@@ -41,7 +41,11 @@ const workers = Math.max(1, Math.min(Number(query.get("workers")) || navigator.h
 
 /** One for all workers. */
 const module = compileCore();
+const weights = fetch(new URL("weights/default.safetensors", import.meta.url)).then((response) => response.arrayBuffer());
 const completing = new Worker(new URL("completing.js", import.meta.url), { type: "module" });
+Promise.all([module, weights]).then(
+  ([module, weights]) => completing.postMessage({ kind: "start", module, weights }, [weights]),
+  (error) => (message.textContent = error.message));
 const frames = new Frames(HOME, !fixedSize);
 /** @type {Pool | undefined} that has the scene */
 let shown;
@@ -75,7 +79,7 @@ function showPicture(picture, repainted) {
     pictures: statistics.pictures + 1, fraction: traced / (frame.height * frame.width), completing: picture.completing,
     backend: picture.backend, raysPerSecond: frames.raysPerSecond, exact, error: picture.error,
   });
-  document.dispatchEvent(new CustomEvent("picture"));
+  document.dispatchEvent(new CustomEvent("picture", { detail: frame }));
 }
 
 /** @param {import("./core.js").Camera} camera */
@@ -158,7 +162,10 @@ refines.addEventListener("change", () => {
 
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
-/** @typedef {{title: string, gallery?: string, script?: string}} Scene gallery: which file of it; script: its text */
+/**
+ * @typedef {{title: string, gallery?: string, script?: string, address?: string}} Scene
+ *   gallery: which file of it; script: its text; address: of the file in the page's own; one without any has no link
+ */
 /** @type {Scene} */
 let scene = { title: "" };
 
@@ -176,12 +183,13 @@ function pool() {
 }
 
 /**
- * Opens a scene in workers of its own. Where that fails, the one before stays, and the page says why.
+ * Opens a scene in workers of its own. Where that fails, the one before stays.
  *
  * @param {Scene} opened
  * @param {(pool: Pool) => Promise<string | null>} open returns the text of a script
+ * @param {(message: string | null) => void} [complain] says what is wrong, null where nothing is
  */
-async function replace(opened, open) {
+async function replace(opened, open, complain = (text) => (message.textContent = text)) {
   coming?.end();
   const mine = coming = spare ?? pool();
   spare = undefined;
@@ -192,18 +200,18 @@ async function replace(opened, open) {
     shown?.end();
     shown = mine, coming = undefined;
     scene = { ...opened, script: text ?? undefined };
-    message.textContent = "";
     canvas.setAttribute("aria-label", `Picture of ${scene.title}`);
     status.textContent = `${scene.title} is open`;
-    script.hidden = text === null;
-    if (text !== null && editor.script !== text) editor.script = text;
+    if (edited === null && editor.script !== (text ?? "")) editor.script = text ?? "";
+    message.textContent = "";
+    complain(null);
     statistics.exact = false;
     frames.show(mine);
   } catch (error) {
     if (mine !== coming) return;
     coming = undefined;
     mine.end();
-    message.textContent = error instanceof Error ? error.message : String(error);
+    complain(error instanceof Error ? error.message : String(error));
   } finally {
     if (!coming) stage.removeAttribute("aria-busy");
     setTimeout(() => (spare ??= pool()), SPARE_MS);
@@ -221,13 +229,13 @@ const openFile = (opened, name, source) => replace(opened, async (pool) => (awai
 const openScript = (text) => replace({ title: "Script" }, async (pool) => {
   await pool.open(described(text));
   return text;
-});
+}, (wrong) => editor.wrong(wrong));
 
 /** The newest text of the editor that is not yet shown. @type {string | null} */
 let edited = null;
 let editing = false;
 
-/** Shows a changed script in the workers that have the one before. @param {string} text */
+/** Shows a changed script, in the workers that have the one before if there is one. @param {string} text */
 async function edit(text) {
   edited = text;
   if (editing) return;
@@ -236,7 +244,7 @@ async function edit(text) {
   while (edited !== null) {
     const now = edited;
     edited = null;
-    if (!shown || shown.ended) {
+    if (!shown || shown.ended || scene.script === undefined) {
       await openScript(now);
       continue;
     }
@@ -254,7 +262,7 @@ async function edit(text) {
     }
   }
   editing = false;
-  stage.removeAttribute("aria-busy");
+  if (!coming) stage.removeAttribute("aria-busy");
 }
 
 /** @type {{file: string, title: string, kind: string}[]} */
@@ -267,6 +275,8 @@ function choose() {
   other.textContent = scene.gallery === undefined ? scene.title || "…" : "";
   if (known) other.remove();
   gallery.value = scene.gallery ?? "";
+  copy.disabled = scene.gallery === undefined && scene.script === undefined && scene.address === undefined;
+  copy.title = copy.disabled ? "A file of this machine has no link" : "";
 }
 
 /** @param {URL} address */
@@ -344,7 +354,7 @@ async function link() {
   return new URL(fragment, location.href).href;
 }
 
-element("link", HTMLButtonElement).addEventListener("click", async () => {
+copy.addEventListener("click", async () => {
   const address = await link();
   history.replaceState(null, "", address);
   try {
@@ -365,7 +375,7 @@ async function start() {
     await openScript(state.script);
   } else if (address !== null && !state.gallery) {
     const url = new URL(address, location.href), name = fileName(url);
-    if (url.origin === location.origin) await openFile({ title: name }, name, url.href);
+    if (url.origin === location.origin) await openFile({ title: name, address }, name, url.href);
     else message.textContent = `scene: expected a file of ${location.origin}, got ${url.origin}`;
   } else {
     await openGallery(state.gallery ?? built[0].file);

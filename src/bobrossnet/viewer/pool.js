@@ -63,6 +63,7 @@ export class Pool {
    * @returns {Promise<void>} resolved once a tracer has it
    */
   open(scene) {
+    this.#reader.terminate();
     for (const tracer of this.#tracers) tracer.worker.postMessage({ kind: "open", scene });
     return this.#opened();
   }
@@ -77,17 +78,31 @@ export class Pool {
   async read(name, source) {
     const opened = this.#opened(), ports = this.#tracers.map((tracer) => tracer.port);
     opened.catch(() => {}); // waited for below
-    /** @type {Promise<import("./reader.js").Summary>} */
-    const read = new Promise((resolve, reject) => {
-      this.#reader.onmessage = ({ data }) => (data.kind === "read" ? resolve(data.summary) : reject(new Error(data.message)));
-      this.#reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
-    });
-    this.#reader.postMessage({ kind: "read", name, source, ports, module: await this.#module }, ports);
+    const reader = this.#reader;
     try {
-      return (await Promise.all([read, opened]))[0];
-    } finally {
-      this.#reader.terminate();
+      /** @type {Promise<import("./reader.js").Summary>} */
+      const read = new Promise((resolve, reject) => {
+        reader.onmessage = ({ data }) => {
+          if (data.kind === "read") resolve(data.summary);
+          else if (data.kind === "failed") reject(new Error(data.message));
+          else this.#keep(data.tracers);
+        };
+        reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
+      });
+      reader.postMessage({ kind: "read", name, source, ports, module: await this.#module }, ports);
+      const [summary] = await Promise.all([read, opened]);
+      reader.postMessage({ kind: "share" });
+      return summary;
+    } catch (error) {
+      reader.terminate();
+      throw error;
     }
+  }
+
+  /** Ends what is not needed any more once a scene was shared. @param {number} count of tracers that have it or will have it */
+  #keep(count) {
+    this.#reader.terminate();
+    for (const { worker } of this.#tracers.splice(count)) worker.terminate();
   }
 
   /** @returns {Promise<void>} */

@@ -1,12 +1,14 @@
 // @ts-check
 /**
- * A worker that reads one file and hands its scene to tracers, so that a large one never passes through the page. It ends after
- * that, which frees what reading took.
+ * A worker that reads one file and hands its scene to tracers, so that a large one never passes through the page: to one, and
+ * once that can show it to the others, since together all would be slower. It ends after that, which frees what reading took.
  *
  * @typedef {{script: string | null}} Summary the text of a file that is one shape script
- * @typedef {{kind: "read", name: string, source: Blob | string, ports: MessagePort[], module: WebAssembly.Module}} Request
+ * @typedef {{kind: "read", name: string, source: Blob | string, ports: MessagePort[], module: WebAssembly.Module}
+ *   | {kind: "share"}} Request
  *   source: a file, or its address; ports: to tracers, not all of which are given a large scene
- * @typedef {{kind: "read", summary: Summary} | {kind: "failed", message: string}} Reply
+ * @typedef {{kind: "read", summary: Summary} | {kind: "failed", message: string} | {kind: "shared", tracers: number}} Reply
+ *   "read" is answered by "read" or "failed", "share" by "shared", with how many tracers in all were given the scene
  */
 import { Core } from "./core.js";
 import { readFile } from "./files.js";
@@ -31,16 +33,31 @@ function weight(value) {
   return value && typeof value === "object" ? Object.values(value).reduce((sum, part) => sum + weight(part), 0) : 0;
 }
 
-/** @param {MessageEvent<Request>} event */
-onmessage = async ({ data: { name, source, ports, module } }) => {
+/** @type {MessagePort[]} */
+let ports = [];
+/** @type {import("./scene.js").SceneDescription} */
+let scene;
+
+/** @param {Extract<Request, {kind: "read"}>} request */
+async function read({ name, source, ports: given, module }) {
   try {
     const core = new Core(new WebAssembly.Instance(module));
-    const scene = await readFile(core, name, await bytesOf(source));
-    const given = Math.max(1, Math.min(ports.length, Math.floor(MOST / weight(scene))));
-    for (const port of ports.slice(0, given)) port.postMessage({ kind: "open", scene });
+    scene = await readFile(core, name, await bytesOf(source));
+    ports = given.slice(0, Math.max(1, Math.floor(MOST / weight(scene))));
+    ports[0].postMessage({ kind: "open", scene });
     const [shape] = scene.shapes;
     reply({ kind: "read", summary: { script: scene.shapes.length === 1 && shape.kind === "script" ? shape.source : null } });
   } catch (error) {
     reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });
+  }
+}
+
+/** @param {MessageEvent<Request>} event */
+onmessage = ({ data }) => {
+  if (data.kind === "read") {
+    read(data);
+  } else {
+    for (const port of ports.slice(1)) port.postMessage({ kind: "open", scene });
+    reply({ kind: "shared", tracers: ports.length });
   }
 };

@@ -1,5 +1,5 @@
 // @ts-check
-/** OBJ, STL and GLB, parsed by loaders of three.js, which are only fetched for such files. */
+/** STL and GLB, parsed by loaders of three.js, which are only fetched for such files. */
 
 import { IDENTITY, product } from "../affine.js";
 import { CoreError, brief } from "../errors.js";
@@ -13,26 +13,10 @@ const Z_UP = [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1];
 /** Copies of one mesh can be many; this many vertices and triangles still fit into the memory of a page. */
 const MAX_ITEMS = 50_000_000;
 
-/** A new loader of three.js. @param {"OBJLoader" | "STLLoader" | "GLTFLoader"} name @returns {Promise<any>} */
+/** A new loader of three.js. @param {"STLLoader" | "GLTFLoader"} name @returns {Promise<any>} */
 async function loaderOf(name) {
   const module = await import(`../vendor/three/loaders/${name}.js`);
   return new module[name]();
-}
-
-/**
- * Where some faces have normals and others none, these are flat: the loader makes normals for them.
- *
- * @param {ArrayBuffer} bytes
- * @returns {Promise<Part[]>}
- */
-export async function readObj(bytes) {
-  const text = textOf(bytes).replace(/#.*/g, ""), stored = /^[ \t]*vn\s/m.test(text);
-  const meshes = meshesOf((await loaderOf("OBJLoader")).parse(text));
-  if (!meshes.length) {
-    const points = text.match(/^[ \t]*v\s/gm)?.length ?? 0;
-    return [{ vertices: new Float64Array(3 * points), triangles: new Int32Array() }];
-  }
-  return meshes.map(({ geometry }) => partOf(stored ? geometry : geometry.deleteAttribute("normal"), IDENTITY));
 }
 
 /** @param {ArrayBuffer} bytes @returns {Promise<Part[]>} without the normals, which it stores for faces */
@@ -62,6 +46,7 @@ export async function readGlb(bytes) {
   const loader = await loaderOf("GLTFLoader");
   loader.register((/** @type {any} */ parser) => {
     checkNodes(parser.json);
+    checkBuffers(parser.json);
     return { name: "shapes alone", loadMaterial: async () => new Material() };  // so that no picture is fetched
   });
   const { scene } = await loader.parseAsync(bytes, "");
@@ -78,6 +63,17 @@ export async function readGlb(bytes) {
       return partOf(geometry, mesh.isInstancedMesh ? product(place, rows(mesh.instanceMatrix.array, 16 * i)) : place);
     });
   });
+}
+
+/**
+ * Refuses what is not in the file itself: a page has no files beside it, and should not ask strangers for them.
+ *
+ * @param {any} json
+ */
+function checkBuffers({ buffers = [] }) {
+  for (const { uri } of buffers) {
+    if (uri !== undefined) throw new CoreError(`expected its data within the file, got them at ${brief(uri)}`);
+  }
 }
 
 /**
