@@ -73,9 +73,10 @@ export class Pool {
    *
    * @param {string} name with its ending
    * @param {Blob | string} source or its address
+   * @param {boolean} yUp whether it stores y up
    * @returns {Promise<import("./reader.js").Summary>} resolved once a tracer has it
    */
-  async read(name, source) {
+  async read(name, source, yUp) {
     const opened = this.#opened(), ports = this.#tracers.map((tracer) => tracer.port);
     opened.catch(() => {}); // waited for below
     const reader = this.#reader;
@@ -89,7 +90,7 @@ export class Pool {
         };
         reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
       });
-      reader.postMessage({ kind: "read", name, source, ports, module: await this.#module }, ports);
+      reader.postMessage({ kind: "read", name, source, yUp, ports, module: await this.#module }, ports);
       const [summary] = await Promise.all([read, opened]);
       reader.postMessage({ kind: "share" });
       return summary;
