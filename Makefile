@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo test bench report quality vendor clean
+.PHONY: demo test bench bench-web report quality vendor types clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed
@@ -12,7 +12,7 @@ demo: $(VENV)/installed
 	$(BIN)/bobrossnet render --fraction 5% --panels --out out/demo.png
 
 # Style, types, the core's own tests (plain, and under the sanitizers), then everything else.
-test: $(VENV)/installed-test
+test: $(VENV)/installed-test $(VENV)/chromium
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -30,6 +30,10 @@ bench: $(VENV)/installed-test
 	$(BIN)/python bench/progressive.py
 	$(BIN)/python bench/learn.py
 
+# The viewer's page in Chromium: frames a second, first pictures, memory, and its pictures beside those of half the resolution.
+bench-web: $(VENV)/installed-test $(VENV)/chromium
+	$(BIN)/python bench/web/viewer.py
+
 # The report of 2019, from data set to figures: docs/report.md. Hours; SCALE=small does the same in 10 minutes.
 SCALE ?= full
 report: $(VENV)/installed-train
@@ -46,11 +50,16 @@ VENDOR := src/bobrossnet/viewer/vendor/three
 vendor:
 	rm -rf build/three $(VENDOR) && mkdir -p build/three $(VENDOR)/loaders $(VENDOR)/utils
 	cd build/three && npm pack --silent three@$(THREE) && tar xzf three-$(THREE).tgz
-	cp build/three/package/LICENSE build/three/package/build/three.core.js $(VENDOR)
-	cd build/three/package/examples/jsm && cp loaders/OBJLoader.js loaders/STLLoader.js loaders/GLTFLoader.js $(abspath $(VENDOR))/loaders
+	cp build/three/package/build/three.core.js $(VENDOR) && cp build/three/package/LICENSE $(VENDOR)/LICENSE.txt
+	cd build/three/package/examples/jsm && cp loaders/STLLoader.js loaders/GLTFLoader.js $(abspath $(VENDOR))/loaders
 	cd build/three/package/examples/jsm && cp utils/BufferGeometryUtils.js utils/SkeletonUtils.js $(abspath $(VENDOR))/utils
 	sed -i "s|from 'three';|from '../../../files/three.js';|" $(VENDOR)/loaders/*.js $(VENDOR)/utils/*.js
 	sed -i '1i // @ts-nocheck' $(VENDOR)/*.js $(VENDOR)/loaders/*.js $(VENDOR)/utils/*.js
+
+# Types of the viewer's page, as its comments say them; npm brings what checks them.
+types:
+	npm install --silent --no-save --prefix build/types typescript@7.0.2
+	build/types/node_modules/.bin/tsc -p jsconfig.json
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
@@ -66,6 +75,13 @@ $(VENV)/installed-train: $(BIN)/python $(SOURCES) constraints.txt
 $(VENV)/installed-test: $(BIN)/python $(SOURCES) constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt '.[test]'
 	@touch $@ $(VENV)/installed $(VENV)/installed-train
+
+# A browser for the tests of the viewer's page: Debian's where it may be installed, else playwright's own. Without any, these
+# tests are skipped, or fail where CI is set.
+$(VENV)/chromium: | $(VENV)/installed-test
+	@{ command -v chromium || command -v chromium-browser || command -v google-chrome || \
+	   { [ "$$(id -u)" = 0 ] && apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium; } || \
+	   $(BIN)/playwright install chromium; } > /dev/null && touch $@ || echo "no Chromium: tests of the viewer's page can't run"
 
 clean:
 	rm -rf $(VENV) build out

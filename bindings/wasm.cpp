@@ -229,8 +229,8 @@ EXPORT(free_scene) void free_scene(bob::Scene* scene) { delete scene; }
 
 /// Traces pixels, (count, 2), into planes, (5, height, width).
 EXPORT(trace)
-bool trace(const bob::Scene* scene, float azimuth, float elevation, float roll, float zoom, std::int32_t height,
-           std::int32_t width, const std::int32_t* pixels, std::size_t count, float* planes) {
+bool trace(const bob::Scene* scene, float azimuth, float elevation, float roll, float zoom, float pan_x, float pan_y,
+           std::int32_t height, std::int32_t width, const std::int32_t* pixels, std::size_t count, float* planes) {
     return attempt([&] {
         const std::span all(reinterpret_cast<const bob::Pixel*>(pixels), count);
         for (const bob::Pixel p : all) {
@@ -239,7 +239,7 @@ bool trace(const bob::Scene* scene, float azimuth, float elevation, float roll, 
         std::vector<float> gray(count), depth(count), normal(2 * count);
         const auto hit = std::make_unique<bool[]>(count);
         const bob::Samples samples{gray.data(), depth.data(), normal.data(), hit.get()};
-        bob::trace(*scene, {azimuth, elevation, roll, zoom}, height, width, all, samples);
+        bob::trace(*scene, {azimuth, elevation, roll, zoom, pan_x, pan_y}, height, width, all, samples);
         bob::scatter(all, samples, planes, static_cast<std::size_t>(height), static_cast<std::size_t>(width));
         return true;
     });

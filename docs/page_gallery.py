@@ -2,8 +2,8 @@
 
 python docs/page_gallery.py
 
-The built-in scene is not among these files: the page's server and its export make it. The scripts of examples/ are put beside
-them when the package is built.
+The built-in scene is not among these files: the page's server and its export make it. The scripts of examples/ are put
+beside them when the package is built.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import bobrossnet as bob
 
 FOLDER = ROOT / "src/bobrossnet/viewer/gallery"
 
-SCRIPTS = {"csg": "ball, box and cylinders", "gear": "gear", "tower": "tower", "vase": "fluted vase"}
+SCRIPTS = {"csg": "ball, box and cylinders", "gear": "gear", "tower": "tower", "vase": "vase with flutes"}
 """Titles of those in the folder and in examples/."""
 IMPLICITS = ["gyroid", "tanglecube", "heart", "metaballs"]
 SPLINES = ["a lantern", "a ring of ribbons", "a sea shell", "a flower", "a knot"]

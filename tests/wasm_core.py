@@ -168,8 +168,8 @@ class WasmCore:
 
     def trace(self, scene, camera, size, pixels):
         planes = np.zeros((5, *size), np.float32)
-        angles = (camera.azimuth, camera.elevation, camera.roll, camera.zoom)
-        self.made("trace", scene, *map(float, angles), *size, pixels, len(pixels), planes)
+        placed = (camera.azimuth, camera.elevation, camera.roll, camera.zoom, 0, 0)
+        self.made("trace", scene, *map(float, placed), *size, pixels, len(pixels), planes)
         return planes
 
 

@@ -41,13 +41,14 @@ TEST(sphere_matches_the_analytic_one) {
     const auto sphere = test::sphere(6, 1);
     const bob::Scene scene = scene_of(sphere.vertices, sphere.triangles);
     constexpr int height = 90, width = 121;
-    for (const bob::Camera camera : {bob::Camera{}, bob::Camera{200, -70, 33, 1}, bob::Camera{0, 90, 0, 0.7f}}) {
+    for (const bob::Camera camera : {bob::Camera{}, bob::Camera{200, -70, 33, 1}, bob::Camera{0, 90, 0, 0.7f},
+                                    bob::Camera{30, 20, 10, 1.5f, 0.25f, -0.5f}}) {
         const auto picture = render(scene, camera, height, width);
         for (int row = 0; row < height; ++row) {
             for (int column = 0; column < width; ++column) {
                 const std::size_t i = static_cast<std::size_t>(row * width + column);
-                const float x = (column + 0.5f - width / 2.f) * 2 / height / camera.zoom;
-                const float y = (height / 2.f - row - 0.5f) * 2 / height / camera.zoom;
+                const float x = (column + 0.5f - width / 2.f) * 2 / height / camera.zoom + camera.pan_x;
+                const float y = (height / 2.f - row - 0.5f) * 2 / height / camera.zoom + camera.pan_y;
                 const float r2 = x * x + y * y;
                 if (r2 > 0.998f && r2 < 1.002f) continue;  // within the facets of the silhouette
                 CHECK_EQ(picture.hit[i] != 0, r2 < 1);

@@ -12,6 +12,7 @@ struct Camera {
     float elevation_degrees = 20; // 90 looks straight down
     float roll_degrees = 0;       // turns the camera anticlockwise about its line of sight: the picture turns clockwise
     float zoom = 1;               // 1 fits the unit sphere exactly into the shorter side of the image
+    float pan_x = 0, pan_y = 0;   // what the image's centre shows: radii of the unit sphere right of and above its centre
 };
 
 /// The camera's axes in the scene: x right and y up in the picture, z towards the camera.
@@ -37,11 +38,14 @@ struct Frame {
 struct Raster {
     int height, width;
     float pixel;  // size of a pixel, in radii of the unit sphere
+    float pan_x, pan_y;
 
-    Raster(int height, int width, float zoom)
-        : height(height), width(width), pixel(2 / (zoom * static_cast<float>(height < width ? height : width))) {}
-    [[nodiscard]] float x(int column) const { return (static_cast<float>(column) + 0.5f - 0.5f * width) * pixel; }
-    [[nodiscard]] float y(int row) const { return (0.5f * height - 0.5f - static_cast<float>(row)) * pixel; }
+    Raster(int height, int width, const Camera& camera)
+        : height(height), width(width),
+          pixel(2 / (camera.zoom * static_cast<float>(height < width ? height : width))),
+          pan_x(camera.pan_x), pan_y(camera.pan_y) {}
+    [[nodiscard]] float x(int column) const { return (static_cast<float>(column) + 0.5f - 0.5f * width) * pixel + pan_x; }
+    [[nodiscard]] float y(int row) const { return (0.5f * height - 0.5f - static_cast<float>(row)) * pixel + pan_y; }
 };
 
 }  // namespace bob

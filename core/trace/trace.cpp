@@ -46,7 +46,7 @@ struct Batch {
 bool trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
            const Samples& samples, const std::function<bool()>& keep_going) {
     const Frame frame(camera);
-    const Raster raster(height, width, camera.zoom);
+    const Raster raster(height, width, camera);
     return parallel_for(pixels.size(), batch_size(pixels.size()), [&](std::size_t begin, std::size_t end) {
         Batch& batch = Batch::of_this_thread(end - begin);
         std::size_t count = 0;

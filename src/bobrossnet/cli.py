@@ -1,4 +1,4 @@
-"""The command line: `bobrossnet render | pack | info`, and those of learn/commands.py.
+"""The command line: `bobrossnet render | view | pack | info`, and those of learn/commands.py.
 
 Nothing slow is imported up here, so that --help and mistakes are answered at once.
 """
@@ -6,6 +6,7 @@ Nothing slow is imported up here, so that --help and mistakes are answered at on
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import signal
@@ -16,6 +17,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
+from urllib.parse import quote
 
 from bobrossnet import arguments
 from bobrossnet.learn.commands import add_commands
@@ -99,6 +101,18 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
     render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
+
+    view = commands.add_parser(
+        "view",
+        help="show shapes in a browser",
+        description="Show shapes in a page, in which they can be turned; only browsers on this machine reach it.",
+    )
+    view.set_defaults(run=_view)
+    view.add_argument("files", nargs="*", metavar="FILE", help=FILES)
+    view.add_argument("--port", type=int, default=0, help="of the page; 0 takes a free one (default: 0)")
+    view.add_argument("--no-browser", action="store_true", help="only print the page's address")
+    view.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
+    view.add_argument("--export", metavar="DIR", help="write the page to a folder for any web server, and show nothing")
 
     pack = commands.add_parser("pack", help="write a scene of shapes", description="Write shapes to one scene file.")
     pack.set_defaults(run=_pack)
@@ -194,6 +208,30 @@ def _scene(options: argparse.Namespace) -> bob.Scene:
     files = options.files
     scene = bob.load(files) if files else bob.Scene(bob.Instance(bob.happy_tree(), name="happy tree"))
     return scene.turned_upright() if options.up == "y" else scene
+
+
+def _view(options: argparse.Namespace) -> None:
+    import threading
+    import webbrowser
+
+    from bobrossnet.view import Server, export, page_files, scene_path
+
+    _limit_memory()
+    files = options.files
+    name = Path(files[0]).stem if len(files) == 1 else "scene"
+    with page_files(_scene(options) if files else None, name) as page:
+        if options.export is not None:
+            export(page, Path(options.export))
+            print(f"wrote {options.export}: {len(page)} files, which any web server can show")
+            return
+        with Server(page, options.port) as server:
+            url = server.url + (f"?scene={quote(scene_path(name))}" if files else "")
+            print(f"{url}  (Ctrl-C ends it)", flush=True)
+            if not options.no_browser:
+                # Browsers in a terminal only return when they are left.
+                threading.Thread(target=webbrowser.open, args=[url], daemon=True).start()
+            with contextlib.suppress(KeyboardInterrupt):  # how it ends
+                server.serve_forever()
 
 
 def _pack(options: argparse.Namespace) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -15,7 +16,7 @@ from urllib.parse import quote, unquote, urlsplit
 
 import bobrossnet as bob
 from bobrossnet.complete.weights import WEIGHTS
-from bobrossnet.errors import InputError
+from bobrossnet.errors import InputError, check_integer
 from bobrossnet.shapes.scene import SceneLike
 
 VIEWER = Path(__file__).parent / "viewer"
@@ -63,6 +64,11 @@ Files: TypeAlias = Mapping[str, "Path | bytes"]
 """What is served: by the path from the page's folder, a file or its content."""
 
 
+def scene_path(name: str) -> str:
+    """Where the scene of a name stands among the page's files."""
+    return f"files/{name}.bob"
+
+
 @contextmanager
 def page_files(scene: SceneLike | None = None, name: str = "scene") -> Iterator[Files]:
     """Everything that the page consists of, while the context lasts.
@@ -72,7 +78,7 @@ def page_files(scene: SceneLike | None = None, name: str = "scene") -> Iterator[
     scene : SceneLike, optional
         What the page opens with; by default the gallery's first.
     name : str
-        The scene's title; it becomes `files/NAME.bob`.
+        The scene's title, and the name of its file.
 
     Raises
     ------
@@ -81,7 +87,8 @@ def page_files(scene: SceneLike | None = None, name: str = "scene") -> Iterator[
     """
     if not (VIEWER / "core.wasm").is_file():
         raise InputError(
-            "viewer: expected core.wasm in the package, got none; install ziglang where pip builds bobrossnet, and again"
+            "viewer: expected core.wasm in the package, got none: it was built without ziglang, "
+            "which pip brings on most machines"
         )
     files: dict[str, Path | bytes] = {
         file.relative_to(VIEWER).as_posix(): file for file in VIEWER.rglob("*") if file.suffix in TYPES
@@ -97,7 +104,7 @@ def page_files(scene: SceneLike | None = None, name: str = "scene") -> Iterator[
 
         add(TREE, bob.Instance(bob.happy_tree(), name="happy tree"))
         if scene is not None:
-            path = f"files/{name}.bob"
+            path = scene_path(name)
             add(path, scene)
             gallery = json.loads((VIEWER / GALLERY).read_bytes())
             opened = {"file": f"../{quote(path)}", "title": name, "kind": "file"}
@@ -138,7 +145,7 @@ class Server(ThreadingHTTPServer):
     Raises
     ------
     InputError
-        If the port is taken.
+        If the port is out of range or can't be had.
     """
 
     daemon_threads = True
@@ -146,7 +153,7 @@ class Server(ThreadingHTTPServer):
     def __init__(self, files: Files, port: int = 0) -> None:
         self.files = dict(files)
         try:
-            super().__init__(("127.0.0.1", port), _Handler)
+            super().__init__(("127.0.0.1", check_integer("port", port, 0, 65535)), _Handler)
         except OSError as error:
             raise InputError(f"port: expected a free one, got {port}: {error.strerror}") from error
         self.hosts = {f"{host}:{self.server_port}" for host in ("127.0.0.1", "localhost")}
@@ -154,6 +161,11 @@ class Server(ThreadingHTTPServer):
     @property
     def url(self) -> str:
         return f"http://127.0.0.1:{self.server_port}/"
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        """Browsers end connections whose answers they do not need any more; whatever else goes wrong is told."""
+        if not isinstance(sys.exc_info()[1], ConnectionError):
+            super().handle_error(request, client_address)  # type: ignore[arg-type]
 
 
 class _Handler(BaseHTTPRequestHandler):

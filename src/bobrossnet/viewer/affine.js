@@ -8,6 +8,9 @@
 /** @type {readonly number[]} */
 export const IDENTITY = Object.freeze([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
 
+/** Turns y up to z up: (x, y, z) becomes (x, -z, y). @type {readonly number[]} */
+export const UPRIGHT = Object.freeze([1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1]);
+
 /** What is singular, as bobrossnet.shapes.affine.FLATTEST. */
 const FLATTEST = 1e-10;
 
@@ -16,7 +19,9 @@ export function product(a, b) {
   const result = [];
   for (let row = 0; row < 16; row += 4) {
     for (let column = 0; column < 4; ++column) {
-      result.push(a[row] * b[column] + a[row + 1] * b[column + 4] + a[row + 2] * b[column + 8] + a[row + 3] * b[column + 12]);
+      let sum = 0;
+      for (let i = 0; i < 4; ++i) sum += a[row + i] * b[4 * i + column];
+      result.push(sum);
     }
   }
   return result;

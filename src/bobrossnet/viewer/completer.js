@@ -17,8 +17,6 @@
  * @property {number[]} wasm milliseconds of the pictures that both completed
  * @property {number[]} gpu
  */
-import { createGpuNetwork } from "./gpu.js";
-
 /** Pictures before the GPU is tried, so that sizes which a window only passes through cost nothing. */
 const FIRST = 5;
 /** Pictures that both complete. */
@@ -27,6 +25,9 @@ const RUNS = 5;
 const TOLERANCE = 1e-4;
 /** A GPU that takes so many times as long is not tried again, since a picture waits for each try. */
 const HOPELESS = 3;
+
+/** The GPU's part is fetched while the first pictures are shown. @param {Weights} weights */
+const createLater = async (weights) => (await import("./gpu.js")).createGpuNetwork(weights);
 
 export class Completer {
   /** What completed the latest picture. @type {"wasm" | "gpu"} */
@@ -42,7 +43,7 @@ export class Completer {
    * @param {Weights} weights
    * @param {(weights: Weights) => Promise<Rival | null>} [createRival]
    */
-  constructor(core, weights, createRival = createGpuNetwork) {
+  constructor(core, weights, createRival = createLater) {
     this.#network = core.network(weights);
     createRival(weights).then((rival) => { this.#rival = rival; }, () => {});
   }

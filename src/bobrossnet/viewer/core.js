@@ -6,7 +6,8 @@
  * likes, each with a core of its own. What `free` ends must not be used again. Typed arrays that a G-buffer shows are views of
  * that memory, which any call may move: ask for them anew.
  *
- * @typedef {{azimuth?: number, elevation?: number, roll?: number, zoom?: number}} Camera degrees, as bobrossnet.Camera
+ * @typedef {{azimuth?: number, elevation?: number, roll?: number, zoom?: number, panX?: number, panY?: number}} Camera
+ *   as bobrossnet.Camera, in degrees; the picture's centre is panX radii of the scene right of the scene's, and panY above it
  * @typedef {{shape: Shape, toShape: ArrayLike<number>, box: ArrayLike<number>, material: ArrayLike<number>}} Instance
  *   toShape (3, 4): from the scene's unit sphere to the shape's own coordinates; box (2, 3): low and high in the unit sphere;
  *   material (7): linear RGB, ambient, diffuse, specular, shininess
@@ -14,17 +15,13 @@
  */
 
 import { IDENTITY, fromUnitSphere, product, singularValues, toUnitSphere } from "./affine.js";
+import { compileCore } from "./compile.js";
 import { CoreError } from "./errors.js";
+import { pointBounds, pointRadius, usedPoints } from "./points.js";
 
 export { CoreError };
 
 /** @typedef {import("./affine.js").Matrix} Matrix */
-
-/** A module of one function that multiplies and adds with a single rounding: valid where relaxed SIMD is known. */
-const RELAXED = new Uint8Array([
-  0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0,
-  10, 19, 1, 17, 0, 65, 1, 253, 15, 65, 2, 253, 15, 65, 3, 253, 15, 253, 133, 2, 11,
-]);
 
 /** Radius of a shape, in its own units, whose reciprocal float64 can hold. */
 const SMALLEST = 1e-307;
@@ -39,12 +36,8 @@ const CUBE = [-1, -1, -1, 1, 1, 1], HEIGHT = 0.1, SQUARE = [-1, -1, -HEIGHT, 1, 
  * @param {boolean} [relaxed] in relaxed SIMD; by default where the browser has it
  * @returns {Promise<Core>}
  */
-export async function loadCore(name = "core", relaxed = WebAssembly.validate(RELAXED)) {
-  const url = new URL(`${name}${relaxed ? ".relaxed" : ""}.wasm`, import.meta.url);
-  const response = await fetch(url);
-  if (!response.ok) throw new CoreError(`${url.pathname}: ${response.status} ${response.statusText}`);
-  const { instance } = await WebAssembly.instantiate(await response.arrayBuffer());
-  return new Core(instance);
+export async function loadCore(name, relaxed) {
+  return new Core(await WebAssembly.instantiate(await compileCore(name, relaxed)));
 }
 
 /**
@@ -180,7 +173,7 @@ export class Core {
     const size = radius > SMALLEST ? radius : 1;
     const [x, y, z] = center, count = vertices.length / 3, address = this.allocate(4 * vertices.length);
     try {
-      // In float64 before it becomes float32, so that neither the unit nor the distance from the origin costs precision.
+      // In float64 before it becomes float32, so that neither unit nor distance from the origin cost precision.
       const scaled = new Float32Array(this.memory, address, vertices.length);
       for (let i = 0; i < scaled.length; i += 3) {
         scaled[i] = (vertices[i] - x) / size;
@@ -201,8 +194,8 @@ export class Core {
   }
 
   /**
-   * The surface of a .vm formula. Where it is bounded it is taken whole, else cut by the cube from -1 to 1; one without z is
-   * extruded to a height of 0.1 (CONVENTIONS.md).
+   * The surface of a .vm formula. Where it is bounded it is taken whole, else cut by the cube from -1 to 1; one without
+   * z is extruded to a height of 0.1 (CONVENTIONS.md).
    *
    * @param {string} text
    * @param {ArrayLike<number>} [bounds] (2, 3), to look there
@@ -246,7 +239,11 @@ export class Core {
     this.#withExpression(this.made("parse_vm", text), () => undefined);
   }
 
-  /** The same of the arrays of a scene file. @param {Uint8Array} ops @param {Uint32Array} operands @param {Float64Array} values */
+  /**
+   * The same of the arrays of a scene file.
+   *
+   * @param {Uint8Array} ops @param {Uint32Array} operands @param {Float64Array} values
+   */
   checkNodes(ops, operands, values) {
     this.#withExpression(this.made("make_expression", ops, operands, values, ops.length), () => undefined);
   }
@@ -270,7 +267,8 @@ export class Core {
       }
     }
     if (Number.isNaN(bounds[0])) {
-      throw new CoreError("shape: expected a formula that is negative somewhere within 1e9 of the origin, got one that never is");
+      const wanted = "a formula that is negative somewhere within 1e9 of the origin";
+      throw new CoreError(`shape: expected ${wanted}, got one that never is`);
     }
     const box = as(Float64Array, bounds);
     let handle = 0;
@@ -286,14 +284,15 @@ export class Core {
   }
 
   /**
-   * Trimmed NURBS surfaces, by the arrays of a scene file (CONVENTIONS.md), whose control points are homogeneous here, and
-   * moved and scaled to a sphere of size 1.
+   * Trimmed NURBS surfaces, by the arrays of a scene file (CONVENTIONS.md), whose control points are homogeneous here,
+   * and moved and scaled to a sphere of size 1.
    *
-   * @param {{faces: Int32Array, controlPoints: Float64Array, knots: Float64Array, loops?: Int32Array, trims?: Int32Array,
-   *          trimControlPoints?: Float64Array, trimKnots?: Float64Array, tolerance?: number}} arrays
+   * @param {{faces: Int32Array, controlPoints: Float64Array, knots: Float64Array, loops?: Int32Array,
+   *          trims?: Int32Array, trimControlPoints?: Float64Array, trimKnots?: Float64Array, tolerance?: number}} arrays
    * @param {number[]} [center] of that sphere before, and @param {number} [size]
    */
-  brep({ faces, controlPoints, knots, loops, trims, trimControlPoints, trimKnots, tolerance = 0 }, center = [0, 0, 0], size = 1) {
+  brep(arrays, center = [0, 0, 0], size = 1) {
+    const { faces, controlPoints, knots, loops, trims, trimControlPoints, trimKnots, tolerance = 0 } = arrays;
     const handle = this.made("make_brep", faces, faces.length / 5, controlPoints, knots, loops ?? 0, trims ?? 0,
                              trimControlPoints ?? 0, trimKnots ?? 0, tolerance);
     return new Shape(this, handle, center, size);
@@ -365,7 +364,10 @@ export class Core {
 
 /** A surface. The core knows it in coordinates of its own, in which it is about 1 in size. */
 export class Shape {
-  /** @param {Core} core @param {number} handle @param {number[]} center @param {number} size of the core's unit sphere */
+  /**
+   * @param {Core} core @param {number} handle
+   * @param {number[]} center @param {number} size of the core's unit sphere
+   */
   constructor(core, handle, center, size) {
     this.core = core;
     this.handle = handle;
@@ -383,7 +385,11 @@ export class Shape {
     return product(matrix, fromUnitSphere(this.center, this.size));
   }
 
-  /** The lowest and highest coordinates, placed by a matrix. @param {Matrix} matrix @returns {{low: number[], high: number[]}} */
+  /**
+   * The lowest and highest coordinates, placed by a matrix.
+   *
+   * @param {Matrix} matrix @returns {{low: number[], high: number[]}}
+   */
   bounds(matrix) {
     const map = Float64Array.from(this.#fromCore(matrix).slice(0, 12)), address = this.core.allocate(48);
     try {
@@ -395,10 +401,14 @@ export class Shape {
     }
   }
 
-  /** The distance from a point to the farthest one of the shape placed by a matrix. @param {number[]} about @param {Matrix} matrix */
+  /**
+   * The distance from a point to the farthest one of the shape placed by a matrix.
+   *
+   * @param {number[]} about @param {Matrix} matrix
+   */
   radius(about, matrix) {
-    const map = this.#fromCore(matrix), [largest] = singularValues(map);
-    return this.core.made("placed_radius", this.handle, Float64Array.from(map.slice(0, 12)), Float64Array.from(about), largest);
+    const whole = this.#fromCore(matrix), [largest] = singularValues(whole), map = Float64Array.from(whole.slice(0, 12));
+    return this.core.made("placed_radius", this.handle, map, Float64Array.from(about), largest);
   }
 
   /** Scenes that have it keep it. */
@@ -409,7 +419,10 @@ export class Shape {
 
 /** A mesh, whose extents are those of the vertices that its triangles use. */
 class Mesh extends Shape {
-  /** @param {Core} core @param {number} handle @param {number[]} center @param {number} size @param {ArrayLike<number>} points */
+  /**
+   * @param {Core} core @param {number} handle @param {number[]} center @param {number} size
+   * @param {ArrayLike<number>} points (n, 3)
+   */
   constructor(core, handle, center, size, points) {
     super(core, handle, center, size);
     this.points = points;
@@ -426,59 +439,12 @@ class Mesh extends Shape {
   }
 }
 
-/** The vertices that a triangle uses. @param {ArrayLike<number>} vertices @param {ArrayLike<number>} triangles */
-function usedPoints(vertices, triangles) {
-  const used = new Uint8Array(vertices.length / 3);
-  for (let i = 0; i < triangles.length; ++i) used[triangles[i]] = 1;
-  let count = 0;
-  for (let i = 0; i < used.length; ++i) count += used[i];
-  if (count === used.length) return vertices;
-  const points = new Float64Array(3 * count);
-  for (let i = 0, at = 0; i < used.length; ++i) {
-    if (!used[i]) continue;
-    for (let axis = 0; axis < 3; ++axis) points[at++] = vertices[3 * i + axis];
-  }
-  return points;
-}
-
-/** The lowest and highest coordinates of points, (n, 3), moved by a matrix. @param {ArrayLike<number>} points @param {Matrix} matrix */
-function pointBounds(points, matrix) {
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  for (let axis = 0; axis < 3; ++axis) {
-    const a = matrix[4 * axis], b = matrix[4 * axis + 1], c = matrix[4 * axis + 2], d = matrix[4 * axis + 3];
-    let lowest = Infinity, highest = -Infinity;
-    for (let i = 0; i < points.length; i += 3) {
-      const value = a * points[i] + b * points[i + 1] + c * points[i + 2] + d;
-      if (value < lowest) lowest = value;
-      if (value > highest) highest = value;
-    }
-    low[axis] = lowest, high[axis] = highest;
-  }
-  return { low, high };
-}
-
 /**
- * The distance from a place to the farthest of points, (n, 3), moved by a matrix; not finite where one of them is not.
+ * An array as one of a type.
  *
- * @param {ArrayLike<number>} points @param {number[]} about @param {Matrix} matrix
+ * @template T
+ * @param {{new (values: ArrayLike<number>): T}} type @param {ArrayLike<number>} values @returns {T}
  */
-function pointRadius(points, about, matrix) {
-  const [a, b, c, d, e, f, g, h, i, j, k, l] = Array.from(matrix), [x, y, z] = about;
-  const { low, high } = pointBounds(points, matrix);
-  const largest = Math.max(...about.flatMap((value, axis) => [Math.abs(high[axis] - value), Math.abs(low[axis] - value)]));
-  // In units of about the largest coordinate, so that squares stay within float64; a power of two rounds nothing.
-  const unit = 2 ** Math.max(-1000, Math.ceil(Math.log2(largest)));
-  let farthest = 0;
-  for (let n = 0; n < points.length; n += 3) {
-    const p = points[n], q = points[n + 1], r = points[n + 2];
-    const right = (a * p + b * q + c * r + d - x) / unit, back = (e * p + f * q + g * r + h - y) / unit;
-    const up = (i * p + j * q + k * r + l - z) / unit, square = right * right + back * back + up * up;
-    if (!(square <= farthest)) farthest = square;  // NaN as well
-  }
-  return Math.sqrt(farthest) * unit;
-}
-
-/** An array as one of a type. @template T @param {{new (values: ArrayLike<number>): T}} type @param {ArrayLike<number>} values @returns {T} */
 const as = (type, values) => (values instanceof type ? values : new type(values));
 
 class Scene {
@@ -495,9 +461,9 @@ class Scene {
    * @param {Int32Array} pixels (n, 2), row and column
    * @param {Camera} [camera]
    */
-  trace(gbuffer, pixels, { azimuth = 30, elevation = 20, roll = 0, zoom = 1 } = {}) {
-    this.core.made("trace", this.handle, azimuth, elevation, roll, zoom, gbuffer.height, gbuffer.width, pixels,
-                   pixels.length / 2, gbuffer.address);
+  trace(gbuffer, pixels, { azimuth = 30, elevation = 20, roll = 0, zoom = 1, panX = 0, panY = 0 } = {}) {
+    this.core.made("trace", this.handle, azimuth, elevation, roll, zoom, panX, panY, gbuffer.height, gbuffer.width,
+                   pixels, pixels.length / 2, gbuffer.address);
   }
 
   free() {
@@ -506,7 +472,7 @@ class Scene {
 }
 
 /** What was traced, (5, height, width): mask, gray, depth, normal x, normal y; and the picture completed from it. */
-class GBuffer {
+export class GBuffer {
   /** @param {Core} core @param {number} height @param {number} width */
   constructor(core, height, width) {
     this.core = core;

@@ -42,14 +42,18 @@ export function checkInteger(name, value, low, high) {
   if (typeof value !== "number" || !Number.isInteger(value)) {
     throw new CoreError(`${name}: expected an integer, got ${brief(value)}`);
   }
-  if (!(low <= value && value <= high)) throw new CoreError(`${name}: expected an integer in ${low}..${high}, got ${value}`);
+  if (!(low <= value && value <= high)) {
+    throw new CoreError(`${name}: expected an integer in ${low}..${high}, got ${value}`);
+  }
   return value;
 }
 
 /** @param {string} name @param {unknown} value @param {number} low @param {number} high @returns {number} */
 export function checkNumber(name, value, low, high) {
   if (typeof value !== "number") throw new CoreError(`${name}: expected a number, got ${brief(value)}`);
-  if (!(low <= value && value <= high)) throw new CoreError(`${name}: expected a number in [${low}, ${high}], got ${value}`);
+  if (!(low <= value && value <= high)) {
+    throw new CoreError(`${name}: expected a number in [${low}, ${high}], got ${value}`);
+  }
   return value;
 }
 
@@ -67,7 +71,14 @@ export function checkList(name, value) {
   return value;
 }
 
-/** An object of these fields and no others. @param {string} name @param {any} value @param {...string} fields @returns {any} */
+/**
+ * An object of these fields and no others.
+ *
+ * @param {string} name
+ * @param {any} value
+ * @param {...string} fields
+ * @returns {any}
+ */
 export function checkFields(name, value, ...fields) {
   const got = typeof value === "object" && value && !Array.isArray(value) ? Object.keys(value) : null;
   if (got?.length !== fields.length || !fields.every((field) => got.includes(field))) {

@@ -4,7 +4,8 @@
 import { CoreError } from "./errors.js";
 import { readBob } from "./files/bob.js";
 import { readGeomdl } from "./files/geomdl.js";
-import { readGlb, readObj, readStl } from "./files/meshes.js";
+import { readGlb, readStl } from "./files/loaders.js";
+import { readObj } from "./files/obj.js";
 import { readOff } from "./files/off.js";
 import { meshScene } from "./files/part.js";
 import { readPly } from "./files/ply.js";
@@ -41,7 +42,8 @@ export const ENDINGS = Object.keys(READERS);
  * @param {string} name whose ending says what it is
  * @param {ArrayBuffer} bytes which arrays of the scene may be views of
  * @returns {Promise<SceneDescription>} its `warnings` tell what was left out
- * @throws {CoreError} of one line that starts with the file's name, whatever the bytes are; its `line` is that of a script
+ * @throws {CoreError} of one line that starts with the file's name, whatever the bytes are; its `line` is that of a
+ *   script
  */
 export async function readFile(core, name, bytes) {
   const ending = /\.[^.]*$/.exec(name)?.[0].toLowerCase() ?? "";

@@ -1,11 +1,11 @@
 // @ts-check
 /**
- * The canonical order of a scene's instances, in which the core must get them: by SHA-256 of what they are, as Python's Scene
- * has it, so that pictures do not depend on the order in a file. Scripts and .vm formulas count by their texts.
+ * The canonical order of a scene's instances, in which the core must get them: by SHA-256 of what they are, as Python's
+ * Scene has it, so that pictures do not depend on the order in a file. Scripts and .vm formulas count by their texts.
  */
 
 import { IDENTITY } from "./affine.js";
-import { WHITE } from "./scene.js";
+import { WHITE, materialValues } from "./scene.js";
 import { Sha256 } from "./sha256.js";
 
 /**
@@ -32,8 +32,8 @@ export function inCanonicalOrder(scene) {
   if (instances.length < 2) return scene;
   const digests = shapes.map(shapeDigest);
   const keyed = instances.map((instance) => {
-    const { shape, transform = IDENTITY, material: m = WHITE } = instance;
-    const seen = Float64Array.of(...Array.from(transform), ...Array.from(m.color), m.ambient, m.diffuse, m.specular, m.shininess);
+    const { shape, transform = IDENTITY, material = WHITE } = instance;
+    const seen = Float64Array.of(...Array.from(transform), ...materialValues(material));
     return { instance, key: new Sha256().update(digests[shape]).update(new Uint8Array(seen.buffer)).digest() };
   });
   keyed.sort((a, b) => compare(a.key, b.key));

@@ -10,18 +10,21 @@
  * @typedef {{kind: "formula", text: string, bounds?: ArrayLike<number>}} FormulaDescription of a .vm file
  * @typedef {{kind: "brep"} & import("./splines.js").BrepTensors} BrepDescription
  * @typedef {{kind: "tube"} & import("./splines.js").TubeTensors} TubeDescription
- * @typedef {MeshDescription | ImplicitDescription | ScriptDescription | FormulaDescription | BrepDescription | TubeDescription}
+ * @typedef {MeshDescription | ImplicitDescription | ScriptDescription | FormulaDescription | BrepDescription |
+ *   TubeDescription}
  *   ShapeDescription arrays as in scene files (CONVENTIONS.md)
  *
  * @typedef {{color: ArrayLike<number>, ambient: number, diffuse: number, specular: number, shininess: number}} Material
  *   linear RGB
- * @typedef {{shape: number, transform?: ArrayLike<number>, material?: Material, name?: string | null}} InstanceDescription
- *   shape: which of the shapes; transform: (4, 4), from its units to the scene's, by default where it is; white by default
+ * @typedef {{shape: number, transform?: ArrayLike<number>, material?: Material, name?: string | null}}
+ *   InstanceDescription
+ *   shape: which of the shapes; transform: (4, 4), from its units to the scene's, by default where it is; white by
+ *   default
  * @typedef {{shapes: ShapeDescription[], instances: InstanceDescription[], warnings?: string[]}} SceneDescription
  *   warnings: what of a file was left out or is not shown as it is, a line each
  */
 
-import { IDENTITY, fromUnitSphere, inverse, product, toUnitSphere } from "./affine.js";
+import { IDENTITY, UPRIGHT, fromUnitSphere, inverse, product, toUnitSphere } from "./affine.js";
 import { CoreError, placedErrors } from "./errors.js";
 import { brep, tube } from "./splines.js";
 
@@ -32,16 +35,44 @@ import { brep, tube } from "./splines.js";
  */
 
 /** As bobrossnet.Material(). @type {Material} */
-export const WHITE = Object.freeze({ color: Object.freeze([1, 1, 1]), ambient: 0.1, diffuse: 0.7, specular: 0.2, shininess: 32 });
+export const WHITE = { color: [1, 1, 1], ambient: 0.1, diffuse: 0.7, specular: 0.2, shininess: 32 };
 
-/** A scene of one shape, where its own coordinates say. @param {ShapeDescription} shape @param {string | null} [name] @returns {SceneDescription} */
+/**
+ * A scene of one shape, where its own coordinates say.
+ *
+ * @param {ShapeDescription} shape
+ * @param {string | null} [name]
+ * @returns {SceneDescription}
+ */
 export function sceneOf(shape, name = null) {
   return { shapes: [shape], instances: [{ shape: 0, transform: IDENTITY, material: WHITE, name }] };
 }
 
 /**
- * The scene in the core, moved and scaled to the unit sphere as Python's Scene does it, so that pictures are equal. Where
- * surfaces coincide, the first of the instances is seen.
+ * The same scene with what is stored as y up turned to z up, as bobrossnet.Scene.turned_upright.
+ *
+ * @param {SceneDescription} scene
+ * @returns {SceneDescription}
+ */
+export function turnedUpright(scene) {
+  const instances = scene.instances.map((instance) => ({
+    ...instance, transform: product(UPRIGHT, instance.transform ?? IDENTITY),
+  }));
+  return { ...scene, instances };
+}
+
+/**
+ * Red, green, blue, ambient, diffuse, specular and shininess.
+ *
+ * @param {Material} material
+ */
+export function materialValues({ color, ambient, diffuse, specular, shininess }) {
+  return [...Array.from(color), ambient, diffuse, specular, shininess];
+}
+
+/**
+ * The scene in the core, moved and scaled to the unit sphere as Python's Scene does it, so that pictures are equal.
+ * Where surfaces coincide, the first of the instances is seen.
  *
  * @param {Core} core
  * @param {SceneDescription} description
@@ -65,7 +96,7 @@ export function buildScene(core, { shapes: descriptions, instances }) {
       shape,
       toShape: toShape(shape, transform, center, radius).slice(0, 12),
       box: [low, high].flatMap((corner) => corner.map((value, axis) => (value - center[axis]) / radius)),
-      material: [...Array.from(material.color), material.ambient, material.diffuse, material.specular, material.shininess],
+      material: materialValues(material),
     })));
   } finally {
     for (const shape of shapes) shape.free();
@@ -76,7 +107,10 @@ export function buildScene(core, { shapes: descriptions, instances }) {
 function makeShape(core, description) {
   switch (description.kind) {
     case "mesh": return core.mesh(description.vertices, description.triangles, description.normals);
-    case "implicit": return core.implicit(description.ops, description.operands, description.values, description.bounds);
+    case "implicit": {
+      const { ops, operands, values, bounds } = description;
+      return core.implicit(ops, operands, values, bounds);
+    }
     case "script": return core.script(description.source);
     case "formula": return core.formula(description.text, description.bounds);
     case "brep": return brep(core, description);
@@ -91,7 +125,8 @@ function makeShape(core, description) {
  */
 function boundingSphere(placed) {
   const center = [0, 1, 2].map((axis) => {
-    const low = Math.min(...placed.map(({ box }) => box.low[axis])), high = Math.max(...placed.map(({ box }) => box.high[axis]));
+    const low = Math.min(...placed.map(({ box }) => box.low[axis]));
+    const high = Math.max(...placed.map(({ box }) => box.high[axis]));
     return low / 2 + high / 2;
   });
   const radius = Math.max(...placed.map(({ shape, transform }) => shape.radius(center, transform)));
@@ -102,10 +137,17 @@ function boundingSphere(placed) {
   return { center, radius };
 }
 
-/** From the unit sphere to the core's coordinates of a shape. @param {Shape} shape @param {ArrayLike<number>} transform
- *  @param {number[]} center @param {number} radius */
+/**
+ * From the unit sphere to the core's coordinates of a shape.
+ *
+ * @param {Shape} shape
+ * @param {ArrayLike<number>} transform
+ * @param {number[]} center
+ * @param {number} radius
+ */
 function toShape(shape, transform, center, radius) {
   const fromScene = product(shape.toCore, inverse(transform)), toSphere = toUnitSphere(center, radius);
-  if (fromScene.every((value, i) => value === toSphere[i])) return [...IDENTITY];  // to the bit, which the product is not
+  const same = fromScene.every((value, i) => value === toSphere[i]);
+  if (same) return [...IDENTITY];  // to the bit, which the product is not
   return product(fromScene, fromUnitSphere(center, radius));
 }

@@ -3,9 +3,11 @@
  * NURBS as shapes: what scene files hold of breps and tubes is checked, moved and scaled to about 1 in size, and made
  * homogeneous. Names and symbols are those of Piegl and Tiller, *The NURBS Book*.
  *
- * @typedef {{faces: Int32Array, control_points: Float64Array, knots: Float64Array, loops: Int32Array, trims: Int32Array,
+ * @typedef {{faces: Int32Array, control_points: Float64Array, knots: Float64Array, loops: Int32Array, trims:
+ *   Int32Array,
  *            trim_control_points: Float64Array, trim_knots: Float64Array, tolerance?: Float64Array}} BrepTensors
- * @typedef {{control_points: Float64Array, knots: Float64Array, radii: Float64Array, weights?: Float64Array}} TubeTensors
+ * @typedef {{control_points: Float64Array, knots: Float64Array, radii: Float64Array, weights?: Float64Array}}
+ *   TubeTensors
  */
 
 import { CoreError, checkFinite, checkInteger, checkNumber, placedErrors } from "./errors.js";
@@ -25,7 +27,8 @@ const SMALLEST = 1e-307;
  */
 export function brep(core, tensors) {
   checkBrep(tensors);
-  const { faces, control_points: points, loops, trims, knots, trim_knots: trimKnots, trim_control_points: trimPoints } = tensors;
+  const { faces, control_points: points, knots, loops, trims } = tensors;
+  const { trim_control_points: trimPoints, trim_knots: trimKnots } = tensors;
   const { center, radius } = sphere(points, 4, 3);
   const controlPoints = new Float64Array(points.length), trimControlPoints = new Float64Array(trimPoints.length);
   for (let face = 0, at = 0; face < faces.length; face += 5) {
@@ -35,7 +38,8 @@ export function brep(core, tensors) {
     at = toHomogeneous(trimPoints, trimControlPoints, at, trims[curve], [0, 0], 1);
   }
   const tolerance = faces.length > 5 ? (tensors.tolerance?.[0] ?? 0) / radius : 0;
-  return core.brep({ faces, controlPoints, knots, loops, trims, trimControlPoints, trimKnots, tolerance }, center, radius);
+  const arrays = { faces, controlPoints, knots, loops, trims, trimControlPoints, trimKnots, tolerance };
+  return core.brep(arrays, center, radius);
 }
 
 /**
@@ -56,8 +60,14 @@ export function tube(core, tensors) {
   return core.tube(homogeneous, knots, center, radius);
 }
 
-/** The centre of the box around points and the distance to the farthest, with the balls there. @param {Float64Array} points
- *  @param {number} width numbers of each @param {number} axes @param {Float64Array} [radii] */
+/**
+ * The centre of the box around points and the distance to the farthest, with the balls there.
+ *
+ * @param {Float64Array} points
+ * @param {number} width numbers of each
+ * @param {number} axes
+ * @param {Float64Array} [radii]
+ */
 function sphere(points, width, axes, radii) {
   const count = points.length / width;
   const center = Array.from({ length: axes }, (_, axis) => {
@@ -77,8 +87,8 @@ function sphere(points, width, axes, radii) {
 }
 
 /**
- * Moves, scales and multiplies by their weights `count` points, each of coordinates and a weight, with a largest weight of 1,
- * which changes nothing but keeps products within range.
+ * Moves, scales and multiplies by their weights `count` points, each of coordinates and a weight, with a largest weight
+ * of 1, which changes nothing but keeps products within range.
  *
  * @param {Float64Array} from @param {Float64Array} to @param {number} at where they begin
  * @param {number} count @param {number[]} center @param {number} radius
@@ -128,7 +138,9 @@ export function checkBrep(tensors) {
     });
   }
   for (const take of [takeLoops, takeTrims, takeKnots, takePoints, takeTrimKnots, takeTrimPoints]) take(0, true);
-  if (tolerance && tolerance.length !== 1) throw new CoreError(`tolerance: expected one number, got ${tolerance.length}`);
+  if (tolerance && tolerance.length !== 1) {
+    throw new CoreError(`tolerance: expected one number, got ${tolerance.length}`);
+  }
   if (tolerance) checkNumber("tolerance", tolerance[0], 0, Number.MAX_VALUE);
 }
 
@@ -136,7 +148,9 @@ export function checkBrep(tensors) {
 export function checkTube({ control_points: points, knots, radii, weights }) {
   const count = points.length / 3, degree = knots.length - count - 1;
   for (const [name, array, size] of /** @type {const} */ ([["radii", radii, count], ["weights", weights, count]])) {
-    if (array && array.length !== size) throw new CoreError(`${name}: expected ${size}, one for each control point, got ${array.length}`);
+    if (array && array.length !== size) {
+      throw new CoreError(`${name}: expected ${size}, one for each control point, got ${array.length}`);
+    }
     if (array) checkAboveZero(name, array);
   }
   checkSize(count, degree);
@@ -185,7 +199,12 @@ function checkCoordinates(name, values) {
   }
 }
 
-/** @param {string} name @param {Float64Array} knots (count + degree + 1,) @param {number} count @param {number} degree */
+/**
+ * @param {string} name
+ * @param {Float64Array} knots (count + degree + 1,)
+ * @param {number} count
+ * @param {number} degree
+ */
 function checkKnots(name, knots, count, degree) {
   checkCoordinates(name, knots);
   for (let i = 1; i < knots.length; ++i) {
@@ -193,7 +212,8 @@ function checkKnots(name, knots, count, degree) {
       throw new CoreError(`${name}: expected numbers that never decrease, got ${knots[i - 1]}, then ${knots[i]}`);
     }
     if (i > degree && knots[i] === knots[i - degree - 1]) {
-      throw new CoreError(`${name}: expected a knot at most degree + 1 = ${degree + 1} times, got ${knots[i]} more often`);
+      const most = `at most degree + 1 = ${degree + 1} times`;
+      throw new CoreError(`${name}: expected a knot ${most}, got ${knots[i]} more often`);
     }
   }
   if (knots[degree] === knots[count]) {

@@ -2,8 +2,10 @@
 /** Scene files, .bob (CONVENTIONS.md has their fields): whatever is not as written by bobrossnet is refused. */
 
 import { isSingular } from "../affine.js";
-import { CoreError, brief, checkFields, checkFinite, checkInteger, checkList, checkNumber, placedErrors } from "../errors.js";
-import { Sha256, hex } from "../sha256.js";
+import {
+  CoreError, brief, checkFields, checkFinite, checkInteger, checkList, checkNumber, placedErrors,
+} from "../errors.js";
+import { hex, sha256 } from "../sha256.js";
 import { checkBrep, checkTube } from "../splines.js";
 
 /**
@@ -21,7 +23,11 @@ const START = '{"__metadata__":{"sha256":"', DIGITS = 8 + START.length, BODY = D
 /** @type {Record<string, {new (buffer: ArrayBuffer): any, BYTES_PER_ELEMENT: number}>} */
 const TYPES = { F64: Float64Array, F32: Float32Array, I32: Int32Array, U32: Uint32Array, U8: Uint8Array };
 
-/** What a tensor is: dtype, and the length of each axis; those that may be left out end in "?". @type {Record<string, Record<string, [string, ...(number | null)[]]>>} */
+/**
+ * What a tensor is: dtype, and the length of each axis; those that may be left out end in "?".
+ *
+ * @type {Record<string, Record<string, [string, ...(number | null)[]]>>}
+ */
 const KINDS = {
   mesh: { vertices: ["F64", null, 3], triangles: ["I32", null, 3], "normals?": ["F32", null, 3] },
   implicit: { ops: ["U8", null], operands: ["U32", null, 3], values: ["F64", null], "bounds?": ["F64", 2, 3] },
@@ -34,27 +40,32 @@ const KINDS = {
 
 /**
  * @param {Core} core that checks formulas
- * @param {ArrayBuffer} bytes which the scene's arrays are views of
- * @returns {SceneDescription}
+ * @param {ArrayBuffer} bytes which the scene's arrays are views of, and which is no whole file afterwards
+ * @returns {Promise<SceneDescription>}
  */
-export function readBob(core, bytes) {
+export async function readBob(core, bytes) {
   const all = new Uint8Array(bytes), text = new TextDecoder();
   if (text.decode(all.subarray(8, DIGITS)) !== START) {
-    throw new CoreError(`expected a ${FORMAT} file, got one that starts with ${brief(text.decode(all.subarray(0, 32)))}`);
+    const start = brief(text.decode(all.subarray(0, 32)));
+    throw new CoreError(`expected a ${FORMAT} file, got one that starts with ${start}`);
   }
-  const checksum = new Sha256().update(all.subarray(0, DIGITS)).update(new Uint8Array(64).fill(48)).update(all.subarray(BODY));
-  if (text.decode(all.subarray(DIGITS, BODY)) !== hex(checksum.digest())) {
+  const checksum = text.decode(all.subarray(DIGITS, BODY));
+  all.fill("0".charCodeAt(0), DIGITS, BODY);
+  if (checksum !== hex(await sha256(bytes))) {
     throw new CoreError("expected a whole file, got one that was damaged or cut short: its checksum differs");
   }
   const size = Number(new DataView(bytes).getBigUint64(0, true));
   const { __metadata__: metadata, ...tensors } = JSON.parse(text.decode(all.subarray(8, 8 + size)));
   if (metadata.format !== FORMAT) throw new CoreError(`expected the format ${FORMAT}, got ${brief(metadata.format)}`);
   if (metadata.version !== VERSION) {
-    throw new CoreError(`expected version ${VERSION}, got ${brief(metadata.version)}; was it written by a newer release?`);
+    const got = brief(metadata.version);
+    throw new CoreError(`expected version ${VERSION}, got ${got}; was it written by a newer release?`);
   }
   const content = checkFields("scene", JSON.parse(metadata.scene), "shapes", "instances");
   const kinds = checkList("shapes", content.shapes);
-  const shapes = kinds.map((kind, i) => placedErrors(`shapes[${i}]`, () => readShape(core, kind, ownTensors(i, tensors), bytes, 8 + size)));
+  const shapes = kinds.map((kind, i) => placedErrors(`shapes[${i}]`, () => {
+    return readShape(core, kind, ownTensors(i, tensors), bytes, 8 + size);
+  }));
   checkNames(tensors, kinds.length);
   const instances = checkList("instances", content.instances);
   return { shapes, instances: instances.map((item, i) => readInstance(`instances[${i}]`, item, shapes.length)) };
@@ -70,13 +81,26 @@ function checkNames(tensors, count) {
   }
 }
 
-/** Those of a shape, by their own names. @param {number} number @param {Record<string, any>} tensors @returns {Record<string, any>} */
+/**
+ * Those of a shape, by their own names.
+ *
+ * @param {number} number
+ * @param {Record<string, any>} tensors
+ * @returns {Record<string, any>}
+ */
 function ownTensors(number, tensors) {
   const prefix = `${number}.`, own = Object.entries(tensors).filter(([name]) => name.startsWith(prefix));
   return Object.fromEntries(own.map(([name, entry]) => [name.slice(prefix.length), entry]));
 }
 
-/** @param {Core} core @param {any} kind @param {Record<string, any>} entries @param {ArrayBuffer} bytes @param {number} start of the tensors @returns {ShapeDescription} */
+/**
+ * @param {Core} core
+ * @param {any} kind
+ * @param {Record<string, any>} entries
+ * @param {ArrayBuffer} bytes
+ * @param {number} start of the tensors
+ * @returns {ShapeDescription}
+ */
 function readShape(core, kind, entries, bytes, start) {
   if (!Object.hasOwn(KINDS, kind)) {
     throw new CoreError(`expected a kind among ${Object.keys(KINDS).join(", ")}, got ${brief(kind)}`);
@@ -95,7 +119,14 @@ function readShape(core, kind, entries, bytes, start) {
   return /** @type {ShapeDescription} */ (shape);
 }
 
-/** @param {string} name @param {any} entry @param {string} dtype @param {(number | null)[]} axes @param {ArrayBuffer} bytes @param {number} start */
+/**
+ * @param {string} name
+ * @param {any} entry
+ * @param {string} dtype
+ * @param {(number | null)[]} axes
+ * @param {ArrayBuffer} bytes
+ * @param {number} start
+ */
 function readTensor(name, entry, dtype, axes, bytes, start) {
   if (entry.dtype !== dtype) throw new CoreError(`${name}: expected ${dtype}, got ${brief(entry.dtype)}`);
   const shape = checkList(name, entry.shape), [begin, end] = checkList(name, entry.data_offsets);
@@ -145,20 +176,30 @@ function readInstance(place, item, shapes) {
   const { shape, transform, material, name } = checkFields(place, item, "shape", "transform", "material", "name");
   checkInteger(`${place}.shape`, shape, 0, shapes - 1);
   const rows = checkList(`${place}.transform`, transform).flatMap((row) => checkList(`${place}.transform`, row));
-  if (rows.length !== 16) throw new CoreError(`${place}.transform: expected four rows of four numbers, got ${rows.length}`);
+  if (rows.length !== 16) {
+    throw new CoreError(`${place}.transform: expected four rows of four numbers, got ${rows.length}`);
+  }
   checkFinite(`${place}.transform`, rows);
   if (rows.slice(12).join() !== "0,0,0,1") {
-    throw new CoreError(`${place}.transform: expected an affine map, whose last row is (0, 0, 0, 1), got (${rows.slice(12).join(", ")})`);
+    const last = rows.slice(12).join(", ");
+    throw new CoreError(`${place}.transform: expected an affine map, whose last row is (0, 0, 0, 1), got (${last})`);
   }
   if (isSingular(rows)) {
     throw new CoreError(`${place}.transform: expected a map that keeps all three dimensions, got one that is singular`);
   }
   const of = `${place}.material`;
-  const { color, ambient, diffuse, specular, shininess } = checkFields(of, material, "color", "ambient", "diffuse", "specular", "shininess");
-  if (checkList(`${of}.color`, color).length !== 3) throw new CoreError(`${of}.color: expected 3 numbers, got ${color.length}`);
+  checkFields(of, material, "color", "ambient", "diffuse", "specular", "shininess");
+  const { color, ambient, diffuse, specular, shininess } = material;
+  if (checkList(`${of}.color`, color).length !== 3) {
+    throw new CoreError(`${of}.color: expected 3 numbers, got ${color.length}`);
+  }
   for (const value of color) checkNumber(`${of}.color`, value, 0, 1);
-  for (const [field, value] of Object.entries({ ambient, diffuse, specular })) checkNumber(`${of}.${field}`, value, 0, 1);
+  for (const [field, value] of Object.entries({ ambient, diffuse, specular })) {
+    checkNumber(`${of}.${field}`, value, 0, 1);
+  }
   checkNumber(`${of}.shininess`, shininess, 0, 10_000);
-  if (name !== null && typeof name !== "string") throw new CoreError(`${place}.name: expected a string, got ${brief(name)}`);
+  if (name !== null && typeof name !== "string") {
+    throw new CoreError(`${place}.name: expected a string, got ${brief(name)}`);
+  }
   return { shape, transform: rows, material: { color, ambient, diffuse, specular, shininess }, name };
 }

@@ -15,8 +15,9 @@ import { checkBrep } from "../splines.js";
 const MAX_DEGREE = 9, MOST = 2 ** 31 - 1;
 
 /**
- * The surfaces of a file: faces of one brep, or of one for each name that they have. As in geomdl, what a trim goes around is cut
- * away, or all else if it is `reversed`. Surfaces that are `trimmed`, but without trims in the file, are shown whole.
+ * The surfaces of a file: faces of one brep, or of one for each name that they have. As in geomdl, what a trim goes
+ * around is cut away, or all else if it is `reversed`. Surfaces that are `trimmed`, but without trims in the file, are
+ * shown whole.
  *
  * @param {ArrayBuffer} bytes
  * @param {string} file its name
@@ -45,8 +46,8 @@ export function readGeomdl(bytes, file) {
     instances: [...named.keys()].map((name, shape) => ({ shape, transform: IDENTITY, material: WHITE, name })),
   };
   if (!untrimmed) return scene;
-  const warning = `${file}: ${untrimmed} of ${data.length} faces are trimmed, but the file has no trim curves: they are shown whole`;
-  return { ...scene, warnings: [warning] };
+  const which = `${untrimmed} of ${data.length} faces are trimmed, but the file has no trim curves`;
+  return { ...scene, warnings: [`${file}: ${which}: they are shown whole`] };
 }
 
 /** @param {any} surface @returns {Face} */
@@ -57,12 +58,20 @@ function readFace(surface) {
   return { size, degrees, knots, points: readPoints(surface, size[0] * size[1], 3), loops: readLoops(surface, knots) };
 }
 
-/** The loops of which an odd number goes around what is kept. @param {any} surface @param {number[][]} knots @returns {Curve[][]} */
+/**
+ * The loops of which an odd number goes around what is kept.
+ *
+ * @param {any} surface
+ * @param {number[][]} knots
+ * @returns {Curve[][]}
+ */
 function readLoops(surface, knots) {
   if (!surface.trims || (typeof surface.trims === "object" && !Object.keys(surface.trims).length)) return [];
   const trims = list(surface.trims, "data");
   const loops = trims.map((trim, i) => {
-    const pieces = placedErrors(`trims[${i}]`, () => (text(trim, "type") === "container" ? list(trim, "data") : [trim]));
+    const pieces = placedErrors(`trims[${i}]`, () => {
+      return text(trim, "type") === "container" ? list(trim, "data") : [trim];
+    });
     return pieces.map((piece, j) => placedErrors(`trims[${i}][${j}]`, () => readCurve(piece)));
   });
   if (loops.length && !trims.some((trim) => trim.reversed)) {
@@ -85,7 +94,9 @@ function readCurve(piece) {
     points.forEach((point) => checkPoint(point, 2));
     return polyline(points);
   }
-  if (kind !== "spline") throw new CoreError(`type: expected spline, freeform or a container of these, got ${brief(kind)}`);
+  if (kind !== "spline") {
+    throw new CoreError(`type: expected spline, freeform or a container of these, got ${brief(kind)}`);
+  }
   const count = list(field(piece, "control_points"), "points").length;
   const degree = checkInteger("degree", field(piece, "degree"), 1, MAX_DEGREE);
   return { degree, knots: readKnots(piece, "knotvector", count + degree + 1), points: readPoints(piece, count, 2) };
@@ -109,7 +120,8 @@ function readPoints(spline, count, dimension) {
 
 /** @param {any} point @param {number} dimension @returns {number[]} */
 function checkPoint(point, dimension) {
-  if (checkList("points", point).length !== dimension || !point.every((/** @type {unknown} */ x) => typeof x === "number")) {
+  const numbers = checkList("points", point).filter((x) => typeof x === "number");
+  if (point.length !== dimension || numbers.length !== dimension) {
     throw new CoreError(`points: expected lists of ${dimension} numbers, got ${brief(JSON.stringify(point))}`);
   }
   return point;

@@ -2,8 +2,8 @@
 /**
  * Parts: what readers of mesh files make, as the file stores it, and the one mesh that becomes of them.
  *
- * @typedef {{vertices: Float64Array, triangles: Int32Array, normals?: Float64Array}} Part (V, 3), (T, 3), (V, 3): indices unchecked,
- *   numbers perhaps not finite; a missing normal is NaN
+ * @typedef {{vertices: Float64Array, triangles: Int32Array, normals?: Float64Array}} Part
+ *   (V, 3), (T, 3), (V, 3): indices unchecked, numbers perhaps not finite; a missing normal is NaN
  */
 
 import { CoreError } from "../errors.js";
@@ -45,7 +45,8 @@ export class Growing {
 }
 
 /**
- * All parts as one mesh: triangles that touch a missing or non-finite vertex are left out, and vertices that no triangle uses.
+ * All parts as one mesh: triangles that touch a missing or non-finite vertex are left out, and vertices that no
+ * triangle uses.
  *
  * @param {string} name of the file
  * @param {Part[]} parts
@@ -54,12 +55,15 @@ export class Growing {
 export function meshScene(name, parts) {
   const { vertices, triangles, normals } = joined(parts), total = triangles.length / 3;
   if (total === 0) {
-    throw new CoreError(`expected triangles, got ${vertices.length ? `a point cloud of ${vertices.length / 3} points` : "none"}`);
+    const got = vertices.length ? `a point cloud of ${vertices.length / 3} points` : "none";
+    throw new CoreError(`expected triangles, got ${got}`);
   }
   const shown = usable(vertices, triangles), left = shown.length / 3;
   if (left === 0) throw new CoreError(`expected triangles, got ${total} that all touch a missing or non-finite vertex`);
   const mesh = compact(vertices, shown, normals);
-  if (!anyArea(mesh.vertices, mesh.triangles)) throw new CoreError(`expected triangles with an area, got ${left} of zero area`);
+  if (!anyArea(mesh.vertices, mesh.triangles)) {
+    throw new CoreError(`expected triangles with an area, got ${left} of zero area`);
+  }
   const scene = sceneOf({ kind: "mesh", ...mesh }, name);
   if (left === total) return scene;
   const warning = `${name}: left out ${total - left} of ${total} triangles that touch a missing or non-finite vertex`;
@@ -68,7 +72,7 @@ export function meshScene(name, parts) {
 
 /** @param {Part[]} parts @returns {Part} an index that misses its own part's vertices becomes -1 */
 function joined(parts) {
-  const count = (/** @type {"vertices" | "triangles"} */ name) => parts.reduce((sum, part) => sum + part[name].length, 0);
+  const count = (/** @type {"vertices" | "triangles"} */ of) => parts.reduce((sum, part) => sum + part[of].length, 0);
   if (!parts.length) return { vertices: new Float64Array(), triangles: new Int32Array() };
   const whole = parts.length === 1 ? parts[0] : {
     vertices: new Float64Array(count("vertices")), triangles: new Int32Array(count("triangles")),
@@ -90,7 +94,13 @@ function joined(parts) {
   return whole;
 }
 
-/** Triangles all of whose vertices are there and finite. @param {Float64Array} vertices @param {Int32Array} triangles @returns {Int32Array} */
+/**
+ * Triangles all of whose vertices are there and finite.
+ *
+ * @param {Float64Array} vertices
+ * @param {Int32Array} triangles
+ * @returns {Int32Array}
+ */
 function usable(vertices, triangles) {
   const fine = new Uint8Array(vertices.length / 3 + 1);
   for (let i = 0, at = 0; at < vertices.length; ++i, at += 3) {
@@ -137,7 +147,12 @@ function picked(rows, places, count) {
   return result;
 }
 
-/** Normals at length 1, zero where one is unusable; nothing if all are. @param {Float64Array} normals @returns {Float32Array | undefined} */
+/**
+ * Normals at length 1, zero where one is unusable; nothing if all are.
+ *
+ * @param {Float64Array} normals
+ * @returns {Float32Array | undefined}
+ */
 function units(normals) {
   const result = new Float32Array(normals.length);
   let any = false;

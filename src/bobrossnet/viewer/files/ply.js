@@ -2,13 +2,14 @@
 /**
  * PLY, text and binary: vertices, their normals, polygons and triangle strips.
  *
- * It is read here because the loader of three.js (r187) leaves out polygons of more than four corners and strips, rounds
- * coordinates to float32, and takes ten times as long.
+ * It is read here because the loader of three.js (r187) leaves out polygons of more than four corners and strips,
+ * rounds coordinates to float32, and takes about five times as long.
  *
- * @typedef {{name: string, type: string, length: string | null}} Property `length`: the type of a list's length; null of a scalar
+ * @typedef {{name: string, type: string, length: string | null}} Property
+ *   length: the type of a list's length; null of a scalar
  * @typedef {{name: string, rows: number, properties: Property[]}} Element
- * @typedef {"getInt8" | "getUint8" | "getInt16" | "getUint16" | "getInt32" | "getUint32" | "getBigInt64" | "getBigUint64" |
- *   "getFloat32" | "getFloat64"} Getter the method of a DataView that reads a number
+ * @typedef {"getInt8" | "getUint8" | "getInt16" | "getUint16" | "getInt32" | "getUint32" | "getBigInt64" |
+ *   "getBigUint64" | "getFloat32" | "getFloat64"} Getter the method of a DataView that reads a number
  */
 
 import { CoreError, brief } from "../errors.js";
@@ -24,8 +25,9 @@ const KINDS = {
 };
 /** @type {Record<string, string>} */
 const TYPES = {
-  char: "i1", int8: "i1", uchar: "u1", uint8: "u1", short: "i2", int16: "i2", ushort: "u2", uint16: "u2", int: "i4", int32: "i4",
-  uint: "u4", uint32: "u4", int64: "i8", uint64: "u8", float: "f4", float32: "f4", double: "f8", float64: "f8",
+  char: "i1", int8: "i1", uchar: "u1", uint8: "u1", short: "i2", int16: "i2", ushort: "u2", uint16: "u2",
+  int: "i4", int32: "i4", uint: "u4", uint32: "u4", int64: "i8", uint64: "u8",
+  float: "f4", float32: "f4", double: "f8", float64: "f8",
 };
 const FORMATS = ["ascii", "binary_little_endian", "binary_big_endian"];
 const HEADER = 1 << 20;
@@ -71,11 +73,16 @@ function has(element, ...names) {
 
 // ---- Header ----------------------------------------------------------------------------------------------
 
-/** @param {ArrayBuffer} bytes @returns {{format: string, elements: Element[], end: number}} end: where the body starts */
+/**
+ * @param {ArrayBuffer} bytes
+ * @returns {{format: string, elements: Element[], end: number}} end: where the body starts
+ */
 function readHeader(bytes) {
   // One character a byte, so that places in the text are places in the file.
   const text = new TextDecoder("latin1").decode(new Uint8Array(bytes, 0, Math.min(bytes.byteLength, HEADER)));
-  if (!text.startsWith("ply")) throw new CoreError(`expected a PLY, which starts with 'ply', got ${brief(text.slice(0, 8))}`);
+  if (!text.startsWith("ply")) {
+    throw new CoreError(`expected a PLY, which starts with 'ply', got ${brief(text.slice(0, 8))}`);
+  }
   const found = /[\r\n]end_header[ \t]*(\r\n|\n|\r|$)/.exec(text);
   if (!found) throw new CoreError("expected a PLY header that ends in end_header, got none");
   let format = "";
@@ -90,7 +97,9 @@ function readHeader(bytes) {
       elements[elements.length - 1].properties.push({ name: words[words.length - 1], type, length: length ?? null });
     }
   }
-  if (!FORMATS.includes(format)) throw new CoreError(`expected a PLY of format ascii or binary, got ${format || "none"}`);
+  if (!FORMATS.includes(format)) {
+    throw new CoreError(`expected a PLY of format ascii or binary, got ${format || "none"}`);
+  }
   const used = elements.filter(({ properties }) => properties.length), end = found.index + found[0].length;
   checkSize(used, bytes.byteLength - end, format === "ascii");
   return { format, elements: used, end };
@@ -102,11 +111,17 @@ function typeOf(word, format) {
   return format === "ascii" ? "f8" : TYPES[word];
 }
 
-/** A list takes at least its length; a number in a text at least a digit and a space, but for the last.
- *  @param {Element[]} elements @param {number} left bytes @param {boolean} text */
+/**
+ * A list takes at least its length; a number in a text at least a digit and a space, but for the last.
+ *
+ * @param {Element[]} elements
+ * @param {number} left bytes
+ * @param {boolean} text
+ */
 function checkSize(elements, left, text) {
   const size = (/** @type {Property} */ { type, length }) => (text ? 2 : KINDS[length ?? type][0]);
-  const smallest = elements.reduce((sum, { rows, properties }) => sum + rows * properties.reduce((s, p) => s + size(p), 0), 0);
+  const sum = (/** @type {number[]} */ numbers) => numbers.reduce((a, b) => a + b, 0);
+  const smallest = sum(elements.map(({ rows, properties }) => rows * sum(properties.map(size))));
   if (!(smallest <= left + Number(text)) || elements.some(({ rows }) => !(rows >= 0))) {
     const declared = elements.map(({ rows, name }) => `${rows} ${name}`).join(", ");
     throw new CoreError(`expected ${declared}, got only ${left} bytes to hold them`);
@@ -115,7 +130,13 @@ function checkSize(elements, left, text) {
 
 // ---- Body ------------------------------------------------------------------------------------------------
 
-/** The numbers that the header declares, as doubles. A line may hold more. @param {ArrayBuffer} bytes @param {number} start @param {Element[]} elements */
+/**
+ * The numbers that the header declares, as doubles. A line may hold more.
+ *
+ * @param {ArrayBuffer} bytes
+ * @param {number} start
+ * @param {Element[]} elements
+ */
 function binary(bytes, start, elements) {
   const lines = wordsOfLines(textOf(new Uint8Array(bytes, start)));
   const numbers = new Growing(Float64Array);
@@ -139,8 +160,8 @@ function numberOf(word) {
 }
 
 /**
- * Reads an element's rows: scalars to where `columns` says, [array, axis of 3], and hands over the corners of each list of
- * indices, which are good until the next.
+ * Reads an element's rows: scalars to where `columns` says, [array, axis of 3], and hands over the corners of each list
+ * of indices, which are good until the next.
  *
  * @param {DataView} view @param {number} at where they start @param {boolean} little @param {Element} element
  * @param {Record<string, [Float64Array, number]>} columns
@@ -152,16 +173,21 @@ function readRows(view, at, little, element, columns, onList) {
   let corners = new Int32Array(64);
   const plan = element.properties.map(({ name, type, length }) => {
     const [size, get] = KINDS[type], [lengthSize, getLength] = length ? KINDS[length] : [0, get];
-    return { size, get, isList: length !== null, lengthSize, getLength, wanted: /^vertex_ind(ices|ex)$/.test(name) };
+    const [array, axis] = Object.hasOwn(columns, name) ? columns[name] : [null, 0];
+    const isList = length !== null, wanted = /^vertex_ind(ices|ex)$/.test(name);
+    return { size, get, array, axis, isList, lengthSize, getLength, wanted };
   });
   for (let row = 0; row < element.rows; ++row) {
-    for (const { size, get, isList, lengthSize, getLength, wanted } of plan) {
+    for (const { size, get, array, axis, isList, lengthSize, getLength, wanted } of plan) {
       if (!isList) {
+        if (array) array[3 * row + axis] = Number(view[get](at, little));
         at += size;
         continue;
       }
       const count = Number(view[getLength](at, little));
-      if (!(count >= 0 && count <= view.byteLength)) throw new CoreError(`expected a list no longer than the file, got one of ${count}`);
+      if (!(count >= 0 && count <= view.byteLength)) {
+        throw new CoreError(`expected a list no longer than the file, got one of ${count}`);
+      }
       at += lengthSize;
       if (wanted) {
         if (count > corners.length) corners = new Int32Array(2 * count);
@@ -175,7 +201,11 @@ function readRows(view, at, little, element, columns, onList) {
   return at;
 }
 
-/** The same of rows without lists: column by column. @type {(...of: [DataView, number, boolean, Element, Record<string, [Float64Array, number]>]) => number} */
+/**
+ * The same of rows without lists: column by column.
+ *
+ * @type {(...of: [DataView, number, boolean, Element, Record<string, [Float64Array, number]>]) => number}
+ */
 function readScalars(view, at, little, { rows, properties }, columns) {
   const stride = properties.reduce((sum, { type }) => sum + KINDS[type][0], 0);
   let offset = at;
@@ -191,7 +221,15 @@ function readScalars(view, at, little, { rows, properties }, columns) {
   return at + rows * stride;
 }
 
-/** @param {DataView} view @param {Getter} get @param {boolean} little @param {number} at @param {number} stride @param {Float64Array} array @param {number} axis */
+/**
+ * @param {DataView} view
+ * @param {Getter} get
+ * @param {boolean} little
+ * @param {number} at
+ * @param {number} stride
+ * @param {Float64Array} array
+ * @param {number} axis
+ */
 function readColumn(view, get, little, at, stride, array, axis) {
   if (get === "getFloat32") {  // nearly all files'; named, it is fast
     for (let i = axis; i < array.length; i += 3, at += stride) array[i] = view.getFloat32(at, little);
@@ -202,7 +240,13 @@ function readColumn(view, get, little, at, stride, array, axis) {
 
 // ---- Polygons --------------------------------------------------------------------------------------------
 
-/** Cuts a polygon into a fan. @param {Growing<Int32Array>} triangles @param {Int32Array} corners @param {number} count */
+/**
+ * Cuts a polygon into a fan.
+ *
+ * @param {Growing<Int32Array>} triangles
+ * @param {Int32Array} corners
+ * @param {number} count
+ */
 function addFan(triangles, corners, count) {
   for (let i = 2; i < count; ++i) {
     triangles.reserve(3);
@@ -212,7 +256,13 @@ function addFan(triangles, corners, count) {
   }
 }
 
-/** Triangle strips, which end with their list or at a -1 within it. @param {Growing<Int32Array>} triangles @param {Int32Array} corners @param {number} count */
+/**
+ * Triangle strips, which end with their list or at a -1 within it.
+ *
+ * @param {Growing<Int32Array>} triangles
+ * @param {Int32Array} corners
+ * @param {number} count
+ */
 function addStrips(triangles, corners, count) {
   let start = 0;
   for (let i = 0; i < count; ++i) {

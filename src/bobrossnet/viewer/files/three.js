@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * What the loaders of three.js take from it: all as it is, but coordinates stay in float64. Rounded to float32 far from the
- * origin, meshes would turn to steps.
+ * What the loaders of three.js take from it: all as it is, but coordinates stay in float64. Rounded to float32 far from
+ * the origin, meshes would turn to steps.
  */
 
 import { BufferAttribute } from "../vendor/three/three.core.js";

@@ -1,5 +1,5 @@
 // @ts-check
-/** OBJ, STL and GLB, parsed by loaders of three.js, which are only fetched for such files. */
+/** STL and GLB, parsed by loaders of three.js, which are only fetched for such files. */
 
 import { IDENTITY, product } from "../affine.js";
 import { CoreError, brief } from "../errors.js";
@@ -13,22 +13,10 @@ const Z_UP = [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1];
 /** Copies of one mesh can be many; this many vertices and triangles still fit into the memory of a page. */
 const MAX_ITEMS = 50_000_000;
 
-/** A new loader of three.js. @param {"OBJLoader" | "STLLoader" | "GLTFLoader"} name @returns {Promise<any>} */
+/** A new loader of three.js. @param {"STLLoader" | "GLTFLoader"} name @returns {Promise<any>} */
 async function loaderOf(name) {
   const module = await import(`../vendor/three/loaders/${name}.js`);
   return new module[name]();
-}
-
-/**
- * Where some faces have normals and others none, these are flat: the loader makes normals for them.
- *
- * @param {ArrayBuffer} bytes
- * @returns {Promise<Part[]>}
- */
-export async function readObj(bytes) {
-  const text = textOf(bytes), stored = /^\s*vn\s/m.test(text), meshes = meshesOf((await loaderOf("OBJLoader")).parse(text));
-  if (!meshes.length) return [{ vertices: new Float64Array(3 * (text.match(/^\s*v\s/gm)?.length ?? 0)), triangles: new Int32Array() }];
-  return meshes.map(({ geometry }) => partOf(stored ? geometry : geometry.deleteAttribute("normal"), IDENTITY));
 }
 
 /** @param {ArrayBuffer} bytes @returns {Promise<Part[]>} without the normals, which it stores for faces */
@@ -43,16 +31,22 @@ export async function readStl(bytes) {
   return [partOf(geometry.deleteAttribute("normal"), IDENTITY)];
 }
 
-/** @param {ArrayBuffer} bytes @returns {Promise<Part[]>} the primitives that its scene shows, each where its nodes place it */
+/**
+ * @param {ArrayBuffer} bytes
+ * @returns {Promise<Part[]>} the primitives that its scene shows, each where its nodes place it
+ */
 export async function readGlb(bytes) {
   const view = new DataView(bytes), magic = new TextDecoder().decode(bytes.slice(0, 4));
-  if (magic !== "glTF" || bytes.byteLength < 20) throw new CoreError(`expected a GLB, which starts with 'glTF', got ${brief(magic)}`);
+  if (magic !== "glTF" || bytes.byteLength < 20) {
+    throw new CoreError(`expected a GLB, which starts with 'glTF', got ${brief(magic)}`);
+  }
   const size = Math.max(view.getUint32(8, true), 20 + view.getUint32(12, true));
   if (size > bytes.byteLength) throw new CoreError(`expected ${size} bytes, as its head says, got ${bytes.byteLength}`);
   const { Material } = await import("./three.js");
   const loader = await loaderOf("GLTFLoader");
   loader.register((/** @type {any} */ parser) => {
     checkNodes(parser.json);
+    checkBuffers(parser.json);
     return { name: "shapes alone", loadMaterial: async () => new Material() };  // so that no picture is fetched
   });
   const { scene } = await loader.parseAsync(bytes, "");
@@ -61,15 +55,32 @@ export async function readGlb(bytes) {
   return meshesOf(scene).flatMap((mesh) => {
     const { geometry, matrixWorld, count = 1 } = mesh;
     total += count * (geometry.attributes.position.count + (geometry.index?.count ?? 0) / 3);
-    if (total > MAX_ITEMS) throw new CoreError(`expected at most ${MAX_ITEMS} triangles and vertices in all its parts, got more`);
+    if (total > MAX_ITEMS) {
+      throw new CoreError(`expected at most ${MAX_ITEMS} triangles and vertices in all its parts, got more`);
+    }
     return Array.from({ length: count }, (_, i) => {
-      const own = mesh.isInstancedMesh ? product(rows(matrixWorld.elements), rows(mesh.instanceMatrix.array, 16 * i)) : rows(matrixWorld.elements);
-      return partOf(geometry, product(Z_UP, own));
+      const place = product(Z_UP, rows(matrixWorld.elements));
+      return partOf(geometry, mesh.isInstancedMesh ? product(place, rows(mesh.instanceMatrix.array, 16 * i)) : place);
     });
   });
 }
 
-/** Refuses nodes that are no tree, as the specification wants them: they could be reached in 2ⁿ ways. @param {any} json */
+/**
+ * Refuses what is not in the file itself: a page has no files beside it, and should not ask strangers for them.
+ *
+ * @param {any} json
+ */
+function checkBuffers({ buffers = [] }) {
+  for (const { uri } of buffers) {
+    if (uri !== undefined) throw new CoreError(`expected its data within the file, got them at ${brief(uri)}`);
+  }
+}
+
+/**
+ * Refuses nodes that are no tree, as the specification wants them: they could be reached in 2ⁿ ways.
+ *
+ * @param {any} json
+ */
 function checkNodes({ nodes = [], scenes = [] }) {
   const children = nodes.flatMap((/** @type {any} */ { children = [] }) => children);
   const seen = new Set(children), roots = scenes.flatMap((/** @type {any} */ { nodes = [] }) => nodes);
@@ -89,16 +100,26 @@ function meshesOf(object) {
 /** A matrix of three.js, which has columns first. @param {ArrayLike<number>} m @param {number} [start] */
 const rows = (m, start = 0) => Array.from({ length: 16 }, (_, i) => m[start + 4 * (i % 4) + Math.floor(i / 4)]);
 
-/** A geometry of three.js, placed by a matrix. @param {any} geometry @param {readonly number[]} matrix @returns {Part} */
+/**
+ * A geometry of three.js, placed by a matrix.
+ *
+ * @param {any} geometry
+ * @param {readonly number[]} matrix
+ * @returns {Part}
+ */
 function partOf(geometry, matrix) {
   const { position, normal } = geometry.attributes, [a, b, c, , d, e, f, , g, h, i] = matrix;
   // The cofactors are det · inverse transpose, and exist where a part is pressed flat.
-  const cofactors = [e * i - f * h, f * g - d * i, d * h - e * g, c * h - b * i, a * i - c * g, b * g - a * h, b * f - c * e, c * d - a * f, a * e - b * d];
+  const cofactors = [
+    e * i - f * h, f * g - d * i, d * h - e * g,
+    c * h - b * i, a * i - c * g, b * g - a * h,
+    b * f - c * e, c * d - a * f, a * e - b * d,
+  ];
   const determinant = a * cofactors[0] + b * cofactors[1] + c * cofactors[2], mirrored = determinant < 0;
   const [p, q, r, s, t, u, v, w, x] = mirrored ? cofactors.map((value) => -value) : cofactors;
   const count = geometry.index?.count ?? position.count, triangles = new Int32Array(count - count % 3);
   for (let n = 0; n < triangles.length; ++n) triangles[n] = geometry.index ? geometry.index.getX(n) : n;
-  if (mirrored) for (let n = 0; n < triangles.length; n += 3) [triangles[n], triangles[n + 2]] = [triangles[n + 2], triangles[n]];
+  if (mirrored) triangles.reverse();  // the outside stays anticlockwise
   return {
     vertices: moved(position, [a, b, c, matrix[3], d, e, f, matrix[7], g, h, i, matrix[11]]),
     triangles,
@@ -106,12 +127,20 @@ function partOf(geometry, matrix) {
   };
 }
 
-/** An attribute of three.js, (n, 3), moved by the upper rows of a matrix. @param {any} attribute @param {number[]} matrix @returns {Float64Array} */
+/**
+ * An attribute of three.js, (n, 3), moved by the upper rows of a matrix.
+ *
+ * @param {any} attribute
+ * @param {number[]} matrix
+ * @returns {Float64Array}
+ */
 function moved(attribute, [a, b, c, d, e, f, g, h, i, j, k, l]) {
   const result = new Float64Array(3 * attribute.count);
   for (let n = 0, at = 0; at < result.length; ++n, at += 3) {
     const x = attribute.getX(n), y = attribute.getY(n), z = attribute.getZ(n);
-    result[at] = a * x + b * y + c * z + d, result[at + 1] = e * x + f * y + g * z + h, result[at + 2] = i * x + j * y + k * z + l;
+    result[at] = a * x + b * y + c * z + d;
+    result[at + 1] = e * x + f * y + g * z + h;
+    result[at + 2] = i * x + j * y + k * z + l;
   }
   return result;
 }

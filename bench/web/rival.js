@@ -1,0 +1,73 @@
+/**
+ * Two ways to show a moving scene in a given time, in one thread: some pixels, completed by the network; and all pixels of a
+ * picture of half the resolution, or a quarter, and so on.
+ */
+const SLICE = 1024; // pixels between two looks at the clock
+
+/** All pixels of a picture row by row, (H * W, 2). */
+function rows(height, width) {
+  const pixels = new Int32Array(2 * height * width);
+  for (let i = 0; i < height * width; ++i) pixels[2 * i] = Math.floor(i / width), pixels[2 * i + 1] = i % width;
+  return pixels;
+}
+
+/** Traces pixels into a G-buffer; milliseconds after each slice. */
+function timed(scene, gbuffer, pixels, camera) {
+  const milliseconds = [], begin = performance.now();
+  for (let first = 0; first < pixels.length; first += 2 * SLICE) {
+    scene.trace(gbuffer, pixels.subarray(first, first + 2 * SLICE), camera);
+    milliseconds.push(performance.now() - begin);
+  }
+  return milliseconds;
+}
+
+const gray = (gbuffer) => gbuffer.planes.slice(gbuffer.height * gbuffer.width, 2 * gbuffer.height * gbuffer.width);
+
+/** 8-bit grays in base64. */
+const bytes = (image) => new Uint8Array(Uint8ClampedArray.from(image, (value) => 255 * value).buffer).toBase64();
+
+async function compare({ file, height, width, cameras, times, levels }) {
+  const [{ loadCore, readWeights }, { readFile }, { buildScene }] = await Promise.all(
+    ["./core.js", "./files.js", "./scene.js"].map((module) => import(module)));
+  const core = await loadCore();
+  const fetched = async (path) => (await fetch(path)).arrayBuffer();
+  const scene = buildScene(core, await readFile(core, file, await fetched(file)));
+  const network = core.network(readWeights(await fetched("weights/default.safetensors")));
+  const order = core.pixelOrder("lattice", { height, width });
+  const whole = core.gbuffer(height, width), part = core.gbuffer(height, width);
+  const complete = () => {
+    const begin = performance.now();
+    part.complete(network);
+    return performance.now() - begin;
+  };
+  for (let i = 0; i < 20; ++i) timed(scene, whole, order.subarray(0, 20 * SLICE), cameras[0]), complete();  // compiled by now
+  const frames = [];
+  for (const camera of cameras) {
+    const milliseconds = timed(scene, whole, order, camera), completing = Math.min(complete(), complete(), complete());
+    const ours = times.map((time) => {
+      if (milliseconds[milliseconds.length - 1] <= time) return { fraction: 1, image: bytes(gray(whole)) };
+      const slices = milliseconds.filter((spent) => spent + completing <= time).length;
+      if (slices === 0) return null;
+      part.clear();
+      scene.trace(part, order.subarray(0, 2 * SLICE * slices), camera);
+      return { fraction: SLICE * slices / (height * width), image: bytes(part.complete(network)) };
+    });
+    const theirs = Array.from({ length: levels }, (_, level) => {
+      const gbuffer = core.gbuffer(height >> level, width >> level);
+      const spent = timed(scene, gbuffer, rows(gbuffer.height, gbuffer.width), camera);
+      const image = bytes(gray(gbuffer));
+      gbuffer.free();
+      return { milliseconds: spent[spent.length - 1], image };
+    });
+    frames.push({ exact: bytes(gray(whole)), completing, ours, theirs });
+  }
+  return frames;
+}
+
+onmessage = async ({ data }) => {
+  try {
+    postMessage(await compare(data));
+  } catch (error) {
+    postMessage({ error: String(error?.stack ?? error) });
+  }
+};

@@ -1,0 +1,331 @@
+"""The viewer's page in Chromium: how fast it answers, what it takes, and its pictures beside those of a rival.
+
+The rival halves the resolution until all pixels can be traced in the time, and shows the small picture enlarged. Both
+have one thread and the same time for each frame, tracing and completing included. Needs the wheel playwright and a
+Chromium.
+
+The bunny is that of the Stanford scans in the folder that BOBROSSNET_MODELS names; without it, its rows are left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import os
+import shutil
+import statistics
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from playwright.sync_api import Browser, Page, sync_playwright
+
+import bobrossnet as bob
+from bobrossnet.view import Server, page_files
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent))
+
+from report import MODELS, heading, table  # noqa: E402
+
+WIDTH, HEIGHT = 640, 480
+SIZE = f"?size={WIDTH}x{HEIGHT}"
+BUNNY = MODELS / "scans" / "stanford_bunny.ply"
+SCENES = {"gallery/happy_tree.bob": "happy tree", "gallery/csg.sdf": "CSG", "gallery/gear.sdf": "gear"}
+
+TIMES_MS = (33, 50, 75, 100, 150, 250, 400, 700, 1200)
+LEVELS = 6
+
+ORBIT = """
+async ([milliseconds, degrees]) => {
+  const { statistics } = bobrossnet, first = statistics.pictures, start = bobrossnet.camera().azimuth;
+  const fractions = [], completing = [], gaps = [], begin = performance.now();
+  let last = begin;
+  const shown = () => {
+    fractions.push(statistics.fraction), completing.push(statistics.completing);
+    gaps.push(performance.now() - last);
+    last = performance.now();
+  };
+  document.addEventListener("picture", shown);
+  for (let now = begin; now < begin + milliseconds; now = performance.now()) {
+    bobrossnet.look({ azimuth: (start + degrees * (now - begin) / 1000) % 360 });
+    await new Promise(requestAnimationFrame);
+  }
+  document.removeEventListener("picture", shown);
+  const seconds = (performance.now() - begin) / 1000;
+  return { rate: (statistics.pictures - first) / seconds, fractions, completing, gaps, rays: statistics.raysPerSecond };
+}
+"""
+
+COMPARE = """
+(settings) => new Promise((resolve, reject) => {
+  const worker = new Worker("rival.js", { type: "module" });
+  worker.onmessage = ({ data }) => (data.error ? reject(new Error(data.error)) : resolve(data));
+  worker.onerror = (event) => reject(new Error(event.message));
+  worker.postMessage(settings);
+})
+"""
+
+FIRST_PICTURE = 'document.addEventListener("picture", () => { window.firstPicture ??= performance.now(); });'
+
+LONG_TASKS = """
+window.tasks = [];
+const observer = new PerformanceObserver((list) => tasks.push(...list.getEntries().map((entry) => entry.duration)));
+observer.observe({ type: "longtask" });
+"""
+
+
+def opened(browser: Browser, address: str, *scripts: str) -> Page:
+    """The page, once its scene is open."""
+    page = browser.new_context().new_page()
+    for script in scripts:
+        page.add_init_script(script)
+    page.goto(address)
+    page.evaluate("() => bobrossnet.started")
+    return page
+
+
+# ---- Speed -----------------------------------------------------------------------------------------------
+
+
+def orbiting(browser: Browser, url: str, scenes: dict[str, str], seconds: float) -> None:
+    heading(f"Orbiting, {WIDTH}x{HEIGHT}, the default budget of 33 ms")
+    rows = []
+    for file, name in scenes.items():
+        page = opened(browser, f"{url}{SIZE}&scene={file}")
+        page.evaluate("() => bobrossnet.converged()")
+        page.evaluate(ORBIT, [2000, 60])  # until all code is compiled
+        found = page.evaluate(ORBIT, [1000 * seconds, 60])
+        rows.append(
+            (
+                name,
+                f"{found['rate']:.1f}",
+                f"{sorted(found['gaps'])[int(0.95 * len(found['gaps']))]:.0f}",
+                f"{100 * statistics.median(found['fractions']):.1f} %",
+                f"{statistics.median(found['completing']):.0f}",
+                f"{found['rays'] / 1000:.0f}",
+            )
+        )
+        page.context.close()
+    table(("scene", "pictures/s", "95 % within ms", "traced", "network ms", "1000 rays/s"), rows)
+
+
+def first_pictures(browser: Browser, url: str, scenes: dict[str, str], runs: int) -> None:
+    heading("First completed picture, median ms: of the page's start, and of a scene in the open page")
+    rows = []
+    for file, name in scenes.items():
+        starts, chosen = [], []
+        for _ in range(runs):
+            page = opened(browser, f"{url}{SIZE}&scene={file}", FIRST_PICTURE)
+            page.evaluate("() => bobrossnet.converged()")
+            starts.append(page.evaluate("() => firstPicture"))
+            page.wait_for_timeout(1500)
+            chosen.append(
+                page.evaluate(
+                    """
+                    async (file) => {
+                      const begin = performance.now();
+                      await bobrossnet.openFile({ title: file }, file, file);
+                      await new Promise((shown) => document.addEventListener("picture", shown, { once: true }));
+                      return performance.now() - begin;
+                    }
+                    """,
+                    file,
+                )
+            )
+            page.context.close()
+        rows.append((name, f"{statistics.median(starts):.0f}", f"{statistics.median(chosen):.0f}"))
+    table(("scene", "start of the page", "in the open page"), rows)
+
+
+# ---- Size ------------------------------------------------------------------------------------------------
+
+
+def write_hills(path: Path, side: int) -> None:
+    """A binary PLY of 2 (side - 1)² triangles."""
+    x, y = np.meshgrid(*(np.linspace(-1, 1, side, dtype=np.float32),) * 2, indexing="ij")
+    z = 0.2 * np.sin(7 * x) * np.cos(5 * y) + 0.01 * np.sin(90 * x) * np.sin(80 * y)
+    index = np.arange(side * side, dtype=np.int32).reshape(side, side)
+    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
+    corners = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], -2).reshape(-1, 3)
+    faces = np.empty(len(corners), [("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"], faces["corners"] = 3, corners
+    header = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {side * side}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    vertices = np.stack([x, y, z], -1).astype("<f4")
+    path.write_bytes(header.encode() + vertices.tobytes() + faces.tobytes())
+
+
+def large_mesh(browser: Browser, server: Server) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "hills.ply"
+        write_hills(path, 1700)
+        server.files["hills.ply"] = path
+        page = opened(browser, f"{server.url}{SIZE}#scene=csg.sdf", LONG_TASKS)
+        page.evaluate("() => bobrossnet.converged()")
+        page.evaluate("() => { tasks.length = 0; }")
+        begin = time.perf_counter()
+        page.evaluate("() => bobrossnet.openFile({ title: 'hills' }, 'hills.ply', 'hills.ply')")
+        spent = time.perf_counter() - begin
+        page.evaluate("() => bobrossnet.converged()")
+        exact = time.perf_counter() - begin
+        tasks = page.evaluate("() => tasks")
+        heading(f"A mesh of {path.stat().st_size / 1e6:.0f} MB, {2 * 1699**2:,} triangles")
+        table(
+            ("opened s", "exact s", "longest task of the page ms"),
+            [(f"{spent:.1f}", f"{exact:.1f}", f"{max(tasks):.0f}" if tasks else "below 50")],
+        )
+        page.context.close()
+
+
+def resident(marker: str = "--type=renderer") -> float:
+    """MB of all renderers, by what no other process shares."""
+    total = 0
+    for command in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            if marker in command.read_text():
+                for line in (command.parent / "smaps_rollup").read_text().splitlines():
+                    if line.startswith(("Private_Clean", "Private_Dirty")):
+                        total += int(line.split()[1])
+        except OSError:
+            continue  # it ended meanwhile
+    return total / 1000
+
+
+def memory(browser: Browser, url: str, minutes: float) -> None:
+    heading(f"Memory of the page in {minutes:g} minutes of orbiting and opening scenes, MB")
+    page = opened(browser, url + SIZE)
+    files = page.evaluate("() => [...document.querySelectorAll('#gallery option')].map((option) => option.value)")
+    files = [file for file in files if file not in ("vase.sdf", "gear.sdf")]  # which take seconds to open
+    begin, rows, turn = time.perf_counter(), [], 0
+    while (spent := time.perf_counter() - begin) < 60 * minutes:
+        file = files[turn % len(files)]
+        page.select_option("#gallery", file)
+        page.wait_for_selector("#stage:not([aria-busy])")
+        page.evaluate(ORBIT, [2000, 60])
+        turn += 1
+        if turn % len(files) == 0:
+            rows.append((f"{spent / 60:.1f}", str(turn), f"{resident():.0f}"))
+    table(("minute", "scenes", "MB"), rows)
+    page.context.close()
+
+
+# ---- Quality ---------------------------------------------------------------------------------------------
+
+
+def decoded(text: str, height: int, width: int) -> NDArray[np.float32]:
+    return (np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width) / 255).astype(np.float32)
+
+
+def enlarged(small: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Bilinear, as a canvas enlarges."""
+    return np.asarray(Image.fromarray(small).resize((WIDTH, HEIGHT), Image.Resampling.BILINEAR))
+
+
+def compared(page: Page, file: str, views: int) -> tuple[list[Any], list[Any], float]:
+    """SSIM by the time of a frame: of our pictures and the rival's, NaN where there is none, and ms to complete."""
+    cameras = [{"azimuth": 360 * i / views, "elevation": 20} for i in range(views)]
+    settings = {"file": file, "height": HEIGHT, "width": WIDTH, "cameras": cameras, "times": TIMES_MS, "levels": LEVELS}
+    ours: list[list[float]] = [[] for _ in TIMES_MS]
+    theirs: list[list[float]] = [[] for _ in TIMES_MS]
+    found = page.evaluate(COMPARE, settings)
+    for frame in found:
+        exact = decoded(frame["exact"], HEIGHT, WIDTH)
+        scores = [
+            bob.ssim(enlarged(decoded(small["image"], HEIGHT >> level, WIDTH >> level)), exact)
+            for level, small in enumerate(frame["theirs"])
+        ]
+        for i, limit in enumerate(TIMES_MS):
+            picture = frame["ours"][i]
+            ours[i].append(bob.ssim(decoded(picture["image"], HEIGHT, WIDTH), exact) if picture else float("nan"))
+            fitting = [
+                score for score, small in zip(scores, frame["theirs"], strict=True) if small["milliseconds"] <= limit
+            ]
+            theirs[i].append(fitting[0] if fitting else float("nan"))
+    return ours, theirs, statistics.median(frame["completing"] for frame in found)
+
+
+def beside_the_rival(browser: Browser, url: str, scenes: dict[str, str], views: int, figure: Path | None) -> None:
+    heading(f"Mean SSIM over an orbit of {views} views, by the ms of a frame in one thread")
+    page = browser.new_context().new_page()
+    page.goto(url + "gallery/index.json")
+    page.goto(url + "rival.html")
+    rows, curves = [], {}
+    for file, name in scenes.items():
+        ours, theirs, completing = compared(page, file, views)
+        # A mean of all views or of none: a frame that is missing for one is missing.
+        means = [[float(np.mean(column)) for column in scores] for scores in (ours, theirs)]
+        curves[name] = means
+        for label, mean in zip(("completed", "half resolution"), means, strict=True):
+            rows.append((name, label, *("–" if np.isnan(value) else f"{value:.3f}" for value in mean)))
+        print(f"{name}: the network takes {completing:.0f} ms", flush=True)
+    table(("scene", "picture", *(f"{limit} ms" for limit in TIMES_MS)), rows)
+    if figure is not None:
+        draw(curves, figure)
+
+
+def draw(curves: dict[str, list[list[float]]], figure: Path) -> None:
+    import matplotlib.pyplot as plt
+
+    drawing, axes = plt.subplots(1, len(curves), figsize=(3.2 * len(curves), 3.2), sharey=True, layout="constrained")
+    for axis, (name, (ours, theirs)) in zip(np.atleast_1d(axes), curves.items(), strict=True):
+        axis.plot(TIMES_MS, ours, "o-", color="#0b6b3a", label="completed")
+        axis.plot(TIMES_MS, theirs, "s--", color="#8a4b08", label="half resolution until it fits")
+        axis.set(title=name, xlabel="ms for a frame, one thread", xscale="log")
+        axis.set_xticks(TIMES_MS, [str(limit) for limit in TIMES_MS], rotation=60)
+        axis.minorticks_off()
+        axis.grid(alpha=0.3)
+    np.atleast_1d(axes)[0].set_ylabel("SSIM against the exact picture")
+    np.atleast_1d(axes)[0].legend(loc="lower right", fontsize=8)
+    drawing.savefig(figure, dpi=110)
+
+
+PARTS = ("orbiting", "first", "large", "rival", "memory")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; by default all")
+    parser.add_argument("--seconds", type=float, default=10, help="of each orbit")
+    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--minutes", type=float, default=10, help="for memory")
+    parser.add_argument("--views", type=int, default=8)
+    parser.add_argument("--figure", type=Path, help="where to draw the curves of SSIM")
+    arguments = parser.parse_args()
+    parts = arguments.parts or PARTS
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    options = ["--no-sandbox"] if os.geteuid() == 0 else []
+    with page_files() as files, Server(files) as server, sync_playwright() as playwright:
+        scenes = dict(SCENES)
+        if BUNNY.is_file():
+            server.files["bunny.ply"] = BUNNY
+            scenes = {"bunny.ply": "bunny", **scenes}
+        server.files |= {"rival.js": HERE / "rival.js", "rival.html": b"<!doctype html>"}
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        browser = playwright.chromium.launch(executable_path=chromium, args=options)
+        print(f"{browser.version}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+        if "orbiting" in parts:
+            orbiting(browser, server.url, scenes, arguments.seconds)
+        if "first" in parts:
+            first_pictures(browser, server.url, scenes, arguments.runs)
+        if "large" in parts:
+            large_mesh(browser, server)
+        if "rival" in parts:
+            beside_the_rival(browser, server.url, scenes, arguments.views, arguments.figure)
+        if "memory" in parts:
+            memory(browser, server.url, arguments.minutes)
+        browser.close()
+        server.shutdown()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,25 @@
+// @ts-check
+/** The core's WebAssembly modules, which a page compiles once for all of its workers. */
+import { CoreError } from "./errors.js";
+
+/** A module of one function that multiplies and adds with a single rounding: valid where relaxed SIMD is known. */
+const RELAXED = new Uint8Array([
+  0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0,
+  10, 19, 1, 17, 0, 65, 1, 253, 15, 65, 2, 253, 15, 65, 3, 253, 15, 253, 133, 2, 11,
+]);
+
+/**
+ * Fetches and compiles a module; `new Core(new WebAssembly.Instance(module))` runs it.
+ *
+ * @param {"core" | "complete"} [name] "complete" has networks alone and is a tenth as large
+ * @param {boolean} [relaxed] in relaxed SIMD; by default where the browser has it
+ * @returns {Promise<WebAssembly.Module>}
+ */
+export async function compileCore(name = "core", relaxed = WebAssembly.validate(RELAXED)) {
+  const url = new URL(`${name}${relaxed ? ".relaxed" : ""}.wasm`, import.meta.url);
+  const response = await fetch(url);
+  if (!response.ok) throw new CoreError(`${url.pathname}: ${response.status} ${response.statusText}`);
+  // Some servers do not know the type, without which browsers refuse to compile while they fetch.
+  const typed = response.headers.get("Content-Type")?.startsWith("application/wasm");
+  return typed ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
+}

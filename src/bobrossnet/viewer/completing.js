@@ -1,0 +1,143 @@
+// @ts-check
+/**
+ * The worker that gathers samples, completes pictures and paints them.
+ *
+ * @typedef {{kind: "start", module: WebAssembly.Module, weights: ArrayBuffer}
+ *   | {kind: "connect", tracer: MessagePort}
+ *   | {kind: "show", mode: import("./paint.js").Mode, divider: number}
+ *   | {kind: "buffers"}} Request
+ *   "start" comes once; weights: a safetensors file; "show" paints the last picture anew; "buffers" is answered by "buffers"
+ *
+ * @typedef {{
+ *   frame: import("./tracer.js").Frame, bitmap: ImageBitmap, traced: number, completing: number, total: number,
+ *   backend: "wasm" | "gpu", error: number
+ * }} Picture
+ *   traced: how many pixels; completing: milliseconds of the network, on `backend`; total: of all that this worker did; error: mean of |first - image| of an exact picture, else NaN
+ * @typedef {{height: number, width: number, planes: Float32Array, image: Float32Array, first: Float32Array}} Buffers
+ *   planes (5, height, width); image, and first, the view's first completed picture (height, width)
+ * @typedef {{kind: "picture", picture: Picture, repainted: boolean} | {kind: "buffers", buffers: Buffers | null}
+ *   | {kind: "failed", message: string}} Reply
+ */
+import { Completer } from "./completer.js";
+import { Core, readWeights } from "./core.js";
+import { paint } from "./paint.js";
+
+const WARM_UPS = 3;
+
+/** @type {(parts: {core: Core, completer: Completer}) => void} */
+let start;
+/** @type {Promise<{core: Core, completer: Completer}>} */
+const starting = new Promise((resolve) => (start = resolve));
+/**
+ * @typedef {{
+ *   frame: import("./tracer.js").Frame, gbuffer: import("./core.js").GBuffer, traced: number, completed: boolean,
+ *   first: Float32Array
+ * }} View
+ */
+/** @type {View | undefined} */
+let view;
+/** @type {Picture | undefined} */
+let picture;
+/** Samples of the newest frame that have come. @type {{id: number, parts: number}} */
+let gathered = { id: 0, parts: 0 };
+/** @type {{mode: import("./paint.js").Mode, divider: number}} */
+let look = { mode: "completed", divider: 0.5 };
+/** Messages are dealt with one after the other, also where that takes waiting. */
+let queue = Promise.resolve();
+
+/** @param {Reply} message @param {Transferable[]} [transfer] */
+const reply = (message, transfer = []) => postMessage(message, { transfer });
+
+/** @param {WebAssembly.Module} module @param {ArrayBuffer} weights */
+async function begin(module, weights) {
+  try {
+    const core = new Core(new WebAssembly.Instance(module)), completer = new Completer(core, readWeights(weights));
+    const small = core.gbuffer(64, 64); // browsers compile what is called: before anybody waits for it
+    for (let i = 0; i < WARM_UPS; ++i) await completer.complete(small);
+    small.free();
+    start({ core, completer });
+  } catch (error) {
+    fail(error);
+  }
+}
+
+/** @param {import("./tracer.js").Samples} samples */
+async function gather({ frame, pixels, values }) {
+  if (frame.id < gathered.id) return;
+  if (frame.id > gathered.id) gathered = { id: frame.id, parts: 0 };
+  const { core, completer } = await starting;
+  const begun = performance.now();
+  if (view?.gbuffer.height !== frame.height || view.gbuffer.width !== frame.width) {
+    view?.gbuffer.free();
+    const gbuffer = core.gbuffer(frame.height, frame.width);
+    view = { frame, gbuffer, traced: 0, completed: false, first: new Float32Array(frame.height * frame.width) };
+  } else if (view.frame.view !== frame.view) {
+    view.gbuffer.clear();
+    view.traced = 0, view.completed = false;
+  }
+  view.frame = frame;
+  const { planes } = view.gbuffer, size = frame.height * frame.width;
+  for (let i = 0; i < pixels.length; ++i) {
+    const pixel = pixels[i];
+    view.traced += 1 - planes[pixel];  // a pixel may come twice, where a frame was cut short
+    planes[pixel] = 1;
+    for (let channel = 0; channel < 4; ++channel) planes[(channel + 1) * size + pixel] = values[4 * i + channel];
+  }
+  if (++gathered.parts < frame.parts) return;
+
+  const completing = performance.now();
+  const image = await completer.complete(view.gbuffer);
+  const completed = performance.now();
+  if (!view.completed) view.first.set(image);
+  view.completed = true;
+  const error = view.traced === size ? meanDifference(view.first, image) : NaN;
+  const bitmap = await painted(view);
+  picture = {
+    frame, bitmap, traced: view.traced, completing: completed - completing, total: performance.now() - begun,
+    backend: completer.backend, error,
+  };
+  reply({ kind: "picture", picture, repainted: false }, [bitmap]);
+}
+
+/** @param {View} view */
+function painted({ gbuffer, traced, first }) {
+  const { planes, image, height, width } = gbuffer, size = height * width;
+  return createImageBitmap(paint({
+    ...look, height, width, image, first, mask: planes.subarray(0, size), gray: planes.subarray(size, 2 * size),
+    exact: traced === size,
+  }));
+}
+
+/** @param {Float32Array} a @param {Float32Array} b */
+function meanDifference(a, b) {
+  let sum = 0;
+  for (let i = 0; i < a.length; ++i) sum += Math.abs(a[i] - b[i]);
+  return sum / a.length;
+}
+
+/** @param {Exclude<Request, {kind: "start"}>} request */
+async function answer(request) {
+  if (request.kind === "connect") {
+    request.tracer.onmessage = receive;
+  } else if (request.kind === "show") {
+    look = { mode: request.mode, divider: request.divider };
+    if (!picture || !view?.completed) return;
+    picture = { ...picture, bitmap: await painted(view) };
+    reply({ kind: "picture", picture, repainted: true }, [picture.bitmap]);
+  } else {
+    if (!view?.completed) return reply({ kind: "buffers", buffers: null });
+    const { height, width, planes, image } = view.gbuffer;
+    reply({ kind: "buffers", buffers: { height, width, planes: planes.slice(), image: image.slice(), first: view.first } });
+  }
+}
+
+/** @param {unknown} error */
+const fail = (error) => reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });
+
+/** @param {MessageEvent<Request | import("./tracer.js").Samples>} event */
+function receive({ data }) {
+  if (data.kind === "start") begin(data.module, data.weights);
+  else queue = queue.then(() => (data.kind === "samples" ? gather(data) : answer(data))).catch(fail);
+}
+
+onmessage = receive;

@@ -1,0 +1,90 @@
+// @ts-check
+/** The text of a shape script: its lines' numbers, the line that is wrong, and sliders for the numbers that it names. */
+
+/** A line that names a number: `HEIGHT = 4  # in metres`. */
+const NAMED = /^([A-Za-z_]\w*)[ \t]*=[ \t]*(-?\d+(?:\.\d*)?|-?\.\d+)[ \t]*(?:#[ \t]*(.*))?$/;
+
+/** @param {string} text of a number @returns {{min: number, max: number, step: number}} what a slider offers */
+function range(text) {
+  const value = Number(text), whole = /^-?\d+$/.test(text), size = Math.abs(value) || 1;
+  const low = whole && value > 0 ? 1 : 0, high = whole ? Math.max(2 * size, 4) : 2 * size;
+  const step = whole ? 1 : 10 ** Math.floor(Math.log10(size / 20));
+  return value > 0 ? { min: low, max: high, step } : { min: -high, max: value < 0 ? 0 : high, step };
+}
+
+export class Editor {
+  #text;
+  #numbers;
+  #sliders;
+  #error;
+  #changed;
+
+  /**
+   * @param {{text: HTMLTextAreaElement, numbers: HTMLElement, sliders: HTMLElement, error: HTMLElement}} elements
+   * @param {(script: string) => void} changed called when the text was changed here
+   */
+  constructor({ text, numbers, sliders, error }, changed) {
+    this.#text = text, this.#numbers = numbers, this.#sliders = sliders, this.#error = error, this.#changed = changed;
+    text.addEventListener("input", () => {
+      this.#number();
+      this.#offer();
+      changed(text.value);
+    });
+    text.addEventListener("scroll", () => (numbers.scrollTop = text.scrollTop));
+  }
+
+  get script() {
+    return this.#text.value;
+  }
+
+  set script(script) {
+    this.#text.value = script;
+    this.#text.scrollTop = 0;
+    this.#number();
+    this.#offer();
+    this.wrong(null);
+  }
+
+  /** Marks what is wrong; null where nothing is. @param {string | null} message that may begin with "line 3, column 7: " */
+  wrong(message) {
+    const line = Number(/^line (\d+)/.exec(message ?? "")?.[1]);
+    this.#error.textContent = message ?? "";
+    this.#text.setAttribute("aria-invalid", String(message !== null));
+    [...this.#numbers.children].forEach((number, i) => number.classList.toggle("wrong", i + 1 === line));
+  }
+
+  #number() {
+    const count = this.#text.value.split("\n").length;
+    while (this.#numbers.childElementCount > count) this.#numbers.lastElementChild?.remove();
+    while (this.#numbers.childElementCount < count) {
+      const number = document.createElement("span");
+      number.textContent = String(this.#numbers.childElementCount + 1);
+      this.#numbers.append(number);
+    }
+  }
+
+  /** A slider for each number that has a name. */
+  #offer() {
+    const found = this.#text.value.split("\n").flatMap((line, i) => {
+      const match = NAMED.exec(line.trimEnd());
+      return match ? [{ line: i, name: match[1], value: match[2], comment: match[3] }] : [];
+    });
+    this.#sliders.replaceChildren(...found.map(({ line, name, value, comment }) => {
+      const label = document.createElement("label"), slider = document.createElement("input");
+      const shown = document.createElement("output");
+      Object.assign(slider, { type: "range", ...range(value) });
+      slider.value = value;
+      shown.value = value;
+      label.title = comment ?? "";
+      label.append(name, slider, shown);
+      slider.addEventListener("input", () => {
+        shown.value = slider.value;
+        const lines = this.#text.value.split("\n");
+        lines[line] = lines[line].replace(/(=[ \t]*)[-.\d]+/, `$1${slider.value}`);
+        this.#text.value = lines.join("\n");
+        this.#changed(this.#text.value);
+      });
+      return label;
+    }));
+  }
+}

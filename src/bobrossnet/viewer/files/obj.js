@@ -1,0 +1,179 @@
+// @ts-check
+/**
+ * OBJ: points, normals and polygons; materials, colours, curves and texture coordinates are passed over.
+ *
+ * It is read here because the loader of three.js (r187) makes three vertices for each triangle, which takes five times
+ * as long and three times the memory, gives normals to faces that have none, and takes comments behind faces for
+ * corners.
+ */
+
+import { Growing } from "./part.js";
+import { textOf } from "./text.js";
+
+const TAB = 9, SPACE = 32, HASH = 35, MINUS = 45, SLASH = 47, ZERO = 48, NINE = 57, F = 102, N = 110, V = 118;
+
+/** @param {ArrayBuffer} bytes @returns {import("./part.js").Part[]} */
+export function readObj(bytes) {
+  const text = textOf(bytes).replaceAll("\\\n", " "), words = new Words(text);
+  const points = new Growing(Float64Array), normals = new Growing(Float64Array), triangles = new Growing(Int32Array);
+  const pairs = /^[ \t]*vn[ \t]/m.test(text) ? new Pairs() : null;
+  while (words.nextLine()) {
+    if (words.are(V)) pushVector(words, points);
+    else if (words.are(V, N)) pushVector(words, normals);
+    else if (words.are(F)) pushPolygon(words, points.length / 3, normals.length / 3, pairs, triangles);
+  }
+  const part = { vertices: points.whole(), triangles: triangles.whole() };
+  if (!pairs || !part.triangles.length) return [part];
+  const vertices = picked(part.vertices, pairs.points.whole());
+  return [{ ...part, vertices, normals: picked(normals.whole(), pairs.normals.whole()) }];
+}
+
+/** Words of a text, one line after the other, of which none is kept. */
+class Words {
+  #text;
+  #at = 0;
+  #end = -1;
+
+  /** @param {string} text */
+  constructor(text) {
+    this.#text = text;
+  }
+
+  /** Goes to the first word of the next line. @returns {boolean} whether there is such a line */
+  nextLine() {
+    this.#at = this.#end + 1;
+    if (this.#at >= this.#text.length) return false;
+    const end = this.#text.indexOf("\n", this.#at);
+    this.#end = end < 0 ? this.#text.length : end;
+    this.#skipSpace();
+    return true;
+  }
+
+  /** Whether the word is made of these characters; if it is, goes to the next. @param {...number} characters */
+  are(...characters) {
+    for (let i = 0; i < characters.length; ++i) if (this.#text.charCodeAt(this.#at + i) !== characters[i]) return false;
+    const after = this.#text.charCodeAt(this.#at + characters.length);
+    if (after !== SPACE && after !== TAB) return false;
+    this.#at += characters.length;
+    this.#skipSpace();
+    return true;
+  }
+
+  /** Whether a comment or the line's end comes next. */
+  get ended() {
+    return this.#at >= this.#end || this.#text.charCodeAt(this.#at) === HASH;
+  }
+
+  /** The word as a number; NaN if it is none. */
+  number() {
+    const start = this.#at;
+    this.#skipWord();
+    const number = start < this.#at ? Number(this.#text.slice(start, this.#at)) : NaN;
+    this.#skipSpace();
+    return number;
+  }
+
+  /** The digits that come next as an index, from 0 on; -1 if there is no such item. @param {number} count */
+  index(count) {
+    const negative = this.#text.charCodeAt(this.#at) === MINUS;
+    if (negative) ++this.#at;
+    let number = 0;
+    for (; this.#at < this.#end; ++this.#at) {
+      const digit = this.#text.charCodeAt(this.#at);
+      if (digit < ZERO || digit > NINE) break;
+      number = 10 * number + digit - ZERO;
+    }
+    const index = negative ? count - number : number - 1;
+    return number > 0 && index < 2 ** 31 ? Math.max(index, -1) : -1;
+  }
+
+  /** Goes behind the next slash of the word. @returns {boolean} whether it has one */
+  slash() {
+    while (this.#at < this.#end) {
+      const character = this.#text.charCodeAt(this.#at);
+      if (character === SPACE || character === TAB) return false;
+      ++this.#at;
+      if (character === SLASH) return true;
+    }
+    return false;
+  }
+
+  /** Goes to the next word. */
+  next() {
+    this.#skipWord();
+    this.#skipSpace();
+  }
+
+  #skipWord() {
+    for (; this.#at < this.#end; ++this.#at) {
+      const character = this.#text.charCodeAt(this.#at);
+      if (character === SPACE || character === TAB) return;
+    }
+  }
+
+  #skipSpace() {
+    for (; this.#at < this.#end; ++this.#at) {
+      const character = this.#text.charCodeAt(this.#at);
+      if (character !== SPACE && character !== TAB) return;
+    }
+  }
+}
+
+/** A vertex for each pair of point and normal that some corner names. */
+class Pairs {
+  points = new Growing(Int32Array);
+  normals = new Growing(Int32Array);
+  /** @type {Map<number, number>} */
+  #known = new Map();
+
+  /** @param {number} point or -1 @param {number} normal or -1 @returns {number} the vertex */
+  vertex(point, normal) {
+    const key = (point + 1) * 2 ** 26 + normal + 1;
+    let vertex = this.#known.get(key);
+    if (vertex === undefined) {
+      vertex = this.points.length;
+      this.#known.set(key, vertex);
+      this.points.push(point);
+      this.normals.push(normal);
+    }
+    return vertex;
+  }
+}
+
+/** @param {Words} words @param {Growing<Float64Array>} vectors */
+function pushVector(words, vectors) {
+  for (let axis = 0; axis < 3; ++axis) vectors.push(words.number());
+}
+
+/**
+ * Cuts a polygon into a fan.
+ *
+ * @param {Words} words its corners
+ * @param {number} points so far
+ * @param {number} normals so far
+ * @param {Pairs | null} pairs null where points are vertices
+ * @param {Growing<Int32Array>} triangles
+ */
+function pushPolygon(words, points, normals, pairs, triangles) {
+  for (let corner = 0, first = 0, previous = 0; !words.ended; ++corner, words.next()) {
+    const point = words.index(points);
+    const vertex = pairs ? pairs.vertex(point, words.slash() && words.slash() ? words.index(normals) : -1) : point;
+    if (corner > 1) triangles.push(first), triangles.push(previous), triangles.push(vertex);
+    if (corner === 0) first = vertex;
+    previous = vertex;
+  }
+}
+
+/**
+ * Rows as numbers, (n, 3); NaN where there is no such row.
+ *
+ * @param {Float64Array} rows (m, 3)
+ * @param {Int32Array} at (n,)
+ */
+function picked(rows, at) {
+  const result = new Float64Array(3 * at.length);
+  for (let i = 0; i < at.length; ++i) {
+    for (let axis = 0; axis < 3; ++axis) result[3 * i + axis] = rows[3 * at[i] + axis];  // NaN outside
+  }
+  return result;
+}

@@ -1,0 +1,161 @@
+// @ts-check
+/**
+ * Which frame is traced next: while the camera moves, one of as many pixels as the budget has time for; while it rests, more of
+ * the same view, until every pixel is exact.
+ *
+ * Frame n + 1 is traced while frame n is completed, so that a picture comes as often as the slower of both takes. Where
+ * completing alone would take longer than the budget, moving pictures are smaller.
+ *
+ * @typedef {import("./core.js").Camera} Camera
+ * @typedef {import("./tracer.js").Frame} Frame
+ * @typedef {{height: number, width: number}} Size in pixels
+ */
+import { CHUNK, Pace } from "./pace.js";
+
+const REST_MS = 80; // without a change, until a view is refined: less, and moving on would often have to end that first
+const LONGEST_MS = 250; // of tracing between two pictures at rest
+const SHARE = 0.8; // of a frame's time that is for tracing: with more, the page itself and messages make all frames late
+const MARGIN = 1.5; // times its planned time, after which a frame ends that takes longer than was measured
+const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // by which moving pictures are smaller
+const UNMEASURED_MS = 1e-4; // to complete a pixel, before that is measured
+
+export class Frames {
+  /** Milliseconds between two pictures while the camera moves. */
+  budget = 33;
+  /** Whether resting views are refined. */
+  refines = true;
+  /** Rays a second, as last traced by all workers. */
+  raysPerSecond = 0;
+
+  /** @type {import("./pool.js").Pool | undefined} */
+  #pool;
+  #pace = new Pace();
+  #pixelMs = UNMEASURED_MS;
+  /** @type {Required<Camera>} */
+  #camera;
+  /** @type {Size} at rest */
+  #size = { height: 480, width: 640 };
+  #scales;
+  #scale = 1; // of moving pictures
+  #stale = true; // whether the view is of another camera, size or scene than is wanted
+  #changedAt = -Infinity;
+
+  #view = 0;
+  /** @type {Size} of the view */
+  #viewSize = this.#size;
+  #reached = 0; // pixels of the order that the view has
+  #step = 0; // milliseconds of the last refinement; 0 while the camera moves
+
+  #frame = 0;
+  #tracing = false;
+  /** Numbers of frames that are traced but not completed. @type {number[]} */
+  #waiting = [];
+  #timer = 0;
+
+  /** @param {Required<Camera>} camera @param {boolean} scales whether moving pictures may be smaller than resting ones */
+  constructor(camera, scales) {
+    this.#camera = camera;
+    this.#scales = scales;
+  }
+
+  get camera() {
+    return this.#camera;
+  }
+
+  /** Shows a scene. @param {import("./pool.js").Pool} pool that has it */
+  show(pool) {
+    if (pool !== this.#pool) this.#tracing = false;
+    this.#pool = pool;
+    this.#pace = new Pace();
+    this.#waiting = [];
+    this.change({});
+  }
+
+  /** @param {{camera?: Camera, size?: Size}} what */
+  change({ camera, size = this.#size }) {
+    this.#camera = { ...this.#camera, ...camera };
+    this.#size = size;
+    this.#stale = true;
+    this.#changedAt = performance.now();
+    // A frame of a moving view is short, and goes on: else nothing would be seen of a movement.
+    if (this.#tracing && this.#step > 0) this.#pool?.cancel();
+    this.next();
+  }
+
+  /** @param {import("./pool.js").Traced[]} parts of the frame */
+  traced(parts) {
+    this.#tracing = false;
+    for (const { rays, milliseconds } of parts) if (rays > 0) this.#pace.measured(rays, milliseconds);
+    if (!parts.some((part) => part.cancelled)) {
+      this.#waiting.push(parts[0].frame.id);
+      this.#reached = Math.min(...parts.map((part) => part.reached));
+      const rays = parts.reduce((sum, part) => sum + part.rays, 0);
+      this.raysPerSecond = 1000 * rays / Math.max(...parts.map((part) => part.milliseconds));
+    }
+    this.next();
+  }
+
+  /** @param {import("./completing.js").Picture} picture @returns {boolean} whether it is the exact one of what is wanted */
+  completed({ frame, traced, total }) {
+    this.#pixelMs = total / (frame.height * frame.width);
+    this.#waiting = this.#waiting.filter((id) => id > frame.id);
+    this.next();
+    return !this.#stale && frame.view === this.#view && traced === this.#size.height * this.#size.width;
+  }
+
+  /** Starts what is to be traced next, if it is time. */
+  next() {
+    clearTimeout(this.#timer);
+    const ready = this.#pool?.ready.length ?? 0;
+    if (ready === 0 || this.#tracing || this.#waiting.length > 1) return;
+    if (this.#stale) {
+      this.#stale = false;
+      this.#scale = this.#scales ? this.#movingScale() : 1;
+      this.#begin(this.#scale);
+      this.#step = 0;
+      // One core completes meanwhile; where there is only one, both share it.
+      const completing = this.#pixelMs * this.#viewSize.height * this.#viewSize.width;
+      const time = navigator.hardwareConcurrency === 1 ? Math.max(this.budget - completing, completing / 4)
+                                                       : Math.max(this.budget, completing);
+      this.#trace(SHARE * time, Math.max(1, ready - 1));
+    } else if (this.refines && (this.#reached < this.#viewSize.height * this.#viewSize.width || this.#scale > 1)) {
+      const left = this.#changedAt + REST_MS - performance.now();
+      if (left > 0) {
+        this.#timer = setTimeout(() => this.next(), left);
+      } else {
+        if (this.#scale > 1) this.#begin(this.#scale = 1);
+        this.#step = Math.min(2 * (this.#step || this.budget), LONGEST_MS);
+        this.#trace(this.#step, ready);
+      }
+    }
+  }
+
+  /** The least scale at which completing takes no longer than the budget; a picture grows only where that is sure. */
+  #movingScale() {
+    const { height, width } = this.#size;
+    return SCALES.find((scale) => {
+      const completing = this.#pixelMs * height * width / scale ** 2;
+      return completing < (scale < this.#scale ? 0.8 : 1) * this.budget;
+    }) ?? SCALES[SCALES.length - 1];
+  }
+
+  /** A new view. @param {number} scale */
+  #begin(scale) {
+    const { height, width } = this.#size;
+    ++this.#view;
+    this.#viewSize = { height: Math.round(height / scale), width: Math.round(width / scale) };
+    this.#reached = 0;
+  }
+
+  /** @param {number} time in milliseconds @param {number} parts */
+  #trace(time, parts) {
+    const total = this.#viewSize.height * this.#viewSize.width;
+    const count = this.#pace.known ? Math.max(CHUNK * parts, this.#pace.rate * time * parts) : total;
+    const to = Math.min(total, CHUNK * Math.round((this.#reached + count) / CHUNK));
+    this.#tracing = true;
+    this.#pool?.trace({
+      id: ++this.#frame, view: this.#view, parts, camera: this.#camera, ...this.#viewSize,
+      from: this.#reached, to, milliseconds: this.#pace.known ? MARGIN * time : time,
+    });
+  }
+}

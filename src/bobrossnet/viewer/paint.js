@@ -1,0 +1,49 @@
+// @ts-check
+/** From a G-buffer and completed pictures to pixels of a screen. */
+
+/** @typedef {"completed" | "traced" | "split" | "difference"} Mode */
+
+/** Green where no pixel was traced: a colour that no shade of gray is; as in bobrossnet/render/picture.py. */
+const UNTRACED = pack(0, 150, 70);
+
+/** How much brighter than it is a difference is shown. */
+export const DIFFERENCE_GAIN = 4;
+
+/** @param {number} red @param {number} green @param {number} blue each 0..255 @returns {number} as ImageData has them, little-endian */
+function pack(red, green, blue) {
+  return (0xff000000 | blue << 16 | green << 8 | red) >>> 0;
+}
+
+const GRAYS = Uint32Array.from({ length: 256 }, (_, gray) => pack(gray, gray, gray));
+
+/** Rounds as numpy does, halves to even, and clamps. */
+const byte = new Uint8ClampedArray(1);
+
+/** @param {number} gray 0..1 */
+function shade(gray) {
+  byte[0] = 255 * gray;
+  return GRAYS[byte[0]];
+}
+
+/**
+ * @param {{
+ *   mode: Mode, divider: number, height: number, width: number, mask: Float32Array, gray: Float32Array, image: Float32Array,
+ *   first: Float32Array, exact: boolean
+ * }} look
+ *   arrays (height, width), 0..1; first: the picture as it was first completed; divider: 0..1, left of which a split picture has
+ *   traced pixels; where the picture is not yet exact, a difference shows the completed picture
+ * @returns {ImageData}
+ */
+export function paint({ mode, divider, height, width, mask, gray, image, first, exact }) {
+  const pixels = new Uint32Array(height * width);
+  if (mode === "difference" && exact) {
+    for (let i = 0; i < pixels.length; ++i) pixels[i] = shade(DIFFERENCE_GAIN * Math.abs(first[i] - image[i]));
+  } else {
+    const border = mode === "traced" ? width : mode === "split" ? Math.round(divider * width) : 0;
+    for (let row = 0, i = 0; row < height; ++row) {
+      for (let column = 0; column < border; ++column, ++i) pixels[i] = mask[i] > 0 ? shade(gray[i]) : UNTRACED;
+      for (let column = border; column < width; ++column, ++i) pixels[i] = shade(image[i]);
+    }
+  }
+  return new ImageData(new Uint8ClampedArray(pixels.buffer), width, height);
+}

@@ -1,0 +1,162 @@
+// @ts-check
+/**
+ * The workers that trace one scene, and the one that reads it.
+ *
+ * Each file has workers of its own, since a WebAssembly instance never gives memory back: a new file takes new ones, and the
+ * old end when the new can show it.
+ *
+ * @typedef {import("./tracer.js").Frame} Frame
+ * @typedef {Extract<import("./tracer.js").Reply, {kind: "traced"}>} Traced
+ * @typedef {{worker: Worker, port: MessagePort, pending: number, hasScene: boolean}} Tracer
+ *   port: for who reads the scene; pending: scenes that it was given and has not answered
+ */
+
+export class Pool {
+  /** @type {Tracer[]} */
+  #tracers;
+  /** @type {{resolve: () => void, reject: (error: Error) => void}[]} */
+  #waiting = [];
+  /** @type {Tracer[]} of the current frame */
+  #tracing = [];
+  /** @type {Traced[]} */
+  #traced = [];
+  #reader = new Worker(new URL("reader.js", import.meta.url), { type: "module" });
+  #module;
+  #done;
+
+  /**
+   * @param {number} count of workers
+   * @param {Promise<WebAssembly.Module>} module of the core
+   * @param {Worker} completing where samples go
+   * @param {(traced: Traced[]) => void} done called once all parts of a frame are traced
+   */
+  constructor(count, module, completing, done) {
+    this.#module = module;
+    this.#done = done;
+    this.#tracers = Array.from({ length: count }, () => {
+      const worker = new Worker(new URL("tracer.js", import.meta.url), { type: "module" });
+      const samples = new MessageChannel(), scenes = new MessageChannel();
+      completing.postMessage({ kind: "connect", tracer: samples.port2 }, [samples.port2]);
+      worker.postMessage({ kind: "connect", completing: samples.port1, reading: scenes.port1 }, [samples.port1, scenes.port1]);
+      module.then((module) => worker.postMessage({ kind: "start", module }), (error) => this.#failed(tracer, error.message, true));
+      const tracer = { worker, port: scenes.port2, pending: 0, hasScene: false };
+      worker.onmessage = ({ data }) => this.#receive(tracer, data);
+      worker.onerror = (event) => this.#failed(tracer, event.message ?? "a worker did not start", true);
+      return tracer;
+    });
+  }
+
+  /** Tracers that have the newest scene. */
+  get ready() {
+    return this.#tracers.filter((tracer) => tracer.hasScene && tracer.pending === 0);
+  }
+
+  /** Whether no worker is left. */
+  get ended() {
+    return this.#tracers.length === 0;
+  }
+
+  /**
+   * Replaces the scene; where that fails, the one before stays.
+   *
+   * @param {import("./scene.js").SceneDescription} scene
+   * @returns {Promise<void>} resolved once a tracer has it
+   */
+  open(scene) {
+    this.#reader.terminate();
+    for (const tracer of this.#tracers) tracer.worker.postMessage({ kind: "open", scene });
+    return this.#opened();
+  }
+
+  /**
+   * Opens a file, once.
+   *
+   * @param {string} name with its ending
+   * @param {Blob | string} source or its address
+   * @param {boolean} yUp whether it stores y up
+   * @returns {Promise<import("./reader.js").Summary>} resolved once a tracer has it
+   */
+  async read(name, source, yUp) {
+    const opened = this.#opened(), ports = this.#tracers.map((tracer) => tracer.port);
+    opened.catch(() => {}); // waited for below
+    const reader = this.#reader;
+    try {
+      /** @type {Promise<import("./reader.js").Summary>} */
+      const read = new Promise((resolve, reject) => {
+        reader.onmessage = ({ data }) => {
+          if (data.kind === "read") resolve(data.summary);
+          else if (data.kind === "failed") reject(new Error(data.message));
+          else this.#keep(data.tracers);
+        };
+        reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
+      });
+      reader.postMessage({ kind: "read", name, source, yUp, ports, module: await this.#module }, ports);
+      const [summary] = await Promise.all([read, opened]);
+      reader.postMessage({ kind: "share" });
+      return summary;
+    } catch (error) {
+      reader.terminate();
+      throw error;
+    }
+  }
+
+  /** Ends what is not needed any more once a scene was shared. @param {number} count of tracers that have it or will have it */
+  #keep(count) {
+    this.#reader.terminate();
+    for (const { worker } of this.#tracers.splice(count)) worker.terminate();
+  }
+
+  /** @returns {Promise<void>} */
+  #opened() {
+    for (const tracer of this.#tracers) ++tracer.pending;
+    return new Promise((resolve, reject) => this.#waiting.push({ resolve, reject }));
+  }
+
+  /** @param {Frame} frame of which each of the first `parts` ready tracers has a part */
+  trace(frame) {
+    this.#traced = [];
+    this.#tracing = this.ready.slice(0, frame.parts);
+    this.#tracing.forEach((tracer, part) => tracer.worker.postMessage({ kind: "trace", frame, part }));
+  }
+
+  /** Ends the frame; its parts are done soon, and its samples are not sent. */
+  cancel() {
+    for (const tracer of this.#tracing) tracer.worker.postMessage({ kind: "cancel" });
+  }
+
+  /** Ends the workers; what is being opened fails. */
+  end() {
+    this.#reader.terminate();
+    for (const { worker } of this.#tracers.splice(0)) worker.terminate();
+    this.#settle(({ reject }) => reject(new Error("another scene was opened")));
+  }
+
+  /** @param {Tracer} tracer @param {import("./tracer.js").Reply} reply */
+  #receive(tracer, reply) {
+    if (reply.kind === "traced") {
+      this.#traced.push(reply);
+      if (this.#traced.length === this.#tracing.length) this.#done(this.#traced);
+    } else if (reply.kind === "opened") {
+      --tracer.pending;
+      tracer.hasScene = true;
+      if (tracer.pending === 0) this.#settle(({ resolve }) => resolve());
+    } else {
+      --tracer.pending;
+      this.#failed(tracer, reply.message, reply.broken);
+    }
+  }
+
+  /** @param {Tracer} tracer @param {string} message @param {boolean} broken */
+  #failed(tracer, message, broken) {
+    if (broken) {
+      tracer.worker.terminate();
+      this.#tracers = this.#tracers.filter((other) => other !== tracer);
+    }
+    if (!broken || this.ended) this.#settle(({ reject }) => reject(new Error(message)));
+  }
+
+  /** @param {(waiting: {resolve: () => void, reject: (error: Error) => void}) => void} how */
+  #settle(how) {
+    this.#waiting.splice(0).forEach(how);
+  }
+}

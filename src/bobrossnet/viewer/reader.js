@@ -1,0 +1,68 @@
+// @ts-check
+/**
+ * A worker that reads one file and hands its scene to tracers, so that a large one never passes through the page: to one, and
+ * once that can show it to the others, since together all would be slower. It ends after that, which frees what reading took.
+ *
+ * @typedef {{script: string | null, warnings: string[]}} Summary
+ *   script: the text of a file that is one shape script; warnings: what was left out or is not shown as it is, a line each
+ * @typedef {{kind: "read", name: string, source: Blob | string, yUp: boolean, ports: MessagePort[], module: WebAssembly.Module}
+ *   | {kind: "share"}} Request
+ *   source: a file, or its address; yUp: whether it stores y up, which is turned to z up; ports: to tracers, not all of which are given a large scene
+ * @typedef {{kind: "read", summary: Summary} | {kind: "failed", message: string} | {kind: "shared", tracers: number}} Reply
+ *   "read" is answered by "read" or "failed", "share" by "shared", with how many tracers in all were given the scene
+ */
+import { Core } from "./core.js";
+import { readFile } from "./files.js";
+import { inCanonicalOrder } from "./order.js";
+import { turnedUpright } from "./scene.js";
+
+/** Bytes of scenes that may be held by all tracers together. */
+const MOST = 400e6;
+
+/** @param {Reply} message */
+const reply = (message) => postMessage(message);
+
+/** @param {Blob | string} source */
+async function bytesOf(source) {
+  if (source instanceof Blob) return source.arrayBuffer();
+  const response = await fetch(source);
+  if (!response.ok) throw new Error(`${source}: ${response.status} ${response.statusText}`);
+  return response.arrayBuffer();
+}
+
+/** Bytes of the arrays in a description. @param {unknown} value @returns {number} */
+function weight(value) {
+  if (ArrayBuffer.isView(value)) return value.byteLength;
+  return value && typeof value === "object" ? Object.values(value).reduce((sum, part) => sum + weight(part), 0) : 0;
+}
+
+/** @type {MessagePort[]} */
+let ports = [];
+/** @type {import("./scene.js").SceneDescription} */
+let scene;
+
+/** @param {Extract<Request, {kind: "read"}>} request */
+async function read({ name, source, yUp, ports: given, module }) {
+  try {
+    const core = new Core(new WebAssembly.Instance(module));
+    scene = await readFile(core, name, await bytesOf(source));
+    if (yUp) scene = inCanonicalOrder(turnedUpright(scene));
+    ports = given.slice(0, Math.max(1, Math.floor(MOST / weight(scene))));
+    ports[0].postMessage({ kind: "open", scene });
+    const [shape] = scene.shapes;
+    const script = scene.shapes.length === 1 && shape.kind === "script" && !yUp ? shape.source : null;
+    reply({ kind: "read", summary: { script, warnings: scene.warnings ?? [] } });
+  } catch (error) {
+    reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });
+  }
+}
+
+/** @param {MessageEvent<Request>} event */
+onmessage = ({ data }) => {
+  if (data.kind === "read") {
+    read(data);
+  } else {
+    for (const port of ports.slice(1)) port.postMessage({ kind: "open", scene });
+    reply({ kind: "shared", tracers: ports.length });
+  }
+};

@@ -1,0 +1,254 @@
+"""`bobrossnet view`: what its server answers, to whom, how it ends, and the page in a folder."""
+
+import http.client
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import pytest
+
+import bobrossnet as bob
+from bobrossnet import cli, view
+from bobrossnet.view import GALLERY, TYPES, VIEWER, Server, export, page_files
+
+TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
+
+
+@pytest.fixture(autouse=True)
+def leave_signals_alone():
+    handler = signal.getsignal(signal.SIGTERM)
+    yield
+    signal.signal(signal.SIGTERM, handler)
+
+
+@pytest.fixture
+def ask(viewer):
+    """(status, headers, body) of a request, sent as it is."""
+
+    def ask(path, method="GET", **headers):
+        connection = http.client.HTTPConnection("127.0.0.1", viewer.server_port, timeout=20)
+        connection.putrequest(method, path, skip_host="Host" in headers)
+        for name, value in headers.items():
+            connection.putheader(name, value)
+        connection.endheaders()
+        answer = connection.getresponse()
+        body = answer.read()
+        connection.close()
+        return answer.status, answer.headers, body
+
+    return ask
+
+
+# ---- Answers ---------------------------------------------------------------------------------------------
+
+
+def test_files_are_served_as_what_they_are(ask):
+    for path, kind in (
+        ("/core.js", "text/javascript; charset=utf-8"),
+        ("/core.wasm", "application/wasm"),
+        ("/gallery/index.json", "application/json"),
+        ("/gallery/csg.sdf?some=query", "text/plain; charset=utf-8"),
+        ("/weights/default.safetensors", "application/octet-stream"),
+    ):
+        status, headers, body = ask(path)
+        file = Path(path.partition("?")[0])
+        folder = VIEWER.parent if file.parts[1] == "weights" else VIEWER
+        assert (status, headers["Content-Type"]) == (200, kind)
+        assert body == (folder / file.relative_to("/")).read_bytes()
+        assert ask(path, "HEAD")[2] == b""
+        assert ask(path, "HEAD")[1]["Content-Length"] == str(len(body))
+
+
+def test_types_do_not_depend_on_the_machine(ask, monkeypatch):
+    monkeypatch.setattr("mimetypes.guess_type", lambda *_: ("text/plain", None))
+    assert ask("/core.js")[1]["Content-Type"].startswith("text/javascript")
+
+
+def test_every_answer_has_the_headers(ask):
+    for path, method in (("/core.js", "GET"), ("/nothing", "GET"), ("/core.js", "POST")):
+        headers = ask(path, method)[1]
+        policy = headers["Content-Security-Policy"]
+        for rule in ("default-src 'self'", "script-src 'self' 'wasm-unsafe-eval'", "object-src 'none'"):
+            assert rule in policy.split("; ")
+        assert "'unsafe-" not in policy
+        assert headers["X-Content-Type-Options"] == "nosniff"
+        assert headers["Referrer-Policy"] == "no-referrer"
+        assert headers["Cache-Control"] == "no-cache"
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/nothing",
+        "/../cli.py",
+        "/%2e%2e/cli.py",
+        "/..%2fcli.py",
+        "/gallery/../../cli.py",
+        "/gallery/..%5c..%5ccli.py",
+        "//etc/passwd",
+        "/" + str(Path(view.__file__).as_posix()),
+        "/%00",
+        "/gallery/",
+        "/weights",
+    ],
+)
+def test_nothing_else_is_served(ask, path):
+    status, _, body = ask(path)
+    assert status == 404
+    assert body == b"404 Not Found\n"
+
+
+def test_other_hosts_and_origins_are_refused(ask, viewer):
+    port = viewer.server_port
+    for host in (f"127.0.0.1:{port}", f"localhost:{port}"):
+        assert ask("/core.js", Host=host)[0] == 200
+        assert ask("/core.js", Host=host, Origin=f"http://{host}")[0] == 200
+    for host in (f"example.com:{port}", "127.0.0.1", f"127.0.0.1.example.com:{port}", "", f"LOCALHOST.:{port}"):
+        assert ask("/core.js", Host=host)[0] == 403
+    for origin in ("http://example.com", "null", f"https://127.0.0.1:{port}", f"http://127.0.0.1:{port + 1}", ""):
+        assert ask("/core.js", Origin=origin)[0] == 403
+
+
+def test_only_get_and_head(ask):
+    for method in ("POST", "PUT", "DELETE", "OPTIONS", "CONNECT"):
+        status, _, body = ask("/core.js", method)
+        assert status == 501
+        assert b"\n" not in body[:-1]
+
+
+def test_what_is_no_request_ends_in_an_answer(viewer):
+    with socket.create_connection(("127.0.0.1", viewer.server_port), timeout=20) as connection:
+        connection.sendall(b"\xff\xfe nonsense\r\n\r\n")
+        assert connection.recv(1 << 16)
+
+
+def test_the_port_is_only_on_this_machine(viewer):
+    assert viewer.server_address[0] == "127.0.0.1"
+
+
+def test_a_taken_port_is_told(viewer):
+    with pytest.raises(bob.InputError, match=f"^port: expected a free one, got {viewer.server_port}: "):
+        Server({}, viewer.server_port)
+    with pytest.raises(bob.InputError, match=r"^port: expected an integer in 0\.\.65535, got 70000"):
+        Server({}, 70_000)
+
+
+# ---- Folders ---------------------------------------------------------------------------------------------
+
+
+def test_export(tmp_path, capsys):
+    """All files of the page are there, and they name each other by relative paths."""
+    (tmp_path / "a part.obj").write_text(TRIANGLE)
+    folder = tmp_path / "page"
+    assert cli.main(["view", str(tmp_path / "a part.obj"), "--export", str(folder)]) == 0
+    written = {file.relative_to(folder).as_posix() for file in folder.rglob("*") if file.is_file()}
+    shipped = {f.relative_to(VIEWER).as_posix() for f in VIEWER.rglob("*") if f.suffix in TYPES}
+    assert capsys.readouterr().out == f"wrote {folder}: {len(written)} files, which any web server can show\n"
+    assert written == shipped | {
+        "files/a part.bob",
+        "gallery/happy_tree.bob",
+        "weights/default.safetensors",
+        "weights/paper.safetensors",
+    }
+    for name in written:
+        file = folder / name
+        if file.suffix in (".html", ".js", ".css") and "vendor" not in name:
+            paths = re.findall(r"""(?:from |import\(|src=|href=|url\(|new URL\()\s*["'`]([^"'`]*)""", file.read_text())
+            for path in paths:
+                assert not path.startswith("/")
+                assert "://" not in path
+    first = json.loads((folder / GALLERY).read_bytes())[0]
+    assert first == {"file": "../files/a%20part.bob", "title": "a part", "kind": "file"}
+    assert bob.load(folder / "files/a part.bob").counts() == {"shape": 1, "triangle": 1}
+
+
+def test_export_turns_upright(tmp_path):
+    (tmp_path / "a.obj").write_text(TRIANGLE.replace("v 0 0 1", "v 0 0 3"))
+    assert cli.main(["view", str(tmp_path / "a.obj"), "--up", "y", "--export", str(tmp_path / "page")]) == 0
+    expected = bob.load(tmp_path / "a.obj").turned_upright()
+    assert bob.trace(bob.load(tmp_path / "page/files/a.bob"), size=(20, 20)) == bob.trace(expected, size=(20, 20))
+
+
+def test_several_files_are_one_scene(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.obj").write_text(TRIANGLE)
+    files = [str(tmp_path / f"{name}.obj") for name in ("a", "b")]
+    assert cli.main(["view", *files, "--export", str(tmp_path / "page")]) == 0
+    assert bob.load(tmp_path / "page/files/scene.bob").counts() == {"shape": 2, "triangle": 2}
+
+
+def test_mistakes_are_one_line(tmp_path, capsys, monkeypatch):
+    (tmp_path / "file").write_text("")
+
+    def said(*arguments):
+        assert cli.main(["view", *map(str, arguments)]) == 2
+        error = capsys.readouterr().err
+        assert error.startswith("bobrossnet: error: ")
+        assert error.count("\n") == 1
+        return error
+
+    assert "file: can't write the page there: " in said("--export", tmp_path / "file")
+    assert "missing.ply: expected a file" in said("missing.ply")
+    assert "port: expected an integer in 0..65535, got -1" in said("--port", "-1", "--no-browser")
+    monkeypatch.setattr(view, "VIEWER", tmp_path)
+    assert "viewer: expected core.wasm in the package, got none" in said("--no-browser")
+
+
+def test_files_last_as_long_as_their_context():
+    with page_files(bob.happy_tree(), "tree") as files:
+        made = [file for file in files.values() if isinstance(file, Path) and VIEWER not in file.parents]
+        packed = [file for file in made if file.suffix == ".bob"]
+        assert len(packed) == 2
+        assert all(file.is_file() for file in packed)
+    assert not any(file.exists() for file in packed)
+    with pytest.raises(bob.InputError, match="can't write the page there"):
+        export({"a.js": b"", "a.js/b.js": b""}, packed[0].parent)
+
+
+# ---- The command -----------------------------------------------------------------------------------------
+
+
+@contextmanager
+def viewing(folder, *arguments):
+    """The command at work, and the first line that it says."""
+    command = [sys.executable, "-m", "bobrossnet.cli", "view", *map(str, arguments)]
+    environment = {**os.environ, "TMPDIR": str(folder)}
+    with subprocess.Popen(command, stdout=-1, stderr=-1, text=True, env=environment, cwd=folder) as process:
+        try:
+            yield process, process.stdout.readline()
+        finally:
+            process.kill()
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
+def test_it_shows_a_file_until_it_is_ended(tmp_path, sent):
+    (tmp_path / "part.obj").write_text(TRIANGLE)
+    with viewing(tmp_path, "part.obj", "--no-browser") as (process, line):
+        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)(/\?scene=files/part\.bob)  \(Ctrl-C ends it\)\n", line)
+        assert found, line + process.stderr.read() * (not line)
+        with closing(http.client.HTTPConnection("127.0.0.1", int(found[1]), timeout=20)) as connection:
+            connection.request("GET", "/files/part.bob")
+            assert b"bobrossnet-scene" in connection.getresponse().read()
+            process.send_signal(sent)  # while a connection is open
+            assert process.wait(timeout=20) == 0
+        assert process.stdout.read() == process.stderr.read() == ""
+    assert [file.name for file in tmp_path.iterdir()] == ["part.obj"]
+
+
+def test_it_opens_a_browser(tmp_path, monkeypatch):
+    browser, opened = tmp_path / "browser", tmp_path / "opened"
+    browser.write_text(f'#!/bin/sh\necho "$1" > {opened}.part; mv {opened}.part {opened}\n')
+    browser.chmod(0o755)
+    monkeypatch.setenv("BROWSER", str(browser))
+    with viewing(tmp_path) as (_, line):
+        end = time.monotonic() + 20
+        while not opened.exists() and time.monotonic() < end:
+            time.sleep(0.02)
+        assert opened.read_text().strip() == line.partition(" ")[0]

@@ -1,0 +1,484 @@
+"""The viewer's page in Chromium: what a person does there, and that its exact pictures are Python's."""
+
+import base64
+import json
+import re
+import threading
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from io import BytesIO
+
+import numpy as np
+import pytest
+from models import MODELS, needs_models
+from PIL import Image
+
+import bobrossnet as bob
+from bobrossnet import _core
+from bobrossnet.render.picture import UNTRACED, to_8_bit
+from bobrossnet.view import VIEWER, export
+
+WIDTH, HEIGHT = 128, 96
+SIZE = f"?size={WIDTH}x{HEIGHT}"
+
+DROP = """
+async ({ address, name }) => {
+  const bytes = await (await fetch(address)).arrayBuffer(), dataTransfer = new DataTransfer();
+  dataTransfer.items.add(new File([bytes], name));
+  const drop = new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true });
+  document.querySelector("#picture").dispatchEvent(drop);
+}
+"""
+
+
+class Page:
+    """The page as a person has it."""
+
+    def __init__(self, browser, address, **context):
+        self.context = browser.new_context(**context)
+        self.tab = self.context.new_page()
+        self.wrong = []
+        self.asked = set()
+        self.tab.on("pageerror", lambda error: self.wrong.append(str(error)))
+        self.tab.on("console", lambda entry: entry.type == "error" and self.wrong.append(entry.text))
+        self.tab.on("request", lambda request: self.asked.add(request.url))
+        self.visit(address)
+
+    def visit(self, address):
+        self.tab.goto("about:blank")  # else another fragment would not load the page again
+        self.tab.goto(address)
+        self.tab.evaluate("() => bobrossnet.started")
+
+    def close(self):
+        self.context.close()
+        assert self.wrong == []
+
+    def opened(self):
+        self.tab.wait_for_selector("#stage:not([aria-busy])")
+
+    def choose(self, file):
+        self.tab.select_option("#gallery", file)
+        self.opened()
+
+    def exact(self):
+        """The exact picture, (H, W, 3) uint8."""
+        self.tab.evaluate("() => bobrossnet.converged()")
+        return self.pixels()
+
+    def pixels(self):
+        address = self.tab.evaluate("() => document.querySelector('#picture').toDataURL()")
+        picture = Image.open(BytesIO(base64.b64decode(address.partition(",")[2])))
+        rgba = np.asarray(picture.convert("RGBA"))
+        assert (rgba[..., 3] == 255).all()
+        return rgba[..., :3]
+
+    def camera(self):
+        found = self.tab.evaluate("() => bobrossnet.camera()")
+        assert found.pop("panX") == found.pop("panY") == 0
+        return bob.Camera(**found)
+
+    def text(self, selector):
+        return self.tab.locator(selector).text_content()
+
+
+@pytest.fixture(scope="module")
+def shared(browser, viewer):
+    page = Page(browser, viewer.url + SIZE)
+    yield page
+    page.close()
+
+
+@pytest.fixture
+def page(shared):
+    """The page as it opens: the gallery's first shape, seen from the front."""
+    yield shared
+    shared.tab.check("#refines")
+    shared.tab.check("[value=completed]", force=True)
+    shared.tab.click("#home")
+
+
+def expected(scene, camera=None):
+    return to_8_bit(bob.trace(scene, camera, size=(HEIGHT, WIDTH)).gray)
+
+
+def assert_equal_pictures(found, expected, pixels=0.002):
+    """But for a few pixels on edges, where rays may decide otherwise in another instruction set."""
+    assert (found == found[..., :1]).all()
+    difference = np.abs(found[..., 0].astype(int) - expected)
+    assert (difference > 1).mean() <= pixels, f"{(difference > 1).sum()} pixels differ, by up to {difference.max()}"
+
+
+GALLERY = [entry["file"] for entry in json.loads((VIEWER / "gallery" / "index.json").read_text())]
+
+
+# ---- Pictures --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("file", GALLERY)
+def test_gallery_is_shown_as_python_renders_it(page, viewer, file):
+    page.choose(file)
+    assert_equal_pictures(page.exact(), expected(bob.load(viewer.files[f"gallery/{file}"])))
+    assert page.text("#fraction") != ""
+
+
+def test_one_worker_is_enough(browser, viewer):
+    page = Page(browser, viewer.url + SIZE + "&workers=1#scene=csg.sdf")
+    assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "csg.sdf")))
+    page.close()
+
+
+def test_moving_pictures_are_completed_from_few_pixels(page):
+    page.choose("csg.sdf")
+    page.exact()
+    page.tab.uncheck("#refines")
+    shares = page.tab.evaluate("""
+        async () => {
+          const shares = [];
+          document.addEventListener("picture", () => shares.push(bobrossnet.statistics.fraction));
+          while (shares.length < 12) {
+            bobrossnet.look({ azimuth: bobrossnet.camera().azimuth + 1 });
+            await new Promise(requestAnimationFrame);
+          }
+          await new Promise((resolve) => setTimeout(resolve, 500));
+          return shares;
+        }
+    """)
+    assert min(shares) > 0
+    first = page.tab.evaluate("""
+        async () => {
+          const { height, width, planes, image } = await bobrossnet.buffers();
+          return { mask: Array.from(planes.slice(0, height * width)), image: Array.from(image) };
+        }
+    """)
+    mask, image = np.array(first["mask"]), np.array(first["image"], np.float32).reshape(HEIGHT, WIDTH)
+    assert mask.sum() / mask.size == pytest.approx(page.tab.evaluate("() => bobrossnet.statistics.fraction"))
+    assert_equal_pictures(page.pixels(), to_8_bit(image), pixels=0)
+
+
+def test_movement_ends_what_is_traced_at_rest(browser, viewer):
+    """At most the picture that was being completed still comes of the view before."""
+    page = Page(browser, viewer.url + "?size=640x480#scene=gear.sdf")
+    stale = page.tab.evaluate("""
+        async () => {
+          const next = () => new Promise((shown) => document.addEventListener("picture", ({ detail }) => shown(detail),
+                                                                              { once: true }));
+          const stale = [];
+          for (let azimuth = 31; azimuth < 35; ++azimuth) {
+            while ((await next()).from === 0);  // refined once
+            bobrossnet.look({ azimuth });
+            stale.push(0);
+            while ((await next()).camera.azimuth !== azimuth) ++stale[stale.length - 1];
+          }
+          return stale;
+        }
+    """)
+    assert max(stale) <= 1
+    page.close()
+
+
+# ---- Hands -----------------------------------------------------------------------------------------------
+
+
+def drag(page, right, down, button="left"):
+    box = page.tab.locator("#picture").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.tab.mouse.move(x, y)
+    page.tab.mouse.down(button=button)
+    for step in (0.5, 1):
+        page.tab.mouse.move(x + step * right, y + step * down)
+    page.tab.mouse.up(button=button)
+
+
+def test_mouse_orbits(page):
+    page.choose("csg.sdf")
+    before = page.camera()
+    drag(page, 60, 30)
+    after = page.camera()
+    assert (after.azimuth - before.azimuth) % 360 > 180  # it follows the hand
+    assert after.elevation > before.elevation
+    assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "csg.sdf"), after))
+
+
+def test_keys_orbit_zoom_and_reset(page):
+    page.choose("csg.sdf")
+    page.tab.focus("#picture")
+    for key in ("ArrowLeft", "ArrowLeft", "ArrowUp", "]", "+"):
+        page.tab.keyboard.press(key)
+    assert page.camera() == bob.Camera(azimuth=20, elevation=25, roll=5, zoom=1.15)
+    assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "csg.sdf"), page.camera()))
+    page.tab.keyboard.press("Home")
+    assert page.camera() == bob.Camera()
+
+
+def test_dragging_with_the_other_button_moves_the_picture(page):
+    page.choose("csg.sdf")
+    before = page.exact()
+    box = page.tab.locator("#picture").bounding_box()
+    columns, rows = 20, 10
+    drag(page, columns * box["width"] / WIDTH, rows * box["height"] / HEIGHT, button="right")
+    after = page.exact()
+    assert_equal_pictures(after[rows:, columns:], before[: HEIGHT - rows, : WIDTH - columns, 0], pixels=0.01)
+    assert not after[:rows].any()
+
+
+def test_wheel_zooms_about_the_pointer(page):
+    page.choose("csg.sdf")
+    box = page.tab.locator("#picture").bounding_box()
+    page.tab.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 0.25 * box["height"])
+    page.tab.mouse.wheel(0, -400)
+    page.tab.wait_for_timeout(50)
+    camera = page.tab.evaluate("() => bobrossnet.camera()")
+    assert camera["zoom"] > 1.5
+    # What lies under the pointer, in radii: pan + offset from the centre.
+    shorter = min(WIDTH, HEIGHT)
+    for pan, offset in (("panX", 0.25 * WIDTH), ("panY", 0.25 * HEIGHT)):
+        assert camera[pan] + offset * 2 / (shorter * camera["zoom"]) == pytest.approx(offset * 2 / shorter, abs=0.01)
+
+
+def test_two_fingers_pinch(page):
+    page.tab.evaluate("""
+        () => {
+          const picture = document.querySelector("#picture"), { left, top } = picture.getBoundingClientRect();
+          picture.setPointerCapture = () => {};
+          const touch = (type, pointerId, x, y) => picture.dispatchEvent(new PointerEvent(
+            type, { pointerId, pointerType: "touch", clientX: left + x, clientY: top + y, bubbles: true }));
+          touch("pointerdown", 11, 100, 100), touch("pointerdown", 12, 200, 100);
+          touch("pointermove", 11, 50, 100), touch("pointermove", 12, 250, 100);
+          touch("pointerup", 11, 50, 100), touch("pointerup", 12, 250, 100);
+          delete picture.setPointerCapture;
+        }
+    """)
+    assert page.tab.evaluate("() => bobrossnet.camera().zoom") == pytest.approx(2, rel=0.05)
+
+
+# ---- Modes -----------------------------------------------------------------------------------------------
+
+
+def is_untraced(pixels):
+    return (pixels == np.array(UNTRACED, np.uint8)).all(-1)
+
+
+def test_split_picture_has_traced_pixels_left_of_its_divider(page):
+    page.choose("csg.sdf")
+    page.tab.uncheck("#refines")
+    page.tab.check("[value=split]", force=True)
+    page.tab.evaluate("() => bobrossnet.look({ azimuth: 31 })")
+    page.tab.focus("#divider")
+    green = []
+    for key in ("Home", "End"):
+        page.tab.keyboard.press(key)
+        page.tab.wait_for_timeout(150)
+        green.append(is_untraced(page.pixels()).any(0))
+    assert not green[0][WIDTH // 4 :].any()
+    assert green[1][: WIDTH // 2].sum() > WIDTH // 10 < green[1][WIDTH // 2 :].sum()
+
+
+def test_difference_is_that_of_the_first_picture(page):
+    page.choose("csg.sdf")
+    page.exact()
+    page.tab.check("[value=difference]", force=True)
+    page.tab.wait_for_timeout(400)
+    first, image = page.tab.evaluate("""
+        async () => {
+          const { first, image } = await bobrossnet.buffers();
+          return [Array.from(first), Array.from(image)];
+        }
+    """)
+    difference = 4 * np.abs(np.subtract(first, image)).reshape(HEIGHT, WIDTH)
+    assert_equal_pictures(page.pixels(), to_8_bit(difference.astype(np.float32)), pixels=0)
+    assert "4 times as bright" in page.text("#note")
+
+
+# ---- Files -----------------------------------------------------------------------------------------------
+
+FORMULA = (
+    b"a var-x\nb var-y\nc var-z\nd square a\ne square b\nf square c\ng add d e\nh add g f\ni const 0.5\nj sub h i\n"
+)
+
+
+def drop(page, viewer, name, content):
+    viewer.files["dropped"] = content
+    page.tab.evaluate(DROP, {"address": "/dropped", "name": name})
+    page.opened()
+
+
+def test_dropped_file_is_shown(page, viewer, tmp_path):
+    (tmp_path / "ball.vm").write_bytes(FORMULA)
+    drop(page, viewer, "ball.vm", FORMULA)
+    assert_equal_pictures(page.exact(), expected(bob.load(tmp_path / "ball.vm")))
+    assert page.text("#gallery option:checked") == "ball.vm"
+    assert page.tab.get_attribute("#picture", "aria-label") == "Picture of ball.vm"
+    assert page.tab.is_disabled("#link")
+
+
+def test_what_has_y_up_is_turned(page, viewer, tmp_path):
+    text = "v 0 0 0\nv 1 0 0\nv 0 3 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 9 9 9\n"
+    (tmp_path / "thing.obj").write_text(text)
+    page.choose("csg.sdf")
+    assert not page.tab.is_visible("#y-up")
+    drop(page, viewer, "thing.obj", text.encode())
+    with pytest.warns(bob.InputWarning):
+        scene = bob.load(tmp_path / "thing.obj")
+    assert_equal_pictures(page.exact(), expected(scene))
+    assert "thing.obj" in page.text("#message")
+    page.tab.check("#y-up")
+    page.opened()
+    assert_equal_pictures(page.exact(), expected(scene.turned_upright()))
+    page.tab.uncheck("#y-up")
+    page.opened()
+    assert_equal_pictures(page.exact(), expected(scene))
+
+
+BROKEN = {
+    "broken.bob": b"no scene",
+    "empty.sdf": b"",
+    "wrong.vm": b"a var-q\n",
+    "letter.doc": b"Dear",
+    "wrong.sdf": b"box(\n",
+}
+
+
+@needs_models
+@pytest.mark.parametrize("name", ["scans/stanford_bunny.ply", "nurbs/ducky.nurbs.json"])
+def test_chosen_file_is_shown(page, name):
+    page.tab.set_input_files("#file", MODELS / name)
+    page.opened()
+    assert page.text("#message") == ""
+    assert_equal_pictures(page.exact(), expected(bob.load(MODELS / name)))
+
+
+@pytest.mark.parametrize(("name", "content"), BROKEN.items(), ids=BROKEN)
+def test_broken_file_leaves_the_scene(page, viewer, name, content):
+    page.choose("csg.sdf")
+    before = page.exact()
+    drop(page, viewer, name, content)
+    assert re.fullmatch(rf"{name}: .+", page.text("#message"))
+    np.testing.assert_array_equal(page.exact(), before)
+    assert page.text("#gallery option:checked") == "Ball, box and cylinders"
+    page.tab.focus("#picture")
+    page.tab.keyboard.press("ArrowLeft")
+    assert (page.exact() != before).any()
+    page.choose("gyroid.bob")
+    assert page.text("#message") == ""
+
+
+# ---- Scripts ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def script(page):
+    """The page with the script of a ball and its editor open."""
+    page.choose("csg.sdf")
+    if page.tab.get_attribute("#script", "open") is None:
+        page.tab.click("#script summary")
+    page.tab.fill("#text", "RADIUS = 2  # of the ball\nball = sphere(RADIUS)\nball - box(1)\n")
+    page.opened()
+    return page
+
+
+def test_edited_script_is_shown(script):
+    assert script.text("#gallery option:checked") == "Ball, box and cylinders"
+    source = script.tab.input_value("#text").encode()
+    ball = bob.Implicit(_core.run_script(source).expression)
+    assert_equal_pictures(script.exact(), expected(ball))
+
+
+def test_wrong_line_is_marked_and_the_picture_stays(script):
+    before = script.exact()
+    script.tab.fill("#text", "RADIUS = 2\nball = spere(RADIUS)\nball\n")
+    script.tab.wait_for_selector("#numbers .wrong")
+    assert script.text("#numbers .wrong") == "2"
+    assert script.text("#error").startswith("line 2, column 8: ")
+    assert script.tab.get_attribute("#text", "aria-invalid") == "true"
+    np.testing.assert_array_equal(script.exact(), before)
+    script.tab.fill("#text", "box(1)\n")
+    script.opened()
+    assert script.tab.locator("#numbers .wrong").count() == 0
+    assert (script.exact() != before).any()
+
+
+def test_named_numbers_have_sliders(script):
+    slider = script.tab.get_by_label("RADIUS")
+    before = script.exact()
+    slider.focus()
+    script.tab.keyboard.press("ArrowLeft")
+    assert script.tab.input_value("#text").startswith("RADIUS = 1  # of the ball\n")
+    script.opened()
+    assert (script.exact() != before).any()
+
+
+def test_script_can_be_written_from_nothing(page):
+    page.choose("knot.bob")
+    assert page.tab.input_value("#text") == ""
+    if page.tab.get_attribute("#script", "open") is None:
+        page.tab.click("#script summary")
+    page.tab.fill("#text", "spere(1)")
+    page.opened()
+    assert page.text("#error").startswith("line 1, column 1: ")
+    assert page.text("#gallery option:checked") == "Knot"
+    page.tab.fill("#text", "torus(1, 0.3)")
+    page.opened()
+    torus = bob.Implicit(_core.run_script(b"torus(1, 0.3)").expression)
+    assert_equal_pictures(page.exact(), expected(torus))
+    assert page.text("#gallery option:checked") == "Script"
+
+
+# ---- What is taken along ---------------------------------------------------------------------------------
+
+
+def test_link_restores_gallery_and_camera(page, browser):
+    page.choose("knot.bob")
+    page.tab.evaluate("() => bobrossnet.look({ azimuth: 100, elevation: -12.5, zoom: 1.25, panX: 0.1, panY: -0.2 })")
+    before, link = page.exact(), page.tab.evaluate("() => bobrossnet.link()")
+    other = Page(browser, link)
+    np.testing.assert_array_equal(other.exact(), before)
+    assert other.text("#gallery option:checked") == "Knot"
+    other.close()
+
+
+def test_link_restores_script(script, browser):
+    before, link = script.exact(), script.tab.evaluate("() => bobrossnet.link()")
+    other = Page(browser, link)
+    np.testing.assert_array_equal(other.exact(), before)
+    assert other.tab.input_value("#text") == script.tab.input_value("#text")
+    other.close()
+
+
+def test_saved_picture_is_the_one_shown(page):
+    page.choose("gyroid.bob")
+    shown = page.exact()
+    with page.tab.expect_download() as download:
+        page.tab.click("#save")
+    assert download.value.suggested_filename == "gyroid.png"
+    np.testing.assert_array_equal(np.asarray(Image.open(download.value.path()).convert("RGB")), shown)
+
+
+def test_page_opens_the_file_that_its_address_names(browser, viewer, tmp_path):
+    scene = bob.Scene([bob.load(VIEWER / "gallery" / "csg.sdf"), bob.Instance(bob.happy_tree()).translate((2, 0, 0))])
+    bob.save_scene(scene, tmp_path / "two.bob")
+    viewer.files["files/two.bob"] = tmp_path / "two.bob"
+    page = Page(browser, viewer.url + SIZE + "&scene=files/two.bob")
+    assert_equal_pictures(page.exact(), expected(scene))
+    assert page.text("#gallery option:checked") == "two.bob"
+    page.visit(viewer.url + SIZE + "&scene=//example.org/two.bob")
+    assert page.text("#message").startswith("scene: expected a file of http://127.0.0.1")
+    page.close()
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
+
+
+def test_exported_page_needs_no_other_server(browser, viewer, tmp_path):
+    export({path: content for path, content in viewer.files.items() if "/" in path or "." in path}, tmp_path / "page")
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=tmp_path)) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        address = f"http://127.0.0.1:{server.server_port}/"
+        page = Page(browser, address + "page/index.html" + SIZE + "#scene=csg.sdf")
+        assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "csg.sdf")))
+        assert all(url.startswith((address, "about:", "blob:")) for url in page.asked)
+        page.close()
+        server.shutdown()
+        thread.join()
