@@ -311,6 +311,24 @@ def test_dropped_file_is_shown(page, viewer, tmp_path):
     assert page.tab.is_disabled("#link")
 
 
+def test_what_has_y_up_is_turned(page, viewer, tmp_path):
+    text = "v 0 0 0\nv 1 0 0\nv 0 3 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 9 9 9\n"
+    (tmp_path / "thing.obj").write_text(text)
+    page.choose("csg.sdf")
+    assert not page.tab.is_visible("#y-up")
+    drop(page, viewer, "thing.obj", text.encode())
+    with pytest.warns(bob.InputWarning):
+        scene = bob.load(tmp_path / "thing.obj")
+    assert_equal_pictures(page.exact(), expected(scene))
+    assert "thing.obj" in page.text("#message")
+    page.tab.check("#y-up")
+    page.opened()
+    assert_equal_pictures(page.exact(), expected(scene.turned_upright()))
+    page.tab.uncheck("#y-up")
+    page.opened()
+    assert_equal_pictures(page.exact(), expected(scene))
+
+
 BROKEN = {
     "broken.bob": b"no scene",
     "empty.sdf": b"",

@@ -8,6 +8,9 @@
 /** @type {readonly number[]} */
 export const IDENTITY = Object.freeze([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
 
+/** Turns y up to z up: (x, y, z) becomes (x, -z, y). @type {readonly number[]} */
+export const UPRIGHT = Object.freeze([1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1]);
+
 /** What is singular, as bobrossnet.shapes.affine.FLATTEST. */
 const FLATTEST = 1e-10;
 

@@ -29,6 +29,7 @@ const stage = element("stage", HTMLElement), canvas = element("picture", HTMLCan
 const gallery = element("gallery", HTMLSelectElement), file = element("file", HTMLInputElement);
 const message = element("message", HTMLElement), status = element("status", HTMLElement), note = element("note", HTMLElement);
 const divider = element("divider", HTMLInputElement), line = element("line", HTMLElement), drop = element("drop", HTMLElement);
+const yUp = element("y-up", HTMLInputElement);
 const budget = element("budget", HTMLInputElement), refines = element("refines", HTMLInputElement);
 const copy = element("link", HTMLButtonElement);
 const context = /** @type {ImageBitmapRenderingContext} */ (canvas.getContext("bitmaprenderer"));
@@ -163,8 +164,10 @@ refines.addEventListener("change", () => {
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
 /**
- * @typedef {{title: string, gallery?: string, script?: string, address?: string}} Scene
- *   gallery: which file of it; script: its text; address: of the file in the page's own; one without any has no link
+ * @typedef {{name: string, source: Blob | string, yUp: boolean}} Source a file, or its address
+ * @typedef {{title: string, gallery?: string, script?: string, address?: string, source?: Source}} Scene
+ *   gallery: which file of it; script: its text; address: of the file in the page's own; one without any has no link;
+ *   source: of what is not in the gallery
  */
 /** @type {Scene} */
 let scene = { title: "" };
@@ -187,7 +190,7 @@ function pool() {
  * Opens a scene in workers of its own. Where that fails, the one before stays.
  *
  * @param {Scene} opened
- * @param {(pool: Pool) => Promise<string | null>} open returns the text of a script
+ * @param {(pool: Pool) => Promise<import("./reader.js").Summary>} open
  * @param {(message: string | null) => void} [complain] says what is wrong, null where nothing is
  */
 async function replace(opened, open, complain = (text) => (message.textContent = text)) {
@@ -196,7 +199,7 @@ async function replace(opened, open, complain = (text) => (message.textContent =
   spare = undefined;
   stage.setAttribute("aria-busy", "true");
   try {
-    const text = await open(mine);
+    const { script: text, warnings } = await open(mine);
     if (mine !== coming) return;
     shown?.end();
     shown = mine, coming = undefined;
@@ -205,7 +208,7 @@ async function replace(opened, open, complain = (text) => (message.textContent =
     status.textContent = `${scene.title} is open`;
     if (edited === null && editor.script !== (text ?? "")) editor.script = text ?? "";
     message.textContent = "";
-    complain(null);
+    complain(warnings.join(" ") || null);
     statistics.exact = false;
     frames.show(mine);
   } catch (error) {
@@ -224,12 +227,16 @@ async function replace(opened, open, complain = (text) => (message.textContent =
 const described = (text) => ({ shapes: [{ kind: /** @type {const} */ ("script"), source: text }], instances: [{ shape: 0 }] });
 
 /** @param {Scene} opened @param {string} name @param {Blob | string} source */
-const openFile = (opened, name, source) => replace(opened, async (pool) => (await pool.read(name, source)).script);
+function openFile(opened, name, source) {
+  const turned = opened.gallery === undefined && yUp.checked;
+  const from = opened.gallery === undefined ? { name, source, yUp: turned } : undefined;
+  return replace({ ...opened, source: from }, (pool) => pool.read(name, source, turned));
+}
 
 /** @param {string} text */
 const openScript = (text) => replace({ title: "Script" }, async (pool) => {
   await pool.open(described(text));
-  return text;
+  return { script: text, warnings: [] };
 }, (wrong) => editor.wrong(wrong));
 
 /** The newest text of the editor that is not yet shown. @type {string | null} */
@@ -278,6 +285,9 @@ function choose() {
   gallery.value = scene.gallery ?? "";
   copy.disabled = scene.gallery === undefined && scene.script === undefined && scene.address === undefined;
   copy.title = copy.disabled ? "A file of this machine has no link" : "";
+  // It is known of the gallery and of scripts which way is up.
+  yUp.parentElement?.toggleAttribute("hidden", !scene.source || scene.script !== undefined);
+  yUp.checked = scene.source?.yUp ?? false;
 }
 
 /** @param {URL} address */
@@ -320,6 +330,10 @@ function openFiles(files) {
 file.addEventListener("change", () => {
   openFiles(file.files);
   file.value = "";
+});
+
+yUp.addEventListener("change", () => {
+  if (scene.source) openFile(scene, scene.source.name, scene.source.source);
 });
 
 addEventListener("dragover", (event) => {

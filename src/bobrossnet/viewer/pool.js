@@ -97,9 +97,10 @@ export class Pool {
    *
    * @param {string} name with its ending
    * @param {Blob | string} source or its address
+   * @param {boolean} yUp whether it stores y up
    * @returns {Promise<import("./reader.js").Summary>} resolved once a tracer has it
    */
-  async read(name, source) {
+  async read(name, source, yUp) {
     const opened = this.#opened(), { port } = this.#tracers[0];
     opened.catch(() => {}); // waited for below
     const reader = this.#reader;
@@ -113,7 +114,7 @@ export class Pool {
         };
         reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
       });
-      reader.postMessage({ kind: "read", name, source, port, module: await this.#module }, [port]);
+      reader.postMessage({ kind: "read", name, source, yUp, port, module: await this.#module }, [port]);
       const [summary] = await Promise.all([read, opened]);
       const ports = this.#addOthers().map((tracer) => tracer.port);
       reader.postMessage({ kind: "share", ports }, ports);

@@ -3,15 +3,19 @@
  * A worker that reads one file and hands its scene to tracers, so that a large one never passes through the page: to one, and
  * once that can show it, to the others. It ends after that, which frees what reading took.
  *
- * @typedef {{script: string | null}} Summary the text of a file that is one shape script
- * @typedef {{kind: "read", name: string, source: Blob | string, port: MessagePort, module: WebAssembly.Module}
+ * @typedef {{script: string | null, warnings: string[]}} Summary
+ *   script: the text of a file that is one shape script; warnings: what was left out or is not shown as it is, a line each
+ * @typedef {{kind: "read", name: string, source: Blob | string, yUp: boolean, port: MessagePort, module: WebAssembly.Module}
  *   | {kind: "share", ports: MessagePort[]}} Request
- *   source: a file, or its address; port: to a tracer; ports: to the others, not all of which are given a large scene
+ *   source: a file, or its address; yUp: whether it stores y up, which is turned to z up; port: to a tracer; ports: to the
+ *   others, not all of which are given a large scene
  * @typedef {{kind: "read", summary: Summary} | {kind: "failed", message: string} | {kind: "shared", tracers: number}} Reply
  *   "read" is answered by "read" or "failed", "share" by "shared", with how many tracers in all were given the scene
  */
 import { Core } from "./core.js";
 import { readFile } from "./files.js";
+import { inCanonicalOrder } from "./order.js";
+import { turnedUpright } from "./scene.js";
 
 /** Bytes of scenes that may be held by all tracers together. */
 const MOST = 400e6;
@@ -37,13 +41,15 @@ function weight(value) {
 let scene;
 
 /** @param {Extract<Request, {kind: "read"}>} request */
-async function read({ name, source, port, module }) {
+async function read({ name, source, yUp, port, module }) {
   try {
     const core = new Core(new WebAssembly.Instance(module));
     scene = await readFile(core, name, await bytesOf(source));
+    if (yUp) scene = inCanonicalOrder(turnedUpright(scene));
     port.postMessage({ kind: "open", scene });
     const [shape] = scene.shapes;
-    reply({ kind: "read", summary: { script: scene.shapes.length === 1 && shape.kind === "script" ? shape.source : null } });
+    const script = scene.shapes.length === 1 && shape.kind === "script" && !yUp ? shape.source : null;
+    reply({ kind: "read", summary: { script, warnings: scene.warnings ?? [] } });
   } catch (error) {
     reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });
   }

@@ -24,7 +24,7 @@
  *   warnings: what of a file was left out or is not shown as it is, a line each
  */
 
-import { IDENTITY, fromUnitSphere, inverse, product, toUnitSphere } from "./affine.js";
+import { IDENTITY, UPRIGHT, fromUnitSphere, inverse, product, toUnitSphere } from "./affine.js";
 import { CoreError, placedErrors } from "./errors.js";
 import { brep, tube } from "./splines.js";
 
@@ -46,6 +46,19 @@ export const WHITE = { color: [1, 1, 1], ambient: 0.1, diffuse: 0.7, specular: 0
  */
 export function sceneOf(shape, name = null) {
   return { shapes: [shape], instances: [{ shape: 0, transform: IDENTITY, material: WHITE, name }] };
+}
+
+/**
+ * The same scene with what is stored as y up turned to z up, as bobrossnet.Scene.turned_upright.
+ *
+ * @param {SceneDescription} scene
+ * @returns {SceneDescription}
+ */
+export function turnedUpright(scene) {
+  const instances = scene.instances.map((instance) => ({
+    ...instance, transform: product(UPRIGHT, instance.transform ?? IDENTITY),
+  }));
+  return { ...scene, instances };
 }
 
 /**
