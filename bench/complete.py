@@ -60,7 +60,7 @@ def rivals(weights: Path, onnx: Path, stack: NDArray[np.float32]) -> dict[str, C
     def pytorch() -> Run:
         network = load(weights)[0].eval()
         network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-        batch = torch.from_numpy(stack[None]).to(memory_format=torch.channels_last)
+        batch = torch.from_numpy(stack[None].copy()).to(memory_format=torch.channels_last)
 
         def run() -> NDArray[np.float32]:
             with torch.inference_mode():
