@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <exception>
@@ -44,6 +45,14 @@ struct Job {
     }
 };
 
+/// Waits a moment without sleeping: to be woken takes longer than most layers of a network, whose jobs follow each other. On
+/// two cores of a virtual machine the default network takes 6.9 ms with this at 640x480, and 8.1 without.
+template <class Condition>
+void look_out_for(const Condition& condition) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(100);
+    while (!condition() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+}
+
 class Pool {
 public:
     explicit Pool(int threads) {
@@ -70,6 +79,7 @@ public:
         }
         wake_.notify_all();
         job.work(keep_going);
+        look_out_for([&] { return busy_ == 0; });
         std::unique_lock lock(mutex_);
         job_ = nullptr;  // a worker that wakes up late finds nothing to do
         idle_.wait(lock, [this] { return busy_ == 0; });
@@ -82,6 +92,9 @@ private:
         std::uint64_t seen = 0;
         std::unique_lock lock(mutex_);
         while (true) {
+            lock.unlock();
+            look_out_for([&] { return generation_ != seen; });
+            lock.lock();
             wake_.wait(lock, [&] { return quit_ || (job_ && generation_ != seen); });
             if (quit_) return;
             seen = generation_;
@@ -98,8 +111,8 @@ private:
     std::mutex mutex_;
     std::condition_variable wake_, idle_;
     Job* job_ = nullptr;
-    std::uint64_t generation_ = 0;
-    int busy_ = 0;
+    std::atomic<std::uint64_t> generation_ = 0;
+    std::atomic<int> busy_ = 0;
     bool quit_ = false;
 };
 

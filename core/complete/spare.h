@@ -11,8 +11,8 @@
 namespace bob {
 
 /// Bytes that a network may keep, unless told otherwise. One thread is fastest in what lies close to it: the report's network
-/// takes 17 ms at 640x480 in 2 MB, 22 in 24, on a Zen 4 core. Several need as many rows as fit the outer cache, to share them.
-inline std::size_t spare_memory() { return thread_count() == 1 ? 2 << 20 : 24 << 20; }
+/// takes 17 ms at 640x480 in 2 MB, 22 in 24, on a Zen 4 core. Several need more rows, to share them.
+inline std::size_t spare_memory() { return thread_count() == 1 ? 2 << 20 : 12 << 20; }
 
 /// Lends images of any size, to several threads at once; keeps those that were given back last.
 template <class Images>
