@@ -33,10 +33,7 @@ void pixel_order(std::string_view name, std::uint64_t seed, std::uint32_t height
     if (name == "uniform") {
         write(bob::UniformOrder(seed, height, width));
     } else {
-        const bob::Tile* tile = name == "lattice"      ? &bob::lattice_tile()
-                                : name == "r2"         ? &bob::r2_tile()
-                                : name == "blue-noise" ? &bob::blue_noise_tile()
-                                                       : nullptr;
+        const bob::Tile* tile = bob::find_tile(name);
         expect(tile, "order: unknown");
         write(bob::TiledOrder(*tile, seed, height, width));
     }

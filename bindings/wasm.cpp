@@ -257,10 +257,7 @@ bool pixel_order(const char* name, std::size_t name_size, std::uint32_t seed_low
         if (order == "uniform") {
             bob::UniformOrder(seed, height, width)(start, all);
         } else {
-            const bob::Tile* tile = order == "lattice"      ? &bob::lattice_tile()
-                                    : order == "r2"         ? &bob::r2_tile()
-                                    : order == "blue-noise" ? &bob::blue_noise_tile()
-                                                            : nullptr;
+            const bob::Tile* tile = bob::find_tile(order);
             expect(tile, "order: expected one of uniform, r2, lattice, blue-noise");
             bob::TiledOrder(*tile, seed, height, width)(start, all);
         }

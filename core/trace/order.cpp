@@ -199,6 +199,13 @@ const Tile& blue_noise_tile() {
     return tile;
 }
 
+const Tile* find_tile(std::string_view order) {
+    return order == "lattice"      ? &lattice_tile()
+           : order == "r2"         ? &r2_tile()
+           : order == "blue-noise" ? &blue_noise_tile()
+                                   : nullptr;
+}
+
 TiledOrder::TiledOrder(const Tile& tile, std::uint64_t seed, std::uint32_t height, std::uint32_t width)
     : tile_(tile), key_(mix(key(seed) + 0x9e3779b9)), height_(height), width_(width), starts_(Tile::area + 1) {
     if (tile.seeded) shift_ = place_at(key_);

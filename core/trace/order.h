@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "trace/gbuffer.h"
@@ -60,6 +61,9 @@ const Tile& r2_tile();
 /// Ulichney, "The void-and-cluster method for dither array generation", 1993: each further pixel is the one farthest from
 /// those before. Made when first asked for, in well under 0.3 s.
 const Tile& blue_noise_tile();
+
+/// The tile of an order by its name, "lattice", "r2" or "blue-noise"; null of any other.
+const Tile* find_tile(std::string_view order);
 
 /// An image covered by copies of a tile: pixels of lower rank come first; those of the same rank go from tile to tile in
 /// far steps, from one that the seed chooses for each rank.
