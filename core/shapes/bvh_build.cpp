@@ -1,9 +1,13 @@
 /// Top-down: binary splits by the surface area heuristic over binned centroids (Wald, "On fast Construction of SAH-based
 /// Bounding Volume Hierarchies", 2007), collapsed to eight children a node by opening the largest ones.
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
+#include "float4.h"
 #include "parallel.h"
 #include "shapes/bvh.h"
 
@@ -23,47 +27,99 @@ constexpr std::size_t task_size = 4096;
 
 constexpr float infinity = Box::infinity;
 
-/// Half of a box' surface area; 0 for an empty one.
-float half_area(const Box& box) {
-    const Vec3 s = box.high - box.low;
-    return s.x >= 0 ? s.x * s.y + s.y * s.z + s.z * s.x : 0;
+/// A box in registers, at first empty. What the fourth lanes hold is of no use and does no harm.
+struct WideBox {
+    Float4 low{infinity, infinity, infinity, infinity}, high = -low;
+
+    void extend(Float4 p) { low = min(low, p), high = max(high, p); }
+    void extend(const WideBox& box) { low = min(low, box.low), high = max(high, box.high); }
+    [[nodiscard]] Box narrow() const { return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}}; }
+
+    /// Half of its surface area; 0 for an empty one.
+    [[nodiscard]] float half_area() const {
+        const Float4 s = high - low;
+        return s[0] >= 0 ? s[0] * s[1] + s[1] * s[2] + s[2] * s[0] : 0;
+    }
+};
+
+WideBox widened(const Box& box) {
+    return {Float4{box.low.x, box.low.y, box.low.z, 0}, Float4{box.high.x, box.high.y, box.high.z, 0}};
 }
 
-struct Primitive {
-    Box box;
-    std::uint32_t index;
+/// 32 bytes, so that a box is two loads: the index, low and high, and a zero.
+class alignas(32) Primitive {
+public:
+    Primitive() = default;
+    Primitive(std::uint32_t index, Vec3 low, Vec3 high)
+        : values_{std::bit_cast<float>(index), low.x, low.y, low.z, high.x, high.y, high.z, 0} {}
 
+    [[nodiscard]] std::uint32_t index() const { return std::bit_cast<std::uint32_t>(values_[0]); }
+    [[nodiscard]] WideBox box() const { return {load4(values_ + 1), load4(values_ + 4)}; }
     /// Twice the centre.
-    [[nodiscard]] float centroid(int axis) const { return box.low[axis] + box.high[axis]; }
+    [[nodiscard]] float centroid(int axis) const { return values_[1 + axis] + values_[4 + axis]; }
+
+private:
+    float values_[8];
 };
 
-/// A node of the binary tree: an inner node has two children, a leaf a range of primitives.
-struct BinaryNode {
-    Box box;
-    std::size_t begin = 0, end = 0;
-    int depth = 0;
-    std::int64_t left = -1, right = -1;
+/// What is known of a range of primitives; centroids are twice the centres.
+struct Extent {
+    WideBox box, centroids;
 
-    [[nodiscard]] bool is_leaf() const { return left < 0; }
-};
-
-struct Bin {
-    Box box;
-    std::size_t count = 0;
-};
-
-/// Which of an axis' bins a centroid falls into.
-struct Binning {
-    int axis;
-    float low, scale;
-
-    Binning(int axis, const Box& centroids) : axis(axis), low(centroids.low[axis]) {
-        const float size = centroids.high[axis] - low;
-        scale = size > 0 ? bins * (1 - 1e-6f) / size : 0;
-        if (!std::isfinite(scale)) scale = 0;  // a size of denormal numbers
+    void extend(const Primitive& p) {
+        const WideBox b = p.box();
+        box.extend(b);
+        centroids.extend(b.low + b.high);
     }
-    [[nodiscard]] int operator()(const Primitive& p) const {
-        return static_cast<int>(scale * (p.centroid(axis) - low));
+};
+
+/// A node of the binary tree: a range of primitives, and unless it is a leaf, two children, one after the other.
+struct BinaryNode {
+    Box box, centroids;
+    std::uint32_t begin, end;
+    std::uint32_t left = 0;  // 0, which is the root, for a leaf
+    int depth = 0;
+
+    BinaryNode(const Extent& extent, std::uint32_t begin, std::uint32_t end, int depth)
+        : box(extent.box.narrow()), centroids(extent.centroids.narrow()), begin(begin), end(end), depth(depth) {}
+
+    [[nodiscard]] bool is_leaf() const { return left == 0; }
+};
+
+/// Where a range of primitives is cut: by the bins of one axis.
+struct Cut {
+    int axis;
+    float low, scale, plane;
+
+    [[nodiscard]] bool below(const Primitive& p) const { return scale * (p.centroid(axis) - low) < plane; }
+};
+
+/// Bins a unit of a range's centroids, 0 for an axis along which bins can't part them.
+Float4 scales(const WideBox& centroids) {
+    const Float4 size = centroids.high - centroids.low;
+    Float4 scale{};
+    for (int axis = 0; axis < 3; ++axis) {
+        const float s = size[axis] > 0 ? bins * (1 - 1e-6f) / size[axis] : 0;
+        scale[axis] = std::isfinite(s) ? s : 0;  // a size of denormal numbers
+    }
+    return scale;
+}
+
+/// The primitives of a range, by where their centroids lie along each axis.
+struct Bins {
+    WideBox box[3][bins];
+    std::uint32_t count[3][bins] = {};
+
+    Bins(const Primitive* first, const Primitive* last, Float4 low, Float4 scale) {
+        using Int4 [[gnu::vector_size(16)]] = std::int32_t;
+        for (const Primitive* p = first; p != last; ++p) {
+            const WideBox b = p->box();
+            const Int4 at = __builtin_convertvector(scale * (b.low + b.high - low), Int4);
+            for (int axis = 0; axis < 3; ++axis) {
+                box[axis][at[axis]].extend(b);
+                ++count[axis][at[axis]];
+            }
+        }
     }
 };
 
@@ -84,7 +140,7 @@ public:
         parallel_for(boxes.size(), 16384, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const Vec3 margin{pad, pad, pad};
-                primitives_[i] = {{boxes[i].low - margin, boxes[i].high + margin}, static_cast<std::uint32_t>(i)};
+                primitives_[i] = {static_cast<std::uint32_t>(i), boxes[i].low - margin, boxes[i].high + margin};
             }
         });
     }
@@ -97,11 +153,13 @@ public:
 private:
     /// Large ranges are split one after the other, then small ones side by side.
     std::vector<BinaryNode> split_whole() {
-        std::vector<BinaryNode> nodes{{{}, 0, primitives_.size()}};
-        std::vector<std::int64_t> tasks;
+        Extent whole;
+        for (const Primitive& p : primitives_) whole.extend(p);
+        std::vector<BinaryNode> nodes{{whole, 0, static_cast<std::uint32_t>(primitives_.size()), 0}};
+        std::vector<std::size_t> tasks;
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             if (nodes[i].end - nodes[i].begin <= task_size) {
-                tasks.push_back(static_cast<std::int64_t>(i));
+                tasks.push_back(i);
             } else {
                 split(nodes, i);
             }
@@ -110,122 +168,117 @@ private:
         parallel_for(tasks.size(), 1, [&](std::size_t begin, std::size_t end) {
             for (std::size_t task = begin; task < end; ++task) {
                 auto& subtree = subtrees[task];
-                subtree.push_back(nodes[static_cast<std::size_t>(tasks[task])]);
+                subtree.push_back(nodes[tasks[task]]);
                 for (std::size_t i = 0; i < subtree.size(); ++i) split(subtree, i);
             }
         });
         for (std::size_t task = 0; task < tasks.size(); ++task) {
             // The subtree's root takes the place of the range; the nodes below it go to the end.
-            const auto offset = static_cast<std::int64_t>(nodes.size()) - 1;
+            const auto offset = static_cast<std::uint32_t>(nodes.size() - 1);
             auto& subtree = subtrees[task];
             for (BinaryNode& node : subtree) {
-                if (!node.is_leaf()) node.left += offset, node.right += offset;
+                if (!node.is_leaf()) node.left += offset;
             }
-            nodes[static_cast<std::size_t>(tasks[task])] = subtree.front();
+            nodes[tasks[task]] = subtree.front();
             nodes.insert(nodes.end(), subtree.begin() + 1, subtree.end());
         }
         return nodes;
     }
 
-    /// Gives nodes[i] its box and, unless a leaf is cheaper, two children at the end of `nodes`.
+    /// Gives nodes[i], unless a leaf is cheaper, two children at the end of `nodes`.
     void split(std::vector<BinaryNode>& nodes, std::size_t i) {
-        BinaryNode node = nodes[i];
-        const auto first = primitives_.begin() + static_cast<std::ptrdiff_t>(node.begin);
-        const auto last = primitives_.begin() + static_cast<std::ptrdiff_t>(node.end);
-        Box centroids;
-        for (auto p = first; p != last; ++p) {
-            node.box.extend(p->box);
-            centroids.extend(Vec3{p->centroid(0), p->centroid(1), p->centroid(2)});
-        }
-        nodes[i] = node;
-        const std::size_t count = node.end - node.begin;
+        const BinaryNode node = nodes[i];
+        const std::uint32_t count = node.end - node.begin;
         if (count <= packet_size) return;
 
-        auto middle = first;
+        Primitive* const first = primitives_.data() + node.begin;
+        Primitive* const last = primitives_.data() + node.end;
+        Primitive* middle = first + count / 2;
+        Extent below, above;
+        std::optional<Cut> cut;
         if (node.depth < max_sah_depth) {
-            if (!split_by_area(first, last, node.box, centroids, middle)) return;
+            float cost = infinity;
+            cut = cheapest_cut(first, last, widened(node.centroids), cost);
+            const float area = widened(node.box).half_area();
+            if (count <= max_leaf && packets_of(count) * area <= node_cost_ * area + cost) return;
         }
-        if (middle == first || middle == last) {  // too deep, or centroids that bins can't part
+        if (cut) {
+            middle = part(first, last, *cut, below, above);
+        } else {  // too deep, or centroids that bins can't part
             if (count <= max_leaf) return;
-            middle = first + static_cast<std::ptrdiff_t>(count / 2);
+            for (const Primitive* p = first; p != middle; ++p) below.extend(*p);
+            for (const Primitive* p = middle; p != last; ++p) above.extend(*p);
         }
-        const auto cut = static_cast<std::size_t>(middle - primitives_.begin());
-        nodes[i].left = static_cast<std::int64_t>(nodes.size());
-        nodes[i].right = nodes[i].left + 1;
-        nodes.push_back({{}, node.begin, cut, node.depth + 1});
-        nodes.push_back({{}, cut, node.end, node.depth + 1});
+        const auto end_below = static_cast<std::uint32_t>(middle - primitives_.data());
+        nodes[i].left = static_cast<std::uint32_t>(nodes.size());
+        nodes.emplace_back(below, node.begin, end_below, node.depth + 1);
+        nodes.emplace_back(above, end_below, node.end, node.depth + 1);
     }
 
-    using Iterator = std::vector<Primitive>::iterator;
-
-    /// Parts first..last at the cheapest plane between bins; false where a leaf is cheaper.
-    bool split_by_area(Iterator first, Iterator last, const Box& box, const Box& centroids, Iterator& middle) const {
-        const Binning binning[3] = {{0, centroids}, {1, centroids}, {2, centroids}};
-        Bin bin[3][bins];
-        for (auto p = first; p != last; ++p) {
-            for (int axis = 0; axis < 3; ++axis) {
-                Bin& b = bin[axis][binning[axis](*p)];
-                b.box.extend(p->box);
-                ++b.count;
-            }
-        }
-        float best_cost = infinity;
-        int best_axis = 0, best_plane = 0;
+    /// The cheapest plane between bins, if there is any, and its cost: of both sides' areas, in tests of a packet.
+    static std::optional<Cut> cheapest_cut(const Primitive* first, const Primitive* last, const WideBox& centroids, float& cost) {
+        const Float4 scale = scales(centroids);
+        const Bins binned(first, last, centroids.low, scale);
+        std::optional<Cut> best;
         for (int axis = 0; axis < 3; ++axis) {
+            const auto& box = binned.box[axis];
+            const auto& count = binned.count[axis];
             float cost_above[bins];  // of the bins at and above each plane
-            Bin sum;
+            WideBox sum;
+            std::uint32_t inside = 0;
             for (int plane = bins - 1; plane > 0; --plane) {
-                sum.box.extend(bin[axis][plane].box);
-                sum.count += bin[axis][plane].count;
-                cost_above[plane] = sum.count ? half_area(sum.box) * packets_of(sum.count) : infinity;
+                sum.extend(box[plane]);
+                inside += count[plane];
+                cost_above[plane] = inside ? sum.half_area() * packets_of(inside) : infinity;
             }
-            sum = {};
+            sum = {}, inside = 0;
             for (int plane = 1; plane < bins; ++plane) {
-                sum.box.extend(bin[axis][plane - 1].box);
-                sum.count += bin[axis][plane - 1].count;
-                if (sum.count == 0) continue;
-                const float cost = half_area(sum.box) * packets_of(sum.count) + cost_above[plane];
-                if (cost < best_cost) best_cost = cost, best_axis = axis, best_plane = plane;
+                sum.extend(box[plane - 1]);
+                inside += count[plane - 1];
+                if (inside == 0) continue;
+                const float both = sum.half_area() * packets_of(inside) + cost_above[plane];
+                if (both < cost) cost = both, best = {axis, centroids.low[axis], scale[axis], static_cast<float>(plane)};
             }
         }
-        const auto count = static_cast<std::size_t>(last - first);
-        const float area = half_area(box);
-        if (count <= max_leaf && packets_of(count) * area <= node_cost_ * area + best_cost) return false;
-        middle = first;
-        if (best_cost < infinity) {
-            const Binning& by = binning[best_axis];
-            middle = std::partition(first, last, [&](const Primitive& p) { return by(p) < best_plane; });
+        return best;
+    }
+
+    /// Sorts a range by the side of the cut, and says where the second side begins and what both have.
+    static Primitive* part(Primitive* first, Primitive* last, const Cut& cut, Extent& below, Extent& above) {
+        while (true) {
+            while (first != last && cut.below(*first)) below.extend(*first++);
+            while (first != last && !cut.below(*(last - 1))) above.extend(*--last);
+            if (first == last) return first;
+            std::swap(*first, *(last - 1));
         }
-        return true;
     }
 
     Bvh collapse(const std::vector<BinaryNode>& binary) {
         Bvh bvh;
         // Pairs of a node to be filled and the binary node that it stands for.
-        std::vector<std::pair<std::size_t, std::int64_t>> open{{0, 0}};
+        std::vector<std::pair<std::size_t, std::uint32_t>> open{{0, 0}};
         bvh.nodes.emplace_back();
         while (!open.empty()) {
             const auto [index, root] = open.back();
             open.pop_back();
-            std::int64_t children[8] = {root};
+            std::uint32_t children[8] = {root};
             int count = 1;
             while (count < 8) {
                 int largest = -1;
                 float largest_area = -1;
                 for (int i = 0; i < count; ++i) {
-                    const BinaryNode& child = binary[static_cast<std::size_t>(children[i])];
-                    if (!child.is_leaf() && half_area(child.box) > largest_area) {
-                        largest = i, largest_area = half_area(child.box);
-                    }
+                    const BinaryNode& child = binary[children[i]];
+                    const float area = child.is_leaf() ? -1 : widened(child.box).half_area();
+                    if (area > largest_area) largest = i, largest_area = area;
                 }
                 if (largest < 0) break;
-                const BinaryNode& opened = binary[static_cast<std::size_t>(children[largest])];
-                children[largest] = opened.left;
-                children[count++] = opened.right;
+                const std::uint32_t left = binary[children[largest]].left;
+                children[largest] = left;
+                children[count++] = left + 1;
             }
             BvhNode node;
             for (int i = 0; i < 8; ++i) {
-                const Box box = i < count ? binary[static_cast<std::size_t>(children[i])].box : Box{};
+                const Box box = i < count ? binary[children[i]].box : Box{};
                 for (int axis = 0; axis < 3; ++axis) {
                     node.bounds[0][axis][i] = box.low[axis];
                     node.bounds[1][axis][i] = box.high[axis];
@@ -234,7 +287,7 @@ private:
                     node.child[i] = ChildRef::leaf(0, 1);
                     continue;
                 }
-                const BinaryNode& child = binary[static_cast<std::size_t>(children[i])];
+                const BinaryNode& child = binary[children[i]];
                 if (child.is_leaf()) {
                     node.child[i] = emit_packets(bvh, child);
                 } else {
@@ -253,7 +306,7 @@ private:
         for (std::size_t begin = leaf.begin; begin < leaf.end; begin += packet_size) {
             Packet packet;
             for (std::size_t lane = 0; lane < packet_size; ++lane) {
-                packet[lane] = primitives_[begin + lane < leaf.end ? begin + lane : begin].index;
+                packet[lane] = primitives_[begin + lane < leaf.end ? begin + lane : begin].index();
             }
             bvh.packets.push_back(packet);
         }

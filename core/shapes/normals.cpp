@@ -15,11 +15,14 @@ namespace {
 // sphere of 1024 meridians is within it.)
 constexpr std::size_t max_faces_at_vertex = 1024;
 
-float corner_angle(std::span<const Vec3> vertices, const Triangle& t, std::size_t corner) {
-    const Vec3 p = vertices[t[corner]];
-    const Vec3 a = normalized(vertices[t[(corner + 1) % 3]] - p);
-    const Vec3 b = normalized(vertices[t[(corner + 2) % 3]] - p);
-    return std::acos(std::clamp(dot(a, b), -1.f, 1.f));
+constexpr float degree = 3.14159265f / 180;
+
+std::array<float, 3> corner_angles(std::span<const Vec3> vertices, const Triangle& t) {
+    Vec3 edge[3];  // from each corner to the next
+    for (std::size_t c = 0; c < 3; ++c) edge[c] = normalized(vertices[t[(c + 1) % 3]] - vertices[t[c]]);
+    std::array<float, 3> angles;
+    for (std::size_t c = 0; c < 3; ++c) angles[c] = std::acos(std::clamp(-dot(edge[c], edge[(c + 2) % 3]), -1.f, 1.f));
+    return angles;
 }
 
 std::uint64_t hash(Vec3 p) {
@@ -50,6 +53,32 @@ std::vector<std::uint32_t> merge_positions(std::span<const Vec3> vertices) {
     return first;
 }
 
+/// The sum of the normals of `corners` that turn from `axis` by less than the angle of a cosine, weighted by angle.
+Vec3 sum_within(Vec3 axis, float cos_limit, std::span<const std::uint32_t> corners, std::span<const Vec3> face,
+                std::span<const std::array<float, 3>> angle) {
+    Vec3 sum;
+    for (const std::uint32_t corner : corners) {
+        const Vec3 normal = face[corner / 3];
+        if (dot(normal, axis) > cos_limit) sum = sum + angle[corner / 3][corner % 3] * normal;
+    }
+    return sum;
+}
+
+/// Sets the normals of all corners at one position.
+void smooth(std::span<const std::uint32_t> corners, std::span<const Vec3> face, std::span<const std::array<float, 3>> angle,
+            std::span<CornerNormals> normals) {
+    static const float cos_crease = std::cos(crease_angle_degrees * degree);
+    // Where all faces turn from their mean by less than half the crease angle, less some rounding, no two of them turn by more
+    // than it, and all corners have that mean.
+    static const float cos_half = std::cos(crease_angle_degrees / 2 * degree) + 1e-5f;
+    const Vec3 whole = sum_within({}, -1, corners, face, angle), mean = normalized(whole);
+    const bool round = std::ranges::all_of(corners, [&](auto corner) { return dot(face[corner / 3], mean) > cos_half; });
+    for (const std::uint32_t corner : corners) {
+        const Vec3 sum = round ? whole : sum_within(face[corner / 3], cos_crease, corners, face, angle);
+        if (dot(sum, sum) > 0) normals[corner / 3][corner % 3] = normalized(sum);
+    }
+}
+
 }  // namespace
 
 Vec3 face_normal(std::span<const Vec3> vertices, const Triangle& t) {
@@ -74,29 +103,21 @@ std::vector<CornerNormals> crease_normals(std::span<const Vec3> vertices, std::s
     }
 
     std::vector<Vec3> face(triangles.size());
-    std::vector<float> angle(3 * triangles.size());
+    std::vector<std::array<float, 3>> angle(triangles.size());
     parallel_for(triangles.size(), 4096, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
             face[i] = face_normal(vertices, triangles[i]);
-            for (std::size_t c = 0; c < 3; ++c) angle[3 * i + c] = corner_angle(vertices, triangles[i], c);
+            angle[i] = corner_angles(vertices, triangles[i]);
         }
     });
 
-    const float cos_crease = std::cos(crease_angle_degrees * 3.14159265f / 180);
     std::vector<CornerNormals> normals(triangles.size());
-    parallel_for(triangles.size(), 4096, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i) {
-            for (std::size_t c = 0; c < 3; ++c) {
-                const std::uint32_t vertex = position[triangles[i][c]];
-                normals[i][c] = face[i];
-                if (begin[vertex + 1] - begin[vertex] > max_faces_at_vertex) continue;
-                Vec3 sum;
-                for (std::uint32_t k = begin[vertex]; k < begin[vertex + 1]; ++k) {
-                    const Vec3 neighbour = face[corners[k] / 3];
-                    if (dot(neighbour, face[i]) > cos_crease) sum = sum + angle[corners[k]] * neighbour;
-                }
-                if (dot(sum, sum) > 0) normals[i][c] = normalized(sum);
-            }
+    for (std::size_t i = 0; i < triangles.size(); ++i) normals[i].fill(face[i]);
+    parallel_for(vertices.size(), 4096, [&](std::size_t first, std::size_t last) {
+        for (std::size_t vertex = first; vertex < last; ++vertex) {
+            const std::size_t count = begin[vertex + 1] - begin[vertex];
+            if (count == 0 || count > max_faces_at_vertex) continue;
+            smooth(std::span(corners).subspan(begin[vertex], count), face, angle, normals);
         }
     });
     return normals;
