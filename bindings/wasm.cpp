@@ -1,5 +1,7 @@
 /// Shapes, scenes and pixel orders in the WebAssembly module: convert and call. viewer/core.js checks arguments, in better
 /// words; here only what would read or write out of bounds.
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -42,6 +44,35 @@ Shape* measured(std::shared_ptr<const S> shape) {
                          return bob::placed_radius(static_cast<const S&>(core), map, center, largest_singular_value);
                      }};
 }
+
+std::span<const bob::Triangle> checked(const std::int32_t* triangles, std::size_t count, std::size_t vertex_count) {
+    for (const std::int32_t index : std::span(triangles, 3 * count)) {
+        expect(index >= 0 && static_cast<std::size_t>(index) < vertex_count, "triangles: index out of range");
+    }
+    return {reinterpret_cast<const bob::Triangle*>(triangles), count};
+}
+
+/// Vertices in a mesh's own units, (count, 3), and which of them triangles have.
+struct Points {
+    const double* vertices;
+    const std::uint8_t* used;
+    std::size_t count;
+
+    /// f(x, y, z) of each, moved by a map, (3, 4).
+    template <class F>
+    void for_each(const double* map, F f) const {
+        for (std::size_t i = 0; i < count; ++i) {
+            if (!used[i]) continue;
+            const double* p = vertices + 3 * i;
+            double moved[3];
+            for (int axis = 0; axis < 3; ++axis) {
+                const double* row = map + 4 * axis;
+                moved[axis] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+            }
+            f(moved);
+        }
+    }
+};
 
 template <class T>
 const T* take(const T*& from, std::size_t count) {
@@ -114,20 +145,73 @@ EXPORT(find_bounds) bool find_bounds(const bob::Expression* expression, double* 
 
 // ---- Shapes ----------------------------------------------------------------------------------------------
 
-/// vertices: (vertex_count, 3); triangles: (triangle_count, 3); normals: (vertex_count, 3), or null.
+/// Vertices, (vertex_count, 3), become (v - center) / size: in double precision, so that neither unit nor distance from the origin
+/// costs precision. triangles: (triangle_count, 3); normals: (vertex_count, 3), or null.
 EXPORT(make_mesh)
-Shape* make_mesh(const float* vertices, std::size_t vertex_count, const std::int32_t* triangles,
-                 std::size_t triangle_count, const float* normals) {
+Shape* make_mesh(const double* vertices, std::size_t vertex_count, double center_x, double center_y, double center_z, double size,
+                 const std::int32_t* triangles, std::size_t triangle_count, const float* normals) {
     return attempt([&] {
         expect(triangle_count > 0, "triangles: expected at least one");
-        for (const std::int32_t index : std::span(triangles, 3 * triangle_count)) {
-            expect(index >= 0 && static_cast<std::size_t>(index) < vertex_count, "triangles: index out of range");
+        const std::span corners = checked(triangles, triangle_count, vertex_count);
+        std::vector<bob::Vec3> points(vertex_count);
+        for (std::size_t i = 0; i < vertex_count; ++i) {
+            const double* v = vertices + 3 * i;
+            points[i] = {static_cast<float>((v[0] - center_x) / size), static_cast<float>((v[1] - center_y) / size),
+                         static_cast<float>((v[2] - center_z) / size)};
         }
-        const auto points = [&](const float* p) { return std::span(reinterpret_cast<const bob::Vec3*>(p), vertex_count); };
-        return new Shape{std::make_shared<bob::Mesh>(
-            points(vertices), std::span(reinterpret_cast<const bob::Triangle*>(triangles), triangle_count),
-            normals ? points(normals) : std::span<const bob::Vec3>{})};
+        const auto* given = reinterpret_cast<const bob::Vec3*>(normals);
+        return new Shape{std::make_shared<bob::Mesh>(points, corners, std::span(given, given ? vertex_count : 0))};
     });
+}
+
+/// used: (vertex_count,), 1 where a triangle has a vertex, else 0.
+EXPORT(mark_used)
+bool mark_used(const std::int32_t* triangles, std::size_t triangle_count, std::uint8_t* used, std::size_t vertex_count) {
+    return attempt([&] {
+        std::fill_n(used, vertex_count, std::uint8_t{0});
+        for (const bob::Triangle& t : checked(triangles, triangle_count, vertex_count)) {
+            for (const auto vertex : t) used[vertex] = 1;
+        }
+        return true;
+    });
+}
+
+/// bounds: (2, 3), low and high of the used vertices moved by a map.
+EXPORT(point_bounds)
+void point_bounds(const double* vertices, const std::uint8_t* used, std::size_t count, const double* map, double* bounds) {
+    for (int axis = 0; axis < 3; ++axis) {
+        bounds[axis] = std::numeric_limits<double>::infinity(), bounds[3 + axis] = -bounds[axis];
+    }
+    Points{vertices, used, count}.for_each(map, [&](const double* p) {
+        for (int axis = 0; axis < 3; ++axis) {
+            if (p[axis] < bounds[axis]) bounds[axis] = p[axis];
+            if (p[axis] > bounds[3 + axis]) bounds[3 + axis] = p[axis];
+        }
+    });
+}
+
+/// The distance from `center` to the farthest used vertex moved by a map; not finite where one of them is not.
+EXPORT(point_radius)
+double point_radius(const double* vertices, const std::uint8_t* used, std::size_t count, const double* map, const double* center) {
+    const Points points{vertices, used, count};
+    double largest = 0;
+    points.for_each(map, [&](const double* p) {
+        for (int axis = 0; axis < 3; ++axis) largest = std::max(largest, std::fabs(p[axis] - center[axis]));
+    });
+    // In units of about the largest coordinate, so that squares stay within the range; a power of two rounds nothing.
+    int exponent = 0;
+    std::frexp(largest, &exponent);
+    exponent = std::max(exponent, -1000);
+    const double unit = std::ldexp(1, exponent);
+    double farthest = 0;
+    bool finite = true;
+    points.for_each(map, [&](const double* p) {
+        const double x = (p[0] - center[0]) / unit, y = (p[1] - center[1]) / unit, z = (p[2] - center[2]) / unit;
+        const double square = x * x + y * y + z * z;
+        farthest = std::max(farthest, square);
+        finite = finite && std::isfinite(square);
+    });
+    return finite ? std::sqrt(farthest) * unit : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// bounds: (2, 3), low and high. `sphere`, which is written, is the centre and the size of what rays meet as the unit cube
@@ -227,20 +311,19 @@ bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const doub
 }
 EXPORT(free_scene) void free_scene(bob::Scene* scene) { delete scene; }
 
-/// Traces pixels, (count, 2), into planes, (5, height, width).
+/// Traces pixels, (count, 2). samples: (count, 4), gray, depth, normal x and y, all 0 where a ray missed.
 EXPORT(trace)
 bool trace(const bob::Scene* scene, float azimuth, float elevation, float roll, float zoom, float pan_x, float pan_y,
-           std::int32_t height, std::int32_t width, const std::int32_t* pixels, std::size_t count, float* planes) {
+           std::int32_t height, std::int32_t width, const std::int32_t* pixels, std::size_t count, float* samples) {
     return attempt([&] {
         const std::span all(reinterpret_cast<const bob::Pixel*>(pixels), count);
-        for (const bob::Pixel p : all) {
-            expect(p.row >= 0 && p.row < height && p.column >= 0 && p.column < width, "pixels: outside the image");
-        }
         std::vector<float> gray(count), depth(count), normal(2 * count);
         const auto hit = std::make_unique<bool[]>(count);
-        const bob::Samples samples{gray.data(), depth.data(), normal.data(), hit.get()};
-        bob::trace(*scene, {azimuth, elevation, roll, zoom, pan_x, pan_y}, height, width, all, samples);
-        bob::scatter(all, samples, planes, static_cast<std::size_t>(height), static_cast<std::size_t>(width));
+        bob::trace(*scene, {azimuth, elevation, roll, zoom, pan_x, pan_y}, height, width, all,
+                   {gray.data(), depth.data(), normal.data(), hit.get()});
+        for (std::size_t i = 0; i < count; ++i, samples += 4) {
+            samples[0] = gray[i], samples[1] = depth[i], samples[2] = normal[2 * i], samples[3] = normal[2 * i + 1];
+        }
         return true;
     });
 }

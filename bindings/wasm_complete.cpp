@@ -1,4 +1,5 @@
 /// Networks in the WebAssembly module, and the memory that all its functions work in.
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -81,6 +82,23 @@ bool run_network(const Network* network, const float* gbuffer, std::int32_t heig
     return attempt([&] {
         network->run(gbuffer, height, width, gray);
         return true;
+    });
+}
+
+/// Writes samples, (count, 4), to their pixels, (count, 2), of planes, (5, height, width); returns how many pixels are known.
+EXPORT(add_samples)
+std::size_t add_samples(const std::int32_t* pixels, const float* samples, std::size_t count, float* planes, std::int32_t height,
+                        std::int32_t width) {
+    return attempt([&] {
+        const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::int32_t row = pixels[2 * i], column = pixels[2 * i + 1];
+            expect(row >= 0 && row < height && column >= 0 && column < width, "pixels: outside the image");
+            float* p = planes + static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + column;
+            p[0] = 1;
+            for (std::size_t channel = 0; channel < 4; ++channel) p[(channel + 1) * size] = samples[4 * i + channel];
+        }
+        return size - static_cast<std::size_t>(std::count(planes, planes + size, 0.f));
     });
 }
 

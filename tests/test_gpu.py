@@ -218,11 +218,11 @@ def test_webassembly_completes_unless_the_gpu_is_right_and_faster(gpu, planes, r
 
 
 def test_gpu_completes_where_it_is_faster(gpu, planes):
-    """After five pictures that are not measured, and five that both complete."""
-    found = gpu("race", "fast", *SIZE, 15)["value"]
-    assert found == {"backends": 10 * ["wasm"] + 5 * ["gpu"], "calls": 1 + 5 + 5, "difference": 0}
+    """After six pictures that are not measured, the last of them with the GPU's first, and five that both complete."""
+    found = gpu("race", "fast", *SIZE, 16)["value"]
+    assert found == {"backends": 11 * ["wasm"] + 5 * ["gpu"], "calls": 1 + 5 + 5, "difference": 0}
 
 
 def test_webassembly_goes_on_when_the_gpu_is_lost(gpu, planes):
-    found = gpu("race", "lost", *SIZE, 15)["value"]
-    assert found == {"backends": 10 * ["wasm"] + 3 * ["gpu"] + 2 * ["wasm"], "calls": 1 + 5 + 4, "difference": 0}
+    found = gpu("race", "lost", *SIZE, 16)["value"]
+    assert found == {"backends": 11 * ["wasm"] + 3 * ["gpu"] + 2 * ["wasm"], "calls": 1 + 5 + 4, "difference": 0}

@@ -80,7 +80,12 @@ def test_every_answer_has_the_headers(ask):
         assert "'unsafe-" not in policy
         assert headers["X-Content-Type-Options"] == "nosniff"
         assert headers["Referrer-Policy"] == "no-referrer"
-        assert headers["Cache-Control"] == "no-cache"
+        assert headers["Cache-Control"] == ("max-age=60" if (path, method) == ("/core.js", "GET") else "no-cache")
+
+
+def test_scenes_are_always_asked_for_anew(ask):
+    for path in ("/", "/gallery/index.json", "/gallery/csg.sdf"):
+        assert ask(path)[1]["Cache-Control"] == "no-cache"
 
 
 @pytest.mark.parametrize(

@@ -261,6 +261,7 @@ def is_untraced(pixels):
 def test_split_picture_has_traced_pixels_left_of_its_divider(page):
     page.choose("csg.sdf")
     page.tab.uncheck("#refines")
+    page.tab.fill("#budget", "10")
     page.tab.check("[value=split]", force=True)
     page.tab.evaluate("() => bobrossnet.look({ azimuth: 31 })")
     page.tab.focus("#divider")

@@ -28,7 +28,8 @@ onmessage = async ({ data: { file, name, height, width, camera } }) => {
     const instance = await core, bytes = await (await fetch(file)).arrayBuffer();
     const description = await readFile(instance, name, bytes);
     const scene = buildScene(instance, description), gbuffer = instance.gbuffer(height, width);
-    scene.trace(gbuffer, instance.pixelOrder("uniform", { height, width }), camera);
+    const pixels = instance.pixelOrder("uniform", { height, width });
+    gbuffer.add(pixels, scene.trace(pixels, { height, width }, camera));
     const planes = Array.from(gbuffer.planes);
     gbuffer.free(), scene.free();
     const { warnings = [], instances } = description;

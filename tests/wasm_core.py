@@ -123,8 +123,9 @@ class WasmCore:
 
     def mesh(self, vertices, triangles, normals):
         return self.made(
-            "make_mesh", vertices, len(vertices), triangles, len(triangles), 0 if normals is None else normals
-        )
+            "make_mesh", vertices.astype(np.float64), len(vertices), 0.0, 0.0, 0.0, 1.0, triangles, len(triangles),
+            0 if normals is None else normals,
+        )  # fmt: skip
 
     def implicit(self, expression, bounds):
         return self.made("make_implicit", self.expression(expression), bounds, np.zeros(4))
@@ -167,9 +168,10 @@ class WasmCore:
         return self.made("make_scene", np.array(handles, np.uint32), len(handles), to_shape, boxes, materials)
 
     def trace(self, scene, camera, size, pixels):
-        planes = np.zeros((5, *size), np.float32)
+        planes, samples = np.zeros((5, *size), np.float32), np.full((len(pixels), 4), np.nan, np.float32)
         placed = (camera.azimuth, camera.elevation, camera.roll, camera.zoom, 0, 0)
-        self.made("trace", scene, *map(float, placed), *size, pixels, len(pixels), planes)
+        self.made("trace", scene, *map(float, placed), *size, pixels, len(pixels), samples)
+        assert self.made("add_samples", pixels, samples, len(pixels), planes, *size) == len(pixels)
         return planes
 
 

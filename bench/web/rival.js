@@ -15,7 +15,8 @@ function rows(height, width) {
 function timed(scene, gbuffer, pixels, camera) {
   const milliseconds = [], begin = performance.now();
   for (let first = 0; first < pixels.length; first += 2 * SLICE) {
-    scene.trace(gbuffer, pixels.subarray(first, first + 2 * SLICE), camera);
+    const slice = pixels.subarray(first, first + 2 * SLICE);
+    gbuffer.add(slice, scene.trace(slice, gbuffer, camera));
     milliseconds.push(performance.now() - begin);
   }
   return milliseconds;
@@ -49,7 +50,8 @@ async function compare({ file, height, width, cameras, times, levels }) {
       const slices = milliseconds.filter((spent) => spent + completing <= time).length;
       if (slices === 0) return null;
       part.clear();
-      scene.trace(part, order.subarray(0, 2 * SLICE * slices), camera);
+      const pixels = order.subarray(0, 2 * SLICE * slices);
+      part.add(pixels, scene.trace(pixels, part, camera));
       return { fraction: SLICE * slices / (height * width), image: bytes(part.complete(network)) };
     });
     const theirs = Array.from({ length: levels }, (_, level) => {

@@ -57,8 +57,10 @@ HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
-    "Cache-Control": "no-cache",
 }
+
+LASTING = {".css", ".js", ".safetensors", ".svg", ".wasm"}
+"""The page's own code, which each of its workers fetches anew: browsers may keep it for a while."""
 
 Files: TypeAlias = Mapping[str, "Path | bytes"]
 """What is served: by the path from the page's folder, a file or its content."""
@@ -172,6 +174,7 @@ class _Handler(BaseHTTPRequestHandler):
     server: Server
     protocol_version = "HTTP/1.1"
     timeout = 60  # of connections that say nothing
+    disable_nagle_algorithm = True
 
     def do_GET(self) -> None:
         self._answer()
@@ -190,16 +193,17 @@ class _Handler(BaseHTTPRequestHandler):
         content = self.server.files.get(path)
         if content is None:
             return self.send_error(HTTPStatus.NOT_FOUND)
-        kind = TYPES.get(Path(path).suffix, TYPES[".html"])
+        suffix = Path(path).suffix
+        kind, caching = TYPES.get(suffix, TYPES[".html"]), "max-age=60" if suffix in LASTING else "no-cache"
         if isinstance(content, bytes):
-            self._start(HTTPStatus.OK, kind, len(content))
+            self._start(HTTPStatus.OK, kind, len(content), caching)
             if self.command == "GET":
                 self.wfile.write(content)
             return None
         with content.open("rb") as file:
-            self._start(HTTPStatus.OK, kind, content.stat().st_size)
+            self._start(HTTPStatus.OK, kind, content.stat().st_size, caching)
             if self.command == "GET":
-                shutil.copyfileobj(file, self.wfile)
+                self.connection.sendfile(file)
         return None
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
@@ -211,9 +215,10 @@ class _Handler(BaseHTTPRequestHandler):
         if getattr(self, "command", None) != "HEAD":
             self.wfile.write(body)
 
-    def _start(self, status: HTTPStatus, kind: str, size: int) -> None:
+    def _start(self, status: HTTPStatus, kind: str, size: int, caching: str = "no-cache") -> None:
         self.send_response(status)
-        for name, value in {**HEADERS, "Content-Type": kind, "Content-Length": str(size)}.items():
+        fields = {"Content-Type": kind, "Content-Length": str(size), "Cache-Control": caching}
+        for name, value in {**HEADERS, **fields}.items():
             self.send_header(name, value)
         self.end_headers()
 

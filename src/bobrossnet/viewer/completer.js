@@ -17,7 +17,7 @@
  * @property {number[]} wasm milliseconds of the pictures that both completed
  * @property {number[]} gpu
  */
-/** Pictures before the GPU is tried, so that sizes which a window only passes through cost nothing. */
+/** Pictures before a GPU is looked for and tried: the first ones have no time, and a window only passes through some sizes. */
 const FIRST = 5;
 /** Pictures that both complete. */
 const RUNS = 5;
@@ -26,15 +26,16 @@ const TOLERANCE = 1e-4;
 /** A GPU that takes so many times as long is not tried again, since a picture waits for each try. */
 const HOPELESS = 3;
 
-/** The GPU's part is fetched while the first pictures are shown. @param {Weights} weights */
+/** The GPU's part is only fetched when it is to be tried. @param {Weights} weights */
 const createLater = async (weights) => (await import("./gpu.js")).createGpuNetwork(weights);
 
 export class Completer {
   /** What completed the latest picture. @type {"wasm" | "gpu"} */
   backend = "wasm";
   #network;
-  /** @type {Rival | null} */
-  #rival = null;
+  #createRival;
+  /** Undefined until it was asked for, null where there is none. @type {Rival | null | undefined} */
+  #rival;
   /** By size. @type {Map<string, Trial>} */
   #trials = new Map();
 
@@ -45,7 +46,7 @@ export class Completer {
    */
   constructor(core, weights, createRival = createLater) {
     this.#network = core.network(weights);
-    createRival(weights).then((rival) => { this.#rival = rival; }, () => {});
+    this.#createRival = () => createRival(weights);
   }
 
   /**
@@ -65,8 +66,9 @@ export class Completer {
     const milliseconds = performance.now() - begin;
     this.backend = "wasm";
     ++trial.pictures;
-    if (this.#rival && trial.state === "waiting" && trial.pictures >= FIRST) {
-      this.#prepare(this.#rival, gbuffer, trial);
+    if (trial.state === "waiting" && trial.pictures >= FIRST) {
+      if (this.#rival) this.#prepare(this.#rival, gbuffer, trial);
+      else if (this.#rival === undefined) this.#askForRival();
     } else if (this.#rival && trial.state === "comparing") {
       trial.wasm.push(milliseconds);
       await this.#compare(this.#rival, gbuffer, trial);
@@ -77,6 +79,12 @@ export class Completer {
   free() {
     this.#network.free();
     this.#rival?.free();
+  }
+
+  /** Later pictures have it. */
+  #askForRival() {
+    this.#rival = null;
+    this.#createRival().then((rival) => { this.#rival = rival; }, () => {});
   }
 
   /** @param {GBuffer} gbuffer @param {Trial} trial @returns {Promise<boolean>} whether it did */

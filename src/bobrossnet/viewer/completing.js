@@ -30,8 +30,7 @@ let start;
 const starting = new Promise((resolve) => (start = resolve));
 /**
  * @typedef {{
- *   frame: import("./tracer.js").Frame, gbuffer: import("./core.js").GBuffer, traced: number, completed: boolean,
- *   first: Float32Array
+ *   frame: import("./tracer.js").Frame, gbuffer: import("./core.js").GBuffer, completed: boolean, first: Float32Array
  * }} View
  */
 /** @type {View | undefined} */
@@ -70,38 +69,33 @@ async function gather({ frame, pixels, values }) {
   if (view?.gbuffer.height !== frame.height || view.gbuffer.width !== frame.width) {
     view?.gbuffer.free();
     const gbuffer = core.gbuffer(frame.height, frame.width);
-    view = { frame, gbuffer, traced: 0, completed: false, first: new Float32Array(frame.height * frame.width) };
+    view = { frame, gbuffer, completed: false, first: new Float32Array(frame.height * frame.width) };
   } else if (view.frame.view !== frame.view) {
     view.gbuffer.clear();
-    view.traced = 0, view.completed = false;
+    view.completed = false;
   }
   view.frame = frame;
-  const { planes } = view.gbuffer, size = frame.height * frame.width;
-  for (let i = 0; i < pixels.length; ++i) {
-    const pixel = pixels[i];
-    view.traced += 1 - planes[pixel];  // a pixel may come twice, where a frame was cut short
-    planes[pixel] = 1;
-    for (let channel = 0; channel < 4; ++channel) planes[(channel + 1) * size + pixel] = values[4 * i + channel];
-  }
+  view.gbuffer.add(pixels, values);
   if (++gathered.parts < frame.parts) return;
 
+  const { traced } = view.gbuffer, size = frame.height * frame.width;
   const completing = performance.now();
   const image = await completer.complete(view.gbuffer);
   const completed = performance.now();
   if (!view.completed) view.first.set(image);
   view.completed = true;
-  const error = view.traced === size ? meanDifference(view.first, image) : NaN;
+  const error = traced === size ? meanDifference(view.first, image) : NaN;
   const bitmap = await painted(view);
   picture = {
-    frame, bitmap, traced: view.traced, completing: completed - completing, total: performance.now() - begun,
+    frame, bitmap, traced, completing: completed - completing, total: performance.now() - begun,
     backend: completer.backend, error,
   };
   reply({ kind: "picture", picture, repainted: false }, [bitmap]);
 }
 
 /** @param {View} view */
-function painted({ gbuffer, traced, first }) {
-  const { planes, image, height, width } = gbuffer, size = height * width;
+function painted({ gbuffer, first }) {
+  const { planes, image, height, width, traced } = gbuffer, size = height * width;
   return createImageBitmap(paint({
     ...look, height, width, image, first, mask: planes.subarray(0, size), gray: planes.subarray(size, 2 * size),
     exact: traced === size,

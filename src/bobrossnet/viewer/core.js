@@ -17,7 +17,6 @@
 import { IDENTITY, fromUnitSphere, product, singularValues, toUnitSphere } from "./affine.js";
 import { compileCore } from "./compile.js";
 import { CoreError } from "./errors.js";
-import { pointBounds, pointRadius, usedPoints } from "./points.js";
 
 export { CoreError };
 
@@ -94,7 +93,7 @@ export class Core {
       const numbers = values.flatMap((value) => {
         if (typeof value === "number") return [value];
         const bytes = typeof value === "string" ? new TextEncoder().encode(value) : value;
-        const address = this.#put(bytes);
+        const address = this.put(bytes);
         this.#lent.push(address);
         return typeof value === "string" ? [address, bytes.byteLength] : [address];
       });
@@ -128,8 +127,8 @@ export class Core {
     return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
   }
 
-  /** @param {ArrayBufferView} array */
-  #put(array) {
+  /** @param {ArrayBufferView} array @returns {number} the address of a copy, which `release` gives back */
+  put(array) {
     const address = this.allocate(array.byteLength);
     new Uint8Array(this.memory, address).set(new Uint8Array(array.buffer, array.byteOffset, array.byteLength));
     return address;
@@ -144,7 +143,7 @@ export class Core {
    * @param {(address: number) => void} f
    * @returns {T}
    */
-  #written(type, count, f) {
+  written(type, count, f) {
     const address = this.allocate(count * type.BYTES_PER_ELEMENT);
     try {
       f(address);
@@ -165,26 +164,18 @@ export class Core {
    * @returns {Shape}
    */
   mesh(vertices, triangles, normals) {
-    const points = usedPoints(vertices, triangles);
-    const { low, high } = pointBounds(points, IDENTITY);
-    const center = low.map((value, axis) => value / 2 + high[axis] / 2);
-    const radius = pointRadius(points, center, IDENTITY);
-    if (!Number.isFinite(radius)) throw new CoreError("vertices: expected finite numbers, got NaN or infinite ones");
-    const size = radius > SMALLEST ? radius : 1;
-    const [x, y, z] = center, count = vertices.length / 3, address = this.allocate(4 * vertices.length);
+    const points = new Points(this, as(Float64Array, vertices), as(Int32Array, triangles));
     try {
-      // In float64 before it becomes float32, so that neither unit nor distance from the origin cost precision.
-      const scaled = new Float32Array(this.memory, address, vertices.length);
-      for (let i = 0; i < scaled.length; i += 3) {
-        scaled[i] = (vertices[i] - x) / size;
-        scaled[i + 1] = (vertices[i + 1] - y) / size;
-        scaled[i + 2] = (vertices[i + 2] - z) / size;
-      }
-      const handle = this.made("make_mesh", address, count, as(Int32Array, triangles), triangles.length / 3,
-                               normals ? as(Float32Array, normals) : 0);
+      const { low, high } = points.bounds(IDENTITY);
+      const center = low.map((value, axis) => value / 2 + high[axis] / 2), radius = points.radius(center, IDENTITY);
+      if (!Number.isFinite(radius)) throw new CoreError("vertices: expected finite numbers, got NaN or infinite ones");
+      const size = radius > SMALLEST ? radius : 1;
+      const handle = this.made("make_mesh", points.address, points.count, ...center, size, as(Int32Array, triangles),
+                               triangles.length / 3, normals ? as(Float32Array, normals) : 0);
       return new Mesh(this, handle, center, size, points);
-    } finally {
-      this.release(address);
+    } catch (error) {
+      points.free();
+      throw error;
     }
   }
 
@@ -272,7 +263,7 @@ export class Core {
     }
     const box = as(Float64Array, bounds);
     let handle = 0;
-    const [x, y, z, size] = this.#written(Float64Array, 4, (address) => {
+    const [x, y, z, size] = this.written(Float64Array, 4, (address) => {
       handle = this.made("make_implicit", expression, box, address);
     });
     return new Shape(this, handle, [x, y, z], size);
@@ -280,7 +271,7 @@ export class Core {
 
   /** @param {number} expression @returns {Float64Array} (2, 3), NaN where it is positive everywhere */
   #bounds(expression) {
-    return this.#written(Float64Array, 6, (address) => this.made("find_bounds", expression, address));
+    return this.written(Float64Array, 6, (address) => this.made("find_bounds", expression, address));
   }
 
   /**
@@ -333,7 +324,7 @@ export class Core {
    */
   pixelOrder(order, { height, width, seed = 0, start = 0, count = height * width - start }) {
     const bits = BigInt.asUintN(64, BigInt(seed));
-    return this.#written(Int32Array, 2 * count, (address) => {
+    return this.written(Int32Array, 2 * count, (address) => {
       this.made("pixel_order", order, Number(bits & 0xffffffffn), Number(bits >> 32n), height, width, start, address, count);
     });
   }
@@ -350,7 +341,7 @@ export class Core {
     const addresses = [];
     try {
       for (const [name, { shape, values }] of tensors) {
-        const address = this.#put(values);
+        const address = this.put(values);
         addresses.push(address);
         this.made("add_tensor", weights, name, Int32Array.from(shape), shape.length, address);
       }
@@ -391,14 +382,11 @@ export class Shape {
    * @param {Matrix} matrix @returns {{low: number[], high: number[]}}
    */
   bounds(matrix) {
-    const map = Float64Array.from(this.#fromCore(matrix).slice(0, 12)), address = this.core.allocate(48);
-    try {
+    const map = Float64Array.from(this.#fromCore(matrix).slice(0, 12));
+    const box = Array.from(this.core.written(Float64Array, 6, (address) => {
       this.core.made("placed_bounds", this.handle, map, address);
-      const box = Array.from(new Float64Array(this.core.memory, address, 6));
-      return { low: box.slice(0, 3), high: box.slice(3) };
-    } finally {
-      this.core.release(address);
-    }
+    }));
+    return { low: box.slice(0, 3), high: box.slice(3) };
   }
 
   /**
@@ -421,7 +409,7 @@ export class Shape {
 class Mesh extends Shape {
   /**
    * @param {Core} core @param {number} handle @param {number[]} center @param {number} size
-   * @param {ArrayLike<number>} points (n, 3)
+   * @param {Points} points which end with it
    */
   constructor(core, handle, center, size, points) {
     super(core, handle, center, size);
@@ -430,12 +418,48 @@ class Mesh extends Shape {
 
   /** @override @param {Matrix} matrix */
   bounds(matrix) {
-    return pointBounds(this.points, matrix);
+    return this.points.bounds(matrix);
   }
 
   /** @override @param {number[]} about @param {Matrix} matrix */
   radius(about, matrix) {
-    return pointRadius(this.points, about, matrix);
+    return this.points.radius(about, matrix);
+  }
+
+  /** @override */
+  free() {
+    super.free();
+    this.points.free();
+  }
+}
+
+/** The vertices of a mesh in its own units, in the core. */
+class Points {
+  /** @param {Core} core @param {Float64Array} vertices (V, 3) @param {Int32Array} triangles (T, 3) */
+  constructor(core, vertices, triangles) {
+    this.core = core;
+    this.count = vertices.length / 3;
+    this.address = core.put(vertices);
+    this.used = core.allocate(this.count);
+    core.made("mark_used", triangles, triangles.length / 3, this.used, this.count);
+  }
+
+  /** @param {Matrix} matrix @returns {{low: number[], high: number[]}} of those that a triangle uses, moved by a matrix */
+  bounds(matrix) {
+    const box = Array.from(this.core.written(Float64Array, 6, (address) => {
+      this.core.call("point_bounds", this.address, this.used, this.count, Float64Array.from(matrix), address);
+    }));
+    return { low: box.slice(0, 3), high: box.slice(3) };
+  }
+
+  /** @param {number[]} about @param {Matrix} matrix @returns {number} the distance to the farthest, not finite where one is not */
+  radius(about, matrix) {
+    return this.core.call("point_radius", this.address, this.used, this.count, Float64Array.from(matrix), Float64Array.from(about));
+  }
+
+  free() {
+    this.core.release(this.address);
+    this.core.release(this.used);
   }
 }
 
@@ -455,15 +479,18 @@ class Scene {
   }
 
   /**
-   * Traces pixels into a G-buffer.
+   * Traces pixels of an image.
    *
-   * @param {GBuffer} gbuffer
    * @param {Int32Array} pixels (n, 2), row and column
+   * @param {{height: number, width: number}} size of the image
    * @param {Camera} [camera]
+   * @returns {Float32Array} samples, (n, 4): gray, depth, normal x and y, all 0 where a ray missed
    */
-  trace(gbuffer, pixels, { azimuth = 30, elevation = 20, roll = 0, zoom = 1, panX = 0, panY = 0 } = {}) {
-    this.core.made("trace", this.handle, azimuth, elevation, roll, zoom, panX, panY, gbuffer.height, gbuffer.width,
-                   pixels, pixels.length / 2, gbuffer.address);
+  trace(pixels, { height, width }, { azimuth = 30, elevation = 20, roll = 0, zoom = 1, panX = 0, panY = 0 } = {}) {
+    const count = pixels.length / 2;
+    return this.core.written(Float32Array, 4 * count, (address) => {
+      this.core.made("trace", this.handle, azimuth, elevation, roll, zoom, panX, panY, height, width, pixels, count, address);
+    });
   }
 
   free() {
@@ -473,6 +500,9 @@ class Scene {
 
 /** What was traced, (5, height, width): mask, gray, depth, normal x, normal y; and the picture completed from it. */
 export class GBuffer {
+  /** How many pixels are known, of those that were added. */
+  traced = 0;
+
   /** @param {Core} core @param {number} height @param {number} width */
   constructor(core, height, width) {
     this.core = core;
@@ -499,6 +529,13 @@ export class GBuffer {
   /** Forgets all pixels. */
   clear() {
     this.planes.fill(0);
+    this.traced = 0;
+  }
+
+  /** Takes what was traced. @param {Int32Array} pixels (n, 2) @param {Float32Array} samples (n, 4), as Scene.trace returns them */
+  add(pixels, samples) {
+    const count = pixels.length / 2;
+    if (count > 0) this.traced = this.core.made("add_samples", pixels, samples, count, this.address, this.height, this.width);
   }
 
   /** Fills in what was not traced. @param {Network} network @returns {Float32Array} `image` */

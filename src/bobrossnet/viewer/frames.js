@@ -115,8 +115,9 @@ export class Frames {
       this.#step = 0;
       // One core completes meanwhile; where there is only one, both share it.
       const completing = this.#pixelMs * this.#viewSize.height * this.#viewSize.width;
-      const time = navigator.hardwareConcurrency === 1 ? Math.max(this.budget - completing, completing / 4)
-                                                       : Math.max(this.budget, completing);
+      const time = !this.#pace.known ? this.budget // of a scene's first picture: soon
+        : navigator.hardwareConcurrency === 1 ? Math.max(this.budget - completing, completing / 4)
+        : Math.max(this.budget, completing);
       this.#trace(SHARE * time, Math.max(1, ready - 1));
     } else if (this.refines && (this.#reached < this.#viewSize.height * this.#viewSize.width || this.#scale > 1)) {
       const left = this.#changedAt + REST_MS - performance.now();

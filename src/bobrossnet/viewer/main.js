@@ -74,6 +74,7 @@ function showPicture(picture, repainted) {
   if (canvas.height !== bitmap.height) canvas.height = bitmap.height;
   context.transferFromImageBitmap(bitmap);
   if (repainted) return;
+  shown?.grow();
   const now = performance.now(), exact = frames.completed(picture);
   times = [...times.filter((time) => time > now - 1000), now];
   Object.assign(statistics, {

@@ -3,13 +3,15 @@
  * The workers that trace one scene, and the one that reads it.
  *
  * Each file has workers of its own, since a WebAssembly instance never gives memory back: a new file takes new ones, and the
- * old end when the new can show it.
+ * old end when the new can show it. The first picture is one worker's; starting the others meanwhile would only delay it.
  *
  * @typedef {import("./tracer.js").Frame} Frame
  * @typedef {Extract<import("./tracer.js").Reply, {kind: "traced"}>} Traced
  * @typedef {{worker: Worker, port: MessagePort, pending: number, hasScene: boolean}} Tracer
  *   port: for who reads the scene; pending: scenes that it was given and has not answered
  */
+
+const nothing = () => {};
 
 export class Pool {
   /** @type {Tracer[]} */
@@ -23,6 +25,8 @@ export class Pool {
   /** @type {Traced[]} */
   #traced = [];
   #reader = new Worker(new URL("reader.js", import.meta.url), { type: "module" });
+  /** Starts the workers that are missing, and gives them the scene. */
+  #share = nothing;
   #count;
   #module;
   #completing;
@@ -60,7 +64,7 @@ export class Pool {
     return tracer;
   }
 
-  /** Starts all other workers, once the first has a scene: together all would be slower. @returns {Tracer[]} */
+  /** Starts all workers that are missing, for the scene that the others have. @returns {Tracer[]} */
   #addOthers() {
     return Array.from({ length: this.#count - this.#tracers.length }, () => {
       const tracer = this.#add();
@@ -86,10 +90,19 @@ export class Pool {
    * @returns {Promise<void>} resolved once a tracer has it
    */
   async open(scene) {
-    this.#reader.terminate();
+    const shareBefore = this.#share;
+    this.#share = nothing;
     for (const tracer of this.#tracers) tracer.worker.postMessage({ kind: "open", scene });
-    await this.#opened();
-    for (const tracer of this.#addOthers()) tracer.worker.postMessage({ kind: "open", scene });
+    try {
+      await this.#opened();
+    } catch (error) {
+      this.#share = shareBefore;
+      throw error;
+    }
+    this.#reader.terminate();
+    this.#share = () => {
+      for (const tracer of this.#addOthers()) tracer.worker.postMessage({ kind: "open", scene });
+    };
   }
 
   /**
@@ -116,13 +129,21 @@ export class Pool {
       });
       reader.postMessage({ kind: "read", name, source, yUp, port, module: await this.#module }, [port]);
       const [summary] = await Promise.all([read, opened]);
-      const ports = this.#addOthers().map((tracer) => tracer.port);
-      reader.postMessage({ kind: "share", ports }, ports);
+      this.#share = () => {
+        const ports = this.#addOthers().map((tracer) => tracer.port);
+        reader.postMessage({ kind: "share", ports }, ports);
+      };
       return summary;
     } catch (error) {
       reader.terminate();
       throw error;
     }
+  }
+
+  /** Has all workers trace, from the scene's first picture on. */
+  grow() {
+    this.#share();
+    this.#share = nothing;
   }
 
   /** Ends what is not needed any more once a scene was shared. @param {number} count of tracers that it was given to */

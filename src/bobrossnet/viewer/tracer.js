@@ -13,7 +13,7 @@
  *   which stop after so many milliseconds. Frames of one view have one camera and size, and add to one picture.
  *
  * @typedef {{kind: "samples", frame: Frame, pixels: Int32Array, values: Float32Array}} Samples
- *   to the completing worker: pixels (n,), row * width + column; values (n, 4), gray, depth, normal x and y
+ *   to the completing worker: pixels (n, 2), row and column; values (n, 4), gray, depth, normal x and y
  *
  * @typedef {{kind: "start", module: WebAssembly.Module}
  *   | {kind: "connect", completing: MessagePort, reading: MessagePort}
@@ -46,9 +46,8 @@ const starting = new Promise((resolve) => (start = resolve));
 let completing;
 /** @type {import("./scene.js").BuiltScene | undefined} */
 let scene;
-/** @typedef {{height: number, width: number, gbuffer: import("./core.js").GBuffer, order: Int32Array}} Raster */
-/** Of the two sizes that pictures have last had: in motion and at rest. @type {Raster[]} */
-let rasters = [];
+/** Pixel orders by size: of the two that pictures have last had, in motion and at rest. @type {Map<string, Int32Array>} */
+const orders = new Map();
 let pace = new Pace();
 let cancelled = false;
 
@@ -84,28 +83,26 @@ function fail(error) {
                                    : { kind: "failed", message: `the scene is too much for this page: ${message}`, broken: true });
 }
 
-/** The G-buffer and the order of a size. @param {number} height @param {number} width @returns {Promise<Raster>} */
-async function rasterOf(height, width) {
-  const core = await starting;
-  const known = rasters.find((raster) => raster.height === height && raster.width === width);
-  if (known) return known;
-  for (const { gbuffer } of rasters.splice(1)) gbuffer.free();
-  const order = core.pixelOrder("lattice", { height, width });
-  rasters.unshift({ height, width, gbuffer: core.gbuffer(height, width), order });
-  return rasters[0];
+/** @param {Core} core @param {Frame} frame @returns {Int32Array} all pixels of its size, (n, 2), as they are traced */
+function orderOf(core, { height, width }) {
+  const size = `${height}x${width}`, order = orders.get(size) ?? core.pixelOrder("lattice", { height, width });
+  orders.delete(size);
+  for (const other of [...orders.keys()].slice(0, -1)) orders.delete(other);
+  orders.set(size, order);
+  return order;
 }
 
 /** @param {Frame} frame @param {number} part */
 async function trace(frame, part) {
   cancelled = false;
-  const { camera, height, width, from, to, parts } = frame;
-  const { gbuffer, order } = await rasterOf(height, width);
-  const begin = performance.now(), end = begin + frame.milliseconds;
+  const core = await starting;
   if (!scene) throw new Error("trace: expected an open scene");
+  const { camera, from, to, parts } = frame, order = orderOf(core, frame);
+  const begin = performance.now(), end = begin + frame.milliseconds;
   const stride = CHUNK * parts;
   let chunk = CHUNK * (Math.ceil((from / CHUNK - part) / parts) * parts + part); // the first of this part
   const most = CHUNK * Math.ceil(Math.max(0, to - chunk) / stride);
-  const indices = new Int32Array(most), values = new Float32Array(4 * most);
+  const pixels = new Int32Array(2 * most), values = new Float32Array(4 * most);
   let count = 0, last = FIRST_SLICE / GROWTH;
   while (chunk < to && !cancelled) {
     const begun = performance.now();
@@ -113,28 +110,18 @@ async function trace(frame, part) {
     const wanted = pace.known ? Math.min(pace.rate * Math.min(SLICE_MS, end - begun), GROWTH * last) : FIRST_SLICE;
     const first = count;
     do {
-      for (let place = chunk; place < Math.min(chunk + CHUNK, to); ++place) {
-        indices[count++] = order[2 * place] * width + order[2 * place + 1];
-      }
-      chunk += stride;
+      const stop = Math.min(chunk + CHUNK, to);
+      pixels.set(order.subarray(2 * chunk, 2 * stop), 2 * count);
+      count += stop - chunk, chunk += stride;
     } while (chunk < to && count - first < wanted);
     last = count - first;
-    const pixels = new Int32Array(2 * last);
-    for (let i = 0; i < last; ++i) {
-      pixels[2 * i] = Math.floor(indices[first + i] / width), pixels[2 * i + 1] = indices[first + i] % width;
-    }
-    scene.trace(gbuffer, pixels, camera);
-    const planes = gbuffer.planes, size = height * width;
-    for (let i = first; i < count; ++i) {
-      const pixel = indices[i];
-      for (let channel = 0; channel < 4; ++channel) values[4 * i + channel] = planes[(channel + 1) * size + pixel];
-    }
+    values.set(scene.trace(pixels.subarray(2 * first, 2 * count), frame, camera), 4 * first);
     pace.measured(last, performance.now() - begun);
     await messages();
   }
   if (!cancelled) {
     /** @type {Samples} */
-    const samples = { kind: "samples", frame, pixels: indices.slice(0, count), values: values.slice(0, 4 * count) };
+    const samples = { kind: "samples", frame, pixels: pixels.slice(0, 2 * count), values: values.slice(0, 4 * count) };
     completing.postMessage(samples, [samples.pixels.buffer, samples.values.buffer]);
   }
   const milliseconds = performance.now() - begin;
