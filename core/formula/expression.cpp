@@ -8,43 +8,15 @@
 namespace bob {
 namespace {
 
-struct OpFacts {
-    std::string_view name;
-    int operands;
+constexpr std::string_view names[op_count] = {
+    "constant", "x",    "y",   "z",   "negate", "absolute", "square", "sqrt",     "sin",      "cos",
+    "tan",      "asin", "acos", "atan", "exp",  "log",      "floor",  "ceil",     "round",    "power",
+    "add",      "subtract", "multiply", "divide", "minimum", "maximum", "hypot", "atan2", "modulo", "select",
 };
-
-constexpr OpFacts facts[op_count] = {
-    {"constant", 0}, {"x", 0},     {"y", 0},        {"z", 0},        {"negate", 1},  {"absolute", 1}, {"square", 1},
-    {"sqrt", 1},     {"sin", 1},   {"cos", 1},      {"tan", 1},      {"asin", 1},    {"acos", 1},     {"atan", 1},
-    {"exp", 1},      {"log", 1},   {"floor", 1},    {"ceil", 1},     {"round", 1},   {"power", 1},    {"add", 2},
-    {"subtract", 2}, {"multiply", 2}, {"divide", 2}, {"minimum", 2}, {"maximum", 2}, {"hypot", 2},    {"atan2", 2},
-    {"modulo", 2},   {"select", 3},
-};
-
-/// The nodes that the one at `root` needs, in order, `root` last.
-std::vector<Node> needed(const std::vector<Node>& nodes, std::uint32_t root) {
-    std::vector<std::uint32_t> place(root + 1, 0);
-    place[root] = 1;
-    for (std::uint32_t i = root + 1; i-- > 0;) {
-        if (!place[i]) continue;
-        for (int k = 0; k < operands(nodes[i].op); ++k) place[nodes[i].operand[k]] = 1;
-    }
-    std::vector<Node> result;
-    for (std::uint32_t i = 0; i <= root; ++i) {
-        if (!place[i]) continue;
-        place[i] = static_cast<std::uint32_t>(result.size());
-        Node node = nodes[i];
-        for (int k = 0; k < 3; ++k) node.operand[k] = k < operands(node.op) ? place[node.operand[k]] : 0;
-        result.push_back(node);
-    }
-    return result;
-}
 
 }  // namespace
 
-int operands(Op op) { return facts[static_cast<int>(op)].operands; }
-
-std::string_view name(Op op) { return facts[static_cast<int>(op)].name; }
+std::string_view name(Op op) { return names[static_cast<int>(op)]; }
 
 double evaluate(Op op, double value, double a, double b, double c) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -112,6 +84,27 @@ Expression::Expression(std::vector<Node> nodes) {
         }
     }
     nodes_ = needed(nodes, static_cast<std::uint32_t>(nodes.size() - 1));
+}
+
+std::vector<Node> needed(std::span<const Node> nodes, std::uint32_t root) {
+    std::vector<std::uint32_t> place(root + 1, 0);
+    place[root] = 1;
+    std::size_t count = 0;
+    for (std::uint32_t i = root + 1; i-- > 0;) {
+        if (!place[i]) continue;
+        ++count;
+        for (int k = 0; k < operands(nodes[i].op); ++k) place[nodes[i].operand[k]] = 1;
+    }
+    std::vector<Node> result;
+    result.reserve(count);
+    for (std::uint32_t i = 0; i <= root; ++i) {
+        if (!place[i]) continue;
+        place[i] = static_cast<std::uint32_t>(result.size());
+        Node node = nodes[i];
+        for (int k = 0; k < 3; ++k) node.operand[k] = k < operands(node.op) ? place[node.operand[k]] : 0;
+        result.push_back(node);
+    }
+    return result;
 }
 
 bool Expression::uses(Op op) const {

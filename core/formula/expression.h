@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <stdexcept>
 #include <string_view>
 #include <vector>
@@ -48,7 +49,9 @@ constexpr int max_exponent = 1000;  // of a power, either way
 constexpr int op_count = static_cast<int>(Op::select) + 1;
 
 /// Number of operands, 0 to 3.
-[[nodiscard]] int operands(Op op);
+[[nodiscard]] constexpr int operands(Op op) {
+    return op < Op::negate ? 0 : op < Op::add ? 1 : op < Op::select ? 2 : 3;
+}
 
 /// The op's name, which is also its name in Python and in files.
 [[nodiscard]] std::string_view name(Op op);
@@ -81,8 +84,15 @@ public:
     friend bool operator==(const Expression&, const Expression&) = default;
 
 private:
+    friend class Graph;
+
+    Expression() = default;
+
     std::vector<Node> nodes_;
 };
+
+/// The nodes that the one at `root` needs, in order, `root` last.
+[[nodiscard]] std::vector<Node> needed(std::span<const Node> nodes, std::uint32_t root);
 
 /// What a graph throws when a formula grows beyond `Graph::max_nodes`.
 struct TooLarge : std::runtime_error {

@@ -60,7 +60,13 @@ void Graph::clear() {
 }
 
 Expression Graph::expression(Value root) const {
-    return Expression(std::vector<Node>(nodes_.begin(), nodes_.begin() + root.index + 1));
+    // Nodes are as Expression wants them, but for numbers that whoever asked for them got wrong.
+    Expression result;
+    result.nodes_ = needed(nodes_, root.index);
+    for (const Node& node : result.nodes_) {
+        if (node.op == Op::constant && std::isnan(node.value)) throw std::invalid_argument("expected a number, got NaN");
+    }
+    return result;
 }
 
 Value Graph::like(const Node& node, const Value operand[3]) {

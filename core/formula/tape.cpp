@@ -100,6 +100,7 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
 
     Registers registers;
     std::vector<std::uint16_t> place(count, 0);
+    code_.reserve(count);
     for (std::uint32_t i = 0; i < count; ++i) {
         const Lowered& step = steps[i];
         if (last_use[i] == unused) continue;
@@ -121,7 +122,7 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
         }
         instruction.out = place[i] = registers.take();
         code_.push_back(instruction);
-        if (is_decision(step.op)) decisions_.push_back(step.op);
+        if (is_decision(step.op)) decisions_.push_back(step.op), decision_nodes_.push_back(i);
     }
     registers_ = registers.count();
     result_ = place[count - 1];
@@ -131,52 +132,69 @@ Expression Tape::specialised(std::span<const Decision> decisions, int lane) cons
     const std::vector<Node>& nodes = expression_.nodes();
     const auto count = static_cast<std::uint32_t>(nodes.size());
 
-    // What each node comes down to: itself, or an operand, or an operand's negative, or a constant.
-    enum class Outcome : std::uint8_t { itself, operand, negative, constant };
-    struct Known {
-        Outcome outcome = Outcome::itself;
-        int operand = 0;
-        float value = 0;
-        bool needed = false;
+    // Boxes decide most of a formula: what is not needed any more is only passed over once, as a byte.
+    enum Outcome : std::uint8_t { itself, first_operand, second_operand, third_operand, negative, constant };
+    struct Memory {
+        std::vector<Outcome> outcome;
+        std::vector<std::uint8_t> is_needed;
+        std::vector<std::uint32_t> needed;
+        std::vector<float> constants;
+        std::vector<Value> values;
+        Graph graph;
     };
-    thread_local std::vector<Known> known;
-    known.assign(count, {});
-    std::size_t at = 0;
-    for (std::uint32_t i = 0; i < count; ++i) {
-        const Op op = nodes[i].op;
-        if (!is_decision(op)) continue;
-        const Decision& decision = decisions[at++];
-        const bool first = decision.first >> lane & 1, second = decision.second >> lane & 1;
-        if (is_rounding(op)) {
-            if (first) known[i] = {Outcome::constant, 0, decision.value[lane]};
-        } else if (op == Op::absolute) {
-            if (first || second) known[i] = {first ? Outcome::operand : Outcome::negative};
-        } else if (op != Op::atan2 && (first || second)) {
-            known[i] = {Outcome::operand, (op == Op::select ? 1 : 0) + (second ? 1 : 0)};
-        }
-    }
-
-    known[count - 1].needed = true;
-    for (std::uint32_t i = count; i-- > 0;) {
-        const Node& node = nodes[i];
-        if (!known[i].needed || known[i].outcome == Outcome::constant) continue;
-        for (int k = 0; k < operands(node.op); ++k) {
-            if (known[i].outcome == Outcome::itself || k == known[i].operand) known[node.operand[k]].needed = true;
-        }
-    }
-
-    thread_local Graph graph;
+    thread_local Memory memory;
+    auto& [outcome, is_needed, needed, constants, values, graph] = memory;
+    outcome.assign(count, itself);
+    is_needed.assign(count, 0);
+    needed.clear();
+    constants.resize(count);
+    values.resize(count);
     graph.clear();
-    const std::vector<Value> values = graph.rebuild(expression_, [&](std::uint32_t i, const Value* operand) {
-        const Known& k = known[i];
-        if (!k.needed) return Value{};
-        switch (k.outcome) {
-            case Outcome::itself: return graph.like(nodes[i], operand);
-            case Outcome::operand: return operand[k.operand];
-            case Outcome::negative: return -operand[0];
-            default: return graph.constant(k.value);
+
+    for (std::size_t at = 0; at < decisions_.size(); ++at) {
+        const Op op = decisions_[at];
+        const Decision& decision = decisions[at];
+        const bool first = decision.first >> lane & 1, second = decision.second >> lane & 1;
+        Outcome& known = outcome[decision_nodes_[at]];
+        if (is_rounding(op)) {
+            if (first) known = constant, constants[decision_nodes_[at]] = decision.value[lane];
+        } else if (op == Op::absolute) {
+            if (first || second) known = first ? first_operand : negative;
+        } else if (op != Op::atan2 && (first || second)) {
+            known = static_cast<Outcome>(first_operand + (op == Op::select ? 1 : 0) + (second ? 1 : 0));
         }
-    });
+    }
+
+    is_needed[count - 1] = 1;
+    for (std::uint32_t i = count; i-- > 0;) {
+        if (!is_needed[i]) continue;
+        needed.push_back(i);
+        const Node& node = nodes[i];
+        switch (outcome[i]) {
+            case itself:
+                for (int k = 0; k < operands(node.op); ++k) is_needed[node.operand[k]] = 1;
+                break;
+            case constant: break;
+            case negative: is_needed[node.operand[0]] = 1; break;
+            default: is_needed[node.operand[outcome[i] - first_operand]] = 1;
+        }
+    }
+
+    for (std::size_t at = needed.size(); at-- > 0;) {
+        const std::uint32_t i = needed[at];
+        const Node& node = nodes[i];
+        switch (outcome[i]) {
+            case itself: {
+                Value operand[3];
+                for (int k = 0; k < operands(node.op); ++k) operand[k] = values[node.operand[k]];
+                values[i] = graph.like(node, operand);
+                break;
+            }
+            case constant: values[i] = graph.constant(constants[i]); break;
+            case negative: values[i] = -values[node.operand[0]]; break;
+            default: values[i] = values[node.operand[outcome[i] - first_operand]];
+        }
+    }
     return graph.expression(values.back());
 }
 

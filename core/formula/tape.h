@@ -25,6 +25,7 @@ private:
     Expression expression_;
     std::vector<Instruction> code_;
     std::vector<Op> decisions_;
+    std::vector<std::uint32_t> decision_nodes_;  // their numbers in the expression
     int registers_ = 3;
     int result_ = 0;
 };

@@ -1,7 +1,9 @@
 #include "shapes/bounds.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <vector>
 
@@ -11,70 +13,136 @@
 namespace bob {
 namespace {
 
-/// A box, drawn together around what may be inside of f.
-struct Shrunk {
-    Bounds box{};
-    bool empty = true;    // nothing may be inside
-    bool vague = false;   // nothing is known of f in a part of the box
-};
+/// A box is cut into 16 x 16 x 16 cells, and before that into blocks of 4 x 4 x 4 of them.
+constexpr int cuts = 16, block = 4;
 
-/// One round: the box is cut into 16 x 16 x 16, and what is left of it is the hull of the cells that may hold f <= 0.
-Shrunk shrunk(const Tape& tape, const Bounds& box, std::vector<Decision>& decisions) {
-    constexpr int cuts = 16;
-    const FormulaKernels& kernels = best_formula_kernels();
-    const auto face = [&](int axis, int k) { return box.low[axis] + (box.high[axis] - box.low[axis]) * k / cuts; };
-    const auto index = [](int cell, int axis) { return cell >> (4 * axis) & (cuts - 1); };
-    Shrunk result;
-    for (int first = 0; first < cuts * cuts * cuts; first += kernels.lanes) {
-        BoxBatch boxes{};
-        for (int lane = 0; lane < kernels.lanes; ++lane) {
-            for (int axis = 0; axis < 3; ++axis) {
-                const int k = index(first + lane, axis);
-                boxes.low[axis][lane] = static_cast<float>(face(axis, k));
-                boxes.high[axis][lane] = static_cast<float>(face(axis, k + 1));
-            }
+/// Which cells of a box may hold f <= 0: no more of them are looked at than an answer needs.
+class Inside {
+public:
+    Inside(const Tape& tape, const Bounds& box) : tape_(tape), box_(box), decisions_(tape.decisions().size()) {
+        std::vector<Index> blocks = all(cuts / block);
+        for (Index& at : blocks) at = {block * at[0], block * at[1], block * at[2]};
+        look(blocks, block, [&](const Index& corner, const Finding& found) {
+            if (found.maybe) return true;
+            for (const Index& at : all(block)) known({corner[0] + at[0], corner[1] + at[1], corner[2] + at[2]}) = Known::outside;
+            return true;
+        });
+    }
+
+    /// The box around the cells that may; nothing where there are none.
+    [[nodiscard]] std::optional<Bounds> hull() {
+        Bounds result{};
+        for (int axis = 0; axis < 3; ++axis) {
+            int first = 0, last = cuts - 1;
+            while (first < cuts && !any(axis, first)) ++first;
+            if (first == cuts) return std::nullopt;
+            while (!any(axis, last)) --last;
+            result.low[axis] = face(axis, first);
+            result.high[axis] = face(axis, last + 1);
         }
-        kernels.bounds(tape.code(), boxes, decisions.data(), scratch(tape.code().registers));
-        for (int lane = 0; lane < kernels.lanes; ++lane) {
-            if (boxes.least[lane] > 0 || boxes.nowhere >> lane & 1) continue;
-            result.vague = result.vague || !std::isfinite(boxes.least[lane]);
-            for (int axis = 0; axis < 3; ++axis) {
-                const int k = index(first + lane, axis);
-                const double low = face(axis, k), high = face(axis, k + 1);
-                result.box.low[axis] = result.empty ? low : std::min(result.box.low[axis], low);
-                result.box.high[axis] = result.empty ? high : std::max(result.box.high[axis], high);
+        return result;
+    }
+
+    /// Whether nothing is known of f in some cell that may.
+    [[nodiscard]] bool is_vague() {
+        bool vague = false;
+        look(all(cuts), 1, [&](const Index&, const Finding& found) {
+            vague = found.maybe && !found.bounded;
+            return !vague;
+        });
+        return vague;
+    }
+
+private:
+    using Index = std::array<int, 3>;
+    enum class Known : std::uint8_t { nothing, outside, maybe };
+    struct Finding {
+        bool maybe, bounded;
+    };
+
+    static std::vector<Index> all(int side) {
+        std::vector<Index> result;
+        for (int i = 0; i < side * side * side; ++i) result.push_back({i % side, i / side % side, i / (side * side)});
+        return result;
+    }
+
+    /// Whether any cell of a layer may.
+    bool any(int axis, int layer) {
+        std::vector<Index> unknown;
+        for (int i = 0; i < cuts * cuts; ++i) {
+            Index at;
+            at[static_cast<std::size_t>(axis)] = layer;
+            at[static_cast<std::size_t>((axis + 1) % 3)] = i % cuts;
+            at[static_cast<std::size_t>((axis + 2) % 3)] = i / cuts;
+            if (known(at) == Known::maybe) return true;
+            if (known(at) == Known::nothing) unknown.push_back(at);
+        }
+        bool found_one = false;
+        look(unknown, 1, [&](const Index& at, const Finding& found) {
+            known(at) = found.maybe ? Known::maybe : Known::outside;
+            found_one = found_one || found.maybe;
+            return !found_one;
+        });
+        return found_one;
+    }
+
+    /// f in parts of the box, `side` cells long, each of which is told until told enough.
+    template <class Tell>
+    void look(const std::vector<Index>& corners, int side, Tell tell) {
+        const FormulaKernels& kernels = best_formula_kernels();
+        const auto lanes = static_cast<std::size_t>(kernels.lanes);
+        bool go_on = true;
+        for (std::size_t first = 0; first < corners.size() && go_on; first += lanes) {
+            BoxBatch boxes{};
+            for (std::size_t lane = 0; lane < lanes; ++lane) {
+                const Index& at = corners[std::min(first + lane, corners.size() - 1)];
+                for (int axis = 0; axis < 3; ++axis) {
+                    const int k = at[static_cast<std::size_t>(axis)];
+                    boxes.low[axis][lane] = static_cast<float>(face(axis, k));
+                    boxes.high[axis][lane] = static_cast<float>(face(axis, k + side));
+                }
             }
-            result.empty = false;
+            kernels.bounds(tape_.code(), boxes, decisions_.data(), scratch(tape_.code().registers));
+            for (std::size_t lane = 0; lane < lanes && first + lane < corners.size(); ++lane) {
+                const bool maybe = !(boxes.least[lane] > 0 || boxes.nowhere >> lane & 1);
+                go_on = tell(corners[first + lane], Finding{maybe, std::isfinite(boxes.least[lane])}) && go_on;
+            }
         }
     }
-    return result;
-}
+
+    [[nodiscard]] double face(int axis, int k) const {
+        return box_.low[axis] + (box_.high[axis] - box_.low[axis]) * k / cuts;
+    }
+    Known& known(const Index& at) { return known_[static_cast<std::size_t>((at[2] * cuts + at[1]) * cuts + at[0])]; }
+
+    const Tape& tape_;
+    Bounds box_;
+    std::vector<Decision> decisions_;
+    std::array<Known, cuts * cuts * cuts> known_{};
+};
 
 }  // namespace
 
 std::optional<Bounds> find_bounds(const Expression& f) {
     const Tape tape(f);
-    std::vector<Decision> decisions(tape.decisions().size());
     // A formula that overflows far out tells nothing there; nearer, it may.
     for (const double reach : {1e9, 1e6, 1e3, 30.}) {
         Bounds box{{-reach, -reach, -reach}, {reach, reach, reach}};
-        bool vague = false;
         for (int round = 0; round < 100; ++round) {
-            const Shrunk next = shrunk(tape, box, decisions);
-            if (next.empty) return std::nullopt;
+            const std::optional<Bounds> hull = Inside(tape, box).hull();
+            if (!hull) return std::nullopt;
             double least_left = 1;
             for (int axis = 0; axis < 3; ++axis) {
-                const double left = (next.box.high[axis] - next.box.low[axis]) / (box.high[axis] - box.low[axis]);
+                const double left = (hull->high[axis] - hull->low[axis]) / (box.high[axis] - box.low[axis]);
                 least_left = std::min(least_left, left);
             }
-            box = next.box;
-            vague = next.vague;
+            box = *hull;
             if (least_left > 0.99) break;
         }
         bool open = false;
         for (int axis = 0; axis < 3; ++axis) open = open || box.low[axis] <= -reach || box.high[axis] >= reach;
         if (!open) return box;
-        if (!vague) break;
+        if (!Inside(tape, box).is_vague()) break;
     }
     throw std::invalid_argument("an expression that is bounded, got one whose inside reaches beyond 1e9 from the origin");
 }

@@ -10,10 +10,10 @@ namespace bob {
 
 Box Cells::box(const Cell& cell) {
     Box result;
-    const auto size = static_cast<float>(side(cell.level)) * finest;
-    for (int axis = 0; axis < 3; ++axis) {
-        result.low[axis] = static_cast<float>(cell.at[axis]) * finest - 1;
-        result.high[axis] = result.low[axis] + size;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const int low = cell.at[axis];
+        result.low[static_cast<int>(axis)] = static_cast<float>(low) * finest - 1;
+        result.high[static_cast<int>(axis)] = static_cast<float>(low + side(cell.level)) * finest - 1;
     }
     return result;
 }
@@ -23,52 +23,95 @@ std::size_t Cells::bytes() const {
            instructions_.size() * sizeof(Instruction);
 }
 
-double Cells::maximum(const std::function<double(Vec3)>& convex) const {
-    struct Candidate {
-        double bound;
-        std::uint32_t cell;
-        Box box;
-        bool operator<(const Candidate& other) const { return bound < other.bound; }
-    };
-    // A convex function is largest at a corner.
-    const auto bound = [&](const Box& b) {
+namespace {
+
+/// A box cut into parts, `Cuts` along each axis, and bounds of a convex function in each: it is largest at a corner.
+template <int Cuts>
+class Parts {
+public:
+    Parts(const Box& box, const std::function<double(Vec3)>& convex) : low_(box.low), size_((1.f / Cuts) * (box.high - box.low)) {
+        for (int i = 0; i < corners * corners * corners; ++i) {
+            at_corner_[i] = convex(corner({i % corners, i / corners % corners, i / (corners * corners)}));
+        }
+    }
+
+    /// Of part x + Cuts y + Cuts² z.
+    [[nodiscard]] Box box(int part) const {
+        const std::array<int, 3> at = place(part);
+        return {corner(at), corner({at[0] + 1, at[1] + 1, at[2] + 1})};
+    }
+    [[nodiscard]] double bound(int part) const {
+        const auto [x, y, z] = place(part);
         double most = -std::numeric_limits<double>::infinity();
-        for (int corner = 0; corner < 8; ++corner) {
-            most = std::max(most, convex({corner & 1 ? b.high.x : b.low.x, corner & 2 ? b.high.y : b.low.y,
-                                          corner & 4 ? b.high.z : b.low.z}));
+        for (int i = 0; i < 8; ++i) {
+            most = std::max(most, at_corner_[x + (i & 1) + corners * (y + (i >> 1 & 1) + corners * (z + (i >> 2)))]);
         }
         return most;
-    };
-    std::priority_queue<Candidate> candidates;
-    for (std::uint32_t i = 0; i < cells_.size(); ++i) {
-        const Box b = box(cells_[i]);
-        candidates.push({bound(b), i, b});
     }
+
+private:
+    static constexpr int corners = Cuts + 1;
+
+    static std::array<int, 3> place(int part) { return {part % Cuts, part / Cuts % Cuts, part / (Cuts * Cuts)}; }
+    /// Exact: all lengths are powers of two.
+    [[nodiscard]] Vec3 corner(std::array<int, 3> at) const {
+        Vec3 result;
+        for (int axis = 0; axis < 3; ++axis) {
+            result[axis] = low_[axis] + static_cast<float>(at[static_cast<std::size_t>(axis)]) * size_[axis];
+        }
+        return result;
+    }
+
+    Vec3 low_, size_;
+    double at_corner_[corners * corners * corners];
+};
+
+}  // namespace
+
+double Cells::maximum(const std::function<double(Vec3)>& convex) const {
+    // The one with the largest bound is cut, time and again: nodes into their children, cells into halves along each axis.
+    struct Candidate {
+        std::int32_t child;  // a node or a cell, as in CellGrid
+        Box box;
+    };
+    std::vector<Candidate> candidates{{0, {{-1, -1, -1}, {1, 1, 1}}}};
+    std::priority_queue<std::pair<double, std::size_t>> by_bound;
+    by_bound.push({0, 0});
+    const auto add = [&](double bound, const Candidate& candidate) {
+        by_bound.push({bound, candidates.size()});
+        candidates.push_back(candidate);
+    };
     const FormulaKernels& kernels = best_formula_kernels();
     void* const memory = scratch(max_registers_);
     std::vector<Decision> decisions(max_code_);
-    while (!candidates.empty()) {
-        const Candidate top = candidates.top();
-        candidates.pop();
-        if (top.box.high.x - top.box.low.x <= tolerance) return top.bound;
-        const Vec3 half = 0.5f * (top.box.high - top.box.low);
-        const Code code = this->code(cells_[top.cell]);
+    while (!by_bound.empty()) {
+        const auto [bound, index] = by_bound.top();
+        const Candidate top = candidates[index];
+        by_bound.pop();
+        if (top.child >= 0) {
+            const Parts<4> parts(top.box, convex);
+            for (int i = 0; i < 64; ++i) {
+                const std::int32_t child = children_[static_cast<std::size_t>(64 * top.child + i)];
+                if (child != CellGrid::empty) add(parts.bound(i), {child, parts.box(i)});
+            }
+            continue;
+        }
+        if (top.box.high.x - top.box.low.x <= tolerance) return bound;
+        const Parts<2> halves(top.box, convex);
+        const Code code = this->code(cells_[CellGrid::cell(top.child)]);
         for (int start = 0; start < 8; start += kernels.lanes) {
             BoxBatch boxes{};
             const int count = std::min(8, kernels.lanes);
             for (int lane = 0; lane < count; ++lane) {
+                const Box b = halves.box(start + lane);
                 for (int axis = 0; axis < 3; ++axis) {
-                    const float low = top.box.low[axis] + ((start + lane) >> axis & 1 ? half[axis] : 0);
-                    boxes.low[axis][lane] = low;
-                    boxes.high[axis][lane] = low + half[axis];
+                    boxes.low[axis][lane] = b.low[axis];
+                    boxes.high[axis][lane] = b.high[axis];
                 }
             }
             kernels.bounds(code, boxes, decisions.data(), memory);
             for (int lane = 0; lane < count; ++lane) {
-                if (!may_change_sign(boxes, lane)) continue;
-                const Box b{{boxes.low[0][lane], boxes.low[1][lane], boxes.low[2][lane]},
-                            {boxes.high[0][lane], boxes.high[1][lane], boxes.high[2][lane]}};
-                candidates.push({bound(b), top.cell, b});
+                if (may_change_sign(boxes, lane)) add(halves.bound(start + lane), {top.child, halves.box(start + lane)});
             }
         }
     }

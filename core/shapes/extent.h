@@ -30,6 +30,12 @@ inline double stretch(const double* row) { return std::hypot(row[0], row[1], row
 
 inline double mapped(const double* row, Vec3 p) { return row[0] * p.x + row[1] * p.y + row[2] * p.z + row[3]; }
 
+/// std::hypot, which takes long, where squares don't leave the range of numbers.
+inline double length(double x, double y, double z) {
+    const double square = x * x + y * y + z * z;
+    return square > 1e-280 && square < 1e280 ? std::sqrt(square) : std::hypot(x, y, z);
+}
+
 /// The lowest and the highest coordinates, in `bounds` (2, 3), of a shape placed by `map`, (3, 4) row by row.
 template <class S>
 void placed_bounds(const S& shape, const double* map, double* bounds) {
@@ -50,8 +56,8 @@ template <class S>
 double placed_radius(const S& shape, const double* map, const double* center, double largest_singular_value) {
     const double scale = largest_singular_value;
     return scale * maximum(shape, [=](Vec3 p, float radius) {
-        return std::hypot(mapped(map, p) - center[0], mapped(map + 4, p) - center[1], mapped(map + 8, p) - center[2]) /
-                   scale + static_cast<double>(radius);
+        return length(mapped(map, p) - center[0], mapped(map + 4, p) - center[1], mapped(map + 8, p) - center[2]) / scale +
+               static_cast<double>(radius);
     });
 }
 

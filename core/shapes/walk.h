@@ -17,6 +17,7 @@ struct CellGrid {
     static constexpr std::int32_t leaf(std::uint32_t cell) {
         return static_cast<std::int32_t>(cell) | std::numeric_limits<std::int32_t>::min();
     }
+    static constexpr std::uint32_t cell(std::int32_t leaf) { return static_cast<std::uint32_t>(leaf) & 0x7fffffff; }
 
     /// Child x + 4 y + 16 z of node n is at 64 n + x + 4 y + 16 z: `empty`, another node, or, with the sign bit, a cell.
     const std::int32_t* children;
