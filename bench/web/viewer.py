@@ -20,6 +20,7 @@ import threading
 import time
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,9 @@ WIDTH, HEIGHT = 640, 480
 SIZE = f"?size={WIDTH}x{HEIGHT}"
 BUNNY = MODELS / "scans" / "stanford_bunny.ply"
 SCENES = {"gallery/happy_tree.bob": "happy tree", "gallery/csg.sdf": "CSG", "gallery/gear.sdf": "gear"}
+
+FOLDERS = ("loader_originals", "broken_odd", "nurbs", "implicit", "scans")
+SUFFIXES = {".bob", ".glb", ".json", ".obj", ".off", ".ply", ".sdf", ".stl", ".vm"}
 
 TIMES_MS = (33, 50, 75, 100, 150, 250, 400, 700, 1200)
 LEVELS = 6
@@ -70,6 +74,14 @@ COMPARE = """
   worker.onerror = (event) => reject(new Error(event.message));
   worker.postMessage(settings);
 })
+"""
+
+DROP = """
+async ([address, name]) => {
+  const file = new File([await (await fetch(address)).blob()], name);
+  await bobrossnet.openFile({ title: name }, name, file);
+  return document.querySelector("#picture").ariaLabel !== `Picture of ${name}`;
+}
 """
 
 FIRST_PICTURE = 'document.addEventListener("picture", () => { window.firstPicture ??= performance.now(); });'
@@ -201,21 +213,28 @@ def resident(marker: str = "--type=renderer") -> float:
     return total / 1000
 
 
-def memory(browser: Browser, url: str, minutes: float) -> None:
-    heading(f"Memory of the page in {minutes:g} minutes of orbiting and opening scenes, MB")
-    page = opened(browser, url + SIZE)
-    files = page.evaluate("() => [...document.querySelectorAll('#gallery option')].map((option) => option.value)")
-    files = [file for file in files if file not in ("vase.sdf", "gear.sdf")]  # which take seconds to open
-    begin, rows, turn = time.perf_counter(), [], 0
+def memory(browser: Browser, server: Server, minutes: float) -> None:
+    heading(f"Memory of the page in {minutes:g} minutes of orbiting and opening scenes and files, MB")
+    page = opened(browser, server.url + SIZE)
+    scenes = page.evaluate("() => [...document.querySelectorAll('#gallery option')].map((option) => option.value)")
+    files = sorted(
+        file for folder in FOLDERS for file in (MODELS / folder).glob("*") if file.suffix.lower() in SUFFIXES
+    )
+    server.files |= {f"models/{file.name}": file for file in files}
+    # A scene, then two files, and so on: all of each in turn.
+    begin, rows, turn, failed = time.perf_counter(), [], 0, 0
     while (spent := time.perf_counter() - begin) < 60 * minutes:
-        file = files[turn % len(files)]
-        page.select_option("#gallery", file)
-        page.wait_for_selector("#stage:not([aria-busy])")
-        page.evaluate(ORBIT, [2000, 60])
+        if files and turn % 3:
+            name = files[(turn - turn // 3 - 1) % len(files)].name
+            failed += page.evaluate(DROP, [f"models/{quote(name)}", name])
+        else:
+            page.select_option("#gallery", scenes[turn // 3 % len(scenes)])
+            page.wait_for_selector("#stage:not([aria-busy])")
+        page.evaluate(ORBIT, [1500, 60])
         turn += 1
-        if turn % len(files) == 0:
-            rows.append((f"{spent / 60:.1f}", str(turn), f"{resident():.0f}"))
-    table(("minute", "scenes", "MB"), rows)
+        if spent >= 60 * minutes * (len(rows) + 1) / 10:
+            rows.append((f"{spent / 60:.1f}", str(turn), str(failed), f"{resident():.0f}"))
+    table(("minute", "opened", "of which refused", "MB"), rows)
     page.context.close()
 
 
@@ -322,7 +341,7 @@ def main() -> None:
         if "rival" in parts:
             beside_the_rival(browser, server.url, scenes, arguments.views, arguments.figure)
         if "memory" in parts:
-            memory(browser, server.url, arguments.minutes)
+            memory(browser, server, arguments.minutes)
         browser.close()
         server.shutdown()
 

@@ -47,7 +47,7 @@ public:
     [[nodiscard]] bool is_vague() {
         bool vague = false;
         look(all(cuts), 1, [&](const Index&, const Finding& found) {
-            vague = found.maybe && !found.bounded;
+            vague = vague || (found.maybe && !found.bounded);
             return !vague;
         });
         return vague;
