@@ -1,8 +1,9 @@
 #include "shapes/cells.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
-#include <queue>
+#include <vector>
 
 #include "formula/scratch.h"
 
@@ -69,53 +70,62 @@ private:
 }  // namespace
 
 double Cells::maximum(const std::function<double(Vec3)>& convex) const {
-    // The one with the largest bound is cut, time and again: nodes into their children, cells into halves along each axis.
     struct Candidate {
+        double bound;
         std::int32_t child;  // a node or a cell, as in CellGrid
         Box box;
-    };
-    std::vector<Candidate> candidates{{0, {{-1, -1, -1}, {1, 1, 1}}}};
-    std::priority_queue<std::pair<double, std::size_t>> by_bound;
-    by_bound.push({0, 0});
-    const auto add = [&](double bound, const Candidate& candidate) {
-        by_bound.push({bound, candidates.size()});
-        candidates.push_back(candidate);
+
+        bool operator<(const Candidate& other) const { return bound < other.bound; }
     };
     const FormulaKernels& kernels = best_formula_kernels();
     void* const memory = scratch(max_registers_);
     std::vector<Decision> decisions(max_code_);
-    while (!by_bound.empty()) {
-        const auto [bound, index] = by_bound.top();
-        const Candidate top = candidates[index];
-        by_bound.pop();
+    double most = -std::numeric_limits<double>::infinity();
+    // Depth first, and the largest bound of each cut first: what can't be more than the most so far is left out.
+    std::vector<Candidate> open{{std::numeric_limits<double>::infinity(), 0, {{-1, -1, -1}, {1, 1, 1}}}}, parts;
+    while (!open.empty()) {
+        const Candidate top = open.back();
+        open.pop_back();
+        if (top.bound <= most) continue;
+        parts.clear();
         if (top.child >= 0) {
-            const Parts<4> parts(top.box, convex);
+            const Parts<4> children(top.box, convex);
             for (int i = 0; i < 64; ++i) {
                 const std::int32_t child = children_[static_cast<std::size_t>(64 * top.child + i)];
-                if (child != CellGrid::empty) add(parts.bound(i), {child, parts.box(i)});
+                if (child == CellGrid::empty || children.bound(i) <= most) continue;
+                parts.push_back({children.bound(i), child, children.box(i)});
             }
-            continue;
-        }
-        if (top.box.high.x - top.box.low.x <= tolerance) return bound;
-        const Parts<2> halves(top.box, convex);
-        const Code code = this->code(cells_[CellGrid::cell(top.child)]);
-        for (int start = 0; start < 8; start += kernels.lanes) {
-            BoxBatch boxes{};
-            const int count = std::min(8, kernels.lanes);
-            for (int lane = 0; lane < count; ++lane) {
-                const Box b = halves.box(start + lane);
-                for (int axis = 0; axis < 3; ++axis) {
-                    boxes.low[axis][lane] = b.low[axis];
-                    boxes.high[axis][lane] = b.high[axis];
+        } else if (top.box.high.x - top.box.low.x <= tolerance) {
+            most = top.bound;
+        } else {
+            const Parts<2> halves(top.box, convex);
+            std::array<int, 8> larger;
+            int count = 0;
+            for (int i = 0; i < 8; ++i) {
+                if (halves.bound(i) > most) larger[static_cast<std::size_t>(count++)] = i;
+            }
+            const Code code = this->code(cells_[CellGrid::cell(top.child)]);
+            for (int start = 0; start < count; start += kernels.lanes) {
+                const int lanes = std::min(count - start, kernels.lanes);
+                BoxBatch boxes{};
+                for (int lane = 0; lane < lanes; ++lane) {
+                    const Box b = halves.box(larger[static_cast<std::size_t>(start + lane)]);
+                    for (int axis = 0; axis < 3; ++axis) {
+                        boxes.low[axis][lane] = b.low[axis];
+                        boxes.high[axis][lane] = b.high[axis];
+                    }
+                }
+                kernels.bounds(code, boxes, decisions.data(), memory);
+                for (int lane = 0; lane < lanes; ++lane) {
+                    const int i = larger[static_cast<std::size_t>(start + lane)];
+                    if (may_change_sign(boxes, lane)) parts.push_back({halves.bound(i), top.child, halves.box(i)});
                 }
             }
-            kernels.bounds(code, boxes, decisions.data(), memory);
-            for (int lane = 0; lane < count; ++lane) {
-                if (may_change_sign(boxes, lane)) add(halves.bound(start + lane), {top.child, halves.box(start + lane)});
-            }
         }
+        std::sort(parts.begin(), parts.end());
+        open.insert(open.end(), parts.begin(), parts.end());
     }
-    return -std::numeric_limits<double>::infinity();
+    return most;
 }
 
 }  // namespace bob
