@@ -1,6 +1,7 @@
 /// Top-down: binary splits by the surface area heuristic over binned centroids (Wald, "On fast Construction of SAH-based
 /// Bounding Volume Hierarchies", 2007), collapsed to eight children a node by opening the largest ones.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <optional>
@@ -151,45 +152,61 @@ public:
     }
 
 private:
-    /// Large ranges are split one after the other, then small ones side by side.
+    /// Large ranges are split level by level, then small ones with all that is below them: both side by side.
     std::vector<BinaryNode> split_whole() {
         Extent whole;
         for (const Primitive& p : primitives_) whole.extend(p);
         std::vector<BinaryNode> nodes{{whole, 0, static_cast<std::uint32_t>(primitives_.size()), 0}};
-        std::vector<std::size_t> tasks;
-        for (std::size_t i = 0; i < nodes.size(); ++i) {
-            if (nodes[i].end - nodes[i].begin <= task_size) {
-                tasks.push_back(i);
-            } else {
-                split(nodes, i);
+        std::vector<std::size_t> small;
+        for (std::size_t level = 0; level < nodes.size();) {
+            const std::size_t end = nodes.size();
+            const auto is_small = [&](std::size_t i) { return nodes[i].end - nodes[i].begin <= task_size; };
+            std::vector<std::optional<Children>> children(end - level);
+            parallel_for(children.size(), 1, [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i) {
+                    if (!is_small(level + i)) children[i] = split(nodes[level + i]);
+                }
+            });
+            for (std::size_t i = level; i < end; ++i) {
+                if (is_small(i)) small.push_back(i);
+                append(nodes, i, children[i - level]);
             }
+            level = end;
         }
-        std::vector<std::vector<BinaryNode>> subtrees(tasks.size());
-        parallel_for(tasks.size(), 1, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t task = begin; task < end; ++task) {
+        std::vector<std::vector<BinaryNode>> subtrees(small.size());
+        parallel_for(small.size(), 1, [&](std::size_t first, std::size_t last) {
+            for (std::size_t task = first; task < last; ++task) {
                 auto& subtree = subtrees[task];
-                subtree.push_back(nodes[tasks[task]]);
-                for (std::size_t i = 0; i < subtree.size(); ++i) split(subtree, i);
+                subtree.push_back(nodes[small[task]]);
+                for (std::size_t i = 0; i < subtree.size(); ++i) append(subtree, i, split(subtree[i]));
             }
         });
-        for (std::size_t task = 0; task < tasks.size(); ++task) {
+        for (std::size_t task = 0; task < small.size(); ++task) {
             // The subtree's root takes the place of the range; the nodes below it go to the end.
             const auto offset = static_cast<std::uint32_t>(nodes.size() - 1);
             auto& subtree = subtrees[task];
             for (BinaryNode& node : subtree) {
                 if (!node.is_leaf()) node.left += offset;
             }
-            nodes[tasks[task]] = subtree.front();
+            nodes[small[task]] = subtree.front();
             nodes.insert(nodes.end(), subtree.begin() + 1, subtree.end());
         }
         return nodes;
     }
 
-    /// Gives nodes[i], unless a leaf is cheaper, two children at the end of `nodes`.
-    void split(std::vector<BinaryNode>& nodes, std::size_t i) {
-        const BinaryNode node = nodes[i];
+    using Children = std::array<BinaryNode, 2>;
+
+    /// Puts the children of nodes[i], if it has any, to the end.
+    static void append(std::vector<BinaryNode>& nodes, std::size_t i, const std::optional<Children>& children) {
+        if (!children) return;
+        nodes[i].left = static_cast<std::uint32_t>(nodes.size());
+        nodes.insert(nodes.end(), children->begin(), children->end());
+    }
+
+    /// Parts a node's primitives; nothing where a leaf is cheaper.
+    std::optional<Children> split(const BinaryNode& node) {
         const std::uint32_t count = node.end - node.begin;
-        if (count <= packet_size) return;
+        if (count <= packet_size) return std::nullopt;
 
         Primitive* const first = primitives_.data() + node.begin;
         Primitive* const last = primitives_.data() + node.end;
@@ -200,19 +217,18 @@ private:
             float cost = infinity;
             cut = cheapest_cut(first, last, widened(node.centroids), cost);
             const float area = widened(node.box).half_area();
-            if (count <= max_leaf && packets_of(count) * area <= node_cost_ * area + cost) return;
+            if (count <= max_leaf && packets_of(count) * area <= node_cost_ * area + cost) return std::nullopt;
         }
         if (cut) {
             middle = part(first, last, *cut, below, above);
         } else {  // too deep, or centroids that bins can't part
-            if (count <= max_leaf) return;
+            if (count <= max_leaf) return std::nullopt;
             for (const Primitive* p = first; p != middle; ++p) below.extend(*p);
             for (const Primitive* p = middle; p != last; ++p) above.extend(*p);
         }
         const auto end_below = static_cast<std::uint32_t>(middle - primitives_.data());
-        nodes[i].left = static_cast<std::uint32_t>(nodes.size());
-        nodes.emplace_back(below, node.begin, end_below, node.depth + 1);
-        nodes.emplace_back(above, end_below, node.end, node.depth + 1);
+        return Children{BinaryNode(below, node.begin, end_below, node.depth + 1),
+                        BinaryNode(above, end_below, node.end, node.depth + 1)};
     }
 
     /// The cheapest plane between bins, if there is any, and its cost: of both sides' areas, in tests of a packet.
