@@ -60,3 +60,36 @@ TEST(faces_without_area_do_not_spoil_their_neighbours) {
     const auto normals = bob::crease_normals(mesh.vertices, mesh.triangles);
     for (std::size_t i = 0; i < 4; ++i) CHECK_NEAR(normals[i][0].z, 1.f, 1e-6f);
 }
+
+TEST(corners_have_the_mean_of_the_faces_within_the_crease_angle) {
+    auto mesh = test::sphere(4, 1);
+    test::Random random(1);
+    for (bob::Vec3& v : mesh.vertices) v = random(1, random() < 0.2f ? 1.15f : 1.01f) * v;  // smooth here, sharp there
+    const auto normals = bob::crease_normals(mesh.vertices, mesh.triangles);
+    const float limit = std::cos(bob::crease_angle_degrees * 3.14159265f / 180);
+    std::vector<std::vector<std::pair<std::size_t, float>>> faces_at(mesh.vertices.size());  // with their angles there
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto& t = mesh.triangles[i];
+            const bob::Vec3 p = mesh.vertices[t[c]];
+            const bob::Vec3 a = normalized(mesh.vertices[t[(c + 1) % 3]] - p), b = normalized(mesh.vertices[t[(c + 2) % 3]] - p);
+            faces_at[t[c]].emplace_back(i, std::acos(dot(a, b)));
+        }
+    }
+    int sharp = 0, smooth = 0;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        const bob::Vec3 own = face_normal(mesh.vertices, mesh.triangles[i]);
+        for (std::size_t c = 0; c < 3; ++c) {
+            bob::Vec3 sum;
+            std::size_t count = 0;
+            for (const auto& [face, angle] : faces_at[mesh.triangles[i][c]]) {
+                const bob::Vec3 normal = face_normal(mesh.vertices, mesh.triangles[face]);
+                if (dot(normal, own) > limit) sum = sum + angle * normal, ++count;
+            }
+            ++(count < faces_at[mesh.triangles[i][c]].size() ? sharp : smooth);
+            CHECK_LT(length(normals[i][c] - normalized(sum)), 1e-5f);
+        }
+    }
+    CHECK_LT(100, sharp);
+    CHECK_LT(100, smooth);
+}

@@ -1,0 +1,126 @@
+/// How far formulas reach: bounds of their inside, and extents of their surface, against looking everywhere.
+#include "shapes/extent.h"
+
+#include "check.h"
+#include "formula/scratch.h"
+#include "formula/tape.h"
+
+namespace {
+
+using bob::Box;
+using bob::Graph;
+using bob::Value;
+using bob::Vec3;
+
+Value ball(Graph& g, double x, double y, double z, double radius) {
+    return sqrt(square(g.x() - x) + square(g.y() - y) + square(g.z() - z)) - radius;
+}
+
+/// Two balls, less a third.
+bob::Expression balls(Graph& g) {
+    return g.expression(max(min(ball(g, 0.4, 0, 0, 0.5), ball(g, -0.3, 0.2, 0.1, 0.6)), -ball(g, 0.6, 0, 0.2, 0.4)));
+}
+
+/// The most of f at the corners of the boxes that are left when each cell of the surface is halved down to the tolerance.
+template <class F>
+double most_of_all(const bob::Cells& cells, F f) {
+    const bob::FormulaKernels& kernels = bob::best_formula_kernels();
+    double most = -std::numeric_limits<double>::infinity();
+    for (const bob::Cells::Cell& cell : cells.cells()) {
+        std::vector<Box> open{bob::Cells::box(cell)};
+        std::vector<bob::Decision> decisions(cells.code(cell).count);
+        while (!open.empty()) {
+            const Box box = open.back();
+            open.pop_back();
+            const Vec3 half = 0.5f * (box.high - box.low);
+            if (2 * half.x <= bob::Cells::tolerance) {
+                for (int i = 0; i < 8; ++i) {
+                    most = std::max(most, f({i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
+                                             i & 4 ? box.high.z : box.low.z}));
+                }
+                continue;
+            }
+            for (int i = 0; i < 8; ++i) {
+                bob::BoxBatch part{};
+                for (int axis = 0; axis < 3; ++axis) {
+                    part.low[axis][0] = box.low[axis] + (i >> axis & 1 ? half[axis] : 0);
+                    part.high[axis][0] = part.low[axis][0] + half[axis];
+                }
+                kernels.bounds(cells.code(cell), part, decisions.data(), bob::scratch(cells.max_registers()));
+                if (!may_change_sign(part, 0)) continue;
+                open.push_back({{part.low[0][0], part.low[1][0], part.low[2][0]},
+                                {part.high[0][0], part.high[1][0], part.high[2][0]}});
+            }
+        }
+    }
+    return most;
+}
+
+}  // namespace
+
+TEST(bounds_hold_the_inside_and_little_more) {
+    for (const double size : {1e-6, 1., 1e6}) {
+        for (const double far : {0., 100.}) {
+            Graph g;
+            const auto found = bob::find_bounds(g.expression(ball(g, far * size, -far * size, 2 * size, size)));
+            CHECK(found.has_value());
+            const double center[3] = {far * size, -far * size, 2 * size};
+            for (int axis = 0; axis < 3; ++axis) {
+                CHECK(found->low[axis] <= center[axis] - size && found->high[axis] >= center[axis] + size);
+                CHECK_LT(found->high[axis] - found->low[axis], 2.8 * size);
+            }
+        }
+    }
+}
+
+TEST(bounds_of_what_has_no_inside_or_no_end) {
+    Graph g;
+    CHECK(!bob::find_bounds(g.expression(square(g.x()) + square(g.y()) + square(g.z()) + 1)).has_value());
+    bool refused = false;
+    try {
+        [[maybe_unused]] const auto found = bob::find_bounds(g.expression(g.x() + g.y() * 0.5));
+    } catch (const std::invalid_argument&) {
+        refused = true;
+    }
+    CHECK(refused);
+}
+
+TEST(bounds_of_formulas_that_overflow_far_out_are_found_nearer) {
+    Graph g;
+    const Value x = g.x(), y = g.y(), z = g.z();
+    const Value heart = power(square(x) + square(y) * 2.25 + square(z) - 1, 3) - (square(x) + square(y) * 0.1125) * power(z, 3);
+    const auto found = bob::find_bounds(g.expression(heart));
+    CHECK(found.has_value());
+    for (int axis = 0; axis < 3; ++axis) {
+        CHECK(found->low[axis] < -0.6 && found->high[axis] > 0.6);
+        CHECK(found->low[axis] > -3 && found->high[axis] < 3);
+    }
+}
+
+TEST(extents_are_those_of_looking_everywhere) {
+    Graph g;
+    const bob::Expression f = balls(g);
+    const bob::Implicit shape(f, bob::Bounds{{-1, -1, -1}, {1, 1, 1}});
+    const double map[12] = {0.9, 0.2, 0, 3, -0.1, 1.1, 0.3, -2, 0, 0.1, 0.7, 0.5}, center[3] = {2.9, -2, 0.4};
+    double bounds[6];
+    bob::placed_bounds(shape, map, bounds);
+    for (int axis = 0; axis < 3; ++axis) {
+        const double* row = map + 4 * axis;
+        const double scale = bob::stretch(row);
+        const auto high = [&](Vec3 p) { return bob::mapped(row, p) / scale; };
+        CHECK_EQ(bounds[3 + axis], scale * most_of_all(shape.cells(), high));
+        CHECK_EQ(bounds[axis], -scale * most_of_all(shape.cells(), [&](Vec3 p) { return -high(p); }));
+    }
+    const auto distance = [&](Vec3 p) {
+        return bob::length(bob::mapped(map, p) - center[0], bob::mapped(map + 4, p) - center[1],
+                           bob::mapped(map + 8, p) - center[2]) / 1.2;
+    };
+    CHECK_EQ(bob::placed_radius(shape, map, center, 1.2), 1.2 * most_of_all(shape.cells(), distance));
+}
+
+TEST(lengths_of_any_size) {
+    CHECK_EQ(bob::length(3, 4, 12), 13.);
+    CHECK_NEAR(bob::length(3e-200, 4e-200, 0) * 1e200, 5., 1e-12);
+    CHECK_NEAR(bob::length(3e200, 4e200, 0) * 1e-200, 5., 1e-12);
+    CHECK_EQ(bob::length(0, 0, 0), 0.);
+}
