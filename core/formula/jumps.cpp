@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "formula/scratch.h"
-#include "formula/tape.h"
 
 namespace bob {
 namespace {
@@ -50,13 +49,13 @@ void find_jumps(const std::vector<Node>& nodes, const std::vector<Decision>& dec
     if (!survey.jump) survey.jump = of_select;
 }
 
-Survey survey(const Expression& f, BoxBatch box) {
+Survey survey(const Tape& tape, BoxBatch box) {
+    const Expression& f = tape.expression();
     std::vector<Decision> decisions;
     const auto decide = [&](const Tape& tape) {
         decisions.assign(tape.decisions().size(), {});
         best_formula_kernels().bounds(tape.code(), box, decisions.data(), scratch(tape.code().registers));
     };
-    const Tape tape(f);
     decide(tape);
     if (box.least[0] >= 0 || box.nowhere & 1) return {Sign::positive, f, {}};
     if (box.most[0] < 0) return {Sign::negative, f, {}};
@@ -123,7 +122,7 @@ struct Apart {
     Sign sign;
 };
 
-std::optional<Apart> taken_out(Graph& graph, const Expression& f, const BoxBatch& box, int jumps_left) {
+std::optional<Apart> taken_out(Graph& graph, const Tape& f, const BoxBatch& box, int jumps_left) {
     const Survey found = survey(f, box);
     // Selects that are too many stay inside: most that people write do not jump at all. Where the sign is known, the
     // formula is still asked for its slope: what jumps from below zero to above is a surface with a normal.
@@ -133,9 +132,9 @@ std::optional<Apart> taken_out(Graph& graph, const Expression& f, const BoxBatch
     if (found.other_jumps) return std::nullopt;
     if (!found.jump) return Apart{graph.copy(found.simpler), found.sign};
     if (jumps_left == 0) return std::nullopt;
-    const auto before = taken_out(graph, on_side(found.simpler, *found.jump, true), box, jumps_left - 1);
+    const auto before = taken_out(graph, Tape(on_side(found.simpler, *found.jump, true)), box, jumps_left - 1);
     if (!before) return std::nullopt;
-    const auto after = taken_out(graph, on_side(found.simpler, *found.jump, false), box, jumps_left - 1);
+    const auto after = taken_out(graph, Tape(on_side(found.simpler, *found.jump, false)), box, jumps_left - 1);
     if (!after) return std::nullopt;
 
     const std::vector<Node>& nodes = found.simpler.nodes();
@@ -159,7 +158,7 @@ Expression without_modulo(const Expression& f) {
     return graph.expression(values.back());
 }
 
-std::optional<Expression> with_jumps_outside(const Expression& f, const BoxBatch& box) {
+std::optional<Expression> with_jumps_outside(const Tape& f, const BoxBatch& box) {
     Graph graph;
     const auto apart = taken_out(graph, f, box, max_jumps);
     if (!apart) return std::nullopt;

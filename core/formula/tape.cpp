@@ -147,8 +147,7 @@ Expression Tape::specialised(std::span<const Decision> decisions, int lane) cons
     outcome.assign(count, itself);
     is_needed.assign(count, 0);
     needed.clear();
-    constants.resize(count);
-    values.resize(count);
+    if (values.size() < count) values.resize(count), constants.resize(count);
     graph.clear();
 
     for (std::size_t at = 0; at < decisions_.size(); ++at) {
@@ -195,7 +194,7 @@ Expression Tape::specialised(std::span<const Decision> decisions, int lane) cons
             default: values[i] = values[node.operand[outcome[i] - first_operand]];
         }
     }
-    return graph.expression(values.back());
+    return graph.expression(values[count - 1]);
 }
 
 }  // namespace bob

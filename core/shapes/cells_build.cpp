@@ -172,7 +172,7 @@ private:
             const Tape& tape = *child.tape;
             child.smooth = std::none_of(tape.decisions().begin(), tape.decisions().end(), may_jump);
             if (!child.smooth) {
-                const auto apart = with_jumps_outside(tape.expression(), boxes_of(at, level, &child.index, 1));
+                const auto apart = with_jumps_outside(tape, boxes_of(at, level, &child.index, 1));
                 if (apart && apart->nodes().back().op == Op::constant) continue;
                 if (apart) {
                     child.tape = std::make_shared<Tape>(std::move(*apart));

@@ -441,7 +441,12 @@ class Points {
     this.count = vertices.length / 3;
     this.address = core.put(vertices);
     this.used = core.allocate(this.count);
-    core.made("mark_used", triangles, triangles.length / 3, this.used, this.count);
+    try {
+      core.made("mark_used", triangles, triangles.length / 3, this.used, this.count);
+    } catch (error) {
+      this.free();
+      throw error;
+    }
   }
 
   /** @param {Matrix} matrix @returns {{low: number[], high: number[]}} of those that a triangle uses, moved by a matrix */

@@ -175,6 +175,7 @@ export class Pool {
 
   /** Ends the workers; what is being opened fails. */
   end() {
+    this.#share = nothing;
     this.#reader.terminate();
     for (const { worker } of this.#tracers.splice(0)) worker.terminate();
     this.#settle(({ reject }) => reject(new Error("another scene was opened")));
