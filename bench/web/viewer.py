@@ -222,7 +222,8 @@ def memory(browser: Browser, server: Server, minutes: float) -> None:
     )
     server.files |= {f"models/{file.name}": file for file in files}
     # A scene, then two files, and so on: all of each in turn.
-    begin, rows, turn, failed = time.perf_counter(), [], 0, 0
+    rows: list[tuple[str, ...]] = []
+    begin, turn, failed = time.perf_counter(), 0, 0
     while (spent := time.perf_counter() - begin) < 60 * minutes:
         if files and turn % 3:
             name = files[(turn - turn // 3 - 1) % len(files)].name
