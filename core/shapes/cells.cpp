@@ -30,10 +30,14 @@ namespace {
 template <int Cuts>
 class Parts {
 public:
-    Parts(const Box& box, const std::function<double(Vec3)>& convex) : low_(box.low), size_((1.f / Cuts) * (box.high - box.low)) {
-        for (int i = 0; i < corners * corners * corners; ++i) {
-            at_corner_[i] = convex(corner({i % corners, i / corners % corners, i / (corners * corners)}));
+    Parts(const Box& box, const Cells::Function& convex) : low_(box.low), size_((1.f / Cuts) * (box.high - box.low)) {
+        std::array<Vec3, corners * corners * corners> points;
+        for (int z = 0, i = 0; z < corners; ++z) {
+            for (int y = 0; y < corners; ++y) {
+                for (int x = 0; x < corners; ++x, ++i) points[static_cast<std::size_t>(i)] = corner({x, y, z});
+            }
         }
+        convex(points, at_corner_);
     }
 
     /// Of part x + Cuts y + Cuts² z.
@@ -69,7 +73,7 @@ private:
 
 }  // namespace
 
-double Cells::maximum(const std::function<double(Vec3)>& convex) const {
+double Cells::maximum(const Function& convex) const {
     struct Candidate {
         double bound;
         std::int32_t child;  // a node or a cell, as in CellGrid

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "box.h"
@@ -52,9 +53,12 @@ public:
     /// Contains all cells.
     [[nodiscard]] const Box& hull() const { return hull_; }
 
+    /// A function of points: writes its value at each.
+    using Function = std::function<void(std::span<const Vec3> points, double* values)>;
+
     /// The largest value of a convex function over the surface, or that of a point at most `tolerance` beyond it; -inf
     /// where there is no surface.
-    [[nodiscard]] double maximum(const std::function<double(Vec3)>& convex) const;
+    [[nodiscard]] double maximum(const Function& convex) const;
 
     [[nodiscard]] int max_registers() const { return max_registers_; }
     [[nodiscard]] std::size_t bytes() const;

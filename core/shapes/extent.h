@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <span>
 
 #include "parallel.h"
 #include "shapes/brep.h"
@@ -14,7 +15,9 @@ namespace bob {
 /// changes no faster than its arguments: so 1e-3 is a share of the shape's size.
 template <class F>
 double maximum(const Implicit& shape, F f) {
-    return shape.cells().maximum([&](Vec3 p) { return f(p, 0.f); });
+    return shape.cells().maximum([&](std::span<const Vec3> points, double* values) {
+        for (const Vec3 p : points) *values++ = f(p, 0.f);
+    });
 }
 template <class F>
 double maximum(const Brep& shape, F f) {
