@@ -46,6 +46,14 @@ private:
     std::uint64_t state_;
 };
 
+/// A comparison, in words. (Not in the macro below, where each check would compile it.)
+template <class A, class B>
+std::string told(const char* comparison, const A& a, const B& b) {
+    std::ostringstream text;
+    text << comparison << ": " << +a << " and " << +b << ", " << name(bob::isa());
+    return text.str();
+}
+
 }  // namespace test
 
 #define TEST(name)                                              \
@@ -53,15 +61,11 @@ private:
     static const test::Register register_##name{#name, name};   \
     static void name()
 
-#define CHECK_COMPARE(a, op, b)                                                              \
-    do {                                                                                     \
-        const auto va = (a);                                                                 \
-        const auto vb = (b);                                                                 \
-        if (!(va op vb)) {                                                                   \
-            std::ostringstream text;                                                         \
-            text << #a " " #op " " #b ": " << +va << " and " << +vb << ", " << name(bob::isa()); \
-            test::fail(__FILE__, __LINE__, text.str());                                      \
-        }                                                                                    \
+#define CHECK_COMPARE(a, op, b)                                                                 \
+    do {                                                                                        \
+        const auto va = (a);                                                                    \
+        const auto vb = (b);                                                                    \
+        if (!(va op vb)) test::fail(__FILE__, __LINE__, test::told(#a " " #op " " #b, va, vb)); \
     } while (false)
 
 #define CHECK_EQ(a, b) CHECK_COMPARE(a, ==, b)
