@@ -66,10 +66,22 @@ TooLarge::TooLarge()
 
 // ---- Expression ------------------------------------------------------------------------------------------
 
+namespace {
+
+void refuse(std::size_t i, const char* what) {
+    throw std::invalid_argument("node " + std::to_string(i) + ": " + what);
+}
+
+}  // namespace
+
+void check_numbers(const Node& node, std::size_t i) {
+    if (node.op == Op::constant && std::isnan(node.value)) refuse(i, "expected a number, got NaN");
+    if (node.op == Op::power && !(std::fabs(node.value) <= max_exponent && node.value == std::floor(node.value))) {
+        refuse(i, "expected a whole exponent of at most 1000");
+    }
+}
+
 Expression::Expression(std::vector<Node> nodes) {
-    const auto refuse = [](std::size_t i, const char* what) {
-        throw std::invalid_argument("node " + std::to_string(i) + ": " + what);
-    };
     if (nodes.empty()) throw std::invalid_argument("expected at least one node, got none");
     if (nodes.size() > Graph::max_nodes) throw TooLarge();
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -78,10 +90,7 @@ Expression::Expression(std::vector<Node> nodes) {
         for (int k = 0; k < operands(node.op); ++k) {
             if (node.operand[k] >= i) refuse(i, "expected operands that come before it");
         }
-        if (node.op == Op::constant && std::isnan(node.value)) refuse(i, "expected a number, got NaN");
-        if (node.op == Op::power && !(std::fabs(node.value) <= max_exponent && node.value == std::floor(node.value))) {
-            refuse(i, "expected a whole exponent of at most 1000");
-        }
+        check_numbers(node, i);
     }
     nodes_ = needed(nodes, static_cast<std::uint32_t>(nodes.size() - 1));
 }

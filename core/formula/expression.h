@@ -1,6 +1,7 @@
 /// Expressions in x, y and z: how formulas, modelled shapes and .vm files all are held.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <stdexcept>
@@ -90,6 +91,9 @@ private:
 
     std::vector<Node> nodes_;
 };
+
+/// Throws std::invalid_argument unless the numbers of the i-th node are ones that formulas have.
+void check_numbers(const Node& node, std::size_t i);
 
 /// The nodes that the one at `root` needs, in order, `root` last.
 [[nodiscard]] std::vector<Node> needed(std::span<const Node> nodes, std::uint32_t root);

@@ -60,12 +60,10 @@ void Graph::clear() {
 }
 
 Expression Graph::expression(Value root) const {
-    // Nodes are as Expression wants them, but for numbers that whoever asked for them got wrong.
+    // Nodes of a graph are in order; their numbers are whoever's asked for them.
+    for (std::uint32_t i = 0; i <= root.index; ++i) check_numbers(nodes_[i], i);
     Expression result;
     result.nodes_ = needed(nodes_, root.index);
-    for (const Node& node : result.nodes_) {
-        if (node.op == Op::constant && std::isnan(node.value)) throw std::invalid_argument("expected a number, got NaN");
-    }
     return result;
 }
 

@@ -262,3 +262,17 @@ TEST(formulas_read_like_formulas) {
     for (int i = 0; i < 100000; ++i) deep = sin(deep) + g.y();
     CHECK_EQ(to_text(g.expression(deep), 50).size(), 50u);
 }
+
+TEST(graphs_refuse_the_numbers_that_expressions_refuse) {
+    for (const double exponent : {2.5, 2000.}) {
+        bob::Graph g;
+        const bob::Value power = g.unary(bob::Op::power, g.x(), exponent);
+        bool refused = false;
+        try {
+            [[maybe_unused]] const bob::Expression f = g.expression(power);
+        } catch (const std::invalid_argument&) {
+            refused = true;
+        }
+        CHECK(refused);
+    }
+}
