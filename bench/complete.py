@@ -25,13 +25,13 @@ from numpy.typing import NDArray
 from report import heading, in_turn, median_ratio, spread, table
 
 import bobrossnet as bob
-from bobrossnet.complete.model import NETWORKS as OF_CORE
-from bobrossnet.complete.model import find_weights
-from bobrossnet.complete.weights import read_weights
+from bobrossnet.completion.network import NETWORKS as OF_CORE
+from bobrossnet.completion.network import find_weights
+from bobrossnet.completion.weights import read_weights
 from bobrossnet.learn.checkpoint import load, save
 from bobrossnet.learn.networks import NETWORKS
 from bobrossnet.machine import extra_memory
-from bobrossnet.render.order import ORDERS
+from bobrossnet.picture.order import ORDERS
 
 THREADS = 2
 SIZES = ((240, 320), (480, 640), (720, 1280), (1080, 1920), (2160, 3840))

@@ -193,7 +193,7 @@ def steepest_slope(example: Example, scene: bob.Scene, count: int = 2**18) -> fl
 
 
 class Rays:
-    """The rays of a picture's pixels that meet the bounding sphere, from there on, as core/trace/camera.h has them.
+    """The rays of a picture's pixels that meet the bounding sphere, from there on, as core/picture/camera.h has them.
 
     Attributes
     ----------

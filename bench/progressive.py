@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from report import heading, in_turn, table
 
 import bobrossnet as bob
-from bobrossnet.render.trace import Tracer
+from bobrossnet.tracing.trace import Tracer
 
 SIZE = (480, 640)
 BUDGETS_MS = (33, 100)

@@ -46,7 +46,7 @@ def pixel_centers(size: tuple[int, int]) -> tuple[F64, F64]:
 
 
 def camera_rays(camera: bob.Camera, size: tuple[int, int]) -> tuple[F32, F32]:
-    """Origins and directions, (n, 3), of every pixel's ray to the unit sphere, as core/trace/camera.h has them."""
+    """Origins and directions, (n, 3), of every pixel's ray to the unit sphere, as core/picture/camera.h has them."""
     right, up, toward = camera_axes(camera)
     x, y = pixel_centers(size)
     origin = x[:, None] * right + y[:, None] * up + 1.2 * toward

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "bindings.h"
-#include "complete/incremental.h"
-#include "complete/known.h"
-#include "complete/paper.h"
-#include "complete/pyramid.h"
+#include "completion/incremental.h"
+#include "completion/known.h"
+#include "completion/paper.h"
+#include "completion/pyramid.h"
 #include "isa.h"
 #include "parallel.h"
-#include "trace/order.h"
+#include "picture/order.h"
 
 using namespace nb::literals;
 

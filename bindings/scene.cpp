@@ -7,8 +7,8 @@
 
 #include "bindings.h"
 #include "parallel.h"
-#include "trace/scene.h"
-#include "trace/trace.h"
+#include "tracing/scene.h"
+#include "tracing/trace.h"
 
 using namespace nb::literals;
 

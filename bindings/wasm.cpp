@@ -21,9 +21,9 @@
 #include "shapes/implicit.h"
 #include "shapes/mesh.h"
 #include "shapes/tube.h"
-#include "trace/order.h"
-#include "trace/scene.h"
-#include "trace/trace.h"
+#include "picture/order.h"
+#include "tracing/scene.h"
+#include "tracing/trace.h"
 
 namespace {
 

@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "complete/known.h"
-#include "complete/paper.h"
-#include "complete/pyramid.h"
+#include "completion/known.h"
+#include "completion/paper.h"
+#include "completion/pyramid.h"
 #include "wasm.h"
 
 namespace {

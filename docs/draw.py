@@ -6,7 +6,7 @@ python docs/draw.py
 from pathlib import Path
 
 import bobrossnet as bob
-from bobrossnet.render.picture import side_by_side, to_8_bit, traced_on_green, write_picture
+from bobrossnet.picture.files import side_by_side, to_8_bit, traced_on_green, write_picture
 
 SIZE = (480, 500)
 FRACTION = 0.05

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.render.picture import GAP, side_by_side, to_8_bit, write_picture
+from bobrossnet.picture.files import GAP, side_by_side, to_8_bit, write_picture
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.words import WORDS
 

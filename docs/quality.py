@@ -22,8 +22,8 @@ from work import MODELS, ROOT, Work
 
 import bobrossnet as bob
 from bobrossnet.atomic import write_whole
-from bobrossnet.complete.filling import FILLINGS
-from bobrossnet.complete.model import weights_path
+from bobrossnet.completion.filling import FILLINGS
+from bobrossnet.completion.network import weights_path
 from bobrossnet.learn.evaluation.costs import Cost, cost_table, measure_costs
 from bobrossnet.learn.evaluation.evaluate import FRACTIONS, evaluate_scenes
 from bobrossnet.learn.evaluation.methods import kept
@@ -33,8 +33,8 @@ from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
 from bobrossnet.learn.evaluation.stability import Stability, measure_stability
 from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
 from bobrossnet.learn.tables import plus_minus, table
-from bobrossnet.render.order import DEFAULT_ORDER, ORDERS, pixel_order
-from bobrossnet.render.picture import side_by_side, to_8_bit, traced_on_green, write_picture
+from bobrossnet.picture.files import side_by_side, to_8_bit, traced_on_green, write_picture
+from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS, pixel_order
 
 UNIFORM = "uniform"  # the report's order
 REPORT = "paper"  # its network

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.render.picture import to_8_bit, write_picture
+from bobrossnet.picture.files import to_8_bit, write_picture
 
 LENGTH, RADIUS = 4.0, 1.0
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.render.picture import to_8_bit, write_picture
+from bobrossnet.picture.files import to_8_bit, write_picture
 
 HEIGHT, WIDTH = SIZE = (480, 640)
 RING, TUBE = 0.65, 0.28  # of a torus within the unit sphere, seen from (0, -1, 1)

@@ -14,7 +14,7 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet import cli
-from bobrossnet.render.picture import CAPTION_HEIGHT, GAP
+from bobrossnet.picture.files import CAPTION_HEIGHT, GAP
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
 

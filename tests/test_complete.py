@@ -14,8 +14,8 @@ from safetensors.numpy import save_file
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.complete.model import load_model
-from bobrossnet.complete.weights import WEIGHTS, read_weights
+from bobrossnet.completion.network import load_model
+from bobrossnet.completion.weights import WEIGHTS, read_weights
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.networks import Paper, Pyramid
 

@@ -11,7 +11,7 @@ import pytest
 
 import bobrossnet as bob
 from bobrossnet import cli
-from bobrossnet.complete.model import load_model, weights_path
+from bobrossnet.completion.network import load_model, weights_path
 from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.dataset import Dataset, Plan

@@ -5,7 +5,7 @@ import onnxruntime
 import pytest
 
 import bobrossnet as bob
-from bobrossnet.complete.model import load_model
+from bobrossnet.completion.network import load_model
 
 
 def test_onnx_equals_the_core(tree, tmp_path):

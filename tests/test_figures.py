@@ -21,7 +21,7 @@ from bobrossnet.learn.figures.convergence import FRACTIONS
 from bobrossnet.learn.figures.graph import INPUT, layers_of
 from bobrossnet.learn.figures.style import COLUMN, DPI, PAGE, new_figure, picture_grid, save, show_picture, style
 from bobrossnet.learn.networks import Paper
-from bobrossnet.render.picture import UNTRACED, to_8_bit
+from bobrossnet.picture.files import UNTRACED, to_8_bit
 
 
 def texts(file):

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bobrossnet.complete.filling import FILLINGS, delaunay_linear, nearest, pull_push, telea
+from bobrossnet.completion.filling import FILLINGS, delaunay_linear, nearest, pull_push, telea
 from bobrossnet.errors import InputError
 from bobrossnet.metrics import ssim
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bobrossnet.complete.model import NETWORKS
+from bobrossnet.completion.network import NETWORKS
 from bobrossnet.learn import networks
 from bobrossnet.machine import extra_memory
 

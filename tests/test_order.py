@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage, stats
 
 import bobrossnet as bob
-from bobrossnet.render.order import DEFAULT_ORDER, ORDERS
+from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
 
 EVERY_ORDER = pytest.mark.parametrize("order", ORDERS)
 TILED = pytest.mark.parametrize("order", [order for order in ORDERS if order != "uniform"])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from models import MODELS, needs_models
 
 import bobrossnet as bob
-from bobrossnet.render.trace import tiled_pixels
+from bobrossnet.tracing.trace import tiled_pixels
 
 SIZE = (90, 120)
 

@@ -15,7 +15,7 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.render.picture import UNTRACED, to_8_bit
+from bobrossnet.picture.files import UNTRACED, to_8_bit
 from bobrossnet.view import VIEWER, export
 
 WIDTH, HEIGHT = 128, 96

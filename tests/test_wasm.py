@@ -12,7 +12,7 @@ import pytest
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.complete.weights import WEIGHTS, read_weights
+from bobrossnet.completion.weights import WEIGHTS, read_weights
 
 wasmtime = pytest.importorskip("wasmtime", reason="wasmtime, which runs WebAssembly, is not installed")
 

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from playwright.sync_api import sync_playwright
 
 import bobrossnet as bob
-from bobrossnet.complete.model import load_model
-from bobrossnet.complete.weights import WEIGHTS
+from bobrossnet.completion.network import load_model
+from bobrossnet.completion.weights import WEIGHTS
 
 HERE = Path(__file__).parent
 PACKAGES = HERE.parents[1] / "build" / "web"

@@ -1,4 +1,4 @@
-#include "trace/order.h"
+#include "picture/order.h"
 
 #include <algorithm>
 #include <numeric>

@@ -11,24 +11,24 @@ import os
 from bobrossnet._core import set_thread_count, thread_count
 from bobrossnet.adapters.container import save_scene
 from bobrossnet.adapters.files import load, load_mesh
-from bobrossnet.complete.model import Completer, complete
+from bobrossnet.completion.network import Completer, complete
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.metrics import psnr, ssim
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.gbuffer import GBuffer, Samples
+from bobrossnet.picture.order import pixel_order
 from bobrossnet.progressive import Frame, progressive
-from bobrossnet.render.camera import Camera
-from bobrossnet.render.gbuffer import GBuffer, Samples
-from bobrossnet.render.order import pixel_order
-from bobrossnet.render.trace import SceneTracer, trace
 from bobrossnet.sdf.formula import implicit
 from bobrossnet.shapes.implicit import Implicit
-from bobrossnet.shapes.instance import Instance
-from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve, nurbs_surface
-from bobrossnet.shapes.scene import Hits, Scene
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tree import happy_tree
 from bobrossnet.shapes.tube import Tube, nurbs_curve, polyline
+from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.material import Material
+from bobrossnet.tracing.scene import Hits, Scene
+from bobrossnet.tracing.trace import SceneTracer, trace
 
 
 def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:

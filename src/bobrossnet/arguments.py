@@ -10,7 +10,7 @@ UP = "the models' axis that points up; y turns them upright (default: z)"
 def size(text: str) -> tuple[int, int]:
     """(height, width) from WIDTHxHEIGHT."""
     from bobrossnet.errors import InputError
-    from bobrossnet.render.order import check_size
+    from bobrossnet.picture.order import check_size
 
     width, x, height = text.lower().partition("x")
     if not (x and width.isdecimal() and height.isdecimal()):

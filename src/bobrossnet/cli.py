@@ -136,15 +136,15 @@ def _parser() -> argparse.ArgumentParser:
 
 def _render(options: argparse.Namespace) -> None:
     import bobrossnet as bob
-    from bobrossnet.complete.model import load_model
-    from bobrossnet.progress import progress
-    from bobrossnet.render.picture import (
+    from bobrossnet.completion.network import load_model
+    from bobrossnet.picture.files import (
         check_picture_path,
         side_by_side,
         to_8_bit,
         traced_on_green,
         write_picture,
     )
+    from bobrossnet.progress import progress
 
     _limit_memory()
     out = check_picture_path(options.out)
@@ -247,8 +247,8 @@ def _pack(options: argparse.Namespace) -> None:
 
 def _info(options: argparse.Namespace) -> None:
     import bobrossnet as bob
-    from bobrossnet.complete.model import find_weights
-    from bobrossnet.complete.weights import read_weights
+    from bobrossnet.completion.network import find_weights
+    from bobrossnet.completion.weights import read_weights
 
     _limit_memory()
     configuration = Path(options.file) / "config.json"

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.complete.model import Model, ModelLike, complete, load_model
+from bobrossnet.completion.network import Model, ModelLike, complete, load_model
 from bobrossnet.errors import InputError, InputTypeError, check_number
-from bobrossnet.render.camera import Camera
-from bobrossnet.render.gbuffer import GBuffer, scatter, untraced_planes
-from bobrossnet.render.order import Size, check_order, check_size, pixel_count, pixel_order
-from bobrossnet.render.trace import SceneTracer, Tracer, check_samples
-from bobrossnet.shapes.scene import SceneLike
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.gbuffer import GBuffer, scatter, untraced_planes
+from bobrossnet.picture.order import Size, check_order, check_size, pixel_count, pixel_order
+from bobrossnet.tracing.scene import SceneLike
+from bobrossnet.tracing.trace import SceneTracer, Tracer, check_samples
 
 MIN_TRACING = 0.25
 """Least time for tracing in a frame, as a share of the time for completing, so that every budget gets to an end."""

@@ -15,9 +15,9 @@ from typing import TypeAlias
 from urllib.parse import quote, unquote, urlsplit
 
 import bobrossnet as bob
-from bobrossnet.complete.weights import WEIGHTS
+from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.errors import InputError, check_integer
-from bobrossnet.shapes.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike
 
 VIEWER = Path(__file__).parent / "viewer"
 GALLERY = "gallery/index.json"

@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.errors import InputError, InputTypeError, check_integer
 from bobrossnet.shapes.implicit import Implicit
-from bobrossnet.shapes.instance import Instance
-from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep
-from bobrossnet.shapes.scene import Scene, SceneLike, as_scene
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tube import Tube
+from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.material import Material
+from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
 ENDING = ".bob"
 FORMAT, VERSION = "bobrossnet-scene", "1"

@@ -37,10 +37,10 @@ from bobrossnet.adapters.vm import read_vm
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.shapes.affine import MAX_COORDINATE
 from bobrossnet.shapes.implicit import Implicit
-from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.mesh import Mesh
-from bobrossnet.shapes.scene import Scene, SceneLike
 from bobrossnet.shapes.shape import Shape
+from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.scene import Scene, SceneLike
 
 READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".ply": read_ply,

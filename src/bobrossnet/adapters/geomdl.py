@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.messages import errors_at, warn_of
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer
-from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
 from bobrossnet.shapes.splines import MAX_DEGREE
+from bobrossnet.tracing.instance import Instance
 
 WORDS: dict[type, str] = {dict: "an object", list: "a list", str: "a string"}
 

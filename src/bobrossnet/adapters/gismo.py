@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from bobrossnet.adapters.grids import numbers
 from bobrossnet.adapters.messages import errors_at, warn_of
 from bobrossnet.errors import InputError
-from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.nurbs import Brep, Face
 from bobrossnet.shapes.splines import MAX_DEGREE
+from bobrossnet.tracing.instance import Instance
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

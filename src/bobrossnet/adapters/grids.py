@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.messages import errors_at
 from bobrossnet.errors import InputError
-from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.nurbs import Brep, Face
 from bobrossnet.shapes.splines import MAX_DEGREE
+from bobrossnet.tracing.instance import Instance
 
 
 def read_bpt(file: Path) -> list[Instance]:

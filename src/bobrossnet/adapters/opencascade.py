@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from bobrossnet.adapters.apart import call_apart
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.errors import InputError
-from bobrossnet.shapes.instance import Instance
-from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
+from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.material import Material
 
 # Bytes at a file's beginning and end that tell what it is.
 LOOKED_AT = 4096

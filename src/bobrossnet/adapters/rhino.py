@@ -22,12 +22,12 @@ from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.adapters.opennurbs import brep_loops
 from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.shapes.affine import IDENTITY, Matrix
-from bobrossnet.shapes.instance import Instance
-from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep, Face, Loop, TrimCurve
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.splines import MAX_DEGREE
+from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.material import Material
 
 # A few blocks within blocks can stand for 2ⁿ shapes, or without end for themselves, and so can layers.
 MAX_IN_BLOCKS = 100_000

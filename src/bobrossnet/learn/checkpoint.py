@@ -2,7 +2,7 @@
 
 A weight file holds a network's tensors under its layers' names. Its header's strings: `format` (this file's version),
 `network` (a name in `NETWORKS`), the network's own settings (`groups`), and `training`, the configuration as JSON. The
-core's reader, complete/weights.py, mirrors it and needs no torch. A checkpoint holds `network.<tensor>`,
+core's reader, completion/weights.py, mirrors it and needs no torch. A checkpoint holds `network.<tensor>`,
 `average.<tensor>` and `optimizer.<parameter>.<tensor>`, and in its header, as JSON, `training`, the configuration,
 `dataset`, what tells the data set from others, and `progress`.
 """
@@ -21,7 +21,7 @@ import torch
 from torch import Tensor, nn
 
 from bobrossnet.atomic import check_writable, write_whole
-from bobrossnet.complete.weights import FORMAT
+from bobrossnet.completion.weights import FORMAT
 from bobrossnet.errors import InputError
 from bobrossnet.learn.config import FREE
 from bobrossnet.learn.networks import NETWORKS, Network

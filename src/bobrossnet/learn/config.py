@@ -15,7 +15,7 @@ from bobrossnet.learn.dataset.loader import DRAWS, FRACTIONS
 from bobrossnet.learn.losses import LOSSES
 from bobrossnet.learn.muon import Muon
 from bobrossnet.learn.networks import NETWORKS
-from bobrossnet.render.order import ORDERS
+from bobrossnet.picture.order import ORDERS
 
 ACCELERATORS = ("auto", "cpu", "cuda")
 PRECISIONS = ("32-true", "bf16-mixed")

@@ -14,7 +14,7 @@ from tensorboardX import SummaryWriter
 
 from bobrossnet.atomic import write_whole
 from bobrossnet.learn.dataset.plan import STAGES
-from bobrossnet.render.picture import UNTRACED, to_8_bit
+from bobrossnet.picture.files import UNTRACED, to_8_bit
 
 Row = dict[str, float]
 """An epoch in numbers, by column of log.csv."""

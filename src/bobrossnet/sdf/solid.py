@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from bobrossnet.errors import InputError
-from bobrossnet.render.camera import Camera
-from bobrossnet.render.order import Size
-from bobrossnet.render.picture import FORMATS, check_picture_path, to_8_bit, write_picture
-from bobrossnet.render.trace import trace
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.files import FORMATS, check_picture_path, to_8_bit, write_picture
+from bobrossnet.picture.order import Size
 from bobrossnet.sdf import words
 from bobrossnet.shapes.implicit import Implicit
+from bobrossnet.tracing.trace import trace
 
 
 class Solid(words.SDF, Implicit):

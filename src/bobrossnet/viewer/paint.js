@@ -3,7 +3,7 @@
 
 /** @typedef {"completed" | "traced" | "split" | "difference"} Mode */
 
-/** Green where no pixel was traced: a colour that no shade of gray is; as in bobrossnet/render/picture.py. */
+/** Green where no pixel was traced: a colour that no shade of gray is; as in bobrossnet/picture/files.py. */
 const UNTRACED = pack(0, 150, 70);
 
 /** How much brighter than it is a difference is shown. */

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError, check_integer
-from bobrossnet.render.camera import Camera
-from bobrossnet.render.order import pixel_order
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.order import pixel_order
 
 SHAPES = 479
 TEST_SHAPES = 10

@@ -21,8 +21,8 @@ from bobrossnet.learn.dataset.plan import Plan
 from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.models import model_files, spread
 from bobrossnet.learn.tables import table
-from bobrossnet.render.gbuffer import GBuffer
-from bobrossnet.render.trace import trace
+from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.tracing.trace import trace
 
 SIZE = 256  # of the views that are measured, pixels
 JUMP = 0.03  # in depth between neighbours, from which there is an edge: at 256 pixels a surface seen at 83° or more

@@ -8,8 +8,8 @@ from statistics import median
 from typing import NamedTuple
 
 import bobrossnet as bob
-from bobrossnet.complete.filling import FILLINGS
-from bobrossnet.complete.model import weights_path
+from bobrossnet.completion.filling import FILLINGS
+from bobrossnet.completion.network import weights_path
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.evaluation.methods import Weights, all_methods, kept, model_names
 from bobrossnet.learn.tables import cell, table

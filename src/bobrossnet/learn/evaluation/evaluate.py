@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet.adapters.files import ALL_ENDINGS
-from bobrossnet.complete.filling import FILLINGS
+from bobrossnet.completion.filling import FILLINGS
 from bobrossnet.errors import InputError, check_integer, check_number
 from bobrossnet.learn.dataset.plan import PATCH, PATCHES, STAGES, Plan
 from bobrossnet.learn.dataset.store import Dataset
@@ -25,8 +25,8 @@ from bobrossnet.learn.evaluation.scenes import Scenes, each_scene, scenes_of_fol
 from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
 from bobrossnet.learn.models import spread
 from bobrossnet.metrics import WINDOW
+from bobrossnet.picture.order import check_size
 from bobrossnet.progress import progress
-from bobrossnet.render.order import check_size
 
 FRACTIONS = (0.01, 0.02, 0.05, 0.10, 0.25, 0.50, 0.75, 1.0)
 MODELS = ("default", "paper")  # what is shipped, and the report's network

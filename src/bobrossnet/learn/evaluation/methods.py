@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.complete.filling import FILLINGS
-from bobrossnet.complete.model import Model, load_model
+from bobrossnet.completion.filling import FILLINGS
+from bobrossnet.completion.network import Model, load_model
 from bobrossnet.errors import InputError
-from bobrossnet.render.order import check_order
+from bobrossnet.picture.order import check_order
 
 Weights: TypeAlias = "str | os.PathLike[str]"
 Method: TypeAlias = Callable[[bob.GBuffer], NDArray[np.float32]]

@@ -13,7 +13,7 @@ from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn.dataset.build import MADE, scene_of
 from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.models import model_files, spread
-from bobrossnet.shapes.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike
 
 Scenes: TypeAlias = Mapping[str, Callable[[], SceneLike]]
 """By its name what makes a scene."""

@@ -298,7 +298,7 @@ def measure_stability(
     orbit_frames : of an orbit at each of `ORBIT_FRACTIONS`, at least 2; each frame has a seed of its own
     orders, seed : of the pixels
         Every method is measured with each of the orders.
-    fillings : names in `bobrossnet.complete.filling.FILLINGS` to compare with
+    fillings : names in `bobrossnet.completion.filling.FILLINGS` to compare with
     repainting : whether networks are also measured as they repaint the traced pixels
 
     Raises

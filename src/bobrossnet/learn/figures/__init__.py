@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bobrossnet.atomic import write_whole
-from bobrossnet.complete.model import load_model
+from bobrossnet.completion.network import load_model
 from bobrossnet.errors import InputError
 from bobrossnet.learn.figures.architecture import draw_full, draw_grouped, draw_unet
 from bobrossnet.learn.figures.convergence import draw_convergence

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bobrossnet as bob
 from bobrossnet.learn.figures.figure import Drawing, Sources
 from bobrossnet.learn.figures.style import picture_grid, show_picture
-from bobrossnet.render.picture import traced_on_green
+from bobrossnet.picture.files import traced_on_green
 
 FRACTIONS = (0.01, 0.05, 0.25, 0.5, 1.0)
 PIXELS = 192  # at most: in larger pictures a single pixel is too small to be seen in print

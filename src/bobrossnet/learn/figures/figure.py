@@ -10,9 +10,9 @@ from typing import NamedTuple, TypeAlias
 from matplotlib.figure import Figure
 
 from bobrossnet.learn.dataset import Dataset
-from bobrossnet.render.camera import Camera
-from bobrossnet.shapes.scene import Scene
+from bobrossnet.picture.camera import Camera
 from bobrossnet.shapes.tree import happy_tree
+from bobrossnet.tracing.scene import Scene
 
 
 @dataclass(frozen=True)

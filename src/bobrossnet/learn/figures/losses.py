@@ -27,9 +27,9 @@ from bobrossnet.learn.figures.style import picture_grid, show_picture
 from bobrossnet.learn.losses import LOSSES, l1, l2, ssim
 from bobrossnet.learn.networks import NETWORKS, Network
 from bobrossnet.learn.train import follow
+from bobrossnet.picture.files import traced_on_green
+from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.progress import Report, progress
-from bobrossnet.render.gbuffer import GBuffer
-from bobrossnet.render.picture import traced_on_green
 
 SAMPLES = 50  # to train on, as in the report
 OTHERS = 100  # to measure on, of the validation split

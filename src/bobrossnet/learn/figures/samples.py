@@ -10,8 +10,8 @@ from bobrossnet.learn.dataset import Dataset
 from bobrossnet.learn.dataset.plan import PATCH, PATCHES, SIZES, STAGES
 from bobrossnet.learn.figures.figure import Drawing, Sources, data_of
 from bobrossnet.learn.figures.style import picture_grid, show_picture
-from bobrossnet.render.gbuffer import GBuffer
-from bobrossnet.render.picture import traced_on_green
+from bobrossnet.picture.files import traced_on_green
+from bobrossnet.picture.gbuffer import GBuffer
 
 SHAPES = 5
 LEAST = 0.25  # share of a patch's pixels with a surface: less shows nothing of its shape

@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bobrossnet.atomic import check_writable, write_whole
-from bobrossnet.render.order import Size
-from bobrossnet.render.picture import to_8_bit
+from bobrossnet.picture.files import to_8_bit
+from bobrossnet.picture.order import Size
 
 COLUMN = 3.5  # inches wide: one column of a page
 PAGE = 7.16  # both columns and what is between them

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.complete.model import load_model
+from bobrossnet.completion.network import load_model
 from bobrossnet.learn.figures.figure import Drawing, Sources
 from bobrossnet.learn.figures.style import BLUE, COLUMN, GRAY, RED, new_figure
 from bobrossnet.machine import processor
-from bobrossnet.render.order import Size
+from bobrossnet.picture.order import Size
 
 SIZES = ((240, 320), (360, 480), (480, 640), (600, 800), (720, 960), (768, 1024), (864, 1152), (960, 1280))
 RUNS = 11

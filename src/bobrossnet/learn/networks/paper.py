@@ -1,6 +1,6 @@
 """The report's network: a U-Net of six 3x3 convolutions, 10,346 parameters.
 
-Its sibling is core/complete/paper.cpp, step for step. Letters in shape comments: N pictures, C channels,
+Its sibling is core/completion/paper.cpp, step for step. Letters in shape comments: N pictures, C channels,
 H and W the padded picture's height and width.
 """
 

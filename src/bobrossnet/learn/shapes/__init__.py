@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from bobrossnet.learn.shapes import carved, implicit, splines
 from bobrossnet.learn.shapes.meshes import procedural_mesh
 from bobrossnet.shapes.affine import rotation, scaling, to_unit_sphere, translation
-from bobrossnet.shapes.instance import Instance
-from bobrossnet.shapes.scene import Scene, SceneLike
+from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.scene import Scene, SceneLike
 
 Family = Callable[[np.random.Generator], SceneLike]
 

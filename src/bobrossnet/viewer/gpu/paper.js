@@ -2,7 +2,7 @@
 /**
  * The report's network: a U-Net of six 3x3 convolutions.
  *
- * Its siblings are learn/networks/paper.py and core/complete/paper.cpp, step for step.
+ * Its siblings are learn/networks/paper.py and core/completion/paper.cpp, step for step.
  */
 import { Then } from "./conv3x3.js";
 import { kernel } from "./kernel.js";

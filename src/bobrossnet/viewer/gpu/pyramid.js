@@ -2,7 +2,7 @@
 /**
  * The default network: a pyramid of means over the traced pixels, completed from coarse to fine.
  *
- * Its siblings are learn/networks/pyramid.py and core/complete/pyramid.cpp, step for step.
+ * Its siblings are learn/networks/pyramid.py and core/completion/pyramid.cpp, step for step.
  */
 import { Then } from "./conv3x3.js";
 import { kernel } from "./kernel.js";

@@ -7,6 +7,6 @@ from collections.abc import Callable
 import numpy as np
 
 from bobrossnet.learn.shapes.carved import parts, things
-from bobrossnet.shapes.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike
 
 FAMILIES: dict[str, Callable[[np.random.Generator], SceneLike]] = {**parts.FAMILIES, **things.FAMILIES}

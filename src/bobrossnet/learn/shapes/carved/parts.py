@@ -12,7 +12,7 @@ from bobrossnet.learn.shapes.copies import around
 from bobrossnet.sdf import d2
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.d3 import ORIGIN, SDF3, X, Y, Z, box, capped_cylinder, cylinder, rounded_box, slab, sphere, torus
-from bobrossnet.shapes.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike
 
 Rng = np.random.Generator
 

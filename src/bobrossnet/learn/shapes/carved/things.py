@@ -23,7 +23,7 @@ from bobrossnet.sdf.d3 import (
     sphere,
     torus,
 )
-from bobrossnet.shapes.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike
 
 Rng = np.random.Generator
 

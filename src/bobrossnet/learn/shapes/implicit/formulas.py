@@ -11,7 +11,7 @@ import numpy as np
 from bobrossnet import implicit
 from bobrossnet.learn.shapes.copies import around
 from bobrossnet.sdf.d3 import SDF3, X, Z, box, capped_cylinder, capsule, cylinder, rounded_box, slab, sphere, torus
-from bobrossnet.shapes.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike
 
 Rng = np.random.Generator
 Field = Callable[[Any, Any, Any], Any]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.learn.shapes.copies import around
 from bobrossnet.sdf.d3 import ORIGIN, SDF3, X, Y, Z, box, capsule, ellipsoid, plane, rounded_box, slab, sphere
-from bobrossnet.shapes.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike
 
 Rng = np.random.Generator
 

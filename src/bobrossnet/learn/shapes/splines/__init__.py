@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from bobrossnet.learn.shapes.splines import sheets, solids, vessels, wires
 from bobrossnet.learn.shapes.splines.parts import Rng
-from bobrossnet.shapes.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike
 
 FAMILIES: dict[str, Callable[[Rng], SceneLike]] = {
     family.__name__: family

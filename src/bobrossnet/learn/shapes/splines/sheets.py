@@ -7,7 +7,7 @@ import numpy as np
 import bobrossnet as bob
 from bobrossnet.learn.shapes.splines import parts
 from bobrossnet.learn.shapes.splines.parts import Rng, Values
-from bobrossnet.shapes.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike
 
 
 def _grid(n: int, m: int) -> tuple[Values, Values]:

@@ -7,7 +7,7 @@ import numpy as np
 import bobrossnet as bob
 from bobrossnet.learn.shapes.splines import parts
 from bobrossnet.learn.shapes.splines.parts import Rng, Values
-from bobrossnet.shapes.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike
 
 _LETTERS = {
     "L": [(0, 0), (3, 0), (3, 1), (1, 1), (1, 4), (0, 4)],

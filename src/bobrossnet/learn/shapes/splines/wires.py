@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 import bobrossnet as bob
 from bobrossnet.learn.shapes.splines import parts
 from bobrossnet.learn.shapes.splines.parts import Rng, Values
-from bobrossnet.shapes.scene import SceneLike
+from bobrossnet.tracing.scene import SceneLike
 
 
 def pipes(rng: Rng) -> SceneLike:

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.complete.weights import WEIGHTS, read_weights
+from bobrossnet.completion.weights import WEIGHTS, read_weights
 from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.render.gbuffer import GBuffer
+from bobrossnet.picture.gbuffer import GBuffer
 
 NETWORKS: dict[str, type[_core.Paper | _core.Pyramid]] = {"paper": _core.Paper, "pyramid": _core.Pyramid}
 """By the name that a weight file gives."""

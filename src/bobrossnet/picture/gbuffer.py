@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.render.order import Size, check_size, pixel_count, pixel_order
+from bobrossnet.picture.order import Size, check_size, pixel_count, pixel_order
 
 F32 = NDArray[np.float32]
 

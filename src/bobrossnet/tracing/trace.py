@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.render.camera import Camera
-from bobrossnet.render.gbuffer import GBuffer, Samples, scatter, untraced_planes
-from bobrossnet.render.order import Size, check_order, check_size, pixel_count, pixel_order
-from bobrossnet.shapes.scene import SceneLike, as_scene
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.gbuffer import GBuffer, Samples, scatter, untraced_planes
+from bobrossnet.picture.order import Size, check_order, check_size, pixel_count, pixel_order
+from bobrossnet.tracing.scene import SceneLike, as_scene
 
 Tracer: TypeAlias = Callable[[NDArray[np.int32]], Samples]
 """From pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds."""

@@ -22,8 +22,8 @@ from bobrossnet.shapes.affine import (
     from_unit_sphere,
     to_unit_sphere,
 )
-from bobrossnet.shapes.instance import Instance
 from bobrossnet.shapes.shape import Shape, bounding_sphere
+from bobrossnet.tracing.instance import Instance
 
 SceneLike: TypeAlias = Union["Scene", Instance, Shape, "Iterable[SceneLike]"]
 

@@ -1,4 +1,4 @@
-#include "complete/weights.h"
+#include "completion/weights.h"
 
 #include <stdexcept>
 

@@ -1,4 +1,4 @@
-#include "complete/paper.h"
+#include "completion/paper.h"
 
 #include <algorithm>
 #include <utility>

@@ -4,9 +4,9 @@
 #include <functional>
 #include <span>
 
-#include "trace/camera.h"
-#include "trace/gbuffer.h"
-#include "trace/scene.h"
+#include "picture/camera.h"
+#include "picture/gbuffer.h"
+#include "tracing/scene.h"
 
 namespace bob {
 

@@ -10,7 +10,7 @@
 #include "affine.h"
 #include "shapes/boxes.h"
 #include "shapes/shape.h"
-#include "trace/shading.h"
+#include "tracing/shading.h"
 
 namespace bob {
 

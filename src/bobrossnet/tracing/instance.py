@@ -10,8 +10,8 @@ import numpy as np
 
 from bobrossnet.errors import InputTypeError
 from bobrossnet.shapes.affine import IDENTITY, Matrix, check_map, rotation, scaling, translation
-from bobrossnet.shapes.material import Material
 from bobrossnet.shapes.shape import Shape
+from bobrossnet.tracing.material import Material
 
 Z = (0.0, 0.0, 1.0)
 

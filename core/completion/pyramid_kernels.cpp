@@ -1,4 +1,4 @@
-#include "complete/pyramid_kernels.h"
+#include "completion/pyramid_kernels.h"
 
 #include <algorithm>
 

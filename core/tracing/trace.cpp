@@ -1,11 +1,11 @@
-#include "trace/trace.h"
+#include "tracing/trace.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "parallel.h"
-#include "trace/shading.h"
+#include "tracing/shading.h"
 
 namespace bob {
 namespace {

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "complete/conv3x3_kernels.h"
-#include "complete/planes.h"
+#include "completion/conv3x3_kernels.h"
+#include "completion/planes.h"
 
 namespace bob {
 

@@ -2,11 +2,11 @@
 #include <stdexcept>
 
 #include "check.h"
-#include "complete/conv3x3.h"
-#include "complete/incremental.h"
-#include "complete/known.h"
-#include "complete/paper.h"
-#include "complete/pyramid.h"
+#include "completion/conv3x3.h"
+#include "completion/incremental.h"
+#include "completion/known.h"
+#include "completion/paper.h"
+#include "completion/pyramid.h"
 #include "meshes.h"
 
 using bob::Planes;

@@ -1,4 +1,4 @@
-#include "trace/scene.h"
+#include "tracing/scene.h"
 
 #include <algorithm>
 #include <cmath>

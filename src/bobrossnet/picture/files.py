@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.errors import InputError
-from bobrossnet.render.gbuffer import GBuffer
+from bobrossnet.picture.gbuffer import GBuffer
 
 F32 = NDArray[np.float32]
 U8 = NDArray[np.uint8]

@@ -1,4 +1,4 @@
-#include "trace/trace.h"
+#include "tracing/trace.h"
 
 #include <memory>
 
@@ -6,7 +6,7 @@
 #include "meshes.h"
 #include "parallel.h"
 #include "shapes/mesh.h"
-#include "trace/shading.h"
+#include "tracing/shading.h"
 
 namespace {
 

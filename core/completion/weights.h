@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "complete/conv3x3.h"
+#include "completion/conv3x3.h"
 
 namespace bob {
 

@@ -1,4 +1,4 @@
-#include "complete/conv3x3.h"
+#include "completion/conv3x3.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "complete/pyramid.h"
+#include "completion/pyramid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "complete/pyramid_kernels.h"
+#include "completion/pyramid_kernels.h"
 #include "parallel.h"
 
 namespace bob {

@@ -1,4 +1,4 @@
-#include "complete/conv3x3_kernels.h"
+#include "completion/conv3x3_kernels.h"
 
 #include <algorithm>
 

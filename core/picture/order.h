@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "trace/gbuffer.h"
+#include "picture/gbuffer.h"
 
 namespace bob {
 

@@ -5,9 +5,9 @@
 #include <functional>
 #include <vector>
 
-#include "complete/conv3x3.h"
-#include "complete/spare.h"
-#include "complete/weights.h"
+#include "completion/conv3x3.h"
+#include "completion/spare.h"
+#include "completion/weights.h"
 
 namespace bob {
 

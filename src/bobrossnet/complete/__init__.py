@@ -1,1 +1,0 @@
-"""Completion: networks that fill in the pixels that were not traced."""

@@ -1,0 +1,1 @@
+"""Completion: networks and fillings that fill in the pixels that were not traced."""

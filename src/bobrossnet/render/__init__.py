@@ -1,1 +1,0 @@
-"""Rendering: cameras, pixel orders, tracers, G-buffers, and pictures of them."""

@@ -1,0 +1,1 @@
+"""Tracing: scenes of shapes, their materials, and the tracer."""
