@@ -53,7 +53,7 @@ foreach(part completion tracing)
   endforeach()
 endforeach()
 compile_wasm(completion_objects parallel_single ${CMAKE_SOURCE_DIR}/core/parallel_single.cpp ${wasm_flags})
-compile_wasm(completion_objects wasm_complete ${CMAKE_SOURCE_DIR}/bindings/wasm_complete.cpp ${wasm_flags})
+compile_wasm(completion_objects wasm_completion ${CMAKE_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags})
 compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags})
 
 # Links objects to the module NAME.wasm.

@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 from report import heading, in_turn, median_ratio, spread, table
 
 import bobrossnet as bob
-from bobrossnet.completion.network import NETWORKS as OF_CORE
-from bobrossnet.completion.network import find_weights
+from bobrossnet.completion.network import find_weights, make_network
 from bobrossnet.completion.weights import read_weights
 from bobrossnet.learn.checkpoint import load, save
 from bobrossnet.learn.networks import NETWORKS
@@ -48,14 +47,8 @@ def rivals(weights: Path, onnx: Path, stack: NDArray[np.float32]) -> dict[str, C
 
     def core() -> Run:
         metadata, tensors = read_weights(weights)
-        network = OF_CORE[metadata["network"]](tensors)
-
-        def run() -> NDArray[np.float32]:
-            gray = np.empty(size, np.float32)
-            network(stack, gray)
-            return gray
-
-        return run
+        network, gbuffer = make_network(metadata, tensors), bob.GBuffer.from_stack(stack)
+        return lambda: network.predict(gbuffer)
 
     def pytorch() -> Run:
         network = load(weights)[0].eval()

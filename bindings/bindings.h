@@ -10,6 +10,8 @@
 #include <memory>
 #include <span>
 
+#include "picture/channels.h"
+
 namespace nb = nanobind;
 
 template <class T, nb::ssize_t... Shape>
@@ -17,7 +19,9 @@ using Array = nb::ndarray<T, nb::numpy, nb::shape<Shape...>, nb::c_contig, nb::d
 
 using Points = Array<const float, -1, 3>;
 using Pixels = Array<const std::int32_t, -1, 2>;
-using Image = Array<float, -1, -1>;
+using Samples = Array<float, -1, -1>;     // (n, C)
+using Planes = Array<float, -1, -1, -1>;  // (C, height, width)
+using ConstPlanes = Array<const float, -1, -1, -1>;
 
 inline void expect(bool condition, const char* what) {
     if (!condition) throw nb::value_error(what);
@@ -58,9 +62,16 @@ void interruptible(Work work) {
     if (raised) throw nb::python_error();
 }
 
+/// Raises ValueError unless the pixels lie within the image.
+void check_pixels(const Pixels& pixels, int height, int width);
+/// Raises ValueError unless there are `count` samples of the layout's width.
+void check_width(const bob::Layout& layout, std::size_t count, const Samples& samples);
+
+void bind_completion(nb::module_& m);
 void bind_formula(nb::module_& m);
 void bind_language(nb::module_& m);
 void bind_modelling(nb::module_& m);
 void bind_nurbs(nb::module_& m);
+void bind_picture(nb::module_& m);
 void bind_scene(nb::module_& m);
 void bind_shapes(nb::module_& m);

@@ -59,36 +59,13 @@ void closest_hits(const bob::Scene& scene, const Points& origins, const Points& 
     });
 }
 
-void check_pixels(const Pixels& pixels, int height, int width) {
-    for (const bob::Pixel p : items<bob::Pixel>(pixels)) {
-        expect(p.row >= 0 && p.row < height && p.column >= 0 && p.column < width, "pixels: outside the image");
-    }
-}
-
-bob::Samples samples(const Pixels& pixels, const Array<float, -1>& gray, const Array<float, -1>& depth,
-                     const Array<float, -1, 2>& normal, const Array<bool, -1>& hit) {
-    const std::size_t count = pixels.shape(0);
-    expect(gray.shape(0) == count && depth.shape(0) == count && normal.shape(0) == count && hit.shape(0) == count,
-           "samples: expected one for each pixel");
-    return {gray.data(), depth.data(), normal.data(), hit.data()};
-}
-
-void trace(const bob::Scene& scene, float azimuth, float elevation, float roll, float zoom, int height, int width,
-           const Pixels& pixels, const Array<float, -1>& gray, const Array<float, -1>& depth,
-           const Array<float, -1, 2>& normal, const Array<bool, -1>& hit) {
+void trace(const bob::Scene& scene, const bob::Camera& camera, int height, int width, const Pixels& pixels,
+           const bob::Layout& layout, const Samples& samples) {
     check_pixels(pixels, height, width);
-    const bob::Samples out = samples(pixels, gray, depth, normal, hit);
+    check_width(layout, pixels.shape(0), samples);
     interruptible([&](const auto& keep_going) {
-        bob::trace(scene, {azimuth, elevation, roll, zoom}, height, width, items<bob::Pixel>(pixels), out, keep_going);
+        bob::trace(scene, camera, height, width, items<bob::Pixel>(pixels), layout, samples.data(), keep_going);
     });
-}
-
-void scatter(const Pixels& pixels, const Array<float, -1>& gray, const Array<float, -1>& depth,
-             const Array<float, -1, 2>& normal, const Array<bool, -1>& hit, const Array<float, 5, -1, -1>& planes) {
-    check_pixels(pixels, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)));
-    const bob::Samples from = samples(pixels, gray, depth, normal, hit);
-    const nb::gil_scoped_release release;
-    bob::scatter(items<bob::Pixel>(pixels), from, planes.data(), planes.shape(1), planes.shape(2));
 }
 
 }  // namespace
@@ -99,11 +76,7 @@ void bind_scene(nb::module_& m) {
              "materials"_a.noconvert())
         .def("closest_hits", &closest_hits, "origins"_a.noconvert(), "directions"_a.noconvert(), "t"_a.noconvert(),
              "instance"_a.noconvert(), "primitive"_a.noconvert(), "u"_a.noconvert(), "v"_a.noconvert())
-        .def("trace", &trace, "azimuth"_a, "elevation"_a, "roll"_a, "zoom"_a, "height"_a, "width"_a,
-             "pixels"_a.noconvert(), "gray"_a.noconvert(), "depth"_a.noconvert(), "normal"_a.noconvert(),
-             "hit"_a.noconvert())
+        .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "layout"_a,
+             "samples"_a.noconvert())
         .def_prop_ro("bytes", &bob::Scene::bytes);
-
-    m.def("scatter", &scatter, "pixels"_a.noconvert(), "gray"_a.noconvert(), "depth"_a.noconvert(),
-          "normal"_a.noconvert(), "hit"_a.noconvert(), "planes"_a.noconvert());
 }

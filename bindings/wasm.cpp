@@ -311,20 +311,13 @@ bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const doub
 }
 EXPORT(free_scene) void free_scene(bob::Scene* scene) { delete scene; }
 
-/// Traces pixels, (count, 2). samples: (count, 4), gray, depth, normal x and y, all 0 where a ray missed.
+/// Traces pixels, (count, 2). camera: its numbers in the order of bob::Camera; samples: (count, C) of the G-buffer's layout.
 EXPORT(trace)
-bool trace(const bob::Scene* scene, float azimuth, float elevation, float roll, float zoom, float pan_x, float pan_y,
-           std::int32_t height, std::int32_t width, const std::int32_t* pixels, std::size_t count, float* samples) {
+bool trace(const bob::Scene* scene, const bob::Camera* camera, std::int32_t height, std::int32_t width,
+           const std::int32_t* pixels, std::size_t count, float* samples) {
     return attempt([&] {
         const std::span all(reinterpret_cast<const bob::Pixel*>(pixels), count);
-        std::vector<float> gray(count), depth(count), normal(2 * count);
-        const auto hit = std::make_unique<bool[]>(count);
-        bob::trace(*scene, {azimuth, elevation, roll, zoom, pan_x, pan_y}, height, width, all,
-                   {gray.data(), depth.data(), normal.data(), hit.get()});
-        for (std::size_t i = 0; i < count; ++i, samples += 4) {
-            samples[0] = gray[i], samples[1] = depth[i], samples[2] = normal[2 * i], samples[3] = normal[2 * i + 1];
-        }
-        return true;
+        return bob::trace(*scene, *camera, height, width, all, bob::gbuffer_layout(), samples);
     });
 }
 

@@ -14,8 +14,8 @@ from safetensors.numpy import save_file
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.completion.network import load_model
-from bobrossnet.completion.weights import WEIGHTS, read_weights
+from bobrossnet.completion.network import load_network, make_network
+from bobrossnet.completion.weights import DEFAULTS, WEIGHTS, read_weights
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.networks import Paper, Pyramid
 
@@ -53,14 +53,14 @@ def test_core_equals_pytorch(size, groups, every_instruction_set):
     """Within 1e-5: both sum in float32, in another order. Weights of unit scale, larger than trained ones."""
     torch.manual_seed(0)
     network = Paper(groups=groups).eval()
-    core = _core.Paper({name: tensor.numpy() for name, tensor in network.state_dict().items()})
+    tensors = {name: tensor.numpy() for name, tensor in network.state_dict().items()}
+    core = make_network({"network": "paper", **DEFAULTS}, tensors)
     stack = np.random.default_rng(0).random((5, *size), dtype=np.float32)
     with torch.no_grad():
         expected = network(torch.from_numpy(stack)[None])[0, 0].numpy()
     for name in every_instruction_set:
         _core.set_isa(name)
-        gray = np.full(size, np.nan, np.float32)
-        core(stack, gray)
+        gray = core.predict(bob.GBuffer.from_stack(stack))
         assert np.abs(gray - expected).max() < 1e-5, name
 
 
@@ -73,21 +73,20 @@ def test_shipped_weights_equal_pytorch(tree, every_instruction_set):
         expected = network(torch.from_numpy(part.stack().copy())[None])[0, 0].numpy()
     for name in every_instruction_set:
         _core.set_isa(name)
-        assert np.abs(load_model("paper").predict(part) - expected).max() < 1e-5, name
+        assert np.abs(load_network("paper").predict(part) - expected).max() < 1e-5, name
 
 
 @pytest.mark.parametrize("size", SIZES)
 def test_pyramid_equals_pytorch(size, pyramid, every_instruction_set):
     network = checkpoint.load(pyramid)[0].eval()
-    core = load_model(pyramid).run
+    core = load_network(pyramid)
     for density in (0, 0.001, 0.01, 0.1, 1):
         stack = noise(size, density)
         with torch.no_grad():
             expected = network(torch.from_numpy(stack)[None])[0, 0].numpy()
         for name in every_instruction_set:
             _core.set_isa(name)
-            gray = np.full(size, np.nan, np.float32)
-            core(stack, gray)
+            gray = core.predict(bob.GBuffer.from_stack(stack))
             assert np.abs(gray - expected).max() < 1e-5, (name, density)
             assert np.array_equal(gray == 0, expected == 0), (name, density)
 
@@ -100,7 +99,7 @@ def test_pyramid_of_other_widths(tmp_path, monkeypatch, tree):
     monkeypatch.setattr(python, "HANDED_ON", {1: 1, 2: 5, 3: 2, 4: 0})
     network = Pyramid().eval()
     checkpoint.save(tmp_path / "small.safetensors", network)
-    model = load_model(tmp_path / "small.safetensors")
+    model = load_network(tmp_path / "small.safetensors")
     part = bob.trace(tree, size=(60, 81), fraction=0.1)
     with torch.no_grad():
         expected = network(torch.from_numpy(part.stack().copy())[None])[0, 0].numpy()
@@ -156,7 +155,7 @@ def test_from_several_threads_at_once(tree, pyramid):
 
 
 def test_nothing_known_or_everything_extreme_is_finite(pyramid):
-    model = load_model(pyramid)
+    model = load_network(pyramid)
     stack = np.zeros((5, 70, 90), np.float32)
     assert np.isfinite(model.predict(bob.GBuffer.from_stack(stack.copy()))).all()
     stack[:] = 1
@@ -169,7 +168,7 @@ def test_models_by_name_and_path(tree, tmp_path):
     copy = tmp_path / "mine.safetensors"
     shutil.copy(PAPER, copy)
     paper, default = bob.complete(part, model="paper"), bob.complete(part)
-    for model in (copy, str(copy), load_model("paper")):
+    for model in (copy, str(copy), load_network("paper")):
         assert np.array_equal(bob.complete(part, model=model), paper)
     assert np.array_equal(bob.complete(part, model="default"), default)
     assert not np.array_equal(paper, default)
@@ -208,6 +207,18 @@ def changed_weights(file, metadata=None, **changed):
             "expected weights of format bobrossnet-1, got format 'pt'",
         ),
         (lambda f: changed_weights(f, {"format": "bobrossnet-1", "network": "oil"}), "got 'oil'"),
+        (
+            lambda f: changed_weights(f, {"format": "bobrossnet-1", "network": "paper", "inputs": "mask,albedo"}),
+            "expected channels among mask,gray,depth,normal, got 'albedo'",
+        ),
+        (
+            lambda f: changed_weights(f, {"format": "bobrossnet-1", "network": "paper", "outputs": "depth"}),
+            "outputs: expected gray, got depth",
+        ),
+        (
+            lambda f: changed_weights(f, {"format": "bobrossnet-1", "network": "pyramid", "inputs": "mask,gray"}),
+            "inputs: expected mask,gray,depth,normal, got mask,gray",
+        ),
         (lambda f: changed_weights(f, encoded_bias=None), "encoded.bias: expected in the weights, not found"),
         (
             lambda f: changed_weights(f, encode1_weight=np.zeros((20, 4, 3, 3), np.float32)),
@@ -255,7 +266,7 @@ def test_a_pyramid_that_does_not_fit_is_named(changed, message, pyramid, tmp_pat
     file = tmp_path / "bad.safetensors"
     save_file({name: tensor for name, tensor in tensors.items() if tensor is not None}, file, metadata)
     with pytest.raises(bob.InputError, match=re.escape(f"bad.safetensors: {message}")):
-        load_model(file)
+        load_network(file)
 
 
 @pytest.mark.parametrize(

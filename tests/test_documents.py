@@ -131,7 +131,7 @@ def test_readme_map_is_the_tree():
 
 
 def test_shading_constants_are_the_codes():
-    code = (ROOT / "core/tracing/shading.h").read_text()
+    code = (ROOT / "core/tracing/material.h").read_text()
     ambient, diffuse, specular, shininess = re.search(
         r"ambient = (.+)f, diffuse = (.+)f, specular = (.+)f, shininess = (.+);", code
     ).groups()

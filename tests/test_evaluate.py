@@ -11,7 +11,7 @@ import pytest
 
 import bobrossnet as bob
 from bobrossnet import cli
-from bobrossnet.completion.network import load_model, weights_path
+from bobrossnet.completion.network import load_network, weights_path
 from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.dataset import Dataset, Plan
@@ -282,7 +282,7 @@ def test_evaluation_of_a_folder(models: Path) -> None:
     image = bob.complete(part, model="paper")
     expected = [bob.ssim(image, full.gray), bob.psnr(image, full.gray), flip(image, full.gray)]
     assert result.scores["paper kept", "uniform"][3, 0].tolist() == expected
-    painted = np.clip(load_model("paper").predict(part), 0, 1)
+    painted = np.clip(load_network("paper").predict(part), 0, 1)
     np.testing.assert_array_equal(painted[part.mask == 0], image[part.mask == 0])
     assert result.scores["paper raw", "uniform"][3, 0, 0] == bob.ssim(painted, full.gray)
 

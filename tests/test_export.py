@@ -5,7 +5,7 @@ import onnxruntime
 import pytest
 
 import bobrossnet as bob
-from bobrossnet.completion.network import load_model
+from bobrossnet.completion.network import load_network
 
 
 def test_onnx_equals_the_core(tree, tmp_path):
@@ -16,7 +16,7 @@ def test_onnx_equals_the_core(tree, tmp_path):
         part = bob.trace(tree, size=size, fraction=0.2)
         (gray,) = session.run(["gray"], {"gbuffer": part.stack()[None]})
         assert gray.shape == (1, 1, *size)
-        assert np.abs(gray[0, 0] - load_model("paper").predict(part)).max() < 1e-5
+        assert np.abs(gray[0, 0] - load_network("paper").predict(part)).max() < 1e-5
 
 
 def test_mistakes_are_named(tmp_path):

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bobrossnet.completion.network import NETWORKS
+from bobrossnet import _core
 from bobrossnet.learn import networks
 from bobrossnet.machine import extra_memory
 
@@ -32,13 +32,16 @@ def test_kernels_share_no_code():
         assert not [line for line in shared if "DW.ref.__gxx_personality" not in line], file
 
 
-@pytest.mark.parametrize("name", NETWORKS)
+@pytest.mark.parametrize("name", networks.NETWORKS)
 def test_a_4k_picture_needs_32_mb(name):
     """Beside its input and its output, of which the pages are touched before."""
     tensors = networks.NETWORKS[name]().state_dict()
-    network = NETWORKS[name]({key: tensor.numpy() for key, tensor in tensors.items()})
-    stack, gray = np.ones((5, 2160, 3840), np.float32), np.ones((2160, 3840), np.float32)
-    needed = extra_memory(lambda: network(stack, gray))
+    layout = _core.gbuffer_layout()
+    network = _core.Network(
+        name, {key: tensor.numpy() for key, tensor in tensors.items()}, layout, _core.Layout("gray")
+    )
+    stack, gray = np.ones((5, 2160, 3840), np.float32), np.ones((1, 2160, 3840), np.float32)
+    needed = extra_memory(lambda: network(layout, stack, gray))
     if needed is None:
         pytest.skip("this system does not tell how much memory a process needs")
     assert needed < 32 * 2**20

@@ -6,6 +6,7 @@ import pytest
 import torch
 from torch import nn
 
+from bobrossnet.completion.weights import DEFAULTS
 from bobrossnet.errors import InputError
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.networks import Paper
@@ -97,9 +98,9 @@ def test_receptive_field() -> None:
 def test_weight_file_round_trip(tmp_path: Path, groups: int) -> None:
     path, network = tmp_path / "weights.safetensors", Paper(groups)
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-    checkpoint.save(path, network, {"training": "{}"})
+    checkpoint.save(path, network, {"training": "{}", **DEFAULTS})
     again, header = checkpoint.load(path)
-    assert header == {"format": "bobrossnet-1", "network": "paper", "groups": str(groups), "training": "{}"}
+    assert header == {"format": "bobrossnet-1", "network": "paper", "groups": str(groups), "training": "{}", **DEFAULTS}
     gbuffer = torch.rand(1, 5, 9, 13)
     torch.testing.assert_close(again(gbuffer), network(gbuffer))
     assert set(again.state_dict()) == {f"{layer}.{kind}" for layer in LAYERS for kind in ("weight", "bias")}

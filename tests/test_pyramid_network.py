@@ -8,6 +8,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from bobrossnet.completion.weights import DEFAULTS
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.networks import Pyramid
 from bobrossnet.learn.networks.pyramid import FEATURES, HANDED_ON, KNOWN, LEVELS
@@ -168,9 +169,9 @@ def test_receptive_field() -> None:
 def test_weight_file_round_trip(tmp_path: Path) -> None:
     path, network = tmp_path / "weights.safetensors", with_biases(Pyramid())
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-    checkpoint.save(path, network, {"training": "{}"})
+    checkpoint.save(path, network, {"training": "{}", **DEFAULTS})
     again, header = checkpoint.load(path)
-    assert header == {"format": "bobrossnet-1", "network": "pyramid", "training": "{}"}
+    assert header == {"format": "bobrossnet-1", "network": "pyramid", "training": "{}", **DEFAULTS}
     gbuffer = sparse((9, 70), 0.1)
     torch.testing.assert_close(again(gbuffer), network(gbuffer))
     assert again.settings() == {}

@@ -12,7 +12,8 @@ import pytest
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.completion.weights import WEIGHTS, read_weights
+from bobrossnet.completion.network import make_network
+from bobrossnet.completion.weights import DEFAULTS, WEIGHTS, read_weights
 
 wasmtime = pytest.importorskip("wasmtime", reason="wasmtime, which runs WebAssembly, is not installed")
 
@@ -56,9 +57,7 @@ def noise(size, density=0.1):
 
 
 def python_network(network, tensors, stack):
-    gray = np.full(stack.shape[1:], np.nan, np.float32)
-    {"paper": _core.Paper, "pyramid": _core.Pyramid}[network](tensors)(stack, gray)
-    return gray
+    return make_network({"network": network, **DEFAULTS}, tensors).predict(bob.GBuffer.from_stack(stack))
 
 
 # ---- Modules ---------------------------------------------------------------------------------------------
@@ -102,8 +101,9 @@ def test_known_pixels_are_kept(core):
     gray = np.linspace(-1, 2, 9 * 14, dtype=np.float32).reshape(9, 14)
     gray[3, 3] = np.nan
     expected = gray.copy()
-    _core.keep_known(stack, expected)
-    core.call("keep_known", stack, gray.size, gray)
+    _core.keep_known(_core.gbuffer_layout(), stack, _core.Layout("gray"), expected[None])
+    _, tensors = read_weights(WEIGHTS / "paper.safetensors")
+    core.made("keep_known", core.network("paper", tensors), stack, gray.size, gray)
     np.testing.assert_array_equal(gray, expected)
 
 

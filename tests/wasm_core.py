@@ -91,7 +91,7 @@ class WasmCore:
     # ---- Networks ----------------------------------------------------------------------------------------
 
     def network(self, name, tensors):
-        weights = self.made("make_weights")
+        weights = self.made("make_weights", "mask,gray,depth,normal", "gray")
         addresses = []
         for key, tensor in tensors.items():
             addresses.append(self._put(tensor.tobytes()))
@@ -168,10 +168,12 @@ class WasmCore:
         return self.made("make_scene", np.array(handles, np.uint32), len(handles), to_shape, boxes, materials)
 
     def trace(self, scene, camera, size, pixels):
-        planes, samples = np.zeros((5, *size), np.float32), np.full((len(pixels), 4), np.nan, np.float32)
-        placed = (camera.azimuth, camera.elevation, camera.roll, camera.zoom, 0, 0)
-        self.made("trace", scene, *map(float, placed), *size, pixels, len(pixels), samples)
-        assert self.made("add_samples", pixels, samples, len(pixels), planes, *size) == len(pixels)
+        planes, samples = np.zeros((5, *size), np.float32), np.full((len(pixels), 5), np.nan, np.float32)
+        placed = np.array([camera.azimuth, camera.elevation, camera.roll, camera.zoom, 0, 0], np.float32)
+        self.made("trace", scene, placed, *size, pixels, len(pixels), samples)
+        traced = np.zeros(1, np.uint32)
+        self.made("add_samples", pixels, samples, len(pixels), planes, *size, traced)
+        assert traced[0] == len(pixels)
         return planes
 
 

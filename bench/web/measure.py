@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from playwright.sync_api import sync_playwright
 
 import bobrossnet as bob
-from bobrossnet.completion.network import load_model
+from bobrossnet.completion.network import load_network
 from bobrossnet.completion.weights import WEIGHTS
 
 HERE = Path(__file__).parent
@@ -75,7 +75,7 @@ def main() -> None:
         for name in ("paper", "default"):
             shutil.copy(WEIGHTS / f"{name}.safetensors", root)
             bob.export(name, str(root / f"{name}.onnx"))
-            expected = known_kept(part, load_model(name).predict(part).ravel())
+            expected = known_kept(part, load_network(name).predict(part).ravel())
             page = browser.new_page()
             page.goto(f"http://127.0.0.1:{server.server_port}/page.html")
             settings = {"name": name, "height": height, "width": width, "runs": arguments.runs}

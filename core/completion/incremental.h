@@ -7,6 +7,7 @@
 #include <functional>
 #include <vector>
 
+#include "completion/network.h"
 #include "parallel.h"
 
 namespace bob {
@@ -27,20 +28,19 @@ struct Rectangle {
     }
 };
 
-/// What a network makes of a picture, computed again only where it can be another than at the last call: in tiles of the
-/// picture that differ, and as far around them as the network reaches. Of those, a piece of the picture is completed by
-/// itself, with as much around it as it needs, and from a multiple of the network's grid on: to the bit what the network
-/// makes of all. Keeps the last picture and its G-buffer. For one thread at a time.
-///
-/// A network has reach(), how many pixels away one pixel can make a difference, and grid(), from whose multiples on it
-/// treats all pixels as it does from the first on.
-template <class Network>
+/// What a network makes of a picture, recomputed only where it may have changed since the last call: in tiles of the
+/// picture that differ, and as far around them as the network reaches. A piece of the picture is completed by itself, with
+/// as much around it as it needs, and from a multiple of the network's grid on: to the bit what the network makes of the
+/// whole picture. Keeps the last picture and its G-buffer. For one thread at a time.
 class Incremental {
 public:
-    explicit Incremental(const Network& network) : network_(network) {}
+    explicit Incremental(const Network& network)
+        : network_(network), inputs_(network.inputs().width()), outputs_(network.outputs().width()) {}
+
+    [[nodiscard]] const Network& network() const { return network_; }
 
     /// As the network.
-    bool operator()(const float* gbuffer, int height, int width, float* gray,
+    bool operator()(const float* gbuffer, int height, int width, float* output,
                     const std::function<bool()>& keep_going = nullptr) {
         const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
         if (height != height_ || width != width_) {
@@ -53,8 +53,8 @@ public:
         for (const Rectangle& piece : changed) area += cost(piece);
         if (area > worthwhile * all.area()) changed = {all};
 
-        gbuffer_.resize(channels * pixels);
-        gray_.resize(pixels);
+        gbuffer_.resize(static_cast<std::size_t>(inputs_) * pixels);
+        output_.resize(static_cast<std::size_t>(outputs_) * pixels);
         for (const Rectangle& piece : changed) {
             if (!complete(gbuffer, reached(piece), keep_going)) {
                 gbuffer_.clear();
@@ -62,12 +62,15 @@ public:
             }
             keep(gbuffer, piece);
         }
-        for_rows(0, height, width, [&](int y) { std::copy_n(gray_.data() + place(0, y), width, gray + place(0, y)); });
+        for (int channel = 0; channel < outputs_; ++channel) {
+            for_rows(0, height, width, [&](int y) {
+                std::copy_n(output_.data() + place(channel, y), width, output + place(channel, y));
+            });
+        }
         return true;
     }
 
 private:
-    static constexpr int channels = 5;
     static constexpr int tile = 32;
     static constexpr double worthwhile = 0.6;  // share of the picture: pieces have to be cut out, which costs too
 
@@ -101,7 +104,7 @@ private:
 
     /// Bit by bit, so that 0 and -0, and NaN and NaN, are what they are.
     [[nodiscard]] bool differs(const float* gbuffer, const Rectangle& r) const {
-        for (int channel = 0; channel < channels; ++channel) {
+        for (int channel = 0; channel < inputs_; ++channel) {
             for (int y = r.y0; y < r.y1; ++y) {
                 const std::size_t at = place(channel, y) + static_cast<std::size_t>(r.x0);
                 if (std::memcmp(gbuffer + at, gbuffer_.data() + at, 4 * static_cast<std::size_t>(r.x1 - r.x0)) != 0) return true;
@@ -126,8 +129,8 @@ private:
     }
 
     void keep(const float* gbuffer, const Rectangle& changed) {
-        for_rows(changed.y0, changed.y1, channels * (changed.x1 - changed.x0), [&](int y) {
-            for (int channel = 0; channel < channels; ++channel) {
+        for_rows(changed.y0, changed.y1, inputs_ * (changed.x1 - changed.x0), [&](int y) {
+            for (int channel = 0; channel < inputs_; ++channel) {
                 const std::size_t at = place(channel, y) + static_cast<std::size_t>(changed.x0);
                 std::copy_n(gbuffer + at, changed.x1 - changed.x0, gbuffer_.data() + at);
             }
@@ -141,28 +144,33 @@ private:
 
     bool complete(const float* gbuffer, const Rectangle& piece, const std::function<bool()>& keep_going) {
         const Rectangle from = needed(piece);
-        if (from.area() == static_cast<double>(gray_.size())) return network_(gbuffer, height_, width_, gray_.data(), keep_going);
+        if (from.area() == Rectangle{0, 0, width_, height_}.area()) {
+            return network_(gbuffer, height_, width_, output_.data(), keep_going);
+        }
 
         const int height = from.y1 - from.y0, width = from.x1 - from.x0;
-        const auto columns = static_cast<std::size_t>(width);
-        std::vector<float> part(channels * static_cast<std::size_t>(height) * columns), result(part.size() / channels);
-        for_rows(0, height, channels * width, [&](int y) {
-            for (int channel = 0; channel < channels; ++channel) {
+        const auto columns = static_cast<std::size_t>(width), pixels = static_cast<std::size_t>(height) * columns;
+        std::vector<float> part(static_cast<std::size_t>(inputs_) * pixels), result(static_cast<std::size_t>(outputs_) * pixels);
+        for_rows(0, height, inputs_ * width, [&](int y) {
+            for (int channel = 0; channel < inputs_; ++channel) {
                 std::copy_n(gbuffer + place(channel, from.y0 + y) + from.x0, columns,
                             part.data() + static_cast<std::size_t>(channel * height + y) * columns);
             }
         });
         if (!network_(part.data(), height, width, result.data(), keep_going)) return false;
-        for (int y = piece.y0; y < piece.y1; ++y) {
-            std::copy_n(result.data() + static_cast<std::size_t>(y - from.y0) * columns + (piece.x0 - from.x0),
-                        static_cast<std::size_t>(piece.x1 - piece.x0), gray_.data() + place(0, y) + piece.x0);
+        for (int channel = 0; channel < outputs_; ++channel) {
+            for (int y = piece.y0; y < piece.y1; ++y) {
+                std::copy_n(result.data() + static_cast<std::size_t>(channel * height + y - from.y0) * columns + (piece.x0 - from.x0),
+                            static_cast<std::size_t>(piece.x1 - piece.x0), output_.data() + place(channel, y) + piece.x0);
+            }
         }
         return true;
     }
 
     const Network& network_;
+    int inputs_, outputs_;  // planes
     int height_ = 0, width_ = 0;
-    std::vector<float> gbuffer_, gray_;  // of the last call; empty if there was none
+    std::vector<float> gbuffer_, output_;  // of the last call; empty if there was none
 };
 
 }  // namespace bob

@@ -4,20 +4,27 @@
 #include <cstddef>
 
 #include "parallel.h"
+#include "picture/channels.h"
 
 namespace bob {
 
-/// Puts the traced pixels of a G-buffer of `pixels` pixels, (5, height, width), back into `gray`; the others are
-/// clamped to 0..1, and NaN to 0.
-inline void keep_known(const float* gbuffer, std::size_t pixels, float* gray) {
-    const float* mask = gbuffer;
-    const float* known = gbuffer + pixels;
-    parallel_for(pixels, 65536, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const float clamped = gray[i] > 0 ? (gray[i] < 1 ? gray[i] : 1) : 0;
-            gray[i] = mask[i] > 0 ? known[i] : clamped;
+/// Puts the traced pixels of a G-buffer, planes (known.width(), height, width) that begin with the mask, back into completed
+/// channels, (completed.width(), height, width); the other pixels are clamped to the channel's range, and NaN to its low
+/// end. Throws std::invalid_argument if the G-buffer lacks a completed channel.
+inline void keep_known(const Layout& known, const float* planes, const Layout& completed, float* output, std::size_t pixels) {
+    for (const Channel& channel : completed) {
+        const int place = known.place_of(channel);
+        const float low = channel.low, high = channel.high;
+        for (int component = 0; component < channel.components; ++component, output += pixels) {
+            const float* const traced = planes + static_cast<std::size_t>(place + component) * pixels;
+            parallel_for(pixels, 65536, [=](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) {
+                    const float clamped = output[i] > low ? (output[i] < high ? output[i] : high) : low;
+                    output[i] = planes[i] > 0 ? traced[i] : clamped;
+                }
+            });
         }
-    });
+    }
 }
 
 }  // namespace bob

@@ -8,8 +8,6 @@
 namespace bob {
 namespace {
 
-constexpr int input_channels = 5;
-
 /// Where each output channel of a layer in groups goes: as ShuffleNet, so that every group of the next layer sees
 /// channels of all groups of this one.
 std::vector<int> shuffled(int channels, int groups) {
@@ -48,43 +46,45 @@ constexpr int ahead = 24;      // rows that the input is ahead of the output, an
 struct Paper::Images {
     int height, width;
     int rows;        // of the output at once
-    Planes full;     // decode2, upsampled (5) | input (5)
+    Planes full;     // decode2, upsampled (5) | input
     Planes half;     // decode1, upsampled (5) | encode1, pooled (20)
     Planes quarter;  // encode2, pooled and shuffled (80)
     Planes code;     // encoded (20)
     Planes result;   // output (1)
 
-    Images(int height, int width, std::size_t memory)
+    Images(int height, int width, int inputs, std::size_t memory)
         : height(height),
           width(width),
-          rows(rows_within(memory, width)),
-          full(5 + input_channels, height, width, rows + ahead),
+          rows(rows_within(memory, width, inputs)),
+          full(5 + inputs, height, width, rows + ahead),
           half(5 + 20, height / 2, width / 2, (rows + ahead) / 2),
           quarter(80, height / 4, width / 4, (rows + ahead) / 4),
           code(20, height / 4, width / 4, (rows + ahead) / 4),
           result(1, height, width, rows) {}
 
-    static int rows_within(std::size_t memory, int width) {
-        const std::size_t floats = 11 + 25 / 4 + 100 / 16 + 2;  // of a pixel: channels of the images, rounded up
+    static int rows_within(std::size_t memory, int width, int inputs) {
+        // Of a pixel: channels of the images, rounded up.
+        const std::size_t floats = 6 + static_cast<std::size_t>(inputs) + 25 / 4 + 100 / 16 + 2;
         const std::size_t rows = memory / (4 * floats * static_cast<std::size_t>(width + 64));
         return std::max(least_rows, (static_cast<int>(std::min<std::size_t>(rows, 1 << 20)) - ahead) / least_rows * least_rows);
     }
 };
 
 Paper::Paper(const Weights& weights, std::size_t memory)
-    : encode1(conv3x3(weights, "encode1", input_channels, 20)),
+    : Network(weights, weights.inputs, {channels::gray}),
+      encode1(conv3x3(weights, "encode1", inputs().width(), 20)),
       encode2(conv3x3(weights, "encode2", 20, 80)),
       encoded(conv3x3(weights, "encoded", 80, 20)),
       decode1(conv3x3(weights, "decode1", 20, 5)),
       decode2(conv3x3(weights, "decode2", 20 + 5, 5)),
-      output(conv3x3(weights, "output", 5 + input_channels, 1)),
+      output(conv3x3(weights, "output", 5 + inputs().width(), 1)),
       memory_(memory) {}
 
 Paper::~Paper() = default;
 
 bool Paper::operator()(const float* gbuffer, int height, int width, float* gray,
                        const std::function<bool()>& keep_going) const {
-    auto images = spare_.take((height + 3) / 4 * 4, (width + 3) / 4 * 4, memory_);  // zeros below and to the right
+    auto images = spare_.take((height + 3) / 4 * 4, (width + 3) / 4 * 4, inputs().width(), memory_);  // zeros below and to the right
     auto& [padded_height, padded_width, step, full, half, quarter, code, result] = *images;
     const auto rows = static_cast<std::size_t>(height), columns = static_cast<std::size_t>(width);
     const auto shuffle = shuffled(80, encode2.groups());
@@ -94,7 +94,7 @@ bool Paper::operator()(const float* gbuffer, int height, int width, float* gray,
         const Progress next = needed(std::min(done.output + step, padded_height), padded_height);
 
         for_rows(done.input, next.input, padded_width, [&](int y) {
-            for (int c = 0; c < input_channels; ++c) {
+            for (int c = 0; c < inputs().width(); ++c) {
                 float* to = full.row(5 + c, y);
                 const std::size_t known = y < height ? columns : 0;
                 if (known) std::copy_n(gbuffer + (static_cast<std::size_t>(c) * rows + static_cast<std::size_t>(y)) * columns, known, to);

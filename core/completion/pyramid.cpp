@@ -161,9 +161,11 @@ private:
     }
 };
 
-Pyramid::Pyramid(const Weights& weights, std::size_t memory) : memory_(memory) {
+Pyramid::Pyramid(const Weights& weights, std::size_t memory)
+    : Network(weights, {channels::mask, channels::gray, channels::depth, channels::normal}, {channels::gray}),
+      memory_(memory) {
     int count = 1;
-    while (weights.contains("features" + std::to_string(count + 1) + ".weight")) ++count;
+    while (weights.tensors.contains("features" + std::to_string(count + 1) + ".weight")) ++count;
     if (count > most_levels) {
         throw std::invalid_argument("features" + std::to_string(count) + ".weight: expected at most " +
                                     std::to_string(most_levels) + " levels");

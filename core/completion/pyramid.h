@@ -6,29 +6,27 @@
 #include <vector>
 
 #include "completion/conv3x3.h"
+#include "completion/network.h"
 #include "completion/spare.h"
 #include "completion/weights.h"
 
 namespace bob {
 
-class Pyramid {
+class Pyramid : public Network {
 public:
     /// As many levels, and as many channels between them, as the tensors say. What lies between the layers is kept in windows
-    /// of rows that move down a large picture, so that at most `memory` bytes are needed; very wide pictures need more. Throws
-    /// std::invalid_argument if a tensor is missing or does not fit the others.
+    /// of rows that move down a large picture, so that at most `memory` bytes are needed; very wide pictures need more. The output is
+    /// the same for any `memory`. Throws std::invalid_argument if a tensor is missing or does not fit the others.
     explicit Pyramid(const Weights& weights, std::size_t memory = spare_memory());
-    ~Pyramid();
+    ~Pyramid() override;
 
-    /// gbuffer: (5, height, width), mask, gray, depth, normal x, normal y; gray: (height, width), the network's own
-    /// output at every pixel, the same for any `memory`. Any size; from several threads at once. `keep_going` as in
-    /// `parallel_for`: once it says no, the rest of `gray` is left as it is and false returned.
     bool operator()(const float* gbuffer, int height, int width, float* gray,
-                    const std::function<bool()>& keep_going = nullptr) const;
+                    const std::function<bool()>& keep_going = nullptr) const override;
 
-    /// How many pixels away a pixel can make a difference: four blocks of the coarsest level, taken in pairs.
-    [[nodiscard]] int reach() const { return 6 << levels(); }
-    /// From multiples of which on all pixels are treated as from the first on: pairs of blocks of the coarsest level.
-    [[nodiscard]] int grid() const { return 2 << levels(); }
+    /// Four blocks of the coarsest level, taken in pairs.
+    [[nodiscard]] int reach() const override { return 6 << levels(); }
+    /// Pairs of blocks of the coarsest level.
+    [[nodiscard]] int grid() const override { return 2 << levels(); }
 
 private:
     struct Images;

@@ -12,8 +12,8 @@ std::string text(const std::vector<int>& shape) {
 }
 
 const Tensor& find(const Weights& weights, const std::string& name) {
-    const auto found = weights.find(name);
-    if (found == weights.end()) throw std::invalid_argument(name + ": expected in the weights, not found");
+    const auto found = weights.tensors.find(name);
+    if (found == weights.tensors.end()) throw std::invalid_argument(name + ": expected in the weights, not found");
     return found->second;
 }
 

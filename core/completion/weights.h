@@ -1,4 +1,4 @@
-/// The named tensors of a weight file, as the reader of the file hands them over.
+/// What a weight file holds, as the reader of the file hands it over.
 #pragma once
 
 #include <functional>
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "completion/conv3x3.h"
+#include "picture/channels.h"
 
 namespace bob {
 
@@ -16,7 +17,10 @@ struct Tensor {
     std::span<const float> values;
 };
 
-using Weights = std::map<std::string, Tensor, std::less<>>;
+struct Weights {
+    Layout inputs, outputs;
+    std::map<std::string, Tensor, std::less<>> tensors;  // by name
+};
 
 /// The convolution `name` from the tensors `name.weight` (out, in / groups, 3, 3) and `name.bias` (out,); its groups
 /// follow from the shapes. Throws std::invalid_argument, naming the tensor, if one is missing or does not fit.

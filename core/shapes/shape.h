@@ -5,14 +5,10 @@
 #include <limits>
 #include <span>
 
+#include "ray.h"
 #include "vec.h"
 
 namespace bob {
-
-struct Ray {
-    Vec3 origin;
-    Vec3 direction;  // finite, of any length but zero; t counts in its lengths
-};
 
 constexpr std::uint32_t no_primitive = 0xffffffff;
 

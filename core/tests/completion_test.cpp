@@ -71,9 +71,11 @@ void check_conv(int in, int out, int groups, int height, int width, Then then) {
     }
 }
 
+bob::Weights no_tensors() { return {bob::gbuffer_layout(), {bob::channels::gray}, {}}; }
+
 bob::Weights paper_weights(std::vector<std::vector<float>>& storage, int groups) {
     struct Layer { const char* name; int in, out, groups; };
-    bob::Weights weights;
+    bob::Weights weights = no_tensors();
     storage.reserve(12);
     test::Random random(3);
     for (const Layer& layer : {Layer{"encode1", 5, 20, 1}, {"encode2", 20, 80, groups}, {"encoded", 80, 20, groups},
@@ -81,22 +83,22 @@ bob::Weights paper_weights(std::vector<std::vector<float>>& storage, int groups)
         const int inputs = layer.in / layer.groups;
         auto& weight = storage.emplace_back(static_cast<std::size_t>(layer.out * inputs * 9));
         for (auto& w : weight) w = random(-0.1f, 0.1f);
-        weights[std::string(layer.name) + ".weight"] = {{layer.out, inputs, 3, 3}, weight};
+        weights.tensors[std::string(layer.name) + ".weight"] = {{layer.out, inputs, 3, 3}, weight};
         storage.emplace_back(static_cast<std::size_t>(layer.out), 0.1f);
-        weights[std::string(layer.name) + ".bias"] = {{layer.out}, storage.back()};
+        weights.tensors[std::string(layer.name) + ".bias"] = {{layer.out}, storage.back()};
     }
     return weights;
 }
 
 bob::Weights pyramid_weights(std::vector<std::vector<float>>& storage) {
-    bob::Weights weights;
+    bob::Weights weights = no_tensors();
     storage.reserve(24);
     test::Random random(4);
     const auto add = [&](const std::string& name, int in, int out) {
         auto& weight = storage.emplace_back(static_cast<std::size_t>(out * in * 9));
         for (auto& w : weight) w = random(-0.1f, 0.1f);
-        weights[name + ".weight"] = {{out, in, 3, 3}, weight};
-        weights[name + ".bias"] = {{out}, storage.emplace_back(static_cast<std::size_t>(out), 0.1f)};
+        weights.tensors[name + ".weight"] = {{out, in, 3, 3}, weight};
+        weights.tensors[name + ".bias"] = {{out}, storage.emplace_back(static_cast<std::size_t>(out), 0.1f)};
     };
     for (int level = 1; level <= 6; ++level) {
         const int handed = level == 6 ? 0 : 8, features = level == 1 ? 8 : 20;
@@ -272,17 +274,18 @@ TEST(weights_that_do_not_fit_are_refused_by_name) {
         }
         return false;
     };
-    CHECK(refused([](auto& w) { w.erase("encoded.bias"); }, "encoded.bias"));
-    CHECK(refused([](auto& w) { w["decode2.weight"].shape = {5, 24, 3, 3}; }, "decode2.weight"));
-    CHECK(refused([](auto& w) { w["encode1.weight"].shape = {20, 5, 9}; }, "encode1.weight"));
-    CHECK(refused([](auto& w) { w["output.bias"].shape = {2}; }, "output.bias"));
-    CHECK(refused([](auto& w) { w["encode2.weight"].shape = {80, 0, 3, 3}; }, "encode2.weight"));
+    CHECK(refused([](auto& w) { w.tensors.erase("encoded.bias"); }, "encoded.bias"));
+    CHECK(refused([](auto& w) { w.tensors["decode2.weight"].shape = {5, 24, 3, 3}; }, "decode2.weight"));
+    CHECK(refused([](auto& w) { w.tensors["encode1.weight"].shape = {20, 5, 9}; }, "encode1.weight"));
+    CHECK(refused([](auto& w) { w.tensors["output.bias"].shape = {2}; }, "output.bias"));
+    CHECK(refused([](auto& w) { w.tensors["encode2.weight"].shape = {80, 0, 3, 3}; }, "encode2.weight"));
 }
 
 TEST(known_pixels_are_kept_and_the_others_clamped) {
     const std::vector<float> gbuffer{1, 0, 0, 0, /* gray */ 0.25f, 0, 0, 0};
     std::vector<float> gray{0.9f, 1.5f, -2, std::nanf("")};
-    bob::keep_known(gbuffer.data(), 4, gray.data());
+    const bob::Layout known{bob::channels::mask, bob::channels::gray}, completed{bob::channels::gray};
+    bob::keep_known(known, gbuffer.data(), completed, gray.data(), 4);
     CHECK_EQ(gray[0], 0.25f);
     CHECK_EQ(gray[1], 1.f);
     CHECK_EQ(gray[2], 0.f);

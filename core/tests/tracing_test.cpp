@@ -1,18 +1,19 @@
 #include "tracing/trace.h"
 
 #include <memory>
+#include <vector>
 
 #include "check.h"
 #include "meshes.h"
 #include "parallel.h"
 #include "shapes/mesh.h"
-#include "tracing/shading.h"
+#include "tracing/material.h"
 
 namespace {
 
 struct Picture {
     std::vector<float> gray, depth, normal;
-    std::vector<char> hit;  // not bool: std::vector<bool> has no array
+    std::vector<char> hit;
 };
 
 /// The scene of one mesh in the unit sphere, in white.
@@ -28,10 +29,13 @@ Picture render(const bob::Scene& scene, const bob::Camera& camera, int height, i
     }
     const std::size_t n = pixels.size();
     Picture picture{std::vector<float>(n), std::vector<float>(n), std::vector<float>(2 * n), std::vector<char>(n)};
-    const auto hits = std::make_unique<bool[]>(n);
-    CHECK(bob::trace(scene, camera, height, width, pixels,
-                     {picture.gray.data(), picture.depth.data(), picture.normal.data(), hits.get()}));
-    std::copy_n(hits.get(), n, picture.hit.begin());
+    std::vector<float> samples(5 * n);
+    CHECK(bob::trace(scene, camera, height, width, pixels, bob::gbuffer_layout(), samples.data()));
+    for (std::size_t i = 0; i < n; ++i) {
+        const float* const sample = &samples[5 * i];
+        picture.hit[i] = sample[0] != 0, picture.gray[i] = sample[1], picture.depth[i] = sample[2];
+        picture.normal[2 * i] = sample[3], picture.normal[2 * i + 1] = sample[4];
+    }
     return picture;
 }
 

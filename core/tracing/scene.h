@@ -10,7 +10,7 @@
 #include "affine.h"
 #include "shapes/boxes.h"
 #include "shapes/shape.h"
-#include "tracing/shading.h"
+#include "tracing/material.h"
 
 namespace bob {
 

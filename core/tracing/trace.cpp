@@ -1,78 +1,102 @@
 #include "tracing/trace.h"
 
 #include <algorithm>
-#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "parallel.h"
-#include "tracing/shading.h"
+#include "tracing/material.h"
 
 namespace bob {
 namespace {
 
-// Rays start outside the unit sphere by this much, so that surfaces on it are in front of them.
-constexpr float start_margin = 1e-3f;
+/// What a ray met first, as the channels need it.
+struct Surface {
+    Vec3 normal;  // unit length, in screen space, not turned away from the camera
+    float depth;
+    const Material* material;
+};
 
-Sample shade(const Material& material, const Frame& frame, Vec3 point, Vec3 n) {
-    Vec3 normal{dot(n, frame.right), dot(n, frame.up), dot(n, frame.toward)};
+Vec3 facing_normal(Vec3 normal) {
     // Near silhouettes smooth normals lean away from the camera a little: as far as the eye can tell, edge-on.
     if (normal.z < 0) normal.z = 0;
     normal = normalized(normal);
-    if (dot(normal, normal) == 0) normal = {0, 0, 1};
-    const float depth = std::clamp(0.5f + 0.5f * dot(point, frame.toward), 0.f, 1.f);
-    return {blinn_phong(normal, material), depth, {normal.x, normal.y}, true};
+    return dot(normal, normal) == 0 ? Vec3{0, 0, 1} : normal;
 }
 
-/// Rays that start at the unit sphere, and the samples that they are for.
+/// Rays to trace together, what they meet, and which samples they are for.
 struct Batch {
     std::vector<std::size_t> sample;
     std::vector<Ray> rays;
     std::vector<SceneHit> hits;
     std::vector<Vec3> normals;
+    std::vector<Surface> surfaces;  // of those that hit
 
     /// Each thread keeps one from call to call.
     static Batch& of_this_thread(std::size_t most_rays) {
         thread_local Batch batch;
         if (batch.rays.size() < most_rays) {
-            batch.sample.resize(most_rays), batch.rays.resize(most_rays);
-            batch.hits.resize(most_rays), batch.normals.resize(most_rays);
+            batch.sample.resize(most_rays), batch.rays.resize(most_rays), batch.hits.resize(most_rays);
+            batch.normals.resize(most_rays), batch.surfaces.resize(most_rays);
         }
         return batch;
     }
 };
 
+/// Writes one channel of the first `count` surfaces to their samples, of `width` numbers, from a place in each on.
+using Write = void (*)(const Batch& batch, std::size_t count, float* samples, std::size_t width, std::size_t place);
+
+template <auto write>
+void write_all(const Batch& batch, std::size_t count, float* samples, std::size_t width, std::size_t place) {
+    for (std::size_t i = 0; i < count; ++i) write(batch.surfaces[i], samples + batch.sample[i] * width + place);
+}
+
+Write writer_of(const Channel& channel) {
+    constexpr std::pair<Channel, Write> writers[] = {
+        {channels::mask, write_all<[](const Surface&, float* to) { *to = 1; }>},
+        {channels::gray, write_all<[](const Surface& s, float* to) { *to = blinn_phong(s.normal, *s.material); }>},
+        {channels::depth, write_all<[](const Surface& s, float* to) { *to = s.depth; }>},
+        {channels::normal, write_all<[](const Surface& s, float* to) { to[0] = s.normal.x, to[1] = s.normal.y; }>},
+    };
+    for (const auto& [written, write] : writers) {
+        if (written == channel) return write;
+    }
+    throw std::invalid_argument("the tracer has no channel " + std::string(channel.name));
+}
+
 }  // namespace
 
 bool trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
-           const Samples& samples, const std::function<bool()>& keep_going) {
-    const Frame frame(camera);
-    const Raster raster(height, width, camera);
+           const Layout& layout, float* samples, const std::function<bool()>& keep_going) {
+    const Projection projection(camera, height, width);
+    std::vector<std::pair<std::size_t, Write>> writers;
+    std::vector<float> missed;
+    for (const Channel& channel : layout) {
+        writers.emplace_back(missed.size(), writer_of(channel));
+        missed.insert(missed.end(), static_cast<std::size_t>(channel.components), channel.missed);
+    }
+    const std::size_t components = missed.size();
     return parallel_for(pixels.size(), batch_size(pixels.size()), [&](std::size_t begin, std::size_t end) {
         Batch& batch = Batch::of_this_thread(end - begin);
-        std::size_t count = 0;
+        std::size_t count = 0, found = 0;
         for (std::size_t i = begin; i < end; ++i) {
-            const float x = raster.x(pixels[i].column), y = raster.y(pixels[i].row);
-            const float z2 = 1 - x * x - y * y;
-            if (z2 < -start_margin) {
-                samples.set(i, {});
-                continue;
-            }
-            const float z = std::sqrt(std::max(0.f, z2)) + start_margin;
-            batch.rays[count] = {x * frame.right + y * frame.up + z * frame.toward, -frame.toward};
-            batch.sample[count++] = i;
+            std::copy(missed.begin(), missed.end(), samples + i * components);
+            if (projection.ray(pixels[i], batch.rays[count])) batch.sample[count++] = i;
         }
         const std::span<const Ray> rays{batch.rays.data(), count};
         scene.closest_hits(rays, {batch.hits.data(), count});
         scene.normals(rays, {batch.hits.data(), count}, {batch.normals.data(), count});
         for (std::size_t j = 0; j < count; ++j) {
             const SceneHit& hit = batch.hits[j];
-            Sample sample;
-            if (hit.instance != no_instance) {
-                const Vec3 point = rays[j].origin + hit.t * rays[j].direction;
-                sample = shade(scene[hit.instance].material, frame, point, batch.normals[j]);
-            }
-            samples.set(batch.sample[j], sample);
+            if (hit.instance == no_instance) continue;
+            const Vec3 point = rays[j].origin + hit.t * rays[j].direction;
+            const Vec3 normal = facing_normal(projection.on_screen(batch.normals[j]));
+            batch.surfaces[found] = {normal, projection.depth(point), &scene[hit.instance].material};
+            batch.sample[found++] = batch.sample[j];
         }
+        for (const auto& [place, write] : writers) write(batch, found, samples, components, place);
     }, keep_going);
 }
 

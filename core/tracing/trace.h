@@ -1,18 +1,21 @@
-/// From pixels to samples: one orthographic ray each.
+/// From pixels to samples: one ray each.
 #pragma once
 
 #include <functional>
 #include <span>
 
 #include "picture/camera.h"
+#include "picture/channels.h"
 #include "picture/gbuffer.h"
 #include "tracing/scene.h"
 
 namespace bob {
 
-/// Traces the pixels' centres; the scene lies within the unit sphere. Which thread traces a pixel does not matter to its
-/// sample. `keep_going` is asked now and then on the calling thread; returns false if it said no.
+/// Traces the pixels' centres; the scene lies within the unit sphere. `samples` is (n, layout.width()): the layout begins
+/// with the mask, in whose place stands whether the ray hit. Which thread traces a pixel does not matter to its sample.
+/// `keep_going` is asked now and then on the calling thread; returns false if it said no. Throws std::invalid_argument if
+/// the tracer has no such channel.
 bool trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
-           const Samples& samples, const std::function<bool()>& keep_going = nullptr);
+           const Layout& layout, float* samples, const std::function<bool()>& keep_going = nullptr);
 
 }  // namespace bob

@@ -74,40 +74,59 @@ class Scene:
     def closest_hits(
         self, origins: F32, directions: F32, t: F32, instance: I32, primitive: I32, u: F64, v: F64
     ) -> None: ...
-    def trace(
-        self,
-        azimuth: float,
-        elevation: float,
-        roll: float,
-        zoom: float,
-        height: int,
-        width: int,
-        pixels: I32,
-        gray: F32,
-        depth: F32,
-        normal: F32,
-        hit: NDArray[np.bool_],
-    ) -> None: ...
+    def trace(self, camera: Camera, height: int, width: int, pixels: I32, layout: Layout, samples: F32) -> None:
+        """Writes samples (n, C): the first number of each says whether the ray hit."""
+
     @property
     def bytes(self) -> int: ...
 
-def scatter(pixels: I32, gray: F32, depth: F32, normal: F32, hit: NDArray[np.bool_], planes: F32) -> None: ...
-def pixel_order(order: str, seed: int, height: int, width: int, start: int, pixels: I32) -> None: ...
+class Layout:
+    """Channels one after the other, by their names with commas between them; ValueError of one that there is not."""
 
-class Network:  # what the classes below have in common; the core has no such class
-    def __init__(self, tensors: Mapping[str, F32]) -> None: ...
-    def __call__(self, gbuffer: F32, gray: F32) -> None: ...
+    def __init__(self, names: str) -> None: ...
+    @property
+    def names(self) -> str: ...
+    @property
+    def width(self) -> int:
+        """Components of all channels."""
+
+def channels() -> list[tuple[str, int, float, float, float]]:
+    """(name, components, low, high, value where a ray missed) of every channel that there is."""
+
+def gbuffer_layout() -> Layout:
+    """What the tracer finds and a G-buffer holds; the mask comes first."""
+
+class Camera:
+    def __init__(self, azimuth: float, elevation: float, roll: float, zoom: float) -> None: ...
+    def rays(self, height: int, width: int, pixels: I32) -> tuple[NDArray[np.int64], F32, F32]:
+        """Which of the pixels' rays meet the unit sphere, (k,); their origins, just outside of it, and directions,
+        (k, 3) each."""
+
+def pixel_order(order: str, seed: int, height: int, width: int, start: int, pixels: I32) -> None: ...
+def scatter(layout: Layout, pixels: I32, samples: F32, planes: F32) -> None:
+    """Writes samples (n, C) to their pixels in planes (C, H, W)."""
+
+class Network:
+    """`tensors` by their names; ValueError if they are not those of such a network, or the layouts are not its own."""
+
+    def __init__(self, name: str, tensors: Mapping[str, F32], inputs: Layout, outputs: Layout) -> None: ...
+    @property
+    def inputs(self) -> Layout: ...
+    @property
+    def outputs(self) -> Layout: ...
+    def __call__(self, layout: Layout, planes: F32, output: F32) -> None:
+        """From a G-buffer's planes (C, H, W) of a layout to the outputs' (width, H, W). ValueError if the layout lacks
+        one of the inputs."""
+
     def incremental(self) -> IncrementalNetwork: ...
 
 class IncrementalNetwork:
-    """A network that computes only what can have changed since its last call; for one thread at a time."""
+    """A network that recomputes only what may have changed since its last call; for one thread at a time."""
 
-    def __call__(self, gbuffer: F32, gray: F32) -> None: ...
+    def __call__(self, layout: Layout, planes: F32, output: F32) -> None: ...
 
-class Paper(Network): ...
-class Pyramid(Network): ...
-
-def keep_known(gbuffer: F32, gray: F32) -> None: ...
+def keep_known(known: Layout, planes: F32, completed: Layout, output: F32) -> None:
+    """Puts the traced pixels of planes back into completed channels; clamps the others to the channels' ranges."""
 
 class TooLargeError(ValueError):
     """A formula of more steps than the core takes."""

@@ -136,7 +136,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _render(options: argparse.Namespace) -> None:
     import bobrossnet as bob
-    from bobrossnet.completion.network import load_model
+    from bobrossnet.completion.network import load_network
     from bobrossnet.picture.files import (
         check_picture_path,
         side_by_side,
@@ -149,7 +149,7 @@ def _render(options: argparse.Namespace) -> None:
     _limit_memory()
     out = check_picture_path(options.out)
     camera = bob.Camera(options.azimuth, options.elevation, options.roll, options.zoom)
-    model = load_model(options.model)
+    model = load_network(options.model)
     start = time.perf_counter()
     scene = _scene(options)
     scene.core  # noqa: B018  built here, so that its time is not taken for the rays'

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.completion.network import Model, ModelLike, complete, load_model
+from bobrossnet.completion.network import Network, NetworkLike, complete, load_network
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.gbuffer import GBuffer, scatter, untraced_planes
@@ -45,7 +45,7 @@ def progressive(
     fraction: float | None = None,
     order: str = "default",
     seed: int = 0,
-    model: ModelLike = "default",
+    model: NetworkLike = "default",
 ) -> Iterator[Frame]:
     """Trace on and on, with a complete picture after each step, until every pixel is exact.
 
@@ -96,7 +96,7 @@ def progressive(
     if frame_ms is not None and fraction is not None:
         raise InputError("progressive: expected frame_ms or fraction, got both")
     check_order(order, seed)
-    network = load_model(model)
+    network = load_network(model)
     picture = _Picture(tracer, size, order, seed, network)
     if fraction is not None:
         return _by_share(picture, pixel_count(fraction, size))
@@ -106,7 +106,7 @@ def progressive(
 class _Picture:
     """The picture so far, and the pixels still to come."""
 
-    def __init__(self, tracer: Tracer, size: Size, order: str, seed: int, network: Model) -> None:
+    def __init__(self, tracer: Tracer, size: Size, order: str, seed: int, network: Network) -> None:
         self.tracer, self.size, self.order, self.seed, self.network = tracer, size, order, seed, network
         self.planes = untraced_planes(size)
         self.total = size[0] * size[1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -16,36 +16,32 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.completion.weights import WEIGHTS, read_weights
 from bobrossnet.errors import InputError, InputTypeError
+from bobrossnet.picture.channels import GBUFFER
 from bobrossnet.picture.gbuffer import GBuffer
-
-NETWORKS: dict[str, type[_core.Paper | _core.Pyramid]] = {"paper": _core.Paper, "pyramid": _core.Pyramid}
-"""By the name that a weight file gives."""
 
 
 @dataclass(frozen=True)
-class Model:
+class Network:
     """A network with its weights, ready to run."""
 
-    run: _core.Paper | _core.Pyramid
+    core: _core.Network
 
     def predict(self, gbuffer: GBuffer) -> NDArray[np.float32]:
         """The network's own output at every pixel, known ones too: (H, W) float32, of any value."""
-        gray = np.empty(gbuffer.size, np.float32)
-        self.run(gbuffer.stack(), gray)
-        return gray
+        return _predicted(gbuffer, self.core)
 
 
-ModelLike: TypeAlias = "str | os.PathLike[str] | Model"
+NetworkLike: TypeAlias = "str | os.PathLike[str] | Network"
 
 
-def complete(gbuffer: GBuffer, *, model: ModelLike = "default") -> NDArray[np.float32]:
+def complete(gbuffer: GBuffer, *, model: NetworkLike = "default") -> NDArray[np.float32]:
     """Fill in the pixels that were not traced.
 
     Parameters
     ----------
     gbuffer : GBuffer, (H, W)
         Of any size, with any pixels traced.
-    model : str, path or Model
+    model : str, path or Network
         Name of shipped weights ("default", "paper"), or a .safetensors file.
 
     Returns
@@ -56,7 +52,7 @@ def complete(gbuffer: GBuffer, *, model: ModelLike = "default") -> NDArray[np.fl
     Raises
     ------
     InputError
-        If `gbuffer` is none, or the weights can't be used.
+        If `gbuffer` is not a GBuffer or lacks a channel that the network needs, or the weights can't be used.
 
     Examples
     --------
@@ -66,11 +62,12 @@ def complete(gbuffer: GBuffer, *, model: ModelLike = "default") -> NDArray[np.fl
     >>> image.shape
     (120, 160)
     """
-    return _completed(gbuffer, load_model(model).run)
+    network = load_network(model).core
+    return _completed(gbuffer, network, network.outputs)
 
 
 class Completer:
-    """Completes a picture again and again, and computes only what can have changed since the last time.
+    """Completes a picture again and again, and recomputes only what may have changed since the last time.
 
     Those are the tiles of the G-buffer that differ, and what the network reaches around them: 20 pixels with "paper",
     384 with "default", whose coarsest level sees far; with that, only parts of large pictures are worth it. Where much
@@ -78,7 +75,7 @@ class Completer:
 
     Parameters
     ----------
-    model : str, path or Model
+    model : str, path or Network
         As in `complete`.
 
     Examples
@@ -91,30 +88,40 @@ class Completer:
     ...     assert (completer(part) == bob.complete(part, model="paper")).all()
     """
 
-    def __init__(self, *, model: ModelLike = "default") -> None:
-        self._run = load_model(model).run.incremental()
+    def __init__(self, *, model: NetworkLike = "default") -> None:
+        network = load_network(model).core
+        self._outputs, self._run = network.outputs, network.incremental()
         self._lock = Lock()
 
     def __call__(self, gbuffer: GBuffer) -> NDArray[np.float32]:
         """The same as `complete`, to the bit."""
         with self._lock:
-            return _completed(gbuffer, self._run)
+            return _completed(gbuffer, self._run, self._outputs)
 
 
-def _completed(
-    gbuffer: GBuffer, run: Callable[[NDArray[np.float32], NDArray[np.float32]], None]
-) -> NDArray[np.float32]:
+Run: TypeAlias = Callable[[_core.Layout, NDArray[np.float32], NDArray[np.float32]], None]
+
+
+def _completed(gbuffer: GBuffer, run: Run, outputs: _core.Layout) -> NDArray[np.float32]:
     if not isinstance(gbuffer, GBuffer):
         raise InputTypeError(f"gbuffer: expected a GBuffer, got {type(gbuffer).__name__}")
     if gbuffer.mask.all():
         return gbuffer.gray.copy()
-    image = np.empty(gbuffer.size, np.float32)
-    run(gbuffer.stack(), image)
-    _core.keep_known(gbuffer.stack(), image)
+    image = _predicted(gbuffer, run)
+    _core.keep_known(GBUFFER, gbuffer.stack(), outputs, image[None])
     return image
 
 
-def load_model(model: ModelLike) -> Model:
+def _predicted(gbuffer: GBuffer, run: Run) -> NDArray[np.float32]:
+    image = np.empty(gbuffer.size, np.float32)
+    try:
+        run(GBUFFER, gbuffer.stack(), image[None])
+    except ValueError as error:
+        raise InputError(f"gbuffer: {error}") from None
+    return image
+
+
+def load_network(model: NetworkLike) -> Network:
     """The network that `model` names; it stays loaded.
 
     Raises
@@ -122,7 +129,7 @@ def load_model(model: ModelLike) -> Model:
     InputError
         If there is no such file, or what it holds can't be used.
     """
-    if isinstance(model, Model):
+    if isinstance(model, Network):
         return model
     path = weights_path(model)
     try:
@@ -133,17 +140,19 @@ def load_model(model: ModelLike) -> Model:
 
 
 @lru_cache(maxsize=8)
-def _load(path: Path, modified: int) -> Model:
+def _load(path: Path, modified: int) -> Network:
     """`modified` makes a file that was written anew another key."""
     metadata, tensors = read_weights(path)
-    network = NETWORKS.get(metadata["network"])
-    if network is None:
-        known = ", ".join(NETWORKS)
-        raise InputError(f"{path.name}: expected weights of one of the networks {known}, got {metadata['network']!r}")
     try:
-        return Model(network(tensors))
+        return make_network(metadata, tensors)
     except ValueError as error:
         raise InputError(f"{path.name}: {error}") from error
+
+
+def make_network(metadata: Mapping[str, str], tensors: Mapping[str, NDArray[np.float32]]) -> Network:
+    """The network of what `read_weights` returns. ValueError if that does not fit."""
+    inputs, outputs = _core.Layout(metadata["inputs"]), _core.Layout(metadata["outputs"])
+    return Network(_core.Network(metadata["network"], dict(tensors), inputs, outputs))
 
 
 def weights_path(model: str | os.PathLike[str]) -> Path:

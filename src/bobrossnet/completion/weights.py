@@ -14,7 +14,11 @@ WEIGHTS = Path(__file__).parent.parent / "weights"
 """The folder of the shipped weights."""
 
 FORMAT = "bobrossnet-1"
-"""Stands in each file's metadata under "format", beside "network", the network's name."""
+"""Stands in each file's metadata under "format", beside "network", the network's name, and "inputs" and "outputs", the
+names of its channels with commas between them."""
+
+DEFAULTS = {"inputs": "mask,gray,depth,normal", "outputs": "gray"}
+"""What files mean that don't say."""
 
 
 def read_weights(path: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float32]]]:
@@ -23,7 +27,7 @@ def read_weights(path: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float
     Returns
     -------
     metadata : dict of str to str
-        "format", "network" and whatever else was written.
+        "format", "network", "inputs", "outputs" and whatever else was written.
     tensors : dict of str to float32 arrays
 
     Raises
@@ -45,4 +49,4 @@ def read_weights(path: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float
     for name, tensor in tensors.items():
         if tensor.dtype != np.float32 or not np.isfinite(tensor).all():
             raise InputError(f"{path.name}: {name}: expected finite float32 values, got {tensor.dtype} or NaN")
-    return metadata, tensors
+    return {**DEFAULTS, **metadata}, tensors

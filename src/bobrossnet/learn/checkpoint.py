@@ -1,10 +1,10 @@
 """Safetensors files that a training writes: weights, to be used, and checkpoints, to go on from.
 
 A weight file holds a network's tensors under its layers' names. Its header's strings: `format` (this file's version),
-`network` (a name in `NETWORKS`), the network's own settings (`groups`), and `training`, the configuration as JSON. The
-core's reader, completion/weights.py, mirrors it and needs no torch. A checkpoint holds `network.<tensor>`,
-`average.<tensor>` and `optimizer.<parameter>.<tensor>`, and in its header, as JSON, `training`, the configuration,
-`dataset`, what tells the data set from others, and `progress`.
+`network` (a name in `NETWORKS`), `inputs` and `outputs` (its channels' names), the network's own settings (`groups`),
+and `training`, the configuration as JSON. The core's reader, completion/weights.py, mirrors it and needs no torch. A
+checkpoint holds `network.<tensor>`, `average.<tensor>` and `optimizer.<parameter>.<tensor>`, and in its header, as JSON,
+`training`, the configuration, `dataset`, what tells the data set from others, and `progress`.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ def save(path: str | os.PathLike[str], network: Network, metadata: Mapping[str, 
     """
     names = {type_: name for name, type_ in NETWORKS.items()}
     settings = {key: str(value) for key, value in network.settings().items()}
-    header = {**(metadata or {}), "format": FORMAT, "network": names[type(network)], **settings}
+    layouts = {"inputs": network.inputs, "outputs": network.outputs}
+    header = {**(metadata or {}), "format": FORMAT, "network": names[type(network)], **layouts, **settings}
     write_tensors(path, network.state_dict(), header)
 
 

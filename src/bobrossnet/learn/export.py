@@ -40,7 +40,7 @@ def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
         warnings.simplefilter("ignore")
         torch.onnx.export(
             network.eval(),
-            (torch.zeros(1, 5, 61, 47),),
+            (torch.zeros(1, network.width(), 61, 47),),
             content,  # type: ignore[arg-type]  # any file is fine for this exporter
             dynamo=False,
             input_names=["gbuffer"],

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 
+from bobrossnet import _core
 from bobrossnet.errors import check_number
 
 
@@ -33,3 +34,7 @@ class Camera:
         check_number("zoom", self.zoom, 1e-3, 1e6)
         for field in fields(self):
             object.__setattr__(self, field.name, float(getattr(self, field.name)))
+
+    def core(self) -> _core.Camera:
+        """The camera in the core."""
+        return _core.Camera(**asdict(self))

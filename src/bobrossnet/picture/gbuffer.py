@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
+from bobrossnet.picture.channels import CHANNELS, GBUFFER, PLACES
 from bobrossnet.picture.order import Size, check_size, pixel_count, pixel_order
 
 F32 = NDArray[np.float32]
@@ -40,22 +41,21 @@ class GBuffer:
 
     __slots__ = ("_planes",)
 
-    _planes: F32  # (5, H, W)
+    _planes: F32  # (C, H, W), as `GBUFFER` says
 
     def __init__(self, *, mask: Any, gray: Any, depth: Any, normal: Any) -> None:
         mask = check_float32("mask", mask, (None, None))
         size = check_size(mask.shape)
         if not np.isin(mask, (0, 1)).all():
             raise InputError("mask: expected only 0 and 1, got other values")
-        gray = check_range("gray", check_float32("gray", gray, size), 0)
-        depth = check_range("depth", check_float32("depth", depth, size), 0)
-        hint = "x and y last, to match mask"
-        normal = check_range("normal", check_float32("normal", normal, (*size, 2), hint=hint), -1)
-        planes = np.empty((5, *size), np.float32)
+        planes = np.empty((GBUFFER.width, *size), np.float32)
         planes[0] = mask
         traced = mask > 0
-        for plane, values in zip(planes[1:], (gray, depth, normal[..., 0], normal[..., 1]), strict=True):
-            plane[...] = np.where(traced, values, 0)
+        for name, values in (("gray", gray), ("depth", depth), ("normal", normal)):
+            shape = _values_shape(name, *size)
+            hint = "x and y last, to match mask" if len(shape) > 2 else ""
+            values = check_range(name, check_float32(name, values, shape, hint=hint))
+            planes[PLACES[name]] = np.where(traced, np.moveaxis(values.reshape(*size, -1), -1, 0), 0)
         self._own(planes)
 
     @classmethod
@@ -74,19 +74,29 @@ class GBuffer:
 
     @property
     def mask(self) -> F32:
-        return self._planes[0, :, :]
+        return self.channel("mask")
 
     @property
     def gray(self) -> F32:
-        return self._planes[1, :, :]
+        return self.channel("gray")
 
     @property
     def depth(self) -> F32:
-        return self._planes[2, :, :]
+        return self.channel("depth")
 
     @property
     def normal(self) -> F32:
-        return np.moveaxis(self._planes[3:], 0, -1)
+        return self.channel("normal")
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The names of all channels, in the order of their planes."""
+        return tuple(PLACES)
+
+    def channel(self, name: str) -> F32:
+        """A channel by its name: (H, W), or (H, W, components) where it has several."""
+        planes = self._planes[PLACES[name]]
+        return planes[0] if CHANNELS[name].components == 1 else np.moveaxis(planes, 0, -1)
 
     @property
     def size(self) -> Size:
@@ -99,7 +109,7 @@ class GBuffer:
         return int(np.count_nonzero(self.mask)) / self.mask.size
 
     def stack(self) -> F32:
-        """The input of the networks, (5, H, W): mask, gray, depth, normal x, normal y. Read-only."""
+        """All planes, (5, H, W): mask, gray, depth, normal x, normal y. Read-only."""
         return self._planes
 
     def sample(self, fraction: float, *, order: str = "default", seed: int = 0) -> GBuffer:
@@ -150,39 +160,65 @@ class Samples:
         If the lengths differ, or a value is not finite or out of range where `hit` is true.
     """
 
-    __slots__ = ("depth", "gray", "hit", "normal")
+    __slots__ = ("_values",)
 
-    gray: F32
-    depth: F32
-    normal: F32
-    hit: NDArray[np.bool_]
+    _values: F32  # (n, C), as `GBUFFER` says, whether the ray hit in the place of the mask
 
     def __init__(self, gray: Any, depth: Any, normal: Any, hit: Any) -> None:
         hits = check_array("hit", hit, (None,))
         if not np.isin(hits, (0, 1)).all():
             raise InputError(f"hit: expected booleans, got other values of dtype {hits.dtype}")
-        self.hit = np.ascontiguousarray(hits, dtype=np.bool_)
-        n = len(self.hit)
-        self.gray = self._values("gray", gray, (n,), 0)
-        self.depth = self._values("depth", depth, (n,), 0)
-        self.normal = self._values("normal", normal, (n, 2), -1)
+        n = len(hits)
+        self._values = np.empty((n, GBUFFER.width), np.float32)
+        self._values[:, 0] = hits
+        for name, value in (("gray", gray), ("depth", depth), ("normal", normal)):
+            array = check_array(name, value, _values_shape(name, n), hint="one for each of hit")
+            check_range(name, array[self.hit])
+            self._values[:, PLACES[name]] = array.reshape(n, -1)
 
-    def _values(self, name: str, value: Any, shape: tuple[int, ...], low: float) -> F32:
-        array = check_array(name, value, shape, hint="one for each of hit")
-        check_range(name, array[self.hit], low)
-        return np.ascontiguousarray(array, dtype=np.float32)
+    @classmethod
+    def from_values(cls, values: F32) -> Samples:
+        """Samples that take over `values`, (n, 5) as `values` returns them, unchecked and without a copy."""
+        samples = object.__new__(cls)
+        samples._values = values
+        return samples
+
+    def values(self) -> F32:
+        """All of them, (n, 5): hit, gray, depth, normal x, normal y."""
+        return self._values
+
+    @property
+    def hit(self) -> NDArray[np.bool_]:
+        return self._values[:, 0] != 0
+
+    @property
+    def gray(self) -> F32:
+        return self.channel("gray")
+
+    @property
+    def depth(self) -> F32:
+        return self.channel("depth")
+
+    @property
+    def normal(self) -> F32:
+        return self.channel("normal")
+
+    def channel(self, name: str) -> F32:
+        """A channel by its name: (n,), or (n, components) where it has several."""
+        values = self._values[:, PLACES[name]]
+        return values[:, 0] if CHANNELS[name].components == 1 else values
 
     def __len__(self) -> int:
-        return len(self.hit)
+        return len(self._values)
 
 
 def untraced_planes(size: Size) -> F32:
-    """Zeros, (5, H, W), for `scatter` to fill.
+    """Zeros, (C, H, W), for `scatter` to fill.
 
     In pictures of gigabytes the system takes seconds to hand out the memory, which it does when a page is first
     touched: here, piece by piece, where Ctrl-C is heard, and not all at once under the first random pixels.
     """
-    planes = np.empty((5, *size), np.float32)
+    planes = np.empty((GBUFFER.width, *size), np.float32)
     flat = planes.reshape(-1)
     piece = 2**22
     for start in range(0, flat.size, piece):
@@ -191,8 +227,8 @@ def untraced_planes(size: Size) -> F32:
 
 
 def scatter(samples: Samples, pixels: NDArray[np.int32], planes: F32) -> None:
-    """Write samples to their pixels, (n, 2) rows and columns, in `planes`, (5, H, W) as `GBuffer.stack` has them."""
-    _core.scatter(pixels, samples.gray, samples.depth, samples.normal, samples.hit, planes)
+    """Write samples to their pixels, (n, 2) rows and columns, in `planes`, (C, H, W) as `GBuffer.stack` has them."""
+    _core.scatter(GBUFFER, pixels, samples.values(), planes)
 
 
 def check_float32(name: str, value: Any, shape: tuple[int | None, ...], *, hint: str = "") -> F32:
@@ -203,10 +239,16 @@ def check_float32(name: str, value: Any, shape: tuple[int | None, ...], *, hint:
     return array
 
 
-def check_range(name: str, array: NDArray[Any], low: float) -> NDArray[Any]:
-    """Return `array` if its values are finite and in low..1, but for rounding."""
+def check_range(name: str, array: NDArray[Any]) -> NDArray[Any]:
+    """Return `array` if its values are finite and in the range of the channel `name`, but for rounding."""
     check_finite(name, array)
-    slack = 1e-3
-    if array.size and not (array.min() >= low - slack and array.max() <= 1 + slack):
-        raise InputError(f"{name}: expected values in {low:g}..1, got {array.min():g}..{array.max():g}")
+    low, high, slack = CHANNELS[name].low, CHANNELS[name].high, 1e-3
+    if array.size and not (array.min() >= low - slack and array.max() <= high + slack):
+        raise InputError(f"{name}: expected values in {low:g}..{high:g}, got {array.min():g}..{array.max():g}")
     return array
+
+
+def _values_shape(name: str, *shape: int) -> tuple[int, ...]:
+    """The shape of a channel's values for users: components last where there are several."""
+    components = CHANNELS[name].components
+    return shape if components == 1 else (*shape, components)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.channels import GBUFFER
 from bobrossnet.picture.gbuffer import GBuffer, Samples, scatter, untraced_planes
 from bobrossnet.picture.order import Size, check_order, check_size, pixel_count, pixel_order
 from bobrossnet.tracing.scene import SceneLike, as_scene
@@ -39,24 +40,9 @@ class SceneTracer:
         self._core = as_scene(scene).core
 
     def __call__(self, pixels: NDArray[np.int32]) -> Samples:
-        n = len(pixels)
-        samples = object.__new__(Samples)  # the core's values need no check
-        samples.gray, samples.depth = np.empty(n, np.float32), np.empty(n, np.float32)
-        samples.normal, samples.hit = np.empty((n, 2), np.float32), np.empty(n, np.bool_)
-        camera = self.camera
-        self._core.trace(
-            camera.azimuth,
-            camera.elevation,
-            camera.roll,
-            camera.zoom,
-            *self.size,
-            pixels,
-            samples.gray,
-            samples.depth,
-            samples.normal,
-            samples.hit,
-        )
-        return samples
+        values = np.empty((len(pixels), GBUFFER.width), np.float32)
+        self._core.trace(self.camera.core(), *self.size, pixels, GBUFFER, values)
+        return Samples.from_values(values)
 
 
 def trace(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet.completion.filling import FILLINGS
-from bobrossnet.completion.network import Model, load_model
+from bobrossnet.completion.network import Network, load_network
 from bobrossnet.errors import InputError
 from bobrossnet.picture.order import check_order
 
@@ -83,7 +83,7 @@ def all_methods(models: Sequence[Weights], fillings: Sequence[str], *, repaintin
     if not (names or fillings):
         raise InputError("models: expected one or more, or fillings, got neither")
     methods: dict[str, Method] = {}
-    for name, model in zip(names, map(load_model, models), strict=True):
+    for name, model in zip(names, map(load_network, models), strict=True):
         if repainting:
             methods[raw(name)] = partial(_raw, model)
         methods[kept(name)] = partial(bob.complete, model=model)
@@ -99,7 +99,7 @@ def check_orders(orders: Sequence[str]) -> tuple[str, ...]:
     return tuple(orders)
 
 
-def _raw(model: Model, part: bob.GBuffer) -> NDArray[np.float32]:
+def _raw(model: Network, part: bob.GBuffer) -> NDArray[np.float32]:
     return np.clip(model.predict(part), 0, 1)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bobrossnet.atomic import write_whole
-from bobrossnet.completion.network import load_model
+from bobrossnet.completion.network import load_network
 from bobrossnet.errors import InputError
 from bobrossnet.learn.figures.architecture import draw_full, draw_grouped, draw_unet
 from bobrossnet.learn.figures.convergence import draw_convergence
@@ -68,7 +68,7 @@ def draw_figures(
     """
     names = check_names(only)
     sources = Sources() if sources is None else sources
-    load_model(sources.weights)  # mistakes are told before time is spent
+    load_network(sources.weights)  # mistakes are told before time is spent
     out = Path(out)
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.completion.network import ModelLike, load_model
+from bobrossnet.completion.network import NetworkLike, load_network
 from bobrossnet.errors import InputError
 from bobrossnet.learn.figures.figure import Drawing, Sources
 from bobrossnet.learn.figures.style import picture_grid, show_picture
@@ -41,7 +41,7 @@ class Stage:
 
 
 def complete_stages(
-    full: bob.GBuffer, fractions: Sequence[float], *, model: ModelLike = "default", seed: int = 0
+    full: bob.GBuffer, fractions: Sequence[float], *, model: NetworkLike = "default", seed: int = 0
 ) -> list[Stage]:
     """Complete a view from growing shares of its pixels, as a picture that converges.
 
@@ -59,7 +59,7 @@ def complete_stages(
     """
     if not full.mask.all():
         raise InputError(f"full: expected every pixel traced, got {full!r}")
-    network = load_model(model)
+    network = load_network(model)
     stages = []
     for fraction in fractions:
         part = full.sample(fraction, order="uniform", seed=seed)

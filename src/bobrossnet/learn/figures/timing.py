@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.completion.network import load_model
+from bobrossnet.completion.network import load_network
 from bobrossnet.learn.figures.figure import Drawing, Sources
 from bobrossnet.learn.figures.style import BLUE, COLUMN, GRAY, RED, new_figure
 from bobrossnet.machine import processor
@@ -29,7 +29,7 @@ def measure(sources: Sources, sizes: tuple[Size, ...] = SIZES, runs: int = RUNS)
 
     The sizes take turns: what else the machine does meanwhile falls on all alike.
     """
-    model = load_model(sources.weights)
+    model = load_network(sources.weights)
     parts = [bob.trace(sources.scene, sources.camera, size=size, fraction=FRACTION) for size in sizes]
     elapsed_ms = np.empty((len(sizes), runs))
     for run in range(runs):

@@ -4,15 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import deepcopy
-from typing import Any
+from typing import Any, ClassVar
 
 import torch
 from torch import nn
 from torch.utils.flop_counter import FlopCounterMode
 
+from bobrossnet import _core
+
 
 class Network(nn.Module):
-    """A network that maps (N, 5, H, W), as `GBuffer.stack` gives it, to (N, 1, H, W), for any H and W of at least 1."""
+    """A network that maps the planes of its inputs, (N, C, H, W), to its outputs, (N, 1, H, W), for any H and W of at
+    least 1."""
+
+    inputs: ClassVar[str] = "mask,gray,depth,normal"
+    """The names of the channels that it sees, with commas between them."""
+    outputs: ClassVar[str] = "gray"
+
+    @classmethod
+    def width(cls) -> int:
+        """Return how many planes the inputs have."""
+        return _core.Layout(cls.inputs).width
 
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Network:
@@ -41,5 +53,5 @@ class Network(nn.Module):
         """
         network = deepcopy(self).to("meta")  # shapes alone, nothing is computed
         with torch.no_grad(), FlopCounterMode(display=False) as counter:
-            network(torch.empty((1, 5, height, width), device="meta"))
+            network(torch.empty((1, self.width(), height, width), device="meta"))
         return float(counter.get_total_flops()) / 2 / (height * width)

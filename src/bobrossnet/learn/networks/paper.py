@@ -44,12 +44,12 @@ class Paper(Network):
         if groups < 1 or 20 % groups:
             raise InputError(f"groups: expected a divisor of 20, got {groups}")
         self.groups = groups
-        self.encode1 = nn.Conv2d(5, 20, 3, padding=1)
+        self.encode1 = nn.Conv2d(self.width(), 20, 3, padding=1)
         self.encode2 = nn.Conv2d(20, 80, 3, padding=1, groups=groups)
         self.encoded = nn.Conv2d(80, 20, 3, padding=1, groups=groups)
         self.decode1 = nn.Conv2d(20, 5, 3, padding=1)
-        self.decode2 = nn.Conv2d(25, 5, 3, padding=1)
-        self.output = nn.Conv2d(10, 1, 3, padding=1)
+        self.decode2 = nn.Conv2d(5 + 20, 5, 3, padding=1)
+        self.output = nn.Conv2d(5 + self.width(), 1, 3, padding=1)
         for layer in (self.encode1, self.encode2, self.encoded, self.decode1, self.decode2, self.output):
             # He's initial weights: PyTorch's own lose a factor of about 2.4 in scale a layer before ReLU.
             nn.init.kaiming_normal_(layer.weight, nonlinearity="linear" if layer is self.output else "relu")

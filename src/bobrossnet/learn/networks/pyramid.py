@@ -5,8 +5,8 @@ overwritten by the means of the blocks that have any, doubled in size, and corre
 is known at this level, where in its block it lies, and what the coarser level hands on. So there is no need to learn
 averaging and interpolation, only what they get wrong.
 
-Its sibling is core/completion/pyramid.cpp, step for step. Letters in shape comments: N pictures, C channels, H and W the
-picture's height and width, padded to even ones, h and w those of a level, 2^level times smaller and rounded up.
+Its sibling is core/completion/pyramid.cpp, step for step. Letters in shape comments: N pictures, C channels, H and W
+the picture's height and width, padded to even ones, h and w those of a level, 2^level times smaller and rounded up.
 """
 
 from __future__ import annotations

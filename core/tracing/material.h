@@ -1,4 +1,4 @@
-/// Blinn-Phong under a headlight; the constants stand in CONVENTIONS.md.
+/// Materials, and how they are shaded: Blinn-Phong under a headlight. CONVENTIONS.md has the constants.
 #pragma once
 
 #include <algorithm>

@@ -1,0 +1,81 @@
+/// Networks: made of a weight file's tensors, and run.
+#include <nanobind/stl/string_view.h>
+#include <nanobind/stl/unique_ptr.h>
+
+#include <memory>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "bindings.h"
+#include "completion/incremental.h"
+#include "completion/known.h"
+#include "completion/network.h"
+#include "picture/gbuffer.h"
+
+using namespace nb::literals;
+
+namespace {
+
+using Tensor = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
+
+/// A network, in a class of its own, since Python's objects are not const.
+struct Network {
+    std::unique_ptr<const bob::Network> core;
+};
+
+void init_network(Network* self, std::string_view name, const nb::dict& tensors, const bob::Layout& inputs,
+                  const bob::Layout& outputs) {
+    bob::Weights weights{inputs, outputs, {}};
+    std::vector<Tensor> arrays;  // keeps converted values alive
+    for (const auto& [key, value] : tensors) {
+        const Tensor& array = arrays.emplace_back(nb::cast<Tensor>(value));
+        bob::Tensor tensor{{}, {array.data(), array.size()}};
+        for (std::size_t axis = 0; axis < array.ndim(); ++axis) tensor.shape.push_back(static_cast<int>(array.shape(axis)));
+        weights.tensors.emplace(nb::cast<std::string_view>(key), std::move(tensor));
+    }
+    new (self) Network{bob::make_network(name, weights)};
+}
+
+void check_planes(const bob::Layout& layout, const ConstPlanes& planes, const bob::Layout& completed, const Planes& output) {
+    expect(planes.shape(0) == static_cast<std::size_t>(layout.width()), "planes: expected the layout's width");
+    expect(output.shape(0) == static_cast<std::size_t>(completed.width()), "output: expected the outputs' width");
+    expect(output.shape(1) == planes.shape(1) && output.shape(2) == planes.shape(2), "output: expected the planes' size");
+}
+
+/// `run` is the network, or an Incremental of it.
+template <class Run>
+void complete(Run& run, const bob::Network& network, const bob::Layout& layout, const ConstPlanes& planes,
+              const Planes& output) {
+    check_planes(layout, planes, network.outputs(), output);
+    std::vector<float> storage;
+    const float* const inputs = bob::select(layout, planes.data(), network.inputs(), planes.shape(1) * planes.shape(2), storage);
+    interruptible([&](const auto& keep_going) {
+        run(inputs, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)), output.data(), keep_going);
+    });
+}
+
+void keep_known(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& completed, const Planes& output) {
+    check_planes(known, planes, completed, output);
+    const nb::gil_scoped_release release;
+    bob::keep_known(known, planes.data(), completed, output.data(), planes.shape(1) * planes.shape(2));
+}
+
+}  // namespace
+
+void bind_completion(nb::module_& m) {
+    nb::class_<bob::Incremental>(m, "IncrementalNetwork")
+        .def("__call__", [](bob::Incremental& self, const bob::Layout& layout, const ConstPlanes& planes, const Planes& output) {
+            complete(self, self.network(), layout, planes, output);
+        }, "layout"_a, "planes"_a.noconvert(), "output"_a.noconvert());
+    nb::class_<Network>(m, "Network")
+        .def("__init__", &init_network, "name"_a, "tensors"_a, "inputs"_a, "outputs"_a)
+        .def("__call__", [](const Network& self, const bob::Layout& layout, const ConstPlanes& planes, const Planes& output) {
+            complete(*self.core, *self.core, layout, planes, output);
+        }, "layout"_a, "planes"_a.noconvert(), "output"_a.noconvert())
+        .def_prop_ro("inputs", [](const Network& self) { return self.core->inputs(); })
+        .def_prop_ro("outputs", [](const Network& self) { return self.core->outputs(); })
+        .def("incremental", [](const Network& self) { return new bob::Incremental(*self.core); },
+             nb::rv_policy::take_ownership, nb::keep_alive<0, 1>());
+    m.def("keep_known", &keep_known, "known"_a, "planes"_a.noconvert(), "completed"_a, "output"_a.noconvert());
+}

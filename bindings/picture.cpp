@@ -1,0 +1,117 @@
+/// What tracing and completion share: channels, cameras, pixel orders, and samples on their way into planes.
+#include <nanobind/operators.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+#include <nanobind/stl/tuple.h>
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include "bindings.h"
+#include "parallel.h"
+#include "picture/camera.h"
+#include "picture/channels.h"
+#include "picture/gbuffer.h"
+#include "picture/order.h"
+
+using namespace nb::literals;
+
+namespace {
+
+/// (name, components, low, high, value where a ray missed) of each channel.
+nb::list channels() {
+    nb::list result;
+    for (const bob::Channel& c : bob::channels::all) {
+        result.append(nb::make_tuple(nb::str(c.name.data(), c.name.size()), c.components, c.low, c.high, c.missed));
+    }
+    return result;
+}
+
+using Rays = std::tuple<Array<std::int64_t, -1>, Array<float, -1, 3>, Array<float, -1, 3>>;
+
+/// Which of the pixels' rays meet the unit sphere, and the origins and directions of these.
+Rays rays(const bob::Camera& camera, int height, int width, const Pixels& pixels) {
+    const bob::Projection projection(camera, height, width);
+    std::vector<std::int64_t> met;
+    std::vector<bob::Ray> found;
+    const auto all = items<bob::Pixel>(pixels);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        bob::Ray ray;
+        if (!projection.ray(all[i], ray)) continue;
+        met.push_back(static_cast<std::int64_t>(i));
+        found.push_back(ray);
+    }
+    auto which = make_array<std::int64_t, -1>(met.size());
+    auto origins = make_array<float, -1, 3>(met.size(), 3), directions = make_array<float, -1, 3>(met.size(), 3);
+    for (std::size_t i = 0; i < met.size(); ++i) {
+        which.data()[i] = met[i];
+        for (int axis = 0; axis < 3; ++axis) {
+            origins.data()[3 * i + static_cast<std::size_t>(axis)] = found[i].origin[axis];
+            directions.data()[3 * i + static_cast<std::size_t>(axis)] = found[i].direction[axis];
+        }
+    }
+    return {which, origins, directions};
+}
+
+void pixel_order(std::string_view name, std::uint64_t seed, std::uint32_t height, std::uint32_t width,
+                 std::uint32_t start, const Array<std::int32_t, -1, 2>& pixels) {
+    expect(std::uint64_t{start} + pixels.shape(0) <= std::uint64_t{height} * width, "start: beyond the last pixel");
+    const auto write = [&](const auto& order) {
+        const std::span all(reinterpret_cast<bob::Pixel*>(pixels.data()), pixels.shape(0));
+        interruptible([&](const auto& keep_going) {
+            bob::parallel_for(all.size(), 8192, [&](std::size_t begin, std::size_t end) {
+                order(start + static_cast<std::uint32_t>(begin), all.subspan(begin, end - begin));
+            }, keep_going);
+        });
+    };
+    if (name == "uniform") {
+        write(bob::UniformOrder(seed, height, width));
+    } else {
+        const bob::Tile* tile = bob::find_tile(name);
+        expect(tile, "order: unknown");
+        write(bob::TiledOrder(*tile, seed, height, width));
+    }
+}
+
+void scatter(const bob::Layout& layout, const Pixels& pixels, const Samples& samples, const Planes& planes) {
+    check_pixels(pixels, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)));
+    check_width(layout, pixels.shape(0), samples);
+    expect(planes.shape(0) == static_cast<std::size_t>(layout.width()), "planes: expected one for each component");
+    const nb::gil_scoped_release release;
+    bob::scatter(layout, items<bob::Pixel>(pixels), samples.data(), planes.data(), planes.shape(1), planes.shape(2));
+}
+
+}  // namespace
+
+void check_pixels(const Pixels& pixels, int height, int width) {
+    for (const bob::Pixel p : items<bob::Pixel>(pixels)) {
+        expect(p.row >= 0 && p.row < height && p.column >= 0 && p.column < width, "pixels: outside the image");
+    }
+}
+
+void check_width(const bob::Layout& layout, std::size_t count, const Samples& samples) {
+    expect(samples.shape(0) == count, "samples: expected one for each pixel");
+    expect(samples.shape(1) == static_cast<std::size_t>(layout.width()), "samples: expected the layout's width");
+}
+
+void bind_picture(nb::module_& m) {
+    nb::class_<bob::Layout>(m, "Layout")
+        .def(nb::init<std::string_view>(), "names"_a)
+        .def_prop_ro("names", &bob::Layout::names)
+        .def_prop_ro("width", &bob::Layout::width)
+        .def(nb::self == nb::self);
+    m.def("channels", &channels);
+    m.def("gbuffer_layout", &bob::gbuffer_layout, nb::rv_policy::copy);
+
+    nb::class_<bob::Camera>(m, "Camera")
+        .def("__init__", [](bob::Camera* self, float azimuth, float elevation, float roll, float zoom) {
+            new (self) bob::Camera{azimuth, elevation, roll, zoom};
+        }, "azimuth"_a, "elevation"_a, "roll"_a, "zoom"_a)
+        .def("rays", &rays, "height"_a, "width"_a, "pixels"_a.noconvert());
+
+    m.def("pixel_order", &pixel_order, "order"_a, "seed"_a, "height"_a, "width"_a, "start"_a, "pixels"_a.noconvert());
+    m.def("scatter", &scatter, "layout"_a, "pixels"_a.noconvert(), "samples"_a.noconvert(), "planes"_a.noconvert());
+}

@@ -1,0 +1,104 @@
+/// G-buffers and networks in the WebAssembly module, and the memory that all its functions work in.
+#include <cstddef>
+#include <cstdint>
+#include <new>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "completion/known.h"
+#include "completion/network.h"
+#include "picture/gbuffer.h"
+#include "wasm.h"
+
+std::string& error_text() {
+    static std::string text;
+    return text;
+}
+
+EXPORT(error) const char* error() { return error_text().c_str(); }
+
+EXPORT(allocate) void* allocate(std::size_t bytes) {
+    return attempt([&] { return ::operator new(bytes, std::align_val_t{16}); });
+}
+EXPORT(release) void release(void* memory) { ::operator delete(memory, std::align_val_t{16}); }
+
+// ---- G-buffers -------------------------------------------------------------------------------------------
+
+/// The channels of samples and planes, "NAME:COMPONENTS,...".
+EXPORT(gbuffer_layout) const char* gbuffer_layout() {
+    static const std::string text = [] {
+        std::string result;
+        for (const bob::Channel& channel : bob::gbuffer_layout()) {
+            if (!result.empty()) result += ',';
+            result.append(channel.name).append(":").append(std::to_string(channel.components));
+        }
+        return result;
+    }();
+    return text.c_str();
+}
+
+/// Writes samples, (count, C), to their pixels, (count, 2), of planes, (C, height, width); adds to `traced` how many of the
+/// pixels were not traced before.
+EXPORT(add_samples)
+bool add_samples(const std::int32_t* pixels, const float* samples, std::size_t count, float* planes, std::int32_t height,
+                 std::int32_t width, std::uint32_t* traced) {
+    return attempt([&] {
+        const std::span all(reinterpret_cast<const bob::Pixel*>(pixels), count);
+        for (const bob::Pixel p : all) {
+            expect(p.row >= 0 && p.row < height && p.column >= 0 && p.column < width, "pixels: outside the image");
+        }
+        *traced += static_cast<std::uint32_t>(bob::scatter(bob::gbuffer_layout(), all, samples, planes,
+                                                           static_cast<std::size_t>(height), static_cast<std::size_t>(width)));
+        return true;
+    });
+}
+
+// ---- Networks --------------------------------------------------------------------------------------------
+
+/// inputs, outputs: names of channels, with commas between them.
+EXPORT(make_weights)
+bob::Weights* make_weights(const char* inputs, std::size_t inputs_size, const char* outputs, std::size_t outputs_size) {
+    return attempt([&] {
+        return new bob::Weights{bob::Layout(std::string_view(inputs, inputs_size)),
+                                bob::Layout(std::string_view(outputs, outputs_size)), {}};
+    });
+}
+EXPORT(free_weights) void free_weights(bob::Weights* weights) { delete weights; }
+
+/// The values must stay until a network was made of them.
+EXPORT(add_tensor)
+bool add_tensor(bob::Weights* weights, const char* name, std::size_t name_size, const std::int32_t* shape,
+                std::size_t axes, const float* values) {
+    return attempt([&] {
+        std::size_t size = 1;
+        for (std::size_t axis = 0; axis < axes; ++axis) size *= static_cast<std::size_t>(shape[axis]);
+        weights->tensors.insert_or_assign(std::string(name, name_size), bob::Tensor{{shape, shape + axes}, {values, size}});
+        return true;
+    });
+}
+
+EXPORT(make_network)
+const bob::Network* make_network(const char* name, std::size_t name_size, const bob::Weights* weights) {
+    return attempt([&] { return bob::make_network({name, name_size}, *weights).release(); });
+}
+EXPORT(free_network) void free_network(const bob::Network* network) { delete network; }
+
+/// planes: (C, height, width) of a G-buffer; output: (channels of the network's outputs, height, width).
+EXPORT(run_network)
+bool run_network(const bob::Network* network, const float* planes, std::int32_t height, std::int32_t width, float* output) {
+    return attempt([&] {
+        std::vector<float> storage;
+        const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+        return (*network)(bob::select(bob::gbuffer_layout(), planes, network->inputs(), pixels, storage), height, width, output);
+    });
+}
+
+/// Puts the traced pixels of a G-buffer back into what a network made of it.
+EXPORT(keep_known)
+bool keep_known(const bob::Network* network, const float* planes, std::size_t pixels, float* output) {
+    return attempt([&] {
+        bob::keep_known(bob::gbuffer_layout(), planes, network->outputs(), output, pixels);
+        return true;
+    });
+}

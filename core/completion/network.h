@@ -1,0 +1,44 @@
+/// Networks: what completes a picture of which some pixels were traced.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string_view>
+#include <utility>
+
+#include "completion/weights.h"
+#include "picture/channels.h"
+
+namespace bob {
+
+class Network {
+public:
+    virtual ~Network() = default;
+
+    [[nodiscard]] const Layout& inputs() const { return inputs_; }
+    [[nodiscard]] const Layout& outputs() const { return outputs_; }
+
+    /// planes: (inputs().width(), height, width), all 0 where not traced; output: (outputs().width(), height, width), the
+    /// network's own values at every pixel. Any size; from several threads at once. `keep_going` as in `parallel_for`: once
+    /// it says no, the rest of `output` is left as it is and false returned.
+    virtual bool operator()(const float* planes, int height, int width, float* output,
+                            const std::function<bool()>& keep_going = nullptr) const = 0;
+
+    /// How many pixels away a pixel can make a difference.
+    [[nodiscard]] virtual int reach() const = 0;
+    /// From multiples of which on all pixels are treated as from the first on.
+    [[nodiscard]] virtual int grid() const = 0;
+
+protected:
+    /// Throws std::invalid_argument unless the weights have the layouts that the network is made for.
+    Network(const Weights& weights, Layout inputs, Layout outputs);
+
+private:
+    Layout inputs_, outputs_;
+};
+
+/// The network of a name, "paper" or "pyramid". Throws std::invalid_argument if there is no such network, or a tensor is
+/// missing or does not fit.
+[[nodiscard]] std::unique_ptr<const Network> make_network(std::string_view name, const Weights& weights);
+
+}  // namespace bob

@@ -1,0 +1,111 @@
+/// Channels: what is known of a pixel, each declared once, and the layouts that list them.
+#pragma once
+
+#include <algorithm>
+#include <initializer_list>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bob {
+
+struct Channel {
+    std::string_view name;
+    int components;
+    float low, high;   // range of the values
+    float missed = 0;  // the value of all components where a ray missed
+
+    bool operator==(const Channel& other) const { return name == other.name; }
+};
+
+namespace channels {
+
+/// 1 where a ray was traced. In a sample it says instead whether the ray hit.
+inline constexpr Channel mask{"mask", 1, 0, 1};
+/// Blinn-Phong shade, display-referred.
+inline constexpr Channel gray{"gray", 1, 0, 1};
+/// 1 at the point of the unit sphere nearest the camera, 0 at the farthest.
+inline constexpr Channel depth{"depth", 1, 0, 1};
+/// x right and y up, in screen space; of unit length together with a z >= 0 towards the camera.
+inline constexpr Channel normal{"normal", 2, -1, 1};
+
+inline constexpr Channel all[] = {mask, gray, depth, normal};
+
+}  // namespace channels
+
+/// Which channels an array holds, in which order: planes (width, H, W), or samples (n, width).
+class Layout {
+public:
+    Layout(std::initializer_list<Channel> channels) : channels_(channels) {}
+
+    /// From names with commas between them. Throws std::invalid_argument if there is no such channel.
+    explicit Layout(std::string_view names) {
+        for (std::size_t begin = 0; begin <= names.size();) {
+            const std::size_t end = std::min(names.find(',', begin), names.size());
+            const std::string_view name = names.substr(begin, end - begin);
+            const auto* found = std::find_if(std::begin(channels::all), std::end(channels::all),
+                                             [&](const Channel& channel) { return channel.name == name; });
+            if (found == std::end(channels::all)) {
+                throw std::invalid_argument("expected channels among " + Layout(channels::all).names() + ", got '" +
+                                            std::string(name) + "'");
+            }
+            channels_.push_back(*found);
+            begin = end + 1;
+        }
+    }
+
+    [[nodiscard]] std::string names() const {
+        std::string result;
+        for (const Channel& channel : channels_) {
+            if (!result.empty()) result += ',';
+            result += channel.name;
+        }
+        return result;
+    }
+
+    /// Components of all channels.
+    [[nodiscard]] int width() const {
+        int sum = 0;
+        for (const Channel& channel : channels_) sum += channel.components;
+        return sum;
+    }
+
+    /// Where a channel's first component is, or -1 where the layout lacks it.
+    [[nodiscard]] int place(const Channel& wanted) const {
+        int at = 0;
+        for (const Channel& channel : channels_) {
+            if (channel == wanted) return at;
+            at += channel.components;
+        }
+        return -1;
+    }
+
+    /// The same, of a channel that must be there: throws std::invalid_argument.
+    [[nodiscard]] int place_of(const Channel& wanted) const {
+        const int at = place(wanted);
+        if (at < 0) {
+            throw std::invalid_argument("expected a G-buffer with the channel " + std::string(wanted.name) + ", got one of " +
+                                        names());
+        }
+        return at;
+    }
+
+    [[nodiscard]] auto begin() const { return channels_.begin(); }
+    [[nodiscard]] auto end() const { return channels_.end(); }
+    bool operator==(const Layout&) const = default;
+
+private:
+    template <std::size_t N>
+    explicit Layout(const Channel (&channels)[N]) : channels_(std::begin(channels), std::end(channels)) {}
+
+    std::vector<Channel> channels_;
+};
+
+/// What the tracer finds at a pixel, and a G-buffer holds. The mask comes first.
+inline const Layout& gbuffer_layout() {
+    static const Layout layout{channels::mask, channels::gray, channels::depth, channels::normal};
+    return layout;
+}
+
+}  // namespace bob
