@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rays import camera_axes, pixel_centers
+from rays import camera_rays
 from report import MODELS, heading, in_turn, median_ratio, spread, table
 from skimage.measure import marching_cubes
 
@@ -193,7 +193,7 @@ def steepest_slope(example: Example, scene: bob.Scene, count: int = 2**18) -> fl
 
 
 class Rays:
-    """The rays of a picture's pixels that meet the bounding sphere, from there on, as core/picture/camera.h has them.
+    """The rays of a picture's pixels that meet the bounding sphere, from there on.
 
     Attributes
     ----------
@@ -204,15 +204,10 @@ class Rays:
     """
 
     def __init__(self, scene: bob.Scene, camera: bob.Camera, size: tuple[int, int]) -> None:
-        right, up, toward = camera_axes(camera)
-        x, y = pixel_centers(size)
-        self.pixels = np.flatnonzero(x * x + y * y < 1)
-        x, y = x[self.pixels], y[self.pixels]
-        z = np.sqrt(1 - x * x - y * y)
-        points = right[:, None] * x + up[:, None] * y + toward[:, None] * z
-        self.origin = (scene.center[:, None] + scene.radius * points).astype(np.float32)
-        self.direction = -toward[:, None].astype(np.float32)
-        self.length = (2 * scene.radius * z).astype(np.float32)
+        self.pixels, origin, direction = camera_rays(camera, size)
+        self.origin = (scene.center + scene.radius * origin).T.astype(np.float32)
+        self.direction = direction[:1].T
+        self.length = (-2 * scene.radius * (origin * direction).sum(axis=1)).astype(np.float32)
 
 
 def sphere_trace(example: Example, rays: Rays, steepest: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

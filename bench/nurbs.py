@@ -484,7 +484,7 @@ def speed_rows(example: Example, mesh: Tessellation) -> Iterator[list[str]]:
     vertices, triangles = merged(mesh)
     embree = build_embree(in_unit_sphere(example.scene, vertices), triangles)
     threads = bob.thread_count()
-    for name, (origin, direction) in (("random", random_rays(RAYS)), ("camera", camera_rays(CAMERA, SIZE))):
+    for name, (origin, direction) in (("random", random_rays(RAYS)), ("camera", camera_rays(CAMERA, SIZE)[1:])):
         count = len(origin)
         t, u, v = np.empty(count, np.float32), np.empty(count), np.empty(count)
         instance, primitive = np.empty(count, np.int32), np.empty(count, np.int32)
@@ -549,8 +549,8 @@ def rebuilt(scene: bob.Scene) -> bob.Scene:
 
 def picture_row(example: Example, mesh: Tessellation, pool: ThreadPoolExecutor) -> list[str]:
     scene = example.scene
-    origin, direction = camera_rays(CAMERA, SIZE)
-    bands = np.array_split(np.arange(PIXELS), 8 * bob.thread_count())
+    _, origin, direction = camera_rays(CAMERA, SIZE)
+    bands = np.array_split(np.arange(len(origin)), 8 * bob.thread_count())
     slices = [slice(int(band[0]), int(band[-1]) + 1) for band in bands]
 
     def embree() -> tuple[float, float, float]:

@@ -27,30 +27,11 @@ def random_rays(count: int) -> tuple[F32, F32]:
     return origin.astype(np.float32), direction.astype(np.float32)
 
 
-def camera_axes(camera: bob.Camera) -> tuple[F64, F64, F64]:
-    """Right, up, and towards the camera, (3,) each; of a camera without roll."""
-    a, e = np.radians((camera.azimuth, camera.elevation))
-    right = np.array((-np.sin(a), np.cos(a), 0))
-    toward = np.array((np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)))
-    return right, np.cross(toward, right), toward
-
-
-def pixel_centers(size: tuple[int, int]) -> tuple[F64, F64]:
-    """x to the right and y up, (n,) each, in radii of the bounding sphere, row by row; at zoom 1."""
-    height, width = size
-    row, column = np.indices(size).reshape(2, -1)
-    scale = 2 / min(size)
-    x = np.asarray((column + 0.5 - width / 2) * scale, np.float64)
-    y = np.asarray((height / 2 - row - 0.5) * scale, np.float64)
-    return x, y
-
-
-def camera_rays(camera: bob.Camera, size: tuple[int, int]) -> tuple[F32, F32]:
-    """Origins and directions, (n, 3), of every pixel's ray to the unit sphere, as core/picture/camera.h has them."""
-    right, up, toward = camera_axes(camera)
-    x, y = pixel_centers(size)
-    origin = x[:, None] * right + y[:, None] * up + 1.2 * toward
-    return origin.astype(np.float32), np.tile(-toward, (len(x), 1)).astype(np.float32)
+def camera_rays(camera: bob.Camera, size: tuple[int, int]) -> tuple[NDArray[np.int64], F32, F32]:
+    """Which pixels' rays meet the unit sphere, row by row, (n,); their origins, just outside of it, and directions,
+    (n, 3) each."""
+    pixels = np.indices(size, np.int32).reshape(2, -1).T
+    return camera.core().rays(*size, np.ascontiguousarray(pixels))
 
 
 def build_embree(vertices: F32, triangles: NDArray[np.int32], device: Any = None) -> EmbreeScene:

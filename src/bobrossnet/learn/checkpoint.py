@@ -3,8 +3,8 @@
 A weight file holds a network's tensors under its layers' names. Its header's strings: `format` (this file's version),
 `network` (a name in `NETWORKS`), `inputs` and `outputs` (its channels' names), the network's own settings (`groups`),
 and `training`, the configuration as JSON. The core's reader, completion/weights.py, mirrors it and needs no torch. A
-checkpoint holds `network.<tensor>`, `average.<tensor>` and `optimizer.<parameter>.<tensor>`, and in its header, as JSON,
-`training`, the configuration, `dataset`, what tells the data set from others, and `progress`.
+checkpoint holds `network.<tensor>`, `average.<tensor>` and `optimizer.<parameter>.<tensor>`, and in its header, as
+JSON, `training`, the configuration, `dataset`, what tells the data set from others, and `progress`.
 """
 
 from __future__ import annotations

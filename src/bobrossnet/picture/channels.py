@@ -19,7 +19,7 @@ class Channel(NamedTuple):
     """The value of all components where a ray missed."""
 
 
-CHANNELS = {name: Channel(name, *rest) for name, *rest in _core.channels()}
+CHANNELS = {row[0]: Channel(*row) for row in _core.channels()}
 """By their names."""
 
 GBUFFER = _core.gbuffer_layout()

@@ -189,7 +189,8 @@ class Samples:
 
     @property
     def hit(self) -> NDArray[np.bool_]:
-        return self._values[:, 0] != 0
+        hit: NDArray[np.bool_] = self._values[:, 0] != 0
+        return hit
 
     @property
     def gray(self) -> F32:
