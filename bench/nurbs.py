@@ -37,7 +37,6 @@ LARGE = (2048, 2048)
 TOLERANCE = 0.5 * 2 / LARGE[0]
 """Half a pixel of the large picture, in radii of the bounding sphere."""
 CAMERA = bob.Camera()
-PIXELS = SIZE[0] * SIZE[1]
 RAYS = 100_000
 RUNS = 5
 COPIES = 16
