@@ -32,9 +32,9 @@ from bobrossnet.learn.evaluation.scenes import Scenes, own_scenes, scenes_of_fol
 from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
 from bobrossnet.learn.evaluation.stability import Stability, measure_stability
 from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
-from bobrossnet.learn.tables import plus_minus, table
 from bobrossnet.picture.files import side_by_side, to_8_bit, traced_on_green, write_picture
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS, pixel_order
+from bobrossnet.tables import plus_minus, table
 
 UNIFORM = "uniform"  # the report's order
 REPORT = "paper"  # its network

@@ -33,8 +33,8 @@ from bobrossnet.learn.evaluation.methods import kept, raw
 from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.figures import FIGURES, Sources, draw_figures
 from bobrossnet.learn.figures.losses import UNSEEN, loss_title
-from bobrossnet.learn.tables import table
 from bobrossnet.learn.train import LOG, WEIGHTS, train
+from bobrossnet.tables import table
 
 NAME = "paper"  # of the model in evaluations
 SCAN = "scans/armadillo.ply"  # of the Stanford Computer Graphics Laboratory, as the report's dragon is; y is up

@@ -11,12 +11,12 @@ const double sqrt3 = std::sqrt(3.0);
 
 Object circle(const Arguments& a) {
     Graph graph;
-    return model<2>(graph, length(point<2>(graph) - a.vector<2>("center")) - a.number("radius"));
+    return sdf<2>(graph, length(point<2>(graph) - a.vector<2>("center")) - a.number("radius"));
 }
 
 Object line(const Arguments& a) {
     Graph graph;
-    return model<2>(graph, dot(point<2>(graph) - a.vector<2>("point"), a.direction<2>("normal") * -1));
+    return sdf<2>(graph, dot(point<2>(graph) - a.vector<2>("point"), a.direction<2>("normal") * -1));
 }
 
 Object slab(const Arguments& a) {
@@ -30,7 +30,7 @@ Object slab(const Arguments& a) {
     };
     cut("x0", 0, -1), cut("x1", 0, 1), cut("y0", 1, -1), cut("y1", 1, 1);
     if (!result) a.reject("expected at least one of x0, y0, x1, y1, got none");
-    return model<2>(graph, *result);
+    return sdf<2>(graph, *result);
 }
 
 Object rectangle(const Arguments& a) {
@@ -41,7 +41,7 @@ Object rectangle(const Arguments& a) {
         center = a.vector<2>("a") - size * -0.5;
     }
     Graph graph;
-    return model<2>(graph, corner(abs(point<2>(graph) - center) - size * 0.5));
+    return sdf<2>(graph, corner(abs(point<2>(graph) - center) - size * 0.5));
 }
 
 Object rounded_rectangle(const Arguments& a) {
@@ -53,7 +53,7 @@ Object rounded_rectangle(const Arguments& a) {
     const auto r = [&](std::size_t i) { return graph.constant(radius[i]); };
     const Value rounding = choose(x, choose(y, r(0), r(1)), choose(y, r(3), r(2)));
     const Point<2> q = abs(p) - a.size<2>("size") * 0.5;
-    return model<2>(graph, corner(q[0] + rounding, q[1] + rounding) - rounding);
+    return sdf<2>(graph, corner(q[0] + rounding, q[1] + rounding) - rounding);
 }
 
 Object equilateral_triangle(const Arguments&) {
@@ -62,7 +62,7 @@ Object equilateral_triangle(const Arguments&) {
     Value x = abs(graph.x()) - 1, y = graph.y() + 1 / sqrt3;
     const Value over = max(x + sqrt3 * y, 0) / 2;
     x = x - over, y = y - sqrt3 * over;
-    return model<2>(graph, corner(abs(x + 1) - 1, -y));
+    return sdf<2>(graph, corner(abs(x + 1) - 1, -y));
 }
 
 Object hexagon(const Arguments& a) {
@@ -73,7 +73,7 @@ Object hexagon(const Arguments& a) {
     const Value over = 2 * min(y * 0.5 - x * (sqrt3 / 2), 0);
     x = x + over * (sqrt3 / 2), y = y - over * 0.5;
     const Value beside = abs(x) - r / sqrt3, beyond = y - r;  // inside, nothing is beside the edge
-    return model<2>(graph, select(beside, beyond, hypot(max(beside, 0), max(beyond, 0))));
+    return sdf<2>(graph, select(beside, beyond, hypot(max(beside, 0), max(beyond, 0))));
 }
 
 Object rounded_x(const Arguments& a) {
@@ -82,7 +82,7 @@ Object rounded_x(const Arguments& a) {
     const auto [x, y] = abs(point<2>(graph));
     // Less the nearest point of the diagonal, which is half of min(x + y, w) in both coordinates.
     const Value across = (x - y) / 2;
-    return model<2>(graph, hypot(max(across, x - half), max(-across, y - half)) - a.number("r"));
+    return sdf<2>(graph, hypot(max(across, x - half), max(-across, y - half)) - a.number("r"));
 }
 
 /// An edge of a polygon, and a point by it.
@@ -154,7 +154,7 @@ Object polygon(const Arguments& a) {
     Graph graph;
     const std::vector<Edge> all = edges(graph, corners);
     const int turn = convex_turn(all);
-    return model<2>(graph, turn ? convex(graph, all, turn) : even_odd(graph, all));
+    return sdf<2>(graph, turn ? convex(graph, all, turn) : even_odd(graph, all));
 }
 
 Object vesica(const Arguments& a) {
@@ -163,7 +163,7 @@ Object vesica(const Arguments& a) {
     const double b = std::sqrt(r * r - d * d);
     Graph graph;
     const auto [x, y] = abs(point<2>(graph));
-    return model<2>(graph, select(b * x - d * (y - b), hypot(x, y - b), hypot(x + d, y) - r));
+    return sdf<2>(graph, select(b * x - d * (y - b), hypot(x, y - b), hypot(x + d, y) - r));
 }
 
 }  // namespace

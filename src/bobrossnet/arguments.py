@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-UP = "the models' axis that points up; y turns them upright (default: z)"
+UP = "the shapes' axis that points up; y turns them upright (default: z)"
 
 
 def size(text: str) -> tuple[int, int]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import importlib.util
 import math
-import sys
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -21,6 +20,7 @@ from bobrossnet.adapters.apart import call_apart
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.adapters.opennurbs import brep_loops
 from bobrossnet.errors import InputError, InputWarning
+from bobrossnet.machine import limit_memory
 from bobrossnet.shapes.affine import IDENTITY, Matrix
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep, Face, Loop, TrimCurve
@@ -92,7 +92,7 @@ def read_3dm(file: Path) -> list[Instance]:
 def read_apart(file: str) -> tuple[list[Instance], list[str]]:
     """What `read_3dm` returns and warns of, in a process of its own: damaged files crash rhino3dm."""
     path = Path(file)
-    _limit_memory(SPARE_MEMORY + MEMORY_PER_BYTE * path.stat().st_size)
+    limit_memory(SPARE_MEMORY + MEMORY_PER_BYTE * path.stat().st_size)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         instances = read_here(path)
@@ -298,19 +298,6 @@ class _Reader:
             self.refused_faces.append(str(error))
             return None
         return face
-
-
-def _limit_memory(more: int) -> None:
-    """Let this process have no more than so many bytes in addition; under Linux, where one can say so."""
-    if sys.platform != "linux":
-        return
-    import resource
-
-    pages = int(Path("/proc/self/statm").read_text().split()[5])  # what RLIMIT_DATA counts
-    wanted = pages * resource.getpagesize() + more
-    soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    limits = [limit for limit in (wanted, soft) if limit != resource.RLIM_INFINITY]
-    resource.setrlimit(resource.RLIMIT_DATA, (min(limits), hard))
 
 
 def _hex(color: tuple[int, ...]) -> str:

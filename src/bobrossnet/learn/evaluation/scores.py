@@ -20,8 +20,8 @@ from bobrossnet.errors import InputError
 from bobrossnet.learn.evaluation.confidence import half_width, relative_change
 from bobrossnet.learn.evaluation.methods import is_kept
 from bobrossnet.learn.evaluation.runs import Run, find_run, label, orders_of, rivals
-from bobrossnet.learn.tables import cell, plus_minus, table
 from bobrossnet.metrics import flip, psnr, ssim
+from bobrossnet.tables import cell, plus_minus, table
 
 
 class Metric(NamedTuple):

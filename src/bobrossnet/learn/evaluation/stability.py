@@ -34,8 +34,8 @@ from bobrossnet.learn.evaluation.confidence import relative_change
 from bobrossnet.learn.evaluation.methods import Weights, all_methods, check_orders, is_kept
 from bobrossnet.learn.evaluation.runs import Run, find_run, label, orders_of, rivals
 from bobrossnet.learn.evaluation.scenes import Scenes, each_scene
-from bobrossnet.learn.tables import cell, plus_minus, table
 from bobrossnet.progress import progress
+from bobrossnet.tables import cell, plus_minus, table
 
 F64 = NDArray[np.float64]
 

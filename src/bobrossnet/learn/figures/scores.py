@@ -103,7 +103,7 @@ def show_scores(means: Means) -> Drawing:
         figure,
         f"Mean SSIM by the share of traced pixels. {raw}: the network's own output, as the report measured it; {kept}: "
         "traced pixels kept, as in all of the fillings, thin lines. Right: the same from "
-        f"{100 * DENSE:g} % on. The report's numbers are of its own models.",
+        f"{100 * DENSE:g} % on. The report's numbers are of its own shapes.",
         "\n".join(
             ["method,fraction,ssim"]
             + [f"{name},{fraction:g},{mean:.6f}" for name, line, *_ in lines for fraction, mean in line.items()]

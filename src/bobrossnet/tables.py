@@ -6,13 +6,21 @@ import math
 from collections.abc import Sequence
 
 
-def table(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a markdown table whose columns are aligned in plain text as well, all but the first to the right."""
+def table(heading: Sequence[str], rows: Sequence[Sequence[str]], *, left: bool = False) -> str:
+    """Return a markdown table whose columns are aligned in plain text as well, all but the first to the right.
+
+    Parameters
+    ----------
+    heading : the columns' names
+    rows : as many cells each
+    left : whether all columns are aligned to the left
+    """
     widths = [max(map(len, column)) for column in zip(heading, *rows, strict=True)]
+    align = str.ljust if left else str.rjust
     lines = [
-        " | ".join([first.ljust(widths[0]), *map(str.rjust, others, widths[1:])]) for first, *others in (heading, *rows)
+        " | ".join([first.ljust(widths[0]), *map(align, others, widths[1:])]) for first, *others in (heading, *rows)
     ]
-    rule = " | ".join(["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])])
+    rule = " | ".join(["-" * widths[0], *("-" * width if left else "-" * (width - 1) + ":" for width in widths[1:])])
     return "\n".join(f"| {line} |" for line in (lines[0], rule, *lines[1:]))
 
 
