@@ -17,12 +17,12 @@ from bobrossnet.machine import processor
 MODELS = Path(os.environ.get("BOBROSSNET_MODELS", Path(__file__).parents[2] / "shared" / "models"))
 
 
-def models(*files: str) -> list[Path]:
-    """Files in the folder of models; the benchmark is skipped, with a reason, where it is missing."""
+def shape_files(*names: str) -> list[Path]:
+    """Files in the folder of shapes; the benchmark is skipped, with a reason, where it is missing."""
     if not MODELS.is_dir():
-        print(f"skipped {Path(sys.argv[0]).name}: no models at {MODELS}; name their folder in BOBROSSNET_MODELS")
+        print(f"skipped {Path(sys.argv[0]).name}: no shapes at {MODELS}; name their folder in BOBROSSNET_MODELS")
         sys.exit(0)
-    return [MODELS / file for file in files]
+    return [MODELS / name for name in names]
 
 
 def in_turn(rivals: Mapping[str, Callable[[], object]], runs: int) -> dict[str, list[float]]:

@@ -98,7 +98,7 @@ def test_shapes_of_every_kind_come_up() -> None:
 
 # ---- building -----------------------------------------------------------------------------------------------
 
-MODELS = """
+OBJ = """
 v 0 0 0
 v 1 0 0
 v 0 1 0
@@ -178,7 +178,7 @@ def test_files_instead_of_shapes_and_beside_them(tmp_path: Path) -> None:
     folder = tmp_path / "shapes"
     folder.mkdir()
     for name in ("b.obj", "a.obj"):
-        (folder / name).write_text(MODELS)
+        (folder / name).write_text(OBJ)
     (folder / "broken.obj").write_text("v 0 0\n")
     (folder / "notes.txt").write_text("not a shape")
     with pytest.warns(InputWarning, match=r"left out: broken\.obj: ") as warned:

@@ -160,7 +160,7 @@ def test_different_populations() -> None:
     table = comparison.table().splitlines()
     assert {len(line) for line in table} == {len(table[0])}
     assert len(table) == 2 + len(MEASURES)
-    assert "| 0.94 .. 1.00 |  0.0 % |  6.2 % |       -6.2 |" in comparison.histogram_table()
+    assert "| 0.94 .. 1.00 |  0.0 % | 6.2 % |       -6.2 |" in comparison.histogram_table()
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

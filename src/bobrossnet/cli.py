@@ -104,7 +104,7 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument(
         "--zoom", type=float, default=home.zoom, help=f"1 fits the bounding sphere (default: {home.zoom:g})"
     )
-    render.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
+    arguments.add_up(render)
     render.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
     render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
@@ -118,14 +118,14 @@ def _parser() -> argparse.ArgumentParser:
     view.add_argument("files", nargs="*", metavar="FILE", help=FILES)
     view.add_argument("--port", type=int, default=0, help="of the page; 0 takes a free one (default: 0)")
     view.add_argument("--no-browser", action="store_true", help="only print the page's address")
-    view.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
+    arguments.add_up(view)
     view.add_argument("--export", metavar="DIR", help="write the page to a folder for any web server, and show nothing")
 
     pack = commands.add_parser("pack", help="write a scene of shapes", description="Write shapes to one scene file.")
     pack.set_defaults(run=_pack)
     pack.add_argument("scene", metavar="SCENE.bob", help="the file to write")
     pack.add_argument("files", nargs="*", metavar="FILE", help=FILES)
-    pack.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
+    arguments.add_up(pack)
 
     info = commands.add_parser(
         "info",

@@ -102,7 +102,7 @@ def add_commands(commands: Any) -> None:
     figures.add_argument("--data", metavar="DIR", help="a data set; without one, figures that need it are left out")
     figures.add_argument("--weights", default="paper", help="name of shipped weights or a .safetensors file")
     figures.add_argument("--shape", metavar="FILE", help="what is seen in pictures; by default the built-in scene")
-    figures.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
+    arguments.add_up(figures)
     figures.add_argument("--scores", metavar="FILE.csv", help="what evaluate wrote, likewise")
     figures.add_argument("--steps", type=int, default=400, help="of trainings that compare losses (default: 400)")
     figures.add_argument("--frames", type=int, default=60, help="to measure stability in (default: 60)")
