@@ -3,6 +3,7 @@
 /// derivatives clean on the surface: distances along and across, each a straight function of x, y and z.
 #include <algorithm>
 
+#include "modelling/shapes_nd.h"
 #include "modelling/words.h"
 
 namespace bob {
@@ -32,11 +33,6 @@ Axial axial(Graph& graph, const Arguments& arguments) {
     return {dot(p, axis), hypot(dot(p, u), dot(p, v)), span};
 }
 
-Object sphere(const Arguments& a) {
-    Graph graph;
-    return sdf<3>(graph, length(point<3>(graph) - a.vector<3>("center")) - a.number("radius"));
-}
-
 /// The half space on the side of `point` that `normal` leads away from is outside: (point - p) . normal.
 Value half_space(const Point<3>& p, const Vector<3>& point, const Vector<3>& normal) {
     return dot(p - point, normal * -1);
@@ -45,31 +41,6 @@ Value half_space(const Point<3>& p, const Vector<3>& point, const Vector<3>& nor
 Object plane(const Arguments& a) {
     Graph graph;
     return sdf<3>(graph, half_space(point<3>(graph), a.vector<3>("point"), a.direction<3>("normal")));
-}
-
-Object slab(const Arguments& a) {
-    Graph graph;
-    const Point<3> p = point<3>(graph);
-    std::optional<Value> result;
-    const auto cut = [&](std::string_view name, std::size_t axis, double sign) {
-        if (!a.has(name)) return;
-        const Value side = (p[axis] - a.number(name)) * sign;
-        result = result ? smooth_max(*result, side, smoothness(a)) : side;
-    };
-    cut("x0", 0, -1), cut("x1", 0, 1), cut("y0", 1, -1), cut("y1", 1, 1), cut("z0", 2, -1), cut("z1", 2, 1);
-    if (!result) a.reject("expected at least one of x0, y0, z0, x1, y1, z1, got none");
-    return sdf<3>(graph, *result);
-}
-
-Object box(const Arguments& a) {
-    Vector<3> size = a.size<3>("size"), center = a.vector<3>("center");
-    if (a.has("a") != a.has("b")) a.reject(a.has("a") ? "b" : "a", "a corner, as the other is given");
-    if (a.has("a")) {
-        size = a.vector<3>("b") - a.vector<3>("a");
-        center = a.vector<3>("a") - size * -0.5;
-    }
-    Graph graph;
-    return sdf<3>(graph, corner(abs(point<3>(graph) - center) - size * 0.5));
 }
 
 Object rounded_box(const Arguments& a) {
@@ -223,17 +194,17 @@ void add_shapes_3d(std::vector<Word>& words) {
     const Parameter radius = required("radius", number), h = required("h", number), size = required("size", Type::size);
     const Parameter center = with_default("center", Type::vector, origin);
 
-    shape("sphere", {with_default("radius", number, 1.0), center}, sphere, "A ball.");
+    shape("sphere", {with_default("radius", number, 1.0), center}, ball<3>, "A ball.");
     shape("plane", {with_default("normal", Type::vector, up), with_default("point", Type::vector, origin)}, plane,
           "Half of space: the side of the point that the normal leads to.");
     shape("slab",
           {optional("x0", number), optional("y0", number), optional("z0", number), optional("x1", number),
            optional("y1", number), optional("z1", number), optional("k", number)},
-          slab,
+          slab<3>,
           "What lies between planes across the axes, of which any may be left out; k rounds its edges.");
     shape("box",
-          {with_default("size", Type::size, 1.0), center, optional("a", Type::vector), optional("b", Type::vector)}, box,
-          "A box of given sides around a center, or from corner a to corner b.");
+          {with_default("size", Type::size, 1.0), center, optional("a", Type::vector), optional("b", Type::vector)},
+          box<3>, "A box of given sides around a center, or from corner a to corner b.");
     shape("rounded_box", {size, radius}, rounded_box, "A box around the origin with round edges and corners.");
     shape("wireframe_box", {size, required("thickness", number)}, wireframe_box, "The twelve edges of a box as bars.");
     shape("torus", {required("r1", number), required("r2", number)}, torus,

@@ -38,6 +38,12 @@ def cell(number: float, digits: int, sign: str = "") -> str:
     return "∞" if number == math.inf else f"{number:{sign}.{digits}f}"
 
 
+def best_bold(numbers: Sequence[float], best: Sequence[float], digits: int) -> list[str]:
+    """Return a row's cells, bold where a number is the best of its column."""
+    marks = ["**" if number == top else "" for number, top in zip(numbers, best, strict=True)]
+    return [f"{mark}{cell(number, digits)}{mark}" for number, mark in zip(numbers, marks, strict=True)]
+
+
 def plus_minus(mean: float, half: float, digits: int) -> str:
     """Return a difference with half of its confidence interval."""
     return f"{cell(mean, digits, '+')} ± {cell(half, digits)}"
