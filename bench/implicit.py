@@ -152,7 +152,7 @@ def examples() -> list[Example]:
         assert isinstance(shape, bob.Implicit)
         result.append(Example("colonnade", shape, vm_formula(path)))
     else:
-        print(f"skipped colonnade: no {path}; name the models' folder in BOBROSSNET_MODELS")
+        print(f"skipped colonnade: no {path}; name the folder of shapes in BOBROSSNET_MODELS")
     points = np.random.default_rng(0).uniform(-1, 1, (1000, 3))
     for example in result:
         assert np.allclose(example.formula(*points.T), example.shape.expression(points), 1e-9), example.name

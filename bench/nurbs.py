@@ -409,7 +409,7 @@ def examples() -> list[Example]:
     for file in FILES:
         path = MODELS / "nurbs" / file
         if not path.is_file():
-            print(f"skipped {path.stem}: no {path}; name the models' folder in BOBROSSNET_MODELS")
+            print(f"skipped {path.stem}: no {path}; name the folder of shapes in BOBROSSNET_MODELS")
             continue
         scene = bob.load(path)
         meshes = [tessellate(scene)]
@@ -588,18 +588,18 @@ def main() -> None:
     threads = bob.thread_count()
 
     heading("NURBS beside meshes: how good the meshes are, in pixels of 2048 x 2048")
-    columns = ["model", "mesh", "triangles", "vertices", "off by, median", "at most", "beside the surface"]
+    columns = ["shape", "mesh", "triangles", "vertices", "off by, median", "at most", "beside the surface"]
     table([*columns, "pixels that differ", "seconds to choose"], [quality_row(*each) for each in shown])
 
     heading("NURBS beside meshes in Embree, one thread: millions of rays per second")
     rows = [row for each in shown for row in speed_rows(*each)]
-    table(["model", "mesh", "rays", "ours", "Embree", "ours / Embree", "hits that differ"], rows)
+    table(["shape", "mesh", "rays", "ours", "Embree", "ours / Embree", "hits that differ"], rows)
     print("\nasked for: ours / Embree of 0.25")
 
     if Path("/proc/self/statm").exists():
         heading("NURBS beside meshes in Embree: KiB")
         columns = [
-            "model",
+            "shape",
             "mesh",
             "ours",
             "Embree, all",
@@ -612,7 +612,7 @@ def main() -> None:
 
     heading(f"NURBS beside meshes in Embree, the first picture, 640x480: milliseconds, {threads} threads")
     columns = [
-        "model",
+        "shape",
         "mesh",
         "ours, build and trace",
         "trace",

@@ -11,18 +11,18 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import date
 from pathlib import Path
 
-from bobrossnet import _core
+from bobrossnet import _core, tables
 from bobrossnet.machine import processor
 
 MODELS = Path(os.environ.get("BOBROSSNET_MODELS", Path(__file__).parents[2] / "shared" / "models"))
 
 
-def models(*files: str) -> list[Path]:
-    """Files in the folder of models; the benchmark is skipped, with a reason, where it is missing."""
+def shape_files(*names: str) -> list[Path]:
+    """Files in the folder of shapes; the benchmark is skipped, with a reason, where it is missing."""
     if not MODELS.is_dir():
-        print(f"skipped {Path(sys.argv[0]).name}: no models at {MODELS}; name their folder in BOBROSSNET_MODELS")
+        print(f"skipped {Path(sys.argv[0]).name}: no shapes at {MODELS}; name their folder in BOBROSSNET_MODELS")
         sys.exit(0)
-    return [MODELS / file for file in files]
+    return [MODELS / name for name in names]
 
 
 def in_turn(rivals: Mapping[str, Callable[[], object]], runs: int) -> dict[str, list[float]]:
@@ -58,8 +58,4 @@ def heading(title: str) -> None:
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table in Markdown."""
-    widths = [max(map(len, cells)) for cells in zip(columns, *rows, strict=True)]
-    for cells in (columns, ["-" * width for width in widths], *rows):
-        print(
-            "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |", flush=True
-        )
+    print(tables.table(columns, rows, left=True), flush=True)

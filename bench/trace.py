@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 from rays import build_embree, random_rays
-from report import heading, in_turn, median_ratio, models, spread, table
+from report import heading, in_turn, median_ratio, shape_files, spread, table
 
 import bobrossnet as bob
 from bobrossnet import _core
@@ -33,7 +33,7 @@ def main() -> None:
     u, v = np.empty(RAYS), np.empty(RAYS)
     threads = bob.thread_count()
     rays, builds = [], []
-    for path in models(*FILES):
+    for path in shape_files(*FILES):
         mesh = bob.load_mesh(path)
         scene = bob.Scene(mesh)
         vertices = ((mesh.vertices - scene.center) / scene.radius).astype(np.float32)
@@ -78,10 +78,10 @@ def main() -> None:
             ]
         )
     heading("Tracing: millions of rays per second")
-    columns = ["model", "triangles", "ours", "Embree", "ours / Embree", f"{threads} threads / 1", "hits that differ"]
+    columns = ["shape", "triangles", "ours", "Embree", "ours / Embree", f"{threads} threads / 1", "hits that differ"]
     table(columns, rays)
     heading("Building: milliseconds, all threads, shading normals included in ours")
-    table(["model", "ours", "Embree", "ours / Embree", "BVH bytes a triangle", "with normals"], builds)
+    table(["shape", "ours", "Embree", "ours / Embree", "BVH bytes a triangle", "with normals"], builds)
 
 
 if __name__ == "__main__":

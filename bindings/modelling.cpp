@@ -37,7 +37,7 @@ double to_double(nb::handle value) {
 Object to_object(nb::handle value, int depth = 0) {
     if (value.is_none()) return {bob::None{}};
     if (nb::isinstance<nb::bool_>(value)) return {value.is(nb::handle(Py_True))};
-    if (nb::isinstance<bob::Model>(value)) return {nb::cast<const bob::Model&>(value)};
+    if (nb::isinstance<bob::Sdf>(value)) return {nb::cast<const bob::Sdf&>(value)};
     if (nb::isinstance<bob::Easing>(value)) return {nb::cast<const bob::Easing&>(value)};
     if (nb::isinstance<nb::str>(value)) return {nb::cast<std::string>(value)};
     if (nb::isinstance<nb::float_>(value) || nb::isinstance<nb::int_>(value)) return {to_double(value)};
@@ -77,7 +77,7 @@ const char* type_name(bob::Type type) {
         case bob::Type::numbers: return "numbers";
         case bob::Type::points: return "points";
         case bob::Type::easing: return "easing";
-        case bob::Type::model: return "model";
+        case bob::Type::sdf: return "sdf";
     }
     return "";
 }
@@ -140,13 +140,13 @@ nb::object call(std::size_t index, const nb::tuple& args, const nb::dict& kwargs
     return to_python(bob::call(words[index], call.positional, call.keywords));
 }
 
-nb::object call_method(const bob::Model& model, std::string_view name, const nb::tuple& args, const nb::dict& kwargs) {
+nb::object call_method(const bob::Sdf& sdf, std::string_view name, const nb::tuple& args, const nb::dict& kwargs) {
     const Call call(name, {}, args, kwargs);
-    return to_python(bob::call_method(model, name, call.positional, call.keywords));
+    return to_python(bob::call_method(sdf, name, call.positional, call.keywords));
 }
 
-void init_model(bob::Model* self, int dimensions, const bob::Expression& expression, std::optional<double> k) {
-    new (self) bob::Model{dimensions, std::make_shared<const bob::Expression>(expression), k};
+void init_model(bob::Sdf* self, int dimensions, const bob::Expression& expression, std::optional<double> k) {
+    new (self) bob::Sdf{dimensions, std::make_shared<const bob::Expression>(expression), k};
 }
 
 void init_easing(bob::Easing* self, const bob::Expression& expression) {
@@ -159,18 +159,18 @@ void bind_modelling(nb::module_& m) {
     nb::exception<bob::CallError>(m, "CallError", PyExc_ValueError);
     nb::exception<bob::CallTypeError>(m, "CallTypeError", PyExc_TypeError);
 
-    nb::class_<bob::Model>(m, "Model")
+    nb::class_<bob::Sdf>(m, "Sdf")
         .def("__init__", &init_model, "dimensions"_a, "expression"_a, "k"_a = nb::none())
-        .def_ro("dimensions", &bob::Model::dimensions)
-        .def_prop_ro("expression", [](const bob::Model& model) { return *model.expression; }, nb::rv_policy::move)
-        .def_ro("k", &bob::Model::k);
+        .def_ro("dimensions", &bob::Sdf::dimensions)
+        .def_prop_ro("expression", [](const bob::Sdf& sdf) { return *sdf.expression; }, nb::rv_policy::move)
+        .def_ro("k", &bob::Sdf::k);
     nb::class_<bob::Easing>(m, "Easing")
         .def("__init__", &init_easing, "expression"_a)
         .def_prop_ro("expression", [](const bob::Easing& easing) { return *easing.expression; }, nb::rv_policy::move);
 
     m.def("vocabulary", &vocabulary);
     m.def("call", &call, "index"_a, "args"_a, "kwargs"_a);
-    m.def("call_method", &call_method, "model"_a, "name"_a, "args"_a, "kwargs"_a);
-    m.def("combine", [](char op, const bob::Model& a, const bob::Model& b) { return to_python({bob::combine(op, a, b)}); },
+    m.def("call_method", &call_method, "sdf"_a, "name"_a, "args"_a, "kwargs"_a);
+    m.def("combine", [](char op, const bob::Sdf& a, const bob::Sdf& b) { return to_python({bob::combine(op, a, b)}); },
           "op"_a, "a"_a, "b"_a);
 }

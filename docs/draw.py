@@ -13,7 +13,7 @@ FRACTION = 0.05
 
 
 def main() -> None:
-    full = bob.trace(bob.happy_tree(), bob.Camera(azimuth=30, elevation=20), size=SIZE)
+    full = bob.trace(bob.happy_tree(), size=SIZE)
     part = full.sample(FRACTION)
     image = bob.complete(part)
     sheet = side_by_side(

@@ -24,10 +24,11 @@ for it runs once its first line says `from bobrossnet.sdf import *`. Text, image
 `save` draws a picture (`f.save("part.png", camera=bob.Camera(azimuth=30))`) where that package writes triangles. Shapes
 are traced like any others: `bob.trace(f)`.
 
-`a | b`, `a & b` and `a - b` are union, intersection and difference. `b.k(0.1)` rounds the edge that the next of them
-leaves where it joins b to something: `a - b.k(0.1)`. Angles are in radians; `degrees` and `radians` convert. X, Y, Z,
-UP and ORIGIN are vectors. What takes a number or a vector takes the number for all axes. Where an easing is expected,
-any function of t will do that is made of operators and numpy's functions.
+`a | b`, `a & b` and `a - b` are union, intersection and difference. `b.k(0.1)` is b with a radius for the edge that the
+next of them leaves where it joins b to something: `a - b.k(0.1)`; b itself stays as it is, as shapes always do. Angles
+are in radians; `degrees` and `radians` convert. X, Y, Z, UP and ORIGIN are vectors. What takes a number or a vector
+takes the number for all axes. Where an easing is expected, any function of t will do that is made of operators and
+numpy's functions.
 
 A name that stands in two and in three dimensions means three, but an operation given a flat shape is the flat one; `d2`
 and `d3` have both: `d2.slab(x0=0)`. Shapes and operations of your own are functions under `@sdf2`, `@sdf3`, `@op2`,
@@ -165,7 +166,7 @@ def _definition(word: Word, method: bool = False) -> str:
 
 
 def _typed(word: Word, parameter: Parameter) -> str:
-    kind = f"SDF{word.dimensions}" if parameter.type == "model" else TYPES[parameter.type]
+    kind = f"SDF{word.dimensions}" if parameter.type == "sdf" else TYPES[parameter.type]
     if parameter.variadic:
         return f"*{parameter.name}: {kind}"
     if parameter.required:

@@ -1,6 +1,6 @@
 """Measures how good and how steady pictures are, for networks and pixel orders, and writes docs/quality.md.
 
-    python docs/quality.py [--scale small] [--models FOLDER] [--limit N] [--weights NAME] [--work DIR]
+    python docs/quality.py [--scale small] [--shapes FOLDER] [--limit N] [--weights NAME] [--work DIR]
 
 What was measured stays in DIR, and is not measured again: of a network for as long as its weights are the same, of a
 pixel order for as long as its pixels are. The small scale does the same with few shapes in a minute, and leaves docs/
@@ -32,9 +32,9 @@ from bobrossnet.learn.evaluation.scenes import Scenes, own_scenes, scenes_of_fol
 from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
 from bobrossnet.learn.evaluation.stability import Stability, measure_stability
 from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
-from bobrossnet.learn.tables import plus_minus, table
 from bobrossnet.picture.files import side_by_side, to_8_bit, traced_on_green, write_picture
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS, pixel_order
+from bobrossnet.tables import plus_minus, table
 
 UNIFORM = "uniform"  # the report's order
 REPORT = "paper"  # its network
@@ -57,7 +57,7 @@ AT_MOST_DEFAULT = dict.fromkeys(SHOWN, -0.3) | {0.25: -0.2}
 
 
 class Subject(NamedTuple):
-    """A model that pictures are drawn of. All of these may be shown by anyone."""
+    """A shape that pictures are drawn of. All of these may be shown by anyone."""
 
     file: str
     what: str
@@ -76,7 +76,7 @@ FAILURES = (
     Subject("anatomy_bio/coronavirus.ply", "thin spikes", bob.Camera(azimuth=30, elevation=20)),
     Subject("implicit/prospero.vm", "text", bob.Camera(azimuth=270, elevation=90)),
     Subject(
-        "architecture/lost_empire.ply", "a model with more faces than the picture has pixels", bob.Camera(30, 30), True
+        "architecture/lost_empire.ply", "a shape with more faces than the picture has pixels", bob.Camera(30, 30), True
     ),
 )
 
@@ -85,9 +85,9 @@ FAILURES = (
 class Scale:
     """How much is measured."""
 
-    models: int | None = None  # files, at most
+    real: int | None = None  # files of real shapes, at most
     own: int = 64  # shapes of the package's own
-    steady_models: int = 16  # of which stability is measured
+    steady_real: int = 16  # of which stability is measured
     steady_own: int = 8
     size: int = 256  # of pictures that are measured
     panel: int = 176  # of those that are shown
@@ -102,53 +102,53 @@ SCALES = {"full": Scale(), "small": Scale(3, 2, 1, 1, 48, 48, (0.01, 0.05, 0.25)
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scale", choices=SCALES, default="full")
-    parser.add_argument("--models", type=Path, default=MODELS, help="folder of real models to measure on as well")
-    parser.add_argument("--limit", type=int, help="how many real models at most, spread over the folder")
+    parser.add_argument("--shapes", type=Path, default=MODELS, help="folder of real shapes to measure on as well")
+    parser.add_argument("--limit", type=int, help="how many real shapes at most, spread over the folder")
     parser.add_argument("--weights", default="default", help="name of shipped weights, or a .safetensors file")
     parser.add_argument("--work", type=Path, help="folder for what was measured (default: out/quality, -small)")
     options = parser.parse_args(arguments)
     small = options.scale == "small"
     scale = SCALES[options.scale]
     if options.limit is not None:
-        scale = replace(scale, models=options.limit)
+        scale = replace(scale, real=options.limit)
     work = Work(options.work or ROOT / "out" / ("quality-small" if small else "quality"))
     docs = work.folder if small else ROOT / "docs"
     pictures = docs / "quality"
     pictures.mkdir(parents=True, exist_ok=True)
-    models = options.models if options.models.is_dir() else None
+    shapes = options.shapes if options.shapes.is_dir() else None
     ours = kept(Path(options.weights).stem)
 
     with work.timed("quality"):
         own = measure_quality(work.folder, "own", own_scenes(scale.own), options.weights, scale)
-        real = models and measure_quality(
-            work.folder, "models", scenes_of_folder(models, scale.models), options.weights, scale
+        real = shapes and measure_quality(
+            work.folder, "real", scenes_of_folder(shapes, scale.real), options.weights, scale
         )
     with work.timed("stability"):
         steady = {
             "our own shapes": steadiness(work.folder, "own", own_scenes(scale.steady_own), options.weights, scale)
         }
-        if models:
-            scenes = scenes_of_folder(models, scale.steady_models)
-            steady = {"real models": steadiness(work.folder, "models", scenes, options.weights, scale)} | steady
+        if shapes:
+            scenes = scenes_of_folder(shapes, scale.steady_real)
+            steady = {"real shapes": steadiness(work.folder, "real", scenes, options.weights, scale)} | steady
     with work.timed("costs and pictures"):
         costs = measure_costs([options.weights, REPORT], runs=scale.runs)
-        draw = partial(draw_pictures, pictures, models, options.weights, scale.panel)
-        panels = picture_sections(draw, scale.panel) if models else []
-        for name, result in (("models", real), ("own", own)):
+        draw = partial(draw_pictures, pictures, shapes, options.weights, scale.panel)
+        panels = picture_sections(draw, scale.panel) if shapes else []
+        for name, result in (("real", real), ("own", own)):
             if result:
                 draw_curves(pictures / f"curves-{name}", result, ours)
         draw_costs(pictures / "costs", real or own, costs)
     tried = ROOT / "docs" / "quality" / "tried.md"
     parts = [
         "# How good the pictures are",
-        "Networks and fillings with pixel orders, at every share of traced pixels, on the same pictures: real models, "
+        "Networks and fillings with pixel orders, at every share of traced pixels, on the same pictures: real shapes, "
         "none of which anything was trained on, and shapes that the package makes itself, of no data set. Traced "
         "pixels are kept. Names are of methods and orders; the order called default is "
         f"**{DEFAULT_ORDER}**. Intervals are of 95 %, for other shapes of their kind. "
         f"`make quality{' SCALE=small' * small}` wrote this page.",
         *work.circumstances(PACKAGES),
         *targets(real or own, next(iter(steady)), next(iter(steady.values())), ours),
-        *(quality("Real models", "models", real, ours) if real else []),
+        *(quality("Real shapes", "real", real, ours) if real else []),
         *quality("Our own shapes", "own", own, ours),
         "## What it costs",
         "In the core, the built-in scene from 5 % of its pixels; medians, everything in turn.",
@@ -402,14 +402,14 @@ def picture_sections(draw: Callable[..., list[str]], size: int) -> list[str]:
 
 
 def draw_pictures(
-    folder: Path, models: Path, weights: str, size: int, subjects: Sequence[Subject], shares: Sequence[float]
+    folder: Path, shapes: Path, weights: str, size: int, subjects: Sequence[Subject], shares: Sequence[float]
 ) -> list[str]:
     """Draw a sheet for each subject, a row for each share of traced pixels, and return links to them."""
     links = []
     for subject in subjects:
-        if not (models / subject.file).exists():
+        if not (shapes / subject.file).exists():
             continue
-        scene = bob.Scene(bob.load(models / subject.file))
+        scene = bob.Scene(bob.load(shapes / subject.file))
         full = bob.trace(scene.turned_upright() if subject.upright else scene, subject.camera, size=(size, size))
         rows = []
         for fraction in shares:

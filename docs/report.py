@@ -1,6 +1,6 @@
 """Reproduces the report: builds the data set, trains, evaluates, draws, and writes docs/report.md, ours beside theirs.
 
-    python docs/report.py [--scale small] [--models FOLDER] [--work DIR]
+    python docs/report.py [--scale small] [--shapes FOLDER] [--work DIR]
 
 Whatever is done already in DIR is not done again, so that it can be stopped and started. The small scale does the same
 with few shapes and epochs, within 10 minutes on two cores, and leaves docs/ alone: it writes to DIR.
@@ -33,10 +33,10 @@ from bobrossnet.learn.evaluation.methods import kept, raw
 from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.figures import FIGURES, Sources, draw_figures
 from bobrossnet.learn.figures.losses import UNSEEN, loss_title
-from bobrossnet.learn.tables import table
 from bobrossnet.learn.train import LOG, WEIGHTS, train
+from bobrossnet.tables import table
 
-NAME = "paper"  # of the model in evaluations
+NAME = "paper"  # of the network in evaluations
 SCAN = "scans/armadillo.ply"  # of the Stanford Computer Graphics Laboratory, as the report's dragon is; y is up
 SCAN_CAMERA = bob.Camera(azimuth=70, elevation=12)
 USES = {"train": "training", "validation": "validation", "test": "testing"}
@@ -52,7 +52,7 @@ class Scale:
     shapes: int = SHAPES
     test_shapes: int = TEST_SHAPES
     config: TrainConfig = field(default_factory=TrainConfig)
-    models: int | None = None  # real ones that are measured on, at most
+    real: int | None = None  # shapes of other people that are measured on, at most
     figures: dict[str, Any] = field(default_factory=dict)  # fields of `Sources`
 
 
@@ -65,14 +65,14 @@ SCALES = {
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scale", choices=SCALES, default="full")
-    parser.add_argument("--models", type=Path, default=MODELS, help="folder of real models to measure on as well")
+    parser.add_argument("--shapes", type=Path, default=MODELS, help="folder of real shapes to measure on as well")
     parser.add_argument("--work", type=Path, help="folder for data, weights and scores (default: out/report, -small)")
     options = parser.parse_args()
     small = options.scale == "small"
     scale = SCALES[options.scale]
     work = Work(options.work or ROOT / "out" / ("report-small" if small else "report"))
     docs = work.folder if small else ROOT / "docs"
-    models = options.models if options.models.is_dir() else None
+    shapes = options.shapes if options.shapes.is_dir() else None
 
     with work.timed("data set"):
         dataset = build(work.folder / "data", shapes=scale.shapes, test_shapes=scale.test_shapes)
@@ -86,13 +86,13 @@ def main() -> None:
         scores = work.folder / "scores.csv"
         write_whole(scores, own.csv().encode())
         real, comparison = None, None
-        if models:
-            measure = partial(evaluate_folder, models, limit=scale.models)
-            real = beside_fillings(work.folder / "models-fillings.csv", measure, weights)
-            comparison = compare_with_folder(dataset, models, limit=scale.models)
+        if shapes:
+            measure = partial(evaluate_folder, shapes, limit=scale.real)
+            real = beside_fillings(work.folder / "real-fillings.csv", measure, weights)
+            comparison = compare_with_folder(dataset, shapes, limit=scale.real)
     with work.timed("figures"):
         sources = Sources(weights=str(weights), data=dataset, scores=scores, **scale.figures)
-        scan = models / SCAN if models and (models / SCAN).exists() else None
+        scan = shapes / SCAN if shapes and (shapes / SCAN).exists() else None
         if scan:
             sources = replace(sources, scene=bob.load(scan).turned_upright(), camera=SCAN_CAMERA)
         captions = draw(docs / "report", sources, work.folder / "captions.json")
@@ -101,7 +101,7 @@ def main() -> None:
         *data_set(dataset, comparison),
         *training(scale.config, run),
         *test_split(own, dataset),
-        *real_models(real),
+        *real_shapes(real),
         *losses(docs / "report" / "figure-5.1.csv"),
         *figures(captions, scan is not None),
     ]
@@ -150,7 +150,7 @@ def data_set(dataset: Dataset, comparison: Comparison | None) -> list[str]:
         "![samples](report/figure-5.2.png)",
     ]
     if comparison is not None:
-        parts += ["### Beside real models", str(comparison)]
+        parts += ["### Beside real shapes", str(comparison)]
     return parts
 
 
@@ -219,7 +219,7 @@ def by_detail(own: Evaluation, dataset: Dataset) -> list[str]:
     ]
 
 
-def real_models(real: Evaluation | None) -> list[str]:
+def real_shapes(real: Evaluation | None) -> list[str]:
     if real is None:
         return []
     name = kept(NAME)
@@ -233,8 +233,8 @@ def real_models(real: Evaluation | None) -> list[str]:
         f"Beaten at {', '.join(lost)}." if lost else "Above nearest and pull-push filling at every share below 100 %."
     )
     return [
-        "## Results on real models",
-        f"Models of other people, none of which anything was trained on; traced pixels kept. {verdict}",
+        "## Results on real shapes",
+        f"Shapes of other people, none of which anything was trained on; traced pixels kept. {verdict}",
         str(real),
     ]
 

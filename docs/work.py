@@ -1,5 +1,5 @@
-"""What pages that are measured have in common: where the models lie, work in a folder that can be gone on with, and the
-circumstances that it was done under."""
+"""What pages that are measured have in common: where real shapes lie, work in a folder that can be gone on with, and
+the circumstances that it was done under."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import bobrossnet as bob
-from bobrossnet.errors import InputError
+from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn.dataset import Dataset, Plan, loader
 from bobrossnet.learn.dataset.build import build, views_of
 from bobrossnet.learn.dataset.loader import Batches
@@ -98,7 +98,7 @@ def test_shapes_of_every_kind_come_up() -> None:
 
 # ---- building -----------------------------------------------------------------------------------------------
 
-MODELS = """
+OBJ = """
 v 0 0 0
 v 1 0 0
 v 0 1 0
@@ -174,20 +174,19 @@ def test_a_build_that_was_killed_ends_with_the_same_bytes(built: Path, tmp_path:
     assert times == {file: os.stat(file).st_mtime_ns for file in path.rglob("*") if file.is_file()}
 
 
-def test_models_instead_of_shapes_and_beside_them(tmp_path: Path) -> None:
-    folder = tmp_path / "models"
+def test_files_instead_of_shapes_and_beside_them(tmp_path: Path) -> None:
+    folder = tmp_path / "shapes"
     folder.mkdir()
     for name in ("b.obj", "a.obj"):
-        (folder / name).write_text(MODELS)
+        (folder / name).write_text(OBJ)
     (folder / "broken.obj").write_text("v 0 0\n")
-    (folder / "notes.txt").write_text("not a model")
-    lines: list[str] = []
-    dataset = build(tmp_path / "data", models=[folder], test_shapes=1, report=lines.append)
+    (folder / "notes.txt").write_text("not a shape")
+    with pytest.warns(InputWarning, match=r"left out: broken\.obj: ") as warned:
+        dataset = build(tmp_path / "data", files=[folder], test_shapes=1)
     assert dataset.sources == (str(folder / "a.obj"), str(folder / "b.obj"))
-    assert len(lines) == 1
-    assert "broken.obj" in lines[0]
+    assert len(warned) == 1
     np.testing.assert_array_equal(dataset.read(1, 128), views_of(bob.load(folder / "b.obj"), dataset.plan, 1)[0])
-    both = build(tmp_path / "both", shapes=1, models=[folder / "a.obj"], test_shapes=1)
+    both = build(tmp_path / "both", shapes=1, files=[folder / "a.obj"], test_shapes=1)
     assert both.sources == ("made 0", str(folder / "a.obj"))
 
 
@@ -208,8 +207,8 @@ def test_builds_that_are_refused(built: Path, tmp_path: Path) -> None:
     (tmp_path / "letter.txt").write_text("dear")
     with pytest.raises(InputError, match="expected an empty folder or a data set, got other files"):
         build(tmp_path, shapes=4, test_shapes=1)
-    with pytest.raises(InputError, match="expected a model or a folder of models, got no such file"):
-        build(tmp_path / "data", models=[tmp_path / "none"])
+    with pytest.raises(InputError, match="expected a shape file or a folder of them, got no such file"):
+        build(tmp_path / "data", files=[tmp_path / "none"])
     with pytest.raises(InputError, match="scheduler: expected a Dask scheduler's address, got 'nonsense'"):
         build(tmp_path / "data", shapes=4, test_shapes=1, scheduler="nonsense")
     assert [file.name for file in tmp_path.iterdir()] == ["letter.txt"]

@@ -138,15 +138,15 @@ def test_equal_populations_are_at_distance_0() -> None:
 
 def test_different_populations() -> None:
     rng = np.random.default_rng(1)
-    models = Population(rng.random((40, len(MEASURES))), np.full(BINS, 1 / BINS))
-    own = models.measures.copy()
+    real = Population(rng.random((40, len(MEASURES))), np.full(BINS, 1 / BINS))
+    own = real.measures.copy()
     own[:, 1] += 2  # silhouettes
     own[:, 3] -= 2  # creases
     own[:, 6] -= 2  # gradient energy
     own[:, 5] += CLEAR / 4  # mean gray, not clearly
     dark = np.zeros(BINS)
     dark[: BINS // 2] = 2 / BINS
-    comparison = compare(Population(own, dark), models)
+    comparison = compare(Population(own, dark), real)
     assert dict(zip(MEASURES, comparison.distances, strict=True)) == pytest.approx(
         dict.fromkeys(MEASURES, 0)
         | {"silhouettes": 1, "creases": -1, "gradient energy": -1, "mean gray": comparison.distances[5]}
@@ -160,34 +160,34 @@ def test_different_populations() -> None:
     table = comparison.table().splitlines()
     assert {len(line) for line in table} == {len(table[0])}
     assert len(table) == 2 + len(MEASURES)
-    assert "| 0.94 .. 1.00 |  0.0 % |  6.2 % |       -6.2 |" in comparison.histogram_table()
+    assert "| 0.94 .. 1.00 |  0.0 % | 6.2 % |       -6.2 |" in comparison.histogram_table()
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A data set of two models, against the folder of these models: the same pictures, up to float16."""
-    models = tmp_path / "models"
-    models.mkdir()
+    """A data set of two files, against the folder of these: the same pictures, up to float16."""
+    shapes = tmp_path / "shapes"
+    shapes.mkdir()
     box = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"
     for name in ("a.off", "b.off"):
-        (models / name).write_text(box)
-    (models / "c.off").write_text("nothing of the kind")
+        (shapes / name).write_text(box)
+    (shapes / "c.off").write_text("nothing of the kind")
     plan = Plan(seed=3, shapes=2, test_shapes=1)
-    files = sorted(models.glob("[ab].off"))
+    files = sorted(shapes.glob("[ab].off"))
     dataset = Dataset.create(tmp_path / "set", plan, [str(file) for file in files])
-    for shape, file in enumerate(files):
+    for number, file in enumerate(files):
         for size in SIZES:
-            view = bob.trace(bob.load(file), plan.camera(shape, size), size=(size, size)).stack()[1:]
-            dataset.write(shape, size, view.astype(np.float16))
+            view = bob.trace(bob.load(file), plan.camera(number, size), size=(size, size)).stack()[1:]
+            dataset.write(number, size, view.astype(np.float16))
 
     own = population(pictures_of_dataset(dataset))
     direct = population(pictures_of_files(files, plan))
     np.testing.assert_allclose(own.measures, direct.measures, rtol=0.05)
 
     markdown = tmp_path / "comparison.md"
-    assert main(["dataset", "compare", str(tmp_path / "set"), str(models), "--markdown", str(markdown)]) in (0, None)
-    out = capsys.readouterr().out
-    assert out.startswith("left out: c.off: ")
-    assert "2 own pictures and 2 of models, 256x256 pixels." in markdown.read_text()
+    assert main(["dataset", "compare", str(tmp_path / "set"), str(shapes), "--markdown", str(markdown)]) in (0, None)
+    out, err = capsys.readouterr()
+    assert err.startswith("bobrossnet: warning: left out: c.off: ")
+    assert "2 own pictures and 2 real ones, 256x256 pixels." in markdown.read_text()
     assert markdown.read_text() in out
-    with pytest.raises(InputError, match="expected model files, got none"):
+    with pytest.raises(InputError, match="expected shape files, got none"):
         compare_with_folder(dataset, tmp_path / "set" / "views_128" / "c")

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 import bobrossnet as bob
-from bobrossnet.adapters.container import ENDING as SCENE_ENDING
-from bobrossnet.adapters.files import INSTANCE_READERS
+from bobrossnet.adapters.files import ALL_ENDINGS, CAD_READERS, KINDS, NURBS_READERS
 from bobrossnet.sdf.words import WORDS
 
 ROOT = Path(__file__).parent.parent
@@ -116,7 +115,14 @@ def test_gallery_page_is_current(gallery):
 
 def test_every_nurbs_file_is_described():
     text = (ROOT / "docs/nurbs.md").read_text()
-    assert [ending for ending in INSTANCE_READERS if ending != SCENE_ENDING and f"`{ending}`" not in text] == []
+    assert [ending for ending in (*NURBS_READERS, *CAD_READERS) if f"`{ending}`" not in text] == []
+
+
+def test_every_file_that_is_read_is_named():
+    assert {ending for endings in KINDS.values() for ending in endings} == set(ALL_ENDINGS)
+    assert [ending for ending in ALL_ENDINGS if not re.search(rf"\{ending}\b", bob.load.__doc__)] == []
+    readme = (ROOT / "README.md").read_text().lower()
+    assert [ending for ending in ALL_ENDINGS if ending not in (".stp", ".igs") and ending[1:] not in readme] == []
 
 
 def test_readme_map_is_the_tree():

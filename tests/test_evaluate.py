@@ -250,9 +250,9 @@ def test_costs() -> None:
 
 
 @pytest.fixture(scope="module")
-def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def shapes(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two meshes, a script, one file that can't be loaded, and one in a folder that is left out."""
-    folder = tmp_path_factory.mktemp("broken_odd") / "models"  # what lies above the folder doesn't matter
+    folder = tmp_path_factory.mktemp("broken_odd") / "shapes"  # what lies above the folder doesn't matter
     (folder / "broken_odd").mkdir(parents=True)
     for name in ("a.obj", "b.OBJ", "broken_odd/c.obj"):
         (folder / name).write_text(TRIANGLE)
@@ -265,9 +265,9 @@ def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
 OPTIONS: dict[str, Any] = {"size": (16, 20), "fractions": [0.1, 1.0]}
 
 
-def test_evaluation_of_a_folder(models: Path) -> None:
+def test_evaluation_of_a_folder(shapes: Path) -> None:
     with pytest.warns(InputWarning, match=r"left out: d\.obj: "):
-        result = evaluate_folder(models, ["paper"], views=2, **OPTIONS)
+        result = evaluate_folder(shapes, ["paper"], views=2, **OPTIONS)
     assert result.shapes == ("a.obj", "a.obj", "b.OBJ", "b.OBJ", "e.sdf", "e.sdf")
     assert result.pictures == ("view 0", "view 1") * 3
     methods = ["paper raw", "paper kept", "nearest", "pull-push", "delaunay-linear", "telea"]
@@ -277,7 +277,7 @@ def test_evaluation_of_a_folder(models: Path) -> None:
         exact = (scores[:, 1] == (1, math.inf, 0)).all()
         assert exact == (method != "paper raw"), method  # which repaints what is known
 
-    full = bob.trace(bob.load(models / "b.OBJ"), bob.Camera(azimuth=30 + 180, elevation=45), size=(16, 20))
+    full = bob.trace(bob.load(shapes / "b.OBJ"), bob.Camera(azimuth=30 + 180, elevation=45), size=(16, 20))
     part = full.sample(0.1, order="uniform", seed=3)
     image = bob.complete(part, model="paper")
     expected = [bob.ssim(image, full.gray), bob.psnr(image, full.gray), flip(image, full.gray)]
@@ -287,10 +287,10 @@ def test_evaluation_of_a_folder(models: Path) -> None:
     assert result.scores["paper raw", "uniform"][3, 0, 0] == bob.ssim(painted, full.gray)
 
 
-def test_several_models_and_a_limit(models: Path, tmp_path: Path) -> None:
+def test_several_models_and_a_limit(shapes: Path, tmp_path: Path) -> None:
     weights = tmp_path / "nearest.safetensors"  # called like a filling
     checkpoint.save(weights, checkpoint.load(weights_path("paper"))[0])
-    result = evaluate_folder(models, ["paper", weights], fillings=["nearest"], limit=2, **OPTIONS)
+    result = evaluate_folder(shapes, ["paper", weights], fillings=["nearest"], limit=2, **OPTIONS)
     assert result.shapes == ("a.obj", "e.sdf")  # the first and the last
     methods = ["paper raw", "paper kept", "nearest raw", "nearest kept", "nearest"]
     assert [method for method, _ in result.scores] == methods
@@ -299,13 +299,13 @@ def test_several_models_and_a_limit(models: Path, tmp_path: Path) -> None:
         "over nearest kept",
         "over nearest",
     ]
-    alone = evaluate_folder(models, ["paper"], fillings=[], repainting=False, limit=2, **OPTIONS)
+    alone = evaluate_folder(shapes, ["paper"], fillings=[], repainting=False, limit=2, **OPTIONS)
     assert list(alone.scores) == [("paper kept", "uniform")]
     with pytest.raises(InputError, match="models: expected each of another name, got nearest, nearest"):
-        evaluate_folder(models, [weights, weights], **OPTIONS)
+        evaluate_folder(shapes, [weights, weights], **OPTIONS)
 
 
-def test_what_cannot_be_evaluated(models: Path) -> None:
+def test_what_cannot_be_evaluated(shapes: Path) -> None:
     for bad, message in (
         ({"models": [], "fillings": []}, "models: expected one or more, or fillings, got neither"),
         ({"views": 0}, "views: expected an integer in 1"),
@@ -319,9 +319,9 @@ def test_what_cannot_be_evaluated(models: Path) -> None:
         ({"orders": ["uniform", "uniform"]}, "orders: expected one or more, each once, got uniform, uniform"),
     ):
         with pytest.raises(InputError, match=message):
-            evaluate_folder(models, **{**OPTIONS, **bad})
-    with pytest.raises(InputError, match="none: expected a model or a folder of models, got no such file"):
-        evaluate_folder(models / "none", **OPTIONS)
+            evaluate_folder(shapes, **{**OPTIONS, **bad})
+    with pytest.raises(InputError, match="none: expected a shape file or a folder of them, got no such file"):
+        evaluate_folder(shapes / "none", **OPTIONS)
 
 
 # ---- A data set ------------------------------------------------------------------------------------------
@@ -374,12 +374,12 @@ def test_other_fractions_and_a_limit(dataset: Dataset) -> None:
 
 
 def test_the_command_writes_tables(
-    models: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    shapes: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("bobrossnet.learn.evaluation.costs.SIZE", (48, 64))  # Delaunay triangles take long
     scores, tables = tmp_path / "scores.csv", tmp_path / "tables.md"
     options = ["--models", "paper", "default", "--fractions", "5%,0.5", "--size", "20x16", "--views", "2"]
-    assert cli.main(["evaluate", str(models), *options, "--csv", str(scores), "--markdown", str(tables)]) == 0
+    assert cli.main(["evaluate", str(shapes), *options, "--csv", str(scores), "--markdown", str(tables)]) == 0
     printed = capsys.readouterr()
     assert "warning: left out: d.obj: " in printed.err
     assert "| paper kept      |     10,346 |                 2,452 |" in printed.out
@@ -390,17 +390,17 @@ def test_the_command_writes_tables(
 
 
 def test_the_command_refuses_before_it_works(
-    models: Path, dataset: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    shapes: Path, dataset: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for arguments, message in (
         ([str(dataset.path), "--size", "64x64"], "--size and --views: expected with a folder of files"),
         ([str(dataset.path), "--views", "2"], "--size and --views: expected with a folder of files"),
-        ([str(models), "--csv", str(tmp_path / "no" / "scores.csv")], "there is no folder"),
-        ([str(models), "--markdown", str(tmp_path)], "expected a file to write, got a folder"),
-        ([str(models), "--fractions", "5%,,"], "--fractions: expected a share of the pixels"),
-        ([str(models), "--models", "oil"], "model: expected one of"),
-        ([str(models), "--orders", "uniform,spiral"], "order: expected one of uniform"),
-        ([str(tmp_path / "missing")], "missing: expected a model or a folder of models"),
+        ([str(shapes), "--csv", str(tmp_path / "no" / "scores.csv")], "there is no folder"),
+        ([str(shapes), "--markdown", str(tmp_path)], "expected a file to write, got a folder"),
+        ([str(shapes), "--fractions", "5%,,"], "--fractions: expected a share of the pixels"),
+        ([str(shapes), "--models", "oil"], "model: expected one of"),
+        ([str(shapes), "--orders", "uniform,spiral"], "order: expected one of uniform"),
+        ([str(tmp_path / "missing")], "missing: expected a shape file or a folder of them"),
     ):
         assert cli.main(["evaluate", *arguments]) == 2
         printed = capsys.readouterr()

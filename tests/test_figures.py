@@ -240,10 +240,10 @@ def test_places_are_checked_before_anything_is_drawn(tmp_path, monkeypatch):
 
 
 def test_command(tmp_path, data, capsys):
-    model = tmp_path / "triangle.obj"
-    model.write_text("v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n")
+    shape = tmp_path / "triangle.obj"
+    shape.write_text("v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n")
     out = tmp_path / "out"
-    arguments = ["figures", str(out), "--data", str(data.path), "--model", str(model), "--up", "y", "--only", "2.1,5.2"]
+    arguments = ["figures", str(out), "--data", str(data.path), "--shape", str(shape), "--up", "y", "--only", "2.1,5.2"]
     assert cli.main(arguments) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.partition(":")[0] for line in lines] == [f"wrote {out}/figure-{n}.svg and .png" for n in (2.1, 5.2)]
@@ -256,7 +256,7 @@ def test_command(tmp_path, data, capsys):
         (["--only", "2.1,7.5"], "only: expected some of 2.1, 4.1"),
         (["--data", "nowhere"], "expected a data set"),
         (["--weights", "nothing"], "expected one of default, paper"),
-        (["--model", "nowhere.obj"], "nowhere.obj"),
+        (["--shape", "nowhere.obj"], "nowhere.obj"),
     ],
 )
 def test_mistakes_are_one_line(arguments, message, tmp_path, capsys, monkeypatch):

@@ -82,8 +82,6 @@ def test_all_losses_are_compared(comparison):
         assert all(math.isfinite(value) for value in row.values())
     assert comparison.counts == {TRAINED: 4, UNSEEN: 3}
     assert len({row["ssim"] for row in comparison.scores.values()}) == 10  # each its own network
-    best = comparison.best(UNSEEN, "l1")
-    assert comparison.scores[best, UNSEEN]["l1"] == min(comparison.scores[loss, UNSEEN]["l1"] for loss in LOSSES)
     rows = rows_of(comparison.csv())
     assert float(rows[3]["l2"]) == pytest.approx(comparison.scores["l2", UNSEEN]["l2"], abs=1e-6)
 

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from models import MODELS, needs_models
 
-from bobrossnet.adapters.files import ENDINGS, load_mesh
+from bobrossnet.adapters.files import MESH_ENDINGS, load_mesh
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.shapes.mesh import Mesh
 
@@ -217,14 +217,14 @@ def test_a_name_can_be_anything(tmp_path: Path) -> None:
 
 
 def test_endings(tmp_path: Path) -> None:
-    known = " ".join(ENDINGS)
+    known = " ".join(MESH_ENDINGS)
     assert error_of(written(tmp_path / "a.dwg", "x")).endswith(f"expected one of {known}, got .dwg")
     assert error_of(written(tmp_path / "bunny", "x")).endswith("got no ending")
     upper = written(tmp_path / "A.OBJ", SQUARE + "f 1 2 3 4")
     assert len(load_mesh(str(upper)).triangles) == 2
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("ending", MESH_ENDINGS)
 def test_nothing_and_nonsense(ending: str, tmp_path: Path) -> None:
     assert error_of(written(tmp_path / f"a{ending}", "")).endswith("expected a mesh, got an empty file")
     error_of(written(tmp_path / f"b{ending}", "\n\n"))

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.shapes.formula import RULES, expression_of, expression_of_points, substitute
+from bobrossnet.sdf.symbols import RULES, expression_of, expression_of_points, substitute
 
 RANDOM = np.random.default_rng(7).uniform(-3, 3, (200, 3))
 SPECIAL = np.array([(a, b, c) for a in (0, 1, -1, 2.5) for b in (0, 1, -2, 0.5) for c in (0, -1.5, 3)], np.float64)

@@ -113,7 +113,7 @@ def test_weight_file_that_does_not_fit(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected a safetensors file"):
         checkpoint.load(path)
     checkpoint.write_tensors(path, Paper().state_dict(), {"format": "other"})
-    with pytest.raises(InputError, match="expected weights of format 'bobrossnet-1', got 'other'"):
+    with pytest.raises(InputError, match="expected weights of format bobrossnet-1, got format 'other'"):
         checkpoint.load(path)
     header = {"format": "bobrossnet-1", "network": "paper", "groups": "4"}
     checkpoint.write_tensors(path, Paper(1).state_dict(), header)

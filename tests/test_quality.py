@@ -25,8 +25,8 @@ def quality():
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Two models."""
-    place = tmp_path_factory.mktemp("models")
+    """Two shapes."""
+    place = tmp_path_factory.mktemp("shapes")
     (place / "a.sdf").write_text("sphere(1)\n")
     (place / "b.sdf").write_text("box(1)\n")
     return place
@@ -42,7 +42,7 @@ def done(quality, folder, tmp_path_factory):
             import_module("bobrossnet.learn.figures.style")._STYLE, "savefig.dpi", 50
         )  # drawing takes most of the time
         patch.setattr(quality, "SUBJECTS", (quality.Subject("a.sdf", "ball", bob.Camera()),))
-        quality.main(["--scale", "small", "--models", str(folder), "--work", str(work)])
+        quality.main(["--scale", "small", "--shapes", str(folder), "--work", str(work)])
     return work
 
 
@@ -55,13 +55,13 @@ def test_the_page(done, quality):
         "| delaunay-linear, uniform",
         f"| delaunay-linear, {default}",
         "| pull-push, uniform",
-        "## Temporal stability\n\n### On real models\n\nFlicker in gray levels of 255, means over 1 shapes",
+        "## Temporal stability\n\n### On real shapes\n\nFlicker in gray levels of 255, means over 1 shapes",
         f"Change of flicker to that of default kept, {default}, in percent:",
         "| method          | parameters | multiply-adds a pixel |",
         "quality/curves-own.png",
     ):
         assert part in page
-    for name in ("curves-models", "curves-own", "costs", "a"):
+    for name in ("curves-real", "curves-own", "costs", "a"):
         assert (done / "quality" / f"{name}.png").exists()
     assert np.asarray(Image.open(done / "quality" / "a.png")).shape[1] == 6 * (48 + 4) - 4
 
@@ -76,7 +76,7 @@ def test_nothing_is_measured_twice(done, quality, folder, tmp_path, monkeypatch)
     for name in ("evaluate_scenes", "measure_stability"):
         monkeypatch.setattr(quality, name, once(getattr(quality, name)))
     scale = quality.SCALES["small"]
-    arguments = done, "models", quality.scenes_of_folder(folder, scale.models)
+    arguments = done, "real", quality.scenes_of_folder(folder, scale.real)
     before = quality.measure_quality(*arguments, "default", scale)
     assert asked == []
     weights = tmp_path / "default.safetensors"

@@ -688,12 +688,20 @@ def test_k_of_the_second_shape_rounds(points):
     assert (box | d3.sphere().k(0)).expression == (box | d3.sphere()).expression
 
 
-def test_k_returns_the_shape_itself_and_is_forgotten_by_operations():
-    ball = d3.sphere()
-    assert ball.k(0.2) is ball
-    moved = ball.translate(X)
+def test_k_makes_a_new_shape():
+    for made, box in ((d3.sphere(), d3.box()), (d2.circle(), d2.rectangle())):
+        sharp, rounded = (box | made).expression, made.k(0.2)
+        assert type(rounded) is type(made)
+        assert rounded.expression == made.expression
+        assert (box | made).expression == sharp != (box | rounded).expression
+        assert (box | rounded.k()).expression == sharp
+    cut = d3.SDF3(d3.plane(), bounds=((-1, -1, -1), (1, 1, 1)))
+    assert (cut.k(0.2).bounds == cut.bounds).all()
+
+
+def test_k_is_forgotten_by_operations():
+    moved = d3.sphere().k(0.2).translate(X)
     assert (d3.box() | moved).expression == (d3.box() | d3.sphere().translate(X)).expression
-    assert (d3.box() | ball.k()).expression == (d3.box() | d3.sphere()).expression
 
 
 # ---- Programs --------------------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ from bobrossnet.learn.config import OPTIMIZERS, TrainConfig, config_from_setting
 from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.plan import SIZES
 from bobrossnet.learn.muon import orthogonal
-from bobrossnet.learn.train import CHECKPOINT, CONFIG, LOG, WEIGHTS, follow, keep_known, train
+from bobrossnet.learn.train import CHECKPOINT, CONFIG, LOG, WEIGHTS, follow, keep_known, keep_known_of_partial, train
 
 TOY = TrainConfig(epochs=2, batch=8, checkpoint_every=2, threads=1)
 STEPS = 4  # of an epoch: 29 samples, so that two processes have different shares of the last mini-batch
@@ -351,8 +351,9 @@ def test_keep_known() -> None:
     partial = torch.zeros(2, 5, 2, 2)
     partial[0, :2, 0, 0] = torch.tensor([1, 0.5])
     partial[1, 0] = 1  # wholly traced
-    image = keep_known(torch.full((2, 1, 2, 2), 9.0), partial)
-    assert image.flatten(1).tolist() == [[0.5, 9, 9, 9], [9, 9, 9, 9]]
+    image = torch.full((2, 1, 2, 2), 9.0)
+    assert keep_known(image, partial).flatten(1).tolist() == [[0.5, 9, 9, 9], [0, 0, 0, 0]]
+    assert keep_known_of_partial(image, partial).flatten(1).tolist() == [[0.5, 9, 9, 9], [9, 9, 9, 9]]
 
 
 # ---- the configuration --------------------------------------------------------------------------------------

@@ -10,13 +10,15 @@ import subprocess
 import sys
 import time
 from contextlib import closing, contextmanager
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
 
 import bobrossnet as bob
 from bobrossnet import cli, view
-from bobrossnet.view import GALLERY, TYPES, VIEWER, Server, export, page_files
+from bobrossnet.adapters.files import ALL_ENDINGS
+from bobrossnet.view import GALLERY, READ_IN_PAGE, TYPES, VIEWER, Server, export, page_files
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
 
@@ -257,3 +259,10 @@ def test_it_opens_a_browser(tmp_path, monkeypatch):
         while not opened.exists() and time.monotonic() < end:
             time.sleep(0.02)
         assert opened.read_text().strip() == line.partition(" ")[0]
+
+
+def test_what_the_page_knows_is_what_python_knows():
+    assert set(READ_IN_PAGE) < set(ALL_ENDINGS)
+    (home,) = re.findall(r"HOME = Object\.freeze\(\{(.+?)\}\)", (VIEWER / "orbit.js").read_text())
+    values = {name: float(value) for name, value in re.findall(r"(\w+): ([-.\d]+)", home)}
+    assert values == {**dict.fromkeys(values, 0), **asdict(bob.Camera())}

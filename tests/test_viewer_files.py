@@ -11,7 +11,7 @@ import pytest
 from models import MODELS, needs_models
 
 import bobrossnet as bob
-from bobrossnet.view import VIEWER
+from bobrossnet.view import READ_IN_PAGE, VIEWER
 
 SIZE = (48, 64)
 CAMERA = bob.Camera()
@@ -412,8 +412,8 @@ LOOP = [{"mesh": 1, "children": [1]}, {"children": [0]}]
 @pytest.mark.parametrize(
     ("name", "content", "error"),
     [
-        ("a.xyz", b"?", "expected one of .ply .obj .stl .off .glb .json .sdf .vm .bob, got .xyz"),
-        ("ply", b"?", "expected one of .ply .obj .stl .off .glb .json .sdf .vm .bob, got no ending"),
+        ("a.xyz", b"?", f"expected one of {' '.join(READ_IN_PAGE)}, got .xyz"),
+        ("ply", b"?", f"expected one of {' '.join(READ_IN_PAGE)}, got no ending"),
         ("a.ply", b"", "expected a scene, got an empty file"),
         ("a.ply", b"OFF", 'expected a PLY, which starts with \'ply\', got string "OFF"'),
         ("a.ply", b"ply\nformat ascii 1.0\n", "expected a PLY header that ends in end_header, got none"),

@@ -28,7 +28,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
 import bobrossnet as bob
-from bobrossnet.view import Server, page_files
+from bobrossnet.view import READ_IN_PAGE, Server, page_files
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
@@ -41,7 +41,6 @@ BUNNY = MODELS / "scans" / "stanford_bunny.ply"
 SCENES = {"gallery/happy_tree.bob": "happy tree", "gallery/csg.sdf": "CSG", "gallery/gear.sdf": "gear"}
 
 FOLDERS = ("loader_originals", "broken_odd", "nurbs", "implicit", "scans")
-SUFFIXES = {".bob", ".glb", ".json", ".obj", ".off", ".ply", ".sdf", ".stl", ".vm"}
 
 TIMES_MS = (33, 50, 75, 100, 150, 250, 400, 700, 1200)
 LEVELS = 6
@@ -218,7 +217,7 @@ def memory(browser: Browser, server: Server, minutes: float) -> None:
     page = opened(browser, server.url + SIZE)
     scenes = page.evaluate("() => [...document.querySelectorAll('#gallery option')].map((option) => option.value)")
     files = sorted(
-        file for folder in FOLDERS for file in (MODELS / folder).glob("*") if file.suffix.lower() in SUFFIXES
+        file for folder in FOLDERS for file in (MODELS / folder).glob("*") if file.suffix.lower() in READ_IN_PAGE
     )
     server.files |= {f"models/{file.name}": file for file in files}
     # A scene, then two files, and so on: all of each in turn.

@@ -27,15 +27,15 @@ constexpr Vector<3> z_axis{0, 0, 1};
 
 // ---- Together --------------------------------------------------------------------------------------------
 
-/// Takes the models of `bs` to the model `a`, one after the other. k is the argument, or else what the model of `bs` says;
+/// Takes the shapes `bs` to the shape `a`, one after the other. k is the argument, or else what each of `bs` says;
 /// 0 says nothing.
 template <std::size_t n, class Step>
 Object fold(const Arguments& a, double k, Step step) {
     Graph graph;
     const Point<n> p = point<n>(graph);
-    Value result = at(a.model("a"), p);
-    for (const Model& b : a.models("bs")) result = step(result, at(b, p), k != 0 ? k : b.k.value_or(0));
-    return model<n>(graph, result);
+    Value result = at(a.sdf("a"), p);
+    for (const Sdf& b : a.sdfs("bs")) result = step(result, at(b, p), k != 0 ? k : b.k.value_or(0));
+    return sdf<n>(graph, result);
 }
 
 template <std::size_t n>
@@ -63,7 +63,7 @@ Object blend(const Arguments& a) {
 template <std::size_t n, class Change>
 Object change(const Arguments& a, Change change) {
     Graph graph;
-    return model<n>(graph, change(at(a.model("other"), point<n>(graph))));
+    return sdf<n>(graph, change(at(a.sdf("other"), point<n>(graph))));
 }
 
 template <std::size_t n>
@@ -91,7 +91,7 @@ Object shell(const Arguments& a) {
 template <std::size_t n>
 Object translate(const Arguments& a) {
     Graph graph;
-    return model<n>(graph, at(a.model("other"), point<n>(graph) - a.vector<n>("offset")));
+    return sdf<n>(graph, at(a.sdf("other"), point<n>(graph) - a.vector<n>("offset")));
 }
 
 template <std::size_t n>
@@ -100,7 +100,7 @@ Object scale(const Arguments& a) {
     Graph graph;
     Point<n> p = point<n>(graph);
     for (std::size_t i = 0; i < n; ++i) p[i] = p[i] / factor[i];
-    return model<n>(graph, at(a.model("other"), p) * *std::min_element(factor.begin(), factor.end()));
+    return sdf<n>(graph, at(a.sdf("other"), p) * *std::min_element(factor.begin(), factor.end()));
 }
 
 /// Rounding in a quarter turn's cosine is no reason to mix coordinates.
@@ -109,34 +109,34 @@ double tidy(double coefficient) {
     return std::fabs(coefficient - nearest) < 1e-15 ? nearest : coefficient;
 }
 
-Object rotated_2d(const Model& other, double angle) {
+Object rotated_2d(const Sdf& other, double angle) {
     const double s = tidy(std::sin(angle)), c = tidy(std::cos(angle));
     Graph graph;
     const Point<2> p = point<2>(graph);
-    return model<2>(graph, at(other, Point<2>{dot(p, Vector<2>{c, -s}), dot(p, Vector<2>{s, c})}));
+    return sdf<2>(graph, at(other, Point<2>{dot(p, Vector<2>{c, -s}), dot(p, Vector<2>{s, c})}));
 }
 
 /// Turned around a unit vector by an angle of sine s and cosine c.
-Object rotated_3d(const Model& other, const Vector<3>& axis, double s, double c) {
+Object rotated_3d(const Sdf& other, const Vector<3>& axis, double s, double c) {
     const auto [x, y, z] = axis;
     const double m = 1 - c;
     const auto row = [](double i, double j, double k) { return Vector<3>{tidy(i), tidy(j), tidy(k)}; };
     Graph graph;
     const Point<3> p = point<3>(graph);
-    return model<3>(graph, at(other, Point<3>{dot(p, row(m * x * x + c, m * x * y + z * s, m * z * x - y * s)),
+    return sdf<3>(graph, at(other, Point<3>{dot(p, row(m * x * x + c, m * x * y + z * s, m * z * x - y * s)),
                                               dot(p, row(m * x * y - z * s, m * y * y + c, m * y * z + x * s)),
                                               dot(p, row(m * z * x + y * s, m * y * z - x * s, m * z * z + c))}));
 }
 
-Object rotate_2d(const Arguments& a) { return rotated_2d(a.model("other"), a.number("angle")); }
+Object rotate_2d(const Arguments& a) { return rotated_2d(a.sdf("other"), a.number("angle")); }
 
 Object rotate_3d(const Arguments& a) {
     const double angle = a.number("angle");
-    return rotated_3d(a.model("other"), a.direction<3>("vector"), std::sin(angle), std::cos(angle));
+    return rotated_3d(a.sdf("other"), a.direction<3>("vector"), std::sin(angle), std::cos(angle));
 }
 
 /// Turned so that what pointed to `from` points to `to`; both of length 1.
-Object turned(const Model& other, const Vector<3>& from, const Vector<3>& to) {
+Object turned(const Sdf& other, const Vector<3>& from, const Vector<3>& to) {
     const Vector<3> axis = cross(to, from);
     const double sine = length(axis), cosine = dot(from, to);
     if (sine > 1e-15) return rotated_3d(other, axis * (1 / sine), sine, cosine);
@@ -146,9 +146,9 @@ Object turned(const Model& other, const Vector<3>& from, const Vector<3>& to) {
     return rotated_3d(other, normalized(cross(from, along_x ? Vector<3>{0, 1, 0} : Vector<3>{1, 0, 0})), 0, -1);
 }
 
-Object rotate_to(const Arguments& a) { return turned(a.model("other"), a.direction<3>("a"), a.direction<3>("b")); }
+Object rotate_to(const Arguments& a) { return turned(a.sdf("other"), a.direction<3>("a"), a.direction<3>("b")); }
 
-Object orient(const Arguments& a) { return turned(a.model("other"), z_axis, a.direction<3>("axis")); }
+Object orient(const Arguments& a) { return turned(a.sdf("other"), z_axis, a.direction<3>("axis")); }
 
 // ---- Copies ----------------------------------------------------------------------------------------------
 
@@ -160,11 +160,11 @@ Object circular_array_2d(const Arguments& a) {
     const Point<2> p = point<2>(graph);
     std::optional<Value> result;
     for (int i = 0; i < count; ++i) {
-        const Object copy = rotated_2d(a.model("other"), 2 * pi * i / count);
-        const Value d = at(std::get<Model>(copy.value), p);
+        const Object copy = rotated_2d(a.sdf("other"), 2 * pi * i / count);
+        const Value d = at(std::get<Sdf>(copy.value), p);
         result = result ? min(*result, d) : d;
     }
-    return model<2>(graph, *result);
+    return sdf<2>(graph, *result);
 }
 
 /// The two copies on either side of a point. Turning the point by a whole number of steps keeps it a straight function of
@@ -178,7 +178,7 @@ Object circular_array_3d(const Arguments& a) {
     const double least_y = step > 1.5 * pi ? -1 : std::min(sin_step, 0.0), most_y = step > pi / 2 ? 1 : sin_step;
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
-    const auto copy = [&](Value px, Value py) { return at(a.model("other"), Point<3>{px - offset, py, z}); };
+    const auto copy = [&](Value px, Value py) { return at(a.sdf("other"), Point<3>{px - offset, py, z}); };
     const Value away = hypot(x, y);
     const Value turn = floor(atan2(y, x) / step) * step;
     const Value c = cos(turn), s = sin(turn);
@@ -186,7 +186,7 @@ Object circular_array_3d(const Arguments& a) {
     const Value qx = between(c * x + s * y, least_x, 1), qy = between(c * y - s * x, least_y, most_y);
     const Value rx = between(cos_step * qx + sin_step * qy, least_x, 1);
     const Value ry = between(cos_step * qy - sin_step * qx, -most_y, -least_y);
-    return model<3>(graph, min(copy(rx, ry), copy(qx, qy)));
+    return sdf<3>(graph, min(copy(rx, ry), copy(qx, qy)));
 }
 
 template <std::size_t n>
@@ -219,11 +219,11 @@ Object repeat(const Arguments& a) {
     for (std::size_t axis = 0; axis < n;) {
         Vector<n> offset;
         for (std::size_t i = 0; i < n; ++i) offset[i] = spacing[i] * neighbor[i];
-        const Value d = at(a.model("other"), p - offset);
+        const Value d = at(a.sdf("other"), p - offset);
         result = result ? min(*result, d) : d;
         for (axis = 0; axis < n && ++neighbor[axis] > reach[axis]; ++axis) neighbor[axis] = -reach[axis];
     }
-    return model<n>(graph, *result);
+    return sdf<n>(graph, *result);
 }
 
 // ---- Space bent ------------------------------------------------------------------------------------------
@@ -232,14 +232,14 @@ template <std::size_t n>
 Object elongate(const Arguments& a) {
     Graph graph;
     const Point<n> q = abs(point<n>(graph)) - a.size<n>("size");
-    return model<n>(graph, at(a.model("other"), max(q, 0)) + min(largest(q), 0));
+    return sdf<n>(graph, at(a.sdf("other"), max(q, 0)) + min(largest(q), 0));
 }
 
 /// Turns x and y by an angle that depends on the point.
 Object turned_by(const Arguments& a, Graph& graph, Value angle) {
     const auto [x, y, z] = point<3>(graph);
     const Value c = cos(angle), s = sin(angle);
-    return model<3>(graph, at(a.model("other"), Point<3>{c * x - s * y, s * x + c * y, z}));
+    return sdf<3>(graph, at(a.sdf("other"), Point<3>{c * x - s * y, s * x + c * y, z}));
 }
 
 Object twist(const Arguments& a) {
@@ -275,7 +275,7 @@ Object bend_linear(const Arguments& a) {
     for (std::size_t i = 0; i < 3; ++i) {
         if (v[i] != 0) p[i] = p[i] - t * v[i];
     }
-    return model<3>(graph, at(a.model("other"), p));
+    return sdf<3>(graph, at(a.sdf("other"), p));
 }
 
 Object bend_radial(const Arguments& a) {
@@ -283,7 +283,7 @@ Object bend_radial(const Arguments& a) {
     Graph graph;
     const Value t = share_of_radius(a, graph);
     const auto [x, y, z] = point<3>(graph);
-    return model<3>(graph, at(a.model("other"), Point<3>{x, y, z - dz * t}));
+    return sdf<3>(graph, at(a.sdf("other"), Point<3>{x, y, z - dz * t}));
 }
 
 Object wrap_around(const Arguments& a) {
@@ -292,7 +292,7 @@ Object wrap_around(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
     const Value t = eased(a.easing("e"), (atan2(y, x) + pi) / (2 * pi));
-    return model<3>(graph, at(a.model("other"), Point<3>{x0 + width * t, r - hypot(x, y), z}));
+    return sdf<3>(graph, at(a.sdf("other"), Point<3>{x0 + width * t, r - hypot(x, y), z}));
 }
 
 // ---- From one shape to another ---------------------------------------------------------------------------
@@ -301,7 +301,7 @@ Value mixed(Value from, Value to, Value t) { return from + (to - from) * t; }
 
 Object transition(const Arguments& a, Graph& graph, Value t) {
     const Point<3> p = point<3>(graph);
-    return model<3>(graph, mixed(at(a.model("f0"), p), at(a.model("f1"), p), t));
+    return sdf<3>(graph, mixed(at(a.sdf("f0"), p), at(a.sdf("f1"), p), t));
 }
 
 Object transition_linear(const Arguments& a) {
@@ -319,7 +319,7 @@ Object transition_radial(const Arguments& a) {
 Object extrude(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
-    return model<3>(graph, corner(at(a.model("other"), Point<2>{x, y}), abs(z) - a.number("h") / 2));
+    return sdf<3>(graph, corner(at(a.sdf("other"), Point<2>{x, y}), abs(z) - a.number("h") / 2));
 }
 
 Object extrude_to(const Arguments& a) {
@@ -327,19 +327,19 @@ Object extrude_to(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
     const Value t = eased(a.easing("e"), clamp(z / h, -0.5, 0.5) + 0.5);
-    const Value d = mixed(at(a.model("a"), Point<2>{x, y}), at(a.model("b"), Point<2>{x, y}), t);
-    return model<3>(graph, corner(d, abs(z) - h / 2));
+    const Value d = mixed(at(a.sdf("a"), Point<2>{x, y}), at(a.sdf("b"), Point<2>{x, y}), t);
+    return sdf<3>(graph, corner(d, abs(z) - h / 2));
 }
 
 Object revolve(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
-    return model<3>(graph, at(a.model("other"), Point<2>{hypot(x, y) - a.number("offset"), z}));
+    return sdf<3>(graph, at(a.sdf("other"), Point<2>{hypot(x, y) - a.number("offset"), z}));
 }
 
 Object slice(const Arguments& a) {
     Graph graph;
-    return model<2>(graph, at(a.model("other"), Point<3>{graph.x(), graph.y(), graph.constant(0)}));
+    return sdf<2>(graph, at(a.sdf("other"), Point<3>{graph.x(), graph.y(), graph.constant(0)}));
 }
 
 // ---- The table -------------------------------------------------------------------------------------------
@@ -360,8 +360,8 @@ void add_operations_in(std::vector<Word>& words) {
         words.push_back({name, Word::Kind::operation, dimensions, dimensions, std::move(parameters), meaning, call});
     };
     const auto number = Type::number;
-    const Parameter a = required("a", Type::model), bs = several("bs", Type::model), k = optional("k", number);
-    const Parameter other = required("other", Type::model), r = required("r", number);
+    const Parameter a = required("a", Type::sdf), bs = several("bs", Type::sdf), k = optional("k", number);
+    const Parameter other = required("other", Type::sdf), r = required("r", number);
 
     operation("union", {a, bs, k}, unite<n>, "What is in any of the shapes; k rounds the edges where they meet.");
     operation("difference", {a, bs, k}, subtract<n>, "The first shape without the others; k rounds the cuts' edges.");
@@ -391,7 +391,7 @@ void add_operations_3d(std::vector<Word>& words) {
         words.push_back({name, Word::Kind::operation, 3, 3, std::move(parameters), meaning, call});
     };
     const auto number = Type::number, vector = Type::vector;
-    const Parameter other = required("other", Type::model), k = required("k", number);
+    const Parameter other = required("other", Type::sdf), k = required("k", number);
     const Parameter e = eased_evenly();
 
     operation("rotate", {other, required("angle", number), with_default("vector", vector, z_axis)}, rotate_3d,
@@ -411,11 +411,11 @@ void add_operations_3d(std::vector<Word>& words) {
               {other, required("r0", number), required("r1", number), required("dz", number), e}, bend_radial,
               "Raised by dz outside radius r1 around the z axis, by nothing inside r0, and eased between them.");
     operation("transition_linear",
-              {required("f0", Type::model), required("f1", Type::model), with_default("p0", vector, z_axis * -1),
+              {required("f0", Type::sdf), required("f1", Type::sdf), with_default("p0", vector, z_axis * -1),
                with_default("p1", vector, z_axis), e},
               transition_linear, "From shape f0 at p0 to shape f1 at p1, eased.");
     operation("transition_radial",
-              {required("f0", Type::model), required("f1", Type::model), with_default("r0", number, 0.0),
+              {required("f0", Type::sdf), required("f1", Type::sdf), with_default("r0", number, 0.0),
                with_default("r1", number, 1.0), e},
               transition_radial, "From shape f0 within radius r0 around the z axis to shape f1 beyond r1, eased.");
     operation("wrap_around", {other, required("x0", number), required("x1", number), optional("r", number), e},
@@ -430,7 +430,7 @@ void add_operations_2d(std::vector<Word>& words) {
         words.push_back({name, Word::Kind::operation, 2, result_dimensions, std::move(parameters), meaning, call});
     };
     const auto number = Type::number;
-    const Parameter other = required("other", Type::model), h = required("h", number);
+    const Parameter other = required("other", Type::sdf), h = required("h", number);
     const Parameter e = eased_evenly();
 
     operation("rotate", 2, {other, required("angle", number)}, rotate_2d,
@@ -438,7 +438,7 @@ void add_operations_2d(std::vector<Word>& words) {
     operation("circular_array", 2, {other, required("count", Type::integer)}, circular_array_2d,
               "Copies turned around the origin.");
     operation("extrude", 3, {other, h}, extrude, "Height h, half of it to either side of z = 0.");
-    operation("extrude_to", 3, {required("a", Type::model), required("b", Type::model), h, e}, extrude_to,
+    operation("extrude_to", 3, {required("a", Type::sdf), required("b", Type::sdf), h, e}, extrude_to,
               "From shape a at the bottom to shape b at the top, h above it, eased.");
     operation("revolve", 3, {other, with_default("offset", number, 0.0)}, revolve,
               "Turned around the z axis, its own y becoming z, after a move outwards by an offset.");

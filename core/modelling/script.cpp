@@ -22,7 +22,7 @@ public:
         for (const Statement& statement : statements) run(statement);
     }
 
-    [[nodiscard]] Model result() const {
+    [[nodiscard]] Sdf result() const {
         if (!result_) throw ScriptError(last_, "expected a shape as the script's result, but no line makes one");
         if (result_->dimensions != 3) {
             throw ScriptError(result_at_, "expected a 3D shape as the script's result, got a 2D one; .extrude(1) or "
@@ -46,9 +46,9 @@ private:
     /// Counts what a value holds: long lists take more time than short ones, and large shapes than small ones.
     void charge(Position at, const Value& value) {
         step(at, size(value) / 16);
-        const Model* model = std::get_if<Model>(&value.value);
-        if (!model) return;
-        nodes_ += model->expression->nodes().size();
+        const Sdf* sdf = std::get_if<Sdf>(&value.value);
+        if (!sdf) return;
+        nodes_ += sdf->expression->nodes().size();
         if (nodes_ > ScriptLimits::nodes) {
             throw ScriptError(at, "expected shapes of at most " + std::to_string(ScriptLimits::nodes) +
                                       " nodes in all steps together, got more");
@@ -119,7 +119,7 @@ private:
                            term.parts.back().text == "save";
         if (!saved) return evaluate(term);
         const Value value = postfix(term, term.parts.size() - 1);
-        if (!std::holds_alternative<Model>(value.value)) {
+        if (!std::holds_alternative<Sdf>(value.value)) {
             throw ScriptError(term.parts.back().at, "save: expected a shape before it, got " + describe(value));
         }
         return value;
@@ -127,7 +127,7 @@ private:
 
     /// A shape becomes the script's result until another one does.
     void keep(Position at, const Value& value) {
-        if (const Model* model = std::get_if<Model>(&value.value)) result_ = *model, result_at_ = at;
+        if (const Sdf* sdf = std::get_if<Sdf>(&value.value)) result_ = *sdf, result_at_ = at;
     }
 
     /// Gives names to a value or its items. Assignments also make the script's result.
@@ -251,7 +251,7 @@ private:
 
     Value binary(Position where, Operator op, const Value& a, const Value& b) {
         return at(where, [&]() -> Value {
-            const Model *first = std::get_if<Model>(&a.value), *second = std::get_if<Model>(&b.value);
+            const Sdf *first = std::get_if<Sdf>(&a.value), *second = std::get_if<Sdf>(&b.value);
             const bool difference = op == Operator::subtract && (first || second);
             if (op != Operator::unite && op != Operator::intersect && !difference) return arithmetic(op, a, b);
             const char symbol = op == Operator::unite ? '|' : op == Operator::intersect ? '&' : '-';
@@ -415,21 +415,21 @@ private:
             return at(part.at, [&] { return element(value, index); });
         }
         const std::string name(part.text);
-        const Model* model = std::get_if<Model>(&value.value);
-        if (!model) throw ScriptError(part.at, name + ": expected a shape before it, got " + describe(value));
+        const Sdf* sdf = std::get_if<Sdf>(&value.value);
+        if (!sdf) throw ScriptError(part.at, name + ": expected a shape before it, got " + describe(value));
         if (part.kind == Kind::attribute) needs_arguments(part);
         if (name == "save") throw ScriptError(part.at, "save: expected it at the end of a line of its own");
         const Called called = arguments(part.parts);
         charge(part.at, value);
         return with_objects(part.at, called, [&](const auto& positional, const auto& keywords) {
-            return call_method(*model, name, positional, keywords);
+            return call_method(*sdf, name, positional, keywords);
         });
     }
 
     std::unordered_map<std::string_view, Value> names_;
     std::size_t steps_ = 0;
     std::size_t nodes_ = 0;
-    std::optional<Model> result_;
+    std::optional<Sdf> result_;
     Position result_at_;
     Position last_;  // of the statement run last
 };
@@ -437,7 +437,7 @@ private:
 }  // namespace
 }  // namespace script
 
-Model run_script(std::string_view source) {
+Sdf run_script(std::string_view source) {
     const std::vector<script::Statement> statements = script::parse(source);
     script::Interpreter interpreter;
     interpreter.run(statements);

@@ -35,6 +35,6 @@ struct ScriptLimits {
 /// Runs a script and returns its result: the three-dimensional shape that the last executed assignment, expression or
 /// .save() made. A script reads and writes nothing and gives the same shape every time. Any bytes end in a shape or a
 /// ScriptError.
-[[nodiscard]] Model run_script(std::string_view source);
+[[nodiscard]] Sdf run_script(std::string_view source);
 
 }  // namespace bob

@@ -23,7 +23,7 @@ struct Vector {
 };
 
 struct Value {
-    std::variant<None, bool, double, std::string_view, Vector, std::shared_ptr<const List>, Model, Easing> value;
+    std::variant<None, bool, double, std::string_view, Vector, std::shared_ptr<const List>, Sdf, Easing> value;
 };
 
 /// A list or tuple; both are the same here, and never change.

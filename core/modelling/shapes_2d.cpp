@@ -1,6 +1,7 @@
 /// Shapes in two dimensions, with the values of fogleman/sdf's; see shapes_3d.cpp on how they are written.
 #include <algorithm>
 
+#include "modelling/shapes_nd.h"
 #include "modelling/words.h"
 
 namespace bob {
@@ -9,39 +10,9 @@ namespace {
 constexpr Vector<2> origin{0, 0}, up{0, 1};
 const double sqrt3 = std::sqrt(3.0);
 
-Object circle(const Arguments& a) {
-    Graph graph;
-    return model<2>(graph, length(point<2>(graph) - a.vector<2>("center")) - a.number("radius"));
-}
-
 Object line(const Arguments& a) {
     Graph graph;
-    return model<2>(graph, dot(point<2>(graph) - a.vector<2>("point"), a.direction<2>("normal") * -1));
-}
-
-Object slab(const Arguments& a) {
-    Graph graph;
-    const Point<2> p = point<2>(graph);
-    std::optional<Value> result;
-    const auto cut = [&](std::string_view name, std::size_t axis, double sign) {
-        if (!a.has(name)) return;
-        const Value side = (p[axis] - a.number(name)) * sign;
-        result = result ? smooth_max(*result, side, smoothness(a)) : side;
-    };
-    cut("x0", 0, -1), cut("x1", 0, 1), cut("y0", 1, -1), cut("y1", 1, 1);
-    if (!result) a.reject("expected at least one of x0, y0, x1, y1, got none");
-    return model<2>(graph, *result);
-}
-
-Object rectangle(const Arguments& a) {
-    Vector<2> size = a.size<2>("size"), center = a.vector<2>("center");
-    if (a.has("a") != a.has("b")) a.reject(a.has("a") ? "b" : "a", "a corner, as the other is given");
-    if (a.has("a")) {
-        size = a.vector<2>("b") - a.vector<2>("a");
-        center = a.vector<2>("a") - size * -0.5;
-    }
-    Graph graph;
-    return model<2>(graph, corner(abs(point<2>(graph) - center) - size * 0.5));
+    return sdf<2>(graph, dot(point<2>(graph) - a.vector<2>("point"), a.direction<2>("normal") * -1));
 }
 
 Object rounded_rectangle(const Arguments& a) {
@@ -53,7 +24,7 @@ Object rounded_rectangle(const Arguments& a) {
     const auto r = [&](std::size_t i) { return graph.constant(radius[i]); };
     const Value rounding = choose(x, choose(y, r(0), r(1)), choose(y, r(3), r(2)));
     const Point<2> q = abs(p) - a.size<2>("size") * 0.5;
-    return model<2>(graph, corner(q[0] + rounding, q[1] + rounding) - rounding);
+    return sdf<2>(graph, corner(q[0] + rounding, q[1] + rounding) - rounding);
 }
 
 Object equilateral_triangle(const Arguments&) {
@@ -62,7 +33,7 @@ Object equilateral_triangle(const Arguments&) {
     Value x = abs(graph.x()) - 1, y = graph.y() + 1 / sqrt3;
     const Value over = max(x + sqrt3 * y, 0) / 2;
     x = x - over, y = y - sqrt3 * over;
-    return model<2>(graph, corner(abs(x + 1) - 1, -y));
+    return sdf<2>(graph, corner(abs(x + 1) - 1, -y));
 }
 
 Object hexagon(const Arguments& a) {
@@ -73,7 +44,7 @@ Object hexagon(const Arguments& a) {
     const Value over = 2 * min(y * 0.5 - x * (sqrt3 / 2), 0);
     x = x + over * (sqrt3 / 2), y = y - over * 0.5;
     const Value beside = abs(x) - r / sqrt3, beyond = y - r;  // inside, nothing is beside the edge
-    return model<2>(graph, select(beside, beyond, hypot(max(beside, 0), max(beyond, 0))));
+    return sdf<2>(graph, select(beside, beyond, hypot(max(beside, 0), max(beyond, 0))));
 }
 
 Object rounded_x(const Arguments& a) {
@@ -82,7 +53,7 @@ Object rounded_x(const Arguments& a) {
     const auto [x, y] = abs(point<2>(graph));
     // Less the nearest point of the diagonal, which is half of min(x + y, w) in both coordinates.
     const Value across = (x - y) / 2;
-    return model<2>(graph, hypot(max(across, x - half), max(-across, y - half)) - a.number("r"));
+    return sdf<2>(graph, hypot(max(across, x - half), max(-across, y - half)) - a.number("r"));
 }
 
 /// An edge of a polygon, and a point by it.
@@ -154,7 +125,7 @@ Object polygon(const Arguments& a) {
     Graph graph;
     const std::vector<Edge> all = edges(graph, corners);
     const int turn = convex_turn(all);
-    return model<2>(graph, turn ? convex(graph, all, turn) : even_odd(graph, all));
+    return sdf<2>(graph, turn ? convex(graph, all, turn) : even_odd(graph, all));
 }
 
 Object vesica(const Arguments& a) {
@@ -163,7 +134,7 @@ Object vesica(const Arguments& a) {
     const double b = std::sqrt(r * r - d * d);
     Graph graph;
     const auto [x, y] = abs(point<2>(graph));
-    return model<2>(graph, select(b * x - d * (y - b), hypot(x, y - b), hypot(x + d, y) - r));
+    return sdf<2>(graph, select(b * x - d * (y - b), hypot(x, y - b), hypot(x + d, y) - r));
 }
 
 }  // namespace
@@ -176,16 +147,16 @@ void add_shapes_2d(std::vector<Word>& words) {
     const auto number = Type::number;
     const Parameter r = required("r", number), center = with_default("center", Type::vector, origin);
 
-    shape("circle", {with_default("radius", number, 1.0), center}, circle, "A disk.");
+    shape("circle", {with_default("radius", number, 1.0), center}, ball<2>, "A disk.");
     shape("line", {with_default("normal", Type::vector, up), with_default("point", Type::vector, origin)}, line,
           "Half of the plane: the side of the point that the normal leads to.");
     shape("slab",
           {optional("x0", number), optional("y0", number), optional("x1", number), optional("y1", number),
            optional("k", number)},
-          slab, "What lies between lines across the axes, of which any may be left out; k rounds its corners.");
+          slab<2>, "What lies between lines across the axes, of which any may be left out; k rounds its corners.");
     shape("rectangle",
           {with_default("size", Type::size, 1.0), center, optional("a", Type::vector), optional("b", Type::vector)},
-          rectangle, "A rectangle of given sides around a center, or from corner a to corner b.");
+          box<2>, "A rectangle of given sides around a center, or from corner a to corner b.");
     shape("rounded_rectangle", {required("size", Type::size), required("radius", Type::numbers), center},
           rounded_rectangle,
           "A rectangle with round corners: one radius, or four, clockwise from the corner of largest x and y.");

@@ -3,6 +3,7 @@
 /// derivatives clean on the surface: distances along and across, each a straight function of x, y and z.
 #include <algorithm>
 
+#include "modelling/shapes_nd.h"
 #include "modelling/words.h"
 
 namespace bob {
@@ -32,11 +33,6 @@ Axial axial(Graph& graph, const Arguments& arguments) {
     return {dot(p, axis), hypot(dot(p, u), dot(p, v)), span};
 }
 
-Object sphere(const Arguments& a) {
-    Graph graph;
-    return model<3>(graph, length(point<3>(graph) - a.vector<3>("center")) - a.number("radius"));
-}
-
 /// The half space on the side of `point` that `normal` leads away from is outside: (point - p) . normal.
 Value half_space(const Point<3>& p, const Vector<3>& point, const Vector<3>& normal) {
     return dot(p - point, normal * -1);
@@ -44,39 +40,14 @@ Value half_space(const Point<3>& p, const Vector<3>& point, const Vector<3>& nor
 
 Object plane(const Arguments& a) {
     Graph graph;
-    return model<3>(graph, half_space(point<3>(graph), a.vector<3>("point"), a.direction<3>("normal")));
-}
-
-Object slab(const Arguments& a) {
-    Graph graph;
-    const Point<3> p = point<3>(graph);
-    std::optional<Value> result;
-    const auto cut = [&](std::string_view name, std::size_t axis, double sign) {
-        if (!a.has(name)) return;
-        const Value side = (p[axis] - a.number(name)) * sign;
-        result = result ? smooth_max(*result, side, smoothness(a)) : side;
-    };
-    cut("x0", 0, -1), cut("x1", 0, 1), cut("y0", 1, -1), cut("y1", 1, 1), cut("z0", 2, -1), cut("z1", 2, 1);
-    if (!result) a.reject("expected at least one of x0, y0, z0, x1, y1, z1, got none");
-    return model<3>(graph, *result);
-}
-
-Object box(const Arguments& a) {
-    Vector<3> size = a.size<3>("size"), center = a.vector<3>("center");
-    if (a.has("a") != a.has("b")) a.reject(a.has("a") ? "b" : "a", "a corner, as the other is given");
-    if (a.has("a")) {
-        size = a.vector<3>("b") - a.vector<3>("a");
-        center = a.vector<3>("a") - size * -0.5;
-    }
-    Graph graph;
-    return model<3>(graph, corner(abs(point<3>(graph) - center) - size * 0.5));
+    return sdf<3>(graph, half_space(point<3>(graph), a.vector<3>("point"), a.direction<3>("normal")));
 }
 
 Object rounded_box(const Arguments& a) {
     const double radius = a.number("radius");
     Graph graph;
     const Vector<3> flat = a.size<3>("size") * 0.5 - Vector<3>{radius, radius, radius};
-    return model<3>(graph, corner(abs(point<3>(graph)) - flat) - radius);
+    return sdf<3>(graph, corner(abs(point<3>(graph)) - flat) - radius);
 }
 
 Object wireframe_box(const Arguments& a) {
@@ -87,37 +58,37 @@ Object wireframe_box(const Arguments& a) {
     const Vector<3> halves{half, half, half};
     const Point<3> p = from_middle - halves, q = abs(from_middle) - halves;
     const Value x = corner<3>({p[0], q[1], q[2]}), y = corner<3>({q[0], p[1], q[2]}), z = corner<3>({q[0], q[1], p[2]});
-    return model<3>(graph, min(min(x, y), z));
+    return sdf<3>(graph, min(min(x, y), z));
 }
 
 Object torus(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
-    return model<3>(graph, hypot(hypot(x, y) - a.number("r1"), z) - a.number("r2"));
+    return sdf<3>(graph, hypot(hypot(x, y) - a.number("r1"), z) - a.number("r2"));
 }
 
 Object capsule(const Arguments& a) {
     Graph graph;
     const auto [along, away, length] = axial(graph, a);
-    return model<3>(graph, hypot(away, max(beyond(along, length), 0)) - a.number("radius"));
+    return sdf<3>(graph, hypot(away, max(beyond(along, length), 0)) - a.number("radius"));
 }
 
 Object cylinder(const Arguments& a) {
     Graph graph;
-    return model<3>(graph, hypot(graph.x(), graph.y()) - a.number("radius"));
+    return sdf<3>(graph, hypot(graph.x(), graph.y()) - a.number("radius"));
 }
 
 Object capped_cylinder(const Arguments& a) {
     Graph graph;
     const auto [along, away, length] = axial(graph, a);
-    return model<3>(graph, corner(away - a.number("radius"), beyond(along, length)));
+    return sdf<3>(graph, corner(away - a.number("radius"), beyond(along, length)));
 }
 
 Object rounded_cylinder(const Arguments& a) {
     const double rb = a.number("rb");
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
-    return model<3>(graph, corner(hypot(x, y) - (a.number("ra") - rb), abs(z) - (a.number("h") / 2 - rb)) - rb);
+    return sdf<3>(graph, corner(hypot(x, y) - (a.number("ra") - rb), abs(z) - (a.number("h") / 2 - rb)) - rb);
 }
 
 Object capped_cone(const Arguments& a) {
@@ -132,7 +103,7 @@ Object capped_cone(const Arguments& a) {
     const Value run = beyond((away - ra) * ((rb - ra) / slope) + along * (length / slope), slope);
     // Only where it is outwards of a rim and beyond an end, a rim is nearest.
     const Value to_rim = min(hypot(rim, cap), hypot(side, run));
-    return model<3>(graph, select(min(rim, run), max(side, cap), to_rim));
+    return sdf<3>(graph, select(min(rim, run), max(side, cap), to_rim));
 }
 
 Object rounded_cone(const Arguments& a) {
@@ -143,7 +114,7 @@ Object rounded_cone(const Arguments& a) {
     const auto [x, y, z] = point<3>(graph);
     const Value away = hypot(x, y), along = z * cosine - away * sine;
     const Value below = hypot(away, z) - r1, above = hypot(away, z - h) - r2, side = away * cosine + z * sine - r1;
-    return model<3>(graph, select(along, below, select(cosine * h - along, above, side)));
+    return sdf<3>(graph, select(along, below, select(cosine * h - along, above, side)));
 }
 
 Object ellipsoid(const Arguments& a) {
@@ -155,7 +126,7 @@ Object ellipsoid(const Arguments& a) {
     const Value k0 = length(scaled), k1 = length(twice);
     // k0 / k1 is a mean of the semi-axes. Saying so keeps it finite in the centre, and intervals around it tight.
     const auto [low, high] = std::minmax({std::fabs(size[0]), std::fabs(size[1]), std::fabs(size[2])});
-    return model<3>(graph, (k0 - 1) * clamp(k0 / max(k1, 1e-300), low, high));
+    return sdf<3>(graph, (k0 - 1) * clamp(k0 / max(k1, 1e-300), low, high));
 }
 
 Object pyramid(const Arguments& a) {
@@ -171,7 +142,7 @@ Object pyramid(const Arguments& a) {
     const Value from_rim = hypot(min(to_base, to_edge), across);
     const Value from_face = select(z, abs(across), across);
     const Value elsewhere = select(max(across, -z), -from_rim, from_rim);
-    return model<3>(graph, select(-over_face, from_face, elsewhere) / m);
+    return sdf<3>(graph, select(-over_face, from_face, elsewhere) / m);
 }
 
 // The Platonic solids, but for the cube.
@@ -179,13 +150,13 @@ Object pyramid(const Arguments& a) {
 Object tetrahedron(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
-    return model<3>(graph, (max(abs(x + y) - z, abs(x - y) + z) - a.number("r")) / std::sqrt(3));
+    return sdf<3>(graph, (max(abs(x + y) - z, abs(x - y) + z) - a.number("r")) / std::sqrt(3));
 }
 
 Object octahedron(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = abs(point<3>(graph));
-    return model<3>(graph, (x + y + z - a.number("r")) / std::sqrt(3));
+    return sdf<3>(graph, (x + y + z - a.number("r")) / std::sqrt(3));
 }
 
 /// The largest of p . n over the turns of n = (x, y, z).
@@ -198,7 +169,7 @@ Object dodecahedron(const Arguments& a) {
     const Vector<3> n = normalized(Vector<3>{(1 + std::sqrt(5)) / 2, 1, 0});
     const double r = a.nonzero("r");
     Graph graph;
-    return model<3>(graph, (over_turns(abs(point<3>(graph)), n) - n[0] * std::fabs(r)) * std::copysign(1, r));
+    return sdf<3>(graph, (over_turns(abs(point<3>(graph)), n) - n[0] * std::fabs(r)) * std::copysign(1, r));
 }
 
 Object icosahedron(const Arguments& a) {
@@ -208,7 +179,7 @@ Object icosahedron(const Arguments& a) {
     Graph graph;
     const Point<3> p = abs(point<3>(graph));
     const Value faces = max(over_turns(p, n), (p[0] + p[1] + p[2]) / std::sqrt(3));
-    return model<3>(graph, (faces - n[0] * std::fabs(r)) * std::copysign(1, r));
+    return sdf<3>(graph, (faces - n[0] * std::fabs(r)) * std::copysign(1, r));
 }
 
 }  // namespace
@@ -223,17 +194,17 @@ void add_shapes_3d(std::vector<Word>& words) {
     const Parameter radius = required("radius", number), h = required("h", number), size = required("size", Type::size);
     const Parameter center = with_default("center", Type::vector, origin);
 
-    shape("sphere", {with_default("radius", number, 1.0), center}, sphere, "A ball.");
+    shape("sphere", {with_default("radius", number, 1.0), center}, ball<3>, "A ball.");
     shape("plane", {with_default("normal", Type::vector, up), with_default("point", Type::vector, origin)}, plane,
           "Half of space: the side of the point that the normal leads to.");
     shape("slab",
           {optional("x0", number), optional("y0", number), optional("z0", number), optional("x1", number),
            optional("y1", number), optional("z1", number), optional("k", number)},
-          slab,
+          slab<3>,
           "What lies between planes across the axes, of which any may be left out; k rounds its edges.");
     shape("box",
-          {with_default("size", Type::size, 1.0), center, optional("a", Type::vector), optional("b", Type::vector)}, box,
-          "A box of given sides around a center, or from corner a to corner b.");
+          {with_default("size", Type::size, 1.0), center, optional("a", Type::vector), optional("b", Type::vector)},
+          box<3>, "A box of given sides around a center, or from corner a to corner b.");
     shape("rounded_box", {size, radius}, rounded_box, "A box around the origin with round edges and corners.");
     shape("wireframe_box", {size, required("thickness", number)}, wireframe_box, "The twelve edges of a box as bars.");
     shape("torus", {required("r1", number), required("r2", number)}, torus,

@@ -51,9 +51,9 @@ bool has_type(const Object& object, Type type, int dimensions) {
             return list && std::all_of((*list)->begin(), (*list)->end(), is_point);
         }
         case Type::easing: return std::holds_alternative<Easing>(object.value);
-        case Type::model: {
-            const Model* model = std::get_if<Model>(&object.value);
-            return model && model->dimensions == dimensions;
+        case Type::sdf: {
+            const Sdf* sdf = std::get_if<Sdf>(&object.value);
+            return sdf && sdf->dimensions == dimensions;
         }
     }
     return false;
@@ -69,7 +69,7 @@ std::string expected(Type type, int dimensions) {
         case Type::numbers: return "a number or a list of numbers";
         case Type::points: return "a list of " + d + "points";
         case Type::easing: return "an easing function";
-        case Type::model: return "a " + d + "shape";
+        case Type::sdf: return "a " + d + "shape";
     }
     return "";
 }
@@ -150,12 +150,12 @@ std::vector<Object> bind(const Word& word, std::span<const Object> positional, s
     return bound;
 }
 
-/// The operation of the same name for models like the first argument, if there is one: `union` takes both.
+/// The operation of the same name for shapes like the first argument, if there is one: `union` takes both.
 const Word& suited(const Word& word, std::span<const Object> positional) {
     if (word.kind != Word::Kind::operation || positional.empty()) return word;
-    const Model* model = std::get_if<Model>(&positional.front().value);
-    if (!model || model->dimensions == word.dimensions) return word;
-    const Word* other = find_word(word.name, model->dimensions);
+    const Sdf* sdf = std::get_if<Sdf>(&positional.front().value);
+    if (!sdf || sdf->dimensions == word.dimensions) return word;
+    const Word* other = find_word(word.name, sdf->dimensions);
     return other ? *other : word;
 }
 
@@ -192,26 +192,26 @@ Object call(const Word& word, std::span<const Object> positional, std::span<cons
     }
 }
 
-Object call_method(const Model& model, std::string_view name, std::span<const Object> positional,
+Object call_method(const Sdf& sdf, std::string_view name, std::span<const Object> positional,
                    std::span<const Keyword> keywords) {
     if (name == "k") {
-        // Not an operation: it tells how the next one treats this model.
+        // Not an operation: it tells how the next one treats this shape.
         static const Word set_k{"shape.k", Word::Kind::operation, 0, 0, {optional("k", Type::number)}, "", nullptr};
         const Arguments arguments(set_k, bind(set_k, positional, keywords));
-        Model result = model;
+        Sdf result = sdf;
         result.k = arguments.has("k") ? std::optional(arguments.at_least(0, "k")) : std::nullopt;
         return {result};
     }
-    const Word* word = find_word(name, model.dimensions);
+    const Word* word = find_word(name, sdf.dimensions);
     if (!word || word->kind != Word::Kind::operation) {
-        throw CallTypeError(describe({model}) + " has no method " + std::string(name));
+        throw CallTypeError(describe({sdf}) + " has no method " + std::string(name));
     }
-    std::vector<Object> with_model{{model}};
-    with_model.insert(with_model.end(), positional.begin(), positional.end());
-    return call(*word, with_model, keywords);
+    std::vector<Object> with_sdf{{sdf}};
+    with_sdf.insert(with_sdf.end(), positional.begin(), positional.end());
+    return call(*word, with_sdf, keywords);
 }
 
-Object combine(char op, const Model& a, const Model& b) {
+Object combine(char op, const Sdf& a, const Sdf& b) {
     const std::string_view name = op == '|' ? "union" : op == '&' ? "intersection" : "difference";
     return call_method(a, name, std::vector<Object>{{b}}, {});
 }
@@ -221,8 +221,8 @@ std::string describe(const Object& object) {
     if (const bool* truth = std::get_if<bool>(&object.value)) return *truth ? "True" : "False";
     if (is_number(object)) return "a number";
     if (std::holds_alternative<std::string>(object.value)) return "a string";
-    if (const Model* model = std::get_if<Model>(&object.value)) {
-        return "a " + std::to_string(model->dimensions) + "D shape";
+    if (const Sdf* sdf = std::get_if<Sdf>(&object.value)) {
+        return "a " + std::to_string(sdf->dimensions) + "D shape";
     }
     if (std::holds_alternative<Easing>(object.value)) return "an easing function";
     const std::string count = std::to_string(std::get<ListPointer>(object.value)->size());
@@ -314,9 +314,9 @@ std::vector<Vector<n>> Arguments::points(std::string_view name) const {
     return result;
 }
 
-std::vector<Model> Arguments::models(std::string_view name) const {
-    std::vector<Model> result;
-    for (const Object& item : list(name)) result.push_back(std::get<Model>(item.value));
+std::vector<Sdf> Arguments::sdfs(std::string_view name) const {
+    std::vector<Sdf> result;
+    for (const Object& item : list(name)) result.push_back(std::get<Sdf>(item.value));
     return result;
 }
 

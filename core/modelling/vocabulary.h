@@ -17,7 +17,7 @@
 namespace bob {
 
 /// A shape of the language: inside where its expression is negative. Two dimensions: an expression in x and y.
-struct Model {
+struct Sdf {
     int dimensions = 3;
     std::shared_ptr<const Expression> expression;
     std::optional<double> k;  // the radius of smooth blends with this shape, set by .k(); forgotten by every operation
@@ -35,7 +35,7 @@ struct None {
 /// A value of the language. A vector is a list of numbers.
 struct Object {
     using List = std::vector<Object>;
-    std::variant<None, bool, double, std::string, Model, Easing, std::shared_ptr<const List>> value;
+    std::variant<None, bool, double, std::string, Sdf, Easing, std::shared_ptr<const List>> value;
 };
 
 enum class Type {
@@ -46,7 +46,7 @@ enum class Type {
     numbers,  // a number, or one for each axis or corner, as the meaning says
     points,   // a list of vectors
     easing,
-    model,    // of the word's own dimensions
+    sdf,      // of the word's own dimensions
 };
 
 struct Parameter {
@@ -60,14 +60,14 @@ class Arguments;  // what a word was called with, checked and in the order of it
 
 struct Word {
     enum class Kind {
-        shape,      // makes a model
-        operation,  // takes a model first: a function and a method of the same name
+        shape,      // makes a shape
+        operation,  // takes a shape first: a function and a method of the same name
         easing,
     };
     std::string_view name;
     Kind kind;
-    int dimensions;         // of the models it takes, or makes if it is a shape; 0 for easings
-    int result_dimensions;  // of the model it makes
+    int dimensions;         // of the shapes it takes, or makes if it is a shape; 0 for easings
+    int result_dimensions;  // of the shape it makes
     std::vector<Parameter> parameters;
     std::string_view meaning;  // one line
     Object (*call)(const Arguments&);
@@ -92,17 +92,17 @@ struct CallTypeError : CallError {
 
 using Keyword = std::pair<std::string, Object>;
 
-/// Calls a word as Python calls a function; throws CallError, or TooLarge. An operation called with a model of other
+/// Calls a word as Python calls a function; throws CallError, or TooLarge. An operation called with a shape of other
 /// dimensions is the operation of that name in those, where there is one. An easing called with a number is a number;
 /// without it, the Easing itself.
 [[nodiscard]] Object call(const Word& word, std::span<const Object> positional, std::span<const Keyword> keywords);
 
-/// Calls the method `name` of a model: the operation of that name that takes models of its dimensions, or `k`.
-[[nodiscard]] Object call_method(const Model& model, std::string_view name, std::span<const Object> positional,
+/// Calls the method `name` of a shape: the operation of that name that takes shapes of its dimensions, or `k`.
+[[nodiscard]] Object call_method(const Sdf& sdf, std::string_view name, std::span<const Object> positional,
                                  std::span<const Keyword> keywords);
 
-/// a | b, a & b and a - b of models: union, intersection and difference.
-[[nodiscard]] Object combine(char op, const Model& a, const Model& b);
+/// a | b, a & b and a - b of shapes: union, intersection and difference.
+[[nodiscard]] Object combine(char op, const Sdf& a, const Sdf& b);
 
 /// A short name of an object's type for messages, such as "a number" or "a 2D shape".
 [[nodiscard]] std::string describe(const Object& object);

@@ -1,4 +1,4 @@
-/// What the words are written with: arguments by name, points of values, and the models made of them.
+/// What the words are written with: arguments by name, points of values, and the shapes made of them.
 #pragma once
 
 #include <array>
@@ -53,8 +53,8 @@ public:
     template <std::size_t n>
     [[nodiscard]] std::vector<Vector<n>> points(std::string_view name) const;
 
-    [[nodiscard]] const Model& model(std::string_view name) const { return std::get<Model>(at(name).value); }
-    [[nodiscard]] std::vector<Model> models(std::string_view name) const;
+    [[nodiscard]] const Sdf& sdf(std::string_view name) const { return std::get<Sdf>(at(name).value); }
+    [[nodiscard]] std::vector<Sdf> sdfs(std::string_view name) const;
     [[nodiscard]] const Expression& easing(std::string_view name) const {
         return *std::get<Easing>(at(name).value).expression;
     }
@@ -195,17 +195,17 @@ Value corner(const Point<n>& q) {
 /// |v - middle of 0..extent| - half the extent: negative between 0 and `extent`, beyond them the distance to the nearer.
 inline Value beyond(Value v, double extent) { return abs(v - extent / 2) - extent / 2; }
 
-// Models.
+// Shapes.
 
 template <std::size_t n>
-Object model(const Graph& graph, Value distance) {
-    return {Model{static_cast<int>(n), std::make_shared<const Expression>(graph.expression(distance)), std::nullopt}};
+Object sdf(const Graph& graph, Value distance) {
+    return {Sdf{static_cast<int>(n), std::make_shared<const Expression>(graph.expression(distance)), std::nullopt}};
 }
 
-/// A model's distance at a point.
+/// A shape's distance at a point.
 template <std::size_t n>
-Value at(const Model& model, const Point<n>& p) {
-    return p[0].graph->substitute(*model.expression, p[0], p[1], n == 3 ? p[n - 1] : p[0].graph->constant(0));
+Value at(const Sdf& sdf, const Point<n>& p) {
+    return p[0].graph->substitute(*sdf.expression, p[0], p[1], n == 3 ? p[n - 1] : p[0].graph->constant(0));
 }
 
 inline Value eased(const Expression& easing, Value t) {

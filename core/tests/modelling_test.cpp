@@ -31,8 +31,8 @@ void check_says(const std::string& said, const std::string& expected) {
     if (said != expected) test::fail(__FILE__, __LINE__, "expected \"" + expected + "\", got \"" + said + "\"");
 }
 
-bob::Model made(std::string_view name, const std::vector<Object>& positional = {}, int dimensions = 0) {
-    return std::get<bob::Model>(bob::call(*bob::find_word(name, dimensions), positional, {}).value);
+bob::Sdf made(std::string_view name, const std::vector<Object>& positional = {}, int dimensions = 0) {
+    return std::get<bob::Sdf>(bob::call(*bob::find_word(name, dimensions), positional, {}).value);
 }
 
 bool fits(const Object& object, Type type, int dimensions) {
@@ -47,7 +47,7 @@ bool fits(const Object& object, Type type, int dimensions) {
         case Type::size: return is_number || is_vector;
         case Type::easing: return std::holds_alternative<bob::Easing>(object.value);
         case Type::points:
-        case Type::model: return false;
+        case Type::sdf: return false;
     }
     return false;
 }
@@ -80,7 +80,7 @@ TEST(parameters_are_told_apart_and_their_defaults_fit) {
             const Object& value = *parameter.default_value;
             CHECK(std::holds_alternative<bob::None>(value.value) || fits(value, parameter.type, word.dimensions));
         }
-        if (word.kind == Word::Kind::operation) CHECK(word.parameters.front().type == Type::model);
+        if (word.kind == Word::Kind::operation) CHECK(word.parameters.front().type == Type::sdf);
     }
 }
 
@@ -97,7 +97,7 @@ TEST(arguments_bind_as_in_python) {
     const Word& sphere = *bob::find_word("sphere", 3);
     const std::vector<Keyword> keywords{{"center", list({number(1), number(0), number(0)})}, {"radius", number(2)}};
     const bob::Object named = bob::call(sphere, {}, keywords);
-    CHECK(*std::get<bob::Model>(named.value).expression == ball);
+    CHECK(*std::get<bob::Sdf>(named.value).expression == ball);
     CHECK_EQ(ball(4, 0, 0), 1.0);
     const Object shape{made("sphere")};
     const std::vector<Object> three{shape, {made("box")}, {made("pyramid", {number(1)})}};
@@ -125,13 +125,13 @@ TEST(numbers_that_overflow_are_refused) {
 }
 
 TEST(methods_are_operations_and_k) {
-    const bob::Model ball = made("sphere"), box = made("box");
+    const bob::Sdf ball = made("sphere"), box = made("box");
     const std::vector<Object> offset{list({number(1), number(2), number(3)})};
     const Object moved = bob::call_method(ball, "translate", offset, {});
-    CHECK(*std::get<bob::Model>(moved.value).expression == *made("translate", {{ball}, offset[0]}).expression);
+    CHECK(*std::get<bob::Sdf>(moved.value).expression == *made("translate", {{ball}, offset[0]}).expression);
 
     const std::vector<Object> quarter{number(0.25)};
-    const auto rounded = std::get<bob::Model>(bob::call_method(ball, "k", quarter, {}).value);
+    const auto rounded = std::get<bob::Sdf>(bob::call_method(ball, "k", quarter, {}).value);
     CHECK_EQ(rounded.k.value_or(0), 0.25);
     CHECK(*rounded.expression == *ball.expression);
     const std::vector<Object> both{{box}, {ball}};
@@ -139,8 +139,8 @@ TEST(methods_are_operations_and_k) {
     for (const auto& [op, word] : {std::pair('|', "union"), std::pair('&', "intersection"), std::pair('-', "difference")}) {
         const Object named = bob::call(*bob::find_word(word, 3), both, k);
         const Object combined = bob::combine(op, box, rounded);
-        CHECK(*std::get<bob::Model>(combined.value).expression == *std::get<bob::Model>(named.value).expression);
-        CHECK(!std::get<bob::Model>(combined.value).k);
+        CHECK(*std::get<bob::Sdf>(combined.value).expression == *std::get<bob::Sdf>(named.value).expression);
+        CHECK(!std::get<bob::Sdf>(combined.value).k);
     }
     std::string message;
     try {

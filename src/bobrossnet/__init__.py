@@ -6,14 +6,13 @@
 >>> image = bob.complete(part)
 """
 
-import os
-
 from bobrossnet._core import set_thread_count, thread_count
 from bobrossnet.adapters.container import save_scene
 from bobrossnet.adapters.files import load, load_mesh
 from bobrossnet.completion.network import Completer, complete
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.metrics import psnr, ssim
+from bobrossnet.onnx import export
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.gbuffer import GBuffer, Samples
 from bobrossnet.picture.order import pixel_order
@@ -29,14 +28,6 @@ from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import Hits, Scene
 from bobrossnet.tracing.trace import SceneTracer, trace
-
-
-def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
-    """Write a network with its weights as ONNX; `bobrossnet.learn.export` says how. Needs the [train] extra."""
-    from bobrossnet.learn.export import export as to_onnx
-
-    to_onnx(model, path)
-
 
 __all__ = [
     "Brep",

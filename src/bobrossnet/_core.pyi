@@ -173,7 +173,7 @@ class CallError(ValueError):
 class CallTypeError(TypeError):
     """The same, where an argument has the wrong type or there are too many or too few."""
 
-class Model:
+class Sdf:
     """A shape of the modelling language, of 2 or 3 dimensions; k is what `.k()` set."""
 
     def __init__(self, dimensions: int, expression: Expression, k: float | None = None) -> None: ...
@@ -200,11 +200,11 @@ def vocabulary() -> list[tuple[Any, ...]]:
 def call(index: int, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
     """Call a word of the vocabulary. CallError, CallTypeError or TooLargeError say what can't be."""
 
-def call_method(model: Model, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any: ...
-def combine(op: str, a: Model, b: Model) -> Any:
+def call_method(sdf: Sdf, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any: ...
+def combine(op: str, a: Sdf, b: Sdf) -> Any:
     """Union "|", intersection "&" or difference "-"."""
 
-def run_script(source: bytes) -> Model:
+def run_script(source: bytes) -> Sdf:
     """The shape of a script; ValueError with line and column if it is none."""
 
 def parse_vm(text: bytes) -> Expression:

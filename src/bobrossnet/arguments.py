@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-UP = "the models' axis that points up; y turns them upright (default: z)"
+
+def add_up(parser: argparse.ArgumentParser) -> None:
+    """Add --up, which says how the files' axes are meant."""
+    what = "the shapes' axis that points up; y turns them upright (default: z)"
+    parser.add_argument("--up", choices=("y", "z"), default="z", help=what)
 
 
 def size(text: str) -> tuple[int, int]:

@@ -20,7 +20,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import quote
 
 from bobrossnet import arguments
+from bobrossnet.adapters.files import KINDS
 from bobrossnet.learn.commands import add_commands
+from bobrossnet.machine import limit_memory
+from bobrossnet.picture.camera import Camera
 
 if TYPE_CHECKING:
     import bobrossnet as bob
@@ -28,9 +31,11 @@ if TYPE_CHECKING:
 USAGE_ERROR = 2
 INTERRUPTED = 130
 
-FILES = (
-    "meshes (.ply, .obj, .stl, .off, .glb, .gltf, .3mf), CAD parts (.step, .stp, .iges, .igs, .3dm), NURBS surfaces "
-    "(.json, .xml, .bpt, .cpt), shape scripts (.sdf), formulas (.vm) and scenes (.bob); without any, the built-in scene"
+LARGE = 3840 * 2160
+"""Pixels from which on completing is no matter of milliseconds, and is not done twice to be timed."""
+
+FILES = "; ".join(
+    [*(f"{kind}, {' '.join(endings)}" for kind, endings in KINDS.items()), "by default the built-in scene"]
 )
 
 
@@ -49,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (InputError, _UsageError) as error:
         return _fail(str(error))
     except MemoryError:
-        return _fail("not enough memory for a picture or a model of this size")
+        return _fail("not enough memory for a picture or a shape of this size")
     except ModuleNotFoundError as error:
         return _fail(f"this command needs {error.name}: pip install 'bobrossnet[train]'")
     except BrokenPipeError:
@@ -93,11 +98,13 @@ def _parser() -> argparse.ArgumentParser:
         help="sequence of the pixels: uniform, r2, lattice or blue-noise (default: lattice)",
     )
     render.add_argument("--seed", type=int, default=0, help="of the order (default: 0)")
-    render.add_argument("--azimuth", type=float, default=30.0, metavar="DEGREES", help="default: 30")
-    render.add_argument("--elevation", type=float, default=20.0, metavar="DEGREES", help="default: 20")
-    render.add_argument("--roll", type=float, default=0.0, metavar="DEGREES", help="default: 0")
-    render.add_argument("--zoom", type=float, default=1.0, help="1 fits the bounding sphere (default: 1)")
-    render.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
+    home = Camera()
+    for name, angle in (("azimuth", home.azimuth), ("elevation", home.elevation), ("roll", home.roll)):
+        render.add_argument(f"--{name}", type=float, default=angle, metavar="DEGREES", help=f"default: {angle:g}")
+    render.add_argument(
+        "--zoom", type=float, default=home.zoom, help=f"1 fits the bounding sphere (default: {home.zoom:g})"
+    )
+    arguments.add_up(render)
     render.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
     render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
@@ -111,23 +118,25 @@ def _parser() -> argparse.ArgumentParser:
     view.add_argument("files", nargs="*", metavar="FILE", help=FILES)
     view.add_argument("--port", type=int, default=0, help="of the page; 0 takes a free one (default: 0)")
     view.add_argument("--no-browser", action="store_true", help="only print the page's address")
-    view.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
+    arguments.add_up(view)
     view.add_argument("--export", metavar="DIR", help="write the page to a folder for any web server, and show nothing")
 
     pack = commands.add_parser("pack", help="write a scene of shapes", description="Write shapes to one scene file.")
     pack.set_defaults(run=_pack)
     pack.add_argument("scene", metavar="SCENE.bob", help="the file to write")
     pack.add_argument("files", nargs="*", metavar="FILE", help=FILES)
-    pack.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
+    arguments.add_up(pack)
 
     info = commands.add_parser(
         "info",
-        help="tell what is in a model, a scene, a weight file or a training's folder",
-        description="Tell what is in a model, a scene, a weight file or a training's folder.",
+        help="tell what is in a shape file, a scene, a weight file or a training's folder",
+        description="Tell what is in a shape file, a scene, a weight file or a training's folder.",
     )
     info.set_defaults(run=_info)
     info.add_argument(
-        "file", metavar="FILE", help="a model, a scene, a .safetensors file, the name of shipped weights, or a folder"
+        "file",
+        metavar="FILE",
+        help="shapes, a scene, a .safetensors file, the name of shipped weights, or a folder",
     )
 
     add_commands(commands)
@@ -146,7 +155,7 @@ def _render(options: argparse.Namespace) -> None:
     )
     from bobrossnet.progress import progress
 
-    _limit_memory()
+    limit_memory()
     out = check_picture_path(options.out)
     camera = bob.Camera(options.azimuth, options.elevation, options.roll, options.zoom)
     model = load_network(options.model)
@@ -171,7 +180,7 @@ def _render(options: argparse.Namespace) -> None:
         return gbuffer, 1000 * (time.perf_counter() - start)
 
     part, trace_ms = timed_trace("tracing", options.fraction)
-    if height * width <= 3840 * 2160:  # a larger picture is no matter of milliseconds, and is not completed twice
+    if height * width <= LARGE:
         bob.complete(part, model=model)  # the first run fetches memory
     start = time.perf_counter()
     image = bob.complete(part, model=model)
@@ -216,7 +225,7 @@ def _view(options: argparse.Namespace) -> None:
 
     from bobrossnet.view import Server, export, page_files, scene_path
 
-    _limit_memory()
+    limit_memory()
     files = options.files
     name = Path(files[0]).stem if len(files) == 1 else "scene"
     with page_files(_scene(options) if files else None, name) as page:
@@ -238,7 +247,7 @@ def _pack(options: argparse.Namespace) -> None:
     import bobrossnet as bob
     from bobrossnet.adapters.container import check_scene_path
 
-    _limit_memory()
+    limit_memory()
     out = check_scene_path(options.scene)
     scene = _scene(options)
     bob.save_scene(scene, out)
@@ -250,7 +259,7 @@ def _info(options: argparse.Namespace) -> None:
     from bobrossnet.completion.network import find_weights
     from bobrossnet.completion.weights import read_weights
 
-    _limit_memory()
+    limit_memory()
     configuration = Path(options.file) / "config.json"
     if configuration.is_file():
         _print_configuration(_read_configuration(configuration))
@@ -314,19 +323,6 @@ def _print_table(rows: dict[str, Any], indent: str = "") -> None:
     width = max(map(len, rows))
     for name, value in rows.items():
         print(f"{indent}{name:{width}}  {value}")
-
-
-def _limit_memory() -> None:
-    """Let allocations beyond the machine's memory fail, so that an absurd file ends in a message, not in a machine that
-    stands still."""
-    if sys.platform != "linux":
-        return
-    import resource
-
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    limit = memory if hard == resource.RLIM_INFINITY else min(memory, hard)
-    resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
 
 
 def _version() -> str:

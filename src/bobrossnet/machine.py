@@ -1,9 +1,11 @@
-"""The machine in words, for what is measured on it."""
+"""The machine: its name, and the memory that this process takes of it, or may take."""
 
 from __future__ import annotations
 
 import ctypes
+import os
 import platform
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -27,6 +29,27 @@ def extra_memory(run: Callable[[], object]) -> int | None:
     before = _status_bytes("VmRSS")
     run()
     return _status_bytes("VmHWM") - before
+
+
+def limit_memory(more: int | None = None) -> None:
+    """Let allocations fail that go beyond a limit, so that an absurd file ends in a message, not in a machine
+    that stands still. Only Linux has this.
+
+    Parameters
+    ----------
+    more : bytes in addition to those that the process holds; by default it may have all memory of the machine
+    """
+    if sys.platform != "linux":
+        return
+    import resource
+
+    if more is None:
+        limit = resource.getpagesize() * os.sysconf("SC_PHYS_PAGES")
+    else:
+        pages = int(Path("/proc/self/statm").read_text().split()[5])  # what RLIMIT_DATA counts
+        limit = resource.getpagesize() * pages + more
+    soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    resource.setrlimit(resource.RLIMIT_DATA, (limit if soft == resource.RLIM_INFINITY else min(limit, soft), hard))
 
 
 def _status_bytes(field: str) -> int:

@@ -40,6 +40,9 @@ TYPES = {
 }
 """What browsers are told of the page's files, by their endings: a module of another type would not start."""
 
+READ_IN_PAGE = (".ply", ".obj", ".stl", ".off", ".glb", ".json", ".sdf", ".vm", ".bob")
+"""The endings of the files that the page reads by itself; any other that Python reads is packed for it."""
+
 HEADERS = {
     "Content-Security-Policy": "; ".join(
         [

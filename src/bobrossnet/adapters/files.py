@@ -42,7 +42,7 @@ from bobrossnet.shapes.shape import Shape
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.scene import Scene, SceneLike
 
-READERS: dict[str, Callable[[Path], list[Part]]] = {
+MESH_READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".ply": read_ply,
     ".obj": read_obj,
     ".stl": read_stl,
@@ -51,22 +51,39 @@ READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".gltf": read_gltf,
     ".3mf": read_3mf,
 }
-ENDINGS = tuple(READERS)
-FORMULA_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script, ".vm": read_vm}
-INSTANCE_READERS: dict[str, Callable[[Path], SceneLike]] = {
-    SCENE_ENDING: read_scene,
+SCRIPT_READERS: dict[str, Callable[[Path], Implicit]] = {".sdf": read_script}
+FORMULA_READERS: dict[str, Callable[[Path], Implicit]] = {".vm": read_vm}
+SCENE_READERS: dict[str, Callable[[Path], SceneLike]] = {SCENE_ENDING: read_scene}
+NURBS_READERS: dict[str, Callable[[Path], SceneLike]] = {
     ".json": read_geomdl,
     ".xml": read_gismo,
     ".bpt": read_bpt,
     ".cpt": read_cpt,
+}
+CAD_READERS: dict[str, Callable[[Path], SceneLike]] = {
     ".3dm": read_3dm,
     ".step": read_step,
     ".stp": read_step,
     ".iges": read_iges,
     ".igs": read_iges,
 }
+
+IMPLICIT_READERS = SCRIPT_READERS | FORMULA_READERS
+INSTANCE_READERS = SCENE_READERS | NURBS_READERS | CAD_READERS
 """Readers of files whose shapes have names and materials of their own, or are of several kinds."""
-ALL_ENDINGS = (*READERS, *FORMULA_READERS, *INSTANCE_READERS)
+
+MESH_ENDINGS = tuple(MESH_READERS)
+ALL_ENDINGS = (*MESH_READERS, *IMPLICIT_READERS, *INSTANCE_READERS)
+
+KINDS: dict[str, tuple[str, ...]] = {
+    "meshes": MESH_ENDINGS,
+    "CAD parts": tuple(CAD_READERS),
+    "NURBS surfaces": tuple(NURBS_READERS),
+    "shape scripts": tuple(SCRIPT_READERS),
+    "formulas": tuple(FORMULA_READERS),
+    "scenes": tuple(SCENE_READERS),
+}
+"""The endings of all files that are read, by what these hold."""
 
 Source: TypeAlias = "str | os.PathLike[str] | Scene | Instance | Shape"
 
@@ -106,12 +123,12 @@ def load(source: Source | Iterable[Source]) -> Scene:
 def _loaded(path: str | os.PathLike[str]) -> SceneLike:
     file = _file(path)
     ending = file.suffix.lower()
-    if ending in READERS:
+    if ending in MESH_READERS:
         return Instance(load_mesh(path), name=file.name)
-    with _errors_of_one_line(file, "shape" if ending in FORMULA_READERS else "scene"):
+    with _errors_of_one_line(file, "shape" if ending in IMPLICIT_READERS else "scene"):
         _check_file(file)
-        if ending in FORMULA_READERS:
-            return Instance(FORMULA_READERS[ending](file), name=file.name)
+        if ending in IMPLICIT_READERS:
+            return Instance(IMPLICIT_READERS[ending](file), name=file.name)
         if ending in INSTANCE_READERS:
             if file.stat().st_size == 0:
                 raise InputError("expected a scene, got an empty file")
@@ -129,7 +146,7 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     Parameters
     ----------
     path : str or path
-        A file whose name ends in one of `ENDINGS`, in any case.
+        A file whose name ends in one of `MESH_ENDINGS`, in any case.
 
     Returns
     -------
@@ -149,13 +166,13 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     ending = one_line(file.suffix.lower())
     with _errors_of_one_line(file, "mesh"):
         _check_file(file)
-        if ending not in READERS:
+        if ending not in MESH_READERS:
             hint = "; bobrossnet.load reads it" if ending in ALL_ENDINGS else ""
-            raise InputError(f"expected one of {' '.join(ENDINGS)}, got {ending or 'no ending'}{hint}")
+            raise InputError(f"expected one of {' '.join(MESH_ENDINGS)}, got {ending or 'no ending'}{hint}")
         if file.stat().st_size == 0:
             raise InputError("expected a mesh, got an empty file")
         with _quiet():
-            mesh, dropped, total = _clean(READERS[ending](file))
+            mesh, dropped, total = _clean(MESH_READERS[ending](file))
     if dropped:
         warnings.warn(
             f"{name_of(file)}: left out {dropped:,} of {total:,} triangles that touch a missing or non-finite vertex",

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import importlib.util
 import math
-import sys
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -21,6 +20,7 @@ from bobrossnet.adapters.apart import call_apart
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.adapters.opennurbs import brep_loops
 from bobrossnet.errors import InputError, InputWarning
+from bobrossnet.machine import limit_memory
 from bobrossnet.shapes.affine import IDENTITY, Matrix
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep, Face, Loop, TrimCurve
@@ -92,7 +92,7 @@ def read_3dm(file: Path) -> list[Instance]:
 def read_apart(file: str) -> tuple[list[Instance], list[str]]:
     """What `read_3dm` returns and warns of, in a process of its own: damaged files crash rhino3dm."""
     path = Path(file)
-    _limit_memory(SPARE_MEMORY + MEMORY_PER_BYTE * path.stat().st_size)
+    limit_memory(SPARE_MEMORY + MEMORY_PER_BYTE * path.stat().st_size)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         instances = read_here(path)
@@ -103,10 +103,10 @@ def read_here(file: Path) -> list[Instance]:
     """`read_3dm` in this process."""
     import rhino3dm
 
-    model = rhino3dm.File3dm.Read(str(file))
-    if model is None:
+    document = rhino3dm.File3dm.Read(str(file))
+    if document is None:
         raise InputError("expected a Rhino file, got something else or a part of one")
-    return _Reader(model, file).instances()
+    return _Reader(document, file).instances()
 
 
 class Look(NamedTuple):
@@ -134,11 +134,11 @@ class Object(NamedTuple):
 
 
 class _Reader:
-    def __init__(self, model: Any, file: Path) -> None:
-        self.model = model
+    def __init__(self, document: Any, file: Path) -> None:
+        self.document = document
         self.file = file
-        self.layers = {layer.Index: layer for layer in model.Layers}
-        self.stored = {str(item.Attributes.Id): item for item in model.Objects}
+        self.layers = {layer.Index: layer for layer in document.Layers}
+        self.stored = {str(item.Attributes.Id): item for item in document.Objects}
         self.objects: dict[str, Object | None] = {}
         self.not_shown: Counter[str] = Counter()
         self.faces = self.untrimmed = 0
@@ -212,7 +212,7 @@ class _Reader:
             attributes.MaterialSource.name == "MaterialFromParent",
         )
         if kind == "InstanceReference":
-            block = self.model.InstanceDefinitions.FindId(geometry.ParentIdefId)
+            block = self.document.InstanceDefinitions.FindId(geometry.ParentIdefId)
             children = tuple(map(str, block.GetObjectIds())) if block else ()
             matrix = np.array(geometry.Xform.ToFloatArray(True)).reshape(4, 4)
             return Object(name, look, *of_block, matrix=matrix, children=children)
@@ -229,13 +229,13 @@ class _Reader:
                 return True
             if not layer.Visible:
                 return False
-            layer = self.model.Layers.FindId(layer.ParentLayerId)
+            layer = self.document.Layers.FindId(layer.ParentLayerId)
         return True
 
     def look(self, attributes: Any, layer: Any) -> Look:
         of_object = attributes.MaterialSource.name == "MaterialFromObject"
         number = attributes.MaterialIndex if of_object else layer.RenderMaterialIndex if layer else -1
-        material = self.model.Materials.FindIndex(number) if number >= 0 else None
+        material = self.document.Materials.FindIndex(number) if number >= 0 else None
         source = attributes.ColorSource.name
         display = WHITE
         if source == "ColorFromObject":
@@ -254,7 +254,7 @@ class _Reader:
                 return None
             box = geometry.GetBoundingBox()
             size = math.dist(*((corner.X, corner.Y, corner.Z) for corner in (box.Min, box.Max)))
-            return Brep(faces, min(self.model.Settings.ModelAbsoluteTolerance, MAX_GAP * size))
+            return Brep(faces, min(self.document.Settings.ModelAbsoluteTolerance, MAX_GAP * size))
         except InputError as error:
             self.refused.append(str(error))
             return None
@@ -298,19 +298,6 @@ class _Reader:
             self.refused_faces.append(str(error))
             return None
         return face
-
-
-def _limit_memory(more: int) -> None:
-    """Let this process have no more than so many bytes in addition; under Linux, where one can say so."""
-    if sys.platform != "linux":
-        return
-    import resource
-
-    pages = int(Path("/proc/self/statm").read_text().split()[5])  # what RLIMIT_DATA counts
-    wanted = pages * resource.getpagesize() + more
-    soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    limits = [limit for limit in (wanted, soft) if limit != resource.RLIM_INFINITY]
-    resource.setrlimit(resource.RLIMIT_DATA, (min(limits), hard))
 
 
 def _hex(color: tuple[int, ...]) -> str:

@@ -21,7 +21,7 @@ import torch
 from torch import Tensor, nn
 
 from bobrossnet.atomic import check_writable, write_whole
-from bobrossnet.completion.weights import FORMAT
+from bobrossnet.completion.weights import FORMAT, read_weights
 from bobrossnet.errors import InputError
 from bobrossnet.learn.config import FREE
 from bobrossnet.learn.networks import NETWORKS, Network
@@ -59,15 +59,13 @@ def load(path: str | os.PathLike[str]) -> tuple[Network, dict[str, str]]:
     InputError
         If the file is no weight file, of another format, or does not fit its network.
     """
-    tensors, header = read_tensors(path)
-    if header.get("format") != FORMAT:
-        raise InputError(f"{path}: expected weights of format {FORMAT!r}, got {header.get('format')!r}")
-    if header.get("network") not in NETWORKS:
+    header, arrays = read_weights(Path(path))
+    if header["network"] not in NETWORKS:
         known = ", ".join(NETWORKS)
-        raise InputError(f"{path}: expected a network of {known}, got {header.get('network')!r}")
+        raise InputError(f"{path}: expected a network of {known}, got {header['network']!r}")
     try:
         network = NETWORKS[header["network"]].from_settings(header)
-        network.load_state_dict(tensors)
+        network.load_state_dict({name: torch.from_numpy(array) for name, array in arrays.items()})
     except (KeyError, ValueError, RuntimeError) as error:
         raise InputError(f"{path}: expected the tensors of {header['network']!r}, got {error}") from error
     return network, header

@@ -19,13 +19,13 @@ def add_commands(commands: Any) -> None:
     build = actions.add_parser("build", help="render shapes", description="Render a data set, or go on with one.")
     build.set_defaults(run=_dataset_build)
     build.add_argument("folder", metavar="DIR", help="the data set's folder, new or of a build that was stopped")
-    build.add_argument("--shapes", type=int, help="how many the package makes itself (default: 479; 0 with --models)")
+    build.add_argument("--shapes", type=int, help="how many the package makes itself (default: 479; 0 with --files)")
     build.add_argument(
-        "--models",
+        "--files",
         nargs="+",
         default=[],
-        metavar="DIR",
-        help="folders of models to take instead, or with --shapes as well",
+        metavar="PLACE",
+        help="shape files, or folders of them, to take instead, or with --shapes as well",
     )
     build.add_argument("--test-shapes", type=int, default=10, help="set aside for testing (default: 10)")
     build.add_argument("--seed", type=int, default=0, help="of shapes, cameras, splits and masks (default: 0)")
@@ -33,13 +33,13 @@ def add_commands(commands: Any) -> None:
 
     compare = actions.add_parser(
         "compare",
-        help="with real models",
-        description="Say how far a data set's pictures are like pictures of real models from the same places.",
+        help="with real shapes",
+        description="Say how far a data set's pictures are like pictures of real shapes from the same places.",
     )
     compare.set_defaults(run=_dataset_compare)
     compare.add_argument("dataset", metavar="DIR", help="the data set's folder")
-    compare.add_argument("folder", metavar="FOLDER", help="of models in files")
-    compare.add_argument("--limit", type=int, help="how many models at most, spread over the folder")
+    compare.add_argument("folder", metavar="FOLDER", help="of shape files")
+    compare.add_argument("--limit", type=int, help="how many files at most, spread over the folder")
     compare.add_argument("--markdown", metavar="FILE", help="written with what is printed")
 
     train = commands.add_parser(
@@ -63,7 +63,7 @@ def add_commands(commands: Any) -> None:
         "plain filling of the same pixels.",
     )
     evaluate.set_defaults(run=_evaluate)
-    evaluate.add_argument("place", metavar="PLACE", help="a data set, or a folder of models in files")
+    evaluate.add_argument("place", metavar="PLACE", help="a data set, or a folder of shape files")
     evaluate.add_argument(
         "--models",
         nargs="+",
@@ -101,8 +101,8 @@ def add_commands(commands: Any) -> None:
     figures.add_argument("out", metavar="OUT", help="the folder to write them to")
     figures.add_argument("--data", metavar="DIR", help="a data set; without one, figures that need it are left out")
     figures.add_argument("--weights", default="paper", help="name of shipped weights or a .safetensors file")
-    figures.add_argument("--model", metavar="FILE", help="what is seen in pictures; by default the built-in scene")
-    figures.add_argument("--up", choices=("y", "z"), default="z", help=arguments.UP)
+    figures.add_argument("--shape", metavar="FILE", help="what is seen in pictures; by default the built-in scene")
+    arguments.add_up(figures)
     figures.add_argument("--scores", metavar="FILE.csv", help="what evaluate wrote, likewise")
     figures.add_argument("--steps", type=int, default=400, help="of trainings that compare losses (default: 400)")
     figures.add_argument("--frames", type=int, default=60, help="to measure stability in (default: 60)")
@@ -115,7 +115,7 @@ def _dataset_build(options: argparse.Namespace) -> None:
     dataset = build(
         options.folder,
         shapes=options.shapes,
-        models=options.models,
+        files=options.files,
         seed=options.seed,
         test_shapes=options.test_shapes,
         scheduler=options.scheduler,
@@ -189,8 +189,8 @@ def _figures(options: argparse.Namespace) -> None:
 
     only = check_names(options.only.split(",")) if options.only else None
     given: dict[str, Any] = {}
-    if options.model is not None:
-        scene = load(options.model)
+    if options.shape is not None:
+        scene = load(options.shape)
         given["scene"] = scene.turned_upright() if options.up == "y" else scene
     if options.data is not None:
         given["data"] = Dataset.open(options.data)

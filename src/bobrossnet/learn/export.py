@@ -1,4 +1,4 @@
-"""Networks for other people's run times."""
+"""Networks as files for other people's run times."""
 
 from __future__ import annotations
 
@@ -14,24 +14,8 @@ from bobrossnet.completion.network import weights_path
 from bobrossnet.learn.checkpoint import load
 
 
-def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
-    """Write a network with its weights as ONNX.
-
-    The graph maps `gbuffer`, (N, 5, H, W) float32 as `GBuffer.stack` gives it, to `gray`, (N, 1, H, W): the network's
-    own output, not clamped, for any N, H and W. Keep the known pixels yourself.
-
-    Parameters
-    ----------
-    model : str or path
-        Name of shipped weights, or a .safetensors file.
-    path : path
-        The .onnx file to write; replaced if it exists.
-
-    Raises
-    ------
-    InputError
-        If the weights can't be used or the file can't be written.
-    """
+def onnx(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
+    """Write a network with its weights as ONNX; `bobrossnet.export` says how."""
     network, _ = load(weights_path(model))
     content = io.BytesIO()
     with warnings.catch_warnings():

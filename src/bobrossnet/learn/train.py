@@ -228,7 +228,7 @@ class _Training:
         partial, reference = self._tensors(batch)
         image = self.network(partial).float()
         if config.keep_known:
-            image = keep_known(image, partial)
+            image = keep_known_of_partial(image, partial)
         losses = LOSSES[config.loss](image, reference)
         self.optimizer.zero_grad()
         # The mean over the samples of all processes, of which each may have another number.
@@ -274,7 +274,7 @@ class _Training:
         """Return what the average makes of partial pictures, (N, 5, H, W) → (N, 1, H, W), not clamped."""
         with self.fabric.autocast():
             image: Tensor = self.average(partial).float()
-        return keep_known(image, partial) if self.config.keep_known else image
+        return keep_known_of_partial(image, partial) if self.config.keep_known else image
 
     def _tensors(self, batch: Batch) -> tuple[Tensor, Tensor]:
         """Return a mini-batch's partial pictures and references on this process's device, channels last."""
@@ -325,11 +325,16 @@ def follow(average: nn.Module, network: nn.Module, decay: float, steps: int) -> 
 
 
 def keep_known(image: Tensor, partial: Tensor) -> Tensor:
-    """Return pictures, (N, 1, H, W), with the traced pixels as they came in; a picture wholly traced stays the
-    network's own: with nothing to fill in it would teach nothing."""
-    traced = partial[:, :1] > 0  # (N, 1, H, W)
+    """Return pictures, (N, 1, H, W), with the traced pixels as they came in; the others are clamped only by the core's
+    function of this name, since a loss wants to see how far off they are."""
+    return torch.where(partial[:, :1] > 0, partial[:, 1:2], image)
+
+
+def keep_known_of_partial(image: Tensor, partial: Tensor) -> Tensor:
+    """Return the same, but of a picture wholly traced the network's own: with nothing to fill in it would teach
+    nothing."""
     whole = partial[:, :1].amin((1, 2, 3), keepdim=True) > 0  # (N, 1, 1, 1)
-    return torch.where(traced & ~whole, partial[:, 1:2], image)
+    return torch.where(whole, image, keep_known(image, partial))
 
 
 def _silent(share: float, note: str = "") -> None:

@@ -27,7 +27,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.d3 import SDF3
-from bobrossnet.shapes.formula import expression_of_points
+from bobrossnet.sdf.symbols import expression_of_points
 
 P = ParamSpec("P")
 S = TypeVar("S", SDF2, SDF3)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bobrossnet.sdf.d3 import SDF3
-from bobrossnet.shapes.formula import expression_of
+from bobrossnet.sdf.symbols import expression_of
 
 
 def implicit(function: Callable[..., Any], bounds: Any = None) -> SDF3:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array
-from bobrossnet.shapes.formula import Symbol, Symbols, expression_of, expression_of_points, substitute
+from bobrossnet.sdf.symbols import Symbol, Symbols, expression_of, expression_of_points, substitute
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ TYPES = {
     "numbers": "number or several",
     "points": "list of vectors",
     "easing": "function of t",
-    "model": "shape",
+    "sdf": "shape",
 }
 """What each type of parameter is called in documentation."""
 
@@ -117,7 +117,7 @@ class SDF:
         return self.expression(in_space)[:, None]
 
     def k(self, k: float | None = None) -> Any:
-        """Set the radius of the rounded edge that the next operator leaves where it joins this shape to another.
+        """The shape with a radius for the rounded edge that the next operator leaves where it joins it to another.
 
         Parameters
         ----------
@@ -125,14 +125,16 @@ class SDF:
 
         Returns
         -------
-        The shape itself.
+        A new shape; this one stays as it is.
         """
-        self._k = _checked(_core.call_method, self.model(), "k", (k,), {}).k
-        return self
+        rounded = object.__new__(type(self))
+        vars(rounded).update(vars(self))  # what was computed of it holds for both
+        rounded._k = _checked(_core.call_method, self.to_core(), "k", (k,), {}).k
+        return rounded
 
-    def model(self) -> _core.Model:
+    def to_core(self) -> _core.Sdf:
         """The shape as the core takes it."""
-        return _core.Model(self.dimensions, self.expression, self._k)
+        return _core.Sdf(self.dimensions, self.expression, self._k)
 
     def __or__(self, other: Any) -> Any:
         return self._combined("|", other)
@@ -149,7 +151,7 @@ class SDF:
     def _combined(self, op: str, other: Any) -> Any:
         if not isinstance(other, SDF):
             return NotImplemented
-        return _from_core(_checked(_core.combine, op, self.model(), other.model()))
+        return _from_core(_checked(_core.combine, op, self.to_core(), other.to_core()))
 
 
 class Flat(SDF):
@@ -255,7 +257,7 @@ def _documented(word: Word, parameter: Parameter) -> str:
         return "t : number or array of numbers, 0..1"
     name = f"*{parameter.name}" if parameter.variadic else parameter.name
     kind = TYPES[parameter.type]
-    if parameter.type in ("vector", "size", "points", "model"):
+    if parameter.type in ("vector", "size", "points", "sdf"):
         kind = kind.replace("vector", f"{word.dimensions}D vector").replace("shape", f"{word.dimensions}D shape")
     optional = ", optional" if not (parameter.required or parameter.variadic) else ""
     return f"{name} : {kind}{optional}"
@@ -300,7 +302,7 @@ _linear = _Default()
 def _to_core(word: Word, place: int | str, value: Any) -> Any:
     """The core's own kinds of values; numbers and vectors are converted there."""
     if isinstance(value, SDF):
-        return value.model()
+        return value.to_core()
     if callable(value) and not isinstance(value, type):
         names = [parameter.name for parameter in word.parameters]
         name = names[min(place, len(names) - 1)] if isinstance(place, int) else place
@@ -309,10 +311,11 @@ def _to_core(word: Word, place: int | str, value: Any) -> Any:
 
 
 def _from_core(value: Any) -> Any:
-    if not isinstance(value, _core.Model):
+    if not isinstance(value, _core.Sdf):
         return value
     shape = SHAPES[value.dimensions](value.expression)
-    return shape if value.k is None else shape.k(value.k)
+    shape._k = value.k
+    return shape
 
 
 def _checked(function: Callable[..., Any], *args: Any) -> Any:

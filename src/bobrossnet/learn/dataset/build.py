@@ -21,7 +21,7 @@ from bobrossnet.adapters.messages import one_line
 from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import SHAPES, SIZES, TEST_SHAPES, Plan
 from bobrossnet.learn.dataset.store import Dataset
-from bobrossnet.learn.models import model_files
+from bobrossnet.learn.shape_files import left_out, shape_files
 from bobrossnet.learn.shapes import procedural_scene
 from bobrossnet.progress import progress
 
@@ -33,11 +33,10 @@ def build(
     path: str | os.PathLike[str],
     *,
     shapes: int | None = None,
-    models: Sequence[str | os.PathLike[str]] = (),
+    files: Sequence[str | os.PathLike[str]] = (),
     seed: int = 0,
     test_shapes: int = TEST_SHAPES,
     scheduler: str | None = None,
-    report: Callable[[str], object] = print,
 ) -> Dataset:
     """Render a data set, or what is missing of it.
 
@@ -46,16 +45,14 @@ def build(
     path : folder of the data set
         New, empty, or of a build with the same arguments that was stopped.
     shapes : how many shapes the package makes itself, optional
-        By default 479, and none if there are models.
-    models : folders or files of models, optional
-        Each file that can be loaded is a shape.
+        By default 479, and none if there are files.
+    files : shape files, or folders of them, optional
+        Each that can be loaded is a shape.
     seed : of shapes, cameras, splits and masks
     test_shapes : how many of the shapes are set aside for testing
     scheduler : address of a Dask scheduler, optional
-        Its workers have this package, and see the models' files where this machine does. By default this machine
+        Its workers have this package, and see the files where this machine does. By default this machine
         renders, with a thread for each core.
-    report : function of one line
-        Told which models are left out.
 
     Returns
     -------
@@ -65,16 +62,21 @@ def build(
     ------
     InputError
         If an argument can't be used, the folder holds something else, or the scheduler can't be reached.
+
+    Warns
+    -----
+    InputWarning
+        If a file is left out because it can't be loaded.
     """
     if shapes is None:
-        shapes = 0 if models else SHAPES
-    files = [file for place in models for file in model_files(place)]
+        shapes = 0 if files else SHAPES
+    paths = [path for place in files for path in shape_files(place)]
     with _cluster(scheduler) as client:
-        errors = _each(client, _error_of_file, [(str(file),) for file in files], "checking models")
+        errors = _each(client, _error_of_file, [(str(path),) for path in paths], "checking files")
         for error in filter(None, errors):
-            report(f"left out: {error}")
+            left_out(error, stacklevel=2)
         sources = [f"{MADE}{seed * SEEDS + i}" for i in range(shapes)]
-        sources += [str(file) for file, error in zip(files, errors, strict=True) if error is None]
+        sources += [str(path) for path, error in zip(paths, errors, strict=True) if error is None]
         plan = Plan(seed, len(sources), test_shapes)
         dataset = Dataset.create(path, plan, sources)
         missing = [i for i in range(plan.shapes) if not all(dataset.has(i, size) for size in SIZES)]

@@ -1,4 +1,4 @@
-"""How far the pictures of a data set are like pictures of real models: numbers of each picture, and how two
+"""How far the pictures of a data set are like pictures of real shapes: numbers of each picture, and how two
 populations of pictures differ in each of them.
 
 A pixel is *hit* where a surface is seen; neighbours share a side. Letters: P pictures, M measures, B bins.
@@ -6,7 +6,7 @@ A pixel is *hit* where a surface is seen; neighbours share a side. Letters: P pi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,9 +19,9 @@ from bobrossnet.adapters.files import load
 from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import Plan
 from bobrossnet.learn.dataset.store import Dataset
-from bobrossnet.learn.models import model_files, spread
-from bobrossnet.learn.tables import table
+from bobrossnet.learn.shape_files import left_out, shape_files, spread
 from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.tables import table
 from bobrossnet.tracing.trace import trace
 
 SIZE = 256  # of the views that are measured, pixels
@@ -184,20 +184,24 @@ def pictures_of_dataset(dataset: Dataset) -> Iterator[GBuffer]:
         yield GBuffer.from_stack(np.concatenate([np.ones_like(view[:1]), view]))
 
 
-def pictures_of_files(paths: Iterable[Path], plan: Plan, report: Callable[[str], object] = print) -> Iterator[GBuffer]:
+def pictures_of_files(paths: Iterable[Path], plan: Plan) -> Iterator[GBuffer]:
     """Yield a view of each file, from where the plan sees the shape of the same number.
 
     Parameters
     ----------
-    paths : of model files; those that can't be loaded are reported and left out
+    paths : of shape files
     plan : Plan
-    report : function of one line
+
+    Warns
+    -----
+    InputWarning
+        If a file is left out because it can't be loaded.
     """
     for number, path in enumerate(paths):
         try:
             scene = load(path)
         except InputError as error:
-            report(f"left out: {error}")
+            left_out(error, stacklevel=2)
         else:
             yield trace(scene, plan.camera(number, SIZE), size=(SIZE, SIZE))
 
@@ -208,17 +212,17 @@ class Comparison:
 
     Attributes
     ----------
-    own, models : Population, of the data set and of real models
+    own, real : Population, of the data set and of real shapes
     distances : (M,) float64
         Two-sample Kolmogorov-Smirnov statistic of each measure, the largest difference between the two cumulative
         distributions: 0 for equal populations, 1 for those that don't overlap. Negative where, at this difference,
-        own pictures have less than the models.
+        own pictures have less than real ones.
     gray_distance : float
         Total variation distance of the histograms, half the sum of their absolute differences, 0..1.
     """
 
     own: Population
-    models: Population
+    real: Population
     distances: NDArray[np.float64]
     gray_distance: float
 
@@ -226,17 +230,17 @@ class Comparison:
         """Return medians, 10th and 90th percentiles, and distances as a markdown table, the largest distance first."""
         rows = []
         for i in np.argsort(-abs(self.distances), kind="stable"):
-            spans = [_span(population.measures[:, i]) for population in (self.own, self.models)]
+            spans = [_span(population.measures[:, i]) for population in (self.own, self.real)]
             rows.append((list(MEASURES)[i], *spans, f"{self.distances[i]:+.2f}"))
-        return table(["", "own median (10 % .. 90 %)", "models' median (10 % .. 90 %)", "distance"], rows)
+        return table(["", "own median (10 % .. 90 %)", "real median (10 % .. 90 %)", "distance"], rows)
 
     def histogram_table(self) -> str:
         """Return the gray histograms as a markdown table, in percent."""
         rows = []
-        for i, (own, models) in enumerate(zip(100 * self.own.histogram, 100 * self.models.histogram, strict=True)):
+        for i, (own, real) in enumerate(zip(100 * self.own.histogram, 100 * self.real.histogram, strict=True)):
             bin_name = f"{i / BINS:.2f} .. {(i + 1) / BINS:.2f}"
-            rows.append((bin_name, f"{own:.1f} %", f"{models:.1f} %", f"{own - models:+.1f}"))
-        return table(["gray", "own", "models", "difference"], rows)
+            rows.append((bin_name, f"{own:.1f} %", f"{real:.1f} %", f"{own - real:+.1f}"))
+        return table(["gray", "own", "real", "difference"], rows)
 
     def sentences(self) -> list[str]:
         """Return a sentence for each measure in which the populations differ by more than `CLEAR`."""
@@ -247,9 +251,7 @@ class Comparison:
         ]
 
     def __str__(self) -> str:
-        counts = (
-            f"{len(self.own.measures)} own pictures and {len(self.models.measures)} of models, {SIZE}x{SIZE} pixels"
-        )
+        counts = f"{len(self.own.measures)} own pictures and {len(self.real.measures)} real ones, {SIZE}x{SIZE} pixels"
         differences = "\n".join(f"- {sentence}" for sentence in self.sentences()) or "Nothing differs clearly."
         return "\n\n".join(
             [
@@ -262,40 +264,42 @@ class Comparison:
         )
 
 
-def compare(own: Population, models: Population) -> Comparison:
-    """Compare the population of a data set with one of real models."""
+def compare(own: Population, real: Population) -> Comparison:
+    """Compare the population of a data set with one of real shapes."""
     distances = []
-    for one, other in zip(own.measures.T, models.measures.T, strict=True):
+    for one, other in zip(own.measures.T, real.measures.T, strict=True):
         result = stats.ks_2samp(one, other, method="asymp")
         # The sign of scipy is that of the cumulative distributions' difference: above 0 where the first has less.
         distances.append(0.0 - result.statistic_sign * result.statistic)
-    gray_distance = float(abs(own.histogram - models.histogram).sum() / 2)
-    return Comparison(own, models, np.array(distances), gray_distance)
+    gray_distance = float(abs(own.histogram - real.histogram).sum() / 2)
+    return Comparison(own, real, np.array(distances), gray_distance)
 
 
-def compare_with_folder(
-    dataset: Dataset, folder: str | Path, *, limit: int | None = None, report: Callable[[str], object] = print
-) -> Comparison:
-    """Compare a data set with the models below a folder, seen from where its plan sees its shapes.
+def compare_with_folder(dataset: Dataset, folder: str | Path, *, limit: int | None = None) -> Comparison:
+    """Compare a data set with the shapes below a folder, seen from where its plan sees its shapes.
 
     Parameters
     ----------
     dataset : Dataset
-    folder : of mesh files
-        Searched in depth, in the order of the names; files that can't be loaded are reported and left out.
+    folder : of shape files
+        Searched in depth, in the order of the names.
     limit : how many files at most, spread evenly, optional
-    report : function of one line
 
     Raises
     ------
     InputError
         If no file can be loaded.
+
+    Warns
+    -----
+    InputWarning
+        If a file is left out because it can't be loaded.
     """
-    paths = spread(model_files(folder), limit)
+    paths = spread(shape_files(folder), limit)
     if not paths:
-        raise InputError(f"{folder}: expected model files, got none")
-    models = population(pictures_of_files(paths, dataset.plan, report))
-    return compare(population(pictures_of_dataset(dataset)), models)
+        raise InputError(f"{folder}: expected shape files, got none")
+    real = population(pictures_of_files(paths, dataset.plan))
+    return compare(population(pictures_of_dataset(dataset)), real)
 
 
 def _is_mass(phrase: str) -> bool:

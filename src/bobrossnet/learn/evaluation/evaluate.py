@@ -23,7 +23,7 @@ from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.evaluation.methods import Method, Weights, all_methods, check_orders
 from bobrossnet.learn.evaluation.scenes import Scenes, each_scene, scenes_of_folder
 from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
-from bobrossnet.learn.models import spread
+from bobrossnet.learn.shape_files import spread
 from bobrossnet.metrics import WINDOW
 from bobrossnet.picture.order import check_size
 from bobrossnet.progress import progress

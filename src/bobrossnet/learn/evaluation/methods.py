@@ -85,9 +85,14 @@ def all_methods(models: Sequence[Weights], fillings: Sequence[str], *, repaintin
     methods: dict[str, Method] = {}
     for name, model in zip(names, map(load_network, models), strict=True):
         if repainting:
-            methods[raw(name)] = partial(_raw, model)
+            methods[raw(name)] = partial(own_output, model)
         methods[kept(name)] = partial(bob.complete, model=model)
     return methods | {name: partial(_filled, name) for name in fillings}
+
+
+def own_output(model: Network, part: bob.GBuffer) -> NDArray[np.float32]:
+    """Return a network's own output clamped to 0..1, (H, W) float32: its traced pixels are repainted."""
+    return np.clip(model.predict(part), 0, 1)
 
 
 def check_orders(orders: Sequence[str]) -> tuple[str, ...]:
@@ -97,10 +102,6 @@ def check_orders(orders: Sequence[str]) -> tuple[str, ...]:
     if not orders or len(set(orders)) < len(orders):
         raise InputError(f"orders: expected one or more, each once, got {', '.join(orders) or 'none'}")
     return tuple(orders)
-
-
-def _raw(model: Network, part: bob.GBuffer) -> NDArray[np.float32]:
-    return np.clip(model.predict(part), 0, 1)
 
 
 def _filled(name: str, part: bob.GBuffer) -> NDArray[np.float32]:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
 import bobrossnet as bob
-from bobrossnet.errors import InputError, InputWarning
+from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.build import MADE, scene_of
 from bobrossnet.learn.dataset.store import Dataset
-from bobrossnet.learn.models import model_files, spread
+from bobrossnet.learn.shape_files import left_out, shape_files, spread
 from bobrossnet.tracing.scene import SceneLike
 
 Scenes: TypeAlias = Mapping[str, Callable[[], SceneLike]]
@@ -31,7 +30,7 @@ class Numbered(NamedTuple):
 
 def scenes_of_folder(folder: str | os.PathLike[str], limit: int | None = None) -> Scenes:
     """Return what the files below a folder show, in the order of their names; at most `limit`, spread evenly."""
-    files = spread(model_files(folder), limit)
+    files = spread(shape_files(folder), limit)
     return {path.relative_to(folder).as_posix(): partial(bob.load, path) for path in files}
 
 
@@ -61,6 +60,6 @@ def each_scene(scenes: Scenes, stacklevel: int) -> Iterator[Numbered]:
         try:
             scene = make()
         except InputError as error:
-            warnings.warn(f"left out: {error}", InputWarning, stacklevel=stacklevel)
+            left_out(error, stacklevel)
             continue
         yield Numbered(number, name, scene)

@@ -20,8 +20,8 @@ from bobrossnet.errors import InputError
 from bobrossnet.learn.evaluation.confidence import half_width, relative_change
 from bobrossnet.learn.evaluation.methods import is_kept
 from bobrossnet.learn.evaluation.runs import Run, find_run, label, orders_of, rivals
-from bobrossnet.learn.tables import cell, plus_minus, table
 from bobrossnet.metrics import flip, psnr, ssim
+from bobrossnet.tables import best_bold, plus_minus, table
 
 
 class Metric(NamedTuple):
@@ -137,12 +137,8 @@ class Evaluation:
         _, _, digits, better, _ = self._metric(metric)
         means = np.array([self.mean(run, metric) for run in self.scores])  # (R, F)
         best = (better * means).max(0) * better
-        rows = []
-        for run, row in zip(self.scores, means, strict=True):
-            bold = ["**" if mean == top else "" for mean, top in zip(row, best, strict=True)]
-            cells = [f"{mark}{cell(mean, digits)}{mark}" for mean, mark in zip(row, bold, strict=True)]
-            rows.append([label(self.scores, run), *cells])
-        return self._markdown(rows)
+        rows = zip(self.scores, means.tolist(), strict=True)
+        return self._markdown([[label(self.scores, run), *best_bold(row, best.tolist(), digits)] for run, row in rows])
 
     def gain_table(self, run: str | Run, metric: str = "ssim") -> str:
         """Return a run's gain over each of `rivals` as a markdown table."""

@@ -34,8 +34,8 @@ from bobrossnet.learn.evaluation.confidence import relative_change
 from bobrossnet.learn.evaluation.methods import Weights, all_methods, check_orders, is_kept
 from bobrossnet.learn.evaluation.runs import Run, find_run, label, orders_of, rivals
 from bobrossnet.learn.evaluation.scenes import Scenes, each_scene
-from bobrossnet.learn.tables import cell, plus_minus, table
 from bobrossnet.progress import progress
+from bobrossnet.tables import best_bold, plus_minus, table
 
 F64 = NDArray[np.float64]
 
@@ -106,12 +106,11 @@ class Stability:
         totals = np.array([self.total(run) for run in self.frames])
         orbits = np.array([self.orbit[run].mean(0) for run in self.frames])
         columns = np.column_stack([LEVELS * totals[:, 0], 100 * totals[:, 0] / totals[:, 1], LEVELS * orbits])
-        rows = []
-        for run, row in zip(self.frames, columns, strict=True):
-            cells = [cell(value, 2) for value in row]
-            marks = ["**" if value == least else "" for value, least in zip(row, columns.min(0), strict=True)]
-            bold = [f"{mark}{text}{mark}" for mark, text in zip(marks, cells, strict=True)]
-            rows.append([label(self.frames, run), *bold])
+        least = columns.min(0).tolist()
+        rows = [
+            [label(self.frames, run), *best_bold(row, least, 2)]
+            for run, row in zip(self.frames, columns.tolist(), strict=True)
+        ]
         return table(["method", "flicker of all frames", "of all change, %", *self._orbits()], rows)
 
     def change_table(self, run: str | Run) -> str:

@@ -22,8 +22,8 @@ class Sources:
     weights: str = "paper"
     """Name of shipped weights, or a .safetensors file."""
     scene: Scene = field(default_factory=lambda: Scene(happy_tree()))
-    """What is seen in the figures of one model: by default the built-in scene."""
-    camera: Camera = field(default_factory=lambda: Camera(azimuth=30, elevation=20))
+    """What is seen in the figures of one shape: by default the built-in scene."""
+    camera: Camera = field(default_factory=Camera)
     """From where `scene` is seen."""
     data: Dataset | None = None
     scores: Path | None = None

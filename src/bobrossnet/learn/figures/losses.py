@@ -81,11 +81,6 @@ class LossComparison:
     scores: Mapping[tuple[str, str], Mapping[str, float]]
     shown: tuple[Completed, ...]
 
-    def best(self, samples: str, measure: str = "ssim") -> str:
-        """Return the loss of the highest SSIM, or of the lowest L1 or L2, on a set."""
-        sign = -1 if measure in ("l1", "l2") else 1
-        return max(LOSSES, key=lambda loss: sign * self.scores[loss, samples][measure])
-
     def csv(self) -> str:
         """Return the scores as CSV, one line for each loss and set."""
         text = io.StringIO()

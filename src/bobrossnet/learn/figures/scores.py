@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from matplotlib.transforms import Bbox
 
 from bobrossnet.errors import InputError
 from bobrossnet.learn import reference
+from bobrossnet.learn.evaluation import methods
 from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.figures.figure import Drawing, LeftOutError, Sources
 from bobrossnet.learn.figures.style import BLUE, GRAY, GREEN, ORANGE, PAGE, PURPLE, RED, SKY, new_figure
@@ -17,7 +18,6 @@ from bobrossnet.learn.figures.style import BLUE, GRAY, GREEN, ORANGE, PAGE, PURP
 Means = Mapping[str, Mapping[float, float]]
 """By method and share of traced pixels: mean SSIM."""
 
-RAW, KEPT = " raw", " kept"  # ends of the names of a model's methods
 FILLINGS = {"delaunay-linear": ORANGE, "pull-push": GREEN, "nearest": PURPLE, "telea": GRAY}
 DENSE = 0.25  # from here on, the right panel shows more closely
 
@@ -61,7 +61,7 @@ def show_scores(means: Means) -> Drawing:
     InputError
         If a method is missing.
     """
-    raw, kept = (_method(means, end) for end in (RAW, KEPT))
+    raw, kept = (_method(means, of) for of in (methods.raw, methods.kept))
     lines = [("the report", reference.SSIM, RED, "D:"), (raw, means[raw], SKY, "s-"), (kept, means[kept], BLUE, "o-")]
     figure = new_figure(PAGE, 3.1)
     panels = figure.subplot_mosaic([["all", "dense"], ["table", "table"]], height_ratios=[3.2, 1])
@@ -103,7 +103,7 @@ def show_scores(means: Means) -> Drawing:
         figure,
         f"Mean SSIM by the share of traced pixels. {raw}: the network's own output, as the report measured it; {kept}: "
         "traced pixels kept, as in all of the fillings, thin lines. Right: the same from "
-        f"{100 * DENSE:g} % on. The report's numbers are of its own models.",
+        f"{100 * DENSE:g} % on. The report's numbers are of its own shapes.",
         "\n".join(
             ["method,fraction,ssim"]
             + [f"{name},{fraction:g},{mean:.6f}" for name, line, *_ in lines for fraction, mean in line.items()]
@@ -112,8 +112,8 @@ def show_scores(means: Means) -> Drawing:
     )
 
 
-def _method(means: Means, end: str) -> str:
+def _method(means: Means, of: Callable[[str], str]) -> str:
     for name in means:
-        if name.endswith(end):
+        if name.endswith(of("")):
             return name
-    raise InputError(f"scores: expected a method NAME{end}, got {', '.join(means) or 'none'}")
+    raise InputError(f"scores: expected a method {of('NAME')}, got {', '.join(means) or 'none'}")

@@ -1,4 +1,4 @@
-"""Figures 6.3 and 6.4: a model at growing shares of traced pixels, completed, beside the reference."""
+"""Figures 6.3 and 6.4: a shape at growing shares of traced pixels, completed, beside the reference."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import bobrossnet as bob
 from bobrossnet.completion.network import NetworkLike, load_network
 from bobrossnet.errors import InputError
+from bobrossnet.learn.evaluation.methods import own_output
 from bobrossnet.learn.figures.figure import Drawing, Sources
 from bobrossnet.learn.figures.style import picture_grid, show_picture
 from bobrossnet.picture.files import traced_on_green
@@ -49,7 +50,7 @@ def complete_stages(
     ----------
     full : GBuffer, every pixel traced
     fractions : shares of the pixels, each in (0, 1]
-    model : name of shipped weights, a .safetensors file, or a Model
+    model : name of shipped weights, a .safetensors file, or a loaded network
     seed : of the order of the pixels
 
     Raises
@@ -63,18 +64,18 @@ def complete_stages(
     stages = []
     for fraction in fractions:
         part = full.sample(fraction, order="uniform", seed=seed)
-        completed, raw = bob.complete(part, model=network), np.clip(network.predict(part), 0, 1)
+        completed, raw = bob.complete(part, model=network), own_output(network, part)
         stages.append(Stage(part, completed, raw, bob.ssim(completed, full.gray), bob.ssim(raw, full.gray)))
     return stages
 
 
 def draw_sparse(sources: Sources) -> Drawing:
-    """Draw the model with few of its pixels traced."""
+    """Draw the shape with few of its pixels traced."""
     return _draw(sources, SPARSE)
 
 
 def draw_dense(sources: Sources) -> Drawing:
-    """Draw the model with many of its pixels traced, and all."""
+    """Draw the shape with many of its pixels traced, and all."""
     return _draw(sources, DENSE)
 
 
@@ -92,7 +93,7 @@ def _draw(sources: Sources, fractions: Sequence[float]) -> Drawing:
         show_picture(column[2], stage.raw, f"output: SSIM {_text(stage.raw_ssim)}")
     return Drawing(
         figure,
-        f"A model in {size[1]} x {size[0]} pixels partly traced. Top: the traced pixels, the others green. "
+        f"A shape in {size[1]} x {size[0]} pixels partly traced. Top: the traced pixels, the others green. "
         "Middle: completed, the traced pixels kept. Bottom: the network's own output at every pixel. SSIM against the "
         "reference at the left.",
         stages_csv(stages),

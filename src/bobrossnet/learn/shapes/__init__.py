@@ -1,7 +1,7 @@
 """Shapes to learn from, which the package makes itself, each from its seed: meshes, implicit surfaces, carved solids,
 NURBS.
 
-They stand in for the models that people will bring, which are kept for testing: as varied as these are, organic and
+They stand in for the shapes that people will bring, which are kept for testing: as varied as these are, organic and
 mechanical, simple and intricate, smooth and with hard edges, solid and thin.
 """
 

@@ -1,6 +1,6 @@
 """Procedural meshes to learn from: twenty-odd families of shapes, alone or assembled, each from its seed.
 
-They stand in for real models, which are kept for testing: scans and creatures (organic, plants), turned and
+They stand in for real shapes, which are kept for testing: scans and creatures (organic, plants), turned and
 cast parts (geometric, mechanical), furniture and buildings (built), and what is thin or repeats (patterns).
 """
 

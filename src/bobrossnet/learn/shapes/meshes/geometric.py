@@ -127,7 +127,7 @@ def lattice_solid(rng: Rng) -> Part:
 
 
 def ngon_solid(rng: Rng) -> Part:
-    """Few large facets: cut stones, low-poly animals, crates, paper models."""
+    """Few large facets: cut stones, low-poly animals, crates, folded paper."""
     part = parts.sphere(int(rng.integers(4, 14)))
     vertices = part[0] * (1 + rng.uniform(0, 0.35) * parts.noise(rng, part[0], 2.0))[:, None]
     power = rng.choice([0.3, 1, 1, 2])

@@ -14,7 +14,7 @@ from bobrossnet.learn.shapes.meshes.plants import leaf
 
 
 def truss(rng: Rng) -> Part:
-    """Rods between points: towers, ladders, fences, cages, wire models, molecules."""
+    """Rods between points: towers, ladders, fences, cages, wire frames, molecules."""
     kind = (_tower, _cage, _molecule, _fence)[rng.integers(4)]
     return join(kind(rng, rng.uniform(0.008, 0.06)))
 

@@ -1,21 +1,22 @@
-"""Which files of a folder are models, and a few of many."""
+"""Which files of a folder hold shapes, and a few of many."""
 
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar
 
 from bobrossnet.adapters.files import ALL_ENDINGS
-from bobrossnet.errors import InputError, check_integer
+from bobrossnet.errors import InputError, InputWarning, check_integer
 
 Item = TypeVar("Item")
 
-BROKEN = "broken_odd"  # a folder of models that are wrong on purpose
+BROKEN = "broken_odd"  # a folder of files that are wrong on purpose
 
 
-def model_files(place: str | os.PathLike[str]) -> list[Path]:
+def shape_files(place: str | os.PathLike[str]) -> list[Path]:
     """Return the files below a folder that `bobrossnet.load` may read, sorted; of a file, itself.
 
     Those in a folder named `broken_odd` below it are left out.
@@ -29,7 +30,7 @@ def model_files(place: str | os.PathLike[str]) -> list[Path]:
     if place.is_file():
         return [place]
     if not place.is_dir():
-        raise InputError(f"{place}: expected a model or a folder of models, got no such file")
+        raise InputError(f"{place}: expected a shape file or a folder of them, got no such file")
     found = [path for path in place.rglob("*") if path.suffix.lower() in ALL_ENDINGS]
     return sorted(path for path in found if BROKEN not in path.relative_to(place).parts)
 
@@ -39,3 +40,8 @@ def spread(items: Sequence[Item], limit: int | None) -> Sequence[Item]:
     if limit is None or check_integer("limit", limit, 1, 2**31 - 1) >= len(items):
         return items
     return [items[i * (len(items) - 1) // max(limit - 1, 1)] for i in range(limit)]
+
+
+def left_out(error: object, stacklevel: int) -> None:
+    """Warn that a file is left out because of an error; `stacklevel` as of `warnings.warn`, called in its place."""
+    warnings.warn(f"left out: {error}", InputWarning, stacklevel=stacklevel + 1)
