@@ -32,9 +32,9 @@ def test_worked_values() -> None:
     """Of two flat pictures, x = 0.03 and y = 0.01, so dark that C1 counts.
 
     What float32 costs: the variance E[x² + y²] - (E[x]² + E[y]²) is 0, but what is left of either term's rounding is
-    divided by C2 = 0.0009. A sum of 11 products is within 11 u, u = 2⁻²⁴, whatever its order; smoothing makes two, so a
-    term is within 27 u, its weights' rounding included, and a squared mean within 50 u. With the covariance, where it is
-    twice xy, S is within 77 u (x² + y² + 2xy) S / C2 = 5e-6. (At 0.3 and 0.1 it would be 5e-4, as much as C1 matters.)
+    divided by C2 = 0.0009. A sum of 11 products is within 11 u, u = 2⁻²⁴, whatever its order; smoothing makes two, so
+    a term is within 27 u, its weights' rounding included, and a squared mean within 50 u. With the covariance, where
+    it is twice xy, S is within 77 u (x² + y² + 2xy) S / C2 = 5e-6. (At 0.3 and 0.1: 5e-4, as much as C1 matters.)
     """
     image, reference = torch.full((2, 1, 16, 16), 0.03), torch.full((2, 1, 16, 16), 0.01)
     assert LOSSES["l1"](image, reference).tolist() == pytest.approx([0.02, 0.02], rel=1e-5)
