@@ -72,8 +72,8 @@ $(VENV)/installed-train: $(BIN)/python $(SOURCES) constraints.txt
 	@touch $@ $(VENV)/installed
 
 $(VENV)/installed-test: $(BIN)/python $(SOURCES) constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
-	  --config-settings cmake.define.BOBROSSNET_TESTS=ON '.[test]'
+	SKBUILD_CMAKE_DEFINE=BOBROSSNET_TESTS=ON \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt '.[test]'
 	@touch $@ $(VENV)/installed $(VENV)/installed-train
 
 # A browser for the tests of the viewer's page: Debian's where it may be installed, else playwright's own. Without any, these
