@@ -19,7 +19,7 @@ test: $(VENV)/installed-test $(VENV)/chromium
 	build/*-abi3-*/core_tests
 	$(BIN)/cmake -S . -B build/sanitize -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN)/ninja) -DBOBROSSNET_TESTS=ON -DBOBROSSNET_SANITIZE=ON
 	$(BIN)/cmake --build build/sanitize && build/sanitize/core_tests
-	$(BIN)/pytest -n 2 --dist loadfile
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 bench: $(VENV)/installed-test
 	$(BIN)/python bench/trace.py
