@@ -16,11 +16,10 @@ test: $(VENV)/installed-test $(VENV)/chromium
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/cmake -S . -B build/core -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN)/ninja) -DBOBROSSNET_TESTS=ON
-	$(BIN)/cmake --build build/core && build/core/core_tests
+	build/*-abi3-*/core_tests
 	$(BIN)/cmake -S . -B build/sanitize -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN)/ninja) -DBOBROSSNET_TESTS=ON -DBOBROSSNET_SANITIZE=ON
 	$(BIN)/cmake --build build/sanitize && build/sanitize/core_tests
-	$(BIN)/pytest
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 bench: $(VENV)/installed-test
 	$(BIN)/python bench/trace.py
@@ -73,7 +72,8 @@ $(VENV)/installed-train: $(BIN)/python $(SOURCES) constraints.txt
 	@touch $@ $(VENV)/installed
 
 $(VENV)/installed-test: $(BIN)/python $(SOURCES) constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt '.[test]'
+	SKBUILD_CMAKE_DEFINE=BOBROSSNET_TESTS=ON \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt '.[test]'
 	@touch $@ $(VENV)/installed $(VENV)/installed-train
 
 # A browser for the tests of the viewer's page: Debian's where it may be installed, else playwright's own. Without any, these

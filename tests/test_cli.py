@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from models import MODELS, needs_models
 from PIL import Image
+from processes import running
 
 import bobrossnet as bob
 from bobrossnet import cli
@@ -339,13 +340,13 @@ def test_stopping_a_long_render(stop, tmp_path):
     out = tmp_path / "huge.png"
     out.write_bytes(b"what was here before")
     command = [sys.executable, "-m", "bobrossnet.cli", "render", "--size", "12000x12000", "--fraction", "50%"]
-    process = subprocess.Popen([*command, "-o", str(out)], stderr=subprocess.PIPE, text=True)
-    time.sleep(3)
-    assert process.poll() is None
-    process.send_signal(stop)
-    start = time.monotonic()
-    _, errors = process.communicate(timeout=20)
-    assert time.monotonic() - start < 1.5
+    with running([*command, "-o", str(out)], stderr=subprocess.PIPE) as process:
+        time.sleep(3)
+        assert process.poll() is None
+        process.send_signal(stop)
+        start = time.monotonic()
+        _, errors = process.communicate(timeout=20)
+        assert time.monotonic() - start < 1.5
     assert process.returncode == 130
     assert errors.splitlines()[-1] == "bobrossnet: interrupted"
     assert "Traceback" not in errors

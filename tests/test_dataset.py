@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import running
 
 import bobrossnet as bob
 from bobrossnet.errors import InputError, InputWarning
@@ -158,12 +159,12 @@ def test_a_build_that_was_killed_ends_with_the_same_bytes(built: Path, tmp_path:
     path = tmp_path / "data"
     command = [sys.executable, "-m", "bobrossnet.cli", "dataset", "build", str(path)]
     command += ["--shapes", "4", "--test-shapes", "1", "--seed", "3"]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    deadline = time.monotonic() + 60
-    while not list(path.glob("views_*/c/*")) and time.monotonic() < deadline:
-        time.sleep(0.01)
-    process.send_signal(signal.SIGKILL)
-    assert process.wait() == -signal.SIGKILL
+    with running(command, stdout=subprocess.DEVNULL) as process:
+        deadline = time.monotonic() + 60
+        while not list(path.glob("views_*/c/*")) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+        assert process.wait() == -signal.SIGKILL
     before = files(path)
     assert before
     (path / "views_128" / "c" / "3.abc.partial").write_bytes(b"half a view")  # as if killed while it wrote

@@ -19,7 +19,9 @@ def pair(seed: int = 0, size: tuple[int, int] = (40, 52)) -> tuple[torch.Tensor,
 def test_ssim_equals_numpy(size: tuple[int, int]) -> None:
     image, reference = pair(size=size)
     expected = [metrics.ssim(x.numpy(), y.numpy()) for x, y in zip(image[:, 0], reference[:, 0], strict=True)]
-    np.testing.assert_allclose(ssim(image, reference), expected, atol=2e-6)  # float32 against float64
+    # float32 against float64. As below, but the pictures vary by 0.17 where their squares come to 0.7, and S is 0.9: at
+    # worst 77 u · 1.3 · 0.9 / 0.17 = 3e-5 in one window, the smallest picture. Sums in random orders came to 1.4e-6.
+    np.testing.assert_allclose(ssim(image, reference), expected, atol=1e-5)
 
 
 def test_names() -> None:
@@ -27,10 +29,17 @@ def test_names() -> None:
 
 
 def test_worked_values() -> None:
-    image, reference = torch.full((2, 1, 16, 16), 0.3), torch.full((2, 1, 16, 16), 0.1)
-    assert LOSSES["l1"](image, reference).tolist() == pytest.approx([0.2, 0.2])
-    assert LOSSES["l2"](image, reference).tolist() == pytest.approx([0.04, 0.04])
-    similarity = (2 * 0.3 * 0.1 + metrics.C1) / (0.3**2 + 0.1**2 + metrics.C1)
+    """Of two flat pictures, x = 0.03 and y = 0.01, so dark that C1 counts.
+
+    What float32 costs: the variance E[x² + y²] - (E[x]² + E[y]²) is 0, but what is left of either term's rounding is
+    divided by C2 = 0.0009. A sum of 11 products is within 11 u, u = 2⁻²⁴, whatever its order; smoothing makes two, so
+    a term is within 27 u, its weights' rounding included, and a squared mean within 50 u. With the covariance, where
+    it is twice xy, S is within 77 u (x² + y² + 2xy) S / C2 = 5e-6. (At 0.3 and 0.1: 5e-4, as much as C1 matters.)
+    """
+    image, reference = torch.full((2, 1, 16, 16), 0.03), torch.full((2, 1, 16, 16), 0.01)
+    assert LOSSES["l1"](image, reference).tolist() == pytest.approx([0.02, 0.02], rel=1e-5)
+    assert LOSSES["l2"](image, reference).tolist() == pytest.approx([0.0004, 0.0004], rel=1e-5)
+    similarity = (2 * 0.03 * 0.01 + metrics.C1) / (0.03**2 + 0.01**2 + metrics.C1)
     assert LOSSES["ssim"](image, reference).tolist() == pytest.approx([1 - similarity] * 2, abs=1e-5)
     both = LOSSES["ssim+l2"](image, reference)
     torch.testing.assert_close(both, LOSSES["ssim"](image, reference) + LOSSES["l2"](image, reference))

@@ -492,9 +492,9 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
 @pytest.mark.parametrize("case", WRONG)
 def test_wrong_files(case: str, tmp_path: Path) -> None:
     ending, content, expected = WRONG[case]
-    start = time.perf_counter()
+    start = time.thread_time()
     assert expected in error_of(written(tmp_path / f"a{ending}", content))
-    assert time.perf_counter() - start < 2
+    assert time.thread_time() - start < 2
 
 
 @pytest.mark.parametrize(

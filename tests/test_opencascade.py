@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from models import MODELS
 from nurbs_shapes import curve_points, inside
+from processes import running
 
 import bobrossnet as bob
 from bobrossnet.adapters.apart import call_apart
@@ -385,18 +386,18 @@ def test_stopping_ends_the_reader(tmp_path, stop):
     path = tmp_path / "x.step"
     path.write_text("ISO-10303-21;")
     command = [sys.executable, "-c", NEVER_DONE, str(path)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
     def children():
         pids = [int(folder.name) for folder in Path("/proc").glob("[0-9]*")]
         return [pid for pid in pids if (parent_and_state(pid) or (0,))[0] == process.pid]
 
-    (child,) = within_seconds(children)
-    process.send_signal(stop)
-    start = time.monotonic()
-    output, errors = process.communicate(timeout=20)
-    assert time.monotonic() - start < 1.5
-    assert within_seconds(lambda: (parent_and_state(child) or (0, "Z"))[1] == "Z")  # dead, if nobody waited for it
+    with running(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        (child,) = within_seconds(children)
+        process.send_signal(stop)
+        start = time.monotonic()
+        output, errors = process.communicate(timeout=20)
+        assert time.monotonic() - start < 1.5
+        assert within_seconds(lambda: (parent_and_state(child) or (0, "Z"))[1] == "Z")  # dead, if nobody waited for it
     assert output == ""
     if stop != signal.SIGKILL:
         assert process.returncode == 130

@@ -6,14 +6,15 @@ import os
 import re
 import signal
 import socket
-import subprocess
 import sys
 import time
 from contextlib import closing, contextmanager
 from dataclasses import asdict
 from pathlib import Path
+from subprocess import PIPE
 
 import pytest
+from processes import running
 
 import bobrossnet as bob
 from bobrossnet import cli, view
@@ -227,11 +228,8 @@ def viewing(folder, *arguments):
     """The command at work, and the first line that it says."""
     command = [sys.executable, "-m", "bobrossnet.cli", "view", *map(str, arguments)]
     environment = {**os.environ, "TMPDIR": str(folder)}
-    with subprocess.Popen(command, stdout=-1, stderr=-1, text=True, env=environment, cwd=folder) as process:
-        try:
-            yield process, process.stdout.readline()
-        finally:
-            process.kill()
+    with running(command, stdout=PIPE, stderr=PIPE, env=environment, cwd=folder) as process:
+        yield process, process.stdout.readline()
 
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
