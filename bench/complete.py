@@ -123,7 +123,7 @@ def main() -> None:
                     f"complete.{network}", weights, onnx, bob.trace(scene, size=size, fraction=0.05), peaks[-1]
                 )
                 peaks.append(peak(folder))
-    what = "GFLOP/s are of convolutions as they are defined; a kernel that multiplies less may exceed the peak"
+    what = "GFLOP/s count convolutions by definition, so a kernel that multiplies less may exceed the peak"
     print(f"{what}: {spread(peaks)} GFLOP/s, measured before each size.")
     print("MB: the peak of memory beyond input and output. Difference: the largest from PyTorch.\n")
     if not find_spec("openvino"):

@@ -604,7 +604,7 @@ def main() -> None:
             "ours",
             "Embree, all",
             "ours / Embree",
-            "its vertices and indices",
+            "vertices and indices",
             "normals, if any",
         ]
         table([*columns, "bob.Mesh"], [memory_row(*each) for each in shown])

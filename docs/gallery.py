@@ -215,7 +215,7 @@ def ripples(x, y, z):
 
 bob.implicit(ripples) & cylinder(5) & slab(z0=-1)
 """,
-    "an operation of one's own": """
+    "a custom operation": """
 @op3
 def dimpled(other, depth):
     def f(p):
@@ -397,7 +397,7 @@ SECTIONS = [
     Section(
         "Easing functions",
         EASINGS,
-        "From above: a ribbon, moved by 2 along y where x grows from -1 to 1.",
+        "From above: a ribbon that is moved by 2 along y as x goes from -1 to 1.",
         columns=9,
         camera=ABOVE,
         helpers="ribbon = box((2.4, 0.2, 0.2))",
@@ -412,8 +412,8 @@ SECTIONS = [
     Section(
         "NURBS",
         NURBS,
-        "Surfaces, trimmed or not, and tubes along curves; [nurbs.md](nurbs.md) describes them. What the pictures share"
-        " comes first.",
+        "Surfaces, trimmed or not, and tubes along curves; [nurbs.md](nurbs.md) describes them. The code starts with"
+        " what the pictures share.",
         columns=4,
         helpers=NURBS_HELPERS,
     ),
@@ -464,9 +464,9 @@ def strip(names: list[str]) -> NDArray[np.uint8]:
 
 HEAD = """# Gallery
 
-What the [modelling language](modelling.md) can say, and what else can be traced: each picture's code stands below it,
-after `from bobrossnet.sdf import *` and `import bobrossnet as bob`; `bob.trace` draws what the last line makes. Every
-pixel is traced.
+What the [modelling language](modelling.md) can express, and what else can be traced. Each picture's code is below
+it; it needs `from bobrossnet.sdf import *` and `import bobrossnet as bob`. `bob.trace` draws what the last line makes.
+Every pixel is traced.
 
 Made by docs/gallery.py.
 """

@@ -45,8 +45,8 @@ SHOWN = (0.01, 0.02, 0.05, 0.1)  # shares of the pixels in the pictures
 SHOWN_OF_FAILURES = (0.05, 0.25)
 COST_AT = 0.05  # the share for which quality stands beside milliseconds
 PANELS = (
-    f"From the left: those traced with order {DEFAULT_ORDER}; {LINEAR}, {REPORT}, the report's network, and ours, each "
-    f"from as many with order {UNIFORM}; ours from those at the left; all pixels. With their SSIM."
+    f"From the left: the pixels traced in order {DEFAULT_ORDER}; {LINEAR}, {REPORT} (the report's network) and ours, "
+    f"each from as many pixels in order {UNIFORM}; ours from the pixels at the left; all pixels. Numbers are SSIM."
 )
 CREDITS = "The world of blocks is *Lost Empire* from Morgan McGuire's Computer Graphics Archive, CC BY 3.0."
 ERRORS = {"ssim": "1 - SSIM", "psnr": "mean squared error", "flip": "FLIP"}
@@ -141,23 +141,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
     tried = ROOT / "docs" / "quality" / "tried.md"
     parts = [
         "# How good the pictures are",
-        "Networks and fillings with pixel orders, at every share of traced pixels, on the same pictures: real shapes, "
-        "none of which anything was trained on, and shapes that the package makes itself, of no data set. Traced "
-        "pixels are kept. Names are of methods and orders; the order called default is "
-        f"**{DEFAULT_ORDER}**. Intervals are of 95 %, for other shapes of their kind. "
+        "Networks and fillings, with each pixel order and at every share of traced pixels, on the same pictures: real "
+        "shapes, which nothing was trained on, and shapes that the package makes itself, which are in no data set. "
+        "Traced pixels are kept. Rows are named by method and order; the default order is "
+        f"**{DEFAULT_ORDER}**. Intervals are 95 % confidence intervals for other shapes of the same kind. "
         f"`make quality{' SCALE=small' * small}` wrote this page.",
         *work.circumstances(PACKAGES),
         *targets(real or own, next(iter(steady)), next(iter(steady.values())), ours),
         *(quality("Real shapes", "real", real, ours) if real else []),
         *quality("Our own shapes", "own", own, ours),
         "## What it costs",
-        "In the core, the built-in scene from 5 % of its pixels; medians, everything in turn.",
+        "The built-in scene from 5 % of its pixels, in the core; medians of runs in turn.",
         cost_table(costs),
         "![milliseconds against SSIM](quality/costs.png)",
         *panels,
         "## Temporal stability",
         *(part for name, result in steady.items() for part in (f"### On {name}", *steadiness_of(result, ours))),
-        *(["## What was tried and lost", tried.read_text().strip()] if tried.exists() else []),
+        *(["## What was tried without success", tried.read_text().strip()] if tried.exists() else []),
     ]
     (docs / "quality.md").write_text("\n\n".join(parts) + "\n")
     print(f"wrote {docs / 'quality.md'}")
@@ -275,9 +275,9 @@ def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[s
             beside_flicker.append([f"from {rival}, {order}", *cells(changes)])
     orbits = [f"orbit at {percent(fraction)}" for fraction in steady.orbit_fractions]
     return [
-        "## What was to be reached",
-        f'Changes of errors in percent, on {on}. "yes" is where the whole interval is as low as asked for, "maybe" '
-        f"where only the change itself is. {verdicts.count('yes')} of {len(verdicts)} are met.",
+        "## Targets",
+        f'Changes of errors in percent, on {on}. "yes": the whole interval meets the target; "maybe": only the '
+        f"mean does. {verdicts.count('yes')} of {len(verdicts)} are met.",
         f"1 - SSIM, from {LINEAR} with order {UNIFORM}:",
         table(["method, order", "traced", "asked for, %", "measured, %", "interval", "met"], rows),
         f"From {report} with the same order, below 0 asked for:",
@@ -397,7 +397,7 @@ def picture_sections(draw: Callable[..., list[str]], size: int) -> list[str]:
     ):
         if links := draw(subjects, shares):
             at = f"At {', '.join(map(percent, shares))} of {size}x{size} pixels"
-            parts += [f"## {title}", f"{at}. {PANELS}" if title == "Pictures" else f"{at}, as above.", *links]
+            parts += [f"## {title}", f"{at}. {PANELS}" if title == "Pictures" else f"{at}; panels as above.", *links]
     return [*parts, CREDITS] if parts else []
 
 

@@ -131,8 +131,8 @@ def draw(folder: Path, sources: Sources, captions_file: Path) -> dict[str, str]:
 def heading(scale: str, work: Work) -> list[str]:
     return [
         "# The report, reproduced",
-        "What *Accelerating rendering by partial inpainting: BobRossNet* (2019) reports, measured again with this "
-        "package: its data set, training, results and figures, from shapes that the package makes itself. "
+        "What *Accelerating rendering by partial inpainting: BobRossNet* (2019) reports, repeated with this "
+        "package: its data set, training, results and figures, with shapes that the package makes itself. "
         f"`make report{' SCALE=small' * (scale == 'small')}` wrote this page.",
         *work.circumstances(VERSIONS),
     ]
@@ -144,9 +144,9 @@ def data_set(dataset: Dataset, comparison: Comparison | None) -> list[str]:
     size = sum(file.stat().st_size for file in dataset.path.rglob("*") if file.is_file()) / 1e6
     parts = [
         "## The data set",
-        f"`bobrossnet dataset build DIR`: {plan.shapes} shapes, each seen from three places of its orbit at 128², 256² "
+        f"`bobrossnet dataset build DIR`: {plan.shapes} shapes, each seen from three directions at 128², 256² "
         f"and 512² and cut into 21 patches, at 1, 25, 50, 75 and 100 % of the pixels: {plan.samples:,} samples, "
-        f"{counts}. {plan.test_shapes} shapes are for testing alone. {size:.0f} MB on disk.",
+        f"{counts}. {plan.test_shapes} shapes are for testing only. {size:.0f} MB on disk.",
         "![samples](report/figure-5.2.png)",
     ]
     if comparison is not None:
@@ -165,7 +165,7 @@ def training(config: TrainConfig, run: Path) -> list[str]:
         f"`bobrossnet train DIR RUN`: {config.loss.upper().replace('+', ' + ')} of the network's own output at every "
         f"pixel, AdaDelta (rate 1, ρ 0.95, ε 1e-6), mini-batches of {config.batch}, float32. {len(rows)} epochs in "
         f"{minutes:.0f} minutes, {minutes / len(rows):.1f} each; the best in validation is epoch {best['epoch']:.0f}."
-        + ("" if done else " **It was stopped there, still getting better.**"),
+        + ("" if done else " **It was stopped there, while it was still improving.**"),
         table(
             ["epoch", "loss", "in validation", *(f"SSIM {100 * stage:g} %" for stage in STAGES)],
             [
@@ -189,12 +189,12 @@ def test_split(own: Evaluation, dataset: Dataset) -> list[str]:
     short = [f"{100 * s:g} %" for s, mean in zip(STAGES, ours, strict=True) if mean < reference.SSIM[s]]
     verdict = f"Below the report at {', '.join(short)}." if short else "At no stage below the report."
     return [
-        "## Results on the test's samples",
-        f"Mean SSIM over {len(own.pictures) * len(STAGES):,} samples of the test's shapes, of the network's own "
-        f"output, which repaints traced pixels, too. {verdict}",
+        "## Results on the test samples",
+        f"Mean SSIM over {len(own.pictures) * len(STAGES):,} samples of the test shapes, of the network's raw "
+        f"output, which repaints traced pixels too. {verdict}",
         table(["pixels traced", *(f"{100 * stage:g} %" for stage in STAGES)], rows),
         *by_detail(own, dataset),
-        "All of them filled in by other means, at more shares of traced pixels:",
+        "All of them, at more shares of traced pixels, beside other ways of filling them in:",
         str(own),
     ]
 
@@ -213,8 +213,8 @@ def by_detail(own: Evaluation, dataset: Dataset) -> list[str]:
             rows.append([f"{which}, {detail[third].mean():.4f}", method, *(f"{mean:.4f}" for mean in means)])
     rows.sort(key=lambda row: row[1], reverse=True)
     return [
-        "How much depends on the shapes: the same in thirds of the patches by their detail, the mean squared "
-        "difference of gray between neighbours. Interpolation, with traced pixels kept, finds the same ones hard.",
+        "How much depends on the shapes: the same, with the patches in thirds by their detail, the mean squared "
+        "difference of gray between neighbours. Interpolation, with traced pixels kept, struggles with the same ones.",
         table(["detail", "SSIM of", *(f"{100 * stage:g} %" for stage in STAGES)], rows),
     ]
 
@@ -234,7 +234,7 @@ def real_shapes(real: Evaluation | None) -> list[str]:
     )
     return [
         "## Results on real shapes",
-        f"Shapes of other people, none of which anything was trained on; traced pixels kept. {verdict}",
+        f"Other people's shapes, which nothing was trained on; traced pixels kept. {verdict}",
         str(real),
     ]
 
@@ -255,7 +255,7 @@ def losses(path: Path) -> list[str]:
     columns = list(rows[0])
     return [
         "## Five losses",
-        "The report compared five losses on 50 samples by eye, and chose SSIM + L2.",
+        "The report compared five losses by eye, on 50 samples, and chose SSIM + L2.",
         "![losses](report/figure-5.1.png)",
         table(columns, [[row[column] for column in columns] for row in rows]),
         verdict,

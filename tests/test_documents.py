@@ -40,10 +40,12 @@ def python_in(document):
 
 
 def test_readme_examples_run(tmp_path, monkeypatch, capsys):
-    code, modelling, nurbs = python_in("README.md")
+    first, code, modelling, nurbs = python_in("README.md")
     monkeypatch.chdir(tmp_path)
     write_ply(tmp_path / "bunny.ply", bob.happy_tree())
     names = {}
+    exec(first, names)
+    assert names.pop("image").shape == (480, 640)
     exec(code, names)
     assert names["image"].shape == (480, 640)
     assert "100% in" in capsys.readouterr().out

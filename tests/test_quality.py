@@ -142,4 +142,4 @@ def test_what_is_not_sure(quality):
 
 def test_what_was_tried_stands_in_the_page(quality, done):
     tried = ROOT / "docs" / "quality" / "tried.md"
-    assert ("## What was tried and lost" in (done / "quality.md").read_text()) == tried.exists()
+    assert ("## What was tried without success" in (done / "quality.md").read_text()) == tried.exists()
