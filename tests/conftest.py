@@ -1,8 +1,8 @@
 import os
 import threading
 
-# Read when numpy is imported. With more, thousands of tiny systems of equations (scipy's Delaunay) are each shared out to
-# threads, which wait for each other where another worker has the cores: 3 s for what takes 0.02 s.
+# Read when numpy is imported. With more, thousands of tiny systems of equations (scipy's Delaunay) are each shared out
+# to threads, which wait for each other where another worker has the cores: 3 s for what takes 0.02 s.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
