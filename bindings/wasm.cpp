@@ -1,4 +1,4 @@
-/// Shapes, scenes and pixel orders in the WebAssembly module: convert and call. viewer/core.js checks arguments, in better
+/// Shapes, scenes and pixel orders in the WebAssembly module: convert and call. the page's viewer/ checks arguments, in better
 /// words; here only what would read or write out of bounds.
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // @ts-check
 /** STL and GLB, parsed by loaders of three.js, which are only fetched for such files. */
 
-import { IDENTITY, product } from "../affine.js";
-import { CoreError, brief } from "../errors.js";
+import { IDENTITY, product } from "../shapes/affine.js";
+import { CoreError, brief } from "../core/errors.js";
 import { textOf } from "./text.js";
 
 /** @typedef {import("./part.js").Part} Part */

@@ -2,13 +2,14 @@
 /**
  * Networks on the GPU, by WebGPU: the same weights and the same steps as the core's, in a page or a worker.
  *
- * @typedef {import("./core.js").Weights} Weights
+ * @typedef {import("./weights.js").Weights} Weights
  * @typedef {import("./gpu/plan.js").Image} Image
  *
  * @callback NetworkOfLayers A network in gpu/NAME.js: its layers, and what records the steps for pictures of one size
  * @param {(name: string, inputs: number, outputs?: number) => Conv3x3} layer
  * @param {Weights} weights
- * @returns {(plan: Plan, gbuffer: Image) => Image} (5, height, width) to (1, height, width), linear and not clamped
+ * @returns {(plan: Plan, gbuffer: Image) => Image} (C, height, width), of the weights' inputs, to (1, height, width), linear and
+ *   not clamped
  *
  * @typedef {object} Picture What completes pictures of one size
  * @property {(planes: Float32Array) => Promise<Float32Array>} complete
@@ -20,6 +21,7 @@ import { kernel } from "./gpu/kernel.js";
 import { paper } from "./gpu/paper.js";
 import { Plan } from "./gpu/plan.js";
 import { pyramid } from "./gpu/pyramid.js";
+import { placeOf, widthOf } from "../picture/channels.js";
 
 /** @type {Record<string, NetworkOfLayers>} */
 const NETWORKS = { paper, pyramid };
@@ -27,14 +29,14 @@ const NETWORKS = { paper, pyramid };
 /** Sizes whose memory is kept: a page has few at a time. */
 const MOST_SIZES = 3;
 
-/** Puts the traced pixels back; the others are clamped to 0..1, and NaN to 0. */
-const keepKnown = kernel({
+/** Puts the traced pixels back; the others are clamped to 0..1, and NaN to 0. @param {Weights["inputs"]} inputs */
+const keepKnown = (inputs) => kernel({
   read: ["pixels", "completed"], write: ["gray"],
   body: `
   let completed = completed_at(0, y, x);
   var value = 0.;
   if (completed > 0.) { value = min(completed, 1.); }
-  if (pixels_at(0, y, x) > 0.) { value = pixels_at(1, y, x); }
+  if (pixels_at(${placeOf(inputs, "mask")}, y, x) > 0.) { value = pixels_at(${placeOf(inputs, "gray")}, y, x); }
   gray_put(0, y, x, value);`,
 });
 
@@ -60,6 +62,7 @@ export async function createGpuNetwork(weights, { software = false } = {}) {
 }
 
 export class GpuNetwork {
+  #inputs;
   #network;
   /** @type {Promise<never>} */
   #failure;
@@ -73,6 +76,7 @@ export class GpuNetwork {
   /** @param {GPUDevice} device @param {Weights} weights */
   constructor(device, weights) {
     this.device = device;
+    this.#inputs = weights.inputs;
     this.#network = NETWORKS[weights.network]((...layer) => new Conv3x3(device, weights, ...layer), weights);
     /** Why the device was lost, once it is: then all calls fail, those under way as well. @type {Promise<string>} */
     this.lost = device.lost.then(({ message }) => message || "no reason given");
@@ -85,7 +89,7 @@ export class GpuNetwork {
   /**
    * Fills in what was not traced. Pictures are completed one after the other.
    *
-   * @param {Float32Array} planes (5, height, width), a G-buffer's, which stays as it is until the promise is kept
+   * @param {Float32Array} planes (C, height, width), of the weights' inputs, which stay as they are until the promise resolves
    * @param {number} height
    * @param {number} width
    * @returns {Promise<Float32Array>} (height, width), 0..1
@@ -104,8 +108,9 @@ export class GpuNetwork {
 
   /** @type {GpuNetwork["complete"]} */
   async #complete(planes, height, width) {
-    if (planes.length !== 5 * height * width) {
-      throw new Error(`planes: expected shape (5, ${height}, ${width}), got ${planes.length} values`);
+    const channels = widthOf(this.#inputs);
+    if (planes.length !== channels * height * width) {
+      throw new Error(`planes: expected shape (${channels}, ${height}, ${width}), got ${planes.length} values`);
     }
     const size = `${width}x${height}`;
     const picture = this.#pictures.get(size) ?? await this.#prepare(height, width);
@@ -131,9 +136,9 @@ export class GpuNetwork {
     device.pushErrorScope("validation");
     /** @type {Promise<Picture>} */
     const preparing = (async () => {
-      const gbuffer = plan.image(5, height, width), gray = plan.image(1, height, width);
+      const gbuffer = plan.image(widthOf(this.#inputs), height, width), gray = plan.image(1, height, width);
       const completed = this.#network(plan, gbuffer);
-      plan.step(keepKnown, { pixels: gbuffer, completed, gray });
+      plan.step(keepKnown(this.#inputs), { pixels: gbuffer, completed, gray });
       const readback = plan.readback(gray.buffer.size), run = await plan.finished();
       return {
         complete: async (planes) => {
