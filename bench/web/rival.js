@@ -26,7 +26,8 @@ function timed(scene, gbuffer, pixels, camera) {
 const bytes = (image) => new Uint8Array(Uint8ClampedArray.from(image, (value) => 255 * value).buffer).toBase64();
 
 async function compare({ file, height, width, cameras, times, levels }) {
-  const modules = ["core/load", "completion/network", "completion/weights", "files/read", "picture/gbuffer", "picture/order", "tracing/scene"];
+  const modules = ["core/load", "completion/network", "completion/weights", "files/read", "picture/gbuffer", "picture/order",
+                   "tracing/scene"];
   const [{ loadCore }, { Network }, { readWeights }, { readFile }, { GBuffer }, { pixelOrder }, { buildScene }] =
     await Promise.all(modules.map((module) => import(`./${module}.js`)));
   const core = await loadCore();
