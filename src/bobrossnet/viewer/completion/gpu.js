@@ -8,20 +8,20 @@
  * @callback NetworkOfLayers A network in gpu/NAME.js: its layers, and what records the steps for pictures of one size
  * @param {(name: string, inputs: number, outputs?: number) => Conv3x3} layer
  * @param {Weights} weights
- * @returns {(plan: Plan, gbuffer: Image) => Image} (C, height, width), of the weights' inputs, to (1, height, width), linear and
- *   not clamped
+ * @returns {(plan: Plan, inputs: Image) => Image} (C, height, width), the channels that the weights name, to (1, height, width),
+ *   linear and not clamped
  *
  * @typedef {object} Picture What completes pictures of one size
  * @property {(planes: Float32Array) => Promise<Float32Array>} complete
  * @property {() => void} free
  */
+import { GBUFFER, placeOf, widthOf } from "../picture/channels.js";
 import { Conv3x3 } from "./gpu/conv3x3.js";
 import { GPUMapMode } from "./gpu/flags.js";
 import { kernel } from "./gpu/kernel.js";
 import { paper } from "./gpu/paper.js";
 import { Plan } from "./gpu/plan.js";
 import { pyramid } from "./gpu/pyramid.js";
-import { placeOf, widthOf } from "../picture/channels.js";
 
 /** @type {Record<string, NetworkOfLayers>} */
 const NETWORKS = { paper, pyramid };
@@ -89,7 +89,7 @@ export class GpuNetwork {
   /**
    * Fills in what was not traced. Pictures are completed one after the other.
    *
-   * @param {Float32Array} planes (C, height, width), of the weights' inputs, which stay as they are until the promise resolves
+   * @param {Float32Array} planes (C, height, width), a G-buffer's, which stays as it is until the promise resolves
    * @param {number} height
    * @param {number} width
    * @returns {Promise<Float32Array>} (height, width), 0..1
@@ -108,7 +108,7 @@ export class GpuNetwork {
 
   /** @type {GpuNetwork["complete"]} */
   async #complete(planes, height, width) {
-    const channels = widthOf(this.#inputs);
+    const channels = widthOf(GBUFFER);
     if (planes.length !== channels * height * width) {
       throw new Error(`planes: expected shape (${channels}, ${height}, ${width}), got ${planes.length} values`);
     }
@@ -136,13 +136,13 @@ export class GpuNetwork {
     device.pushErrorScope("validation");
     /** @type {Promise<Picture>} */
     const preparing = (async () => {
-      const gbuffer = plan.image(widthOf(this.#inputs), height, width), gray = plan.image(1, height, width);
-      const completed = this.#network(plan, gbuffer);
-      plan.step(keepKnown(this.#inputs), { pixels: gbuffer, completed, gray });
+      const inputs = plan.image(widthOf(this.#inputs), height, width), gray = plan.image(1, height, width);
+      const completed = this.#network(plan, inputs);
+      plan.step(keepKnown(this.#inputs), { pixels: inputs, completed, gray });
       const readback = plan.readback(gray.buffer.size), run = await plan.finished();
       return {
         complete: async (planes) => {
-          device.queue.writeBuffer(gbuffer.buffer, 0, planes);
+          this.#write(inputs, planes);
           const encoder = device.createCommandEncoder();
           run(encoder);
           encoder.copyBufferToBuffer(gray.buffer, 0, readback, 0, readback.size);
@@ -160,6 +160,16 @@ export class GpuNetwork {
     if (!found) return preparing;
     plan.free();
     throw new Error(found.message.split("\n")[0]);
+  }
+
+  /** Takes the network's inputs out of a G-buffer's planes. @param {Image} image @param {Float32Array} planes */
+  #write({ buffer, height, width }, planes) {
+    let at = 0;
+    for (const channel of this.#inputs) {
+      const size = widthOf([channel]) * height * width;
+      this.device.queue.writeBuffer(buffer, 4 * at, planes, placeOf(GBUFFER, channel) * height * width, size);
+      at += size;
+    }
   }
 
   /** @param {string} source */

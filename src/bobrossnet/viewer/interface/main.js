@@ -13,7 +13,7 @@ import { fromFragment, toFragment } from "./link.js";
 import { Opening, capitalised, fileName } from "./opening.js";
 import { orbit } from "./orbit.js";
 import { createState } from "./state.js";
-import { count, display } from "./statistics.js";
+import { countPicture, display } from "./statistics.js";
 
 const MOST_WORKERS = 8; // each holds the whole scene
 const MOST_PIXELS = 2 ** 21;
@@ -67,7 +67,7 @@ function showPicture(picture, repainted) {
   context.transferFromImageBitmap(bitmap);
   if (repainted) return;
   state.pools.shown?.grow();
-  count(state, picture);
+  countPicture(state, picture);
   document.dispatchEvent(new CustomEvent("picture", { detail: batch }));
 }
 
@@ -98,10 +98,11 @@ orbit(canvas, () => schedule.camera, look);
 
 function show() {
   const checked = document.querySelector('input[name="mode"]:checked');
-  const mode = /** @type {import("../picture/paint.js").Mode} */ (checked instanceof HTMLInputElement ? checked.value : "completed");
+  const value = checked instanceof HTMLInputElement ? checked.value : "completed";
+  const mode = /** @type {import("../picture/paint.js").Mode} */ (value);
   line.hidden = divider.hidden = mode !== "split";
-  state.look = { mode, divider: placeDivider() };
-  completing.postMessage({ kind: "show", ...state.look });
+  state.showing = { mode, divider: placeDivider() };
+  completing.postMessage({ kind: "show", ...state.showing });
 }
 
 /** Has the line run where the slider's thumb has its centre. @returns {number} where that is, 0..1 of the picture's width */

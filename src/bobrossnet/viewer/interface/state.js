@@ -17,7 +17,7 @@
  * @property {{shown?: Pool, coming?: Pool, spare?: Pool}} pools the workers that have the scene, those that will have the next,
  *   and those for the one after that, started ahead: that takes longer than opening most scenes
  * @property {Schedule} schedule which has camera, size and time for a picture
- * @property {{mode: import("../picture/paint.js").Mode, divider: number}} look divider: 0..1 of the picture's width
+ * @property {{mode: import("../picture/paint.js").Mode, divider: number}} showing divider: 0..1 of the picture's width
  * @property {import("./statistics.js").Statistics} statistics of the last picture
  * @property {number[]} times when pictures of the last second were shown, in milliseconds
  * @property {((buffers: import("../workers/completing.js").Buffers | null) => void)[]} waiting called with what the completing
@@ -34,7 +34,7 @@ export function createState({ workers, scales }) {
     edits: { newest: null, busy: false },
     pools: {},
     schedule: new Schedule(HOME, scales),
-    look: { mode: "completed", divider: 0.5 },
+    showing: { mode: "completed", divider: 0.5 },
     statistics: {
       pictures: 0, fraction: 0, completing: 0, backend: "wasm", framesPerSecond: 0, raysPerSecond: 0, exact: false, error: NaN,
       workers,

@@ -20,7 +20,7 @@ import { DIFFERENCE_GAIN } from "../picture/paint.js";
 const EVERY_MS = 250; // a few times a second, which can be read
 
 /** Takes in a picture that is shown now. @param {State} state @param {import("../workers/completing.js").Picture} picture */
-export function count(state, picture) {
+export function countPicture(state, picture) {
   const { statistics, schedule } = state, { batch, traced, completing, backend, error } = picture;
   const exact = schedule.completed(picture), now = performance.now();
   state.times = [...lastSecond(state.times, now), now];
@@ -65,8 +65,8 @@ function textsOf({ fraction, raysPerSecond, completing, backend, exact, framesPe
 }
 
 /** @param {State} state */
-function noteOf({ look, statistics: { exact, error } }) {
-  if (look.mode !== "difference") return "";
+function noteOf({ showing, statistics: { exact, error } }) {
+  if (showing.mode !== "difference") return "";
   if (!exact) return "The difference is shown once the picture is exact.";
   const mean = `on average ${(255 * error).toFixed(1)} of 255`;
   return `First completed picture against the exact one, ${DIFFERENCE_GAIN} times as bright; ${mean}.`;

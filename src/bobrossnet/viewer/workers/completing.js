@@ -43,7 +43,7 @@ let picture;
 /** Samples of the newest batch that have come. @type {{id: number, parts: number}} */
 let gathered = { id: 0, parts: 0 };
 /** @type {{mode: import("../picture/paint.js").Mode, divider: number}} */
-let look = { mode: "completed", divider: 0.5 };
+let showing = { mode: "completed", divider: 0.5 };
 /** Messages are dealt with one after the other, also where that takes waiting. */
 let queue = Promise.resolve();
 
@@ -99,7 +99,7 @@ async function gather({ batch, count, pixels, samples }) {
 function painted({ gbuffer, first }) {
   const { image, height, width, traced } = gbuffer;
   return createImageBitmap(paint({
-    ...look, height, width, image, first, mask: gbuffer.plane("mask"), gray: gbuffer.plane("gray"),
+    ...showing, height, width, image, first, mask: gbuffer.plane("mask"), gray: gbuffer.plane("gray"),
     exact: traced === height * width,
   }));
 }
@@ -116,7 +116,7 @@ async function answer(request) {
   if (request.kind === "connect") {
     request.tracer.onmessage = receive;
   } else if (request.kind === "show") {
-    look = { mode: request.mode, divider: request.divider };
+    showing = { mode: request.mode, divider: request.divider };
     if (!picture || !view?.completed) return;
     picture = { ...picture, bitmap: await painted(view) };
     reply({ kind: "picture", picture, repainted: true }, [picture.bitmap]);

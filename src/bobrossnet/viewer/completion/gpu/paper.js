@@ -8,7 +8,7 @@ import { widthOf } from "../../picture/channels.js";
 import { Then } from "./conv3x3.js";
 import { kernel } from "./kernel.js";
 
-/** The G-buffer, padded to the size of the images. @param {number} channels */
+/** The inputs, padded to the size of the images. @param {number} channels */
 const pad = (channels) => kernel({
   read: ["pixels"], write: ["padded"], channels,
   body: "  padded_put(channel, y, x, pixels_at(channel, y, x));",

@@ -4,12 +4,15 @@
  *
  * Its siblings are learn/networks/pyramid.py and core/completion/pyramid.cpp, step for step.
  */
-import { GBUFFER, placeOf } from "../../picture/channels.js";
+import { placeOf } from "../../picture/channels.js";
 import { Then } from "./conv3x3.js";
 import { kernel } from "./kernel.js";
 
 const SOFTNESS = 0.05;
-const MASK = placeOf(GBUFFER, "mask"), GRAY = placeOf(GBUFFER, "gray");
+
+/** The channels that it is made for. */
+const INPUTS = ["mask", "gray", "depth", "normal"];
+const MASK = placeOf(INPUTS, "mask"), GRAY = placeOf(INPUTS, "gray");
 
 // Channels of a level's inputs: gray, and what is known; what the coarser level hands on follows.
 const KNOWN = 8;
@@ -129,6 +132,9 @@ fn gaussian_sum(first: i32, y: i32, x: i32) -> f32 {
 
 /** @type {import("../gpu.js").NetworkOfLayers} */
 export function pyramid(layer, weights) {
+  if (weights.inputs.join() !== INPUTS.join()) {
+    throw new Error(`pyramid: expected weights for ${INPUTS.join(", ")}, got some for ${weights.inputs.join(", ")}`);
+  }
   const known = (/** @type {number} */ level) => (level === 1 ? KNOWN_FINEST : KNOWN);
   let count = 1;
   while (weights.tensors.has(`features${count + 1}.weight`)) ++count;
