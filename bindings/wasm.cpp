@@ -1,5 +1,5 @@
-/// Shapes, scenes and pixel orders in the WebAssembly module: convert and call. viewer/core.js checks arguments, in better
-/// words; here only what would read or write out of bounds.
+/// Shapes, scenes and pixel orders in the WebAssembly module: convert and call. The modules of viewer/ check arguments, in
+/// better words; here only what would read or write out of bounds.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -1,7 +1,7 @@
 /// What the files of the WebAssembly module share: exported functions that report errors, and objects as handles.
 ///
 /// A handle is the address of an object; `free_NAME` ends it. What fails returns 0, and `error()` then says why in one
-/// line. Arrays are addresses in the module's memory, of what viewer/core.js put there.
+/// line. Arrays are addresses in the module's memory, of what viewer/core/core.js put there.
 #pragma once
 
 #include <exception>

@@ -11,9 +11,12 @@ OPTIONS = ("--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader")
 SIZES = ((1, 1), (1, 2), (3, 5), (7, 4), (33, 61), (17, 1000), (480, 640))
 
 WORKER = """
-import { Completer } from "./completer.js";
-import { loadCore, readWeights } from "./core.js";
-import { createGpuNetwork, GpuNetwork } from "./gpu.js";
+import { Completer } from "./completion/completer.js";
+import { createGpuNetwork, GpuNetwork } from "./completion/gpu.js";
+import { Network } from "./completion/network.js";
+import { readWeights } from "./completion/weights.js";
+import { loadCore } from "./core/load.js";
+import { GBuffer } from "./picture/gbuffer.js";
 
 const fetched = async (path) => (await fetch(path)).arrayBuffer();
 const floats = async (path) => new Float32Array(await fetched(path));
@@ -68,9 +71,9 @@ const calls = {
   /** Pictures beside such a rival: what completed each, the rival's calls, the largest difference to the core's. */
   async race(rival, height, width, pictures) {
     const core = await loadCore("complete"), weights = await weightsOf("default");
-    const gbuffer = core.gbuffer(height, width);
+    const gbuffer = new GBuffer(core, height, width);
     gbuffer.planes.set(await floats("planes.bin"));
-    const expected = gbuffer.complete(core.network(weights)).slice();
+    const expected = new Network(core, weights).complete(gbuffer).slice();
     let calls = 0, left = Infinity, running;
     const software = rival === "software" && await createGpuNetwork(weights, { software: true });
     const rivals = {

@@ -54,7 +54,7 @@ def ask(viewer):
 
 def test_files_are_served_as_what_they_are(ask):
     for path, kind in (
-        ("/core.js", "text/javascript; charset=utf-8"),
+        ("/core/core.js", "text/javascript; charset=utf-8"),
         ("/core.wasm", "application/wasm"),
         ("/gallery/index.json", "application/json"),
         ("/gallery/csg.sdf?some=query", "text/plain; charset=utf-8"),
@@ -71,11 +71,11 @@ def test_files_are_served_as_what_they_are(ask):
 
 def test_types_do_not_depend_on_the_machine(ask, monkeypatch):
     monkeypatch.setattr("mimetypes.guess_type", lambda *_: ("text/plain", None))
-    assert ask("/core.js")[1]["Content-Type"].startswith("text/javascript")
+    assert ask("/core/core.js")[1]["Content-Type"].startswith("text/javascript")
 
 
 def test_every_answer_has_the_headers(ask):
-    for path, method in (("/core.js", "GET"), ("/nothing", "GET"), ("/core.js", "POST")):
+    for path, method in (("/core/core.js", "GET"), ("/nothing", "GET"), ("/core/core.js", "POST")):
         headers = ask(path, method)[1]
         policy = headers["Content-Security-Policy"]
         for rule in ("default-src 'self'", "script-src 'self' 'wasm-unsafe-eval'", "object-src 'none'"):
@@ -83,7 +83,7 @@ def test_every_answer_has_the_headers(ask):
         assert "'unsafe-" not in policy
         assert headers["X-Content-Type-Options"] == "nosniff"
         assert headers["Referrer-Policy"] == "no-referrer"
-        assert headers["Cache-Control"] == ("max-age=60" if (path, method) == ("/core.js", "GET") else "no-cache")
+        assert headers["Cache-Control"] == ("max-age=60" if (path, method) == ("/core/core.js", "GET") else "no-cache")
 
 
 def test_scenes_are_always_asked_for_anew(ask):
@@ -116,17 +116,17 @@ def test_nothing_else_is_served(ask, path):
 def test_other_hosts_and_origins_are_refused(ask, viewer):
     port = viewer.server_port
     for host in (f"127.0.0.1:{port}", f"localhost:{port}"):
-        assert ask("/core.js", Host=host)[0] == 200
-        assert ask("/core.js", Host=host, Origin=f"http://{host}")[0] == 200
+        assert ask("/core/core.js", Host=host)[0] == 200
+        assert ask("/core/core.js", Host=host, Origin=f"http://{host}")[0] == 200
     for host in (f"example.com:{port}", "127.0.0.1", f"127.0.0.1.example.com:{port}", "", f"LOCALHOST.:{port}"):
-        assert ask("/core.js", Host=host)[0] == 403
+        assert ask("/core/core.js", Host=host)[0] == 403
     for origin in ("http://example.com", "null", f"https://127.0.0.1:{port}", f"http://127.0.0.1:{port + 1}", ""):
-        assert ask("/core.js", Origin=origin)[0] == 403
+        assert ask("/core/core.js", Origin=origin)[0] == 403
 
 
 def test_only_get_and_head(ask):
     for method in ("POST", "PUT", "DELETE", "OPTIONS", "CONNECT"):
-        status, _, body = ask("/core.js", method)
+        status, _, body = ask("/core/core.js", method)
         assert status == 501
         assert b"\n" not in body[:-1]
 

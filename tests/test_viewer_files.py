@@ -18,17 +18,19 @@ CAMERA = bob.Camera()
 
 # A worker of its own, where there is no document, as in the page.
 WORKER = b"""
-import { loadCore } from "/core.js";
-import { readFile } from "/files.js";
-import { buildScene } from "/scene.js";
+import { loadCore } from "/core/load.js";
+import { readFile } from "/files/read.js";
+import { GBuffer } from "/picture/gbuffer.js";
+import { pixelOrder } from "/picture/order.js";
+import { buildScene } from "/tracing/scene.js";
 
 const core = loadCore("core", false);
 onmessage = async ({ data: { file, name, height, width, camera } }) => {
   try {
     const instance = await core, bytes = await (await fetch(file)).arrayBuffer();
     const description = await readFile(instance, name, bytes);
-    const scene = buildScene(instance, description), gbuffer = instance.gbuffer(height, width);
-    const pixels = instance.pixelOrder("uniform", { height, width });
+    const scene = buildScene(instance, description), gbuffer = new GBuffer(instance, height, width);
+    const pixels = pixelOrder(instance, "uniform", { height, width });
     gbuffer.add(pixels, scene.trace(pixels, { height, width }, camera));
     const planes = Array.from(gbuffer.planes);
     gbuffer.free(), scene.free();
@@ -178,7 +180,7 @@ def test_checksums_where_browsers_have_none(page):
     for size in (0, 3, 55, 56, 64, 119, 120, 1000):
         data = bytes(7 * i % 256 for i in range(size))
         digest = """async (data) => {
-          const { Sha256, hex } = await import("/sha256.js"), hash = new Sha256();
+          const { Sha256, hex } = await import("/tracing/sha256.js"), hash = new Sha256();
           for (let i = 0; i < data.length; i += 37) hash.update(Uint8Array.from(data.slice(i, i + 37)));
           return hex(hash.digest());
         }"""

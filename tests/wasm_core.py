@@ -1,4 +1,4 @@
-"""The core as a WebAssembly module, run by wasmtime: what viewer/core.js is in a page, with numpy's arrays."""
+"""The core as a WebAssembly module, run by wasmtime: what viewer/core/core.js is in a page, with numpy's arrays."""
 
 from __future__ import annotations
 

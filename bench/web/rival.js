@@ -22,23 +22,23 @@ function timed(scene, gbuffer, pixels, camera) {
   return milliseconds;
 }
 
-const gray = (gbuffer) => gbuffer.planes.slice(gbuffer.height * gbuffer.width, 2 * gbuffer.height * gbuffer.width);
-
 /** 8-bit grays in base64. */
 const bytes = (image) => new Uint8Array(Uint8ClampedArray.from(image, (value) => 255 * value).buffer).toBase64();
 
 async function compare({ file, height, width, cameras, times, levels }) {
-  const [{ loadCore, readWeights }, { readFile }, { buildScene }] = await Promise.all(
-    ["./core.js", "./files.js", "./scene.js"].map((module) => import(module)));
+  const modules = ["core/load", "completion/network", "completion/weights", "files/read", "picture/gbuffer", "picture/order",
+                   "tracing/scene"];
+  const [{ loadCore }, { Network }, { readWeights }, { readFile }, { GBuffer }, { pixelOrder }, { buildScene }] =
+    await Promise.all(modules.map((module) => import(`./${module}.js`)));
   const core = await loadCore();
   const fetched = async (path) => (await fetch(path)).arrayBuffer();
   const scene = buildScene(core, await readFile(core, file, await fetched(file)));
-  const network = core.network(readWeights(await fetched("weights/default.safetensors")));
-  const order = core.pixelOrder("lattice", { height, width });
-  const whole = core.gbuffer(height, width), part = core.gbuffer(height, width);
+  const network = new Network(core, readWeights(await fetched("weights/default.safetensors")));
+  const order = pixelOrder(core, "lattice", { height, width });
+  const whole = new GBuffer(core, height, width), part = new GBuffer(core, height, width);
   const complete = () => {
     const begin = performance.now();
-    part.complete(network);
+    network.complete(part);
     return performance.now() - begin;
   };
   for (let i = 0; i < 20; ++i) timed(scene, whole, order.subarray(0, 20 * SLICE), cameras[0]), complete();  // compiled by now
@@ -46,22 +46,22 @@ async function compare({ file, height, width, cameras, times, levels }) {
   for (const camera of cameras) {
     const milliseconds = timed(scene, whole, order, camera), completing = Math.min(complete(), complete(), complete());
     const ours = times.map((time) => {
-      if (milliseconds[milliseconds.length - 1] <= time) return { fraction: 1, image: bytes(gray(whole)) };
+      if (milliseconds[milliseconds.length - 1] <= time) return { fraction: 1, image: bytes(whole.plane("gray")) };
       const slices = milliseconds.filter((spent) => spent + completing <= time).length;
       if (slices === 0) return null;
       part.clear();
       const pixels = order.subarray(0, 2 * SLICE * slices);
       part.add(pixels, scene.trace(pixels, part, camera));
-      return { fraction: SLICE * slices / (height * width), image: bytes(part.complete(network)) };
+      return { fraction: SLICE * slices / (height * width), image: bytes(network.complete(part)) };
     });
     const theirs = Array.from({ length: levels }, (_, level) => {
-      const gbuffer = core.gbuffer(height >> level, width >> level);
+      const gbuffer = new GBuffer(core, height >> level, width >> level);
       const spent = timed(scene, gbuffer, rows(gbuffer.height, gbuffer.width), camera);
-      const image = bytes(gray(gbuffer));
+      const image = bytes(gbuffer.plane("gray"));
       gbuffer.free();
       return { milliseconds: spent[spent.length - 1], image };
     });
-    frames.push({ exact: bytes(gray(whole)), completing, ours, theirs });
+    frames.push({ exact: bytes(whole.plane("gray")), completing, ours, theirs });
   }
   return frames;
 }

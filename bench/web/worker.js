@@ -12,10 +12,10 @@ const bytes = async (url) => (await fetch(url)).arrayBuffer();
 /** The core, in one instruction set. */
 async function ours(viewer, weights, stack, height, width, relaxed) {
   const core = await viewer.loadCore("complete", relaxed);
-  const network = core.network(weights), gbuffer = core.gbuffer(height, width);
+  const network = new viewer.Network(core, weights), gbuffer = new viewer.GBuffer(core, height, width);
   return () => {
     gbuffer.planes.set(stack);
-    return gbuffer.predict(network);
+    return network.predict(gbuffer);
   };
 }
 
@@ -75,14 +75,15 @@ async function tensorflow({ tensors }, stack, height, width) {
 
 onmessage = async ({ data: { name, height, width, runs } }) => {
   try {
-    const viewer = await import("./viewer/core.js");
+    const modules = ["core/load", "completion/gpu", "completion/network", "completion/weights", "picture/gbuffer"];
+    const viewer = Object.assign({}, ...await Promise.all(modules.map((module) => import(`./viewer/${module}.js`))));
     const stack = new Float32Array(await bytes("input.bin")), weights = viewer.readWeights(await bytes(`${name}.safetensors`));
     const contenders = {
       "core, relaxed-simd": await ours(viewer, weights, stack, height, width, true),
       "core, simd128": await ours(viewer, weights, stack, height, width, false),
       "onnxruntime-web": await onnx(name, stack, height, width),
     };
-    const gpu = await (await import("./viewer/gpu.js")).createGpuNetwork(weights);
+    const gpu = await viewer.createGpuNetwork(weights);
     if (gpu) contenders["WebGPU, there and back"] = () => gpu.complete(stack, height, width);
     if (weights.network === "paper") contenders["TensorFlow.js"] = await tensorflow(weights, stack, height, width);
     const results = {};

@@ -1,27 +1,27 @@
 // @ts-check
 /** Scene files, .bob (CONVENTIONS.md has their fields): whatever is not as written by bobrossnet is refused. */
 
-import { isSingular } from "../affine.js";
 import {
   CoreError, brief, checkFields, checkFinite, checkInteger, checkList, checkNumber, placedErrors,
-} from "../errors.js";
-import { hex, sha256 } from "../sha256.js";
-import { checkBrep, checkTube } from "../splines.js";
+} from "../core/errors.js";
+import { isSingular } from "../shapes/affine.js";
+import { checkNodes } from "../shapes/implicit.js";
+import { checkBrep, checkTube } from "../shapes/splines.js";
+import { hex, sha256 } from "../tracing/sha256.js";
+import { readContainer, readTensor } from "./safetensors.js";
 
 /**
- * @typedef {import("../core.js").Core} Core
- * @typedef {import("../scene.js").SceneDescription} SceneDescription
- * @typedef {import("../scene.js").ShapeDescription} ShapeDescription
- * @typedef {import("../scene.js").InstanceDescription} InstanceDescription
+ * @typedef {import("../core/core.js").Core} Core
+ * @typedef {import("../shapes/description.js").ShapeDescription} ShapeDescription
+ * @typedef {import("../tracing/description.js").SceneDescription} SceneDescription
+ * @typedef {import("../tracing/description.js").InstanceDescription} InstanceDescription
+ * @typedef {import("./safetensors.js").Container} Container
  */
 
 const FORMAT = "bobrossnet-scene", VERSION = "1";
 
 /** The checksum comes first: of the whole file, with its own digits taken as zeros. */
 const START = '{"__metadata__":{"sha256":"', DIGITS = 8 + START.length, BODY = DIGITS + 64;
-
-/** @type {Record<string, {new (buffer: ArrayBuffer): any, BYTES_PER_ELEMENT: number}>} */
-const TYPES = { F64: Float64Array, F32: Float32Array, I32: Int32Array, U32: Uint32Array, U8: Uint8Array };
 
 /**
  * What a tensor is: dtype, and the length of each axis; those that may be left out end in "?".
@@ -54,8 +54,7 @@ export async function readBob(core, bytes) {
   if (checksum !== hex(await sha256(bytes))) {
     throw new CoreError("expected a whole file, got one that was damaged or cut short: its checksum differs");
   }
-  const size = Number(new DataView(bytes).getBigUint64(0, true));
-  const { __metadata__: metadata, ...tensors } = JSON.parse(text.decode(all.subarray(8, 8 + size)));
+  const container = readContainer(bytes), { metadata, entries } = container;
   if (metadata.format !== FORMAT) throw new CoreError(`expected the format ${FORMAT}, got ${brief(metadata.format)}`);
   if (metadata.version !== VERSION) {
     const got = brief(metadata.version);
@@ -64,9 +63,9 @@ export async function readBob(core, bytes) {
   const content = checkFields("scene", JSON.parse(metadata.scene), "shapes", "instances");
   const kinds = checkList("shapes", content.shapes);
   const shapes = kinds.map((kind, i) => placedErrors(`shapes[${i}]`, () => {
-    return readShape(core, kind, ownTensors(i, tensors), bytes, 8 + size);
+    return readShape(core, kind, ownTensors(i, entries), container);
   }));
-  checkNames(tensors, kinds.length);
+  checkNames(entries, kinds.length);
   const instances = checkList("instances", content.instances);
   return { shapes, instances: instances.map((item, i) => readInstance(`instances[${i}]`, item, shapes.length)) };
 }
@@ -97,11 +96,10 @@ function ownTensors(number, tensors) {
  * @param {Core} core
  * @param {any} kind
  * @param {Record<string, any>} entries
- * @param {ArrayBuffer} bytes
- * @param {number} start of the tensors
+ * @param {Container} container
  * @returns {ShapeDescription}
  */
-function readShape(core, kind, entries, bytes, start) {
+function readShape(core, kind, entries, container) {
   if (!Object.hasOwn(KINDS, kind)) {
     throw new CoreError(`expected a kind among ${Object.keys(KINDS).join(", ")}, got ${brief(kind)}`);
   }
@@ -110,7 +108,7 @@ function readShape(core, kind, entries, bytes, start) {
   for (const [key, [dtype, ...axes]] of Object.entries(KINDS[kind])) {
     const name = key.replace("?", ""), entry = entries[name];
     delete entries[name];
-    if (entry) shape[name] = readTensor(name, entry, dtype, axes, bytes, start);
+    if (entry) shape[name] = checkedTensor(container, name, entry, dtype, axes);
     else if (name === key) throw new CoreError(`${name}: expected an array of ${dtype}, got none`);
   }
   const [unknown] = Object.keys(entries);
@@ -120,27 +118,20 @@ function readShape(core, kind, entries, bytes, start) {
 }
 
 /**
+ * @param {Container} container
  * @param {string} name
  * @param {any} entry
  * @param {string} dtype
  * @param {(number | null)[]} axes
- * @param {ArrayBuffer} bytes
- * @param {number} start
  */
-function readTensor(name, entry, dtype, axes, bytes, start) {
+function checkedTensor(container, name, entry, dtype, axes) {
   if (entry.dtype !== dtype) throw new CoreError(`${name}: expected ${dtype}, got ${brief(entry.dtype)}`);
-  const shape = checkList(name, entry.shape), [begin, end] = checkList(name, entry.data_offsets);
+  const shape = checkList(name, entry.shape);
   if (shape.length !== axes.length || !axes.every((want, axis) => want === null || want === shape[axis])) {
     const wanted = axes.map((want) => want ?? "n").join(", ");
     throw new CoreError(`${name}: expected shape (${wanted}), got (${shape.join(", ")})`);
   }
-  const type = TYPES[dtype], count = shape.reduce((product, size) => product * size, 1);
-  if (!(begin >= 0 && end - begin === count * type.BYTES_PER_ELEMENT && start + end <= bytes.byteLength)) {
-    throw new CoreError(`${name}: expected ${count} items within the file, got bytes ${begin} to ${end}`);
-  }
-  const at = start + begin;
-  return at % type.BYTES_PER_ELEMENT ? new type(bytes.slice(at, start + end))
-    : new /** @type {any} */ (type)(bytes, at, count);
+  return readTensor(container, name, entry);
 }
 
 /** Throws a CoreError unless numbers are those of a shape. @param {Core} core @param {ShapeDescription} shape */
@@ -164,7 +155,7 @@ function checkShape(core, shape) {
       if (bounds && !(checkFinite("bounds", bounds) && [0, 1, 2].every((axis) => bounds[axis] < bounds[axis + 3]))) {
         throw new CoreError(`bounds: expected each low below its high, got ${bounds.join(", ")}`);
       }
-      return placedErrors("formula", () => core.checkNodes(ops, operands, values));
+      return placedErrors("formula", () => checkNodes(core, shape));
     }
     case "brep": return checkBrep(shape);
     case "tube": return checkTube(shape);

@@ -1,10 +1,10 @@
 // @ts-check
 /** NURBS surfaces as JSON, as geomdl's `exchange.export_json` writes them. */
 
-import { CoreError, brief, checkInteger, checkList, placedErrors } from "../errors.js";
-import { IDENTITY } from "../affine.js";
-import { WHITE } from "../scene.js";
-import { checkBrep } from "../splines.js";
+import { CoreError, brief, checkInteger, checkList, placedErrors } from "../core/errors.js";
+import { IDENTITY } from "../shapes/affine.js";
+import { WHITE } from "../tracing/description.js";
+import { checkBrep } from "../shapes/splines.js";
 
 /**
  * @typedef {{size: number[], degrees: number[], knots: number[][], points: number[][], loops: Curve[][]}} Face
@@ -21,7 +21,7 @@ const MAX_DEGREE = 9, MOST = 2 ** 31 - 1;
  *
  * @param {ArrayBuffer} bytes
  * @param {string} file its name
- * @returns {import("../scene.js").SceneDescription}
+ * @returns {import("../tracing/description.js").SceneDescription}
  */
 export function readGeomdl(bytes, file) {
   const shape = field(JSON.parse(new TextDecoder().decode(bytes)), "shape");
@@ -134,7 +134,7 @@ function readKnots(spline, name, count) {
   return knots;
 }
 
-/** The arrays of a scene file. @param {Face[]} faces @returns {import("../splines.js").BrepTensors} */
+/** The arrays of a scene file. @param {Face[]} faces @returns {import("../shapes/splines.js").BrepTensors} */
 function tensors(faces) {
   const loops = faces.flatMap((face) => face.loops), curves = loops.flat();
   const integers = (/** @type {number[]} */ values) => Int32Array.from(values);

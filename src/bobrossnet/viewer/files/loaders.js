@@ -1,14 +1,11 @@
 // @ts-check
 /** STL and GLB, parsed by loaders of three.js, which are only fetched for such files. */
 
-import { IDENTITY, product } from "../affine.js";
-import { CoreError, brief } from "../errors.js";
+import { CoreError, brief } from "../core/errors.js";
+import { IDENTITY, UPRIGHT, product } from "../shapes/affine.js";
 import { textOf } from "./text.js";
 
 /** @typedef {import("./part.js").Part} Part */
-
-/** glTF is y-up: (x, y, z) becomes (x, -z, y). */
-const Z_UP = [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1];
 
 /** Copies of one mesh can be many; this many vertices and triangles still fit into the memory of a page. */
 const MAX_ITEMS = 50_000_000;
@@ -59,7 +56,7 @@ export async function readGlb(bytes) {
       throw new CoreError(`expected at most ${MAX_ITEMS} triangles and vertices in all its parts, got more`);
     }
     return Array.from({ length: count }, (_, i) => {
-      const place = product(Z_UP, rows(matrixWorld.elements));
+      const place = product(UPRIGHT, rows(matrixWorld.elements)); // glTF is y-up
       return partOf(geometry, mesh.isInstancedMesh ? product(place, rows(mesh.instanceMatrix.array, 16 * i)) : place);
     });
   });

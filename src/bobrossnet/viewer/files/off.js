@@ -1,7 +1,7 @@
 // @ts-check
 /** OFF: vertices and polygons, as text. */
 
-import { CoreError, brief } from "../errors.js";
+import { CoreError, brief } from "../core/errors.js";
 import { Growing } from "./part.js";
 import { textOf, wordsOfLines } from "./text.js";
 

@@ -6,10 +6,10 @@
  *   (V, 3), (T, 3), (V, 3): indices unchecked, numbers perhaps not finite; a missing normal is NaN
  */
 
-import { CoreError } from "../errors.js";
-import { sceneOf } from "../scene.js";
+import { CoreError } from "../core/errors.js";
+import { sceneOf } from "../tracing/description.js";
 
-/** @typedef {import("../scene.js").SceneDescription} SceneDescription */
+/** @typedef {import("../tracing/description.js").SceneDescription} SceneDescription */
 
 /** Beyond this, squares and products of coordinates leave float64. */
 const MAX_COORDINATE = 1e100;

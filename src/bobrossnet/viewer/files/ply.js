@@ -12,7 +12,7 @@
  *   "getBigUint64" | "getFloat32" | "getFloat64"} Getter the method of a DataView that reads a number
  */
 
-import { CoreError, brief } from "../errors.js";
+import { CoreError, brief } from "../core/errors.js";
 import { Growing } from "./part.js";
 import { textOf, wordsOfLines } from "./text.js";
 

@@ -7,7 +7,7 @@
  * the same inputs at the same time, for which caches suffice: with a tile in the workgroup's memory, between barriers,
  * a software GPU takes three times as long to compile the kernel and six times to run it.
  *
- * @typedef {import("../core.js").Weights} Weights
+ * @typedef {import("../weights.js").Weights} Weights
  * @typedef {import("./plan.js").Plan} Plan
  * @typedef {import("./plan.js").Image} Image
  */

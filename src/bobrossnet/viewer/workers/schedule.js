@@ -1,25 +1,24 @@
 // @ts-check
 /**
- * Which frame is traced next: while the camera moves, one of as many pixels as the budget has time for; while it rests, more of
- * the same view, until every pixel is exact.
+ * Which pixels are traced next: while the camera moves, as many of a new view as the budget has time for; while it rests, more
+ * of the same view, until every pixel is exact.
  *
- * Frame n + 1 is traced while frame n is completed, so that a picture comes as often as the slower of both takes. Where
+ * Batch n + 1 is traced while batch n is completed, so that a picture comes as often as the slower of both takes. Where
  * completing alone would take longer than the budget, moving pictures are smaller.
  *
- * @typedef {import("./core.js").Camera} Camera
- * @typedef {import("./tracer.js").Frame} Frame
- * @typedef {{height: number, width: number}} Size in pixels
+ * @typedef {import("../picture/camera.js").Camera} Camera
+ * @typedef {import("../picture/camera.js").Size} Size
  */
 import { CHUNK, Pace } from "./pace.js";
 
 const REST_MS = 80; // without a change, until a view is refined: less, and moving on would often have to end that first
 const LONGEST_MS = 250; // of tracing between two pictures at rest
-const SHARE = 0.8; // of a frame's time that is for tracing: with more, the page itself and messages make all frames late
-const MARGIN = 1.5; // times its planned time, after which a frame ends that takes longer than was measured
+const SHARE = 0.8; // of a picture's time that is for tracing: with more, the page itself and messages make all pictures late
+const MARGIN = 1.5; // times its planned time, after which a batch ends that takes longer than was measured
 const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // by which moving pictures are smaller
 const UNMEASURED_MS = 1e-4; // to complete a pixel, before that is measured
 
-export class Frames {
+export class Schedule {
   /** Milliseconds between two pictures while the camera moves. */
   budget = 33;
   /** Whether resting views are refined. */
@@ -31,7 +30,7 @@ export class Frames {
   #pool;
   #pace = new Pace();
   #pixelMs = UNMEASURED_MS;
-  /** @type {Required<Camera>} */
+  /** @type {Camera} */
   #camera;
   /** @type {Size} at rest */
   #size = { height: 480, width: 640 };
@@ -46,13 +45,13 @@ export class Frames {
   #reached = 0; // pixels of the order that the view has
   #step = 0; // milliseconds of the last refinement; 0 while the camera moves
 
-  #frame = 0;
+  #batch = 0;
   #tracing = false;
-  /** Numbers of frames that are traced but not completed. @type {number[]} */
+  /** Numbers of batches that are traced but not completed. @type {number[]} */
   #waiting = [];
   #timer = 0;
 
-  /** @param {Required<Camera>} camera @param {boolean} scales whether moving pictures may be smaller than resting ones */
+  /** @param {Camera} camera @param {boolean} scales whether moving pictures may be smaller than resting ones */
   constructor(camera, scales) {
     this.#camera = camera;
     this.#scales = scales;
@@ -71,23 +70,23 @@ export class Frames {
     this.change({});
   }
 
-  /** @param {{camera?: Camera, size?: Size}} what */
+  /** @param {{camera?: Partial<Camera>, size?: Size}} what */
   change({ camera, size = this.#size }) {
     this.#camera = { ...this.#camera, ...camera };
     this.#size = size;
     this.#stale = true;
     this.#changedAt = performance.now();
-    // A frame of a moving view is short, and goes on: else nothing would be seen of a movement.
+    // A batch of a moving view is short, and goes on: else nothing would be seen of a movement.
     if (this.#tracing && this.#step > 0) this.#pool?.cancel();
     this.next();
   }
 
-  /** @param {import("./pool.js").Traced[]} parts of the frame */
+  /** @param {import("./pool.js").Traced[]} parts of the batch */
   traced(parts) {
     this.#tracing = false;
     for (const { rays, milliseconds } of parts) if (rays > 0) this.#pace.measured(rays, milliseconds);
     if (!parts.some((part) => part.cancelled)) {
-      this.#waiting.push(parts[0].frame.id);
+      this.#waiting.push(parts[0].batch.id);
       this.#reached = Math.min(...parts.map((part) => part.reached));
       const rays = parts.reduce((sum, part) => sum + part.rays, 0);
       this.raysPerSecond = 1000 * rays / Math.max(...parts.map((part) => part.milliseconds));
@@ -96,11 +95,11 @@ export class Frames {
   }
 
   /** @param {import("./completing.js").Picture} picture @returns {boolean} whether it is the exact one of what is wanted */
-  completed({ frame, traced, total }) {
-    this.#pixelMs = total / (frame.height * frame.width);
-    this.#waiting = this.#waiting.filter((id) => id > frame.id);
+  completed({ batch, traced, total }) {
+    this.#pixelMs = total / (batch.height * batch.width);
+    this.#waiting = this.#waiting.filter((id) => id > batch.id);
     this.next();
-    return !this.#stale && frame.view === this.#view && traced === this.#size.height * this.#size.width;
+    return !this.#stale && batch.view === this.#view && traced === this.#size.height * this.#size.width;
   }
 
   /** Starts what is to be traced next, if it is time. */
@@ -155,7 +154,7 @@ export class Frames {
     const to = Math.min(total, CHUNK * Math.round((this.#reached + count) / CHUNK));
     this.#tracing = true;
     this.#pool?.trace({
-      id: ++this.#frame, view: this.#view, parts, camera: this.#camera, ...this.#viewSize,
+      id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize,
       from: this.#reached, to, milliseconds: this.#pace.known ? MARGIN * time : time,
     });
   }

@@ -5,7 +5,7 @@
  * Each file has workers of its own, since a WebAssembly instance never gives memory back: a new file takes new ones, and the
  * old end when the new can show it. The first picture is one worker's; starting the others meanwhile would only delay it.
  *
- * @typedef {import("./tracer.js").Frame} Frame
+ * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {Extract<import("./tracer.js").Reply, {kind: "traced"}>} Traced
  * @typedef {{worker: Worker, port: MessagePort, pending: number, hasScene: boolean}} Tracer
  *   port: for who reads the scene; pending: scenes that it was given and has not answered
@@ -18,8 +18,8 @@ export class Pool {
   #tracers = [];
   /** @type {{resolve: () => void, reject: (error: Error) => void}[]} */
   #waiting = [];
-  /** @type {Frame | undefined} the newest */
-  #frame;
+  /** @type {Batch | undefined} the newest */
+  #batch;
   /** @type {Set<Tracer>} that have not finished their part of it */
   #tracing = new Set();
   /** @type {Traced[]} */
@@ -37,7 +37,7 @@ export class Pool {
    * @param {number} count of workers
    * @param {Promise<WebAssembly.Module>} module of the core
    * @param {Worker} completing where samples go
-   * @param {(traced: Traced[]) => void} done called once all parts of a frame are traced
+   * @param {(traced: Traced[]) => void} done called once all parts of a batch are traced
    * @param {(message: string) => void} lost called when no worker is left
    */
   constructor(count, module, completing, done, lost) {
@@ -86,7 +86,7 @@ export class Pool {
   /**
    * Replaces the scene; where that fails, the one before stays.
    *
-   * @param {import("./scene.js").SceneDescription} scene
+   * @param {import("../tracing/description.js").SceneDescription} scene
    * @returns {Promise<void>} resolved once a tracer has it
    */
   async open(scene) {
@@ -159,16 +159,16 @@ export class Pool {
     return new Promise((resolve, reject) => this.#waiting.push({ resolve, reject }));
   }
 
-  /** @param {Frame} frame of which each of the first `parts` ready tracers has a part */
-  trace(frame) {
-    this.#frame = frame;
+  /** @param {Batch} batch of which each of the first `parts` ready tracers has a part */
+  trace(batch) {
+    this.#batch = batch;
     this.#traced = [];
-    const tracers = this.ready.slice(0, frame.parts);
+    const tracers = this.ready.slice(0, batch.parts);
     this.#tracing = new Set(tracers);
-    tracers.forEach((tracer, part) => tracer.worker.postMessage({ kind: "trace", frame, part }));
+    tracers.forEach((tracer, part) => tracer.worker.postMessage({ kind: "trace", batch, part }));
   }
 
-  /** Ends the frame; its parts are done soon, and its samples are not sent. */
+  /** Ends the batch; its parts are done soon, and its samples are not sent. */
   cancel() {
     for (const tracer of this.#tracing) tracer.worker.postMessage({ kind: "cancel" });
   }
@@ -209,8 +209,8 @@ export class Pool {
       this.#tracers = this.#tracers.filter((other) => other !== tracer);
       if (this.ended) this.#lost(message);
       // The others trace its part again.
-      if (this.#frame) {
-        this.#finish(tracer, { kind: "traced", frame: this.#frame, cancelled: true, reached: 0, rays: 0, milliseconds: 0 });
+      if (this.#batch) {
+        this.#finish(tracer, { kind: "traced", batch: this.#batch, cancelled: true, reached: 0, rays: 0, milliseconds: 0 });
       }
     }
     this.#settle(({ reject }) => reject(new Error(message)));

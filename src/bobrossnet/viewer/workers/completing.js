@@ -4,23 +4,27 @@
  *
  * @typedef {{kind: "start", module: WebAssembly.Module, weights: ArrayBuffer}
  *   | {kind: "connect", tracer: MessagePort}
- *   | {kind: "show", mode: import("./paint.js").Mode, divider: number}
+ *   | {kind: "show", mode: import("../picture/paint.js").Mode, divider: number}
  *   | {kind: "buffers"}} Request
  *   "start" comes once; weights: a safetensors file; "show" paints the last picture anew; "buffers" is answered by "buffers"
  *
  * @typedef {{
- *   frame: import("./tracer.js").Frame, bitmap: ImageBitmap, traced: number, completing: number, total: number,
+ *   batch: import("./tracer.js").Batch, bitmap: ImageBitmap, traced: number, completing: number, total: number,
  *   backend: "wasm" | "gpu", error: number
  * }} Picture
- *   traced: how many pixels; completing: milliseconds of the network, on `backend`; total: of all that this worker did; error: mean of |first - image| of an exact picture, else NaN
+ *   batch: the newest in it; traced: how many pixels; completing: milliseconds of the network, on `backend`; total: of all that
+ *   this worker did; error: mean of |first - image| of an exact picture, else NaN
  * @typedef {{height: number, width: number, planes: Float32Array, image: Float32Array, first: Float32Array}} Buffers
- *   planes (5, height, width); image, and first, the view's first completed picture (height, width)
+ *   planes (C, height, width), a G-buffer's; image, and first, the view's first completed picture (height, width)
  * @typedef {{kind: "picture", picture: Picture, repainted: boolean} | {kind: "buffers", buffers: Buffers | null}
  *   | {kind: "failed", message: string}} Reply
  */
-import { Completer } from "./completer.js";
-import { Core, readWeights } from "./core.js";
-import { paint } from "./paint.js";
+import { Completer } from "../completion/completer.js";
+import { readWeights } from "../completion/weights.js";
+import { Core } from "../core/core.js";
+import { SAMPLE, widthOf } from "../picture/channels.js";
+import { GBuffer } from "../picture/gbuffer.js";
+import { paint } from "../picture/paint.js";
 
 const WARM_UPS = 3;
 
@@ -29,18 +33,17 @@ let start;
 /** @type {Promise<{core: Core, completer: Completer}>} */
 const starting = new Promise((resolve) => (start = resolve));
 /**
- * @typedef {{
- *   frame: import("./tracer.js").Frame, gbuffer: import("./core.js").GBuffer, completed: boolean, first: Float32Array
- * }} View
+ * @typedef {{batch: import("./tracer.js").Batch, gbuffer: GBuffer, completed: boolean, first: Float32Array}} View
+ *   batch: the newest in it
  */
 /** @type {View | undefined} */
 let view;
 /** @type {Picture | undefined} */
 let picture;
-/** Samples of the newest frame that have come. @type {{id: number, parts: number}} */
+/** Samples of the newest batch that have come. @type {{id: number, parts: number}} */
 let gathered = { id: 0, parts: 0 };
-/** @type {{mode: import("./paint.js").Mode, divider: number}} */
-let look = { mode: "completed", divider: 0.5 };
+/** @type {{mode: import("../picture/paint.js").Mode, divider: number}} */
+let showing = { mode: "completed", divider: 0.5 };
 /** Messages are dealt with one after the other, also where that takes waiting. */
 let queue = Promise.resolve();
 
@@ -51,7 +54,7 @@ const reply = (message, transfer = []) => postMessage(message, { transfer });
 async function begin(module, weights) {
   try {
     const core = new Core(new WebAssembly.Instance(module)), completer = new Completer(core, readWeights(weights));
-    const small = core.gbuffer(64, 64); // browsers compile what is called: before anybody waits for it
+    const small = new GBuffer(core, 64, 64); // browsers compile what is called: before anybody waits for it
     for (let i = 0; i < WARM_UPS; ++i) await completer.complete(small);
     small.free();
     start({ core, completer });
@@ -60,34 +63,33 @@ async function begin(module, weights) {
   }
 }
 
-/** @param {import("./tracer.js").Samples} samples */
-async function gather({ frame, pixels, values }) {
-  if (frame.id < gathered.id) return;
-  if (frame.id > gathered.id) gathered = { id: frame.id, parts: 0 };
+/** @param {import("./tracer.js").Samples} part */
+async function gather({ batch, count, pixels, samples }) {
+  if (batch.id < gathered.id) return;
+  if (batch.id > gathered.id) gathered = { id: batch.id, parts: 0 };
   const { core, completer } = await starting;
-  const begun = performance.now();
-  if (view?.gbuffer.height !== frame.height || view.gbuffer.width !== frame.width) {
+  const begun = performance.now(), { height, width } = batch;
+  if (view?.gbuffer.height !== height || view.gbuffer.width !== width) {
     view?.gbuffer.free();
-    const gbuffer = core.gbuffer(frame.height, frame.width);
-    view = { frame, gbuffer, completed: false, first: new Float32Array(frame.height * frame.width) };
-  } else if (view.frame.view !== frame.view) {
+    view = { batch, gbuffer: new GBuffer(core, height, width), completed: false, first: new Float32Array(height * width) };
+  } else if (view.batch.view !== batch.view) {
     view.gbuffer.clear();
     view.completed = false;
   }
-  view.frame = frame;
-  view.gbuffer.add(pixels, values);
-  if (++gathered.parts < frame.parts) return;
+  view.batch = batch;
+  view.gbuffer.add(pixels.subarray(0, 2 * count), samples.subarray(0, widthOf(SAMPLE) * count));
+  if (++gathered.parts < batch.parts) return;
 
-  const { traced } = view.gbuffer, size = frame.height * frame.width;
+  const { traced } = view.gbuffer;
   const completing = performance.now();
   const image = await completer.complete(view.gbuffer);
   const completed = performance.now();
   if (!view.completed) view.first.set(image);
   view.completed = true;
-  const error = traced === size ? meanDifference(view.first, image) : NaN;
+  const error = traced === height * width ? meanDifference(view.first, image) : NaN;
   const bitmap = await painted(view);
   picture = {
-    frame, bitmap, traced, completing: completed - completing, total: performance.now() - begun,
+    batch, bitmap, traced, completing: completed - completing, total: performance.now() - begun,
     backend: completer.backend, error,
   };
   reply({ kind: "picture", picture, repainted: false }, [bitmap]);
@@ -95,10 +97,10 @@ async function gather({ frame, pixels, values }) {
 
 /** @param {View} view */
 function painted({ gbuffer, first }) {
-  const { planes, image, height, width, traced } = gbuffer, size = height * width;
+  const { image, height, width, traced } = gbuffer;
   return createImageBitmap(paint({
-    ...look, height, width, image, first, mask: planes.subarray(0, size), gray: planes.subarray(size, 2 * size),
-    exact: traced === size,
+    ...showing, height, width, image, first, mask: gbuffer.plane("mask"), gray: gbuffer.plane("gray"),
+    exact: traced === height * width,
   }));
 }
 
@@ -114,7 +116,7 @@ async function answer(request) {
   if (request.kind === "connect") {
     request.tracer.onmessage = receive;
   } else if (request.kind === "show") {
-    look = { mode: request.mode, divider: request.divider };
+    showing = { mode: request.mode, divider: request.divider };
     if (!picture || !view?.completed) return;
     picture = { ...picture, bitmap: await painted(view) };
     reply({ kind: "picture", picture, repainted: true }, [picture.bitmap]);

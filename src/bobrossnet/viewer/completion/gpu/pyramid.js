@@ -4,10 +4,15 @@
  *
  * Its siblings are learn/networks/pyramid.py and core/completion/pyramid.cpp, step for step.
  */
+import { placeOf } from "../../picture/channels.js";
 import { Then } from "./conv3x3.js";
 import { kernel } from "./kernel.js";
 
 const SOFTNESS = 0.05;
+
+/** The channels that it is made for. */
+const INPUTS = ["mask", "gray", "depth", "normal"];
+const MASK = placeOf(INPUTS, "mask"), GRAY = placeOf(INPUTS, "gray");
 
 // Channels of a level's inputs: gray, and what is known; what the coarser level hands on follows.
 const KNOWN = 8;
@@ -16,20 +21,13 @@ const KNOWN_FINEST = 11, FIRST_MASK = 3, FIRST_SURPRISE = 7;
 
 // Of a level's sums: how many pixels of a block were traced, and of those the gray, depth, normal x, normal y, and how
 // far to the right of the block's centre and below it they are.
-const SUMS = `
-const count = 0;
-const gray = 1;
-const depth = 2;
-const normal_x = 3;
-const normal_y = 4;
-const right = 5;
-const down = 6;
-`;
+const SUMS = ["count", "gray", "depth", "normal_x", "normal_y", "right", "down"];
+const PLACES = SUMS.map((name, i) => `const ${name} = ${i};\n`).join("");
 
-/** A level's sums from those of the finer one, or from the G-buffer, whose sixth and seventh channel count as 0. */
+/** A level's sums from those of the finer one, or from the G-buffer, whose right and down, which it lacks, count as 0. */
 const pull = kernel({
-  read: ["finer"], write: ["sums"], numbers: ["quarter"], channels: 7,
-  functions: `${SUMS}
+  read: ["finer"], write: ["sums"], numbers: ["quarter"], channels: SUMS.length,
+  functions: `${PLACES}
 fn block(channel: i32, y: i32, x: i32) -> vec4f {
   return vec4f(finer_at(channel, 2 * y, 2 * x), finer_at(channel, 2 * y, 2 * x + 1),
                finer_at(channel, 2 * y + 1, 2 * x), finer_at(channel, 2 * y + 1, 2 * x + 1));
@@ -61,7 +59,7 @@ fn doubled(y: i32, x: i32) -> f32 {
  */
 const know = (/** @type {number} */ known, /** @type {string} */ written) => kernel({
   read: ["sums", "coarse", "coarse_surface"], write: ["inputs", "corrected", "surface"], numbers: ["side"],
-  functions: `${SUMS}${DOUBLED}
+  functions: `${PLACES}${DOUBLED}
 /// 0 where in each of 3x3 blocks pixels were traced, and all are background; else 1.
 fn spread(y: i32, x: i32) -> f32 {
   var result = 0.;
@@ -105,9 +103,9 @@ const compare = kernel({
   for (var i = 0; i < 4; i++) {
     let row = 2 * y + i / 2;
     let column = 2 * x + i % 2;
-    let mask = pixels_at(0, row, column);
+    let mask = pixels_at(${MASK}, row, column);
     inputs_put(${FIRST_MASK} + i, y, x, mask);
-    inputs_put(${FIRST_SURPRISE} + i, y, x, mask * (pixels_at(1, row, column) - doubled(row, column)));
+    inputs_put(${FIRST_SURPRISE} + i, y, x, mask * (pixels_at(${GRAY}, row, column) - doubled(row, column)));
   }`,
 });
 
@@ -134,6 +132,9 @@ fn gaussian_sum(first: i32, y: i32, x: i32) -> f32 {
 
 /** @type {import("../gpu.js").NetworkOfLayers} */
 export function pyramid(layer, weights) {
+  if (weights.inputs.join() !== INPUTS.join()) {
+    throw new Error(`pyramid: expected weights for ${INPUTS.join(", ")}, got some for ${weights.inputs.join(", ")}`);
+  }
   const known = (/** @type {number} */ level) => (level === 1 ? KNOWN_FINEST : KNOWN);
   let count = 1;
   while (weights.tensors.has(`features${count + 1}.weight`)) ++count;
@@ -151,7 +152,7 @@ export function pyramid(layer, weights) {
     const sums = [gbuffer];
     for (let level = 1; level <= count; ++level) {
       const { height, width } = sums[level - 1];
-      sums.push(plan.image(7, Math.ceil(height / 2), Math.ceil(width / 2)));
+      sums.push(plan.image(SUMS.length, Math.ceil(height / 2), Math.ceil(width / 2)));
       plan.step(pull, { finer: sums[level - 1], sums: sums[level] }, { numbers: { quarter: 2 ** (level - 2) } });
     }
 

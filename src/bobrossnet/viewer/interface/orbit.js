@@ -2,29 +2,16 @@
 /**
  * From a person's hands to the camera: one finger or the mouse orbits, two fingers or the other button pan, wheel and pinch zoom
  * about the place under them; arrows, + and - do the same.
- *
- * @typedef {Required<import("./core.js").Camera>} Camera
  */
+import { HOME, panned, valid, zoomed } from "../picture/camera.js";
 
-/** @type {Readonly<Camera>} */
-export const HOME = Object.freeze({ azimuth: 30, elevation: 20, roll: 0, zoom: 1, panX: 0, panY: 0 });
+/** @typedef {import("../picture/camera.js").Camera} Camera */
 
 const TURN = 200; // degrees for a drag across the picture's shorter side
 const KEY_DEGREES = 5;
 const KEY_PAN = 0.1; // of half the shorter side
 const KEY_ZOOM = 1.15;
 const WHEEL_ZOOM = 0.0015; // logarithm of the zoom for each pixel of a wheel
-
-/** @param {number} value @param {number} low @param {number} high */
-const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
-
-/** @param {Camera} camera @returns {Camera} with angles as links have them, and within what can be traced */
-export function valid({ azimuth, elevation, roll, zoom, panX, panY }) {
-  return {
-    azimuth: ((azimuth % 360) + 360) % 360, elevation: clamp(elevation, -90, 90), roll: ((roll % 360) + 360) % 360,
-    zoom: clamp(zoom, 0.2, 1000), panX: clamp(panX, -2, 2), panY: clamp(panY, -2, 2),
-  };
-}
 
 /**
  * @param {HTMLElement} element that shows the picture
@@ -35,34 +22,27 @@ export function orbit(element, camera, move) {
   /** Where the fingers are, in CSS pixels. @type {Map<number, {x: number, y: number}>} */
   const fingers = new Map();
 
-  /** Radii of the scene for a CSS pixel. @param {number} zoom */
-  const pixel = (zoom) => 2 / (zoom * Math.min(element.clientWidth, element.clientHeight));
+  /** The picture's, in CSS pixels. */
+  const size = () => ({ height: element.clientHeight, width: element.clientWidth });
+  const shorterSide = () => Math.min(element.clientHeight, element.clientWidth);
 
   /** @param {Partial<Camera>} change */
   const change = (change) => move(valid({ ...camera(), ...change }));
 
   /** @param {number} x @param {number} y in CSS pixels, right and down */
   const turn = (x, y) => {
-    const { azimuth, elevation, roll } = camera(), angle = roll * Math.PI / 180;
-    const degrees = TURN / Math.min(element.clientWidth, element.clientHeight);
+    const { azimuth, elevation, roll } = camera(), angle = roll * Math.PI / 180, degrees = TURN / shorterSide();
     const [right, down] = [x * Math.cos(angle) + y * Math.sin(angle), y * Math.cos(angle) - x * Math.sin(angle)];
     change({ azimuth: azimuth - right * degrees, elevation: elevation + down * degrees });
   };
 
   /** @param {number} x @param {number} y in CSS pixels, right and down */
-  const pan = (x, y) => {
-    const { zoom, panX, panY } = camera();
-    change({ panX: panX - x * pixel(zoom), panY: panY + y * pixel(zoom) });
-  };
+  const pan = (x, y) => move(panned(camera(), size(), x, y));
 
   /** About a place in the window. @param {number} factor @param {number} x @param {number} y */
   const zoomAt = (factor, x, y) => {
     const { left, top, width, height } = element.getBoundingClientRect();
-    const before = camera(), { zoom } = valid({ ...before, zoom: before.zoom * factor });
-    const moved = pixel(before.zoom) - pixel(zoom);
-    change({
-      zoom, panX: before.panX + (x - left - width / 2) * moved, panY: before.panY - (y - top - height / 2) * moved,
-    });
+    move(zoomed(camera(), size(), factor, x - left - width / 2, y - top - height / 2));
   };
 
   /** Centre and spread of the fingers. */
@@ -102,11 +82,11 @@ export function orbit(element, camera, move) {
 
   element.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const { azimuth, elevation, roll, zoom, panX, panY } = camera(), step = KEY_PAN / zoom;
+    const before = camera(), { azimuth, elevation, roll, zoom } = before, step = KEY_PAN * shorterSide() / 2;
+    const panKey = (/** @type {number} */ right, /** @type {number} */ down) => panned(before, size(), right, down);
     /** @type {Record<string, Partial<Camera>>} */
     const changes = event.shiftKey ? {
-      ArrowLeft: { panX: panX - step }, ArrowRight: { panX: panX + step },
-      ArrowDown: { panY: panY - step }, ArrowUp: { panY: panY + step },
+      ArrowLeft: panKey(step, 0), ArrowRight: panKey(-step, 0), ArrowDown: panKey(0, -step), ArrowUp: panKey(0, step),
     } : {
       ArrowLeft: { azimuth: azimuth - KEY_DEGREES }, ArrowRight: { azimuth: azimuth + KEY_DEGREES },
       ArrowDown: { elevation: elevation - KEY_DEGREES }, ArrowUp: { elevation: elevation + KEY_DEGREES },

@@ -16,7 +16,7 @@ const RELAXED = new Uint8Array([
  * @returns {Promise<WebAssembly.Module>}
  */
 export async function compileCore(name = "core", relaxed = WebAssembly.validate(RELAXED)) {
-  const url = new URL(`${name}${relaxed ? ".relaxed" : ""}.wasm`, import.meta.url);
+  const url = new URL(`../${name}${relaxed ? ".relaxed" : ""}.wasm`, import.meta.url);
   const response = await fetch(url);
   if (!response.ok) throw new CoreError(`${url.pathname}: ${response.status} ${response.statusText}`);
   // Some servers do not know the type, without which browsers refuse to compile while they fetch.

@@ -4,13 +4,13 @@
  * Scene has it, so that pictures do not depend on the order in a file. Scripts and .vm formulas count by their texts.
  */
 
-import { IDENTITY } from "./affine.js";
-import { WHITE, materialValues } from "./scene.js";
+import { IDENTITY } from "../shapes/affine.js";
+import { WHITE, materialValues } from "./description.js";
 import { Sha256 } from "./sha256.js";
 
 /**
- * @typedef {import("./scene.js").SceneDescription} SceneDescription
- * @typedef {import("./scene.js").ShapeDescription} ShapeDescription
+ * @typedef {import("./description.js").SceneDescription} SceneDescription
+ * @typedef {import("../shapes/description.js").ShapeDescription} ShapeDescription
  */
 
 /** How arrays are called in Python. */

@@ -1,21 +1,22 @@
 // @ts-check
 /** Files: a scene out of whatever they hold, or one line that says why not. */
 
-import { CoreError } from "./errors.js";
-import { readBob } from "./files/bob.js";
-import { readGeomdl } from "./files/geomdl.js";
-import { readGlb, readStl } from "./files/loaders.js";
-import { readObj } from "./files/obj.js";
-import { readOff } from "./files/off.js";
-import { meshScene } from "./files/part.js";
-import { readPly } from "./files/ply.js";
-import { inCanonicalOrder } from "./order.js";
-import { sceneOf } from "./scene.js";
+import { CoreError } from "../core/errors.js";
+import { checkFormula, checkScript } from "../shapes/implicit.js";
+import { inCanonicalOrder } from "../tracing/canonical.js";
+import { sceneOf } from "../tracing/description.js";
+import { readBob } from "./bob.js";
+import { readGeomdl } from "./geomdl.js";
+import { readGlb, readStl } from "./loaders.js";
+import { readObj } from "./obj.js";
+import { readOff } from "./off.js";
+import { meshScene } from "./part.js";
+import { readPly } from "./ply.js";
 
 /**
- * @typedef {import("./core.js").Core} Core
- * @typedef {import("./scene.js").SceneDescription} SceneDescription
- * @typedef {import("./files/part.js").Part} Part
+ * @typedef {import("../core/core.js").Core} Core
+ * @typedef {import("../tracing/description.js").SceneDescription} SceneDescription
+ * @typedef {import("./part.js").Part} Part
  * @typedef {(core: Core, bytes: ArrayBuffer, name: string) => SceneDescription | Promise<SceneDescription>} Reader
  */
 
@@ -66,14 +67,14 @@ function mesh(read) {
 /** @type {Reader} */
 function readScript(core, bytes, name) {
   const source = decoded(bytes);
-  core.checkScript(source);
+  checkScript(core, source);
   return sceneOf({ kind: "script", source }, name);
 }
 
 /** @type {Reader} */
 function readFormula(core, bytes, name) {
   const text = decoded(bytes);
-  core.checkFormula(text);
+  checkFormula(core, text);
   return sceneOf({ kind: "formula", text }, name);
 }
 

@@ -4,22 +4,25 @@
  *
  * Its siblings are learn/networks/paper.py and core/completion/paper.cpp, step for step.
  */
+import { widthOf } from "../../picture/channels.js";
 import { Then } from "./conv3x3.js";
 import { kernel } from "./kernel.js";
 
-const pad = kernel({
-  read: ["pixels"], write: ["padded"], channels: 5,
+/** The inputs, padded to the size of the images. @param {number} channels */
+const pad = (channels) => kernel({
+  read: ["pixels"], write: ["padded"], channels,
   body: "  padded_put(channel, y, x, pixels_at(channel, y, x));",
 });
 
 /** @type {import("../gpu.js").NetworkOfLayers} */
-export function paper(layer) {
-  const encode1 = layer("encode1", 5, 20);
+export function paper(layer, weights) {
+  const inputs = widthOf(weights.inputs);
+  const encode1 = layer("encode1", inputs, 20);
   const encode2 = layer("encode2", 20, 80);
   const encoded = layer("encoded", 80, 20);
   const decode1 = layer("decode1", 20, 5);
   const decode2 = layer("decode2", 20 + 5, 5);
-  const output = layer("output", 5 + 5, 1);
+  const output = layer("output", 5 + inputs, 1);
 
   // As ShuffleNet: every group of the next layer sees channels of all groups of this one.
   const groups = encode2.groups, size = 80 / groups;
@@ -27,13 +30,13 @@ export function paper(layer) {
 
   return (plan, gbuffer) => {
     const [height, width] = [gbuffer.height, gbuffer.width].map((length) => Math.ceil(length / 4) * 4);
-    const full = plan.image(5 + 5, height, width); // decode2, upsampled (5) | input (5)
+    const full = plan.image(5 + inputs, height, width); // decode2, upsampled (5) | input
     const half = plan.image(5 + 20, height / 2, width / 2); // decode1, upsampled (5) | encode1, pooled (20)
     const quarter = plan.image(80, height / 4, width / 4); // encode2, pooled and shuffled (80)
     const code = plan.image(20, height / 4, width / 4); // encoded (20)
     const result = plan.image(1, gbuffer.height, gbuffer.width); // output (1)
 
-    plan.step(pad, { pixels: gbuffer, padded: full.from(5) });
+    plan.step(pad(inputs), { pixels: gbuffer, padded: full.from(5) });
     encode1.record(plan, full.from(5), half.from(5), Then.reluPool);
     encode2.record(plan, half.from(5), quarter, Then.reluPool, shuffled);
     encoded.record(plan, quarter, code, Then.relu);

@@ -1,41 +1,45 @@
 // @ts-check
 /**
- * A worker that traces pixels of a scene: some of each frame's, the others are other workers' part.
+ * A worker that traces pixels of a scene: some of each batch's, the others are other workers' part.
  *
- * It works in slices of a few milliseconds, between which it looks for messages, so that a frame that nobody waits for any more
+ * It works in slices of a few milliseconds, between which it looks for messages, so that a batch that nobody waits for any more
  * ends at once. Samples go straight to the worker that completes the picture.
  *
  * @typedef {{
- *   id: number, view: number, parts: number, camera: import("./core.js").Camera, height: number, width: number,
+ *   id: number, view: number, parts: number, camera: import("../picture/camera.js").Camera, height: number, width: number,
  *   from: number, to: number, milliseconds: number
- * }} Frame
+ * }} Batch
  *   The pixels `from` to `to` of the order, multiples of CHUNK or the order's end; chunks go in turn to each of `parts` tracers,
- *   which stop after so many milliseconds. Frames of one view have one camera and size, and add to one picture.
+ *   which stop after so many milliseconds. Batches of one view have one camera and size, and add to one picture.
  *
- * @typedef {{kind: "samples", frame: Frame, pixels: Int32Array, values: Float32Array}} Samples
- *   to the completing worker: pixels (n, 2), row and column; values (n, 4), gray, depth, normal x and y
+ * @typedef {{kind: "samples", batch: Batch, count: number, pixels: Int32Array, samples: Float32Array}} Samples
+ *   to the completing worker: pixels (n, 2), row and column; samples (n, C), as Scene.trace returns them; of both the first
+ *   `count` rows, since they are sent in the memory that they were written to
  *
  * @typedef {{kind: "start", module: WebAssembly.Module}
  *   | {kind: "connect", completing: MessagePort, reading: MessagePort}
- *   | {kind: "open", scene: import("./scene.js").SceneDescription}
- *   | {kind: "trace", frame: Frame, part: number}
+ *   | {kind: "open", scene: import("../tracing/description.js").SceneDescription}
+ *   | {kind: "trace", batch: Batch, part: number}
  *   | {kind: "cancel"}} Request
  *   "start" and "connect" come once; "open", which may also come through the port `reading`, is answered by "opened" or "failed", and then
  *   the scene before stays; "trace" is answered by "traced", after "cancel" at once, or by "failed".
  *
  * @typedef {{kind: "opened", memory: number}
  *   | {kind: "failed", message: string, broken: boolean}
- *   | {kind: "traced", frame: Frame, cancelled: boolean, reached: number, rays: number, milliseconds: number}} Reply
+ *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number}} Reply
  *   memory: bytes of this worker's core; broken: the core can't go on; cancelled: no samples were sent; reached: this tracer's
  *   part of the order is traced up to there
  */
-import { Core } from "./core.js";
-import { CoreError } from "./errors.js";
+import { Core } from "../core/core.js";
+import { CoreError } from "../core/errors.js";
+import { SAMPLE, widthOf } from "../picture/channels.js";
+import { pixelOrder } from "../picture/order.js";
+import { buildScene } from "../tracing/scene.js";
 import { CHUNK, Pace } from "./pace.js";
-import { buildScene } from "./scene.js";
 
 const SLICE_MS = 5;
 const FIRST_SLICE = 32; // pixels, while nothing is known
+const COMPONENTS = widthOf(SAMPLE);
 const GROWTH = 8; // a slice has at most so many times the pixels of the last: a small one says little of a large one
 
 /** @type {(core: Core) => void} */
@@ -44,7 +48,7 @@ let start;
 const starting = new Promise((resolve) => (start = resolve));
 /** @type {MessagePort} */
 let completing;
-/** @type {import("./scene.js").BuiltScene | undefined} */
+/** @type {import("../tracing/scene.js").Scene | undefined} */
 let scene;
 /** Pixel orders by size: of the two that pictures have last had, in motion and at rest. @type {Map<string, Int32Array>} */
 const orders = new Map();
@@ -62,7 +66,7 @@ const messages = () => new Promise((resolve) => {
   resume.postMessage(0);
 });
 
-/** @param {import("./scene.js").SceneDescription} description */
+/** @param {import("../tracing/description.js").SceneDescription} description */
 async function open(description) {
   try {
     const core = await starting;
@@ -83,26 +87,26 @@ function fail(error) {
                                    : { kind: "failed", message: `the scene is too much for this page: ${message}`, broken: true });
 }
 
-/** @param {Core} core @param {Frame} frame @returns {Int32Array} all pixels of its size, (n, 2), as they are traced */
+/** @param {Core} core @param {Batch} batch @returns {Int32Array} all pixels of its size, (n, 2), as they are traced */
 function orderOf(core, { height, width }) {
-  const size = `${height}x${width}`, order = orders.get(size) ?? core.pixelOrder("lattice", { height, width });
+  const size = `${height}x${width}`, order = orders.get(size) ?? pixelOrder(core, "lattice", { height, width });
   orders.delete(size);
   for (const other of [...orders.keys()].slice(0, -1)) orders.delete(other);
   orders.set(size, order);
   return order;
 }
 
-/** @param {Frame} frame @param {number} part */
-async function trace(frame, part) {
+/** @param {Batch} batch @param {number} part */
+async function trace(batch, part) {
   cancelled = false;
   const core = await starting;
   if (!scene) throw new Error("trace: expected an open scene");
-  const { camera, from, to, parts } = frame, order = orderOf(core, frame);
-  const begin = performance.now(), end = begin + frame.milliseconds;
+  const { camera, from, to, parts } = batch, order = orderOf(core, batch);
+  const begin = performance.now(), end = begin + batch.milliseconds;
   const stride = CHUNK * parts;
   let chunk = CHUNK * (Math.ceil((from / CHUNK - part) / parts) * parts + part); // the first of this part
   const most = CHUNK * Math.ceil(Math.max(0, to - chunk) / stride);
-  const pixels = new Int32Array(2 * most), values = new Float32Array(4 * most);
+  const pixels = new Int32Array(2 * most), samples = new Float32Array(COMPONENTS * most);
   let count = 0, last = FIRST_SLICE / GROWTH;
   while (chunk < to && !cancelled) {
     const begun = performance.now();
@@ -115,17 +119,18 @@ async function trace(frame, part) {
       count += stop - chunk, chunk += stride;
     } while (chunk < to && count - first < wanted);
     last = count - first;
-    values.set(scene.trace(pixels.subarray(2 * first, 2 * count), frame, camera), 4 * first);
+    const written = samples.subarray(COMPONENTS * first, COMPONENTS * count);
+    scene.trace(pixels.subarray(2 * first, 2 * count), batch, camera, written);
     pace.measured(last, performance.now() - begun);
     await messages();
   }
   if (!cancelled) {
     /** @type {Samples} */
-    const samples = { kind: "samples", frame, pixels: pixels.slice(0, 2 * count), values: values.slice(0, 4 * count) };
-    completing.postMessage(samples, [samples.pixels.buffer, samples.values.buffer]);
+    const message = { kind: "samples", batch, count, pixels, samples };
+    completing.postMessage(message, [pixels.buffer, samples.buffer]);
   }
   const milliseconds = performance.now() - begin;
-  reply({ kind: "traced", frame, cancelled, reached: Math.min(chunk, to), rays: count, milliseconds });
+  reply({ kind: "traced", batch, cancelled, reached: Math.min(chunk, to), rays: count, milliseconds });
 }
 
 /** @param {MessageEvent<Request>} event */
@@ -139,7 +144,7 @@ function receive({ data }) {
     cancelled = true;
     open(data.scene);
   } else if (data.kind === "trace") {
-    trace(data.frame, data.part).catch(fail);
+    trace(data.batch, data.part).catch(fail);
   } else {
     cancelled = true;
   }

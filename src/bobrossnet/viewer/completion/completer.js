@@ -6,9 +6,9 @@
  * given one of them while the page goes on; if it can do it and agrees, both complete the next few, and the faster one
  * does the rest. What goes wrong on the GPU, at any time, leaves that size to WebAssembly.
  *
- * @typedef {import("./core.js").Core} Core
- * @typedef {import("./core.js").Weights} Weights
- * @typedef {ReturnType<Core["gbuffer"]>} GBuffer
+ * @typedef {import("../core/core.js").Core} Core
+ * @typedef {import("../picture/gbuffer.js").GBuffer} GBuffer
+ * @typedef {import("./weights.js").Weights} Weights
  * @typedef {Pick<import("./gpu.js").GpuNetwork, "complete" | "free">} Rival
  *
  * @typedef {object} Trial What is known of one size of pictures
@@ -17,6 +17,8 @@
  * @property {number[]} wasm milliseconds of the pictures that both completed
  * @property {number[]} gpu
  */
+import { Network } from "./network.js";
+
 /** Pictures before a GPU is looked for and tried: the first ones have no time, and a window only passes through some sizes. */
 const FIRST = 5;
 /** Pictures that both complete. */
@@ -45,14 +47,14 @@ export class Completer {
    * @param {(weights: Weights) => Promise<Rival | null>} [createRival]
    */
   constructor(core, weights, createRival = createLater) {
-    this.#network = core.network(weights);
+    this.#network = new Network(core, weights);
     this.#createRival = () => createRival(weights);
   }
 
   /**
    * Fills in what was not traced: one picture at a time.
    *
-   * @param {GBuffer} gbuffer which stays as it is until the promise is kept
+   * @param {GBuffer} gbuffer which stays as it is until the promise resolves
    * @returns {Promise<Float32Array>} its `image`
    */
   async complete(gbuffer) {
@@ -62,7 +64,7 @@ export class Completer {
     if (trial.state === "gpu" && await this.#completeOnGpu(gbuffer, trial)) return gbuffer.image;
 
     const begin = performance.now();
-    gbuffer.complete(this.#network);
+    this.#network.complete(gbuffer);
     const milliseconds = performance.now() - begin;
     this.backend = "wasm";
     ++trial.pictures;

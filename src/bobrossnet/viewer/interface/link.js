@@ -1,13 +1,11 @@
 // @ts-check
 /** What a link restores: a scene and its camera, in the fragment, which no server sees. */
-import { HOME, valid } from "./orbit.js";
+import { FIELDS, HOME, valid } from "../picture/camera.js";
 
 /**
- * @typedef {{gallery?: string, script?: string, camera: import("./orbit.js").Camera}} State
+ * @typedef {{gallery?: string, script?: string, camera: import("../picture/camera.js").Camera}} State
  *   gallery: the file of a built-in scene; script: the text of one that is not
  */
-
-const NAMES = /** @type {const} */ (["azimuth", "elevation", "roll", "zoom", "panX", "panY"]);
 
 /** @param {Uint8Array<ArrayBuffer>} bytes @param {CompressionStream | DecompressionStream} stream */
 async function through(bytes, stream) {
@@ -23,7 +21,7 @@ export async function toFragment({ gallery, script, camera }) {
     const text = btoa(Array.from(packed, (byte) => String.fromCharCode(byte)).join(""));
     values.set("script", text.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", ""));
   }
-  values.set("camera", NAMES.map((name) => Number(camera[name].toPrecision(6))).join("_"));
+  values.set("camera", FIELDS.map((name) => Number(camera[name].toPrecision(6))).join("_"));
   return `#${values}`;
 }
 
@@ -31,8 +29,8 @@ export async function toFragment({ gallery, script, camera }) {
 export async function fromFragment(fragment) {
   const values = new URLSearchParams(fragment.replace(/^#/, ""));
   const numbers = (values.get("camera") ?? "").split("_").map(Number);
-  const given = NAMES.map((name, i) => [name, numbers[i]]);
-  const camera = numbers.length === NAMES.length && numbers.every(Number.isFinite) ? valid(Object.fromEntries(given)) : HOME;
+  const given = FIELDS.map((name, i) => [name, numbers[i]]);
+  const camera = numbers.length === FIELDS.length && numbers.every(Number.isFinite) ? valid(Object.fromEntries(given)) : HOME;
   const packed = values.get("script");
   if (packed === null) return { gallery: values.get("scene") ?? undefined, camera };
   const bytes = Uint8Array.from(atob(packed.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));

@@ -10,9 +10,10 @@
  *   TubeTensors
  */
 
-import { CoreError, checkFinite, checkInteger, checkNumber, placedErrors } from "./errors.js";
+import { CoreError, checkFinite, checkInteger, checkNumber, placedErrors } from "../core/errors.js";
+import { Shape } from "./shape.js";
 
-/** @typedef {import("./core.js").Core} Core */
+/** @typedef {import("../core/core.js").Core} Core */
 
 const MAX_DEGREE = 9;
 const MAX_COORDINATE = 1e100;
@@ -38,8 +39,9 @@ export function brep(core, tensors) {
     at = toHomogeneous(trimPoints, trimControlPoints, at, trims[curve], [0, 0], 1);
   }
   const tolerance = faces.length > 5 ? (tensors.tolerance?.[0] ?? 0) / radius : 0;
-  const arrays = { faces, controlPoints, knots, loops, trims, trimControlPoints, trimKnots, tolerance };
-  return core.brep(arrays, center, radius);
+  const handle = core.made("make_brep", faces, faces.length / 5, controlPoints, knots, loops, trims, trimControlPoints,
+                           trimKnots, tolerance);
+  return new Shape(core, handle, center, radius);
 }
 
 /**
@@ -57,7 +59,7 @@ export function tube(core, tensors) {
   }
   const { center, radius } = sphere(balls, 5, 3, radii);
   toHomogeneous(balls, homogeneous, 0, count, [...center, 0], radius);
-  return core.tube(homogeneous, knots, center, radius);
+  return new Shape(core, core.made("make_tube", homogeneous, count, knots, knots.length - count - 1), center, radius);
 }
 
 /**

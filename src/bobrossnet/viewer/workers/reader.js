@@ -12,10 +12,10 @@
  * @typedef {{kind: "read", summary: Summary} | {kind: "failed", message: string} | {kind: "shared", tracers: number}} Reply
  *   "read" is answered by "read" or "failed", "share" by "shared", with how many tracers in all were given the scene
  */
-import { Core } from "./core.js";
-import { readFile } from "./files.js";
-import { inCanonicalOrder } from "./order.js";
-import { turnedUpright } from "./scene.js";
+import { Core } from "../core/core.js";
+import { readFile } from "../files/read.js";
+import { inCanonicalOrder } from "../tracing/canonical.js";
+import { turnedUpright } from "../tracing/description.js";
 
 /** Bytes of scenes that may be held by all tracers together. */
 const MOST = 400e6;
@@ -37,7 +37,7 @@ function weight(value) {
   return value && typeof value === "object" ? Object.values(value).reduce((sum, part) => sum + weight(part), 0) : 0;
 }
 
-/** @type {import("./scene.js").SceneDescription} */
+/** @type {import("../tracing/description.js").SceneDescription} */
 let scene;
 
 /** @param {Extract<Request, {kind: "read"}>} request */

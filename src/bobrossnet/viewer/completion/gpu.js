@@ -2,18 +2,20 @@
 /**
  * Networks on the GPU, by WebGPU: the same weights and the same steps as the core's, in a page or a worker.
  *
- * @typedef {import("./core.js").Weights} Weights
+ * @typedef {import("./weights.js").Weights} Weights
  * @typedef {import("./gpu/plan.js").Image} Image
  *
  * @callback NetworkOfLayers A network in gpu/NAME.js: its layers, and what records the steps for pictures of one size
  * @param {(name: string, inputs: number, outputs?: number) => Conv3x3} layer
  * @param {Weights} weights
- * @returns {(plan: Plan, gbuffer: Image) => Image} (5, height, width) to (1, height, width), linear and not clamped
+ * @returns {(plan: Plan, inputs: Image) => Image} (C, height, width), the channels that the weights name, to (1, height, width),
+ *   linear and not clamped
  *
  * @typedef {object} Picture What completes pictures of one size
  * @property {(planes: Float32Array) => Promise<Float32Array>} complete
  * @property {() => void} free
  */
+import { GBUFFER, placeOf, widthOf } from "../picture/channels.js";
 import { Conv3x3 } from "./gpu/conv3x3.js";
 import { GPUMapMode } from "./gpu/flags.js";
 import { kernel } from "./gpu/kernel.js";
@@ -27,14 +29,14 @@ const NETWORKS = { paper, pyramid };
 /** Sizes whose memory is kept: a page has few at a time. */
 const MOST_SIZES = 3;
 
-/** Puts the traced pixels back; the others are clamped to 0..1, and NaN to 0. */
-const keepKnown = kernel({
+/** Puts the traced pixels back; the others are clamped to 0..1, and NaN to 0. @param {Weights["inputs"]} inputs */
+const keepKnown = (inputs) => kernel({
   read: ["pixels", "completed"], write: ["gray"],
   body: `
   let completed = completed_at(0, y, x);
   var value = 0.;
   if (completed > 0.) { value = min(completed, 1.); }
-  if (pixels_at(0, y, x) > 0.) { value = pixels_at(1, y, x); }
+  if (pixels_at(${placeOf(inputs, "mask")}, y, x) > 0.) { value = pixels_at(${placeOf(inputs, "gray")}, y, x); }
   gray_put(0, y, x, value);`,
 });
 
@@ -60,6 +62,7 @@ export async function createGpuNetwork(weights, { software = false } = {}) {
 }
 
 export class GpuNetwork {
+  #inputs;
   #network;
   /** @type {Promise<never>} */
   #failure;
@@ -73,6 +76,7 @@ export class GpuNetwork {
   /** @param {GPUDevice} device @param {Weights} weights */
   constructor(device, weights) {
     this.device = device;
+    this.#inputs = weights.inputs;
     this.#network = NETWORKS[weights.network]((...layer) => new Conv3x3(device, weights, ...layer), weights);
     /** Why the device was lost, once it is: then all calls fail, those under way as well. @type {Promise<string>} */
     this.lost = device.lost.then(({ message }) => message || "no reason given");
@@ -85,7 +89,7 @@ export class GpuNetwork {
   /**
    * Fills in what was not traced. Pictures are completed one after the other.
    *
-   * @param {Float32Array} planes (5, height, width), a G-buffer's, which stays as it is until the promise is kept
+   * @param {Float32Array} planes (C, height, width), a G-buffer's, which stays as it is until the promise resolves
    * @param {number} height
    * @param {number} width
    * @returns {Promise<Float32Array>} (height, width), 0..1
@@ -104,8 +108,9 @@ export class GpuNetwork {
 
   /** @type {GpuNetwork["complete"]} */
   async #complete(planes, height, width) {
-    if (planes.length !== 5 * height * width) {
-      throw new Error(`planes: expected shape (5, ${height}, ${width}), got ${planes.length} values`);
+    const channels = widthOf(GBUFFER);
+    if (planes.length !== channels * height * width) {
+      throw new Error(`planes: expected shape (${channels}, ${height}, ${width}), got ${planes.length} values`);
     }
     const size = `${width}x${height}`;
     const picture = this.#pictures.get(size) ?? await this.#prepare(height, width);
@@ -131,13 +136,13 @@ export class GpuNetwork {
     device.pushErrorScope("validation");
     /** @type {Promise<Picture>} */
     const preparing = (async () => {
-      const gbuffer = plan.image(5, height, width), gray = plan.image(1, height, width);
-      const completed = this.#network(plan, gbuffer);
-      plan.step(keepKnown, { pixels: gbuffer, completed, gray });
+      const inputs = plan.image(widthOf(this.#inputs), height, width), gray = plan.image(1, height, width);
+      const completed = this.#network(plan, inputs);
+      plan.step(keepKnown(this.#inputs), { pixels: inputs, completed, gray });
       const readback = plan.readback(gray.buffer.size), run = await plan.finished();
       return {
         complete: async (planes) => {
-          device.queue.writeBuffer(gbuffer.buffer, 0, planes);
+          this.#write(inputs, planes);
           const encoder = device.createCommandEncoder();
           run(encoder);
           encoder.copyBufferToBuffer(gray.buffer, 0, readback, 0, readback.size);
@@ -155,6 +160,16 @@ export class GpuNetwork {
     if (!found) return preparing;
     plan.free();
     throw new Error(found.message.split("\n")[0]);
+  }
+
+  /** Takes the network's inputs out of a G-buffer's planes. @param {Image} image @param {Float32Array} planes */
+  #write({ buffer, height, width }, planes) {
+    let at = 0;
+    for (const channel of this.#inputs) {
+      const size = widthOf([channel]) * height * width;
+      this.device.queue.writeBuffer(buffer, 4 * at, planes, placeOf(GBUFFER, channel) * height * width, size);
+      at += size;
+    }
   }
 
   /** @param {string} source */

@@ -1,0 +1,32 @@
+// @ts-check
+/**
+ * What was learnt, as weight files have it.
+ *
+ * @typedef {{
+ *   network: string, inputs: import("../picture/channels.js").Layout,
+ *   tensors: Map<string, {shape: number[], values: Float32Array}>
+ * }} Weights
+ *   network: the name of the one whose weights these are; inputs: the channels that it is given
+ */
+import { CoreError } from "../core/errors.js";
+import { readContainer, readTensor } from "../files/safetensors.js";
+import { GBUFFER } from "../picture/channels.js";
+
+/**
+ * Reads weights: a safetensors file as bobrossnet writes it.
+ *
+ * @param {ArrayBuffer} bytes which the tensors may be views of
+ * @returns {Weights}
+ */
+export function readWeights(bytes) {
+  const container = readContainer(bytes), { metadata } = container;
+  if (metadata?.format !== "bobrossnet-1") {
+    throw new CoreError(`weights: expected format bobrossnet-1, got ${metadata?.format}`);
+  }
+  const tensors = new Map();
+  for (const [name, entry] of Object.entries(container.entries)) {
+    if (entry.dtype !== "F32") throw new CoreError(`${name}: expected float32 values, got ${entry.dtype}`);
+    tensors.set(name, { shape: entry.shape, values: readTensor(container, name, entry) });
+  }
+  return { network: metadata.network, inputs: GBUFFER, tensors };
+}

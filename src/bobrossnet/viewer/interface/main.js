@@ -1,0 +1,293 @@
+// @ts-check
+/**
+ * The page: its elements, and how they are wired to its state. Nothing here takes long; what does is done by workers.
+ *
+ * In the page's address, `?scene=files/NAME.bob` opens a file of the same server, `?size=640x480` fixes the picture's size in
+ * pixels, and `?workers=1` the number of workers that trace.
+ */
+import { compileCore } from "../core/compile.js";
+import { HOME, valid } from "../picture/camera.js";
+import { Pool } from "../workers/pool.js";
+import { Editor } from "./editor.js";
+import { fromFragment, toFragment } from "./link.js";
+import { Opening, capitalised, fileName } from "./opening.js";
+import { orbit } from "./orbit.js";
+import { createState } from "./state.js";
+import { countPicture, display } from "./statistics.js";
+
+const MOST_WORKERS = 8; // each holds the whole scene
+const MOST_PIXELS = 2 ** 21;
+const THUMB = 44; // CSS pixels, as in style.css
+
+/** @template {HTMLElement} T @param {string} id @param {new () => T} type @returns {T} */
+function element(id, type) {
+  const found = document.getElementById(id);
+  if (!(found instanceof type)) throw new Error(`#${id}: expected ${type.name}, got ${found}`);
+  return found;
+}
+
+const stage = element("stage", HTMLElement), canvas = element("picture", HTMLCanvasElement);
+const gallery = element("gallery", HTMLSelectElement), file = element("file", HTMLInputElement);
+const message = element("message", HTMLElement), status = element("status", HTMLElement);
+const divider = element("divider", HTMLInputElement), line = element("line", HTMLElement), drop = element("drop", HTMLElement);
+const yUp = element("y-up", HTMLInputElement);
+const budget = element("budget", HTMLInputElement), refines = element("refines", HTMLInputElement);
+const copy = element("link", HTMLButtonElement);
+const context = /** @type {ImageBitmapRenderingContext} */ (canvas.getContext("bitmaprenderer"));
+
+const query = new URLSearchParams(location.search);
+const fixedSize = /^(\d+)x(\d+)$/.exec(query.get("size") ?? "");
+const workers = Math.max(1, Math.min(Number(query.get("workers")) || navigator.hardwareConcurrency || 1, MOST_WORKERS));
+
+const state = createState({ workers, scales: !fixedSize });
+const { schedule, statistics } = state;
+
+// ---- Pictures --------------------------------------------------------------------------------------------
+
+/** One for all workers. */
+const module = compileCore();
+const weights = fetch(new URL("../weights/default.safetensors", import.meta.url)).then((response) => response.arrayBuffer());
+const completing = new Worker(new URL("../workers/completing.js", import.meta.url), { type: "module" });
+Promise.all([module, weights]).then(
+  ([module, weights]) => completing.postMessage({ kind: "start", module, weights }, [weights]),
+  (error) => (message.textContent = error.message));
+
+/** @param {MessageEvent<import("../workers/completing.js").Reply>} event */
+completing.onmessage = ({ data }) => {
+  if (data.kind === "picture") showPicture(data.picture, data.repainted);
+  else if (data.kind === "buffers") state.waiting.shift()?.(data.buffers);
+  else if (data.kind === "failed") message.textContent = data.message;
+};
+
+/** @param {import("../workers/completing.js").Picture} picture @param {boolean} repainted */
+function showPicture(picture, repainted) {
+  const { bitmap, batch } = picture;
+  if (canvas.width !== bitmap.width) canvas.width = bitmap.width;
+  if (canvas.height !== bitmap.height) canvas.height = bitmap.height;
+  context.transferFromImageBitmap(bitmap);
+  if (repainted) return;
+  state.pools.shown?.grow();
+  countPicture(state, picture);
+  document.dispatchEvent(new CustomEvent("picture", { detail: batch }));
+}
+
+/** @param {Partial<import("../picture/camera.js").Camera>} camera */
+function look(camera) {
+  statistics.exact = false;
+  schedule.change({ camera });
+}
+
+/** The size of the picture at rest: device pixels. */
+function fit() {
+  const { clientWidth, clientHeight } = stage;
+  const [width, height] = fixedSize ? [Number(fixedSize[1]), Number(fixedSize[2])]
+                                    : [clientWidth * devicePixelRatio, clientHeight * devicePixelRatio];
+  if (width < 1 || height < 1) return;
+  const scale = fixedSize ? 1 : Math.min(1, Math.sqrt(MOST_PIXELS / (width * height)));
+  const shrink = Math.min(clientWidth / width, clientHeight / height);
+  canvas.style.width = `${width * shrink}px`, canvas.style.height = `${height * shrink}px`;
+  show();
+  statistics.exact = false;
+  schedule.change({ size: { height: Math.max(1, Math.round(height * scale)), width: Math.max(1, Math.round(width * scale)) } });
+}
+
+new ResizeObserver(fit).observe(stage);
+orbit(canvas, () => schedule.camera, look);
+
+// ---- What is shown of them -------------------------------------------------------------------------------
+
+function show() {
+  const checked = document.querySelector('input[name="mode"]:checked');
+  const value = checked instanceof HTMLInputElement ? checked.value : "completed";
+  const mode = /** @type {import("../picture/paint.js").Mode} */ (value);
+  line.hidden = divider.hidden = mode !== "split";
+  state.showing = { mode, divider: placeDivider() };
+  completing.postMessage({ kind: "show", ...state.showing });
+}
+
+/** Has the line run where the slider's thumb has its centre. @returns {number} where that is, 0..1 of the picture's width */
+function placeDivider() {
+  const left = THUMB / 2 + Number(divider.value) / 100 * (stage.clientWidth - THUMB);
+  line.style.left = `${left}px`;
+  return Math.min(1, Math.max(0, (left - canvas.offsetLeft) / canvas.clientWidth));
+}
+
+for (const radio of document.querySelectorAll('input[name="mode"]')) radio.addEventListener("change", show);
+divider.addEventListener("input", show);
+
+display(state, {
+  fraction: element("fraction", HTMLElement), rays: element("rays", HTMLElement), network: element("network", HTMLElement),
+  rate: element("rate", HTMLElement), note: element("note", HTMLElement),
+});
+
+budget.addEventListener("input", () => {
+  schedule.budget = Number(budget.value);
+  element("budget-shown", HTMLOutputElement).value = `${budget.value} ms`;
+});
+
+refines.addEventListener("change", () => {
+  schedule.refines = refines.checked;
+  schedule.next();
+});
+
+// ---- Scenes ----------------------------------------------------------------------------------------------
+
+const opening = new Opening(state, createPool, {
+  busy: (busy) => (busy ? stage.setAttribute("aria-busy", "true") : stage.removeAttribute("aria-busy")),
+  opened: () => {
+    const { title, script = "" } = state.scene;
+    canvas.setAttribute("aria-label", `Picture of ${title}`);
+    status.textContent = `${title} is open`;
+    if (state.edits.newest === null && editor.script !== script) editor.script = script;
+  },
+  chosen: choose,
+  message: (text) => (message.textContent = text),
+  wrong: (text) => editor.wrong(text),
+});
+
+const editor = new Editor({
+  text: element("text", HTMLTextAreaElement), numbers: element("numbers", HTMLElement),
+  sliders: element("sliders", HTMLElement), error: element("error", HTMLElement),
+}, (script) => opening.edit(script));
+
+function createPool() {
+  const isShown = () => made === state.pools.shown;
+  const made = new Pool(workers, module, completing, (parts) => isShown() && schedule.traced(parts),
+                        (text) => isShown() && (message.textContent = text));
+  return made;
+}
+
+/** Has the list say which scene is open. */
+function choose() {
+  const { scene } = state, known = scene.gallery !== undefined;
+  const other = gallery.querySelector('option[value=""]') ?? gallery.appendChild(new Option("", ""));
+  other.textContent = known ? "" : scene.title || "…";
+  if (known) other.remove();
+  gallery.value = scene.gallery ?? "";
+  copy.disabled = !known && scene.script === undefined && scene.address === undefined;
+  copy.title = copy.disabled ? "A file of this machine has no link" : "";
+  // It is known of the gallery and of scripts which way is up.
+  yUp.parentElement?.toggleAttribute("hidden", !scene.source || scene.script !== undefined);
+  yUp.checked = scene.source?.yUp ?? false;
+}
+
+async function fillGallery() {
+  state.gallery = await (await fetch(new URL("../gallery/index.json", import.meta.url))).json();
+  const kinds = [...new Set(state.gallery.map(({ kind }) => kind))];
+  gallery.append(...kinds.map((kind) => {
+    const group = document.createElement("optgroup"), entries = state.gallery.filter((entry) => entry.kind === kind);
+    group.label = capitalised(kind);
+    group.append(...entries.map(({ file, title }) => new Option(capitalised(title), file)));
+    return group;
+  }));
+}
+
+gallery.addEventListener("change", () => gallery.value && opening.builtIn(gallery.value));
+element("open", HTMLButtonElement).addEventListener("click", () => file.click());
+
+/** @param {import("./state.js").OpenScene} opened @param {string} name @param {Blob | string} source */
+function openFile(opened, name, source) {
+  return opening.file(opened, name, source, opened.gallery === undefined && yUp.checked);
+}
+
+/** @param {Iterable<File> | null | undefined} files */
+function openFiles(files) {
+  const [first] = files ?? [];
+  if (first) openFile({ title: first.name }, first.name, first);
+}
+
+file.addEventListener("change", () => {
+  openFiles(file.files);
+  file.value = "";
+});
+
+yUp.addEventListener("change", () => {
+  const { scene } = state;
+  if (scene.source) openFile(scene, scene.source.name, scene.source.source);
+});
+
+addEventListener("dragover", (event) => {
+  event.preventDefault();
+  drop.hidden = false;
+});
+addEventListener("dragleave", (event) => {
+  if (event.relatedTarget === null) drop.hidden = true;
+});
+addEventListener("drop", (event) => {
+  event.preventDefault();
+  drop.hidden = true;
+  openFiles(event.dataTransfer?.files);
+});
+
+// ---- What is taken along ---------------------------------------------------------------------------------
+
+element("home", HTMLButtonElement).addEventListener("click", () => look(HOME));
+
+element("save", HTMLButtonElement).addEventListener("click", () => canvas.toBlob((blob) => {
+  if (!blob) return;
+  const anchor = document.createElement("a");
+  anchor.href = URL.createObjectURL(blob);
+  anchor.download = `${state.scene.title.replace(/\.[^.]*$/, "").replace(/\s+/g, "_").toLowerCase() || "picture"}.png`;
+  anchor.click();
+  URL.revokeObjectURL(anchor.href);
+}, "image/png"));
+
+/** This page with its scene and camera. */
+async function link() {
+  const { gallery, script } = state.scene;
+  const fragment = await toFragment({ gallery, script: gallery ? undefined : script, camera: schedule.camera });
+  return new URL(fragment, location.href).href;
+}
+
+copy.addEventListener("click", async () => {
+  const address = await link();
+  history.replaceState(null, "", address);
+  try {
+    await navigator.clipboard.writeText(address);
+    status.textContent = "The link is copied";
+  } catch {
+    status.textContent = "The link is in the address bar";
+  }
+});
+
+// ---- Start -----------------------------------------------------------------------------------------------
+
+async function start() {
+  const [linked] = await Promise.all([fromFragment(location.hash), fillGallery()]);
+  look(linked.camera);
+  const address = query.get("scene");
+  if (linked.script !== undefined) {
+    await opening.script(linked.script);
+  } else if (address !== null && !linked.gallery) {
+    const url = new URL(address, location.href), name = fileName(url);
+    if (url.origin === location.origin) await openFile({ title: name, address }, name, url.href);
+    else message.textContent = `scene: expected a file of ${location.origin}, got ${url.origin}`;
+  } else {
+    await opening.builtIn(linked.gallery ?? state.gallery[0].file);
+  }
+}
+
+/** Resolves once the picture is exact. @returns {Promise<void>} */
+function converged() {
+  return new Promise((resolve) => {
+    const check = () => {
+      if (!statistics.exact) return;
+      document.removeEventListener("picture", check);
+      resolve();
+    };
+    document.addEventListener("picture", check);
+    check();
+  });
+}
+
+/** @returns {Promise<import("../workers/completing.js").Buffers | null>} of the last picture */
+function buffers() {
+  return new Promise((resolve) => {
+    state.waiting.push(resolve);
+    completing.postMessage({ kind: "buffers" });
+  });
+}
+
+/** For tests and measurements. */
+export const page = { statistics, started: start(), converged, buffers, look, link, openFile, camera: () => schedule.camera, valid };
+Object.assign(window, { bobrossnet: page });

@@ -1,0 +1,111 @@
+// @ts-check
+/** Surfaces of formulas: of scripts, of .vm files, and of the arrays of scene files. */
+import { as } from "../core/core.js";
+import { CoreError } from "../core/errors.js";
+import { Shape } from "./shape.js";
+
+/**
+ * @typedef {import("../core/core.js").Core} Core
+ * @typedef {{ops: Uint8Array, operands: Uint32Array, values: Float64Array}} Nodes of a formula, (n,), (n, 3) and (n,), as in
+ *   scene files (CONVENTIONS.md)
+ */
+
+/** Where to look for a formula without bounds; flat ones are extruded to a height, which ends within their square. */
+const CUBE = [-1, -1, -1, 1, 1, 1], HEIGHT = 0.1, SQUARE = [-1, -1, -HEIGHT, 1, 1, HEIGHT];
+
+/** The shape that a script makes (docs/scripts.md). @param {Core} core @param {string} source */
+export function scriptShape(core, source) {
+  return withExpression(core, run(core, source), (expression) => shapeOf(core, expression));
+}
+
+/**
+ * The surface of a .vm formula. Where it is bounded it is taken whole, else cut by the cube from -1 to 1; one without
+ * z is extruded to a height of 0.1 (CONVENTIONS.md).
+ *
+ * @param {Core} core
+ * @param {string} text
+ * @param {ArrayLike<number>} [bounds] (2, 3), to look there
+ */
+export function formulaShape(core, text, bounds) {
+  return withExpression(core, parse(core, text), (expression) => {
+    if (!core.call("uses_z", expression)) {
+      const solid = core.made("extruded", expression, HEIGHT);
+      return withExpression(core, solid, () => shapeOf(core, solid, bounds ?? SQUARE));
+    }
+    if (bounds) return shapeOf(core, expression, bounds);
+    let box;
+    try {
+      box = findBounds(core, expression);
+    } catch (error) {
+      if (!(error instanceof CoreError)) throw error;
+      box = CUBE;
+    }
+    return shapeOf(core, expression, box);
+  });
+}
+
+/**
+ * The surface of a formula.
+ *
+ * @param {Core} core
+ * @param {Nodes} nodes
+ * @param {ArrayLike<number>} [bounds] (2, 3)
+ */
+export function implicitShape(core, nodes, bounds) {
+  return withExpression(core, make(core, nodes), (expression) => shapeOf(core, expression, bounds));
+}
+
+/** Says what is wrong with a script, if anything is, without looking for its surface. @param {Core} core @param {string} source */
+export const checkScript = (core, source) => withExpression(core, run(core, source), () => undefined);
+
+/** The same of a .vm formula. @param {Core} core @param {string} text */
+export const checkFormula = (core, text) => withExpression(core, parse(core, text), () => undefined);
+
+/** The same of the arrays of a scene file. @param {Core} core @param {Nodes} nodes */
+export const checkNodes = (core, nodes) => withExpression(core, make(core, nodes), () => undefined);
+
+// ---- Expressions -----------------------------------------------------------------------------------------
+
+/** @param {Core} core @param {string} source */
+const run = (core, source) => core.made("run_script", source);
+
+/** @param {Core} core @param {string} text */
+const parse = (core, text) => core.made("parse_vm", text);
+
+/** @param {Core} core @param {Nodes} nodes */
+const make = (core, { ops, operands, values }) => core.made("make_expression", ops, operands, values, ops.length);
+
+/** @template T @param {Core} core @param {number} expression @param {(expression: number) => T} f @returns {T} */
+function withExpression(core, expression, f) {
+  try {
+    return f(expression);
+  } finally {
+    core.call("free_expression", expression);
+  }
+}
+
+/** @param {Core} core @param {number} expression @param {ArrayLike<number>} [bounds] (2, 3) */
+function shapeOf(core, expression, bounds) {
+  if (!bounds) {
+    try {
+      bounds = findBounds(core, expression);
+    } catch (error) {
+      throw error instanceof CoreError ? new CoreError(`shape: expected ${error.message}; cut it`) : error;
+    }
+  }
+  if (Number.isNaN(bounds[0])) {
+    const wanted = "a formula that is negative somewhere within 1e9 of the origin";
+    throw new CoreError(`shape: expected ${wanted}, got one that never is`);
+  }
+  const box = as(Float64Array, bounds);
+  let handle = 0;
+  const [x, y, z, size] = core.filled(new Float64Array(4), (address) => {
+    handle = core.made("make_implicit", expression, box, address);
+  });
+  return new Shape(core, handle, [x, y, z], size);
+}
+
+/** @param {Core} core @param {number} expression @returns {Float64Array} (2, 3), NaN where it is positive everywhere */
+function findBounds(core, expression) {
+  return core.filled(new Float64Array(6), (address) => core.made("find_bounds", expression, address));
+}

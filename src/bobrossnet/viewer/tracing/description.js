@@ -1,0 +1,52 @@
+// @ts-check
+/**
+ * Scenes as plain objects, which messages between workers can carry.
+ *
+ * @typedef {import("../shapes/description.js").ShapeDescription} ShapeDescription
+ * @typedef {{color: ArrayLike<number>, ambient: number, diffuse: number, specular: number, shininess: number}} Material
+ *   linear RGB
+ * @typedef {{shape: number, transform?: ArrayLike<number>, material?: Material, name?: string | null}}
+ *   InstanceDescription
+ *   shape: which of the shapes; transform: (4, 4), from its units to the scene's, by default where it is; white by
+ *   default
+ * @typedef {{shapes: ShapeDescription[], instances: InstanceDescription[], warnings?: string[]}} SceneDescription
+ *   warnings: what of a file was left out or is not shown as it is, a line each
+ */
+
+import { IDENTITY, UPRIGHT, product } from "../shapes/affine.js";
+
+/** As bobrossnet.Material(). @type {Material} */
+export const WHITE = { color: [1, 1, 1], ambient: 0.1, diffuse: 0.7, specular: 0.2, shininess: 32 };
+
+/**
+ * A scene of one shape, where its own coordinates say.
+ *
+ * @param {ShapeDescription} shape
+ * @param {string | null} [name]
+ * @returns {SceneDescription}
+ */
+export function sceneOf(shape, name = null) {
+  return { shapes: [shape], instances: [{ shape: 0, transform: IDENTITY, material: WHITE, name }] };
+}
+
+/**
+ * The same scene with what is stored as y up turned to z up, as bobrossnet.Scene.turned_upright.
+ *
+ * @param {SceneDescription} scene
+ * @returns {SceneDescription}
+ */
+export function turnedUpright(scene) {
+  const instances = scene.instances.map((instance) => ({
+    ...instance, transform: product(UPRIGHT, instance.transform ?? IDENTITY),
+  }));
+  return { ...scene, instances };
+}
+
+/**
+ * Red, green, blue, ambient, diffuse, specular and shininess.
+ *
+ * @param {Material} material
+ */
+export function materialValues({ color, ambient, diffuse, specular, shininess }) {
+  return [...Array.from(color), ambient, diffuse, specular, shininess];
+}
