@@ -110,7 +110,7 @@ def test_errors_say_where(script, source, message):
         script(source)
 
 
-@settings(max_examples=300)
+@settings(deadline=None, max_examples=300)
 @given(st.binary(max_size=60) | st.text(alphabet="f=sphere(1)|-X*2 \n:,.[]'\"#\\\t", max_size=60).map(str.encode))
 def test_any_bytes_are_a_shape_or_one_line(tmp_path_factory, source):
     path = tmp_path_factory.getbasetemp() / "any.sdf"
