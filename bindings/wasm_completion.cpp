@@ -25,19 +25,6 @@ EXPORT(release) void release(void* memory) { ::operator delete(memory, std::alig
 
 // ---- G-buffers -------------------------------------------------------------------------------------------
 
-/// The channels of samples and planes, "NAME:COMPONENTS,...".
-EXPORT(gbuffer_layout) const char* gbuffer_layout() {
-    static const std::string text = [] {
-        std::string result;
-        for (const bob::Channel& channel : bob::gbuffer_layout()) {
-            if (!result.empty()) result += ',';
-            result.append(channel.name).append(":").append(std::to_string(channel.components));
-        }
-        return result;
-    }();
-    return text.c_str();
-}
-
 /// Writes samples, (count, C), to their pixels, (count, 2), of planes, (C, height, width); adds to `traced` how many of the
 /// pixels were not traced before.
 EXPORT(add_samples)

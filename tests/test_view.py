@@ -19,6 +19,7 @@ from processes import running
 import bobrossnet as bob
 from bobrossnet import cli, view
 from bobrossnet.adapters.files import ALL_ENDINGS
+from bobrossnet.picture.channels import CHANNELS, GBUFFER
 from bobrossnet.view import GALLERY, READ_IN_PAGE, TYPES, VIEWER, Server, export, page_files
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
@@ -261,6 +262,14 @@ def test_it_opens_a_browser(tmp_path, monkeypatch):
 
 def test_what_the_page_knows_is_what_python_knows():
     assert set(READ_IN_PAGE) < set(ALL_ENDINGS)
-    (home,) = re.findall(r"HOME = Object\.freeze\(\{(.+?)\}\)", (VIEWER / "orbit.js").read_text())
+    (home,) = re.findall(r"HOME = Object\.freeze\(\{(.+?)\}\)", (VIEWER / "picture/camera.js").read_text())
     values = {name: float(value) for name, value in re.findall(r"(\w+): ([-.\d]+)", home)}
     assert values == {**dict.fromkeys(values, 0), **asdict(bob.Camera())}
+
+
+def test_the_page_has_the_channels_of_the_core():
+    text = (VIEWER / "picture/channels.js").read_text()
+    (components,) = re.findall(r"COMPONENTS = \{(.+?)\}", text)
+    (layout,) = re.findall(r"GBUFFER = \[(.+?)\]", text)
+    assert dict(re.findall(r"(\w+): (\d+)", components)) == {c.name: str(c.components) for c in CHANNELS.values()}
+    assert ",".join(re.findall(r"\w+", layout)) == GBUFFER.names

@@ -8,9 +8,9 @@
 
 export class Network {
   /** @param {Core} core @param {import("./weights.js").Weights} weights */
-  constructor(core, { network, tensors }) {
+  constructor(core, { network, inputs, outputs, tensors }) {
     this.core = core;
-    const weights = core.made("make_weights");
+    const weights = core.made("make_weights", inputs.join(), outputs.join());
     /** @type {number[]} */
     const addresses = [];
     try {
@@ -29,7 +29,7 @@ export class Network {
   /** Fills in what was not traced. @param {GBuffer} gbuffer @returns {Float32Array} its `image` */
   complete(gbuffer) {
     this.predict(gbuffer);
-    this.core.call("keep_known", gbuffer.address, gbuffer.height * gbuffer.width, gbuffer.imageAddress);
+    this.core.made("keep_known", this.handle, gbuffer.address, gbuffer.height * gbuffer.width, gbuffer.imageAddress);
     return gbuffer.image;
   }
 

@@ -3,14 +3,13 @@
  * What was learnt, as weight files have it.
  *
  * @typedef {{
- *   network: string, inputs: import("../picture/channels.js").Layout,
- *   tensors: Map<string, {shape: number[], values: Float32Array}>
+ *   network: string, inputs: Layout, outputs: Layout, tensors: Map<string, {shape: number[], values: Float32Array}>
  * }} Weights
- *   network: the name of the one whose weights these are; inputs: the channels that it is given
+ *   network: the name of the one whose weights these are; inputs: the channels that it is given; outputs: that it completes
+ * @typedef {import("../picture/channels.js").Layout} Layout
  */
 import { CoreError } from "../core/errors.js";
 import { readContainer, readTensor } from "../files/safetensors.js";
-import { GBUFFER } from "../picture/channels.js";
 
 /**
  * Reads weights: a safetensors file as bobrossnet writes it.
@@ -28,5 +27,6 @@ export function readWeights(bytes) {
     if (entry.dtype !== "F32") throw new CoreError(`${name}: expected float32 values, got ${entry.dtype}`);
     tensors.set(name, { shape: entry.shape, values: readTensor(container, name, entry) });
   }
-  return { network: metadata.network, inputs: GBUFFER, tensors };
+  const [inputs, outputs] = ["inputs", "outputs"].map((name) => metadata[name].split(","));
+  return { network: metadata.network, inputs, outputs, tensors };
 }

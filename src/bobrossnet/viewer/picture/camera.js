@@ -13,7 +13,7 @@ export const HOME = Object.freeze({ azimuth: 30, elevation: 20, roll: 0, zoom: 1
 export const FIELDS = /** @type {(keyof Camera)[]} */ (Object.keys(HOME));
 
 /** A camera as the core takes it. @param {Partial<Camera>} camera that looks from the front where it does not say */
-export const cameraValues = (camera) => FIELDS.map((name) => camera[name] ?? HOME[name]);
+export const cameraValues = (camera) => Float32Array.from(FIELDS, (name) => camera[name] ?? HOME[name]);
 
 /** @param {number} value @param {number} low @param {number} high */
 const clamp = (value, low, high) => Math.min(high, Math.max(low, value));

@@ -9,14 +9,14 @@
 /** How many components each channel has. @type {Readonly<Record<string, number>>} */
 const COMPONENTS = { mask: 1, gray: 1, depth: 1, normal: 2 };
 
-/** Of a G-buffer. @type {Layout} */
+/** Of a G-buffer, and of samples, in which the mask says whether the ray hit. @type {Layout} */
 export const GBUFFER = ["mask", "gray", "depth", "normal"];
-
-/** Of what the tracer returns for a pixel, all 0 where its ray missed. @type {Layout} */
-export const SAMPLE = ["gray", "depth", "normal"];
 
 /** How many components a layout has in all. @param {Layout} layout */
 export const widthOf = (layout) => layout.reduce((sum, channel) => sum + COMPONENTS[channel], 0);
+
+/** Components of a sample, and planes of a G-buffer. */
+export const WIDTH = widthOf(GBUFFER);
 
 /** Where a layout has a channel's first component. @param {Layout} layout @param {string} channel */
 export const placeOf = (layout, channel) => widthOf(layout.slice(0, layout.indexOf(channel)));

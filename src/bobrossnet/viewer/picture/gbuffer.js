@@ -1,11 +1,8 @@
 // @ts-check
 /** What is known of a picture, in the core's memory. */
-import { GBUFFER, placeOf, widthOf } from "./channels.js";
+import { GBUFFER, WIDTH, placeOf } from "./channels.js";
 
 /** @typedef {import("../core/core.js").Core} Core */
-
-/** Components of a pixel. */
-const WIDTH = widthOf(GBUFFER);
 
 /** What was traced, and the picture completed from it. Its arrays are views of the core's memory. */
 export class GBuffer {
@@ -50,7 +47,10 @@ export class GBuffer {
   /** Takes what was traced. @param {Int32Array} pixels (n, 2) @param {Float32Array} samples (n, C), as Scene.trace returns them */
   add(pixels, samples) {
     const count = pixels.length / 2;
-    if (count > 0) this.traced = this.core.made("add_samples", pixels, samples, count, this.address, this.height, this.width);
+    const [added] = this.core.filled(new Int32Array(1), (address) => {
+      this.core.made("add_samples", pixels, samples, count, this.address, this.height, this.width, address);
+    });
+    this.traced += added;
   }
 
   free() {

@@ -3,7 +3,7 @@
 
 import { CoreError, placedErrors } from "../core/errors.js";
 import { cameraValues } from "../picture/camera.js";
-import { SAMPLE, widthOf } from "../picture/channels.js";
+import { WIDTH } from "../picture/channels.js";
 import { IDENTITY, fromUnitSphere, inverse, product, toUnitSphere } from "../shapes/affine.js";
 import { makeShape } from "../shapes/description.js";
 import { WHITE, materialValues } from "./description.js";
@@ -34,12 +34,12 @@ export class Scene {
    * @param {import("../picture/camera.js").Size} size of the image
    * @param {Partial<import("../picture/camera.js").Camera>} [camera]
    * @param {Float32Array} [samples] where to write them
-   * @returns {Float32Array} samples, (n, C), in the order of SAMPLE
+   * @returns {Float32Array} samples, (n, C), in the order of GBUFFER
    */
-  trace(pixels, { height, width }, camera = {}, samples = new Float32Array(widthOf(SAMPLE) * pixels.length / 2)) {
+  trace(pixels, { height, width }, camera = {}, samples = new Float32Array(WIDTH * pixels.length / 2)) {
     const count = pixels.length / 2;
     return this.core.filled(samples, (address) => {
-      this.core.made("trace", this.handle, ...cameraValues(camera), height, width, pixels, count, address);
+      this.core.made("trace", this.handle, cameraValues(camera), height, width, pixels, count, address);
     });
   }
 

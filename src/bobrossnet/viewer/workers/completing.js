@@ -22,7 +22,7 @@
 import { Completer } from "../completion/completer.js";
 import { readWeights } from "../completion/weights.js";
 import { Core } from "../core/core.js";
-import { SAMPLE, widthOf } from "../picture/channels.js";
+import { WIDTH } from "../picture/channels.js";
 import { GBuffer } from "../picture/gbuffer.js";
 import { paint } from "../picture/paint.js";
 
@@ -77,7 +77,7 @@ async function gather({ batch, count, pixels, samples }) {
     view.completed = false;
   }
   view.batch = batch;
-  view.gbuffer.add(pixels.subarray(0, 2 * count), samples.subarray(0, widthOf(SAMPLE) * count));
+  view.gbuffer.add(pixels.subarray(0, 2 * count), samples.subarray(0, WIDTH * count));
   if (++gathered.parts < batch.parts) return;
 
   const { traced } = view.gbuffer;

@@ -32,14 +32,13 @@
  */
 import { Core } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
-import { SAMPLE, widthOf } from "../picture/channels.js";
+import { WIDTH } from "../picture/channels.js";
 import { pixelOrder } from "../picture/order.js";
 import { buildScene } from "../tracing/scene.js";
 import { CHUNK, Pace } from "./pace.js";
 
 const SLICE_MS = 5;
 const FIRST_SLICE = 32; // pixels, while nothing is known
-const COMPONENTS = widthOf(SAMPLE);
 const GROWTH = 8; // a slice has at most so many times the pixels of the last: a small one says little of a large one
 
 /** @type {(core: Core) => void} */
@@ -106,7 +105,7 @@ async function trace(batch, part) {
   const stride = CHUNK * parts;
   let chunk = CHUNK * (Math.ceil((from / CHUNK - part) / parts) * parts + part); // the first of this part
   const most = CHUNK * Math.ceil(Math.max(0, to - chunk) / stride);
-  const pixels = new Int32Array(2 * most), samples = new Float32Array(COMPONENTS * most);
+  const pixels = new Int32Array(2 * most), samples = new Float32Array(WIDTH * most);
   let count = 0, last = FIRST_SLICE / GROWTH;
   while (chunk < to && !cancelled) {
     const begun = performance.now();
@@ -119,7 +118,7 @@ async function trace(batch, part) {
       count += stop - chunk, chunk += stride;
     } while (chunk < to && count - first < wanted);
     last = count - first;
-    const written = samples.subarray(COMPONENTS * first, COMPONENTS * count);
+    const written = samples.subarray(WIDTH * first, WIDTH * count);
     scene.trace(pixels.subarray(2 * first, 2 * count), batch, camera, written);
     pace.measured(last, performance.now() - begun);
     await messages();
