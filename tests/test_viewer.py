@@ -476,6 +476,12 @@ def test_page_opens_the_file_that_its_address_names(browser, viewer, tmp_path):
     page.close()
 
 
+def test_files_open_by_addresses_relative_to_the_page(page):
+    page.tab.evaluate("() => bobrossnet.openFile({ title: 'relative' }, 'csg.sdf', 'gallery/csg.sdf')")
+    assert page.text("#message") == ""
+    assert page.text("#gallery option:checked") == "relative"
+
+
 class Quiet(SimpleHTTPRequestHandler):
     def log_message(self, *_):
         pass

@@ -43,12 +43,14 @@ export class Opening {
   /**
    * @param {OpenScene} opened
    * @param {string} name with its ending
-   * @param {Blob | string} source or its address
+   * @param {Blob | string} source or its address, also relative to the page
    * @param {boolean} yUp whether it stores y up, which is known of the gallery
    */
   file(opened, name, source, yUp) {
     const from = opened.gallery === undefined ? { name, source, yUp } : undefined;
-    return this.#replace({ ...opened, source: from }, (pool) => pool.read(name, source, yUp), this.#shown.message);
+    // Relative addresses are the page's: the worker that reads is of another folder.
+    const whole = typeof source === "string" ? new URL(source, location.href).href : source;
+    return this.#replace({ ...opened, source: from }, (pool) => pool.read(name, whole, yUp), this.#shown.message);
   }
 
   /** @param {string} text */

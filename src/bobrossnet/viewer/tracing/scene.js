@@ -5,12 +5,15 @@ import { CoreError, placedErrors } from "../core/errors.js";
 import { cameraValues } from "../picture/camera.js";
 import { WIDTH } from "../picture/channels.js";
 import { IDENTITY, fromUnitSphere, inverse, product, toUnitSphere } from "../shapes/affine.js";
-import { makeShape } from "../shapes/description.js";
+import { formulaShape, implicitShape, scriptShape } from "../shapes/implicit.js";
+import { Mesh } from "../shapes/mesh.js";
+import { brep, tube } from "../shapes/splines.js";
 import { WHITE, materialValues } from "./description.js";
 
 /**
  * @typedef {import("../core/core.js").Core} Core
  * @typedef {import("../shapes/shape.js").Shape} Shape
+ * @typedef {import("../shapes/description.js").ShapeDescription} ShapeDescription
  * @typedef {import("./description.js").SceneDescription} SceneDescription
  * @typedef {{shape: Shape, toShape: ArrayLike<number>, box: ArrayLike<number>, material: ArrayLike<number>}} Instance
  *   toShape (3, 4): from the scene's unit sphere to the shape's own coordinates; box (2, 3): low and high in the unit sphere;
@@ -78,6 +81,18 @@ export function buildScene(core, { shapes: descriptions, instances }) {
     })));
   } finally {
     for (const shape of shapes) shape.free();
+  }
+}
+
+/** @param {Core} core @param {ShapeDescription} description @returns {Shape} */
+function makeShape(core, description) {
+  switch (description.kind) {
+    case "mesh": return new Mesh(core, description.vertices, description.triangles, description.normals);
+    case "implicit": return implicitShape(core, description, description.bounds);
+    case "script": return scriptShape(core, description.source);
+    case "formula": return formulaShape(core, description.text, description.bounds);
+    case "brep": return brep(core, description);
+    case "tube": return tube(core, description);
   }
 }
 
