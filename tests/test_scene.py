@@ -12,7 +12,6 @@ from models import MODELS, needs_models
 
 import bobrossnet as bob
 from bobrossnet.shapes.affine import mapped, rotation
-from bobrossnet.shapes.shape import bounding_sphere
 
 SIZE = (90, 120)
 
@@ -183,7 +182,7 @@ def test_a_shape_alone_is_traced_in_its_own_coordinates(seed, scale, shift):
     """So that its rays are not rounded once more on their way to it."""
     rng = np.random.default_rng(seed)
     scene = bob.Scene(bob.Mesh((rng.normal(size=(30, 3)) + shift) * scale, np.arange(30).reshape(-1, 3)))
-    assert np.array_equal(scene._to_core(scene.instances[0]), np.eye(4))
+    assert np.array_equal(scene.core.to_shapes[0], np.eye(4)[:3])
 
 
 def test_a_small_shape_far_from_the_centre():
@@ -242,7 +241,7 @@ def test_a_scene_of_instances_agrees_with_embree():
 def test_instances_share_the_core_shape():
     shape = ball()
     many = bob.Scene(bob.Instance(shape).translate((i, 0, 0)) for i in range(20))
-    assert many.core.bytes == bob.Scene(shape).core.bytes == shape.core[0].bytes
+    assert many.core.bytes == bob.Scene(shape).core.bytes == shape.core.bytes
     assert all(instance.shape.core is shape.core for instance in many.instances)
 
 
@@ -366,5 +365,6 @@ def test_bad_arguments_are_named(make, message):
 def test_points_among_shapes_are_no_error():
     point = bob.Mesh(np.full((3, 3), 0.5), [[0, 1, 2]])
     assert bob.trace([cube(), point], size=SIZE) == bob.trace(cube(), size=SIZE)
-    center, radius = bounding_sphere([(point, np.eye(4))])
-    assert (center.tolist(), radius) == ([0.5, 0.5, 0.5], 0)
+    low, high = point.bounding_box(np.eye(4))
+    assert low.tolist() == high.tolist() == [0.5, 0.5, 0.5]
+    assert point.radius(np.eye(4), low) == 0
