@@ -256,6 +256,11 @@ bool canonical_order(const bob::Digest* shapes, const double* transforms, const 
     });
 }
 
+/// Of the linear part of a map, (4, 4): writes three, the largest first.
+EXPORT(singular_values) void singular_values(const double* map, double* values) {
+    std::ranges::copy(bob::singular_values(affine_map(map)), values);
+}
+
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
 /// transforms: (count, 4, 4), from the shapes' own units to the scene's; materials: (count, 7): linear RGB, ambient, diffuse,

@@ -197,6 +197,24 @@ TEST(what_can_t_be_placed_is_refused) {
     CHECK(message_of([&] { alone(mesh_of(tiny)); }).starts_with("shapes: expected a radius that float64 holds"));
 }
 
+TEST(shapes_are_measured_once_in_a_place) {
+    class Counted : public bob::Shape {
+    public:
+        [[nodiscard]] bob::Bounds bounds(const bob::AffineMap&) const override { return ++boxes, bob::Bounds{{}, {1, 1, 1}}; }
+        [[nodiscard]] double radius(const bob::AffineMap&, const double*) const override { return ++radii, 1; }
+        void closest_hits(std::span<const bob::Ray>, std::span<bob::Hit>) const override {}
+        void normals(std::span<const bob::Ray>, std::span<const bob::Hit>, std::span<bob::Vec3>) const override {}
+        [[nodiscard]] std::size_t bytes() const override { return 0; }
+
+        mutable int boxes = 0, radii = 0;
+    };
+    const auto shape = std::make_shared<const Counted>();
+    const bob::Arrangement many({{shape, {}, {}}, {shape, place, {}}, {shape, {}, {}}, {shape, place, {}}});
+    CHECK_EQ(many.scene().size(), 4u);
+    CHECK_EQ(shape->boxes, 2);
+    CHECK_EQ(shape->radii, 2);
+}
+
 TEST(measuring_and_preparing_can_be_stopped) {
     const Arrays arrays = soup(20, 1, 0);
     const auto mesh = mesh_of(arrays);

@@ -79,8 +79,8 @@ def instance_digest(shape: bytes, transform: F64, material: F64) -> bytes:
     """SHA-256 of a shape's digest, its place (4, 4), and its material's 7 numbers."""
 
 class Arrangement:
-    """Shapes in their places: `transforms` (n, 4, 4) take their own units to those of all; `materials` (n, 7): linear RGB,
-    ambient, diffuse, specular, shininess. ValueError if they are in one point, or beyond what float64 holds."""
+    """Shapes in their places: `transforms` (n, 4, 4) take their own units to those of all; `materials` (n, 7): linear
+    RGB, ambient, diffuse, specular, shininess. ValueError if they are in one point, or beyond what float64 holds."""
 
     def __init__(self, shapes: Sequence[Shape], transforms: F64, materials: F32) -> None: ...
     @property

@@ -106,8 +106,8 @@ class Scene:
 
     @cached_property
     def core(self) -> _core.Scene:
-        """The scene as rays meet it, in the unit sphere, built when first asked for. Of surfaces that coincide, the first
-        is seen, in the canonical order, which is by digests of what the instances are."""
+        """The scene as rays meet it, in the unit sphere, built when first asked for. Of surfaces that coincide, the
+        first is seen, in the canonical order: by digests of what the instances are."""
         several = len(self.instances) > 1
         return self._arrangement.scene([instance.digest() for instance in self.instances] if several else [])
 
