@@ -8,25 +8,23 @@
  *
  * @typedef {{azimuth?: number, elevation?: number, roll?: number, zoom?: number, panX?: number, panY?: number}} Camera
  *   as bobrossnet.Camera, in degrees; the picture's centre is panX radii of the scene right of the scene's, and panY above it
- * @typedef {{shape: Shape, toShape: ArrayLike<number>, box: ArrayLike<number>, material: ArrayLike<number>}} Instance
- *   toShape (3, 4): from the scene's unit sphere to the shape's own coordinates; box (2, 3): low and high in the unit sphere;
- *   material (7): linear RGB, ambient, diffuse, specular, shininess
+ * @typedef {{shape: Shape, transform: ArrayLike<number>, material: ArrayLike<number>}} Instance
+ *   transform (4, 4): from the shape's own units to the scene's; material (7): linear RGB, ambient, diffuse, specular, shininess
  * @typedef {{network: string, tensors: Map<string, {shape: number[], values: Float32Array}>}} Weights
  */
 
-import { IDENTITY, fromUnitSphere, product, singularValues, toUnitSphere } from "./affine.js";
 import { compileCore } from "./compile.js";
 import { CoreError } from "./errors.js";
 
 export { CoreError };
 
-/** @typedef {import("./affine.js").Matrix} Matrix */
+/** How many bytes the module is handed at once to make a digest of. */
+const PIECE = 1 << 20;
 
-/** Radius of a shape, in its own units, whose reciprocal float64 can hold. */
-const SMALLEST = 1e-307;
-
-/** Where to look for a formula without bounds; flat ones are extruded to a height, which ends within their square. */
-const CUBE = [-1, -1, -1, 1, 1, 1], HEIGHT = 0.1, SQUARE = [-1, -1, -HEIGHT, 1, 1, HEIGHT];
+/** How numpy calls arrays. */
+const DTYPES = new Map(/** @type {[Function, string][]} */ ([
+  [Float64Array, "<f8"], [Float32Array, "<f4"], [Int32Array, "<i4"], [Uint32Array, "<u4"], [Uint8Array, "|u1"],
+]));
 
 /**
  * Loads the core.
@@ -137,7 +135,7 @@ export class Core {
   /**
    * What f writes to `count` numbers of the module's memory.
    *
-   * @template {Float32Array | Float64Array | Int32Array} T
+   * @template {Float32Array | Float64Array | Int32Array | Uint8Array} T
    * @param {{new (buffer: ArrayBufferLike, offset: number, length: number): T, BYTES_PER_ELEMENT: number}} type
    * @param {number} count
    * @param {(address: number) => void} f
@@ -164,19 +162,8 @@ export class Core {
    * @returns {Shape}
    */
   mesh(vertices, triangles, normals) {
-    const points = new Points(this, as(Float64Array, vertices), as(Int32Array, triangles));
-    try {
-      const { low, high } = points.bounds(IDENTITY);
-      const center = low.map((value, axis) => value / 2 + high[axis] / 2), radius = points.radius(center, IDENTITY);
-      if (!Number.isFinite(radius)) throw new CoreError("vertices: expected finite numbers, got NaN or infinite ones");
-      const size = radius > SMALLEST ? radius : 1;
-      const handle = this.made("make_mesh", points.address, points.count, ...center, size, as(Int32Array, triangles),
-                               triangles.length / 3, normals ? as(Float32Array, normals) : 0);
-      return new Mesh(this, handle, center, size, points);
-    } catch (error) {
-      points.free();
-      throw error;
-    }
+    return new Shape(this, this.made("make_mesh", as(Float64Array, vertices), vertices.length / 3, as(Int32Array, triangles),
+                                     triangles.length / 3, normals ? as(Float32Array, normals) : 0));
   }
 
   /** The shape that a script makes (docs/scripts.md). @param {string} source */
@@ -193,19 +180,7 @@ export class Core {
    */
   formula(text, bounds) {
     return this.#withExpression(this.made("parse_vm", text), (expression) => {
-      if (!this.call("uses_z", expression)) {
-        const solid = this.made("extruded", expression, HEIGHT);
-        return this.#withExpression(solid, () => this.#implicit(solid, bounds ?? SQUARE));
-      }
-      if (bounds) return this.#implicit(expression, bounds);
-      let box;
-      try {
-        box = this.#bounds(expression);
-      } catch (error) {
-        if (!(error instanceof CoreError)) throw error;
-        box = CUBE;
-      }
-      return this.#implicit(expression, box);
+      return new Shape(this, this.made("make_vm_solid", expression, bounds ? as(Float64Array, bounds) : 0));
     });
   }
 
@@ -248,70 +223,90 @@ export class Core {
     }
   }
 
-  /** @param {number} expression @param {ArrayLike<number>} [bounds] (2, 3) */
+  /** @param {number} expression @param {ArrayLike<number>} [bounds] (2, 3), which are found without */
   #implicit(expression, bounds) {
-    if (!bounds) {
-      try {
-        bounds = this.#bounds(expression);
-      } catch (error) {
-        throw error instanceof CoreError ? new CoreError(`shape: expected ${error.message}; cut it`) : error;
+    return new Shape(this, this.made("make_implicit", expression, bounds ? as(Float64Array, bounds) : 0));
+  }
+
+  /** Trimmed NURBS surfaces, by the arrays of a scene file. @param {import("./splines.js").BrepTensors} tensors */
+  brep({ faces, control_points, knots, loops, trims, trim_control_points, trim_knots, tolerance }) {
+    return new Shape(this, this.made("make_brep", faces, faces.length / 5, control_points, knots, loops, trims,
+                                     trim_control_points, trim_knots, tolerance?.[0] ?? 0));
+  }
+
+  /**
+   * A tube.
+   *
+   * @param {Float64Array} controlPoints (n, 5), x, y, z, radius and weight @param {Float64Array} knots
+   */
+  tube(controlPoints, knots) {
+    const count = controlPoints.length / 5;
+    return new Shape(this, this.made("make_tube", controlPoints, count, knots, knots.length - count - 1));
+  }
+
+  // ---- What shapes and files are ----------------------------------------------------------------------------
+
+  /** SHA-256 of bytes. @param {Uint8Array} bytes @returns {Uint8Array} (32,) */
+  sha256(bytes) {
+    const hash = this.made("make_sha256");
+    for (let at = 0; at < bytes.length; at += PIECE) {
+      const piece = bytes.subarray(at, at + PIECE);
+      this.call("add_bytes", hash, piece, piece.length);
+    }
+    return this.written(Uint8Array, 32, (address) => this.call("end_sha256", hash, address));
+  }
+
+  /**
+   * SHA-256 of what a shape is, as Python's Shape.digest.
+   *
+   * @param {string} kind
+   * @param {[name: string, value: unknown, columns: number][]} fields arrays, of rows of so many columns, or of single numbers
+   *   where these are 0; all else counts as text
+   * @returns {Uint8Array} (32,)
+   */
+  shapeDigest(kind, fields) {
+    const digest = this.made("make_digest", kind);
+    for (const [name, value, columns] of fields.sort(([a], [b]) => (a < b ? -1 : 1))) {
+      if (ArrayBuffer.isView(value)) {
+        const array = /** @type {Float64Array} */ (value), type = /** @type {string} */ (DTYPES.get(array.constructor));
+        this.call("digest_tensor", digest, name, type, array.length / (columns || 1), columns, array, array.byteLength);
+      } else {
+        this.call("digest_text", digest, name, `${value}`);
       }
     }
-    if (Number.isNaN(bounds[0])) {
-      const wanted = "a formula that is negative somewhere within 1e9 of the origin";
-      throw new CoreError(`shape: expected ${wanted}, got one that never is`);
-    }
-    const box = as(Float64Array, bounds);
-    let handle = 0;
-    const [x, y, z, size] = this.written(Float64Array, 4, (address) => {
-      handle = this.made("make_implicit", expression, box, address);
-    });
-    return new Shape(this, handle, [x, y, z], size);
-  }
-
-  /** @param {number} expression @returns {Float64Array} (2, 3), NaN where it is positive everywhere */
-  #bounds(expression) {
-    return this.written(Float64Array, 6, (address) => this.made("find_bounds", expression, address));
+    return this.written(Uint8Array, 32, (address) => this.call("end_digest", digest, address));
   }
 
   /**
-   * Trimmed NURBS surfaces, by the arrays of a scene file (CONVENTIONS.md), whose control points are homogeneous here,
-   * and moved and scaled to a sphere of size 1.
+   * The order in which the core must get the instances of a scene, so that pictures do not depend on that in which they stand.
    *
-   * @param {{faces: Int32Array, controlPoints: Float64Array, knots: Float64Array, loops?: Int32Array,
-   *          trims?: Int32Array, trimControlPoints?: Float64Array, trimKnots?: Float64Array, tolerance?: number}} arrays
-   * @param {number[]} [center] of that sphere before, and @param {number} [size]
+   * @param {{digest: Uint8Array, transform: ArrayLike<number>, material: ArrayLike<number>}[]} instances
+   *   digest: of the shape; transform (4, 4); material (7)
+   * @returns {number[]} which comes first, second, ..
    */
-  brep(arrays, center = [0, 0, 0], size = 1) {
-    const { faces, controlPoints, knots, loops, trims, trimControlPoints, trimKnots, tolerance = 0 } = arrays;
-    const handle = this.made("make_brep", faces, faces.length / 5, controlPoints, knots, loops ?? 0, trims ?? 0,
-                             trimControlPoints ?? 0, trimKnots ?? 0, tolerance);
-    return new Shape(this, handle, center, size);
+  canonicalOrder(instances) {
+    const joined = (/** @type {"digest" | "transform" | "material"} */ name) => instances.flatMap((i) => Array.from(i[name]));
+    return Array.from(this.written(Int32Array, instances.length, (address) => {
+      this.made("canonical_order", Uint8Array.from(joined("digest")), Float64Array.from(joined("transform")),
+                Float64Array.from(joined("material")), instances.length, address);
+    }));
   }
 
-  /**
-   * A tube, moved and scaled to a sphere of size 1.
-   *
-   * @param {Float64Array} controlPoints (n, 5), w (x, y, z, radius, 1) @param {Float64Array} knots
-   * @param {number[]} [center] of that sphere before, and @param {number} [size]
-   */
-  tube(controlPoints, knots, center = [0, 0, 0], size = 1) {
-    const count = controlPoints.length / 5;
-    return new Shape(this, this.made("make_tube", controlPoints, count, knots, knots.length - count - 1), center, size);
+  /** How much longer vectors become by a map, (4, 4), the largest first. @param {ArrayLike<number>} map */
+  singularValues(map) {
+    return Array.from(this.written(Float64Array, 3, (address) => {
+      this.call("singular_values", Float64Array.from(map), address);
+    }));
   }
 
   // ---- Scenes ---------------------------------------------------------------------------------------------
 
-  /**
-   * A scene of instances whose maps and boxes are known, such as Python makes them.
-   *
-   * @param {Instance[]} instances
-   */
+  /** A scene; where surfaces coincide, the first of the instances is seen. @param {Instance[]} instances */
   scene(instances) {
-    const joined = (/** @type {"toShape" | "box" | "material"} */ name) => instances.flatMap((i) => Array.from(i[name]));
+    const joined = (/** @type {"transform" | "material"} */ name) => instances.flatMap((i) => Array.from(i[name]));
     const shapes = Uint32Array.from(instances, (i) => i.shape.handle);
-    const handle = this.made("make_scene", shapes, instances.length, Float64Array.from(joined("toShape")),
-                             Float32Array.from(joined("box")), Float32Array.from(joined("material")));
+    const handle = this.made("make_scene", shapes, instances.length, Float64Array.from(joined("transform")),
+                             Float32Array.from(joined("material")));
     return new Scene(this, handle);
   }
 
@@ -353,118 +348,17 @@ export class Core {
   }
 }
 
-/** A surface. The core knows it in coordinates of its own, in which it is about 1 in size. */
+/** A surface, in units of its own. */
 export class Shape {
-  /**
-   * @param {Core} core @param {number} handle
-   * @param {number[]} center @param {number} size of the core's unit sphere
-   */
-  constructor(core, handle, center, size) {
+  /** @param {Core} core @param {number} handle */
+  constructor(core, handle) {
     this.core = core;
     this.handle = handle;
-    this.center = center;
-    this.size = size;
-  }
-
-  /** From the shape's own units to the core's coordinates. */
-  get toCore() {
-    return toUnitSphere(this.center, this.size);
-  }
-
-  /** @param {Matrix} matrix @returns {number[]} from the core's coordinates to where a matrix places the shape */
-  #fromCore(matrix) {
-    return product(matrix, fromUnitSphere(this.center, this.size));
-  }
-
-  /**
-   * The lowest and highest coordinates, placed by a matrix.
-   *
-   * @param {Matrix} matrix @returns {{low: number[], high: number[]}}
-   */
-  bounds(matrix) {
-    const map = Float64Array.from(this.#fromCore(matrix).slice(0, 12));
-    const box = Array.from(this.core.written(Float64Array, 6, (address) => {
-      this.core.made("placed_bounds", this.handle, map, address);
-    }));
-    return { low: box.slice(0, 3), high: box.slice(3) };
-  }
-
-  /**
-   * The distance from a point to the farthest one of the shape placed by a matrix.
-   *
-   * @param {number[]} about @param {Matrix} matrix
-   */
-  radius(about, matrix) {
-    const whole = this.#fromCore(matrix), [largest] = singularValues(whole), map = Float64Array.from(whole.slice(0, 12));
-    return this.core.made("placed_radius", this.handle, map, Float64Array.from(about), largest);
   }
 
   /** Scenes that have it keep it. */
   free() {
     this.core.call("free_shape", this.handle);
-  }
-}
-
-/** A mesh, whose extents are those of the vertices that its triangles use. */
-class Mesh extends Shape {
-  /**
-   * @param {Core} core @param {number} handle @param {number[]} center @param {number} size
-   * @param {Points} points which end with it
-   */
-  constructor(core, handle, center, size, points) {
-    super(core, handle, center, size);
-    this.points = points;
-  }
-
-  /** @override @param {Matrix} matrix */
-  bounds(matrix) {
-    return this.points.bounds(matrix);
-  }
-
-  /** @override @param {number[]} about @param {Matrix} matrix */
-  radius(about, matrix) {
-    return this.points.radius(about, matrix);
-  }
-
-  /** @override */
-  free() {
-    super.free();
-    this.points.free();
-  }
-}
-
-/** The vertices of a mesh in its own units, in the core. */
-class Points {
-  /** @param {Core} core @param {Float64Array} vertices (V, 3) @param {Int32Array} triangles (T, 3) */
-  constructor(core, vertices, triangles) {
-    this.core = core;
-    this.count = vertices.length / 3;
-    this.address = core.put(vertices);
-    this.used = core.allocate(this.count);
-    try {
-      core.made("mark_used", triangles, triangles.length / 3, this.used, this.count);
-    } catch (error) {
-      this.free();
-      throw error;
-    }
-  }
-
-  /** @param {Matrix} matrix @returns {{low: number[], high: number[]}} of those that a triangle uses, moved by a matrix */
-  bounds(matrix) {
-    const box = Array.from(this.core.written(Float64Array, 6, (address) => {
-      this.core.call("point_bounds", this.address, this.used, this.count, Float64Array.from(matrix), address);
-    }));
-    return { low: box.slice(0, 3), high: box.slice(3) };
-  }
-
-  /** @param {number[]} about @param {Matrix} matrix @returns {number} the distance to the farthest, not finite where one is not */
-  radius(about, matrix) {
-    return this.core.call("point_radius", this.address, this.used, this.count, Float64Array.from(matrix), Float64Array.from(about));
-  }
-
-  free() {
-    this.core.release(this.address);
-    this.core.release(this.used);
   }
 }
 

@@ -9,8 +9,7 @@ import { readObj } from "./files/obj.js";
 import { readOff } from "./files/off.js";
 import { meshScene } from "./files/part.js";
 import { readPly } from "./files/ply.js";
-import { inCanonicalOrder } from "./order.js";
-import { sceneOf } from "./scene.js";
+import { inCanonicalOrder, sceneOf } from "./scene.js";
 
 /**
  * @typedef {import("./core.js").Core} Core
@@ -51,7 +50,7 @@ export async function readFile(core, name, bytes) {
     const read = Object.hasOwn(READERS, ending) ? READERS[ending] : undefined;
     if (!read) throw new CoreError(`expected one of ${ENDINGS.join(" ")}, got ${ending || "no ending"}`);
     if (bytes.byteLength === 0) throw new CoreError("expected a scene, got an empty file");
-    return inCanonicalOrder(await read(core, bytes, name));
+    return inCanonicalOrder(core, await read(core, bytes, name));
   } catch (error) {
     const [what, line] = error instanceof CoreError ? [error.message, error.line] : [reason(ending, error), null];
     throw new CoreError(oneLine(`${name}: ${what}`), line);

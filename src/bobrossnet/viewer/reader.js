@@ -14,8 +14,7 @@
  */
 import { Core } from "./core.js";
 import { readFile } from "./files.js";
-import { inCanonicalOrder } from "./order.js";
-import { turnedUpright } from "./scene.js";
+import { inCanonicalOrder, turnedUpright } from "./scene.js";
 
 /** Bytes of scenes that may be held by all tracers together. */
 const MOST = 400e6;
@@ -45,7 +44,7 @@ async function read({ name, source, yUp, port, module }) {
   try {
     const core = new Core(new WebAssembly.Instance(module));
     scene = await readFile(core, name, await bytesOf(source));
-    if (yUp) scene = inCanonicalOrder(turnedUpright(scene));
+    if (yUp) scene = inCanonicalOrder(core, turnedUpright(scene));
     port.postMessage({ kind: "open", scene });
     const [shape] = scene.shapes;
     const script = scene.shapes.length === 1 && shape.kind === "script" && !yUp ? shape.source : null;

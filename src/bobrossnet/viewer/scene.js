@@ -24,7 +24,7 @@
  *   warnings: what of a file was left out or is not shown as it is, a line each
  */
 
-import { IDENTITY, UPRIGHT, fromUnitSphere, inverse, product, toUnitSphere } from "./affine.js";
+import { IDENTITY, UPRIGHT, product } from "./affine.js";
 import { CoreError, placedErrors } from "./errors.js";
 import { brep, tube } from "./splines.js";
 
@@ -33,6 +33,14 @@ import { brep, tube } from "./splines.js";
  * @typedef {import("./core.js").Shape} Shape
  * @typedef {ReturnType<Core["scene"]>} BuiltScene whoever asked for it frees it
  */
+
+/** Numbers in a row of an array, where these are not single. @type {Record<string, Record<string, number>>} */
+const COLUMNS = {
+  mesh: { vertices: 3, triangles: 3, normals: 3 },
+  implicit: { operands: 3, bounds: 3 },
+  brep: { faces: 5, control_points: 4, trims: 2, trim_control_points: 3 },
+  tube: { control_points: 3 },
+};
 
 /** As bobrossnet.Material(). @type {Material} */
 export const WHITE = { color: [1, 1, 1], ambient: 0.1, diffuse: 0.7, specular: 0.2, shininess: 32 };
@@ -71,8 +79,27 @@ export function materialValues({ color, ambient, diffuse, specular, shininess })
 }
 
 /**
- * The scene in the core, moved and scaled to the unit sphere as Python's Scene does it, so that pictures are equal.
- * Where surfaces coincide, the first of the instances is seen.
+ * The same scene with its instances in the order in which the core must get them, so that pictures do not depend on that in a
+ * file. Scripts and .vm formulas count by their texts.
+ *
+ * @param {Core} core
+ * @param {SceneDescription} scene
+ * @returns {SceneDescription}
+ */
+export function inCanonicalOrder(core, scene) {
+  const { shapes, instances } = scene;
+  if (instances.length < 2) return scene;
+  const digests = shapes.map(({ kind, ...fields }) => {
+    return core.shapeDigest(kind, Object.entries(fields).map(([name, value]) => [name, value, COLUMNS[kind]?.[name] ?? 0]));
+  });
+  const order = core.canonicalOrder(instances.map(({ shape, transform = IDENTITY, material = WHITE }) => {
+    return { digest: digests[shape], transform, material: materialValues(material) };
+  }));
+  return { ...scene, instances: order.map((i) => instances[i]) };
+}
+
+/**
+ * The scene in the core. Where surfaces coincide, the first of the instances is seen.
  *
  * @param {Core} core
  * @param {SceneDescription} description
@@ -88,16 +115,9 @@ export function buildScene(core, { shapes: descriptions, instances }) {
       const make = () => makeShape(core, description);
       shapes.push(descriptions.length > 1 ? placedErrors(`shapes[${i}]`, make) : make());
     });
-    const placed = instances.map(({ shape, transform = IDENTITY, material = WHITE }) => {
-      return { shape: shapes[shape], transform, material, box: shapes[shape].bounds(transform) };
-    });
-    const { center, radius } = boundingSphere(placed);
-    return core.scene(placed.map(({ shape, transform, material, box: { low, high } }) => ({
-      shape,
-      toShape: toShape(shape, transform, center, radius).slice(0, 12),
-      box: [low, high].flatMap((corner) => corner.map((value, axis) => (value - center[axis]) / radius)),
-      material: materialValues(material),
-    })));
+    return core.scene(instances.map(({ shape, transform = IDENTITY, material = WHITE }) => {
+      return { shape: shapes[shape], transform, material: materialValues(material) };
+    }));
   } finally {
     for (const shape of shapes) shape.free();
   }
@@ -116,38 +136,4 @@ function makeShape(core, description) {
     case "brep": return brep(core, description);
     case "tube": return tube(core, description);
   }
-}
-
-/**
- * The sphere about the centre of the common bounding box that reaches to the farthest point.
- *
- * @param {{shape: Shape, transform: ArrayLike<number>, box: {low: number[], high: number[]}}[]} placed
- */
-function boundingSphere(placed) {
-  const center = [0, 1, 2].map((axis) => {
-    const low = Math.min(...placed.map(({ box }) => box.low[axis]));
-    const high = Math.max(...placed.map(({ box }) => box.high[axis]));
-    return low / 2 + high / 2;
-  });
-  const radius = Math.max(...placed.map(({ shape, transform }) => shape.radius(center, transform)));
-  if (!(radius > 0)) throw new CoreError("shapes: expected an extent above zero, got all vertices in one point");
-  if (!(radius < Infinity && radius > 1e-307)) {
-    throw new CoreError(`shapes: expected a radius that float64 holds with its reciprocal, got ${radius}`);
-  }
-  return { center, radius };
-}
-
-/**
- * From the unit sphere to the core's coordinates of a shape.
- *
- * @param {Shape} shape
- * @param {ArrayLike<number>} transform
- * @param {number[]} center
- * @param {number} radius
- */
-function toShape(shape, transform, center, radius) {
-  const fromScene = product(shape.toCore, inverse(transform)), toSphere = toUnitSphere(center, radius);
-  const same = fromScene.every((value, i) => value === toSphere[i]);
-  if (same) return [...IDENTITY];  // to the bit, which the product is not
-  return product(fromScene, fromUnitSphere(center, radius));
 }

@@ -1,11 +1,9 @@
 // @ts-check
 /** Scene files, .bob (CONVENTIONS.md has their fields): whatever is not as written by bobrossnet is refused. */
 
-import { isSingular } from "../affine.js";
 import {
   CoreError, brief, checkFields, checkFinite, checkInteger, checkList, checkNumber, placedErrors,
 } from "../errors.js";
-import { hex, sha256 } from "../sha256.js";
 import { checkBrep, checkTube } from "../splines.js";
 
 /**
@@ -19,6 +17,9 @@ const FORMAT = "bobrossnet-scene", VERSION = "1";
 
 /** The checksum comes first: of the whole file, with its own digits taken as zeros. */
 const START = '{"__metadata__":{"sha256":"', DIGITS = 8 + START.length, BODY = DIGITS + 64;
+
+/** What is singular, as bobrossnet.shapes.affine.FLATTEST. */
+const FLATTEST = 1e-10;
 
 /** @type {Record<string, {new (buffer: ArrayBuffer): any, BYTES_PER_ELEMENT: number}>} */
 const TYPES = { F64: Float64Array, F32: Float32Array, I32: Int32Array, U32: Uint32Array, U8: Uint8Array };
@@ -39,11 +40,11 @@ const KINDS = {
 };
 
 /**
- * @param {Core} core that checks formulas
+ * @param {Core} core that checks what it knows best
  * @param {ArrayBuffer} bytes which the scene's arrays are views of, and which is no whole file afterwards
- * @returns {Promise<SceneDescription>}
+ * @returns {SceneDescription}
  */
-export async function readBob(core, bytes) {
+export function readBob(core, bytes) {
   const all = new Uint8Array(bytes), text = new TextDecoder();
   if (text.decode(all.subarray(8, DIGITS)) !== START) {
     const start = brief(text.decode(all.subarray(0, 32)));
@@ -51,7 +52,7 @@ export async function readBob(core, bytes) {
   }
   const checksum = text.decode(all.subarray(DIGITS, BODY));
   all.fill("0".charCodeAt(0), DIGITS, BODY);
-  if (checksum !== hex(await sha256(bytes))) {
+  if (checksum !== hex(core.sha256(all))) {
     throw new CoreError("expected a whole file, got one that was damaged or cut short: its checksum differs");
   }
   const size = Number(new DataView(bytes).getBigUint64(0, true));
@@ -68,7 +69,7 @@ export async function readBob(core, bytes) {
   }));
   checkNames(tensors, kinds.length);
   const instances = checkList("instances", content.instances);
-  return { shapes, instances: instances.map((item, i) => readInstance(`instances[${i}]`, item, shapes.length)) };
+  return { shapes, instances: instances.map((item, i) => readInstance(core, `instances[${i}]`, item, shapes.length)) };
 }
 
 /** @param {Record<string, any>} tensors @param {number} count */
@@ -171,8 +172,14 @@ function checkShape(core, shape) {
   }
 }
 
-/** @param {string} place @param {any} item @param {number} shapes how many there are @returns {InstanceDescription} */
-function readInstance(place, item, shapes) {
+/**
+ * @param {Core} core
+ * @param {string} place
+ * @param {any} item
+ * @param {number} shapes how many there are
+ * @returns {InstanceDescription}
+ */
+function readInstance(core, place, item, shapes) {
   const { shape, transform, material, name } = checkFields(place, item, "shape", "transform", "material", "name");
   checkInteger(`${place}.shape`, shape, 0, shapes - 1);
   const rows = checkList(`${place}.transform`, transform).flatMap((row) => checkList(`${place}.transform`, row));
@@ -184,7 +191,8 @@ function readInstance(place, item, shapes) {
     const last = rows.slice(12).join(", ");
     throw new CoreError(`${place}.transform: expected an affine map, whose last row is (0, 0, 0, 1), got (${last})`);
   }
-  if (isSingular(rows)) {
+  const [largest, , smallest] = core.singularValues(rows);
+  if (!(smallest > FLATTEST * largest)) {
     throw new CoreError(`${place}.transform: expected a map that keeps all three dimensions, got one that is singular`);
   }
   const of = `${place}.material`;
@@ -202,4 +210,9 @@ function readInstance(place, item, shapes) {
     throw new CoreError(`${place}.name: expected a string, got ${brief(name)}`);
   }
   return { shape, transform: rows, material: { color, ambient, diffuse, specular, shininess }, name };
+}
+
+/** @param {Uint8Array} bytes */
+function hex(bytes) {
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }
