@@ -1,6 +1,7 @@
 """Scenes of several shapes: places, materials, and that neither order nor threads matter."""
 
 import copy
+import hashlib
 import itertools
 import pickle
 
@@ -261,6 +262,35 @@ def test_traced_shapes_can_be_copied(copied):
     picture = bob.trace(mesh, size=(16, 16))
     assert bob.trace(copied(mesh), size=(16, 16)) == picture
     assert copied(mesh).digest == mesh.digest != cube().digest
+
+
+def test_traced_scenes_can_be_copied():
+    scene = bob.Scene(crowd())
+    picture = bob.trace(scene, size=(16, 16))
+    for again in (copy.deepcopy(scene), pickle.loads(pickle.dumps(scene))):
+        assert bob.trace(again, size=(16, 16)) == picture
+
+
+def test_digests_are_what_files_rely_on():
+    """SHA-256 of the kind and each tensor with its name, dtype and shape; of that, the transform and the material."""
+    shapes = [cube(), ball(), bob.nurbs_surface(np.arange(12.0).reshape(2, 2, 3) ** 2, [0, 0, 1, 1], [0, 0, 1, 1])]
+    shapes += [bob.polyline([(0, 0, 0), (0, 0, 1)], 0.1), bob.implicit(lambda x, y, z: x * x + y * y + z * z - 1)]
+    for shape in shapes:
+        digest = hashlib.sha256(shape.kind.encode())
+        for name, tensor in sorted(shape.tensors().items()):
+            digest.update(f"{name} {tensor.dtype.str} {tensor.shape}".encode() + tensor.tobytes())
+        assert shape.digest == digest.digest()
+        instance = bob.Instance(shape, material=bob.Material((0.1, 0.2, 0.3))).rotate(1)
+        seen = np.array([*instance.transform.ravel(), *instance.material.values()])
+        assert instance.digest() == hashlib.sha256(shape.digest + seen.tobytes()).digest()
+
+
+def test_scenes_wait_for_the_first_ray_before_they_build():
+    mesh = ball()
+    scene = bob.Scene([mesh, bob.Instance(mesh).scale(2)])
+    assert scene.radius == pytest.approx(2)
+    assert mesh.core.bytes == 0
+    assert scene.core.bytes == mesh.core.bytes > 0
 
 
 # ---- Materials -------------------------------------------------------------------------------------------

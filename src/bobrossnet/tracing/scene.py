@@ -73,6 +73,9 @@ class Scene:
         self.center: Points = self._arrangement.center
         self.radius = self._arrangement.radius
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Scene, (self.instances,)  # what is in the core can't be copied
+
     def __repr__(self) -> str:
         return f"Scene({self.describe()}, radius {self.radius:.6g})"
 
