@@ -292,7 +292,7 @@ def build_row(example: Example) -> list[str]:
     bounds = _core.find_bounds(shape.expression) if shape.bounds is None else shape.bounds
     assert bounds is not None
     seconds = in_turn({"cells": partial(_core.Implicit, shape.expression, bounds), "all": partial(build, shape)}, RUNS)
-    core = shape.core[0]
+    core = shape.core
     assert isinstance(core, _core.Implicit)
     return [
         example.name,

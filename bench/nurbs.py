@@ -29,7 +29,7 @@ import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.shapes.affine import mapped
 from bobrossnet.shapes.nurbs import TrimCurve
-from bobrossnet.shapes.splines import homogeneous
+from bobrossnet.shapes.splines import with_weights
 
 FILES = ("newell_teapot.bpt", "human_head.3dm", "gear.3dm")
 SIZE = (480, 640)
@@ -185,7 +185,9 @@ def untrimmed(face: bob.Face, tolerance: float) -> Iterator[tuple[F64, Triangles
 def curve_points(curve: TrimCurve, t: F64) -> F64:
     """(n, 2) at parameters (n,), by A4.1 of *The NURBS Book*."""
     at, values = _core.basis_derivatives(curve.degree, curve.knots, t, 0)
-    near = homogeneous(curve.control_points, curve.weights)[at[:, None] + np.arange(-curve.degree, 1)]
+    near = _core.homogeneous(with_weights(curve.control_points, curve.weights))[
+        at[:, None] + np.arange(-curve.degree, 1)
+    ]
     point = (values[:, 0, :, None] * near).sum(axis=1)
     result: F64 = point[:, :-1] / point[:, -1:]
     return result
@@ -296,7 +298,9 @@ def tessellate(scene: bob.Scene) -> Tessellation:
 
     arguments = [
         (
-            homogeneous(face.control_points, face.weights),
+            _core.homogeneous(with_weights(face.control_points, face.weights).reshape(-1, 4)).reshape(
+                *face.control_points.shape[:2], 4
+            ),
             face.knots_u,
             face.knots_v,
             face.degree_u,
@@ -521,8 +525,10 @@ def memory_row(example: Example, mesh: Tessellation) -> list[str]:
     points = in_unit_sphere(example.scene, vertices)
     with multiprocessing.get_context("spawn").Pool(1) as child:  # a process whose memory nothing else has touched
         embree = child.apply(embree_growth, (points, triangles))
-    ours = sum(shape.core[0].bytes for shape in {id(i.shape): i.shape for i in example.scene.instances}.values())
+    ours = sum(shape.core.bytes for shape in {id(i.shape): i.shape for i in example.scene.instances}.values())
     arrays = points.nbytes + triangles.nbytes
+    ours_meshed = _core.Mesh(points.astype(np.float64), triangles, None)
+    ours_meshed.prepare()
     return [
         example.name,
         mesh.name,
@@ -531,7 +537,7 @@ def memory_row(example: Example, mesh: Tessellation) -> list[str]:
         f"{ours / embree:.2f}",
         f"{arrays / 2**10:,.0f}",
         f"{points.nbytes / 2**10:,.0f}",
-        f"{_core.Mesh(points, triangles, None).bytes / 2**10:,.0f}",
+        f"{ours_meshed.bytes / 2**10:,.0f}",
     ]
 
 

@@ -26,6 +26,13 @@ RAYS = 200_000
 RUNS = 7
 
 
+def prepared(mesh: bob.Mesh) -> _core.Mesh:
+    """Ready for its first ray, with normals that are computed."""
+    shape = _core.Mesh(mesh.vertices, mesh.triangles, None)
+    shape.prepare()
+    return shape
+
+
 def main() -> None:
     origin, direction = random_rays(RAYS)
     t = np.empty(RAYS, np.float32)
@@ -38,10 +45,10 @@ def main() -> None:
         scene = bob.Scene(mesh)
         vertices = ((mesh.vertices - scene.center) / scene.radius).astype(np.float32)
 
-        shape = _core.Mesh(vertices, mesh.triangles, None)
+        shape = prepared(mesh)
         build = in_turn(
             {
-                "ours": partial(_core.Mesh, vertices, mesh.triangles, None),
+                "ours": partial(prepared, mesh),
                 "embree": partial(build_embree, vertices, mesh.triangles),
             },
             RUNS,

@@ -4,12 +4,14 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 
+#include "affine.h"
 #include "picture/channels.h"
 
 namespace nb = nanobind;
@@ -30,6 +32,15 @@ inline void expect(bool condition, const char* what) {
 template <class T, class A>
 std::span<const T> items(const A& array) {
     return {reinterpret_cast<const T*>(array.data()), array.shape(0)};
+}
+
+/// A map of space, whose last row is (0, 0, 0, 1).
+using Matrix = Array<const double, 4, 4>;
+
+inline bob::AffineMap affine_map(const double* matrix) {
+    bob::AffineMap map;
+    std::copy_n(matrix, 12, &map.row[0][0]);
+    return map;
 }
 
 /// A new array of Python's, its values not set.

@@ -83,9 +83,24 @@ Array<double, -1, -1, -1, 3> surface_derivatives(const Array<const double, -1, -
     return result;
 }
 
+template <std::size_t N>
+void make_homogeneous(const Array<double, -1, -1>& points) {
+    bob::make_homogeneous<N>({reinterpret_cast<bob::Homogeneous<N>*>(points.data()), points.shape(0)});
+}
+
+Array<double, -1, -1> homogeneous(const Array<const double, -1, -1>& points) {
+    const std::size_t size = points.shape(1);
+    expect(size == 3 || size == 4, "points: expected 2 or 3 coordinates and a weight");
+    auto result = make_array<double, -1, -1>(points.shape(0), size);
+    std::copy_n(points.data(), points.size(), result.data());
+    size == 3 ? make_homogeneous<2>(result) : make_homogeneous<3>(result);
+    return result;
+}
+
 }  // namespace
 
 void bind_nurbs(nb::module_& m) {
+    m.def("homogeneous", &homogeneous, "points"_a);
     m.def("basis_derivatives", &basis_derivatives, "degree"_a, "knots"_a.noconvert(), "u"_a.noconvert(), "order"_a);
     m.def("surface_derivatives", &surface_derivatives, "control_points"_a.noconvert(), "knots_u"_a.noconvert(),
           "knots_v"_a.noconvert(), "degree_u"_a, "degree_v"_a, "u"_a.noconvert(), "v"_a.noconvert(), "order"_a);

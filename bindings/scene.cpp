@@ -1,32 +1,70 @@
 /// Scenes, and what tracing these gives.
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/vector.h>
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "bindings.h"
 #include "parallel.h"
-#include "tracing/scene.h"
+#include "tracing/arrangement.h"
 #include "tracing/trace.h"
 
 using namespace nb::literals;
 
 namespace {
 
-void init_scene(bob::Scene* self, const std::vector<std::shared_ptr<bob::Shape>>& shapes,
-                const Array<const double, -1, 3, 4>& to_shape, const Array<const float, -1, 2, 3>& boxes,
-                const Array<const float, -1, 7>& materials) {
-    const std::size_t count = shapes.size();
-    expect(to_shape.shape(0) == count && boxes.shape(0) == count && materials.shape(0) == count,
-           "scene: expected arrays of one length");
-    std::vector<bob::Instance> instances;
-    for (std::size_t i = 0; i < count; ++i) {
+void init_arrangement(bob::Arrangement* self, const std::vector<std::shared_ptr<bob::Shape>>& shapes,
+                      const Array<const double, -1, 4, 4>& transforms, const Array<const float, -1, 7>& materials) {
+    expect(transforms.shape(0) == shapes.size() && materials.shape(0) == shapes.size(),
+           "arrangement: expected arrays of one length");
+    std::vector<bob::Placed> placed;
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
         const float* m = materials.data() + 7 * i;
-        instances.push_back({shapes[i], items<bob::AffineMap>(to_shape)[i], items<bob::Vec3[2]>(boxes)[i][0],
-                             items<bob::Vec3[2]>(boxes)[i][1], {{m[0], m[1], m[2]}, m[3], m[4], m[5], m[6]}});
+        placed.push_back({shapes[i], affine_map(transforms.data() + 16 * i), {{m[0], m[1], m[2]}, m[3], m[4], m[5], m[6]}});
     }
-    new (self) bob::Scene(std::move(instances));
+    std::optional<bob::Arrangement> made;  // not in its place before it is known that nothing stopped it
+    interruptible([&](const auto& keep_going) { made.emplace(std::move(placed), keep_going); });
+    new (self) bob::Arrangement(std::move(*made));
+}
+
+std::optional<bob::Scene> scene(const bob::Arrangement& arrangement, const std::vector<nb::bytes>& digests) {
+    std::vector<bob::Digest> converted(digests.size());
+    for (std::size_t i = 0; i < digests.size(); ++i) {
+        expect(digests[i].size() == converted[i].size(), "digests: expected 32 bytes each");
+        std::copy_n(digests[i].c_str(), converted[i].size(), reinterpret_cast<char*>(converted[i].data()));
+    }
+    expect(digests.empty() || digests.size() == arrangement.size(), "digests: expected one for each shape");
+    std::optional<bob::Scene> made;
+    interruptible([&](const auto& keep_going) { made.emplace(arrangement.scene(converted, keep_going)); });
+    return made;
+}
+
+Array<double, 3> center(const bob::Arrangement& arrangement) {
+    auto result = make_array<double, 3>(3);
+    std::copy_n(arrangement.sphere().center, 3, result.data());
+    return result;
+}
+
+/// Low and high of each shape.
+Array<double, -1, 2, 3> boxes(const bob::Arrangement& arrangement) {
+    auto result = make_array<double, -1, 2, 3>(arrangement.size(), 2, 3);
+    for (std::size_t i = 0; i < arrangement.size(); ++i) {
+        std::copy_n(arrangement.bounds(i).low, 3, result.data() + 6 * i);
+        std::copy_n(arrangement.bounds(i).high, 3, result.data() + 6 * i + 3);
+    }
+    return result;
+}
+
+/// From the unit sphere to the coordinates in which rays meet each shape, in the caller's order.
+Array<double, -1, 3, 4> to_shapes(const bob::Scene& scene) {
+    auto result = make_array<double, -1, 3, 4>(scene.size(), 3, 4);
+    for (std::uint32_t i = 0; i < scene.size(); ++i) {
+        std::copy_n(&scene[i].to_shape.row[0][0], 12, result.data() + 12 * scene[i].number);
+    }
+    return result;
 }
 
 void closest_hits(const bob::Scene& scene, const Points& origins, const Points& directions,
@@ -47,10 +85,10 @@ void closest_hits(const bob::Scene& scene, const Points& origins, const Points& 
             for (std::size_t i = begin; i < end; ++i) {
                 const bob::SceneHit& hit = hits[i - begin];
                 t.data()[i] = hit.t;
-                instance.data()[i] = static_cast<std::int32_t>(hit.instance);
-                const bob::Place place = hit.instance == bob::no_instance
-                                             ? bob::Place{bob::no_primitive, 0, 0}
-                                             : scene[hit.instance].shape->place(hit.in_shape);
+                const bool missed = hit.instance == bob::no_instance;
+                instance.data()[i] = missed ? -1 : static_cast<std::int32_t>(scene[hit.instance].number);
+                const bob::Place place = missed ? bob::Place{bob::no_primitive, 0, 0}
+                                                : scene[hit.instance].shape->place(hit.in_shape);
                 primitive.data()[i] = static_cast<std::int32_t>(place.part);
                 u.data()[i] = place.u;
                 v.data()[i] = place.v;
@@ -71,12 +109,18 @@ void trace(const bob::Scene& scene, const bob::Camera& camera, int height, int w
 }  // namespace
 
 void bind_scene(nb::module_& m) {
+    nb::class_<bob::Arrangement>(m, "Arrangement")
+        .def("__init__", &init_arrangement, "shapes"_a, "transforms"_a.noconvert(), "materials"_a.noconvert())
+        .def("scene", &scene, "digests"_a)
+        .def_prop_ro("boxes", &boxes, nb::rv_policy::move)
+        .def_prop_ro("center", &center, nb::rv_policy::move)
+        .def_prop_ro("radius", [](const bob::Arrangement& arrangement) { return arrangement.sphere().radius; });
+
     nb::class_<bob::Scene>(m, "Scene")
-        .def("__init__", &init_scene, "shapes"_a, "to_shape"_a.noconvert(), "boxes"_a.noconvert(),
-             "materials"_a.noconvert())
         .def("closest_hits", &closest_hits, "origins"_a.noconvert(), "directions"_a.noconvert(), "t"_a.noconvert(),
              "instance"_a.noconvert(), "primitive"_a.noconvert(), "u"_a.noconvert(), "v"_a.noconvert())
         .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "layout"_a,
              "samples"_a.noconvert())
+        .def_prop_ro("to_shapes", &to_shapes, nb::rv_policy::move)
         .def_prop_ro("bytes", &bob::Scene::bytes);
 }

@@ -1,26 +1,35 @@
 /// Shapes: made of arrays, and measured.
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
 #include <nanobind/stl/tuple.h>
 
 #include <algorithm>
+#include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
 #include "bindings.h"
 #include "shapes/brep.h"
-#include "shapes/extent.h"
 #include "shapes/implicit.h"
 #include "shapes/mesh.h"
 #include "shapes/tube.h"
+#include "shapes/vm_solid.h"
+#include "tracing/canonical.h"
 
 using namespace nb::literals;
 
 namespace {
 
-void init_mesh(bob::Mesh* self, const Points& vertices, const Array<const std::int32_t, -1, 3>& triangles,
-               const std::optional<Points>& normals) {
+using Vertices = Array<const double, -1, 3>;
+using Triangles = Array<const std::int32_t, -1, 3>;
+
+/// Reads the arrays for as long as it lives.
+void init_mesh(bob::Mesh* self, const Vertices& vertices, const Triangles& triangles, const std::optional<Points>& normals) {
     expect(triangles.shape(0) > 0, "triangles: expected at least one");
     const auto count = static_cast<std::int64_t>(vertices.shape(0));
     for (std::size_t i = 0; i < 3 * triangles.shape(0); ++i) {
@@ -28,12 +37,19 @@ void init_mesh(bob::Mesh* self, const Points& vertices, const Array<const std::i
     }
     expect(!normals || normals->shape(0) == vertices.shape(0), "normals: expected one for each vertex");
     const auto vertex_normals = normals ? items<bob::Vec3>(*normals) : std::span<const bob::Vec3>{};
+    auto owner = std::make_shared<std::tuple<Vertices, Triangles, std::optional<Points>>>(vertices, triangles, normals);
     const nb::gil_scoped_release release;
-    new (self) bob::Mesh(items<bob::Vec3>(vertices), items<bob::Triangle>(triangles), vertex_normals);
+    new (self) bob::Mesh({items<bob::Mesh::Point>(vertices), items<bob::Triangle>(triangles), vertex_normals, owner});
 }
 
-using Matrix = Array<const double, 3, 4>;
 using Corners = Array<const double, 2, 3>;
+
+Array<double, 2, 3> to_array(const bob::Bounds& bounds) {
+    auto result = make_array<double, 2, 3>(2, 3);
+    std::copy_n(bounds.low, 3, result.data());
+    std::copy_n(bounds.high, 3, result.data() + 3);
+    return result;
+}
 
 void init_implicit(bob::Implicit* self, const bob::Expression& formula, const Corners& bounds) {
     bob::Bounds box;
@@ -54,10 +70,18 @@ std::optional<Array<double, 2, 3>> find_bounds(const bob::Expression& formula) {
         found = bob::find_bounds(formula);
     }
     if (!found) return std::nullopt;
-    auto result = make_array<double, 2, 3>(2, 3);
-    std::copy_n(found->low, 3, result.data());
-    std::copy_n(found->high, 3, result.data() + 3);
-    return result;
+    return to_array(*found);
+}
+
+std::tuple<bob::Expression, std::optional<Array<double, 2, 3>>, bool> vm_solid(const bob::Expression& formula) {
+    std::optional<bob::VmSolid> solid;
+    {
+        const nb::gil_scoped_release release;
+        solid = bob::vm_solid(formula);
+    }
+    std::optional<Array<double, 2, 3>> bounds;
+    if (solid->bounds) bounds = to_array(*solid->bounds);
+    return {std::move(solid->formula), std::move(bounds), solid->cut};
 }
 
 using Knots = Array<const double, -1>;
@@ -78,7 +102,8 @@ bob::NurbsCurve<N> curve(const Array<const double, -1, N + 1>& control_points, c
     return {degree(points.size(), knots), values(knots), {points.begin(), points.end()}};
 }
 
-/// Sequences of faces, of their loops and of these' curves, as `_core.pyi` has them.
+/// Sequences of faces, of their loops and of these' curves, as `_core.pyi` has them; control points have their weights
+/// behind them.
 void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance) {
     using Surface = std::tuple<Array<const double, -1, -1, 4>, Knots, Knots, nb::sequence>;
     using Curve = std::tuple<Array<const double, -1, 3>, Knots>;
@@ -99,61 +124,83 @@ void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance) {
         }
     }
     const nb::gil_scoped_release release;
-    new (self) bob::Brep(converted, tolerance);
+    new (self) bob::Brep(bob::Brep::of_weighted_points(std::move(converted), tolerance));
 }
 
 void init_tube(bob::Tube* self, const Array<const double, -1, 5>& control_points, const Knots& knots) {
-    const auto path = curve<4>(control_points, knots);
+    auto path = curve<4>(control_points, knots);
     const nb::gil_scoped_release release;
-    new (self) bob::Tube(path);
+    new (self) bob::Tube(bob::Tube::of_weighted_points(std::move(path)));
 }
 
-template <class S>
-Array<double, 2, 3> placed_bounds(const S& shape, const Matrix& map) {
-    auto result = make_array<double, 2, 3>(2, 3);
-    const nb::gil_scoped_release release;
-    bob::placed_bounds(shape, map.data(), result.data());
-    return result;
+Array<double, 2, 3> bounds(const bob::Shape& shape, const Matrix& map) {
+    bob::Bounds found;
+    {
+        const nb::gil_scoped_release release;
+        found = shape.bounds(affine_map(map.data()));
+    }
+    return to_array(found);
 }
 
-template <class S>
-double placed_radius(const S& shape, const Matrix& map, const Array<const double, 3>& center,
-                     double largest_singular_value) {
+double radius(const bob::Shape& shape, const Matrix& map, const Array<const double, 3>& center) {
     const nb::gil_scoped_release release;
-    return bob::placed_radius(shape, map.data(), center.data(), largest_singular_value);
+    return shape.radius(affine_map(map.data()), center.data());
 }
 
-/// A class of shapes whose extents the core finds.
-template <class S>
-nb::class_<S, bob::Shape> measured_class(nb::module_& m, const char* name) {
-    return nb::class_<S, bob::Shape>(m, name)
-        .def("bounds", &placed_bounds<S>, "map"_a.noconvert())
-        .def("radius", &placed_radius<S>, "map"_a.noconvert(), "center"_a.noconvert(), "largest_singular_value"_a);
+nb::bytes bytes_of(const bob::Digest& digest) { return nb::bytes(reinterpret_cast<const char*>(digest.data()), digest.size()); }
+
+nb::bytes shape_digest(std::string_view kind, const nb::dict& tensors) {
+    bob::ShapeDigest digest(kind);
+    for (const nb::handle item : nb::steal<nb::list>(nb::module_::import_("builtins").attr("sorted")(tensors.items()).release())) {
+        const auto [name, array] = nb::cast<std::tuple<std::string, nb::ndarray<nb::ro, nb::c_contig, nb::device::cpu>>>(item);
+        const auto code = static_cast<nb::dlpack::dtype_code>(array.dtype().code);
+        const char letter = code == nb::dlpack::dtype_code::Float ? 'f' : code == nb::dlpack::dtype_code::Int ? 'i' : 'u';
+        const std::string dtype = std::string(array.itemsize() > 1 ? "<" : "|") + letter + std::to_string(array.itemsize());
+        std::vector<std::size_t> shape(array.ndim());
+        for (std::size_t axis = 0; axis < shape.size(); ++axis) shape[axis] = array.shape(axis);
+        const auto* bytes = static_cast<const std::byte*>(array.data());
+        const nb::gil_scoped_release release;
+        digest.add({name, dtype, std::move(shape), {bytes, array.nbytes()}});
+    }
+    return bytes_of(digest.digest());
+}
+
+nb::bytes instance_digest(const nb::bytes& shape, const Matrix& transform, const Array<const double, 7>& material) {
+    bob::Digest digest;
+    expect(shape.size() == digest.size(), "shape: expected a digest of 32 bytes");
+    std::copy_n(shape.c_str(), digest.size(), reinterpret_cast<char*>(digest.data()));
+    return bytes_of(bob::instance_digest(digest, std::span<const double, 16>(transform.data(), 16),
+                                         std::span<const double, 7>(material.data(), 7)));
 }
 
 }  // namespace
 
 void bind_shapes(nb::module_& m) {
-    nb::class_<bob::Shape>(m, "Shape").def_prop_ro("bytes", &bob::Shape::bytes);
+    nb::class_<bob::Shape>(m, "Shape")
+        .def("bounds", &bounds, "map"_a)
+        .def("radius", &radius, "map"_a, "center"_a)
+        .def("prepare", &bob::Shape::prepare, nb::call_guard<nb::gil_scoped_release>())
+        .def_prop_ro("bytes", &bob::Shape::bytes);
+    m.def("shape_digest", &shape_digest, "kind"_a, "tensors"_a);
+    m.def("instance_digest", &instance_digest, "shape"_a, "transform"_a, "material"_a);
 
     nb::class_<bob::Mesh, bob::Shape>(m, "Mesh")
         .def("__init__", &init_mesh, "vertices"_a.noconvert(), "triangles"_a.noconvert(),
              "normals"_a.noconvert().none())
-        .def_prop_ro("bvh_bytes", [](const bob::Mesh& mesh) { return mesh.bvh().bytes(); });
+        .def_prop_ro("bvh_bytes", &bob::Mesh::bvh_bytes);
 
-    measured_class<bob::Implicit>(m, "Implicit")
+    nb::class_<bob::Implicit, bob::Shape>(m, "Implicit")
         .def("__init__", &init_implicit, "formula"_a, "bounds"_a.noconvert())
-        .def_prop_ro("center", [](const bob::Implicit& s) { return nb::make_tuple(s.center()[0], s.center()[1], s.center()[2]); })
-        .def_prop_ro("half_side", &bob::Implicit::half_side)
         .def_prop_ro("cells", [](const bob::Implicit& s) { return s.cells().cells().size(); })
         .def_prop_ro("unresolved_rays", &bob::Implicit::unresolved_rays);
     m.def("find_bounds", &find_bounds, "formula"_a);
+    m.def("vm_solid", &vm_solid, "formula"_a);
 
-    measured_class<bob::Brep>(m, "Brep")
+    nb::class_<bob::Brep, bob::Shape>(m, "Brep")
         .def("__init__", &init_brep, "faces"_a, "tolerance"_a)
         .def_prop_ro("patches", [](const bob::Brep& s) { return s.pieces().patches.size(); })
         .def_prop_ro("pieces", [](const bob::Brep& s) { return s.pieces().count; });
-    measured_class<bob::Tube>(m, "Tube")
+    nb::class_<bob::Tube, bob::Shape>(m, "Tube")
         .def("__init__", &init_tube, "control_points"_a.noconvert(), "knots"_a.noconvert())
         .def_prop_ro("pieces", &bob::Tube::pieces);
 }

@@ -6,7 +6,10 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -17,61 +20,23 @@
 #include "modelling/script.h"
 #include "shapes/bounds.h"
 #include "shapes/brep.h"
-#include "shapes/extent.h"
 #include "shapes/implicit.h"
 #include "shapes/mesh.h"
 #include "shapes/tube.h"
+#include "shapes/vm_solid.h"
 #include "picture/order.h"
-#include "tracing/scene.h"
+#include "tracing/arrangement.h"
+#include "tracing/canonical.h"
 #include "tracing/trace.h"
 
 namespace {
 
-/// A shape as scenes hold it, and what only its own type can tell.
+/// A shape, and the arrays that it reads until it is in a scene.
 struct Shape {
     std::shared_ptr<const bob::Shape> core;
-    void (*bounds)(const bob::Shape&, const double* map, double* bounds) = nullptr;
-    double (*radius)(const bob::Shape&, const double* map, const double* center, double largest_singular_value) = nullptr;
-};
-
-template <class S>
-Shape* measured(std::shared_ptr<const S> shape) {
-    return new Shape{std::move(shape),
-                     [](const bob::Shape& core, const double* map, double* bounds) {
-                         bob::placed_bounds(static_cast<const S&>(core), map, bounds);
-                     },
-                     [](const bob::Shape& core, const double* map, const double* center, double largest_singular_value) {
-                         return bob::placed_radius(static_cast<const S&>(core), map, center, largest_singular_value);
-                     }};
-}
-
-std::span<const bob::Triangle> checked(const std::int32_t* triangles, std::size_t count, std::size_t vertex_count) {
-    for (const std::int32_t index : std::span(triangles, 3 * count)) {
-        expect(index >= 0 && static_cast<std::size_t>(index) < vertex_count, "triangles: index out of range");
-    }
-    return {reinterpret_cast<const bob::Triangle*>(triangles), count};
-}
-
-/// Vertices in a mesh's own units, (count, 3), and which of them triangles have.
-struct Points {
-    const double* vertices;
-    const std::uint8_t* used;
-    std::size_t count;
-
-    /// f(x, y, z) of each, moved by a map, (3, 4).
-    template <class F>
-    void for_each(const double* map, F f) const {
-        for (std::size_t i = 0; i < count; ++i) {
-            if (!used[i]) continue;
-            const double* p = vertices + 3 * i;
-            double moved[3];
-            for (int axis = 0; axis < 3; ++axis) {
-                const double* row = map + 4 * axis;
-                moved[axis] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
-            }
-            f(moved);
-        }
-    }
+    std::vector<bob::Mesh::Point> vertices = {};
+    std::vector<bob::Triangle> triangles = {};
+    std::vector<bob::Vec3> normals = {};
 };
 
 template <class T>
@@ -91,6 +56,28 @@ template <std::size_t N>
 std::vector<bob::Homogeneous<N>> take_points(const double*& from, std::size_t count) {
     const auto* first = reinterpret_cast<const bob::Homogeneous<N>*>(take(from, count * (N + 1)));
     return {first, first + count};
+}
+
+bob::AffineMap affine_map(const double* matrix) {
+    bob::AffineMap map;
+    std::copy_n(matrix, 12, &map.row[0][0]);
+    return map;
+}
+
+Shape* surface_of(const bob::Expression& formula, const bob::Bounds& box) {
+    for (int axis = 0; axis < 3; ++axis) expect(box.low[axis] < box.high[axis], "bounds: expected each low below its high");
+    auto shape = std::make_shared<const bob::Implicit>(formula, box);
+    expect(!shape->cells().cells().empty(), "shape: expected a surface within the bounds, got none");
+    return new Shape{std::move(shape)};
+}
+
+bob::Bounds corners(const double* bounds) {
+    return {{bounds[0], bounds[1], bounds[2]}, {bounds[3], bounds[4], bounds[5]}};
+}
+
+bob::Bounds some(const std::optional<bob::Bounds>& bounds) {
+    expect(bounds.has_value(), "shape: expected a formula that is negative somewhere within 1e9 of the origin, got one that never is");
+    return *bounds;
 }
 
 }  // namespace
@@ -120,19 +107,6 @@ EXPORT(run_script) bob::Expression* run_script(const char* source, std::size_t s
 
 EXPORT(free_expression) void free_expression(bob::Expression* expression) { delete expression; }
 
-EXPORT(uses_z) bool uses_z(const bob::Expression* expression) { return expression->uses(bob::Op::z); }
-
-/// max(f(x, y), |z| - height / 2).
-EXPORT(extruded) bob::Expression* extruded(const bob::Expression* expression, double height) {
-    return attempt([&] {
-        bob::Graph graph;
-        const bob::Value z = graph.z(), sides = graph.substitute(*expression, graph.x(), graph.y(), z);
-        const bob::Value ends =
-            graph.binary(bob::Op::subtract, graph.unary(bob::Op::absolute, z), graph.constant(height / 2));
-        return new bob::Expression(graph.expression(graph.binary(bob::Op::maximum, sides, ends)));
-    });
-}
-
 /// bounds: (2, 3), NaN where the formula is positive everywhere. Fails where it has none.
 EXPORT(find_bounds) bool find_bounds(const bob::Expression* expression, double* bounds) {
     return attempt([&] {
@@ -145,94 +119,51 @@ EXPORT(find_bounds) bool find_bounds(const bob::Expression* expression, double* 
 
 // ---- Shapes ----------------------------------------------------------------------------------------------
 
-/// Vertices, (vertex_count, 3), become (v - center) / size: in double precision, so that neither unit nor distance from the origin
-/// costs precision. triangles: (triangle_count, 3); normals: (vertex_count, 3), or null.
+/// vertices: (vertex_count, 3); triangles: (triangle_count, 3); normals: (vertex_count, 3), or null.
 EXPORT(make_mesh)
-Shape* make_mesh(const double* vertices, std::size_t vertex_count, double center_x, double center_y, double center_z, double size,
-                 const std::int32_t* triangles, std::size_t triangle_count, const float* normals) {
+Shape* make_mesh(const double* vertices, std::size_t vertex_count, const std::int32_t* triangles, std::size_t triangle_count,
+                 const float* normals) {
     return attempt([&] {
         expect(triangle_count > 0, "triangles: expected at least one");
-        const std::span corners = checked(triangles, triangle_count, vertex_count);
-        std::vector<bob::Vec3> points(vertex_count);
-        for (std::size_t i = 0; i < vertex_count; ++i) {
-            const double* v = vertices + 3 * i;
-            points[i] = {static_cast<float>((v[0] - center_x) / size), static_cast<float>((v[1] - center_y) / size),
-                         static_cast<float>((v[2] - center_z) / size)};
+        for (const std::int32_t index : std::span(triangles, 3 * triangle_count)) {
+            expect(index >= 0 && static_cast<std::size_t>(index) < vertex_count, "triangles: index out of range");
         }
-        const auto* given = reinterpret_cast<const bob::Vec3*>(normals);
-        return new Shape{std::make_shared<bob::Mesh>(points, corners, std::span(given, given ? vertex_count : 0))};
+        const auto* points = reinterpret_cast<const bob::Mesh::Point*>(vertices);
+        const auto* corners = reinterpret_cast<const bob::Triangle*>(triangles);
+        const auto* directions = reinterpret_cast<const bob::Vec3*>(normals);
+        auto shape = std::make_unique<Shape>();
+        shape->vertices.assign(points, points + vertex_count);
+        shape->triangles.assign(corners, corners + triangle_count);
+        if (normals) shape->normals.assign(directions, directions + vertex_count);
+        shape->core = std::make_shared<bob::Mesh>(bob::Mesh::Arrays{shape->vertices, shape->triangles, shape->normals, nullptr});
+        expect(std::isfinite(shape->core->sphere().radius), "vertices: expected finite numbers, got NaN or infinite ones");
+        return shape.release();
     });
 }
 
-/// used: (vertex_count,), 1 where a triangle has a vertex, else 0.
-EXPORT(mark_used)
-bool mark_used(const std::int32_t* triangles, std::size_t triangle_count, std::uint8_t* used, std::size_t vertex_count) {
+/// bounds: (2, 3), or null where they are to be found.
+EXPORT(make_implicit) Shape* make_implicit(const bob::Expression* formula, const double* bounds) {
     return attempt([&] {
-        std::fill_n(used, vertex_count, std::uint8_t{0});
-        for (const bob::Triangle& t : checked(triangles, triangle_count, vertex_count)) {
-            for (const auto vertex : t) used[vertex] = 1;
+        if (bounds) return surface_of(*formula, corners(bounds));
+        std::optional<bob::Bounds> found;
+        try {
+            found = bob::find_bounds(*formula);
+        } catch (const std::invalid_argument& error) {
+            throw std::invalid_argument(std::string("shape: expected ") + error.what() + "; cut it");
         }
-        return true;
+        return surface_of(*formula, some(found));
     });
 }
 
-/// bounds: (2, 3), low and high of the used vertices moved by a map.
-EXPORT(point_bounds)
-void point_bounds(const double* vertices, const std::uint8_t* used, std::size_t count, const double* map, double* bounds) {
-    for (int axis = 0; axis < 3; ++axis) {
-        bounds[axis] = std::numeric_limits<double>::infinity(), bounds[3 + axis] = -bounds[axis];
-    }
-    Points{vertices, used, count}.for_each(map, [&](const double* p) {
-        for (int axis = 0; axis < 3; ++axis) {
-            if (p[axis] < bounds[axis]) bounds[axis] = p[axis];
-            if (p[axis] > bounds[3 + axis]) bounds[3 + axis] = p[axis];
-        }
-    });
-}
-
-/// The distance from `center` to the farthest used vertex moved by a map; not finite where one of them is not.
-EXPORT(point_radius)
-double point_radius(const double* vertices, const std::uint8_t* used, std::size_t count, const double* map, const double* center) {
-    const Points points{vertices, used, count};
-    double largest = 0;
-    points.for_each(map, [&](const double* p) {
-        for (int axis = 0; axis < 3; ++axis) largest = std::max(largest, std::fabs(p[axis] - center[axis]));
-    });
-    // In units of about the largest coordinate, so that squares stay within the range; a power of two rounds nothing.
-    int exponent = 0;
-    std::frexp(largest, &exponent);
-    exponent = std::max(exponent, -1000);
-    const double unit = std::ldexp(1, exponent);
-    double farthest = 0;
-    bool finite = true;
-    points.for_each(map, [&](const double* p) {
-        const double x = (p[0] - center[0]) / unit, y = (p[1] - center[1]) / unit, z = (p[2] - center[2]) / unit;
-        const double square = x * x + y * y + z * z;
-        farthest = std::max(farthest, square);
-        finite = finite && std::isfinite(square);
-    });
-    return finite ? std::sqrt(farthest) * unit : std::numeric_limits<double>::quiet_NaN();
-}
-
-/// bounds: (2, 3), low and high. `sphere`, which is written, is the centre and the size of what rays meet as the unit cube
-/// about the origin.
-EXPORT(make_implicit) Shape* make_implicit(const bob::Expression* formula, const double* bounds, double* sphere) {
+/// The solid of a .vm file's formula. bounds: (2, 3), or null.
+EXPORT(make_vm_solid) Shape* make_vm_solid(const bob::Expression* formula, const double* bounds) {
     return attempt([&] {
-        bob::Bounds box;
-        for (int axis = 0; axis < 3; ++axis) {
-            box.low[axis] = bounds[axis], box.high[axis] = bounds[3 + axis];
-            expect(box.low[axis] < box.high[axis], "bounds: expected each low below its high");
-        }
-        auto shape = std::make_shared<const bob::Implicit>(*formula, box);
-        expect(!shape->cells().cells().empty(), "shape: expected a surface within the bounds, got none");
-        for (int axis = 0; axis < 3; ++axis) sphere[axis] = shape->center()[axis];
-        sphere[3] = shape->half_side();
-        return measured(std::move(shape));
+        const bob::VmSolid solid = bob::vm_solid(*formula);
+        return surface_of(solid.formula, bounds ? corners(bounds) : some(solid.bounds));
     });
 }
 
-/// The arrays of a scene file's brep (CONVENTIONS.md), but for the control points: homogeneous, (w x, w y, w z, w) and
-/// (w u, w v, w), about 1 in size.
+/// The arrays of a scene file's brep (CONVENTIONS.md).
 EXPORT(make_brep)
 Shape* make_brep(const std::int32_t* faces, std::size_t face_count, const double* control_points, const double* knots,
                  const std::int32_t* loops, const std::int32_t* trims, const double* trim_control_points,
@@ -257,56 +188,92 @@ Shape* make_brep(const std::int32_t* faces, std::size_t face_count, const double
                 }
             }
         }
-        auto shape = std::make_shared<const bob::Brep>(converted, tolerance);
-        expect(shape->pieces().count > 0, "faces: expected an area that trims leave of one, got none");
-        return measured(std::move(shape));
+        return new Shape{std::make_shared<const bob::Brep>(bob::Brep::of_weighted_points(std::move(converted), tolerance))};
     });
 }
 
-/// control_points: (count, 5), w (x, y, z, radius, 1), about 1 in size; knots: (count + degree + 1,).
+/// control_points: (count, 5), (x, y, z, radius, weight); knots: (count + degree + 1,).
 EXPORT(make_tube)
 Shape* make_tube(const double* control_points, std::int32_t count, const double* knots, std::int32_t degree) {
     return attempt([&] {
         auto curve_knots = take_knots(knots, count, degree);
-        return measured(std::make_shared<const bob::Tube>(bob::NurbsCurve<4>{
-            degree, std::move(curve_knots), take_points<4>(control_points, static_cast<std::size_t>(count))}));
+        return new Shape{std::make_shared<const bob::Tube>(bob::Tube::of_weighted_points(
+            {degree, std::move(curve_knots), take_points<4>(control_points, static_cast<std::size_t>(count))}))};
     });
 }
 
+/// Scenes that have it keep it.
 EXPORT(free_shape) void free_shape(Shape* shape) { delete shape; }
 
-/// Of all shapes but meshes. map: (3, 4); bounds: (2, 3).
-EXPORT(placed_bounds) bool placed_bounds(const Shape* shape, const double* map, double* bounds) {
+// ---- Order -----------------------------------------------------------------------------------------------
+
+EXPORT(make_sha256) bob::Sha256* make_sha256() { return new bob::Sha256; }
+
+EXPORT(add_bytes) void add_bytes(bob::Sha256* hash, const std::byte* bytes, std::size_t size) { hash->update({bytes, size}); }
+
+/// Writes 32 bytes.
+EXPORT(end_sha256) void end_sha256(bob::Sha256* hash, std::uint8_t* digest) {
+    std::ranges::copy(hash->digest(), digest);
+    delete hash;
+}
+
+EXPORT(make_digest) bob::ShapeDigest* make_digest(const char* kind, std::size_t size) { return new bob::ShapeDigest({kind, size}); }
+
+/// A tensor, (rows,) where columns is 0, else (rows, columns). They come in the order of their names.
+EXPORT(digest_tensor)
+void digest_tensor(bob::ShapeDigest* digest, const char* name, std::size_t name_size, const char* dtype, std::size_t dtype_size,
+                   std::size_t rows, std::size_t columns, const std::byte* bytes, std::size_t size) {
+    std::vector<std::size_t> shape{rows};
+    if (columns) shape.push_back(columns);
+    digest->add({{name, name_size}, {dtype, dtype_size}, std::move(shape), {bytes, size}});
+}
+
+/// What is a text in the place of a tensor.
+EXPORT(digest_text)
+void digest_text(bob::ShapeDigest* digest, const char* name, std::size_t name_size, const char* text, std::size_t size) {
+    digest->add({name, name_size}, {text, size});
+}
+
+/// Writes 32 bytes.
+EXPORT(end_digest) void end_digest(bob::ShapeDigest* digest, std::uint8_t* bytes) {
+    std::ranges::copy(digest->digest(), bytes);
+    delete digest;
+}
+
+/// Which of the instances comes first, second, .. in the canonical order. shapes: (count, 32), the digest of each one's shape;
+/// transforms: (count, 4, 4); materials: (count, 7).
+EXPORT(canonical_order)
+bool canonical_order(const bob::Digest* shapes, const double* transforms, const double* materials, std::size_t count,
+                     std::uint32_t* order) {
     return attempt([&] {
-        expect(shape->bounds, "placed_bounds: expected a shape that is no mesh");
-        shape->bounds(*shape->core, map, bounds);
+        std::vector<bob::Digest> digests;
+        for (std::size_t i = 0; i < count; ++i) {
+            digests.push_back(bob::instance_digest(shapes[i], std::span<const double, 16>(transforms + 16 * i, 16),
+                                                   std::span<const double, 7>(materials + 7 * i, 7)));
+        }
+        std::ranges::copy(bob::canonical_order(digests), order);
         return true;
     });
 }
 
-EXPORT(placed_radius)
-double placed_radius(const Shape* shape, const double* map, const double* center, double largest_singular_value) {
-    return attempt([&] {
-        expect(shape->radius, "placed_radius: expected a shape that is no mesh");
-        return shape->radius(*shape->core, map, center, largest_singular_value);
-    });
+/// Of the linear part of a map, (4, 4): writes three, the largest first.
+EXPORT(singular_values) void singular_values(const double* map, double* values) {
+    std::ranges::copy(bob::singular_values(affine_map(map)), values);
 }
 
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
-/// to_shape: (count, 3, 4); boxes: (count, 2, 3); materials: (count, 7): linear RGB, ambient, diffuse, specular, shininess.
+/// transforms: (count, 4, 4), from the shapes' own units to the scene's; materials: (count, 7): linear RGB, ambient, diffuse,
+/// specular, shininess.
 EXPORT(make_scene)
-bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* to_shape, const float* boxes,
-                       const float* materials) {
+bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* transforms, const float* materials) {
     return attempt([&] {
-        std::vector<bob::Instance> instances;
+        std::vector<bob::Placed> placed;
         for (std::size_t i = 0; i < count; ++i) {
-            const auto* map = reinterpret_cast<const bob::AffineMap*>(to_shape) + i;
-            const auto* box = reinterpret_cast<const bob::Vec3*>(boxes) + 2 * i;
             const float* m = materials + 7 * i;
-            instances.push_back({shapes[i]->core, *map, box[0], box[1], {{m[0], m[1], m[2]}, m[3], m[4], m[5], m[6]}});
+            placed.push_back({shapes[i]->core, affine_map(transforms + 16 * i), {{m[0], m[1], m[2]}, m[3], m[4], m[5], m[6]}});
         }
-        return new bob::Scene(std::move(instances));
+        return new bob::Scene(bob::Arrangement(std::move(placed)).scene());
     });
 }
 EXPORT(free_scene) void free_scene(bob::Scene* scene) { delete scene; }

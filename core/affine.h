@@ -1,6 +1,8 @@
 /// Affine maps of space.
 #pragma once
 
+#include <array>
+
 #include "vec.h"
 
 namespace bob {
@@ -41,5 +43,23 @@ struct AffineMap {
         return {static_cast<float>(v[0] / size), static_cast<float>(v[1] / size), static_cast<float>(v[2] / size)};
     }
 };
+
+/// The map that does b first, then a.
+[[nodiscard]] AffineMap operator*(const AffineMap& a, const AffineMap& b);
+
+/// The map back; `map` is not singular. Exact where A is diagonal and its numbers are powers of two.
+[[nodiscard]] AffineMap inverse(const AffineMap& map);
+
+/// How much longer vectors become by A, the largest first: its singular values, the small ones as exact as the large ones.
+[[nodiscard]] std::array<double, 3> singular_values(const AffineMap& map);
+
+struct Sphere {
+    double center[3] = {};
+    double radius = 1;
+};
+
+/// The map that takes a sphere to the unit sphere, and the map back.
+[[nodiscard]] AffineMap to_unit_sphere(const Sphere& sphere);
+[[nodiscard]] AffineMap from_unit_sphere(const Sphere& sphere);
 
 }  // namespace bob

@@ -17,4 +17,9 @@ struct Box {
     void extend(const Box& box) { low = min(low, box.low), high = max(high, box.high); }
 };
 
+/// A box in double precision, in the units of whatever is in it.
+struct Bounds {
+    double low[3], high[3];
+};
+
 }  // namespace bob

@@ -559,10 +559,3 @@ def test_an_ellipsoid_of_a_ball_s_sweep():
     assert high == pytest.approx([1.5, 1, 0.05], abs=2e-3)
     assert low == pytest.approx([-1.5, -1, -0.05], abs=2e-3)
     assert 1.5 <= pipe.radius(scaling((1, 2, 0.1)), np.zeros(3)) <= 2 + 5e-3
-
-
-def test_boxes_are_found_once(monkeypatch):
-    shape = torus()
-    first = shape.bounding_box(np.eye(4))
-    monkeypatch.setattr(type(shape), "_from_core", None)
-    assert np.array_equal(shape.bounding_box(np.eye(4)), first)

@@ -187,7 +187,7 @@ def test_a_face_that_is_a_line_is_not_there():
         bob.Scene(bob.nurbs_surface(line, *knots))
     folded = np.sin(np.arange(6)[:, None] + 2 * np.arange(4))[..., None] * (1.2, 0.3, -0.5)
     both = bob.Brep([bob.Face(folded, *knots), *cylinder().faces])
-    assert both.core[0].pieces < 1000
+    assert both.core.pieces < 1000
 
 
 # ---- Closed shapes ---------------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """Scenes of several shapes: places, materials, and that neither order nor threads matter."""
 
 import copy
+import hashlib
 import itertools
 import pickle
 
@@ -12,7 +13,6 @@ from models import MODELS, needs_models
 
 import bobrossnet as bob
 from bobrossnet.shapes.affine import mapped, rotation
-from bobrossnet.shapes.shape import bounding_sphere
 
 SIZE = (90, 120)
 
@@ -183,7 +183,7 @@ def test_a_shape_alone_is_traced_in_its_own_coordinates(seed, scale, shift):
     """So that its rays are not rounded once more on their way to it."""
     rng = np.random.default_rng(seed)
     scene = bob.Scene(bob.Mesh((rng.normal(size=(30, 3)) + shift) * scale, np.arange(30).reshape(-1, 3)))
-    assert np.array_equal(scene._to_core(scene.instances[0]), np.eye(4))
+    assert np.array_equal(scene.core.to_shapes[0], np.eye(4)[:3])
 
 
 def test_a_small_shape_far_from_the_centre():
@@ -242,7 +242,7 @@ def test_a_scene_of_instances_agrees_with_embree():
 def test_instances_share_the_core_shape():
     shape = ball()
     many = bob.Scene(bob.Instance(shape).translate((i, 0, 0)) for i in range(20))
-    assert many.core.bytes == bob.Scene(shape).core.bytes == shape.core[0].bytes
+    assert many.core.bytes == bob.Scene(shape).core.bytes == shape.core.bytes
     assert all(instance.shape.core is shape.core for instance in many.instances)
 
 
@@ -262,6 +262,35 @@ def test_traced_shapes_can_be_copied(copied):
     picture = bob.trace(mesh, size=(16, 16))
     assert bob.trace(copied(mesh), size=(16, 16)) == picture
     assert copied(mesh).digest == mesh.digest != cube().digest
+
+
+def test_traced_scenes_can_be_copied():
+    scene = bob.Scene(crowd())
+    picture = bob.trace(scene, size=(16, 16))
+    for again in (copy.deepcopy(scene), pickle.loads(pickle.dumps(scene))):
+        assert bob.trace(again, size=(16, 16)) == picture
+
+
+def test_digests_are_what_files_rely_on():
+    """SHA-256 of the kind and each tensor with its name, dtype and shape; of that, the transform and the material."""
+    shapes = [cube(), ball(), bob.nurbs_surface(np.arange(12.0).reshape(2, 2, 3) ** 2, [0, 0, 1, 1], [0, 0, 1, 1])]
+    shapes += [bob.polyline([(0, 0, 0), (0, 0, 1)], 0.1), bob.implicit(lambda x, y, z: x * x + y * y + z * z - 1)]
+    for shape in shapes:
+        digest = hashlib.sha256(shape.kind.encode())
+        for name, tensor in sorted(shape.tensors().items()):
+            digest.update(f"{name} {tensor.dtype.str} {tensor.shape}".encode() + tensor.tobytes())
+        assert shape.digest == digest.digest()
+        instance = bob.Instance(shape, material=bob.Material((0.1, 0.2, 0.3))).rotate(1)
+        seen = np.array([*instance.transform.ravel(), *instance.material.values()])
+        assert instance.digest() == hashlib.sha256(shape.digest + seen.tobytes()).digest()
+
+
+def test_scenes_wait_for_the_first_ray_before_they_build():
+    mesh = ball()
+    scene = bob.Scene([mesh, bob.Instance(mesh).scale(2)])
+    assert scene.radius == pytest.approx(2)
+    assert mesh.core.bytes == 0
+    assert scene.core.bytes == mesh.core.bytes > 0
 
 
 # ---- Materials -------------------------------------------------------------------------------------------
@@ -366,5 +395,6 @@ def test_bad_arguments_are_named(make, message):
 def test_points_among_shapes_are_no_error():
     point = bob.Mesh(np.full((3, 3), 0.5), [[0, 1, 2]])
     assert bob.trace([cube(), point], size=SIZE) == bob.trace(cube(), size=SIZE)
-    center, radius = bounding_sphere([(point, np.eye(4))])
-    assert (center.tolist(), radius) == ([0.5, 0.5, 0.5], 0)
+    low, high = point.bounding_box(np.eye(4))
+    assert low.tolist() == high.tolist() == [0.5, 0.5, 0.5]
+    assert point.radius(np.eye(4), low) == 0

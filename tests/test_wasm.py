@@ -150,7 +150,7 @@ def test_scenes_are_traced_as_in_python(core, kind, baseline, monkeypatch):
     scene, camera, size = bob.Scene(SCENES[kind]()), bob.Camera(azimuth=50, elevation=25, roll=10, zoom=1.1), (61, 90)
     pixels = bob.pixel_order(size, count=3000)
     expected = bob.trace(scene, camera, size=size, fraction=3000 / (61 * 90)).stack()
-    planes = core.trace(core.scene(made, scene.core), camera, size, pixels)
+    planes = core.trace(core.scene(made, scene._arrangement), camera, size, pixels)
     assert expected[2].any()
     np.testing.assert_array_equal(planes[0], expected[0])
     np.testing.assert_allclose(planes, expected, rtol=0, atol=1e-5)
@@ -185,5 +185,5 @@ def test_errors_are_those_of_python_and_the_module_goes_on(core):
     with pytest.raises(CoreError, match="order: expected one of"):
         core.pixel_order("x", 0, (2, 2), 0, 1)
     with pytest.raises(CoreError, match="index out of range"):
-        core.mesh(np.zeros((3, 3), np.float32), np.array([(0, 1, 3)], np.int32), None)
+        core.mesh(np.zeros((3, 3)), np.array([(0, 1, 3)], np.int32), None)
     assert core.made("run_script", b"sphere(1)")

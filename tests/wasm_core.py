@@ -13,7 +13,7 @@ from bobrossnet import _core
 
 FOLDER = Path(bobrossnet.__file__).parent / "viewer"
 
-MAKERS = ("Mesh", "Implicit", "Brep", "Tube", "Scene")
+MAKERS = ("Mesh", "Implicit", "Brep", "Tube", "Arrangement")
 
 
 class CoreError(ValueError):
@@ -123,12 +123,11 @@ class WasmCore:
 
     def mesh(self, vertices, triangles, normals):
         return self.made(
-            "make_mesh", vertices.astype(np.float64), len(vertices), 0.0, 0.0, 0.0, 1.0, triangles, len(triangles),
-            0 if normals is None else normals,
+            "make_mesh", vertices, len(vertices), triangles, len(triangles), 0 if normals is None else normals,
         )  # fmt: skip
 
     def implicit(self, expression, bounds):
-        return self.made("make_implicit", self.expression(expression), bounds, np.zeros(4))
+        return self.made("make_implicit", self.expression(expression), bounds)
 
     def brep(self, faces, tolerance):
         table, loops, trims = [], [], []
@@ -158,14 +157,14 @@ class WasmCore:
         count = len(control_points)
         return self.made("make_tube", control_points, count, knots, len(knots) - count - 1)
 
-    def scene(self, made, scene):
+    def scene(self, made, arrangement):
         """The scene that Python's core was given, by what `recorded` returns."""
-        shapes, to_shape, boxes, materials = made[id(scene)][1]
+        shapes, transforms, materials = made[id(arrangement)][1]
         handles = []
         for shape in shapes:
             kind, arguments = made[id(shape)]
             handles.append(getattr(self, kind.lower())(*arguments))
-        return self.made("make_scene", np.array(handles, np.uint32), len(handles), to_shape, boxes, materials)
+        return self.made("make_scene", np.array(handles, np.uint32), len(handles), transforms, materials)
 
     def trace(self, scene, camera, size, pixels):
         planes, samples = np.zeros((5, *size), np.float32), np.full((len(pixels), 5), np.nan, np.float32)

@@ -2,6 +2,7 @@
 /// Tiller, *The NURBS Book* (second edition, 1997).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -14,6 +15,18 @@ constexpr int max_degree = 9;
 /// A point of N dimensions in homogeneous coordinates: (w x1, .., w xN, w).
 template <std::size_t N>
 using Homogeneous = std::array<double, N + 1>;
+
+/// Turns points (x1, .., xN, w) into (w x1, .., w xN, w), moved and scaled, with a largest weight of 1, which changes
+/// nothing but keeps products within range.
+template <std::size_t N>
+void make_homogeneous(std::span<Homogeneous<N>> points, const double* center = nullptr, double size = 1) {
+    double largest = 0;
+    for (const auto& p : points) largest = std::max(largest, p[N]);
+    for (auto& p : points) {
+        p[N] /= largest;
+        for (std::size_t axis = 0; axis < N; ++axis) p[axis] = (p[axis] - (center ? center[axis] : 0)) / size * p[N];
+    }
+}
 
 /// Degree p, n + 1 control points, n + p + 2 knots that do not decrease. The curve is defined from knots[p] to
 /// knots[n + 1]; the knots before and after need not be repeated ("unclamped", as periodic curves have them).

@@ -3,14 +3,10 @@
 
 #include <optional>
 
+#include "box.h"
 #include "formula/expression.h"
 
 namespace bob {
-
-/// Axis-aligned, in the formula's own units.
-struct Bounds {
-    double low[3], high[3];
-};
 
 /// A box around all points where f <= 0, a little larger than they need; nothing where f is positive everywhere. Throws
 /// std::invalid_argument if intervals can't prove that it ends somewhere within 1e9 of the origin.

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <queue>
+#include <stdexcept>
+
+#include "shapes/sphere_around.h"
 
 namespace bob {
 namespace {
@@ -97,7 +100,7 @@ private:
 
 }  // namespace
 
-Brep::Brep(std::span<const Face> faces, double tolerance) {
+Brep::Brep(std::span<const Face> faces, double tolerance, const Sphere& sphere) : Shape(sphere) {
     std::vector<FacePatches> patches;
     for (const Face& face : faces) {
         const NurbsSurface& s = face.surface;
@@ -107,6 +110,23 @@ Brep::Brep(std::span<const Face> faces, double tolerance) {
         patches.push_back({decompose(s), regions_.back().get()});
     }
     pieces_ = build_pieces(patches, tolerance);
+}
+
+Brep Brep::of_weighted_points(std::vector<Face> faces, double tolerance) {
+    const Sphere sphere = sphere_around([&](auto add) {
+        for (const Face& face : faces) {
+            for (const auto& point : face.surface.control_points) add(point.data(), 0);
+        }
+    });
+    for (Face& face : faces) {
+        make_homogeneous<3>(face.surface.control_points, sphere.center, sphere.radius);
+        for (TrimLoop& loop : face.loops) {
+            for (NurbsCurve<2>& curve : loop) make_homogeneous<2>(curve.control_points);
+        }
+    }
+    Brep brep(faces, faces.size() > 1 ? tolerance / sphere.radius : 0, sphere);
+    if (brep.pieces_.count == 0) throw std::invalid_argument("faces: expected an area that trims leave of one, got none");
+    return brep;
 }
 
 void Brep::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {

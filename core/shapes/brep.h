@@ -20,11 +20,19 @@ struct Face {
 
 class Brep : public Shape {
 public:
-    /// The faces' control points are about 1 in size; weights are above 0. Trimmed faces are seen up to about `tolerance`
-    /// beyond their trims where no other face is near, so that no gap is between edges that agree up to it only.
-    explicit Brep(std::span<const Face> faces, double tolerance = 0);
+    /// The faces' control points are about 1 in size, which `sphere` was before; weights are above 0. Trimmed faces are seen
+    /// up to about `tolerance` beyond their trims where no other face is near, so that no gap is between edges that agree
+    /// up to it only.
+    explicit Brep(std::span<const Face> faces, double tolerance = 0, const Sphere& sphere = {});
     Brep(Brep&&) = default;  // and no copies: pieces point to regions
 
+    /// Of control points of any size that are not homogeneous but have their weights behind them, (x, y, z, w) and, of
+    /// trims, (u, v, w). A single face ends at its trims, whatever the tolerance. Throws std::invalid_argument if the trims
+    /// leave nothing.
+    [[nodiscard]] static Brep of_weighted_points(std::vector<Face> faces, double tolerance);
+
+    [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
+    [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
 

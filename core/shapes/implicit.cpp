@@ -14,8 +14,20 @@ namespace {
 /// Roots closer together than this are not told apart, in the surface's own coordinates.
 constexpr float finest = 1e-6f;
 
-/// f at center + half_side * (x, y, z), cut off at the box where it would go on beyond it.
-Expression in_own_coordinates(const Expression& f, const Bounds& bounds, const double center[3], double half_side) {
+/// The sphere within the cube around a box.
+Sphere sphere_in(const Bounds& box) {
+    Sphere sphere{{}, 0};
+    for (int axis = 0; axis < 3; ++axis) {
+        sphere.center[axis] = (box.low[axis] + box.high[axis]) / 2;
+        sphere.radius = std::max(sphere.radius, box.high[axis] - box.low[axis]);
+    }
+    sphere.radius *= 0.5;
+    return sphere;
+}
+
+/// f at center + radius * (x, y, z), cut off at the box where it would go on beyond it.
+Expression in_unit_sphere(const Expression& f, const Bounds& bounds, const Sphere& sphere) {
+    const auto& [center, half_side] = sphere;
     Graph graph;
     const Value axes[3] = {graph.x(), graph.y(), graph.z()};
     Value p[3];
@@ -68,11 +80,7 @@ void for_each_batch(std::size_t count, std::uint32_t cells, int lanes, CellOf ce
 }  // namespace
 
 Implicit::Implicit(const Expression& f, const Bounds& bounds)
-    : center_{(bounds.low[0] + bounds.high[0]) / 2, (bounds.low[1] + bounds.high[1]) / 2,
-              (bounds.low[2] + bounds.high[2]) / 2},
-      half_side_(0.5 * std::max({bounds.high[0] - bounds.low[0], bounds.high[1] - bounds.low[1],
-                                 bounds.high[2] - bounds.low[2]})),
-      cells_(in_own_coordinates(f, bounds, center_, half_side_)) {}
+    : Shape(sphere_in(bounds)), cells_(in_unit_sphere(f, bounds, sphere())) {}
 
 void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
     const FormulaKernels& kernels = best_formula_kernels();

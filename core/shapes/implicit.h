@@ -12,16 +12,15 @@ namespace bob {
 
 class Implicit : public Shape {
 public:
-    /// The surface of f within a box. Rays, and all that is asked below, are in coordinates of its own, in which the
-    /// box's centre is the origin and its longest half side is 1: own = (p - center()) / half_side().
+    /// The surface of f within a box, whose centre becomes the origin and whose longest half side becomes 1.
     Implicit(const Expression& f, const Bounds& bounds);
 
+    [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
+    [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
     [[nodiscard]] std::size_t bytes() const override { return cells_.bytes(); }
 
-    [[nodiscard]] const double* center() const { return center_; }
-    [[nodiscard]] double half_side() const { return half_side_; }
     [[nodiscard]] const Cells& cells() const { return cells_; }
 
     /// How many rays so far passed a place where the surface could not be told from none, since it would turn back
@@ -29,8 +28,6 @@ public:
     [[nodiscard]] std::uint64_t unresolved_rays() const { return unresolved_rays_; }
 
 private:
-    double center_[3];
-    double half_side_;
     Cells cells_;
     mutable std::atomic<std::uint64_t> unresolved_rays_ = 0;
 };

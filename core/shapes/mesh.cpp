@@ -1,17 +1,121 @@
 #include "shapes/mesh.h"
 
-namespace bob {
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
 
-Mesh::Mesh(std::span<const Vec3> vertices, std::span<const Triangle> triangles, std::span<const Vec3> vertex_normals)
-    : normals_(vertex_normals.empty() ? crease_normals(vertices, triangles)
-                                      : stored_normals(vertices, triangles, vertex_normals)),
-      face_normals_(triangles.size()),
-      bvh_(build_triangle_bvh(vertices, triangles)) {
-    for (std::size_t i = 0; i < triangles.size(); ++i) face_normals_[i] = face_normal(vertices, triangles[i]);
+namespace bob {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+std::vector<bool> used_vertices(const Mesh::Arrays& arrays) {
+    std::vector<bool> used(arrays.vertices.size());
+    for (const Triangle& triangle : arrays.triangles) {
+        for (const std::uint32_t vertex : triangle) used[vertex] = true;
+    }
+    if (std::find(used.begin(), used.end(), false) == used.end()) used.clear();
+    return used;
+}
+
+/// f(point) of the vertices in use, moved by a map.
+template <class F>
+void for_each(std::span<const Mesh::Point> vertices, const std::vector<bool>& used, const AffineMap& map, F f) {
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        if (!used.empty() && !used[i]) continue;
+        const auto& [x, y, z] = vertices[i];
+        Mesh::Point moved;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const auto& row = map.row[axis];
+            moved[axis] = row[0] * x + row[1] * y + row[2] * z + row[3];
+        }
+        f(moved);
+    }
+}
+
+Bounds bounds_of(std::span<const Mesh::Point> vertices, const std::vector<bool>& used, const AffineMap& map) {
+    Bounds bounds{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+    for_each(vertices, used, map, [&](const Mesh::Point& p) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            bounds.low[axis] = std::min(bounds.low[axis], p[axis]);
+            bounds.high[axis] = std::max(bounds.high[axis], p[axis]);
+        }
+    });
+    return bounds;
+}
+
+double radius_of(std::span<const Mesh::Point> vertices, const std::vector<bool>& used, const AffineMap& map,
+                 const double center[3]) {
+    double largest = 0;
+    bool finite = true;
+    for_each(vertices, used, map, [&](const Mesh::Point& p) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double distance = std::fabs(p[axis] - center[axis]);
+            largest = std::max(largest, distance);
+            finite = finite && distance < infinity;
+        }
+    });
+    if (!finite) return infinity;
+    // In units of about the largest coordinate, so that squares stay within the range; a power of two rounds nothing.
+    int exponent = 0;
+    std::frexp(largest, &exponent);
+    exponent = std::max(exponent, -1000);  // the unit's reciprocal has to stay within the range too
+    const double scale = std::ldexp(1, -exponent);
+    double farthest = 0;
+    for_each(vertices, used, map, [&](const Mesh::Point& p) {
+        const double x = (p[0] - center[0]) * scale, y = (p[1] - center[1]) * scale, z = (p[2] - center[2]) * scale;
+        farthest = std::max(farthest, x * x + y * y + z * z);
+    });
+    return std::ldexp(std::sqrt(farthest), exponent);
+}
+
+Sphere sphere_of(std::span<const Mesh::Point> vertices, const std::vector<bool>& used) {
+    const Bounds box = bounds_of(vertices, used, {});
+    Sphere sphere;
+    for (int axis = 0; axis < 3; ++axis) sphere.center[axis] = box.low[axis] / 2 + box.high[axis] / 2;
+    const double radius = radius_of(vertices, used, {}, sphere.center);
+    if (radius > smallest_radius) sphere.radius = radius;
+    return sphere;
+}
+
+}  // namespace
+
+Mesh::Mesh(Arrays arrays, const std::optional<Sphere>& sphere)
+    : Mesh(arrays, used_vertices(arrays), sphere) {}
+
+Mesh::Mesh(const Arrays& arrays, std::vector<bool> used, const std::optional<Sphere>& sphere)
+    : Shape(sphere ? *sphere : sphere_of(arrays.vertices, used)), arrays_(arrays), used_(std::move(used)) {}
+
+Bounds Mesh::bounds(const AffineMap& map) const { return bounds_of(arrays_.vertices, used_, map); }
+
+double Mesh::radius(const AffineMap& map, const double center[3]) const {
+    return radius_of(arrays_.vertices, used_, map, center);
+}
+
+void Mesh::prepare() const {
+    const std::lock_guard lock(preparing_);
+    if (prepared_) return;
+    const auto& [vertices, triangles, vertex_normals, owner] = arrays_;
+    const auto& [center, size] = sphere();
+    std::vector<Vec3> points;
+    points.reserve(vertices.size());
+    for (const Point& p : vertices) {  // those that no triangle has may be anywhere
+        points.push_back({static_cast<float>((p[0] - center[0]) / size), static_cast<float>((p[1] - center[1]) / size),
+                          static_cast<float>((p[2] - center[2]) / size)});
+    }
+    auto prepared = std::make_unique<Prepared>();
+    prepared->normals = vertex_normals.empty() ? crease_normals(points, triangles)
+                                               : stored_normals(points, triangles, vertex_normals);
+    prepared->face_normals.reserve(triangles.size());
+    for (const Triangle& triangle : triangles) prepared->face_normals.push_back(face_normal(points, triangle));
+    prepared->bvh = build_triangle_bvh(points, triangles);
+    prepared_ = std::move(prepared);
 }
 
 void Mesh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
-    best_triangle_kernels().closest_hits(bvh_.nodes.data(), bvh_.packets.data(), rays.data(), rays.size(), hits.data());
+    const TriangleBvh& bvh = prepared_->bvh;
+    best_triangle_kernels().closest_hits(bvh.nodes.data(), bvh.packets.data(), rays.data(), rays.size(), hits.data());
 }
 
 void Mesh::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {
@@ -19,9 +123,9 @@ void Mesh::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::sp
 }
 
 Vec3 Mesh::shading_normal(const Hit& hit, Vec3 ray_direction) const {
-    const CornerNormals& corner = normals_[hit.primitive];
+    const CornerNormals& corner = prepared_->normals[hit.primitive];
     const Vec3 smooth = normalized(hit.u * corner[0] + hit.v * corner[1] + (1 - hit.u - hit.v) * corner[2]);
-    const Vec3 face = face_normals_[hit.primitive];
+    const Vec3 face = prepared_->face_normals[hit.primitive];
     // Files disagree on which side is out, and open meshes show both: only the side that was hit counts.
     const Vec3 facing = dot(face, ray_direction) > 0 ? -face : face;
     if (dot(smooth, smooth) == 0) return facing;
@@ -29,7 +133,15 @@ Vec3 Mesh::shading_normal(const Hit& hit, Vec3 ray_direction) const {
 }
 
 std::size_t Mesh::bytes() const {
-    return bvh_.bytes() + normals_.size() * sizeof(CornerNormals) + face_normals_.size() * sizeof(Vec3);
+    const std::lock_guard lock(preparing_);
+    if (!prepared_) return 0;
+    const auto& [normals, face_normals, bvh] = *prepared_;
+    return bvh.bytes() + normals.size() * sizeof(CornerNormals) + face_normals.size() * sizeof(Vec3);
+}
+
+std::size_t Mesh::bvh_bytes() const {
+    const std::lock_guard lock(preparing_);
+    return prepared_ ? prepared_->bvh.bytes() : 0;
 }
 
 }  // namespace bob

@@ -1,9 +1,13 @@
-/// Triangle meshes, ready to be traced.
+/// Triangle meshes.
 #pragma once
 
+#include <array>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "parallel.h"
 #include "shapes/normals.h"
 #include "shapes/shape.h"
 #include "shapes/triangles.h"
@@ -14,21 +18,47 @@ namespace bob {
 /// A hit's primitive is the triangle, its u and v the barycentric weights of the triangle's first and second corner.
 class Mesh : public Shape {
 public:
-    /// `vertices` are finite and about 1 in size; `vertex_normals` is empty, or holds one normal for each vertex.
-    Mesh(std::span<const Vec3> vertices, std::span<const Triangle> triangles, std::span<const Vec3> vertex_normals);
+    using Point = std::array<double, 3>;
 
+    /// What users have and the mesh does not copy. It is read until `prepare` is done, and by `bounds` and `radius`.
+    struct Arrays {
+        std::span<const Point> vertices;
+        std::span<const Triangle> triangles;  // at least one, of indices of vertices
+        std::span<const Vec3> normals;        // none, or one for each vertex
+        std::shared_ptr<const void> owner;    // keeps the arrays, if nobody else does
+    };
+
+    /// Moved and scaled in double precision to the unit sphere, from the sphere about the centre of the box around the
+    /// vertices that triangles have, which reaches to the farthest of them, or from another.
+    explicit Mesh(Arrays arrays, const std::optional<Sphere>& sphere = std::nullopt);
+
+    [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
+    [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
+
+    /// Builds the hierarchy and the normals, which takes long.
+    void prepare() const override;
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
 
-    [[nodiscard]] const TriangleBvh& bvh() const { return bvh_; }
+    /// 0 until it is prepared.
     [[nodiscard]] std::size_t bytes() const override;
+    [[nodiscard]] std::size_t bvh_bytes() const;
 
 private:
+    struct Prepared {
+        std::vector<CornerNormals> normals;
+        std::vector<Vec3> face_normals;
+        TriangleBvh bvh;
+    };
+
+    Mesh(const Arrays& arrays, std::vector<bool> used, const std::optional<Sphere>& sphere);
+
     [[nodiscard]] Vec3 shading_normal(const Hit& hit, Vec3 ray_direction) const;
 
-    std::vector<CornerNormals> normals_;
-    std::vector<Vec3> face_normals_;
-    TriangleBvh bvh_;
+    Arrays arrays_;
+    std::vector<bool> used_;  // whether a triangle has a vertex; empty if all are in one
+    mutable Mutex preparing_;
+    mutable std::unique_ptr<const Prepared> prepared_;
 };
 
 }  // namespace bob

@@ -1,14 +1,19 @@
-/// What every kind of shape can do: be met by rays.
+/// What every kind of shape can do: be met by rays, and say how far it reaches.
 #pragma once
 
 #include <cstdint>
 #include <limits>
 #include <span>
 
+#include "affine.h"
+#include "box.h"
 #include "ray.h"
 #include "vec.h"
 
 namespace bob {
+
+/// The least radius whose reciprocal is finite; whatever is smaller is a point at any scale.
+constexpr double smallest_radius = 1e-307;
 
 constexpr std::uint32_t no_primitive = 0xffffffff;
 
@@ -25,9 +30,25 @@ struct Place {
     double u, v;         // on that part
 };
 
+/// A surface that users give in units of their own, at any place. Rays meet it in coordinates in which it is about 1 in
+/// size and about the origin, so that float32 loses nothing of it.
 class Shape {
 public:
     virtual ~Shape() = default;
+
+    /// In the shape's own units: what is the unit sphere about the origin in the coordinates of rays.
+    [[nodiscard]] const Sphere& sphere() const { return sphere_; }
+
+    /// The lowest and highest coordinates of the shape placed by a map from its own units.
+    [[nodiscard]] virtual Bounds bounds(const AffineMap& map) const = 0;
+
+    /// The distance from `center` to the farthest point of the shape placed by a map from its own units; infinite where
+    /// numbers can't hold it.
+    [[nodiscard]] virtual double radius(const AffineMap& map, const double center[3]) const = 0;
+
+    /// What rays need, where it was not made with the shape; comes before the first of them. Any thread may call it, and
+    /// again.
+    virtual void prepare() const {}
 
     /// The first intersection with t > 0 of each ray, or the default `Hit` where there is none. A ray's hit depends on
     /// that ray alone. Many rays in one call, neighbours close to each other, are traced fastest.
@@ -39,7 +60,15 @@ public:
     /// Of a hit, not of a miss.
     [[nodiscard]] virtual Place place(const Hit& hit) const { return {hit.primitive, hit.u, hit.v}; }
 
+    /// Of what rays need.
     [[nodiscard]] virtual std::size_t bytes() const = 0;
+
+protected:
+    explicit Shape(const Sphere& sphere = {}) : sphere_(sphere) {}
+    Shape(Shape&&) = default;
+
+private:
+    Sphere sphere_;
 };
 
 }  // namespace bob

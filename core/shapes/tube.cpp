@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "shapes/sphere_around.h"
+
 namespace bob {
 namespace {
 
@@ -106,7 +108,16 @@ Box box_around(const TubePiece& piece) {
 
 }  // namespace
 
-Tube::Tube(const NurbsCurve<4>& curve) {
+Tube Tube::of_weighted_points(NurbsCurve<4> curve) {
+    const Sphere sphere = sphere_around([&](auto add) {
+        for (const auto& point : curve.control_points) add(point.data(), point[3]);
+    });
+    const double center[4] = {sphere.center[0], sphere.center[1], sphere.center[2], 0};
+    make_homogeneous<4>(curve.control_points, center, sphere.radius);
+    return Tube(curve, sphere);
+}
+
+Tube::Tube(const NurbsCurve<4>& curve, const Sphere& sphere) : Shape(sphere) {
     for (const BezierCurve<4>& bezier : decompose(curve)) cut(bezier, 0);
     std::vector<Box> boxes;
     float extent = 0;

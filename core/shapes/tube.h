@@ -15,10 +15,16 @@ namespace bob {
 /// A hit's primitive is the piece of the curve, its u the parameter 0..1 of the ball on that piece.
 class Tube : public Shape {
 public:
-    /// The curve gives the ball's centre and radius, (x, y, z, r), about 1 in size; r is above 0, as are weights. The
-    /// ends are round.
-    explicit Tube(const NurbsCurve<4>& curve);
+    /// The curve gives the ball's centre and radius, (x, y, z, r), about 1 in size, which `sphere` was before; r is above
+    /// 0, as are weights. The ends are round.
+    explicit Tube(const NurbsCurve<4>& curve, const Sphere& sphere = {});
+    Tube(Tube&&) = default;
 
+    /// Of control points of any size that are not homogeneous but have their weights behind them, (x, y, z, r, w).
+    [[nodiscard]] static Tube of_weighted_points(NurbsCurve<4> curve);
+
+    [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
+    [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
 

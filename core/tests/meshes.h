@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "check.h"
-#include "shapes/triangles.h"
+#include "shapes/mesh.h"
 
 namespace test {
 
@@ -52,6 +52,16 @@ inline TriangleMesh sphere(int levels, float radius) {
         mesh.triangles = split;
     }
     for (auto& v : mesh.vertices) v = radius * v;
+    return mesh;
+}
+
+/// A mesh for rays in the coordinates of these vertices.
+inline std::shared_ptr<bob::Mesh> prepared(std::span<const bob::Vec3> vertices, std::span<const bob::Triangle> triangles,
+                                           std::span<const bob::Vec3> normals = {}) {
+    std::vector<bob::Mesh::Point> points;
+    for (const bob::Vec3 v : vertices) points.push_back({v.x, v.y, v.z});
+    const auto mesh = std::make_shared<bob::Mesh>(bob::Mesh::Arrays{points, triangles, normals, nullptr}, bob::Sphere{});
+    mesh->prepare();
     return mesh;
 }
 

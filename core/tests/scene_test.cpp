@@ -36,7 +36,7 @@ Found cast(const bob::Scene& scene, const std::vector<bob::Ray>& rays) {
 }
 
 std::shared_ptr<bob::Mesh> mesh_of(const test::TriangleMesh& mesh) {
-    return std::make_shared<bob::Mesh>(mesh.vertices, mesh.triangles, std::vector<Vec3>{});
+    return test::prepared(mesh.vertices, mesh.triangles);
 }
 
 /// x -> scale * turned(x) + shift, where the turn sends (x, y, z) to (-y, x, z); and the map back.
@@ -67,6 +67,8 @@ test::TriangleMesh moved(test::TriangleMesh mesh, const Placement& placement) {
 /// A cube of side 2 whose near face is met, and how often it was asked.
 class Cube : public bob::Shape {
 public:
+    [[nodiscard]] bob::Bounds bounds(const bob::AffineMap&) const override { return {}; }
+    [[nodiscard]] double radius(const bob::AffineMap&, const double*) const override { return 0; }
     void closest_hits(std::span<const bob::Ray> rays, std::span<bob::Hit> hits) const override {
         ++calls;
         asked += rays.size();

@@ -19,7 +19,7 @@ struct Picture {
 /// The scene of one mesh in the unit sphere, in white.
 bob::Scene scene_of(std::span<const bob::Vec3> vertices, std::span<const bob::Triangle> triangles,
                     std::span<const bob::Vec3> normals = {}) {
-    return bob::Scene({{std::make_shared<bob::Mesh>(vertices, triangles, normals), {}, {-1, -1, -1}, {1, 1, 1}, {}}});
+    return bob::Scene({{test::prepared(vertices, triangles, normals), {}, {-1, -1, -1}, {1, 1, 1}, {}}});
 }
 
 Picture render(const bob::Scene& scene, const bob::Camera& camera, int height, int width) {

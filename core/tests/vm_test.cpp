@@ -5,6 +5,7 @@
 #include <string>
 
 #include "check.h"
+#include "shapes/vm_solid.h"
 
 namespace {
 
@@ -125,4 +126,24 @@ TEST(vm_random_texts) {
         }
     }
     CHECK_LT(1000, formulas);
+}
+
+TEST(vm_solids_are_whole_where_they_end_and_cut_where_they_do_not) {
+    const auto solid = [](const std::string& text) {
+        return bob::vm_solid(bob::parse_vm("x var-x\ny var-y\nz var-z\na square x\nb square y\nc square z\nd add a b\n" + text));
+    };
+    const bob::VmSolid ball = solid("e add d c\nr const 9\nf sub e r\n");
+    CHECK(!ball.cut && ball.bounds.has_value());
+    CHECK(ball.bounds->low[0] <= -3 && ball.bounds->low[0] > -3.5);
+    const bob::VmSolid cylinder = solid("r mul c z\nf add d r\n");
+    CHECK(cylinder.cut);
+    CHECK_EQ(cylinder.bounds->low[2], -1.);
+    CHECK_EQ(cylinder.bounds->high[0], 1.);
+    CHECK(!solid("e add d c\nr const 9\nf add e r\n").bounds.has_value());
+    const bob::VmSolid flat = solid("r const 0.25\nf sub d r\n");
+    CHECK(flat.cut);
+    CHECK_EQ(flat.bounds->high[2], 0.1);
+    CHECK_EQ(flat.formula(0.5, 0, 0.05), 0.);
+    CHECK_EQ(flat.formula(0, 0, 0.06), 0.06 - 0.05);
+    CHECK_EQ(flat.formula(0, 0, 0), -0.05);
 }

@@ -1,4 +1,4 @@
-/// Scenes: shapes of any kind, placed in one space, each with its material.
+/// Scenes as rays meet them: shapes of any kind, placed in the unit sphere, each with its material.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +19,7 @@ struct Instance {
     AffineMap to_shape;                  // from the scene's coordinates to the shape's own; not singular
     Vec3 low, high;                      // the box around the placed shape, in the scene's coordinates
     Material material;
+    std::uint32_t number = 0;            // which it is for whoever made the scene
 };
 
 constexpr std::uint32_t no_instance = 0xffffffff;
@@ -33,7 +34,7 @@ struct SceneHit {
 
 class Scene {
 public:
-    /// The instances lie within the unit sphere, or little beyond.
+    /// The instances lie within the unit sphere, or little beyond; their shapes are prepared.
     explicit Scene(std::vector<Instance> instances);
 
     /// The first intersection with t > 0 of each ray with any instance; where several instances lie at the same t, the
@@ -44,6 +45,7 @@ public:
     /// The shading normal at each hit: unit length, turned to the side that the ray came from; zero where a ray missed.
     void normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const;
 
+    [[nodiscard]] std::size_t size() const { return instances_.size(); }
     [[nodiscard]] const Instance& operator[](std::uint32_t instance) const { return instances_[instance]; }
 
     /// A shape that is placed several times counts once.

@@ -18,59 +18,87 @@ def isa() -> str: ...
 def set_isa(name: str) -> bool: ...
 
 class Shape:
+    """`map`, (4, 4), places a shape: it takes the shape's own units to where it is."""
+
+    def bounds(self, map: F64) -> F64:
+        """The lowest and the highest coordinates, (2, 3), of the placed shape."""
+    def radius(self, map: F64, center: F64) -> float:
+        """The distance from `center` to the farthest point of the placed shape."""
+    def prepare(self) -> None:
+        """Build what rays need, if it is not there yet."""
     @property
-    def bytes(self) -> int: ...
+    def bytes(self) -> int:
+        """Of what rays need."""
 
 class Mesh(Shape):
-    def __init__(self, vertices: F32, triangles: I32, normals: F32 | None) -> None: ...
+    """The arrays, `vertices` (v, 3), `triangles` (t, 3) and `normals` (v, 3), must not change while it lives."""
+
+    def __init__(self, vertices: F64, triangles: I32, normals: F32 | None) -> None: ...
     @property
     def bvh_bytes(self) -> int: ...
 
-class MeasuredShape(Shape):  # what the classes below have in common; the core has no such class
-    """The box (2, 3), low and high, of a shape placed by a `map` (3, 4), and how far its farthest point is from a
-    point. The singular value is of the map's (3, 3)."""
-
-    def bounds(self, map: F64) -> F64: ...
-    def radius(self, map: F64, center: F64, largest_singular_value: float) -> float: ...
-
-class Implicit(MeasuredShape):
+class Implicit(Shape):
     def __init__(self, formula: Expression, bounds: F64) -> None: ...
-    @property
-    def center(self) -> tuple[float, float, float]: ...
-    @property
-    def half_side(self) -> float: ...
     @property
     def cells(self) -> int: ...
     @property
     def unresolved_rays(self) -> int: ...
 
 Curve = tuple[F64, F64]
-"""Homogeneous control points (n, 3), knots."""
+"""Control points (n, 3), each (u, v, weight); knots."""
 
 Surface = tuple[F64, F64, F64, Sequence[Sequence[Curve]]]
-"""Homogeneous control points (n, m, 4), knots of u and of v, loops of curves."""
+"""Control points (n, m, 4), each (x, y, z, weight); knots of u and of v; loops of curves."""
 
-class Brep(MeasuredShape):
+class Brep(Shape):
+    """ValueError if the trims leave nothing."""
+
     def __init__(self, faces: Sequence[Surface], tolerance: float) -> None: ...
     @property
     def patches(self) -> int: ...
     @property
     def pieces(self) -> int: ...
 
-class Tube(MeasuredShape):
-    """`control_points` (n, 5): w (x, y, z, radius, 1)."""
+class Tube(Shape):
+    """`control_points` (n, 5), each (x, y, z, radius, weight)."""
 
     def __init__(self, control_points: F64, knots: F64) -> None: ...
     @property
     def pieces(self) -> int: ...
 
-def find_bounds(formula: Expression) -> NDArray[np.float64] | None: ...
+def find_bounds(formula: Expression) -> F64 | None:
+    """A box (2, 3) around the inside of a formula; None if it has none, ValueError if it does not end."""
+
+def vm_solid(formula: Expression) -> tuple[Expression, F64 | None, bool]:
+    """The solid of a .vm file's formula, where to look for it, and whether that cuts it."""
+
+def shape_digest(kind: str, tensors: dict[str, NDArray[Any]]) -> bytes:
+    """SHA-256 of what a shape is."""
+
+def instance_digest(shape: bytes, transform: F64, material: F64) -> bytes:
+    """SHA-256 of a shape's digest, its place (4, 4), and its material's 7 numbers."""
+
+class Arrangement:
+    """Shapes in their places: `transforms` (n, 4, 4) take their own units to those of all; `materials` (n, 7): linear
+    RGB, ambient, diffuse, specular, shininess. ValueError if they are in one point, or beyond what float64 holds."""
+
+    def __init__(self, shapes: Sequence[Shape], transforms: F64, materials: F32) -> None: ...
+    @property
+    def boxes(self) -> F64:
+        """(n, 2, 3): the lowest and highest coordinates of each."""
+    @property
+    def center(self) -> F64: ...
+    @property
+    def radius(self) -> float: ...
+    def scene(self, digests: Sequence[bytes]) -> Scene:
+        """As rays meet it, in the unit sphere, and in the order of digests, one of each shape, or none."""
 
 class Scene:
-    """`to_shape` (n, 3, 4); `boxes` (n, 2, 3): low, high; `materials` (n, 7): linear RGB, ambient, diffuse, specular,
-    shininess. Where instances coincide, the first is seen."""
+    """Where instances coincide, the first is seen. Their numbers are those that they have in the arrangement."""
 
-    def __init__(self, shapes: Sequence[Shape], to_shape: NDArray[np.float64], boxes: F32, materials: F32) -> None: ...
+    @property
+    def to_shapes(self) -> F64:
+        """(n, 3, 4): from the unit sphere to the coordinates in which rays meet each shape."""
     def closest_hits(
         self, origins: F32, directions: F32, t: F32, instance: I32, primitive: I32, u: F64, v: F64
     ) -> None: ...
@@ -213,6 +241,9 @@ def parse_vm(text: bytes) -> Expression:
 def basis_derivatives(degree: int, knots: F64, u: F64, order: int) -> tuple[NDArray[np.int64], F64]:
     """The spans (k,) of parameters (k,), and the derivatives 0..order of the degree + 1 basis functions that are not
     zero on them, (k, order + 1, degree + 1). Parameters outside of the domain continue its first or last span."""
+
+def homogeneous(points: F64) -> F64:
+    """Points (n, k), each with its weight behind it, multiplied by their weights, of which the largest becomes 1."""
 
 def surface_derivatives(
     control_points: F64, knots_u: F64, knots_v: F64, degree_u: int, degree_v: int, u: F64, v: F64, order: int

@@ -280,9 +280,8 @@ def _info(options: argparse.Namespace) -> None:
             "sphere": f"{_vector(scene.center)}, radius {scene.radius:.6g}",
         }
     )
-    for instance in scene.instances:
+    for instance, (low, high) in zip(scene.instances, scene.boxes, strict=True):
         print()
-        low, high = instance.shape.bounding_box(instance.transform)
         color, *numbers = asdict(instance.material).items()
         _print_table(
             {

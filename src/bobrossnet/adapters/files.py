@@ -40,7 +40,7 @@ from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.tracing.instance import Instance
-from bobrossnet.tracing.scene import Scene, SceneLike
+from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
 MESH_READERS: dict[str, Callable[[Path], list[Part]]] = {
     ".ply": read_ply,
@@ -117,7 +117,10 @@ def load(source: Source | Iterable[Source]) -> Scene:
         source = (source,)
     if not isinstance(source, Iterable):
         raise InputTypeError(f"source: expected a path, a shape or several, got {type(source).__name__}")
-    return Scene(_loaded(item) if isinstance(item, str | os.PathLike) else item for item in source)
+    items = [_loaded(item) if isinstance(item, str | os.PathLike) else item for item in source]
+    if len(items) == 1 and isinstance(items[0], Scene):
+        return items[0]  # which is measured already
+    return Scene(items)
 
 
 def _loaded(path: str | os.PathLike[str]) -> SceneLike:
@@ -132,7 +135,7 @@ def _loaded(path: str | os.PathLike[str]) -> SceneLike:
         if ending in INSTANCE_READERS:
             if file.stat().st_size == 0:
                 raise InputError("expected a scene, got an empty file")
-            return Scene(INSTANCE_READERS[ending](file))  # made here, so that its errors name the file
+            return as_scene(INSTANCE_READERS[ending](file))  # made here, so that its errors name the file
         raise InputError(f"expected one of {' '.join(ALL_ENDINGS)}, got {one_line(ending) or 'no ending'}")
 
 

@@ -8,13 +8,6 @@ from bobrossnet import _core
 from bobrossnet.errors import InputError
 from bobrossnet.shapes.implicit import Implicit
 
-# What fidget's viewer shows.
-CUBE = ((-1, -1, -1), (1, 1, 1))
-
-HEIGHT = 0.1
-# Higher than what formulas in two dimensions are extruded to, so that their ends are the shape's and not the box's.
-SQUARE = ((-1, -1, -HEIGHT), (1, 1, HEIGHT))
-
 
 def read_vm(path: Path) -> Implicit:
     """Read a formula, and make of it the shape that is inside where it is negative.
@@ -29,23 +22,9 @@ def read_vm(path: Path) -> Implicit:
         If a line is not such a file's; one line that starts with its number.
     """
     try:
-        expression = _core.parse_vm(path.read_bytes())
-        flat = None if expression.uses("z") else _extruded(expression)
+        formula, bounds, cut = _core.vm_solid(_core.parse_vm(path.read_bytes()))
     except ValueError as error:
         raise InputError(str(error)) from None
-    if flat is not None:
-        return Implicit(flat, SQUARE)
-    try:
-        _core.find_bounds(expression)
-    except ValueError:
-        return Implicit(expression, CUBE)
-    return Implicit(expression)
-
-
-def _extruded(expression: _core.Expression) -> _core.Expression:
-    """max(f(x, y), |z| - height / 2)."""
-    graph = _core.Graph()
-    z = graph.z()
-    sides = graph.substitute(expression, graph.x(), graph.y(), z)
-    ends = graph.binary("subtract", graph.unary("absolute", z), graph.constant(HEIGHT / 2))
-    return graph.expression(graph.binary("maximum", sides, ends))
+    if cut:
+        return Implicit(formula, bounds)
+    return Implicit(formula) if bounds is None else Implicit.within(formula, bounds)

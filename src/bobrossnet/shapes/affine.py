@@ -85,10 +85,3 @@ def to_unit_sphere(center: Points, radius: float) -> Matrix:
     matrix = np.diag([1 / radius, 1 / radius, 1 / radius, 1.0])
     matrix[:3, 3] = -center / radius
     return matrix
-
-
-def from_unit_sphere(center: Points, radius: float) -> Matrix:
-    """The map that takes the unit sphere to a sphere."""
-    matrix = np.diag([radius, radius, radius, 1.0])
-    matrix[:3, 3] = center
-    return matrix

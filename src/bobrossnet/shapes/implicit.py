@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.shapes.affine import Points
-from bobrossnet.shapes.shape import MeasuredShape, check_tensors
+from bobrossnet.shapes.shape import Shape, check_tensors
 
 
-class Implicit(MeasuredShape):
+class Implicit(Shape):
     """The surface f(x, y, z) = 0 of a formula; f < 0 is inside.
 
     Parameters
@@ -44,50 +43,54 @@ class Implicit(MeasuredShape):
         self.expression = expression
         self.bounds = None if bounds is None else _box(bounds)
 
+    @classmethod
+    def within(cls, expression: _core.Expression, bounds: NDArray[np.float64]) -> Implicit:
+        """The surface of a formula whose own bounds are known already, and so are not found again."""
+        shape = cls(expression)
+        shape._box = bounds
+        return shape
+
     @cached_property
-    def _surface(self) -> _core.Implicit:
-        bounds = self.bounds
-        if bounds is None:
-            try:
-                bounds = _core.find_bounds(self.expression)
-            except ValueError as error:
-                raise InputError(
-                    f"shape: expected {error}; cut it, or give bounds=((x0, y0, z0), (x1, y1, z1))"
-                ) from None
-            if bounds is None:
-                raise InputError(
-                    "shape: expected a formula that is negative somewhere within 1e9 of the origin, "
-                    "got one that never is"
-                )
-        surface = _core.Implicit(self.expression, bounds)
+    def core(self) -> _core.Implicit:
+        surface = _core.Implicit(self.expression, self._box)
         if not surface.cells:
             raise InputError("shape: expected a surface within the bounds, got none")
         return surface
 
+    @cached_property
+    def _box(self) -> NDArray[np.float64]:
+        """The bounds that were given, or those of the formula."""
+        if self.bounds is not None:
+            return self.bounds
+        try:
+            bounds = _core.find_bounds(self.expression)
+        except ValueError as error:
+            raise InputError(f"shape: expected {error}; cut it, or give bounds=((x0, y0, z0), (x1, y1, z1))") from None
+        if bounds is None:
+            raise InputError(
+                "shape: expected a formula that is negative somewhere within 1e9 of the origin, got one that never is"
+            )
+        return bounds
+
     @property
     def cells(self) -> int:
         """How many cells of space the surface passes, each of which has a formula of its own."""
-        return self._surface.cells
+        return self.core.cells
 
     @property
     def unresolved_rays(self) -> int:
         """How many rays so far passed places that could not be told from the surface: where it only just touches the
         ray, within a millionth of the shape's size, or where the formula is too wild to be bounded. None of them is
         stepped over elsewhere."""
-        return self._surface.unresolved_rays
-
-    @property
-    def _sphere(self) -> tuple[Points, float]:
-        return np.array(self._surface.center), self._surface.half_side
+        return self.core.unresolved_rays
 
     def counts(self) -> dict[str, int]:
         return {"cell": self.cells}
 
     def describe(self) -> dict[str, str]:
-        surface = self._surface
         return {
             "formula": f"{len(self.expression):,} steps: {self.expression}",
-            "cells": f"{self.cells:,}, {surface.bytes / 2**20:.1f} MiB",
+            "cells": f"{self.cells:,}, {self.core.bytes / 2**20:.1f} MiB",
         }
 
     def tensors(self) -> dict[str, NDArray[Any]]:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.shapes.affine import IDENTITY, UPRIGHT, Matrix, Points, mapped, to_unit_sphere
-from bobrossnet.shapes.shape import SMALLEST, Shape, bounding_sphere, check_tensors, frozen
+from bobrossnet.shapes.affine import UPRIGHT, mapped
+from bobrossnet.shapes.shape import Shape, check_tensors, frozen
 
 
 class Mesh(Shape):
@@ -58,25 +58,9 @@ class Mesh(Shape):
             hint = "one normal per vertex"
             self.normals = frozen(check_array("normals", normals, (len(points), 3), hint=hint), np.float32)
 
-    def _build(self) -> tuple[_core.Shape, Matrix]:
-        """Scaled to the mesh's own unit sphere in float64 before it is rounded to float32, so that neither its unit nor
-        its distance from the origin costs precision."""
-        center, radius = bounding_sphere([(self, IDENTITY)])
-        radius = radius if radius > SMALLEST else 1.0
-        with np.errstate(over="ignore"):  # vertices that no triangle uses may be anywhere
-            vertices = ((self.vertices - center) / radius).astype(np.float32)
-        return _core.Mesh(vertices, self.triangles, self.normals), to_unit_sphere(center, radius)
-
-    def bounding_box(self, matrix: Matrix) -> tuple[Points, Points]:
-        points = mapped(matrix, self._used_vertices)
-        return points.min(axis=0), points.max(axis=0)
-
-    def radius(self, matrix: Matrix, center: Points) -> float:
-        points = mapped(matrix, self._used_vertices) - center
-        # In units of about the largest coordinate: squares of very large or very small ones leave the range of float64;
-        # by a power of two, so that nothing is rounded.
-        _, exponent = np.frexp(np.abs(points).max())
-        return float(np.ldexp(np.sqrt((np.ldexp(points, -exponent) ** 2).sum(axis=1).max()), exponent))
+    @cached_property
+    def core(self) -> _core.Mesh:
+        return _core.Mesh(self.vertices, self.triangles, self.normals)
 
     def counts(self) -> dict[str, int]:
         return {"triangle": len(self.triangles)}
@@ -97,13 +81,6 @@ class Mesh(Shape):
     def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Mesh:
         check_tensors(tensors, {"vertices": "float64", "triangles": "int32"}, {"normals": "float32"})
         return cls(tensors["vertices"], tensors["triangles"], tensors.get("normals"))
-
-    @cached_property
-    def _used_vertices(self) -> Points:
-        """The vertices that a triangle uses, (n, 3)."""
-        used = np.zeros(len(self.vertices), np.bool_)
-        used[self.triangles] = True
-        return self.vertices if used.all() else self.vertices[used]
 
     def turned_upright(self) -> Mesh:
         """The mesh with its y axis turned up to z: (x, y, z) becomes (x, -z, y)."""

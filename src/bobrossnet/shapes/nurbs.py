@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer, check_number
-from bobrossnet.shapes.affine import Points
-from bobrossnet.shapes.shape import SMALLEST, MeasuredShape, check_tensors
+from bobrossnet.shapes.shape import Shape, check_tensors
 from bobrossnet.shapes.splines import (
     MAX_DEGREE,
     Values,
@@ -24,8 +23,8 @@ from bobrossnet.shapes.splines import (
     check_weights,
     degree_of,
     domain_of,
-    homogeneous,
     place_in_errors,
+    with_weights,
 )
 
 
@@ -165,7 +164,7 @@ class Face:
         except ValueError:
             raise InputError(f"v: expected a shape that goes with u's {at_u.shape}, got {at_v.shape}") from None
         result = _core.surface_derivatives(
-            homogeneous(self.control_points, self.weights),
+            _core.homogeneous(_with_weights(self)).reshape(*self.control_points.shape[:2], 4),
             self.knots_u,
             self.knots_v,
             self.degree_u,
@@ -192,7 +191,7 @@ class Face:
         return _unit(normal)
 
 
-class Brep(MeasuredShape):
+class Brep(Shape):
     """A boundary representation: faces that together are traced as one shape. They need not be closed or joined.
 
     Parameters
@@ -225,39 +224,27 @@ class Brep(MeasuredShape):
         self.tolerance = check_number("tolerance", tolerance, 0)
 
     @cached_property
-    def _surface(self) -> _core.Brep:
-        center, radius = self._sphere
-        surface = _core.Brep(
-            [
-                (
-                    homogeneous((face.control_points - center) / radius, face.weights),
-                    face.knots_u,
-                    face.knots_v,
-                    [[(homogeneous(c.control_points, c.weights), c.knots) for c in loop] for loop in face.trims],
-                )
-                for face in self.faces
-            ],
-            self.tolerance / radius if len(self.faces) > 1 else 0.0,
-        )
-        if not surface.pieces:
-            raise InputError("faces: expected an area that trims leave of one, got none")
-        return surface
-
-    @cached_property
-    def _sphere(self) -> tuple[Points, float]:
-        """Around the control points, and so around the faces, since weights are above 0."""
-        low = np.min([face.control_points.min(axis=(0, 1)) for face in self.faces], axis=0)
-        high = np.max([face.control_points.max(axis=(0, 1)) for face in self.faces], axis=0)
-        center: Points = low / 2 + high / 2
-        radius = max(float(np.linalg.norm(face.control_points - center, axis=-1).max()) for face in self.faces)
-        return center, radius if radius > SMALLEST else 1.0
+    def core(self) -> _core.Brep:
+        faces = [
+            (
+                with_weights(face.control_points, face.weights),
+                face.knots_u,
+                face.knots_v,
+                [[(with_weights(c.control_points, c.weights), c.knots) for c in loop] for loop in face.trims],
+            )
+            for face in self.faces
+        ]
+        try:
+            return _core.Brep(faces, self.tolerance)
+        except ValueError as error:
+            raise InputError(str(error)) from None
 
     def describe(self) -> dict[str, str]:
         trimmed = sum(bool(face.trims) for face in self.faces)
         rational = sum(face.weights is not None for face in self.faces)
         degrees = Counter((face.degree_u, face.degree_v) for face in self.faces)
         loops = [loop for face in self.faces for loop in face.trims]
-        surface = self._surface
+        core = self.core
         return {
             "faces": f"{len(self.faces):,}, {trimmed:,} trimmed, {rational:,} rational",
             "degrees": ", ".join(f"{degree} x {count:,}" for degree, count in degrees.most_common()),
@@ -265,7 +252,7 @@ class Brep(MeasuredShape):
             "trims": f"{_counted(len(loops), 'loop')} of {_counted(sum(map(len, loops)), 'curve')}"
             if loops
             else "none",
-            "patches": f"{surface.patches:,} in {surface.pieces:,} pieces, {surface.bytes / 2**20:.1f} MiB",
+            "patches": f"{core.patches:,} in {core.pieces:,} pieces, {core.bytes / 2**20:.1f} MiB",
         }
 
     def tensors(self) -> dict[str, NDArray[Any]]:
@@ -397,9 +384,8 @@ def _unit(vectors: Values) -> Values:
 
 
 def _with_weights(of: Face | TrimCurve) -> Values:
-    points = of.control_points
-    weights = np.ones(points.shape[:-1]) if of.weights is None else of.weights
-    return np.concatenate([points, weights[..., None]], axis=-1).reshape(-1, points.shape[-1] + 1)
+    points = with_weights(of.control_points, of.weights)
+    return points.reshape(-1, points.shape[-1])
 
 
 def _without_weights(points: Values) -> tuple[Values, Values | None]:

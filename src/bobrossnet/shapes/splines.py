@@ -100,11 +100,10 @@ def domain_of(knots: Values, degree: int) -> tuple[float, float]:
     return float(knots[degree]), float(knots[-degree - 1])
 
 
-def homogeneous(points: Values, weights: Values | None) -> Values:
-    """Control points (..., N) as (..., N + 1): (w x1, .., w xN, w), with a largest weight of 1, which changes nothing
-    but keeps products within range."""
-    w = np.ones(points.shape[:-1]) if weights is None else weights / weights.max()
-    return np.concatenate([points * w[..., None], w[..., None]], axis=-1)
+def with_weights(points: Values, weights: Values | None) -> Values:
+    """Control points (..., N) as (..., N + 1), with their weights behind them."""
+    w = np.ones(points.shape[:-1]) if weights is None else weights
+    return np.concatenate([points, w[..., None]], axis=-1)
 
 
 @contextmanager

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, check_array, check_number
-from bobrossnet.shapes.affine import MAX_COORDINATE, Points
-from bobrossnet.shapes.shape import SMALLEST, MeasuredShape, check_tensors, frozen
+from bobrossnet.shapes.affine import MAX_COORDINATE
+from bobrossnet.shapes.shape import Shape, check_tensors, frozen
 from bobrossnet.shapes.splines import (
     Values,
     check_above_zero,
@@ -21,11 +21,11 @@ from bobrossnet.shapes.splines import (
     check_weights,
     degree_of,
     domain_of,
-    homogeneous,
+    with_weights,
 )
 
 
-class Tube(MeasuredShape):
+class Tube(Shape):
     """What a ball sweeps as it moves along a NURBS curve; its ends are round.
 
     Parameters
@@ -76,28 +76,17 @@ class Tube(MeasuredShape):
         return domain_of(self.knots, self.degree)
 
     @cached_property
-    def _surface(self) -> _core.Tube:
-        center, radius = self._sphere
-        balls = np.concatenate([self.control_points - center, self.radii[:, None]], axis=1) / radius
-        return _core.Tube(homogeneous(balls, self.weights), self.knots)
-
-    @cached_property
-    def _sphere(self) -> tuple[Points, float]:
-        """Around the balls at the control points, and so around the tube, since weights are above 0."""
-        low = (self.control_points - self.radii[:, None]).min(axis=0)
-        high = (self.control_points + self.radii[:, None]).max(axis=0)
-        center: Points = low / 2 + high / 2
-        radius = float((np.linalg.norm(self.control_points - center, axis=1) + self.radii).max())
-        return center, radius if radius > SMALLEST else 1.0
+    def core(self) -> _core.Tube:
+        balls = np.concatenate([self.control_points, self.radii[:, None]], axis=1)
+        return _core.Tube(with_weights(balls, self.weights), self.knots)
 
     def describe(self) -> dict[str, str]:
         low, high = self.radii.min(), self.radii.max()
-        surface = self._surface
         return {
             "control points": f"{len(self.control_points):,}, {'not ' * (self.weights is None)}rational",
             "degree": f"{self.degree}",
             "thickness": f"radius {low:.6g}" + f" to {high:.6g}" * bool(low < high),
-            "pieces": f"{surface.pieces:,}, {surface.bytes / 2**20:.1f} MiB",
+            "pieces": f"{self.core.pieces:,}, {self.core.bytes / 2**20:.1f} MiB",
         }
 
     def tensors(self) -> dict[str, NDArray[Any]]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from bobrossnet import _core
 from bobrossnet.errors import InputTypeError
 from bobrossnet.shapes.affine import IDENTITY, Matrix, check_map, rotation, scaling, translation
 from bobrossnet.shapes.shape import Shape
@@ -87,5 +87,4 @@ class Instance:
 
     def digest(self) -> bytes:
         """SHA-256 of what can be seen: the shape, its place and its material."""
-        seen = np.array([*self.transform.ravel(), *self.material.values()])
-        return hashlib.sha256(self.shape.digest + seen.tobytes()).digest()
+        return _core.instance_digest(self.shape.digest, self.transform, np.array(self.material.values()))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -14,15 +13,8 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.shapes.affine import (
-    IDENTITY,
-    UPRIGHT,
-    Matrix,
-    Points,
-    from_unit_sphere,
-    to_unit_sphere,
-)
-from bobrossnet.shapes.shape import Shape, bounding_sphere
+from bobrossnet.shapes.affine import UPRIGHT, Points
+from bobrossnet.shapes.shape import Shape
 from bobrossnet.tracing.instance import Instance
 
 SceneLike: TypeAlias = Union["Scene", Instance, Shape, "Iterable[SceneLike]"]
@@ -70,14 +62,19 @@ class Scene:
         self.instances = tuple(_instances(shapes))
         if not self.instances:
             raise InputError("shapes: expected at least one shape, got none")
-        with np.errstate(over="ignore", invalid="ignore"):  # refused below
-            center, radius = bounding_sphere((instance.shape, instance.transform) for instance in self.instances)
-        if not radius > 0:
-            raise InputError("shapes: expected an extent above zero, got all vertices in one point")
-        if not (math.isfinite(radius) and radius > 1e-307):
-            raise InputError(f"shapes: expected a radius that float64 holds with its reciprocal, got {radius:g}")
-        self.center: Points = center
-        self.radius = radius
+        try:
+            self._arrangement = _core.Arrangement(
+                [instance.shape.core for instance in self.instances],
+                np.array([instance.transform for instance in self.instances]),
+                np.array([instance.material.values() for instance in self.instances], np.float32),
+            )
+        except ValueError as error:
+            raise InputError(str(error)) from None
+        self.center: Points = self._arrangement.center
+        self.radius = self._arrangement.radius
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Scene, (self.instances,)  # what is in the core can't be copied
 
     def __repr__(self) -> str:
         return f"Scene({self.describe()}, radius {self.radius:.6g})"
@@ -95,6 +92,11 @@ class Scene:
         return dict(counts)
 
     @property
+    def boxes(self) -> NDArray[np.float64]:
+        """(n, 2, 3): the lowest and highest coordinates of each instance."""
+        return self._arrangement.boxes
+
+    @property
     def unresolved_rays(self) -> int:
         """How many rays so far passed places that could not be told from a surface, such as `Implicit.unresolved_rays`:
         of all shapes, in whatever scenes they were traced."""
@@ -105,39 +107,12 @@ class Scene:
         """The same scene with what is stored as y up, the habit of games and films, turned to z up."""
         return Scene(instance.transformed(UPRIGHT) for instance in self.instances)
 
-    @property
-    def core(self) -> _core.Scene:
-        """The scene in the core, scaled to the unit sphere, built when first asked for."""
-        return self._core_and_order[0]
-
     @cached_property
-    def _core_and_order(self) -> tuple[_core.Scene, NDArray[np.int32]]:
-        """The core sees the first of surfaces that coincide, so that it is given the instances in a canonical order: by
-        digests of what they are. Which one is the core's n-th is the n-th of the second array."""
-        order = [0]
-        if len(self.instances) > 1:
-            digests = [instance.digest() for instance in self.instances]
-            order = sorted(range(len(digests)), key=digests.__getitem__)
-        instances = [self.instances[i] for i in order]
-        scene = _core.Scene(
-            [instance.shape.core[0] for instance in instances],
-            np.array([self._to_core(instance)[:3] for instance in instances]),
-            np.array([self._box(instance) for instance in instances], np.float32),
-            np.array([instance.material.values() for instance in instances], np.float32),
-        )
-        return scene, np.array(order, np.int32)
-
-    def _to_core(self, instance: Instance) -> Matrix:
-        """From the scene's unit sphere to the coordinates of the instance's shape in the core."""
-        from_scene = instance.shape.core[1] @ np.linalg.inv(instance.transform)
-        if np.array_equal(from_scene, to_unit_sphere(self.center, self.radius)):
-            return IDENTITY  # to the bit, which the product below is not
-        return from_scene @ from_unit_sphere(self.center, self.radius)
-
-    def _box(self, instance: Instance) -> tuple[Points, Points]:
-        """Lowest and highest coordinates of an instance in the unit sphere."""
-        low, high = instance.shape.bounding_box(instance.transform)
-        return (low - self.center) / self.radius, (high - self.center) / self.radius
+    def core(self) -> _core.Scene:
+        """The scene as rays meet it, in the unit sphere, built when first asked for. Of surfaces that coincide, the
+        first is seen, in the canonical order: by digests of what the instances are."""
+        several = len(self.instances) > 1
+        return self._arrangement.scene([instance.digest() for instance in self.instances] if several else [])
 
     def closest_hits(self, origins: Any, directions: Any) -> Hits:
         """Cast rays of any origin and direction.
@@ -167,10 +142,8 @@ class Scene:
         t = np.empty(len(origins), np.float32)
         found, primitive = np.empty(len(origins), np.int32), np.empty(len(origins), np.int32)
         u, v = np.empty(len(origins)), np.empty(len(origins))
-        core, order = self._core_and_order
-        core.closest_hits(origin.astype(np.float32), direction.astype(np.float32), t, found, primitive, u, v)
-        instance = np.where(found >= 0, order[found], -1).astype(np.int32)
-        return Hits(np.where(found >= 0, (start + t) * self.radius, np.inf), instance, primitive, u, v)
+        self.core.closest_hits(origin.astype(np.float32), direction.astype(np.float32), t, found, primitive, u, v)
+        return Hits(np.where(found >= 0, (start + t) * self.radius, np.inf), found, primitive, u, v)
 
 
 def as_scene(scene: SceneLike) -> Scene:

@@ -8,7 +8,7 @@
  */
 import { CoreError } from "./errors.js";
 
-/** @typedef {Float32Array | Float64Array | Int32Array} Numbers */
+/** @typedef {Float32Array | Float64Array | Int32Array | Uint8Array} Numbers */
 
 export class Core {
   /** @type {Record<string, any>} */

@@ -4,10 +4,10 @@
 import {
   CoreError, brief, checkFields, checkFinite, checkInteger, checkList, checkNumber, placedErrors,
 } from "../core/errors.js";
+import { sha256 } from "../core/sha256.js";
 import { isSingular } from "../shapes/affine.js";
 import { checkNodes } from "../shapes/implicit.js";
 import { checkBrep, checkTube } from "../shapes/splines.js";
-import { hex, sha256 } from "../tracing/sha256.js";
 import { readContainer, readTensor } from "./safetensors.js";
 
 /**
@@ -39,11 +39,11 @@ const KINDS = {
 };
 
 /**
- * @param {Core} core that checks formulas
+ * @param {Core} core that checks what it knows best
  * @param {ArrayBuffer} bytes which the scene's arrays are views of, and which is no whole file afterwards
- * @returns {Promise<SceneDescription>}
+ * @returns {SceneDescription}
  */
-export async function readBob(core, bytes) {
+export function readBob(core, bytes) {
   const all = new Uint8Array(bytes), text = new TextDecoder();
   if (text.decode(all.subarray(8, DIGITS)) !== START) {
     const start = brief(text.decode(all.subarray(0, 32)));
@@ -51,7 +51,7 @@ export async function readBob(core, bytes) {
   }
   const checksum = text.decode(all.subarray(DIGITS, BODY));
   all.fill("0".charCodeAt(0), DIGITS, BODY);
-  if (checksum !== hex(await sha256(bytes))) {
+  if (checksum !== hex(sha256(core, all))) {
     throw new CoreError("expected a whole file, got one that was damaged or cut short: its checksum differs");
   }
   const container = readContainer(bytes), { metadata, entries } = container;
@@ -67,7 +67,7 @@ export async function readBob(core, bytes) {
   }));
   checkNames(entries, kinds.length);
   const instances = checkList("instances", content.instances);
-  return { shapes, instances: instances.map((item, i) => readInstance(`instances[${i}]`, item, shapes.length)) };
+  return { shapes, instances: instances.map((item, i) => readInstance(core, `instances[${i}]`, item, shapes.length)) };
 }
 
 /** @param {Record<string, any>} tensors @param {number} count */
@@ -162,8 +162,14 @@ function checkShape(core, shape) {
   }
 }
 
-/** @param {string} place @param {any} item @param {number} shapes how many there are @returns {InstanceDescription} */
-function readInstance(place, item, shapes) {
+/**
+ * @param {Core} core
+ * @param {string} place
+ * @param {any} item
+ * @param {number} shapes how many there are
+ * @returns {InstanceDescription}
+ */
+function readInstance(core, place, item, shapes) {
   const { shape, transform, material, name } = checkFields(place, item, "shape", "transform", "material", "name");
   checkInteger(`${place}.shape`, shape, 0, shapes - 1);
   const rows = checkList(`${place}.transform`, transform).flatMap((row) => checkList(`${place}.transform`, row));
@@ -175,7 +181,7 @@ function readInstance(place, item, shapes) {
     const last = rows.slice(12).join(", ");
     throw new CoreError(`${place}.transform: expected an affine map, whose last row is (0, 0, 0, 1), got (${last})`);
   }
-  if (isSingular(rows)) {
+  if (isSingular(core, rows)) {
     throw new CoreError(`${place}.transform: expected a map that keeps all three dimensions, got one that is singular`);
   }
   const of = `${place}.material`;
@@ -193,4 +199,9 @@ function readInstance(place, item, shapes) {
     throw new CoreError(`${place}.name: expected a string, got ${brief(name)}`);
   }
   return { shape, transform: rows, material: { color, ambient, diffuse, specular, shininess }, name };
+}
+
+/** @param {Uint8Array} bytes */
+function hex(bytes) {
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }

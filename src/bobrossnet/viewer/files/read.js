@@ -52,7 +52,7 @@ export async function readFile(core, name, bytes) {
     const read = Object.hasOwn(READERS, ending) ? READERS[ending] : undefined;
     if (!read) throw new CoreError(`expected one of ${ENDINGS.join(" ")}, got ${ending || "no ending"}`);
     if (bytes.byteLength === 0) throw new CoreError("expected a scene, got an empty file");
-    return inCanonicalOrder(await read(core, bytes, name));
+    return inCanonicalOrder(core, await read(core, bytes, name));
   } catch (error) {
     const [what, line] = error instanceof CoreError ? [error.message, error.line] : [reason(ending, error), null];
     throw new CoreError(oneLine(`${name}: ${what}`), line);

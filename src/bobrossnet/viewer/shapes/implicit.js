@@ -1,7 +1,6 @@
 // @ts-check
 /** Surfaces of formulas: of scripts, of .vm files, and of the arrays of scene files. */
 import { as } from "../core/core.js";
-import { CoreError } from "../core/errors.js";
 import { Shape } from "./shape.js";
 
 /**
@@ -9,9 +8,6 @@ import { Shape } from "./shape.js";
  * @typedef {{ops: Uint8Array, operands: Uint32Array, values: Float64Array}} Nodes of a formula, (n,), (n, 3) and (n,), as in
  *   scene files (CONVENTIONS.md)
  */
-
-/** Where to look for a formula without bounds; flat ones are extruded to a height, which ends within their square. */
-const CUBE = [-1, -1, -1, 1, 1, 1], HEIGHT = 0.1, SQUARE = [-1, -1, -HEIGHT, 1, 1, HEIGHT];
 
 /** The shape that a script makes (docs/scripts.md). @param {Core} core @param {string} source */
 export function scriptShape(core, source) {
@@ -28,19 +24,7 @@ export function scriptShape(core, source) {
  */
 export function formulaShape(core, text, bounds) {
   return withExpression(core, parse(core, text), (expression) => {
-    if (!core.call("uses_z", expression)) {
-      const solid = core.made("extruded", expression, HEIGHT);
-      return withExpression(core, solid, () => shapeOf(core, solid, bounds ?? SQUARE));
-    }
-    if (bounds) return shapeOf(core, expression, bounds);
-    let box;
-    try {
-      box = findBounds(core, expression);
-    } catch (error) {
-      if (!(error instanceof CoreError)) throw error;
-      box = CUBE;
-    }
-    return shapeOf(core, expression, box);
+    return new Shape(core, core.made("make_vm_solid", expression, bounds ? as(Float64Array, bounds) : 0));
   });
 }
 
@@ -84,28 +68,7 @@ function withExpression(core, expression, f) {
   }
 }
 
-/** @param {Core} core @param {number} expression @param {ArrayLike<number>} [bounds] (2, 3) */
+/** @param {Core} core @param {number} expression @param {ArrayLike<number>} [bounds] (2, 3), which are found without */
 function shapeOf(core, expression, bounds) {
-  if (!bounds) {
-    try {
-      bounds = findBounds(core, expression);
-    } catch (error) {
-      throw error instanceof CoreError ? new CoreError(`shape: expected ${error.message}; cut it`) : error;
-    }
-  }
-  if (Number.isNaN(bounds[0])) {
-    const wanted = "a formula that is negative somewhere within 1e9 of the origin";
-    throw new CoreError(`shape: expected ${wanted}, got one that never is`);
-  }
-  const box = as(Float64Array, bounds);
-  let handle = 0;
-  const [x, y, z, size] = core.filled(new Float64Array(4), (address) => {
-    handle = core.made("make_implicit", expression, box, address);
-  });
-  return new Shape(core, handle, [x, y, z], size);
-}
-
-/** @param {Core} core @param {number} expression @returns {Float64Array} (2, 3), NaN where it is positive everywhere */
-function findBounds(core, expression) {
-  return core.filled(new Float64Array(6), (address) => core.made("find_bounds", expression, address));
+  return new Shape(core, core.made("make_implicit", expression, bounds ? as(Float64Array, bounds) : 0));
 }

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * NURBS as shapes: what scene files hold of breps and tubes is checked, moved and scaled to about 1 in size, and made
- * homogeneous. Names and symbols are those of Piegl and Tiller, *The NURBS Book*.
+ * NURBS as shapes: what scene files hold of breps and tubes is checked. Names and symbols are those of Piegl and Tiller, *The
+ * NURBS Book*.
  *
  * @typedef {{faces: Int32Array, control_points: Float64Array, knots: Float64Array, loops: Int32Array, trims:
  *   Int32Array,
@@ -18,7 +18,6 @@ import { Shape } from "./shape.js";
 const MAX_DEGREE = 9;
 const MAX_COORDINATE = 1e100;
 const MAX_WEIGHT_RATIO = 1e10;
-const SMALLEST = 1e-307;
 
 /**
  * The shape of a brep's tensors.
@@ -28,20 +27,9 @@ const SMALLEST = 1e-307;
  */
 export function brep(core, tensors) {
   checkBrep(tensors);
-  const { faces, control_points: points, knots, loops, trims } = tensors;
-  const { trim_control_points: trimPoints, trim_knots: trimKnots } = tensors;
-  const { center, radius } = sphere(points, 4, 3);
-  const controlPoints = new Float64Array(points.length), trimControlPoints = new Float64Array(trimPoints.length);
-  for (let face = 0, at = 0; face < faces.length; face += 5) {
-    at = toHomogeneous(points, controlPoints, at, faces[face] * faces[face + 1], center, radius);
-  }
-  for (let curve = 0, at = 0; curve < trims.length; curve += 2) {
-    at = toHomogeneous(trimPoints, trimControlPoints, at, trims[curve], [0, 0], 1);
-  }
-  const tolerance = faces.length > 5 ? (tensors.tolerance?.[0] ?? 0) / radius : 0;
-  const handle = core.made("make_brep", faces, faces.length / 5, controlPoints, knots, loops, trims, trimControlPoints,
-                           trimKnots, tolerance);
-  return new Shape(core, handle, center, radius);
+  const { faces, control_points, knots, loops, trims, trim_control_points, trim_knots, tolerance } = tensors;
+  return new Shape(core, core.made("make_brep", faces, faces.length / 5, control_points, knots, loops, trims,
+                                   trim_control_points, trim_knots, tolerance?.[0] ?? 0));
 }
 
 /**
@@ -53,59 +41,9 @@ export function brep(core, tensors) {
 export function tube(core, tensors) {
   checkTube(tensors);
   const { control_points: points, knots, radii, weights } = tensors, count = radii.length;
-  const balls = new Float64Array(5 * count), homogeneous = new Float64Array(5 * count);
-  for (let i = 0; i < count; ++i) {
-    balls.set([points[3 * i], points[3 * i + 1], points[3 * i + 2], radii[i], weights?.[i] ?? 1], 5 * i);
-  }
-  const { center, radius } = sphere(balls, 5, 3, radii);
-  toHomogeneous(balls, homogeneous, 0, count, [...center, 0], radius);
-  return new Shape(core, core.made("make_tube", homogeneous, count, knots, knots.length - count - 1), center, radius);
-}
-
-/**
- * The centre of the box around points and the distance to the farthest, with the balls there.
- *
- * @param {Float64Array} points
- * @param {number} width numbers of each
- * @param {number} axes
- * @param {Float64Array} [radii]
- */
-function sphere(points, width, axes, radii) {
-  const count = points.length / width;
-  const center = Array.from({ length: axes }, (_, axis) => {
-    let low = Infinity, high = -Infinity;
-    for (let i = 0; i < count; ++i) {
-      const value = points[width * i + axis], r = radii?.[i] ?? 0;
-      low = Math.min(low, value - r), high = Math.max(high, value + r);
-    }
-    return low / 2 + high / 2;
-  });
-  let radius = 0;
-  for (let i = 0; i < count; ++i) {
-    const distance = Math.hypot(...center.map((value, axis) => points[width * i + axis] - value));
-    radius = Math.max(radius, distance + (radii?.[i] ?? 0));
-  }
-  return { center, radius: radius > SMALLEST ? radius : 1 };
-}
-
-/**
- * Moves, scales and multiplies by their weights `count` points, each of coordinates and a weight, with a largest weight
- * of 1, which changes nothing but keeps products within range.
- *
- * @param {Float64Array} from @param {Float64Array} to @param {number} at where they begin
- * @param {number} count @param {number[]} center @param {number} radius
- * @returns {number} where they end
- */
-function toHomogeneous(from, to, at, count, center, radius) {
-  const axes = center.length, width = axes + 1, end = at + count * width;
-  let largest = 0;
-  for (let i = at + axes; i < end; i += width) largest = Math.max(largest, from[i]);
-  for (; at < end; at += width) {
-    const weight = from[at + axes] / largest;
-    for (let axis = 0; axis < axes; ++axis) to[at + axis] = (from[at + axis] - center[axis]) / radius * weight;
-    to[at + axes] = weight;
-  }
-  return end;
+  const balls = new Float64Array(5 * count); // x, y, z, radius and weight
+  radii.forEach((radius, i) => balls.set([...points.subarray(3 * i, 3 * i + 3), radius, weights?.[i] ?? 1], 5 * i));
+  return new Shape(core, core.made("make_tube", balls, count, knots, knots.length - count - 1));
 }
 
 // ---- Checks ----------------------------------------------------------------------------------------------

@@ -4,9 +4,9 @@
 import { CoreError, placedErrors } from "../core/errors.js";
 import { cameraValues } from "../picture/camera.js";
 import { WIDTH } from "../picture/channels.js";
-import { IDENTITY, fromUnitSphere, inverse, product, toUnitSphere } from "../shapes/affine.js";
+import { IDENTITY } from "../shapes/affine.js";
 import { formulaShape, implicitShape, scriptShape } from "../shapes/implicit.js";
-import { Mesh } from "../shapes/mesh.js";
+import { meshShape } from "../shapes/mesh.js";
 import { brep, tube } from "../shapes/splines.js";
 import { WHITE, materialValues } from "./description.js";
 
@@ -15,19 +15,18 @@ import { WHITE, materialValues } from "./description.js";
  * @typedef {import("../shapes/shape.js").Shape} Shape
  * @typedef {import("../shapes/description.js").ShapeDescription} ShapeDescription
  * @typedef {import("./description.js").SceneDescription} SceneDescription
- * @typedef {{shape: Shape, toShape: ArrayLike<number>, box: ArrayLike<number>, material: ArrayLike<number>}} Instance
- *   toShape (3, 4): from the scene's unit sphere to the shape's own coordinates; box (2, 3): low and high in the unit sphere;
- *   material (7): linear RGB, ambient, diffuse, specular, shininess
+ * @typedef {{shape: Shape, transform: ArrayLike<number>, material: ArrayLike<number>}} Instance
+ *   transform (4, 4): from the shape's units to the scene's; material (7): linear RGB, ambient, diffuse, specular, shininess
  */
 
 export class Scene {
-  /** @param {Core} core @param {Instance[]} instances */
+  /** @param {Core} core @param {Instance[]} instances where surfaces coincide, the first of them is seen */
   constructor(core, instances) {
-    const joined = (/** @type {"toShape" | "box" | "material"} */ name) => instances.flatMap((i) => Array.from(i[name]));
+    const joined = (/** @type {"transform" | "material"} */ name) => instances.flatMap((i) => Array.from(i[name]));
     const shapes = Uint32Array.from(instances, (i) => i.shape.handle);
     this.core = core;
-    this.handle = core.made("make_scene", shapes, instances.length, Float64Array.from(joined("toShape")),
-                            Float32Array.from(joined("box")), Float32Array.from(joined("material")));
+    this.handle = core.made("make_scene", shapes, instances.length, Float64Array.from(joined("transform")),
+                            Float32Array.from(joined("material")));
   }
 
   /**
@@ -52,8 +51,7 @@ export class Scene {
 }
 
 /**
- * The scene in the core, moved and scaled to the unit sphere as Python's Scene does it, so that pictures are equal.
- * Where surfaces coincide, the first of the instances is seen.
+ * The scene in the core. Where surfaces coincide, the first of the instances is seen.
  *
  * @param {Core} core
  * @param {SceneDescription} description
@@ -69,16 +67,9 @@ export function buildScene(core, { shapes: descriptions, instances }) {
       const make = () => makeShape(core, description);
       shapes.push(descriptions.length > 1 ? placedErrors(`shapes[${i}]`, make) : make());
     });
-    const placed = instances.map(({ shape, transform = IDENTITY, material = WHITE }) => {
-      return { shape: shapes[shape], transform, material, box: shapes[shape].bounds(transform) };
-    });
-    const { center, radius } = boundingSphere(placed);
-    return new Scene(core, placed.map(({ shape, transform, material, box: { low, high } }) => ({
-      shape,
-      toShape: toShape(shape, transform, center, radius).slice(0, 12),
-      box: [low, high].flatMap((corner) => corner.map((value, axis) => (value - center[axis]) / radius)),
-      material: materialValues(material),
-    })));
+    return new Scene(core, instances.map(({ shape, transform = IDENTITY, material = WHITE }) => {
+      return { shape: shapes[shape], transform, material: materialValues(material) };
+    }));
   } finally {
     for (const shape of shapes) shape.free();
   }
@@ -87,45 +78,11 @@ export function buildScene(core, { shapes: descriptions, instances }) {
 /** @param {Core} core @param {ShapeDescription} description @returns {Shape} */
 function makeShape(core, description) {
   switch (description.kind) {
-    case "mesh": return new Mesh(core, description.vertices, description.triangles, description.normals);
+    case "mesh": return meshShape(core, description.vertices, description.triangles, description.normals);
     case "implicit": return implicitShape(core, description, description.bounds);
     case "script": return scriptShape(core, description.source);
     case "formula": return formulaShape(core, description.text, description.bounds);
     case "brep": return brep(core, description);
     case "tube": return tube(core, description);
   }
-}
-
-/**
- * The sphere about the centre of the common bounding box that reaches to the farthest point.
- *
- * @param {{shape: Shape, transform: ArrayLike<number>, box: {low: number[], high: number[]}}[]} placed
- */
-function boundingSphere(placed) {
-  const center = [0, 1, 2].map((axis) => {
-    const low = Math.min(...placed.map(({ box }) => box.low[axis]));
-    const high = Math.max(...placed.map(({ box }) => box.high[axis]));
-    return low / 2 + high / 2;
-  });
-  const radius = Math.max(...placed.map(({ shape, transform }) => shape.radius(center, transform)));
-  if (!(radius > 0)) throw new CoreError("shapes: expected an extent above zero, got all vertices in one point");
-  if (!(radius < Infinity && radius > 1e-307)) {
-    throw new CoreError(`shapes: expected a radius that float64 holds with its reciprocal, got ${radius}`);
-  }
-  return { center, radius };
-}
-
-/**
- * From the unit sphere to the core's coordinates of a shape.
- *
- * @param {Shape} shape
- * @param {ArrayLike<number>} transform
- * @param {number[]} center
- * @param {number} radius
- */
-function toShape(shape, transform, center, radius) {
-  const fromScene = product(shape.toCore, inverse(transform)), toSphere = toUnitSphere(center, radius);
-  const same = fromScene.every((value, i) => value === toSphere[i]);
-  if (same) return [...IDENTITY];  // to the bit, which the product is not
-  return product(fromScene, fromUnitSphere(center, radius));
 }

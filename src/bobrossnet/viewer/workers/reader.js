@@ -45,7 +45,7 @@ async function read({ name, source, yUp, port, module }) {
   try {
     const core = new Core(new WebAssembly.Instance(module));
     scene = await readFile(core, name, await bytesOf(source));
-    if (yUp) scene = inCanonicalOrder(turnedUpright(scene));
+    if (yUp) scene = inCanonicalOrder(core, turnedUpright(scene));
     port.postMessage({ kind: "open", scene });
     const [shape] = scene.shapes;
     const script = scene.shapes.length === 1 && shape.kind === "script" && !yUp ? shape.source : null;

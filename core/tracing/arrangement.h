@@ -1,0 +1,54 @@
+/// Shapes as users place them, in any units: how far they reach, and the scene that rays meet.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "affine.h"
+#include "tracing/canonical.h"
+#include "tracing/scene.h"
+
+namespace bob {
+
+struct Placed {
+    std::shared_ptr<const Shape> shape;  // may be placed several times
+    AffineMap transform;                 // from the shape's own units to the arrangement's; not singular
+    Material material;
+};
+
+class Arrangement {
+public:
+    /// Measures the shapes, each once in a place. Throws std::invalid_argument where there is none, or where all of them lie
+    /// in one point or beyond what numbers hold. `keep_going` is asked now and then; if it says no, the arrangement is good
+    /// for nothing.
+    explicit Arrangement(std::vector<Placed> shapes, const std::function<bool()>& keep_going = nullptr);
+
+    /// About the centre of the common bounding box, to the farthest point.
+    [[nodiscard]] const Sphere& sphere() const { return sphere_; }
+
+    [[nodiscard]] std::size_t size() const { return shapes_.size(); }
+    [[nodiscard]] const Bounds& bounds(std::size_t i) const { return places_[place_[i]].bounds; }
+
+    /// Prepares the shapes, and puts them in the unit sphere, in the order of their digests if there are any. `keep_going` as
+    /// above.
+    [[nodiscard]] Scene scene(std::span<const Digest> digests = {}, const std::function<bool()>& keep_going = nullptr) const;
+
+private:
+    /// A shape in one place, where it may stand in several materials.
+    struct Place {
+        const Shape* shape;
+        AffineMap transform;
+        Bounds bounds;
+    };
+
+    [[nodiscard]] AffineMap to_shape(const Place& place) const;
+
+    std::vector<Placed> shapes_;
+    std::vector<Place> places_;
+    std::vector<std::size_t> place_;  // of each shape
+    Sphere sphere_;
+};
+
+}  // namespace bob

@@ -1,0 +1,37 @@
+#include "tracing/canonical.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace bob {
+namespace {
+
+/// As Python writes a tuple.
+std::string text_of(std::span<const std::size_t> shape) {
+    std::string text = "(";
+    for (std::size_t i = 0; i < shape.size(); ++i) text += (i ? ", " : "") + std::to_string(shape[i]);
+    return text + (shape.size() == 1 ? ",)" : ")");
+}
+
+}  // namespace
+
+void ShapeDigest::add(const Tensor& tensor) {
+    hash_.update(std::string(tensor.name) + " " + std::string(tensor.dtype) + " " + text_of(tensor.shape));
+    hash_.update(tensor.bytes);
+}
+
+void ShapeDigest::add(std::string_view name, std::string_view text) { hash_.update(name).update(" ").update(text); }
+
+Digest instance_digest(const Digest& shape, std::span<const double, 16> transform, std::span<const double, 7> material) {
+    return Sha256().update(std::as_bytes(std::span(shape))).update(std::as_bytes(transform))
+        .update(std::as_bytes(material)).digest();
+}
+
+std::vector<std::uint32_t> canonical_order(std::span<const Digest> digests) {
+    std::vector<std::uint32_t> order(digests.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return digests[a] < digests[b]; });
+    return order;
+}
+
+}  // namespace bob
