@@ -170,9 +170,9 @@ class WasmCore:
         planes, samples = np.zeros((5, *size), np.float32), np.full((len(pixels), 5), np.nan, np.float32)
         placed = np.array([camera.azimuth, camera.elevation, camera.roll, camera.zoom, 0, 0], np.float32)
         self.made("trace", scene, placed, *size, pixels, len(pixels), samples)
-        traced = np.zeros(1, np.uint32)
-        self.made("add_samples", pixels, samples, len(pixels), planes, *size, traced)
-        assert traced[0] == len(pixels)
+        added = np.zeros(1, np.uint32)
+        self.made("add_samples", pixels, samples, len(pixels), planes, *size, added)
+        assert added[0] == len(pixels)
         return planes
 
 
