@@ -25,17 +25,17 @@ bob::Op find_op(std::string_view name) {
     for (int i = 0; i < bob::op_count; ++i) {
         if (bob::name(static_cast<bob::Op>(i)) == name) return static_cast<bob::Op>(i);
     }
-    throw nb::value_error(("op: expected the name of one, got '" + std::string(name) + "'").c_str());
+    throw nb::value_error(("op: expected the name of an operation, got '" + std::string(name) + "'").c_str());
 }
 
 bob::Op find_op(std::string_view name, int operands) {
     const bob::Op op = find_op(name);
-    expect(bob::operands(op) == operands, "op: expected one of another number of operands");
+    expect(bob::operands(op) == operands, "op: expected one with another number of operands");
     return op;
 }
 
-/// A graph whose values are plain integers in Python, so that tracing allocates nothing: the graph's own number in the
-/// upper half, by which values of other graphs are told, and the node's index in the lower.
+/// A graph whose values are plain integers in Python, so that tracing allocates nothing: the graph's number in the
+/// upper half, which distinguishes values of different graphs, and the node's index in the lower.
 class Graph {
 public:
     using Handle = std::uint64_t;

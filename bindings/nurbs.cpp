@@ -33,7 +33,7 @@ std::size_t checked_rows(int order) {
 
 std::pair<Array<std::int64_t, -1>, Array<double, -1, -1, -1>> basis_derivatives(int degree, const Numbers& knots,
                                                                                const Numbers& u, int order) {
-    const auto values = checked_knots(degree, knots, "knots: expected a domain, and none below the one before");
+    const auto values = checked_knots(degree, knots, "knots: expected a domain, and no decreasing knots");
     const std::size_t rows = checked_rows(order);
     const std::size_t columns = static_cast<std::size_t>(degree) + 1;
     auto spans = make_array<std::int64_t, -1>(u.shape(0));
@@ -61,8 +61,8 @@ std::pair<Array<std::int64_t, -1>, Array<double, -1, -1, -1>> basis_derivatives(
 Array<double, -1, -1, -1, 3> surface_derivatives(const Array<const double, -1, -1, 4>& control_points,
                                                  const Numbers& knots_u, const Numbers& knots_v, int degree_u,
                                                  int degree_v, const Numbers& u, const Numbers& v, int order) {
-    const auto u_knots = checked_knots(degree_u, knots_u, "knots_u: expected a domain, and none below the one before");
-    const auto v_knots = checked_knots(degree_v, knots_v, "knots_v: expected a domain, and none below the one before");
+    const auto u_knots = checked_knots(degree_u, knots_u, "knots_u: expected a domain, and no decreasing knots");
+    const auto v_knots = checked_knots(degree_v, knots_v, "knots_v: expected a domain, and no decreasing knots");
     const std::size_t rows = checked_rows(order);
     expect(u.shape(0) == v.shape(0), "v: expected as many as u");
     const auto* points = reinterpret_cast<const bob::Homogeneous<3>*>(control_points.data());

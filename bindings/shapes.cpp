@@ -90,7 +90,7 @@ using Knots = Array<const double, -1>;
 int degree(std::size_t count, const Knots& knots) {
     expect(count >= 2 && knots.shape(0) >= count + 2 && knots.shape(0) <= count + 1 + bob::max_degree &&
                knots.shape(0) <= 2 * count,
-           "knots: expected one for each control point and degree + 1 more");
+           "knots: expected one for each control point, and degree + 1 more");
     return static_cast<int>(knots.shape(0) - count) - 1;
 }
 

@@ -24,7 +24,7 @@ auto attempt(F f) -> decltype(f()) {
     try {
         return f();
     } catch (const std::bad_alloc&) {
-        error_text() = "expected enough memory, got none: a WebAssembly module has 4 GiB at most";
+        error_text() = "out of memory: a WebAssembly module has at most 4 GiB";
     } catch (const std::exception& error) {
         error_text() = error.what();
     }

@@ -3,16 +3,16 @@
 
 #include <exception>
 
-/// The tag by which WebAssembly tells C++'s exceptions: each carries the address of an object.
+/// The tag by which WebAssembly recognises C++ exceptions: each carries the address of an object.
 __asm__(
     ".globl __cpp_exception\n"
     ".tagtype __cpp_exception i32\n"
     "__cpp_exception:\n");
 
-/// What is to be destroyed when a thread ends: the only one never does.
+/// Destructors for when a thread ends: the only thread never does.
 extern "C" int __cxa_thread_atexit(void (*)(void*), void*, void*) { return 0; }
 
-/// What can't go on ends in a trap, which a page sees as a WebAssembly.RuntimeError: without a message, no function that
+/// A fatal error ends in a trap, which a page sees as a WebAssembly.RuntimeError: without a message, no function that
 /// writes to a terminal needs to be imported.
 extern "C" [[noreturn]] void __abort_message(const char*, ...) { __builtin_trap(); }
 

@@ -45,8 +45,8 @@ struct Job {
     }
 };
 
-/// Waits a moment without sleeping: to be woken takes longer than most layers of a network, whose jobs follow each other. On
-/// two cores of a virtual machine the default network takes 6.9 ms with this at 640x480, and 8.1 without.
+/// Waits a moment without sleeping: being woken takes longer than most layers of a network, whose jobs follow each
+/// other. On two cores of a virtual machine the default network takes 6.9 ms with this at 640x480, and 8.1 without.
 template <class Condition>
 void look_out_for(const Condition& condition) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(100);
@@ -122,7 +122,7 @@ pid_t pool_owner = 0;
 std::atomic<int> wanted_threads{0};
 
 /// The pool, for the holder of pool_in_use. Never destroyed at exit: a daemon thread may still be tracing then. Threads do
-/// not survive a fork, so that a forked child starts a pool of its own and abandons its copy of the parent's.
+/// not survive a fork, so a forked child starts its own pool and abandons its copy of the parent's.
 Pool& ready_pool() {
     if (pool && pool_owner == getpid() && pool->threads() == thread_count()) return *pool;
     if (pool && pool_owner == getpid()) delete pool;

@@ -90,7 +90,7 @@ inline V fma(V a, V b, V c) {
     return a * b + c;
 }
 
-/// The smaller of each two lanes; b where either is NaN.
+/// The smaller of two lanes; b where either is NaN.
 template <class V>
 inline V min(V a, V b) {
 #if defined(__AVX512F__)
@@ -107,7 +107,7 @@ inline V min(V a, V b) {
     return a < b ? a : b;
 }
 
-/// The larger of each two lanes; b where either is NaN.
+/// The larger of two lanes; b where either is NaN.
 template <class V>
 inline V max(V a, V b) {
 #if defined(__AVX512F__)

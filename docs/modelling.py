@@ -20,23 +20,23 @@ LINE = 120
 HEAD = """# The modelling language
 
 Shapes as formulas that are negative inside, after fogleman/sdf (github.com/fogleman/sdf): a program written
-for it runs once its first line says `from bobrossnet.sdf import *`. Text, images and meshes as shapes are not here, and
+for it runs once its first line says `from bobrossnet.sdf import *`. Text, images and meshes as shapes are missing, and
 `save` draws a picture (`f.save("part.png", camera=bob.Camera(azimuth=30))`) where that package writes triangles. Shapes
 are traced like any others: `bob.trace(f)`.
 
 `a | b`, `a & b` and `a - b` are union, intersection and difference. `b.k(0.1)` is b with a radius for the edge that the
 next of them leaves where it joins b to something: `a - b.k(0.1)`; b itself stays as it is, as shapes always do. Angles
-are in radians; `degrees` and `radians` convert. X, Y, Z, UP and ORIGIN are vectors. What takes a number or a vector
-takes the number for all axes. Where an easing is expected, any function of t will do that is made of operators and
-numpy's functions.
+are in radians; `degrees` and `radians` convert. X, Y, Z, UP and ORIGIN are vectors. Where a number or a vector is
+accepted, a number applies to all axes. Where an easing is expected, any function of t made of operators and numpy's
+functions will do.
 
-A name that stands in two and in three dimensions means three, but an operation given a flat shape is the flat one; `d2`
-and `d3` have both: `d2.slab(x0=0)`. Shapes and operations of your own are functions under `@sdf2`, `@sdf3`, `@op2`,
-`@op3`, `@op23` and `@op32` (`help("bobrossnet.sdf.custom")`).
+A name that exists in two and in three dimensions means three, but an operation on a flat shape is the flat one; `d2`
+and `d3` have both: `d2.slab(x0=0)`. To define your own shapes and operations, decorate functions with `@sdf2`, `@sdf3`,
+`@op2`, `@op3`, `@op23` and `@op32` (`help("bobrossnet.sdf.custom")`).
 
-Every value is that of fogleman/sdf's formula, with these exceptions: `rounded_rectangle` heeds its center; corners that
-stand twice in a polygon, the centre of an ellipsoid and other places where a formula there divides 0 by 0 have a value;
-and k is taken when shapes are joined, not when they are evaluated.
+Every value is that of fogleman/sdf's formula, with these exceptions: `rounded_rectangle` respects its center; repeated
+corners of a polygon, the centre of an ellipsoid and other places where a formula there divides 0 by 0 have a value; and
+k is taken when shapes are joined, not when they are evaluated.
 
 This list is made by docs/modelling.py from the table in core/modelling.
 """

@@ -29,7 +29,7 @@ def every_instruction_set():
 
 @pytest.fixture(scope="session")
 def browser():
-    """Chromium; who needs it is skipped where there is none."""
+    """Chromium; tests that need it are skipped if there is none."""
     with chromium() as browser:
         yield browser
 

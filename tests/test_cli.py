@@ -21,7 +21,7 @@ TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
 
 
 def run(*arguments, timeout=60, cwd=None):
-    """The installed command in a process of its own."""
+    """The installed command in a separate process."""
     command = [sys.executable, "-m", "bobrossnet.cli", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=timeout, cwd=cwd, check=False)
 
@@ -310,7 +310,7 @@ def broken_files():
 @needs_models
 @pytest.mark.parametrize("file", broken_files(), ids=lambda file: file.name)
 def test_broken_files_render_or_get_one_line(file, tmp_path, capsys):
-    """Which of the two is in the table of test_files.py; here, that nothing else comes of it."""
+    """Which of the two is in the table of test_files.py; here, that nothing else happens."""
     start = time.monotonic()
     status = cli.main(["render", str(file), "--size", "64x48", "-o", str(tmp_path / "out.png")])
     assert time.monotonic() - start < 10

@@ -1,4 +1,4 @@
-"""Scene files: what goes in comes out, and nothing that is damaged or odd gets past the door."""
+"""Scene files: what goes in comes out, and damaged or odd files are refused."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Shapes and operations of one's own, written as functions of points."""
+"""Custom shapes and operations, written as functions of points."""
 
 from __future__ import annotations
 

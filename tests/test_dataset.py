@@ -202,7 +202,7 @@ def test_a_dask_cluster_renders_the_same_bytes(built: Path, tmp_path: Path) -> N
 
 def test_builds_that_are_refused(built: Path, tmp_path: Path) -> None:
     before = files(built)
-    with pytest.raises(InputError, match=r"the data set that was begun there, got other seed, sources$"):
+    with pytest.raises(InputError, match=r"the data set begun there, got another seed, sources$"):
         build(built, shapes=4, test_shapes=1, seed=4)
     assert files(built) == before
     (tmp_path / "letter.txt").write_text("dear")
@@ -216,7 +216,7 @@ def test_builds_that_are_refused(built: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected a data set, got none"):
         Dataset.open(tmp_path)
     Dataset.create(tmp_path / "begun", Plan(0, 4, 1), ["made 0", "made 1", "made 2", "made 3"])
-    with pytest.raises(InputError, match="expected all 12 views, got 12 fewer; bobrossnet dataset build goes on"):
+    with pytest.raises(InputError, match="expected all 12 views, got 12 fewer; bobrossnet dataset build completes it"):
         Dataset.open(tmp_path / "begun")
 
 

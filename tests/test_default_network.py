@@ -1,4 +1,4 @@
-"""The default network and pixel order, as shipped: better than interpolation, at half of the report's arithmetic."""
+"""The default network and pixel order, as shipped: better than interpolation, with half the report's arithmetic."""
 
 import numpy as np
 import pytest

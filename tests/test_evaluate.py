@@ -301,7 +301,7 @@ def test_several_models_and_a_limit(shapes: Path, tmp_path: Path) -> None:
     ]
     alone = evaluate_folder(shapes, ["paper"], fillings=[], repainting=False, limit=2, **OPTIONS)
     assert list(alone.scores) == [("paper kept", "uniform")]
-    with pytest.raises(InputError, match="models: expected each of another name, got nearest, nearest"):
+    with pytest.raises(InputError, match="models: expected different names, got nearest, nearest"):
         evaluate_folder(shapes, [weights, weights], **OPTIONS)
 
 

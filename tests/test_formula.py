@@ -323,7 +323,7 @@ TRUTH = "a condition on symbols has no truth value while the formula is traced: 
         (lambda x, y, z: math.sin(x), "np.sin for math.sin"),
         (lambda x, y, z: int(x), "no value"),
         (lambda x, y, z: np.full(3, 0.5)[x], "IndexError"),
-        (lambda x, y, z: np.stack([x, y])[np.stack([x, y]) > 0], "no index"),
+        (lambda x, y, z: np.stack([x, y])[np.stack([x, y]) > 0], "can't be an index"),
         (lambda x, y, z: np.isnan(x), "np.isnan: not a function of formulas"),
         (lambda x, y, z: x**1001, "exponent: expected a whole number in ±1000, got 1001"),
         (lambda x, y, z: x * math.nan, "expected numbers in a formula, got NaN"),
@@ -480,7 +480,7 @@ def test_flat_formulas_take_points_of_the_plane_and_of_space() -> None:
     ("function", "message"),
     [
         (lambda p: p, r"got an array of shape \(1, 3\)"),
-        (lambda p: p[p[:, 0] > 0], "no index"),
+        (lambda p: p[p[:, 0] > 0], "can't be an index"),
         (lambda p: np.interp(p[:, 0], [0, 1], [2, 3]), "got TypeError"),
         (lambda p: np.linalg.norm(p, 1), "is `axis` missing"),
         (lambda p: np.array([float(v) for v in p[:, 0]]), "np.sin for math.sin"),

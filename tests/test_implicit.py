@@ -405,7 +405,7 @@ SCRIPTS = st.recursive(PRIMITIVES, operations, max_leaves=4)
 
 
 def traceable(make):
-    """The shape, or None where there is none, or none whose bounds can be found; other tests are about those."""
+    """The shape, or None if it has no surface or its bounds can't be found; other tests cover those."""
     try:
         shape = make()
         bob.Scene(shape)
@@ -549,7 +549,7 @@ def test_formulas_without_values_are_refused(formula):
     )
 )
 def test_wild_formulas_are_traced_or_refused(formula):
-    """Whatever they are: hits lie in the box, and normals point at whoever looks."""
+    """Whatever the formula: hits lie in the box, and normals point at the viewer."""
     with np.errstate(all="ignore"):
         shape = traceable(lambda: bob.implicit(eval(f"lambda x, y, z: {formula} + 0 * x", {"np": np}), bounds=CUBE))
     if shape is None:

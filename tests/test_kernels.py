@@ -41,6 +41,6 @@ def test_a_4k_picture_needs_32_mb(name):
     stack, gray = np.ones((5, 2160, 3840), np.float32), np.ones((1, 2160, 3840), np.float32)
     needed = extra_memory(lambda: network(layout, stack, gray))
     if needed is None:
-        pytest.skip("this system does not tell how much memory a process needs")
+        pytest.skip("this system does not report how much memory a process needs")
     assert needed < 32 * 2**20
     assert (gray != 1).any()

@@ -117,10 +117,10 @@ def tube(points=PATH, knots=CUBIC, radius=0.1, weights=None):
         (lambda: face().points([0, 0], [0, 0, 0]), "v: expected a shape that goes with u's (2,), got (3,)"),
         (lambda: face().derivatives(0, 0, -1), "order: expected an integer in 0..9, got -1"),
         (lambda: bob.Scene(face(trims=[])), "shapes: expected a shape or several, got Face"),
-        (lambda: bob.Scene(bob.Brep([face(SQUARE * 0)])), "faces: expected an area"),
+        (lambda: bob.Scene(bob.Brep([face(SQUARE * 0)])), "faces: expected at least one face"),
         (
             lambda: bob.Scene(bob.Brep([face(trims=[np.array(TRIANGLE) + 5])])),
-            "faces: expected an area",
+            "faces: expected at least one face",
         ),
     ],
 )

@@ -450,7 +450,7 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
     "a point less": (".bpt", BPT[:-6], "patch 2 of 2: expected 6 points, got the end of the file"),
     "a word in it": (".bpt", BPT.replace("1 1 1", "1 1 x"), "patch 1 of 2: expected a number, got 'x'"),
     "NaN in it": (".bpt", BPT.replace("1 1 1", "1 1 nan"), "patch 1 of 2: control_points: expected finite numbers"),
-    "one point": (".bpt", "1 1 1" + " 1 2 3" * 4, "faces: expected an area"),
+    "one point": (".bpt", "1 1 1" + " 1 2 3" * 4, "faces: expected at least one face"),
     "no rows": (".cpt", " \n", "expected at least 2 x 2 points, got 0 x 0"),
     "one row": (".cpt", CPT.splitlines()[0], "expected at least 2 x 2 points, got 1 x 3"),
     "one column": (".cpt", "0,0,0\n0,1,0\n", "expected at least 2 x 2 points, got 2 x 1"),

@@ -183,7 +183,7 @@ def test_hits_are_where_geomdl_says(seed):
 def test_a_face_that_is_a_line_is_not_there():
     line = np.linspace((-0.5, 0.1, 0.2), (0.7, 0.4, -0.3), 6)[:, None] + np.zeros((6, 4, 3))
     knots = [0, 0, 0, 0, 1, 2, 3, 3, 3, 3], [0, 0, 0, 1, 2, 2, 2]
-    with pytest.raises(bob.InputError, match="faces: expected an area"):
+    with pytest.raises(bob.InputError, match="faces: expected at least one face"):
         bob.Scene(bob.nurbs_surface(line, *knots))
     folded = np.sin(np.arange(6)[:, None] + 2 * np.arange(4))[..., None] * (1.2, 0.3, -0.5)
     both = bob.Brep([bob.Face(folded, *knots), *cylinder().faces])

@@ -45,7 +45,8 @@ def test_parameters() -> None:
 
 @pytest.mark.parametrize("size", [(1, 1), (5, 7), (64, 64), (65, 129)])
 def test_any_size(size: tuple[int, int]) -> None:
-    """An odd row or column more of nothing known makes no difference; pictures of a batch none to each other."""
+    """One more odd row or column without known pixels changes nothing, and pictures of a batch don't affect each
+    other."""
     torch.manual_seed(1)
     network, (height, width) = Pyramid(), size
     gbuffer = torch.cat([sparse(size, 0.2, seed) for seed in (0, 1)])

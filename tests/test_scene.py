@@ -33,7 +33,7 @@ def ball(rings=24):
 
 
 def faceted(mesh):
-    """The mesh with a normal of its own stored for each face."""
+    """The mesh with a separate normal stored for each face."""
     corners = mesh.vertices[mesh.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     triangles = np.arange(mesh.triangles.size).reshape(-1, 3)

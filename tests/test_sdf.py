@@ -1,4 +1,4 @@
-"""The modelling language: each word against its formula in plain numpy, programs, and what bad calls are told."""
+"""The modelling language: each word against its formula in plain numpy, programs, and the errors of bad calls."""
 
 import inspect
 import pickle

@@ -162,7 +162,7 @@ def test_it_goes_on_mid_epoch_to_the_same_bits(
         return step(self, *arguments)
 
     monkeypatch.setattr(training._Training, "_step", stop)
-    with pytest.raises(KeyboardInterrupt, match="goes on from the last checkpoint"):
+    with pytest.raises(KeyboardInterrupt, match="resumes from the last checkpoint"):
         train(config, dataset, cut)
     assert len(rows(cut)) == 1
     calls = 2 * STEPS

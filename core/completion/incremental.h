@@ -20,7 +20,7 @@ struct Rectangle {
     [[nodiscard]] Rectangle united(const Rectangle& b) const {
         return {std::min(x0, b.x0), std::min(y0, b.y0), std::max(x1, b.x1), std::max(y1, b.y1)};
     }
-    /// So much larger at each side, from multiples of `grid` to multiples of it, within the picture.
+    /// Enlarged by so much on each side and rounded outwards to multiples of `grid`, within the picture.
     [[nodiscard]] Rectangle grown(int margin, int grid, int height, int width) const {
         const auto down = [&](int at) { return std::max(0, (at - margin) / grid * grid); };
         const auto up = [&](int at, int size) { return std::min(size, (at + margin + grid - 1) / grid * grid); };
@@ -102,7 +102,7 @@ private:
         return result;
     }
 
-    /// Bit by bit, so that 0 and -0, and NaN and NaN, are what they are.
+    /// Compares bits, so that 0 differs from -0, and NaN equals NaN.
     [[nodiscard]] bool differs(const float* gbuffer, const Rectangle& r) const {
         for (int channel = 0; channel < inputs_; ++channel) {
             for (int y = r.y0; y < r.y1; ++y) {

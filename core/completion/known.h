@@ -1,4 +1,4 @@
-/// What is known stays as it was traced.
+/// Traced pixels keep their values.
 #pragma once
 
 #include <cstddef>

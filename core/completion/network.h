@@ -24,7 +24,7 @@ public:
     virtual bool operator()(const float* planes, int height, int width, float* output,
                             const std::function<bool()>& keep_going = nullptr) const = 0;
 
-    /// How many pixels away a pixel can make a difference.
+    /// How many pixels away a pixel can have an effect.
     [[nodiscard]] virtual int reach() const = 0;
     /// From multiples of which on all pixels are treated as from the first on.
     [[nodiscard]] virtual int grid() const = 0;

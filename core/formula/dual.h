@@ -6,7 +6,7 @@
 
 namespace bob::BOB_ISA {
 
-// Points, under the names that intervals have. A point has no domain to tell of: NaN speaks for itself.
+// Points, under the names that intervals have. A point needs no domain: its value is NaN where it has none.
 
 inline F scaled(F a, float scale, float offset) { return a * scale + offset; }
 inline F divide(F a, F b, Domain&) { return a / b; }
@@ -188,7 +188,7 @@ inline Dual<N, K> cos(const Dual<N, K>& a) {
 template <class N, int K>
 inline Dual<N, K> tan(const Dual<N, K>& a) {
     const N value = tan(a.value), slope = scaled(square(value), 1, 1);
-    return chain(value, a, [&](N s) { return slope * s; });  // through poles, the value tells (watch)
+    return chain(value, a, [&](N s) { return slope * s; });  // through poles, the value shows it (watch)
 }
 template <class N, int K>
 inline Dual<N, K> asin(const Dual<N, K>& a, Domain& domain) {

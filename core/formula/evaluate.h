@@ -36,7 +36,7 @@ constexpr int max_lanes = 16;
 /// Bytes of scratch memory, aligned to 64, that a kernel needs for each register.
 constexpr std::size_t register_bytes = 512;
 
-/// What is known of one decision (see is_decision) within each of several boxes: bit i is about box i.
+/// The outcome of one decision (see is_decision) in each of several boxes: bit i is for box i.
 ///
 /// A minimum or maximum is always a (first) or always b (second); a select always b or always c; an absolute always a or
 /// always -a. A rounding always gives `value` (first), or that or the next number (second). An atan2 jumps in the box, and
@@ -51,7 +51,7 @@ constexpr bool is_rounding(Op op) { return op == Op::floor || op == Op::ceil || 
 /// Whether an op may jump although its operands do not.
 constexpr bool may_jump(Op op) { return op == Op::select || op == Op::atan2 || is_rounding(op); }
 
-/// Whether there is something that a box may decide about an op.
+/// Whether a box may decide something about an op.
 constexpr bool is_decision(Op op) {
     return op == Op::minimum || op == Op::maximum || op == Op::absolute || may_jump(op);
 }
@@ -64,7 +64,7 @@ struct BoxBatch {
     std::uint32_t nowhere;                        // out: bit i: it is NaN everywhere in box i
 };
 
-/// Whether f may change its sign in box i, as far as `boxes` tells.
+/// Whether f may change its sign in box i, as far as `boxes` shows.
 inline bool may_change_sign(const BoxBatch& boxes, int i) {
     return !(boxes.least[i] >= 0 || boxes.most[i] < 0 || boxes.nowhere >> i & 1);
 }
@@ -73,7 +73,7 @@ inline bool may_change_sign(const BoxBatch& boxes, int i) {
 struct RayBatch {
     float origin[3][max_lanes], direction[3][max_lanes];
     float t_end[max_lanes];    // above 0
-    float finest[max_lanes];   // roots closer together than this are not told apart
+    float finest[max_lanes];   // roots closer together than this are not separated
     int count;                 // of rays; the lanes after them are not read
     float t[max_lanes];        // out: where there is a root
     std::uint32_t found;       // out: bit i: ray i has a root
@@ -95,13 +95,13 @@ struct FormulaKernels {
     void (*bounds)(const Code& code, BoxBatch& boxes, Decision* decisions, void* scratch);
 
     /// Narrows `least` and `most` of boxes that `bounds` was called for: f is no farther from its value at the box's
-    /// centre than its slopes within the box allow. Sharper than bounds of the values alone where boxes are small, since
-    /// what is taken from x in one term and added in another shows in the slope.
+    /// centre than its slopes within the box allow. Sharper than bounds of the values alone where boxes are small,
+    /// since terms in x that cancel each other also cancel in the slope.
     void (*narrow)(const Code& code, BoxBatch& boxes, void* scratch);
 
     /// Where f first changes its sign along each ray. Nothing is assumed of f: bounds of its values and slopes over
-    /// shrinking pieces of the segment tell where it can't change, and where it must. A jump counts as a change, a
-    /// pole does not; nor does a point where f is NaN.
+    /// shrinking pieces of the segment show where it can't change, and where it must. A jump counts as a change, a pole
+    /// does not; nor does a point where f is NaN.
     void (*first_roots)(const Code& code, RayBatch& rays, void* scratch);
 };
 

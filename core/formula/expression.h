@@ -98,7 +98,7 @@ void check_numbers(const Node& node, std::size_t i);
 /// The nodes that the one at `root` needs, in order, `root` last.
 [[nodiscard]] std::vector<Node> needed(std::span<const Node> nodes, std::uint32_t root);
 
-/// What a graph throws when a formula grows beyond `Graph::max_nodes`.
+/// Thrown by a graph when a formula grows beyond `Graph::max_nodes`.
 struct TooLarge : std::runtime_error {
     TooLarge();
 };

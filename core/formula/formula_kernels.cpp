@@ -214,7 +214,7 @@ struct Along {
         F soonest;
         return with_slope(t, soonest);
     }
-    /// And how far ahead the next jump is, as far as slopes tell.
+    /// And how far ahead the next jump is, as far as slopes show.
     [[nodiscard]] Dual<F, 1> with_slope(F t, F& soonest) const {
         Domain domain;
         Dual<F, 1> p[3];
@@ -251,7 +251,7 @@ F refined(const Along& along, Bracket bracket, M wanted, F finest) {
     const F close = finest * 0.0625f;
     for (int step = 0; step < max_steps; ++step) {
         const F middle = bracket.a + 0.5f * (bracket.b - bracket.a);
-        // Every fourth time in the middle, so that a bad slope can't hold things up.
+        // Every fourth step bisects, so that a bad slope can't stall the search.
         const M inside = (t > bracket.a) & (t < bracket.b) & all(step % 4 == 3 ? 0 : -1);
         t = open ? (inside ? t : middle) : t;
         const Dual<F, 1> f = along.with_slope(t);
@@ -274,7 +274,7 @@ M grows(const Along& along, F a, F fa, F b, F fb) {
 }
 
 void first_roots(const Code& code, RayBatch& rays, void* scratch) {
-    // Formulas that are not too wild need a few; what comes after so many is given up, and told.
+    // Reasonable formulas need a few; after so many the ray is given up and reported.
     constexpr int max_pieces = 1024;
     Along along{code, scratch, {}, {}};
     for (int axis = 0; axis < 3; ++axis) {

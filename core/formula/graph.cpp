@@ -60,7 +60,7 @@ void Graph::clear() {
 }
 
 Expression Graph::expression(Value root) const {
-    // Nodes of a graph are in order; their numbers are whoever's asked for them.
+    // A graph's nodes are in order; where their numbers come from is up to the caller.
     for (std::uint32_t i = 0; i <= root.index; ++i) check_numbers(nodes_[i], i);
     Expression result;
     result.nodes_ = needed(nodes_, root.index);
@@ -125,7 +125,7 @@ struct Term {
             default: return false;
         }
     }
-    /// Whether it is never infinite or NaN, as far as one look tells.
+    /// Whether it is certainly never infinite or NaN.
     [[nodiscard]] bool is_finite() const {
         return is(Op::x) || is(Op::y) || is(Op::z) || is_finite_constant();
     }
@@ -153,7 +153,7 @@ bool opposite(Term a, Term b) {
     return sums && about(a.operand(1).constant(), -b.operand(1).constant()) && opposite(a.operand(0), b.operand(0));
 }
 
-/// The root of a sum of squares as a chain of hypot; false where a summand is no square.
+/// The root of a sum of squares as a chain of hypot; false where a summand is not a square.
 bool root_of_squares(Term sum, Value& chain, bool& started) {
     if (sum.is(Op::add)) {
         return root_of_squares(sum.operand(0), chain, started) && root_of_squares(sum.operand(1), chain, started);

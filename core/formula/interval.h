@@ -2,9 +2,9 @@
 /// lies within its interval. Sums, products, quotients and roots round alike and so never cross their bounds; the
 /// elementary functions are off by a few units in the last place, and their bounds are widened by more than that.
 ///
-/// A bound that is NaN (from inf - inf, say) tells nothing, and compares as such. Points at which a formula is NaN are no points
-/// of a surface: intervals hold the other values only, and `Domain` tells where there may be such points, and where
-/// there is nothing else. Only for *_kernels.cpp.
+/// A bound that is NaN (from inf - inf, say) carries no information, and compares accordingly. Points at which a
+/// formula is NaN are not on a surface: intervals hold the other values only, and `Domain` records where there may be
+/// such points, and where there are no others. Only for *_kernels.cpp.
 #pragma once
 
 #include "formula/functions.h"
@@ -33,7 +33,7 @@ inline Interval meet(Interval a, float low, float high) {
     return {maximum(a.low, constant(low)), minimum(a.high, constant(high))};
 }
 inline Interval widened(Interval a, float relative, float absolute) {
-    // Infinite ends widen like the largest floats: inf - inf and 0 * inf would tell nothing.
+    // Infinite ends widen like the largest floats: inf - inf and 0 * inf would carry no information.
     const F largest = constant(std::numeric_limits<float>::max());
     const F low = minimum(a.low, largest), high = maximum(a.high, -largest);
     return {low - (min(abs(low), largest) * relative + absolute),

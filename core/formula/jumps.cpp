@@ -18,7 +18,7 @@ struct Jump {
 
 enum class Sign { positive, negative, mixed };
 
-/// What a box tells of a formula.
+/// What a box shows about a formula.
 struct Survey {
     Sign sign;
     Expression simpler;         // as far as the box decides
@@ -116,7 +116,7 @@ Expression on_side(const Expression& f, const Jump& jump, bool before) {
     return graph.expression(values.back());
 }
 
-/// A formula without inner jumps, and its sign where the box tells.
+/// A formula without inner jumps, and its sign where the box shows it.
 struct Apart {
     Value value;
     Sign sign;

@@ -1,8 +1,8 @@
 /// Jumps taken out of formulas.
 ///
-/// Repeated shapes are formulas with jumps: floor(x) within which everything else is computed. Where a box holds such a
-/// jump, bounds are those of both sides mixed, and useless. f = select(c, f before the jump, f after it) has the same
-/// values, but each side is bounded by itself; only on the surface c = 0 the one becomes the other.
+/// Repeated shapes are formulas with jumps: floor(x) within which everything else is computed. In a box with such a
+/// jump the bounds mix both sides, and are useless. f = select(c, f before the jump, f after it) has the same values,
+/// but each side is bounded by itself; they only meet on the surface c = 0.
 #pragma once
 
 #include <optional>

@@ -103,7 +103,7 @@ Object scale(const Arguments& a) {
     return sdf<n>(graph, at(a.sdf("other"), p) * *std::min_element(factor.begin(), factor.end()));
 }
 
-/// Rounding in a quarter turn's cosine is no reason to mix coordinates.
+/// Rounding in a quarter turn's cosine must not mix coordinates.
 double tidy(double coefficient) {
     const double nearest = std::round(coefficient);
     return std::fabs(coefficient - nearest) < 1e-15 ? nearest : coefficient;

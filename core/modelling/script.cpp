@@ -113,7 +113,7 @@ private:
         if (statement.blocks.size() > statement.parts.size()) run(statement.blocks.back());
     }
 
-    /// An expression on a line of its own. shape.save("name.stl") is the shape: Python programs end so.
+    /// An expression on its own line. shape.save("name.stl") is the shape: Python programs end that way.
     Value evaluate_saved(const Term& term) {
         const bool saved = term.kind == Kind::postfix && term.parts.back().kind == Kind::method &&
                            term.parts.back().text == "save";
@@ -195,16 +195,16 @@ private:
         unknown(term);
     }
 
-    /// Why a name that is no variable can't be used as it is.
+    /// Why a name that is not a variable can't be used like this.
     [[noreturn]] void unknown(const Term& term) const {
         const std::string name(term.text);
         if (const std::string_view hint = advice(name); !hint.empty()) {
             throw ScriptError(term.at, name + ": " + std::string(hint));
         }
-        if (module(term)) throw ScriptError(term.at, name + ": expected a word behind it, as in ease.in_quad");
+        if (module(term)) throw ScriptError(term.at, name + ": expected a word after it, as in ease.in_quad");
         const Word* word = find_word(name, 0);
         if (word && word->kind == Word::Kind::easing) {
-            throw ScriptError(term.at, name + ": expected it behind ease, as in ease." + name);
+            throw ScriptError(term.at, name + ": expected it after ease, as in ease." + name);
         }
         if (word || find_function(name)) needs_arguments(term);
         throw ScriptError(term.at, name + ": expected a word of the language or a name assigned above");
@@ -212,7 +212,7 @@ private:
 
     Value comprehension(const Term& term) {
         std::vector<Value> result;
-        std::vector<std::pair<std::string_view, std::optional<Value>>> outer;  // names behind `for` are the list's own
+        std::vector<std::pair<std::string_view, std::optional<Value>>> outer;  // names after `for` belong to the list
         for (std::size_t i = 1; i < term.parts.size(); ++i) remember(term.parts[i].parts[0], outer);
         generate(term, 1, result);
         for (auto& [name, value] : outer) {
@@ -418,7 +418,7 @@ private:
         const Sdf* sdf = std::get_if<Sdf>(&value.value);
         if (!sdf) throw ScriptError(part.at, name + ": expected a shape before it, got " + describe(value));
         if (part.kind == Kind::attribute) needs_arguments(part);
-        if (name == "save") throw ScriptError(part.at, "save: expected it at the end of a line of its own");
+        if (name == "save") throw ScriptError(part.at, "save: expected it at the end of its own line");
         const Called called = arguments(part.parts);
         charge(part.at, value);
         return with_objects(part.at, called, [&](const auto& positional, const auto& keywords) {

@@ -22,11 +22,11 @@ struct ScriptError : std::invalid_argument {
     Position at;
 };
 
-/// What a script may use up. All are far above what shapes need; they end scripts that would run for ever or fill the
+/// The limits of a script. All are far above what shapes need; they end scripts that would run for ever or fill the
 /// memory.
 struct ScriptLimits {
     static constexpr std::size_t bytes = 1 << 20;     // of text
-    static constexpr int depth = 100;                 // of brackets, blocks and operators within each other
+    static constexpr int depth = 100;                 // nesting of brackets, blocks and operators
     static constexpr std::size_t steps = 1'000'000;   // expressions evaluated
     static constexpr std::size_t items = 100'000;     // in a list, those of lists within it included
     static constexpr std::size_t nodes = 10'000'000;  // of all shapes that a script makes on its way, together

@@ -37,10 +37,10 @@ struct Refused {
     bool keyword;  // of Python's: can't be a variable either
 };
 constexpr std::string_view no_import = "scripts have every word already; delete this line";
-constexpr std::string_view no_function = "scripts have no functions of their own; write the steps out or in a loop";
+constexpr std::string_view no_function = "scripts cannot define functions; write the steps out, or use a loop";
 constexpr std::string_view no_while = "loops are written for i in range(10):";
 constexpr std::string_view no_errors = "scripts have no exceptions; write if and else";
-constexpr std::string_view no_scope = "all names of a script are in one place";
+constexpr std::string_view no_scope = "all names of a script share one scope";
 constexpr std::string_view no_effect = "scripts make shapes and nothing else";
 constexpr std::string_view no_module = "write the name without a module before it, as in sqrt(2) or pi";
 constexpr Refused refused[] = {
@@ -62,7 +62,7 @@ constexpr Refused refused[] = {
     {"with", "scripts have no files", true},
     {"global", no_scope, true},
     {"nonlocal", no_scope, true},
-    {"del", "a name can be assigned anew instead", true},
+    {"del", "assign the name again instead", true},
     {"async", "scripts run one step after another", true},
     {"await", "scripts run one step after another", true},
     {"in", "only for loops have it", true},
@@ -75,7 +75,7 @@ constexpr Refused refused[] = {
     {"for", "expected it at the start of a line or inside [...]", true},
     {"if", "expected a value before it", true},
     {"not", "expected it in brackets here", true},
-    {"pass", "expected it on a line of its own", true},
+    {"pass", "expected it on its own line", true},
     {"exec", no_effect, false},
     {"eval", no_effect, false},
     {"open", no_effect, false},
@@ -96,7 +96,7 @@ constexpr Refused refused[] = {
     {"set", "scripts have lists", false},
     {"tuple", "write (a, b)", false},
     {"list", "write [a, b]", false},
-    {"str", "scripts have no texts", false},
+    {"str", "scripts have no strings to compute with", false},
     {"map", "write [f(x) for x in items]", false},
     {"filter", "write [x for x in items if ...]", false},
     {"zip", "write for i in range(len(a)): and a[i], b[i]", false},
@@ -150,7 +150,7 @@ private:
     class Nested {
     public:
         explicit Nested(Parser& parser) : depth_(parser.depth_) {
-            if (depth_ >= ScriptLimits::depth) throw ScriptError(parser.token_.at, "expected less within each other");
+            if (depth_ >= ScriptLimits::depth) throw ScriptError(parser.token_.at, "expected less nesting");
             ++depth_;
         }
         ~Nested() { --depth_; }

@@ -281,7 +281,7 @@ Value make_list(std::vector<Value> items) {
         if (list.size > ScriptLimits::items) too_long();
         if (const auto* inner = as_list(each)) list.depth = std::max(list.depth, (*inner)->depth + 1);
     }
-    if (list.depth > ScriptLimits::depth) fail("", "expected fewer lists within each other");
+    if (list.depth > ScriptLimits::depth) fail("", "expected less nesting of lists");
     return {std::make_shared<const List>(std::move(list))};
 }
 

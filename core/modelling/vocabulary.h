@@ -80,7 +80,7 @@ struct Word {
 /// has no meaning in three.
 [[nodiscard]] const Word* find_word(std::string_view name, int dimensions);
 
-/// What is wrong with a call, in one line: word, parameter, what was expected and what came.
+/// What is wrong with a call, in one line: word, parameter, what was expected and what was given.
 struct CallError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };

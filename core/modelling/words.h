@@ -27,8 +27,8 @@ using Vector = std::array<double, n>;
 template <std::size_t n>
 using Point = std::array<Value, n>;
 
-/// What a word was called with, by the names of its parameters. Types are checked before; what a value must be beyond its
-/// type is asked for here, and CallError says what came instead.
+/// What a word was called with, by the names of its parameters. Types are checked before; further requirements are
+/// checked here, and CallError says what was given instead.
 class Arguments {
 public:
     Arguments(const Word& word, std::vector<Object> values) : word_(word), values_(std::move(values)) {}

@@ -1,9 +1,9 @@
 // Rays in the direction of u are crossed an odd number of times by the loops around their origin (Schollmeyer and
 // Froehlich, "Direct Trimming of NURBS Surfaces on the GPU", 2009, who take v for u): the curves are cut into Bezier
-// pieces that are monotone in u and in v. How often a ray crosses a piece whose box does not contain its origin, the
-// piece's ends tell; and as the pieces of a run share their ends, so do the ends of the run, whatever it does in
-// between. A tree of runs thus leaves the few pieces to be looked at in whose boxes the origin lies, and takes no more
-// memory than they do.
+// pieces that are monotone in u and in v. If its origin is outside a piece's box, the piece's ends alone show how often
+// a ray crosses it; and since the pieces of a run share their ends, the same holds for the ends of a run, whatever it
+// does in between. So a tree of runs leaves only the few pieces whose boxes contain the origin to be examined, and
+// takes no more memory than the pieces.
 
 #include "nurbs/trim.h"
 

@@ -1,7 +1,7 @@
 /// Pixel orders: sequences in which the pixels of an image are traced.
 ///
-/// Each order is a function of the seed and the image's size, of which any part is computed on its own, so that the first
-/// pixels of an order cost nothing but themselves.
+/// Each order is a function of the seed and the image's size, any part of which can be computed on its own, so that the
+/// first pixels of an order cost only themselves.
 #pragma once
 
 #include <array>
@@ -51,7 +51,7 @@ struct Tile {
 };
 
 /// Square lattices, each the half of the next one, every second of them turned by 45 degrees: quincunx refinement. The
-/// seed does not shift it, so that whoever completes a picture can know where its pixels are.
+/// seed does not shift it, so that a completing network can know where its pixels are.
 const Tile& lattice_tile();
 
 /// Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018: steps by the reciprocals of the plastic number

@@ -16,7 +16,7 @@ namespace {
 /// A box is cut into 16 x 16 x 16 cells, and before that into blocks of 4 x 4 x 4 of them.
 constexpr int cuts = 16, block = 4;
 
-/// Which cells of a box may hold f <= 0: no more of them are looked at than an answer needs.
+/// Which cells of a box may hold f <= 0; it evaluates no more of them than an answer needs.
 class Inside {
 public:
     Inside(const Tape& tape, const Bounds& box) : tape_(tape), box_(box), decisions_(tape.decisions().size()) {
@@ -86,7 +86,7 @@ private:
         return found_one;
     }
 
-    /// f in parts of the box, `side` cells long, each of which is told until told enough.
+    /// f in parts of the box, `side` cells long; each is reported until `tell` returns false.
     template <class Tell>
     void look(const std::vector<Index>& corners, int side, Tell tell) {
         const FormulaKernels& kernels = best_formula_kernels();
@@ -125,7 +125,7 @@ private:
 
 std::optional<Bounds> find_bounds(const Expression& f) {
     const Tape tape(f);
-    // A formula that overflows far out tells nothing there; nearer, it may.
+    // A formula that overflows far out gives no bound there; nearer, it may.
     for (const double reach : {1e9, 1e6, 1e3, 30.}) {
         Bounds box{{-reach, -reach, -reach}, {reach, reach, reach}};
         for (int round = 0; round < 100; ++round) {

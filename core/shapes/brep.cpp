@@ -125,7 +125,7 @@ Brep Brep::of_weighted_points(std::vector<Face> faces, double tolerance) {
         }
     }
     Brep brep(faces, faces.size() > 1 ? tolerance / sphere.radius : 0, sphere);
-    if (brep.pieces_.count == 0) throw std::invalid_argument("faces: expected an area that trims leave of one, got none");
+    if (brep.pieces_.count == 0) throw std::invalid_argument("faces: expected at least one face of which the trims leave an area, got none");
     return brep;
 }
 

@@ -15,8 +15,8 @@ using Ints = IntVector<width>;
 /// What is computed once for a ray, for its way through boxes.
 ///
 /// Nothing here branches: between rays of any direction, neither signs nor the longest axis can be predicted, and with
-/// branches a seventh to a fifth of all time goes on mending wrong guesses. Setting up some rays ahead of their
-/// traversal loses up to 7 %: processors overlap one ray's setup with the end of the one before anyhow.
+/// branches, mispredictions cost a seventh to a fifth of all time. Setting up some rays ahead of their traversal loses
+/// up to 7 %: processors overlap one ray's setup with the end of the one before anyhow.
 struct RayThroughBoxes {
     using Float4 = Vector<4>;
     using Int4 = IntVector<4>;
@@ -29,7 +29,8 @@ struct RayThroughBoxes {
         : origin{ray.origin.x, ray.origin.y, ray.origin.z}, direction{ray.direction.x, ray.direction.y, ray.direction.z} {
         const Int4 sign = (Int4)direction & INT32_MIN;
         size = (Float4)((Int4)direction ^ sign);
-        // A bound instead of 1/0 = inf, which would make NaN of every slab: right still, but nothing is culled.
+        // A bound instead of 1/0 = inf, which would turn every slab into NaN: still correct, but nothing would be
+        // culled.
         const Float4 safe = (Float4)((Int4)max(size, broadcast<Float4>(1e-18f)) | sign);
         reciprocal = 1.f / safe;
         const Float4 slab_shift = origin * reciprocal;

@@ -45,7 +45,7 @@ bool decides(const std::vector<std::uint8_t>& signature) {
 
 using TapePtr = std::shared_ptr<const Tape>;
 
-/// Builds the subtree of one cell, with numbers of its own.
+/// Builds the subtree of one cell, with its own numbering.
 class Cells::Builder {
 public:
     explicit Builder(std::uint32_t budget) : budget_(budget) {}

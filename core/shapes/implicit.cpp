@@ -11,7 +11,7 @@
 namespace bob {
 namespace {
 
-/// Roots closer together than this are not told apart, in the surface's own coordinates.
+/// Roots closer together than this are not separated, in the surface's own coordinates.
 constexpr float finest = 1e-6f;
 
 /// The sphere within the cube around a box.

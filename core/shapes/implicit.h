@@ -23,8 +23,8 @@ public:
 
     [[nodiscard]] const Cells& cells() const { return cells_; }
 
-    /// How many rays so far passed a place where the surface could not be told from none, since it would turn back
-    /// within 1e-6, or where f is too wild for bounds to close in on a root.
+    /// How many rays so far passed a place where it could not be decided whether there is a surface, since it would
+    /// turn back within 1e-6, or where f is too wild for bounds to close in on a root.
     [[nodiscard]] std::uint64_t unresolved_rays() const { return unresolved_rays_; }
 
 private:

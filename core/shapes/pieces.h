@@ -17,7 +17,7 @@
 
 namespace bob {
 
-/// A Bezier patch in float32, relative to a point of its own so that small patches lose nothing to rounding.
+/// A Bezier patch in float32, relative to its own centre, so that small patches lose nothing to rounding.
 struct Patch {
     float center[3];
     std::uint32_t control_points;  // where they begin: (w x, w y, w z, w) each, v fastest

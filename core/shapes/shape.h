@@ -24,7 +24,7 @@ struct Hit {
     std::uint32_t primitive = no_primitive;  // which piece of the shape: a triangle, a cell, a patch
 };
 
-/// Where a hit lies, as users of the shape count.
+/// Where a hit lies, in the numbering of the shape's users.
 struct Place {
     std::uint32_t part;  // a mesh's triangle, a face of a boundary representation
     double u, v;         // on that part

@@ -12,7 +12,7 @@
 /// So two things are found: where q >= 0, a polynomial of degree 6, and the least f = a - sqrt(q) there (for the other
 /// end: the least f with -a for a). Where f' = 0, 2 f'' sqrt(q) is k = 2 a'' sqrt(q) + 2 a'^2 - q''. In tubes thinner
 /// than the curve's radius of curvature, bounds of k mostly show that it is positive all over the piece: then f has at
-/// most one critical point, a minimum. Pieces for which bounds of k don't tell its sign are cut into halves.
+/// most one critical point, a minimum. Pieces for which bounds of k don't settle its sign are halved.
 namespace bob::BOB_ISA {
 namespace {
 
@@ -240,7 +240,7 @@ private:
         return s;
     }
 
-    /// 1 where every critical point of f is a minimum, -1 where every one is a maximum, 0 where bounds don't tell.
+    /// 1 where every critical point of f is a minimum, -1 where every one is a maximum, 0 where bounds don't settle it.
     [[nodiscard]] int shape_of(const Bernstein& p) const {
         const double a[3] = {3 * (p.a[1] - p.a[0]), 3 * (p.a[2] - p.a[1]), 3 * (p.a[3] - p.a[2])};
         double k[5] = {a[0] * a[0], a[0] * a[1], (2 * a[1] * a[1] + a[0] * a[2]) / 3, a[1] * a[2], a[2] * a[2]};

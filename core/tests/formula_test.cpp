@@ -140,7 +140,7 @@ TEST(functions_at_special_values) {
                     // Squares, quotients and products on the way may leave the range of floats.
                     if (op == Op::hypot && std::fabs(expected) > 1e18f && !std::isinf(a) && !std::isinf(b)) continue;
                     if (op == Op::hypot && std::fabs(expected) < 1e-18f) continue;
-                    // Remainders have a test of their own; here, those that are no numbers.
+                    // Remainders have their own test; here, those that are NaN.
                     if (op == Op::modulo && !(b == 0 || std::isinf(a) || std::isnan(a + b))) continue;
                     if (op == Op::atan2 && a == 0 && b == 0) {
                         CHECK_EQ(got, 0.f);

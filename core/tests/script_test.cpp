@@ -127,8 +127,8 @@ TEST(script_errors) {
     CHECK(fails("open('x')", "line 1, column 1: open: scripts make shapes and nothing else"));
     CHECK(fails("f = spere(1)", "line 1, column 5: spere: expected a word of the language or a name assigned above"));
     CHECK(fails("f = sphere", "line 1, column 5: sphere: expected it with arguments, as in sphere(...)"));
-    CHECK(fails("e = in_quad", "line 1, column 5: in_quad: expected it behind ease, as in ease.in_quad"));
-    CHECK(fails("f = ease", "line 1, column 5: ease: expected a word behind it"));
+    CHECK(fails("e = in_quad", "line 1, column 5: in_quad: expected it after ease, as in ease.in_quad"));
+    CHECK(fails("f = ease", "line 1, column 5: ease: expected a word after it"));
     CHECK(fails("f = ease.box", "line 1, column 10: expected a word of ease"));
     CHECK(fails("f = d2.box(1)", "line 1, column 8: expected a word of d2"));
     CHECK(fails("f = d2.circle", "line 1, column 8: circle: expected it with arguments"));
@@ -150,7 +150,7 @@ TEST(script_errors) {
     CHECK(fails("x = 'abc\ny = 1", "line 1, column 5: this string is never closed"));
     CHECK(fails("x = {1: 2}", "line 1, column 5: expected a word, a number or an operator, got '{'"));
     CHECK(fails("x = \xe2\x82\xac", "line 1, column 5: expected a word, a number or an operator, got U+20AC"));
-    CHECK(fails("x = 1 # \xff", "line 1, column 9: expected text in UTF-8"));
+    CHECK(fails("x = 1 # \xff", "line 1, column 9: expected valid UTF-8"));
     CHECK(fails(std::string("x\0", 2), "line 1, column 2: expected a word, a number or an operator, got U+0000"));
     CHECK(fails("if 1:\n\tx = 1\n        y = 2", "line 3, column 9: expected the same tabs and spaces"));
     CHECK(fails("if 1:\n    x = 1\n  y = 2", "line 3, column 3: expected the indentation of a line above"));
@@ -171,8 +171,8 @@ TEST(script_limits) {
         for (int i = 0; i < times; ++i) result += text;
         return result;
     };
-    CHECK(fails("x = " + repeat("(", 99999), "line 1, column 105: expected less within each other"));
-    CHECK(fails("x = " + repeat("[", 99999), "line 1, column 105: expected less within each other"));
+    CHECK(fails("x = " + repeat("(", 99999), "line 1, column 105: expected less nesting"));
+    CHECK(fails("x = " + repeat("[", 99999), "line 1, column 105: expected less nesting"));
     CHECK(fails("x = " + repeat("-", 99999) + "1", "line 1, column "));
     CHECK(fails("x = " + repeat("not ", 99999) + "1", "line 1, column "));
     CHECK(fails("x = 1" + repeat("**1", 99999), "line 1, column "));
@@ -180,7 +180,7 @@ TEST(script_limits) {
     CHECK(fails(repeat("if 1: ", 9999) + "x = 1", "line 1, column 7: if: "));
     std::string blocks;
     for (int depth = 0; depth < 200; ++depth) blocks += repeat(" ", depth) + "if 1:\n";
-    CHECK(fails(blocks, "line 101, column 104: expected less within each other"));
+    CHECK(fails(blocks, "line 101, column 104: expected less nesting"));
     CHECK(fails(std::string(bob::ScriptLimits::bytes + 1, ' '), "line 1, column 1: expected at most 1048576 bytes"));
 
     // Long rows nest nothing.
@@ -191,7 +191,7 @@ TEST(script_limits) {
     CHECK(fails("for i in range(9999):\n  for j in range(9999):\n    pass", "line 3, column 5: expected at most 1000"));
     CHECK(fails("x = [1]\nfor i in range(99):\n  x += x", "line 3, column 5: expected at most 100000 items"));
     CHECK(fails("x = [1]\nfor i in range(99):\n  x = [x, x]", "line 3, column 7: expected at most 100000 items"));
-    CHECK(fails("x = 1\nfor i in range(999):\n  x = [x]", "line 3, column 7: expected fewer lists within each other"));
+    CHECK(fails("x = 1\nfor i in range(999):\n  x = [x]", "line 3, column 7: expected less nesting of lists"));
     CHECK(fails("x = range(10 ** 9)", "line 1, column 5: expected at most 100000 items"));
     CHECK(fails("x = [0] * 10 ** 9", "line 1, column 9: expected at most 100000 items"));
     CHECK(fails("x = 2\nfor i in range(99): x **= 2", "line 2, column 23: **: the result is too large"));

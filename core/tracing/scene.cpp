@@ -18,7 +18,7 @@ constexpr float box_margin = 1e-5f;
 // behind each other. Four times as many are no faster.
 constexpr std::size_t entrances_at_once = 1 << 16;
 
-/// The entrances of one instance: rays that it is to be asked for.
+/// The entrances of one instance: the rays to test against it.
 struct Group {
     std::uint32_t instance;
     float nearest;             // the least t of them
@@ -31,7 +31,7 @@ struct Batch {
     std::vector<Group> groups;
     std::vector<std::size_t> slots;  // of each instance; all 0 but while entrances are grouped
 
-    // The rays that one shape is asked for.
+    // The rays to test against one shape.
     std::vector<float> start;
     std::vector<Ray> rays;
     std::vector<Hit> hits;
@@ -101,8 +101,8 @@ bool fits_float(const AffineMap& map) {
 
 bool stands_as_it_is(const Instance& instance) { return instance.to_shape == AffineMap{}; }
 
-/// Meets a group's rays with its instance, but those that met another before they enter the box. Results don't depend
-/// on the order of groups; the work does.
+/// Intersects a group's rays with its instance, except those that hit another before they enter the box. Results don't
+/// depend on the order of groups; the work does.
 void ask(const Instance& instance, const Group& group, Batch& batch, std::span<const Ray> rays,
          std::span<SceneHit> hits) {
     const bool moved = !stands_as_it_is(instance);
@@ -151,7 +151,7 @@ Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances))
 }
 
 void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) const {
-    if (instances_.size() == 1 && stands_as_it_is(instances_[0])) {  // most scenes; the long way costs them a tenth
+    if (instances_.size() == 1 && stands_as_it_is(instances_[0])) {  // most scenes; else they take a tenth longer
         Batch& batch = Batch::of_this_thread(rays.size(), 0, 0);
         instances_[0].shape->closest_hits(rays, {batch.hits.data(), rays.size()});
         for (std::size_t i = 0; i < rays.size(); ++i) {

@@ -20,7 +20,7 @@ struct Surface {
 };
 
 Vec3 facing_normal(Vec3 normal) {
-    // Near silhouettes smooth normals lean away from the camera a little: as far as the eye can tell, edge-on.
+    // Near silhouettes smooth normals lean away from the camera a little: to the eye, edge-on.
     if (normal.z < 0) normal.z = 0;
     normal = normalized(normal);
     return dot(normal, normal) == 0 ? Vec3{0, 0, 1} : normal;

@@ -12,9 +12,9 @@
 namespace bob {
 
 /// Traces the pixels' centres; the scene lies within the unit sphere. `samples` is (n, layout.width()): the layout begins
-/// with the mask, in whose place stands whether the ray hit. Which thread traces a pixel does not matter to its sample.
-/// `keep_going` is asked now and then on the calling thread; returns false if it said no. Throws std::invalid_argument if
-/// the tracer has no such channel.
+/// with the mask, in whose place stands whether the ray hit. A pixel's sample does not depend on the thread that traces
+/// it. `keep_going` is called now and then on the calling thread; returns false if it did. Throws std::invalid_argument
+/// if the tracer has no such channel.
 bool trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
            const Layout& layout, float* samples, const std::function<bool()>& keep_going = nullptr);
 

@@ -10,7 +10,7 @@ from bobrossnet.errors import InputError
 
 
 def check_writable(path: str | os.PathLike[str]) -> Path:
-    """Return `path` if a file can be written there, before time is spent on what goes into it.
+    """Return `path` if a file can be written there, before time is spent on its content.
 
     Raises
     ------
@@ -30,7 +30,7 @@ def check_writable(path: str | os.PathLike[str]) -> Path:
 def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
     """Write a file under another name beside its place, then move it there.
 
-    Whoever reads `path` meanwhile, or after this was interrupted, finds what was there before.
+    Anyone who reads `path` in the meantime, or after an interruption, finds the old content.
 
     Raises
     ------

@@ -58,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ModuleNotFoundError as error:
         return _fail(f"this command needs {error.name}: pip install 'bobrossnet[train]'")
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader left; Python flushes at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader is gone; Python flushes at exit
         return 0
     except KeyboardInterrupt as interrupt:
         print(": ".join(["bobrossnet: interrupted", *map(str, interrupt.args)]), file=sys.stderr)
@@ -66,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 class _UsageError(Exception):
-    """What argparse has to say, in one line instead of its usage text."""
+    """argparse's errors, in one line instead of its usage text."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -112,7 +112,7 @@ def _parser() -> argparse.ArgumentParser:
     view = commands.add_parser(
         "view",
         help="show shapes in a browser",
-        description="Show shapes in a page, in which they can be turned; only browsers on this machine reach it.",
+        description="Show shapes in a page where they can be turned; only browsers on this machine can reach it.",
     )
     view.set_defaults(run=_view)
     view.add_argument("files", nargs="*", metavar="FILE", help=FILES)
@@ -295,7 +295,7 @@ def _info(options: argparse.Namespace) -> None:
 
 
 def _read_configuration(path: Path) -> dict[str, dict[str, Any]]:
-    """What a training wrote of itself."""
+    """What a training run wrote about itself."""
     from bobrossnet.errors import InputError
 
     try:

@@ -1,7 +1,7 @@
 """What goes wrong when an input can't be used, and the checks that say so.
 
-Every message has the same four parts: the name of the argument, what was expected, what came, and, where
-there is one, what to do about it.
+Every message has the same parts: the name of the argument, what was expected, what came instead, and, where possible,
+what to do about it.
 """
 
 from __future__ import annotations

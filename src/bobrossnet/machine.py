@@ -19,10 +19,10 @@ def processor() -> str:
 
 
 def extra_memory(run: Callable[[], object]) -> int | None:
-    """Return how many bytes the process held at most while `run()` ran, beyond those that it held before; None where
-    the system does not tell."""
+    """Return how many bytes the process held at most while `run()` ran, beyond what it held before; None where the
+    system does not report it."""
     try:
-        ctypes.CDLL(None).malloc_trim(0)  # what was freed but is still held would hide what is needed
+        ctypes.CDLL(None).malloc_trim(0)  # memory that was freed but is still held would hide the need for more
         Path("/proc/self/clear_refs").write_text("5")  # the peak starts anew, from what is held now
     except (AttributeError, OSError, TypeError):  # another C library or system
         return None
@@ -32,8 +32,8 @@ def extra_memory(run: Callable[[], object]) -> int | None:
 
 
 def limit_memory(more: int | None = None) -> None:
-    """Let allocations fail that go beyond a limit, so that an absurd file ends in a message, not in a machine
-    that stands still. Only Linux has this.
+    """Let allocations fail that go beyond a limit, so that an absurd file ends in an error message, not in a frozen
+    machine. Only Linux has this.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How near a picture is to its reference: SSIM, PSNR and FLIP, in numpy alone."""
+"""How close a picture is to its reference: SSIM, PSNR and FLIP, in numpy only."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def flip(image: Any, reference: Any) -> float:
     """Return the mean difference that an eye sees between two gray pictures when they alternate: 0 none, 1 the most.
 
     LDR-FLIP under its default viewing conditions, of pictures whose three channels are the same gray: then only
-    lightness differs, and what the method says of chroma falls away.
+    lightness differs, and the method's terms for chroma drop out.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def flip(image: Any, reference: Any) -> float:
         0.95 + 0.05 * (difference - knee) / (LARGEST_DIFFERENCE - knee),
     )
 
-    # Features: edges and points that one has and the other has not.
+    # Features: edges and points that only one of the two has.
     feature = np.zeros(luminance.shape[1:])
     blur, *derivatives = _feature_detectors()
     for derivative in derivatives:

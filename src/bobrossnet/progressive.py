@@ -18,7 +18,7 @@ from bobrossnet.tracing.scene import SceneLike
 from bobrossnet.tracing.trace import SceneTracer, Tracer, check_samples
 
 MIN_TRACING = 0.25
-"""Least time for tracing in a frame, as a share of the time for completing, so that every budget gets to an end."""
+"""Least time for tracing in a frame, as a share of the time for completing, so that every budget makes progress."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Frame:
     image: NDArray[np.float32]
     """(H, W) in 0..1: traced pixels as traced, the others completed."""
     gbuffer: GBuffer
-    """All that has been traced so far."""
+    """Everything traced so far."""
     fraction: float
     """Share of the pixels traced so far, 1 in the last frame."""
     seconds: float
@@ -47,10 +47,10 @@ def progressive(
     seed: int = 0,
     model: NetworkLike = "default",
 ) -> Iterator[Frame]:
-    """Trace on and on, with a complete picture after each step, until every pixel is exact.
+    """Trace step by step, with a complete picture after each step, until every pixel is exact.
 
-    Give a scene to trace it here, or a tracer of your own. Arguments are checked, and what takes time once (the scene's
-    BVH, the network) is made, before this returns.
+    Pass a scene, or your own tracer. Arguments are checked, and one-off work (the scene's BVH, the network) is done,
+    before this returns.
 
     Parameters
     ----------
@@ -61,9 +61,9 @@ def progressive(
         Instead of scene and camera: from pixels, (n, 2) int32 rows and columns, to `Samples` of the same length.
     size : (height, width)
     frame_ms : float above 0, optional
-        Time for each frame in milliseconds; how many pixels that is, is measured all the while. 33 if neither this
-        nor `fraction` is given. Each picture has to be completed, and each frame traces at least a quarter as long
-        as that takes, and as many pixels as are worth a call of the tracer: a smaller budget is overrun.
+        Time for each frame in milliseconds; the number of pixels adapts as it runs. 33 if neither this nor `fraction`
+        is given. Each frame has to complete its picture, traces for at least a quarter of the time that takes, and
+        traces at least as many pixels as are worth a call of the tracer; a budget below that is overrun.
     fraction : float in (0, 1], optional
         Share of the image that each frame adds, instead of `frame_ms`.
     order, seed
@@ -79,7 +79,7 @@ def progressive(
     Raises
     ------
     InputError
-        If an argument is out of range, or the tracer returns something else than was asked for.
+        If an argument is out of range, or the tracer does not return what it was asked for.
     """
     size = check_size(size)
     if (scene is None) == (tracer is None):
@@ -112,7 +112,7 @@ class _Picture:
         self.total = size[0] * size[1]
         self.traced = 0
         self.seconds_to_complete: list[float] = []  # of the last frames
-        for _ in range(3):  # before anybody waits: the first run also fetches memory
+        for _ in range(3):  # before anyone waits: the first run also allocates memory
             self.frame(0)
 
     @property
@@ -150,7 +150,7 @@ class _Pace:
     """
 
     FIRST = 32  # pixels of the first call, when nothing is known: 1 ms of a tracer of 30,000 rays a second
-    GROWTH = 8  # a call has at most so many times the pixels of the last: a small one says little of a large one
+    GROWTH = 8  # a call has at most this many times the pixels of the last: a small call says little about a large one
     FADE = 0.8  # weight of the call before, against this one
 
     def __init__(self) -> None:

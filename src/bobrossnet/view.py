@@ -38,7 +38,7 @@ TYPES = {
     ".vm": "text/plain; charset=utf-8",
     ".wasm": "application/wasm",
 }
-"""What browsers are told of the page's files, by their endings: a module of another type would not start."""
+"""The content types of the page's files, by their endings: browsers refuse modules of another type."""
 
 READ_IN_PAGE = (".ply", ".obj", ".stl", ".off", ".glb", ".json", ".sdf", ".vm", ".bob")
 """The endings of the files that the page reads by itself; any other that Python reads is packed for it."""
@@ -70,7 +70,7 @@ Files: TypeAlias = Mapping[str, "Path | bytes"]
 
 
 def scene_path(name: str) -> str:
-    """Where the scene of a name stands among the page's files."""
+    """Where the scene of that name is among the page's files."""
     return f"files/{name}.bob"
 
 
@@ -143,7 +143,7 @@ class Server(ThreadingHTTPServer):
     Parameters
     ----------
     files : Files
-        All that there is: no other file can be asked for.
+        Everything that can be requested.
     port : int in 0..65535
         0 takes a free one.
 
@@ -168,7 +168,7 @@ class Server(ThreadingHTTPServer):
         return f"http://127.0.0.1:{self.server_port}/"
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Browsers end connections whose answers they do not need any more; whatever else goes wrong is told."""
+        """Browsers close connections whose answers they no longer need; any other error is reported."""
         if not isinstance(sys.exc_info()[1], ConnectionError):
             super().handle_error(request, client_address)  # type: ignore[arg-type]
 
@@ -176,7 +176,7 @@ class Server(ThreadingHTTPServer):
 class _Handler(BaseHTTPRequestHandler):
     server: Server
     protocol_version = "HTTP/1.1"
-    timeout = 60  # of connections that say nothing
+    timeout = 60  # of idle connections
     disable_nagle_algorithm = True
 
     def do_GET(self) -> None:
@@ -186,7 +186,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer()
 
     def _answer(self) -> None:
-        # A page elsewhere could reach this server through a name of its own for 127.0.0.1; its requests tell on it.
+        # A foreign page could reach this server under another name for 127.0.0.1; its requests give it away.
         origin = self.headers.get("Origin")
         if self.headers.get("Host") not in self.server.hosts:
             return self.send_error(HTTPStatus.FORBIDDEN, "expected the host 127.0.0.1")
@@ -210,7 +210,7 @@ class _Handler(BaseHTTPRequestHandler):
         return None
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Also called by the base class, for what is no request or of another method."""
+        """Also called by the base class, for malformed requests and other methods."""
         status = HTTPStatus(code)
         body = f"{status.value} {message or status.phrase}\n".encode()
         self.close_connection = True

@@ -1,8 +1,8 @@
-"""Readers in a process of their own.
+"""Readers in separate processes.
 
-Libraries written in C++ can crash on a damaged file, print what nobody asked for, and are deaf to Ctrl-C until they
-are done. In a process of its own a reader takes nobody with it, its prints go nowhere, and Ctrl-C ends it. It inherits
-limits of memory; under Linux it does not outlive its parent, however that ends.
+Libraries written in C++ can crash on a damaged file, print unwanted output, and ignore Ctrl-C until they are done. In a
+separate process a crash takes nothing else down, the output is discarded, and Ctrl-C ends the reader. The process
+inherits memory limits; under Linux it never outlives its parent.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
     )
     if done.returncode:
-        raise InputError("expected a file that its reader can take, the reader crashed on it; is it damaged?")
+        raise InputError("expected a file that its reader can handle, but the reader crashed; is it damaged?")
     result, error = pickle.loads(done.stdout)  # our own child wrote it
     if error is not None:
         raise error
@@ -78,12 +78,12 @@ def _answer() -> None:
         error = RuntimeError(f"{type(raised).__name__}: {raised}")
     with answer:
         pickle.dump((result, error), answer, protocol=pickle.HIGHEST_PROTOCOL)
-    os._exit(0)  # the library's last rites may crash, too
+    os._exit(0)  # the library may crash during its clean-up, too
 
 
 def _die_with(parent: int) -> None:
     """Have the system kill this process when its parent is gone: a reader holds the interpreter's lock for seconds, so
-    that no thread of its own could watch."""
+    no thread could watch for that."""
     if sys.platform != "linux":
         return
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)

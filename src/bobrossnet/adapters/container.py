@@ -94,7 +94,7 @@ def read_scene(file: Path) -> Scene:
     Raises
     ------
     InputError
-        If it is no scene, damaged, of another version, or holds what no scene has.
+        If it is not a scene, is damaged, has another version, or holds something that scenes don't have.
     """
     from safetensors.numpy import load
 
@@ -123,7 +123,7 @@ def _shapes(kinds: list[Any], tensors: Mapping[str, NDArray[Any]]) -> list[Shape
     for name, tensor in sorted(tensors.items()):
         number, _, own_name = name.partition(".")
         if not (number.isdecimal() and int(number) < len(kinds)):
-            raise InputError(f"{name}: expected tensors of {len(kinds)} shapes, named NUMBER.NAME, got this one")
+            raise InputError(f"{name}: expected tensors of {len(kinds)} shapes, named NUMBER.NAME, got another name")
         of[int(number)][own_name] = tensor
     shapes = []
     for i, kind in enumerate(kinds):

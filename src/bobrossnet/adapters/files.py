@@ -1,4 +1,4 @@
-"""Files: a scene or a mesh out of whatever they hold, or one line that says why not.
+"""Files: a scene or a mesh from what they hold, or one line that says why not.
 
 STL, OFF and glTF are parsed by trimesh's readers, which hand over what the file stores and nothing they made
 up. PLY, OBJ and 3MF are read here, since trimesh 5.2 falls short on files that people have; their modules say
@@ -70,7 +70,7 @@ CAD_READERS: dict[str, Callable[[Path], SceneLike]] = {
 
 IMPLICIT_READERS = SCRIPT_READERS | FORMULA_READERS
 INSTANCE_READERS = SCENE_READERS | NURBS_READERS | CAD_READERS
-"""Readers of files whose shapes have names and materials of their own, or are of several kinds."""
+"""Readers of files whose shapes have their own names and materials, or are of several kinds."""
 
 MESH_ENDINGS = tuple(MESH_READERS)
 ALL_ENDINGS = (*MESH_READERS, *IMPLICIT_READERS, *INSTANCE_READERS)
@@ -203,7 +203,7 @@ def _clean(parts: Sequence[Part]) -> tuple[Mesh, int, int]:
     if len(triangles) == 0:
         raise InputError(f"expected triangles, got {total:,} that all touch a missing or non-finite vertex")
 
-    # Only what is drawn may count for the scene's bounding sphere.
+    # Only what is drawn may affect the scene's bounding sphere.
     used = np.zeros(len(vertices), dtype=bool)
     used[triangles] = True
     renumbered = np.cumsum(used) - 1
@@ -250,15 +250,15 @@ def _errors_of_one_line(file: Path, kind: str) -> Iterator[None]:
     except RecursionError as error:
         raise InputError(f"{name}: expected a {kind}, got data nested too deeply") from error
     except UnicodeDecodeError as error:
-        raise InputError(f"{name}: expected text, got bytes that are none at {error.start:,}") from error
-    except Exception as error:  # readers of other people's bytes raise all sorts
+        raise InputError(f"{name}: expected text; byte {error.start:,} is not valid UTF-8") from error
+    except Exception as error:  # readers raise all kinds of errors on foreign bytes
         reason = one_line(f"{type(error).__name__}: {error}")
         ending = one_line(file.suffix.lower())
         raise InputError(f"{name}: expected a {ending} {kind}, could not read it ({reason})") from error
 
 
 def _check_file(file: Path) -> None:
-    """Refuse what isn't a file; a pipe, for one, would let its reader wait for ever."""
+    """Refuse anything but a file; a pipe, for example, could keep its reader waiting for ever."""
     try:
         if not file.exists():
             raise InputError(f"expected a file, found nothing at {file}")
@@ -267,7 +267,7 @@ def _check_file(file: Path) -> None:
     except InputError:
         raise
     except (OSError, ValueError) as error:  # a name too long, a NUL in it, no permission
-        raise InputError(f"expected a file, could not look at it ({error})") from error
+        raise InputError(f"expected a file, could not open it ({error})") from error
 
 
 @contextmanager
@@ -280,7 +280,7 @@ def _quiet() -> Iterator[None]:
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            # numpy 1 warns and goes on with half the numbers of a text; numpy 2 raises.
+            # numpy 1 warns and continues with half the numbers of a text; numpy 2 raises.
             warnings.filterwarnings("error", message="string or file could not be read")
             yield
     finally:

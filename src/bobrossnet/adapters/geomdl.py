@@ -28,7 +28,7 @@ def read_geomdl(file: Path) -> list[Instance]:
     Raises
     ------
     InputError
-        If it holds curves or volumes, a field is missing, or a surface is none.
+        If it holds curves or volumes, a field is missing, or a surface is invalid.
 
     Warns
     -----
@@ -74,7 +74,7 @@ def _face(surface: Any) -> Face:
 
 
 def _loops(surface: Any, knots_u: NDArray[np.float64], knots_v: NDArray[np.float64]) -> list[Any]:
-    """The loops of which an odd number goes around what is kept."""
+    """The loops, of which an odd number goes around whatever is kept."""
     if not surface.get("trims"):
         return []
     loops = []

@@ -30,7 +30,7 @@ def read_gismo(file: Path) -> list[Instance]:
     Raises
     ------
     InputError
-        If the XML has a document type, which could grow without end, if it has no surface, or if one is none.
+        If the XML has a document type, which could grow without end, if it has no surface, or an invalid one.
 
     Warns
     -----
@@ -53,7 +53,7 @@ def read_gismo(file: Path) -> list[Instance]:
         raise InputError(f"expected a Geometry of type {' or '.join(SURFACES)}, got {', '.join(others) or 'none'}")
     if others:
         left_out = len(geometries) - len(faces)
-        warn_of(file, f"left out {left_out:,} of {len(geometries):,} geometries that are no surfaces, but {others[0]}")
+        warn_of(file, f"left out {left_out:,} of {len(geometries):,} geometries that are not surfaces but {others[0]}")
     return [Instance(Brep(faces), name=file.name)]
 
 

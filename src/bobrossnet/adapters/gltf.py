@@ -25,7 +25,7 @@ def read_gltf(file: Path) -> list[Part]:
     Raises
     ------
     InputError
-        If it is compressed, quantised or larger than `MAX_ITEMS`, if its nodes are no tree, or if a file that
+        If it is compressed, quantised or larger than `MAX_ITEMS`, if its nodes do not form a tree, or if a file that
         belongs to it is missing.
     """
     return _parts(json.loads(file.read_bytes()), _Beside(file))
@@ -110,7 +110,7 @@ def _check_accessors(tree: dict[str, Any]) -> None:
 
 
 def _check_nodes(tree: dict[str, Any]) -> None:
-    """Refuse nodes that are no tree, as the specification wants them: they could be reached in 2ⁿ ways."""
+    """Refuse nodes that do not form a tree, as the specification requires: they could be reached in 2ⁿ ways."""
     nodes = tree.get("nodes", [])
     children = [child for node in nodes for child in node.get("children", [])]
     scenes = tree.setdefault("scenes", [{"nodes": sorted(set(range(len(nodes))) - set(children))}])

@@ -24,7 +24,7 @@ def read_bpt(file: Path) -> list[Instance]:
     Raises
     ------
     InputError
-        If a number is none, or there are fewer or more than the file says.
+        If a word is not a number, or there are fewer or more than the file says.
     """
     words = file.read_bytes().decode().split()
     count, at = _integer("number of patches", words, 0), 1

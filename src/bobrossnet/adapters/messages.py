@@ -1,4 +1,4 @@
-"""What is said of files, in one line each."""
+"""Messages about files, one line each."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def warn_of(file: Path, text: str) -> None:
 
 @contextmanager
 def errors_at(place: str) -> Iterator[None]:
-    """Tell what part of a file an InputError is about: "surface 3: knots_u: expected ..."."""
+    """Add to an InputError which part of a file it is about: "surface 3: knots_u: expected ..."."""
     try:
         yield
     except InputError as error:

@@ -1,7 +1,7 @@
 """STEP and IGES, read by OpenCascade: solids and shells as trimmed NURBS, with their names, colours and places.
 
-OpenCascade takes seconds to import, prints to stdout, and crashes on many a damaged file: it only runs in a process of
-its own (`apart.py`), where `occ.py` makes plain data of what it reads. Here they become instances.
+OpenCascade takes seconds to import, prints to stdout, and crashes on many a damaged file: it only runs in a separate
+process (`apart.py`), where `occ.py` turns what it reads into plain data. Here they become instances.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
 
-# Bytes at a file's beginning and end that tell what it is.
+# Bytes at a file's beginning and end that identify it.
 LOOKED_AT = 4096
 
 Color = tuple[float, float, float]  # linear RGB

@@ -52,7 +52,7 @@ def read_ply(file: Path) -> list[Part]:
     Raises
     ------
     InputError
-        If the header is none, if the file is shorter than it says, or if it has no vertices.
+        If the header is invalid, the file is shorter than it says, or there are no vertices.
     """
     data = file.read_bytes()
     elements, body, text = _header(data)
@@ -168,7 +168,7 @@ def _table(data: bytes, at: int, element: Element) -> tuple[Table, int]:
     except InputError:
         raise
     except ValueError as error:
-        raise InputError(f"expected {element.rows:,} {element.name}, the file ends before them") from error
+        raise InputError(f"expected {element.rows:,} {element.name}, but the file ends before them") from error
 
 
 def _even_rows(data: bytes, at: int, element: Element) -> tuple[Table, int] | None:

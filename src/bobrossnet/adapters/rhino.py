@@ -37,8 +37,8 @@ MAX_LAYERS_DEEP = 100
 SUBDIVISIONS = 2
 MAX_SUBDIVIDED = 1_000_000
 
-# In parts of a surface's domain: which parameters are the same, which trims lie on its border, and how closely cubics
-# follow a curve. A pixel of any picture is far larger.
+# As shares of a surface's domain: which parameters are equal, which trims lie on its border, and how closely cubics
+# follow a curve. A pixel is far larger in any picture.
 SAME = 1e-12
 BORDER = 1e-7
 FITTED = 1e-7
@@ -51,7 +51,7 @@ BETWEEN = np.array([[125, 75, 15, 1], [27, 81, 81, 27], [1, 15, 75, 125]]) / 216
 # The most that edges of neighbouring faces may be apart, in sizes of their object.
 MAX_GAP = 1e-3
 
-# Bytes that openNURBS may use: where a count is damaged, it would fill all there are, for as long as that takes.
+# Bytes that openNURBS may use: with a damaged count it would fill all of the memory, however long that takes.
 SPARE_MEMORY = 2**28
 MEMORY_PER_BYTE = 64
 
@@ -90,7 +90,7 @@ def read_3dm(file: Path) -> list[Instance]:
 
 
 def read_apart(file: str) -> tuple[list[Instance], list[str]]:
-    """What `read_3dm` returns and warns of, in a process of its own: damaged files crash rhino3dm."""
+    """What `read_3dm` returns and warns of, in a separate process: damaged files crash rhino3dm."""
     path = Path(file)
     limit_memory(SPARE_MEMORY + MEMORY_PER_BYTE * path.stat().st_size)
     with warnings.catch_warnings(record=True) as caught:
@@ -195,7 +195,7 @@ class _Reader:
                     self.refused.append(str(error))
 
     def object(self, key: str) -> Object | None:
-        """An object of the file; None where there is nothing to see of it."""
+        """An object of the file; None where nothing of it is visible."""
         item = self.stored.get(key)
         if item is None:
             return None

@@ -12,13 +12,13 @@ from bobrossnet.sdf.d3 import SDF3
 def read_script(path: Path) -> SDF3:
     """Run a script and return the shape that it makes.
 
-    A script can make shapes and nothing else: running one that somebody sent is as safe as looking at their mesh.
+    A script can make shapes and nothing else: running a stranger's script is as safe as viewing a mesh.
 
     Raises
     ------
     InputError
-        If it makes no shape in three dimensions, or does what the language has not; one line that starts with the line
-        and column of the mistake.
+        If it makes no shape in three dimensions, or uses what the language does not have; one line that starts with the
+        line and column of the mistake.
     """
     try:
         return SDF3(_core.run_script(path.read_bytes()).expression)

@@ -26,7 +26,7 @@ def read_stl(file: Path) -> list[Part]:
     declared = int.from_bytes(data[80:84], "little")
     loaded: dict[str, Any]
     if len(data) == 84 + 50 * declared:
-        loaded = load_stl_binary(io.BytesIO(bytes(80) + data[80:]))  # the head holds whatever its program liked
+        loaded = load_stl_binary(io.BytesIO(bytes(80) + data[80:]))  # the header may hold anything
     elif data[:84].lstrip().lower().startswith(b"solid"):
         loaded = load_stl_ascii(_ascii(data))
     else:

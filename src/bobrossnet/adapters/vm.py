@@ -19,7 +19,7 @@ def read_vm(path: Path) -> Implicit:
     Raises
     ------
     InputError
-        If a line is not such a file's; one line that starts with its number.
+        If a line is invalid; one line that starts with its number.
     """
     try:
         formula, bounds, cut = _core.vm_solid(_core.parse_vm(path.read_bytes()))

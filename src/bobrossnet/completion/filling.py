@@ -1,7 +1,7 @@
 """Fillings without a network, which every network is measured against: nearest, pull-push, Delaunay-linear, Telea.
 
-Each takes the gray picture and its mask, (H, W), and returns (H, W) float32 where the known pixels are as
-they came in. `nearest` and `delaunay_linear` need scipy, `telea` OpenCV, which come with the extra `train`.
+Each takes the gray picture and its mask, (H, W), and returns (H, W) float32 where the known pixels are unchanged.
+`nearest` and `delaunay_linear` need scipy, `telea` OpenCV, which come with the extra `train`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def nearest(gray: Any, mask: Any) -> NDArray[np.float32]:
 
     Returns
     -------
-    (H, W) float32; traced pixels are returned as they came in.
+    (H, W) float32; traced pixels are returned unchanged.
     """
     from scipy.ndimage import distance_transform_edt
 
@@ -39,8 +39,8 @@ def nearest(gray: Any, mask: Any) -> NDArray[np.float32]:
 def pull_push(gray: Any, mask: Any) -> NDArray[np.float32]:
     """Fill in from a pyramid of averages over the traced pixels, coarse to fine, smoothly.
 
-    Pull: each level halves the picture; a pixel is the mean of those of its 2x2 children that know a value.
-    Push: a pixel that knows no value takes it from the coarser level, interpolated bilinearly.
+    Pull: each level halves the picture; a pixel is the mean of those of its 2x2 children that have a value.
+    Push: a pixel without a value takes it from the coarser level, interpolated bilinearly.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def pull_push(gray: Any, mask: Any) -> NDArray[np.float32]:
 
     Returns
     -------
-    (H, W) float32; traced pixels are returned as they came in.
+    (H, W) float32; traced pixels are returned unchanged.
 
     References
     ----------
@@ -74,7 +74,7 @@ def delaunay_linear(gray: Any, mask: Any) -> NDArray[np.float32]:
 
     Returns
     -------
-    (H, W) float32; traced pixels are returned as they came in.
+    (H, W) float32; traced pixels are returned unchanged.
     """
     from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import QhullError
@@ -104,7 +104,7 @@ def telea(gray: Any, mask: Any) -> NDArray[np.float32]:
 
     Returns
     -------
-    (H, W) float32 in steps of 1/255; traced pixels are returned as they came in.
+    (H, W) float32 in steps of 1/255; traced pixels are returned unchanged.
 
     References
     ----------
@@ -131,7 +131,7 @@ FILLINGS: dict[str, Callable[[Any, Any], NDArray[np.float32]]] = {
 
 
 def _pull(value: NDArray[np.float32], weight: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Halve a level: means weighted by what the children know; whoever has one known child knows a value."""
+    """Halve a level: means weighted by what the children know; a pixel with at least one known child has a value."""
     height, width = value.shape
     edge = ((0, height % 2), (0, width % 2))  # an odd row or column gets unknown neighbours
     weight = np.pad(weight, edge)

@@ -47,7 +47,7 @@ def complete(gbuffer: GBuffer, *, model: NetworkLike = "default") -> NDArray[np.
     Returns
     -------
     (H, W) float32 in 0..1
-        Traced pixels are returned as they came in; with every pixel traced, that is `gbuffer.gray`.
+        Traced pixels are returned unchanged; with every pixel traced, this is `gbuffer.gray`.
 
     Raises
     ------
@@ -70,8 +70,8 @@ class Completer:
     """Completes a picture again and again, and recomputes only what may have changed since the last time.
 
     Those are the tiles of the G-buffer that differ, and what the network reaches around them: 20 pixels with "paper",
-    384 with "default", whose coarsest level sees far; with that, only parts of large pictures are worth it. Where much
-    has changed, all is computed. The last G-buffer and its picture are kept, 24 bytes a pixel.
+    384 with "default", whose coarsest level sees far, so that it pays only in large pictures. Where much has changed,
+    everything is recomputed. The last G-buffer and its picture are kept, 24 bytes a pixel.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def _predicted(gbuffer: GBuffer, run: Run) -> NDArray[np.float32]:
 
 
 def load_network(model: NetworkLike) -> Network:
-    """The network that `model` names; it stays loaded.
+    """Return the network that `model` names; it stays loaded.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def load_network(model: NetworkLike) -> Network:
 
 @lru_cache(maxsize=8)
 def _load(path: Path, modified: int) -> Network:
-    """`modified` makes a file that was written anew another key."""
+    """`modified` is part of the key, so that a rewritten file is loaded again."""
     metadata, tensors = read_weights(path)
     try:
         return make_network(metadata, tensors)
@@ -156,7 +156,7 @@ def make_network(metadata: Mapping[str, str], tensors: Mapping[str, NDArray[np.f
 
 
 def weights_path(model: str | os.PathLike[str]) -> Path:
-    """The file that `model` names.
+    """Return the file that `model` names.
 
     Raises
     ------
@@ -173,7 +173,7 @@ def weights_path(model: str | os.PathLike[str]) -> Path:
 
 
 def find_weights(model: str | os.PathLike[str]) -> Path | None:
-    """The file of shipped weights of that name, or `model` itself if it is a .safetensors file's path, else None."""
+    """Return the file of shipped weights of that name, `model` itself if it is a .safetensors path, else None."""
     name = os.fspath(model)
     shipped = WEIGHTS / f"{name}.safetensors"
     if Path(name).name == name and shipped.is_file():

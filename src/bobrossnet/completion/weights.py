@@ -33,7 +33,7 @@ def read_weights(path: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float
     Raises
     ------
     InputError
-        If the file can't be read, is no safetensors file or none of ours, or holds other than finite float32.
+        If the file can't be read, is not a safetensors file of this package, or holds anything but finite float32.
     """
     from safetensors import SafetensorError, safe_open
 

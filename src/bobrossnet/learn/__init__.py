@@ -1,4 +1,4 @@
-"""Learning: networks, losses, shapes to learn from, training, evaluation. Only here torch is imported."""
+"""Learning: networks, losses, shapes to learn from, training, evaluation. Torch is imported only here."""
 
 import os
 

@@ -4,7 +4,7 @@ A weight file holds a network's tensors under its layers' names. Its header's st
 `network` (a name in `NETWORKS`), `inputs` and `outputs` (its channels' names), the network's own settings (`groups`),
 and `training`, the configuration as JSON. The core's reader, completion/weights.py, mirrors it and needs no torch. A
 checkpoint holds `network.<tensor>`, `average.<tensor>` and `optimizer.<parameter>.<tensor>`, and in its header, as
-JSON, `training`, the configuration, `dataset`, what tells the data set from others, and `progress`.
+JSON, `training`, the configuration, `dataset`, what identifies the data set, and `progress`.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def load(path: str | os.PathLike[str]) -> tuple[Network, dict[str, str]]:
     Raises
     ------
     InputError
-        If the file is no weight file, of another format, or does not fit its network.
+        If the file is not a weight file, has another format, or does not fit its network.
     """
     header, arrays = read_weights(Path(path))
     if header["network"] not in NETWORKS:
@@ -94,7 +94,7 @@ def load_checkpoint(
     Raises
     ------
     InputError
-        If the file is none of theirs.
+        If the file does not belong to them.
     """
     parts: dict[str, dict[str, Tensor]] = {}
     for name, tensor in read_tensors(path)[0].items():
@@ -123,7 +123,7 @@ def read_progress(path: str | os.PathLike[str], expected: Mapping[str, Mapping[s
     Raises
     ------
     InputError
-        If the file is no checkpoint, or another training's.
+        If the file is not a checkpoint, or belongs to another training run.
     """
     try:
         header = {key: json.loads(value) for key, value in read_tensors(path)[1].items()}

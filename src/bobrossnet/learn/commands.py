@@ -16,9 +16,9 @@ def add_commands(commands: Any) -> None:
     """Add them to an argparse parser's commands."""
     dataset = commands.add_parser("dataset", help="build a data set", description="Build a data set, or look into it.")
     actions = dataset.add_subparsers(metavar="ACTION", required=True)
-    build = actions.add_parser("build", help="render shapes", description="Render a data set, or go on with one.")
+    build = actions.add_parser("build", help="render shapes", description="Render a data set, or resume one.")
     build.set_defaults(run=_dataset_build)
-    build.add_argument("folder", metavar="DIR", help="the data set's folder, new or of a build that was stopped")
+    build.add_argument("folder", metavar="DIR", help="the data set's folder, new or from an interrupted build")
     build.add_argument("--shapes", type=int, help="how many the package makes itself (default: 479; 0 with --files)")
     build.add_argument(
         "--files",
@@ -40,10 +40,10 @@ def add_commands(commands: Any) -> None:
     compare.add_argument("dataset", metavar="DIR", help="the data set's folder")
     compare.add_argument("folder", metavar="FOLDER", help="of shape files")
     compare.add_argument("--limit", type=int, help="how many files at most, spread over the folder")
-    compare.add_argument("--markdown", metavar="FILE", help="written with what is printed")
+    compare.add_argument("--markdown", metavar="FILE", help="also write what is printed to this file")
 
     train = commands.add_parser(
-        "train", help="train a network", description="Train a network; the same command goes on with what was stopped."
+        "train", help="train a network", description="Train a network; the same command resumes an interrupted run."
     )
     train.set_defaults(run=_train)
     train.add_argument("dataset", metavar="DATA", help="the data set's folder")
@@ -58,8 +58,8 @@ def add_commands(commands: Any) -> None:
 
     evaluate = commands.add_parser(
         "evaluate",
-        help="measure models beside plain filling",
-        description="Measure models on a data set's test split or on files, with one or more pixel orders, beside "
+        help="measure models against plain filling",
+        description="Measure models on a data set's test split or on files, with one or more pixel orders, against "
         "plain filling of the same pixels.",
     )
     evaluate.set_defaults(run=_evaluate)
@@ -87,7 +87,7 @@ def add_commands(commands: Any) -> None:
         "--size", type=arguments.size, metavar="WIDTHxHEIGHT", help="of pictures of files (default: 256x256)"
     )
     evaluate.add_argument("--views", type=int, help="pictures of each file (default: 1)")
-    evaluate.add_argument("--limit", type=int, help="how many shapes at most, spread evenly over all")
+    evaluate.add_argument("--limit", type=int, help="at most how many shapes, spread evenly over all")
     evaluate.add_argument(
         "--stability", action="store_true", help="measure the flicker of converging pictures and of orbits as well"
     )
@@ -101,12 +101,12 @@ def add_commands(commands: Any) -> None:
     figures.add_argument("out", metavar="OUT", help="the folder to write them to")
     figures.add_argument("--data", metavar="DIR", help="a data set; without one, figures that need it are left out")
     figures.add_argument("--weights", default="paper", help="name of shipped weights or a .safetensors file")
-    figures.add_argument("--shape", metavar="FILE", help="what is seen in pictures; by default the built-in scene")
+    figures.add_argument("--shape", metavar="FILE", help="what the pictures show; by default the built-in scene")
     arguments.add_up(figures)
     figures.add_argument("--scores", metavar="FILE.csv", help="what evaluate wrote, likewise")
     figures.add_argument("--steps", type=int, default=400, help="of trainings that compare losses (default: 400)")
     figures.add_argument("--frames", type=int, default=60, help="to measure stability in (default: 60)")
-    figures.add_argument("--only", metavar="NAME,…", help="some of them, such as 2.1,4.1")
+    figures.add_argument("--only", metavar="NAME,…", help="only these, such as 2.1,4.1")
 
 
 def _dataset_build(options: argparse.Namespace) -> None:
@@ -165,7 +165,7 @@ def _evaluate(options: argparse.Namespace) -> None:
     is_dataset = (Path(options.place) / "zarr.json").exists()
     if is_dataset:
         if "size" in given or "views" in given:
-            raise InputError("--size and --views: expected with a folder of files; a data set has pictures of its own")
+            raise InputError("--size and --views: expected with a folder of files; a data set has its own pictures")
         result = evaluate_dataset(options.place, options.models, **given)
     else:
         result = evaluate_folder(options.place, options.models, **given)

@@ -23,12 +23,13 @@ PRECISIONS = ("32-true", "bf16-mixed")
 
 @dataclass(frozen=True)
 class TrainConfig:
-    """All that a training depends on, but for its data set. The defaults are the report's recipe, and the average.
+    """Everything a training run depends on except its data set. The defaults are the report's recipe, plus the moving
+    average.
 
     Raises
     ------
     InputError
-        If a value is of another type than its default, out of its range, or a name that names nothing.
+        If a value has another type than its default, is out of range, or is an unknown name.
     """
 
     network: str = "paper"  # a name in `NETWORKS`
@@ -41,7 +42,7 @@ class TrainConfig:
     fractions: str = "stages"  # the report's five, or "log-uniform" from 1 to 100 %, or "sparse": 0.5 to 90, later 30 %
     order: str = "uniform"  # pixel order of the masks, or several, "lattice+uniform", of which each sample has one
     loss: str = "ssim+l2"  # a name in `LOSSES`
-    keep_known: bool = False  # loss and SSIM of the picture with the traced pixels put back, instead of the raw output
+    keep_known: bool = False  # loss and SSIM of the picture with the traced pixels put back, not of the raw output
     optimizer: str = "adadelta"  # a name in `OPTIMIZERS`
     learning_rate: float = 1.0  # at its highest; AdaDelta's own is 1, for AdamW 4e-3 did well, for Muon 0.02
     warmup: int = 200  # AdamW and Muon: steps over which the learning rate rises to the cosine that falls to 0
@@ -65,7 +66,7 @@ class TrainConfig:
 
 
 FREE = ("accelerator", "devices", "threads", "workers", "checkpoint_every")
-"""Fields that may change when a training goes on: they change the result by rounding, if at all."""
+"""Fields that may change when training resumes: they change the result by rounding, if at all."""
 
 
 def cosine(config: TrainConfig, share: float, step: int) -> float:
@@ -87,7 +88,7 @@ def adamw(network: nn.Module, config: TrainConfig) -> torch.optim.Optimizer:
 def adadelta(network: nn.Module, config: TrainConfig) -> torch.optim.Optimizer:
     """Return AdaDelta with ρ 0.95 and ε 1e-6 of Zeiler, *ADADELTA: an adaptive learning rate method*, 2012.
 
-    Its steps find their own length, so a learning rate of 1 is to leave them so. Keras had the same rate and ρ.
+    It adapts its step length by itself; a learning rate of 1 leaves that unchanged. Keras had the same rate and ρ.
     """
     return torch.optim.Adadelta(network.parameters(), config.learning_rate, rho=0.95, eps=1e-6)
 
@@ -156,12 +157,12 @@ def _checked(name: str, value: Any) -> Any:
 
 
 def config_from_settings(settings: Sequence[str]) -> TrainConfig:
-    """Return a configuration from lines such as "epochs=3"; what none names stays at its default.
+    """Return a configuration from settings such as "epochs=3"; the rest stays at its defaults.
 
     Raises
     ------
     InputError
-        If a name is no field of `TrainConfig`, or a value can't be its field's.
+        If a name is not a field of `TrainConfig`, or a value is not valid for its field.
     """
     types: dict[str, type] = {name: type(value) for name, value in asdict(TrainConfig()).items()}
     values: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""What a training writes down of itself: a row of log.csv for each epoch, and scalars and pictures for TensorBoard."""
+"""What a training run logs: a row of log.csv for each epoch, and scalars and pictures for TensorBoard."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Events:
     ----------
     run : folder
     steps : mini-batches done
-        What an interrupted training wrote for later ones is void.
+        What an interrupted run wrote for later steps is discarded.
     """
 
     def __init__(self, run: Path, steps: int) -> None:

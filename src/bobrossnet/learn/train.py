@@ -1,8 +1,7 @@
-"""Training: from a configuration and a data set to a weight file, on a CPU the same file every time.
+"""Training: from a configuration and a data set to a weight file; on a CPU, the same file every time.
 
-A step is a function of the configuration, the data set and its number, and a checkpoint holds what else there is:
-weights, their average, the optimizer's state, and how far it has come. So a run that was stopped ends where an
-uninterrupted one would.
+A step is a function of the configuration, the data set and its number, and a checkpoint holds the rest: weights, their
+average, the optimizer's state, and the progress. So an interrupted run ends where an uninterrupted one would.
 
     RUN/config.json                what it depends on, written first
     RUN/checkpoint.safetensors     to go on from
@@ -76,14 +75,14 @@ class Progress:
 
 
 def train(config: TrainConfig, dataset: Dataset, run: str | os.PathLike[str]) -> None:
-    """Train a network, or go on with it.
+    """Train a network, or resume its training.
 
     Parameters
     ----------
     config : TrainConfig
     dataset : Dataset, whole
     run : folder
-        Made if it is not there. If it holds a checkpoint of the same training, that goes on.
+        Created if missing. If it holds a checkpoint of the same run, that run is resumed.
 
     Raises
     ------
@@ -119,7 +118,7 @@ def train(config: TrainConfig, dataset: Dataset, run: str | os.PathLike[str]) ->
             for process in multiprocessing.active_children():
                 assert process.pid is not None  # it was started
                 os.kill(process.pid, signal.SIGINT)
-        raise KeyboardInterrupt(f"{run}: the same command goes on from the last checkpoint") from None
+        raise KeyboardInterrupt(f"{run}: the same command resumes from the last checkpoint") from None
 
 
 def _train(fabric: Fabric, config: TrainConfig, dataset: Dataset, run: Path) -> None:
@@ -137,7 +136,7 @@ def _train(fabric: Fabric, config: TrainConfig, dataset: Dataset, run: Path) -> 
 
 
 class _Training:
-    """A process's part in a training. Only the first one tells, logs and writes."""
+    """One process's part in a training run. Only the first process prints, logs and writes."""
 
     def __init__(self, fabric: Fabric, config: TrainConfig, dataset: Dataset, run: Path) -> None:
         self.fabric, self.config, self.dataset, self.run = fabric, config, dataset, run
@@ -157,10 +156,10 @@ class _Training:
         self.events = Events(run, self._steps_done()) if fabric.is_global_zero else None
         if self.events and self._steps_done():
             epochs, steps = self.progress.epoch, self.progress.step
-            print(f"{run}: goes on after {epochs} epochs and {steps} of {self.steps} steps", flush=True)
+            print(f"{run}: resuming after {epochs} epochs and {steps} of {self.steps} steps", flush=True)
 
     def epoch(self) -> None:
-        """Do what is left of an epoch, validate, and write all down."""
+        """Finish the epoch, validate, and write everything."""
         now, config = self.progress, self.config
         batches = self._batches(
             "train", epoch=now.epoch, seed=config.seed, draw=config.draw, fractions=config.fractions
@@ -208,7 +207,7 @@ class _Training:
         self._save()
 
     def finish(self) -> None:
-        """Leave all files complete, also where an earlier run was stopped between two of them."""
+        """Leave all files complete, even if an earlier run was interrupted between two of them."""
         if self.events:
             if not self.progress.rows:
                 self._save_weights()
@@ -338,7 +337,7 @@ def keep_known_of_partial(image: Tensor, partial: Tensor) -> Tensor:
 
 
 def _silent(share: float, note: str = "") -> None:
-    """What other processes than the first report to."""
+    """What processes other than the first report to."""
 
 
 def _keep_memory() -> None:
@@ -352,6 +351,6 @@ def _keep_memory() -> None:
 
 
 def _header(config: TrainConfig, dataset: Dataset) -> dict[str, dict[str, Any]]:
-    """What a training depends on, as JSON has it: the configuration, and what tells its data set from others."""
+    """What a training depends on, as JSON has it: the configuration, and what identifies its data set."""
     sources = hashlib.sha256("\n".join(dataset.sources).encode()).hexdigest()
     return {"training": asdict(config), "dataset": {**asdict(dataset.plan), "sources": sources}}

@@ -15,7 +15,7 @@ class Camera:
     Raises
     ------
     InputError
-        If a value is no finite number, if the elevation lies beyond the poles, or if the zoom is not above 0.
+        If a value is not a finite number, the elevation lies beyond the poles, or the zoom is not above 0.
     """
 
     azimuth: float = 30.0

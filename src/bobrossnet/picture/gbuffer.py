@@ -28,8 +28,8 @@ class GBuffer:
     normal : (H, W, 2) float32 in -1..1
         In screen space, x right and y up; of unit length together with a z >= 0 towards the camera.
 
-    What is given where the mask is 0 is dropped: there all arrays are 0. Where a ray missed, the mask is 1 and the
-    others are 0 (background, known to be so).
+    Values where the mask is 0 are discarded: all arrays are 0 there. Where a ray missed, the mask is 1 and the
+    others are 0: known background.
 
     Raises
     ------
@@ -115,8 +115,8 @@ class GBuffer:
     def sample(self, fraction: float, *, order: str = "default", seed: int = 0) -> GBuffer:
         """Keep the first pixels of an order, as if only they had been traced.
 
-        Of a full G-buffer this equals `trace` with the same fraction, order and seed. Of a partial one, pixels of the
-        order that were not traced stay so.
+        For a full G-buffer this equals `trace` with the same fraction, order and seed. In a partial one, pixels of the
+        order that were not traced stay untraced.
 
         Parameters
         ----------
@@ -152,7 +152,7 @@ class Samples:
     normal : (n, 2) numbers in -1..1
         In screen space, x right and y up.
     hit : (n,) bool
-        False where the ray met nothing; what the other arrays hold there does not matter.
+        False where the ray hit nothing; the other arrays are ignored there.
 
     Raises
     ------
@@ -216,8 +216,8 @@ class Samples:
 def untraced_planes(size: Size) -> F32:
     """Zeros, (C, H, W), for `scatter` to fill.
 
-    In pictures of gigabytes the system takes seconds to hand out the memory, which it does when a page is first
-    touched: here, piece by piece, where Ctrl-C is heard, and not all at once under the first random pixels.
+    For pictures of gigabytes the system takes seconds to provide the memory, page by page as it is first touched. That
+    happens here, piece by piece, where Ctrl-C is noticed, rather than all at once at the first random pixels.
     """
     planes = np.empty((GBUFFER.width, *size), np.float32)
     flat = planes.reshape(-1)

@@ -13,12 +13,12 @@ from bobrossnet.errors import InputError, InputTypeError, check_integer, check_n
 Size = tuple[int, int]
 
 MAX_PIXELS = 2**28
-"""An image of 16384 x 16384: five float32 arrays of it take 5.4 GB."""
+"""An image of 16384 x 16384: its five float32 arrays take 5.4 GB."""
 
 ORDERS = ("uniform", "r2", "lattice", "blue-noise")
 
 DEFAULT_ORDER = "lattice"
-"""What the name "default" stands for."""
+"""What the name "default" means."""
 
 
 def pixel_order(

@@ -9,8 +9,8 @@ Programs written for that package run with their first line changed:
 >>> f([(0, 0, 0), (0.75, 0.75, 0)]).round(3).tolist()
 [[0.5], [0.061]]
 
-Functions make shapes and change them; what changes a shape is also its method. A name stands for its meaning in three
-dimensions; `d2` and `d3` have both, and `ease` the easing functions. docs/modelling.md lists all words.
+Functions make shapes and modify them; those that modify a shape are also its methods. A name has its meaning in three
+dimensions; `d2` and `d3` have both meanings, and `ease` the easing functions. docs/modelling.md lists all words.
 """
 
 import math

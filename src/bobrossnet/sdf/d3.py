@@ -23,7 +23,7 @@ class SDF3(Solid):
         A formula in x, y and z, negative inside; or a function of points (n, 3) that returns one number for each,
         which is called once with symbols.
     bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
-        The box that is looked at when it is traced. Without it, it is found.
+        The box to look in when it is traced. Without it the bounds are found.
 
     Attributes
     ----------

@@ -20,18 +20,18 @@ def implicit(function: Callable[..., Any], bounds: Any = None) -> SDF3:
     function : callable
         f(x, y, z), of any unit: it need not be a distance.
     bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, finite, each low below its high, optional
-        The box that is looked at. Without it, it is found, and a shape without bounds is refused.
+        The box to look in. Without it the bounds are found, and an unbounded shape is refused.
 
     Returns
     -------
     SDF3
-        With the modelling language's operations as methods; where f is no distance, blends and offsets are as uneven
+        With the modelling language's operations as methods; where f is not a distance, blends and offsets are as uneven
         as f is.
 
     Raises
     ------
     InputError
-        If the function can't be turned into a formula, or the bounds are no box; the message says why.
+        If the function can't be turned into a formula, or the bounds are not a box; the message says why.
 
     Examples
     --------

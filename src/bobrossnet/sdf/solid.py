@@ -1,4 +1,4 @@
-"""What solids can do beside the operations of the language: be traced, and be drawn."""
+"""What solids can do besides the language's operations: be traced and drawn."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Solid(words.SDF, Implicit):
         path : str or path
             Ends in that of a picture, such as ``.png``.
         bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
-            The box that is looked at; by default the shape's own, or the one that is found.
+            The box to look in; by default the shape's own, or the one that is found.
         step, samples, workers, batch_size, verbose, sparse
             Of programs that write meshes; a picture doesn't need them.
         size : (height, width)

@@ -56,7 +56,7 @@ def expression_of_points(function: Callable[..., Any], dimensions: int, name: st
     Parameters
     ----------
     function : callable
-        Takes points (N, `dimensions`) and returns N numbers, (N,) or (N, 1), each of its own point only.
+        Takes points (N, `dimensions`) and returns N numbers, (N,) or (N, 1), each depending on its own point only.
     dimensions : 2 or 3
     name : str
         Begins messages.
@@ -94,7 +94,8 @@ def substitute(expression: _core.Expression, points: Symbols) -> Symbols:
 
 
 class Symbol(NDArrayOperatorsMixin):
-    """A number that is not known yet: x, y, z or what was computed from them. Operators and numpy's functions apply."""
+    """A number that is not known yet: x, y, z or what was computed from them. Supports operators and numpy's
+    functions."""
 
     __hash__ = None  # type: ignore[assignment]  # equality is a condition
     ndim = 0
@@ -244,7 +245,7 @@ def _unwrapped(array: Any) -> Any:
 def _checked_index(index: Any) -> Any:
     for part in index if isinstance(index, tuple) else (index,):
         if isinstance(part, Symbol) or (isinstance(part, np.ndarray) and part.dtype == object):
-            raise InputTypeError("a symbol is no index while the formula is traced: use np.where(x > 0, a, b)")
+            raise InputTypeError("a symbol can't be an index while the formula is traced: use np.where(x > 0, a, b)")
     return index
 
 
@@ -306,9 +307,9 @@ def _reduce(
 
 
 def _call(function: Any, args: Any, kwargs: Any) -> Any:
-    """A function of numpy that is no ufunc: by our own rule, or as numpy does it for arrays of objects.
+    """A numpy function that is not a ufunc: by a rule of this module, or as numpy does it for arrays of objects.
 
-    The latter is right or raises, since it has nothing but the elements' operators, which have no truth and no value.
+    The latter is right or raises, since all it can use are the elements' operators, which have no truth value.
     """
     if function in FUNCTIONS:
         return FUNCTIONS[function](*args, **kwargs)
@@ -327,7 +328,7 @@ def _lifted(value: Any) -> Any:
     return value
 
 
-# ---- Functions of numpy that are no ufuncs ---------------------------------------------------------------
+# ---- numpy functions that are not ufuncs -----------------------------------------------------------------
 
 
 def _where(condition: Any, a: Any, b: Any) -> Any:

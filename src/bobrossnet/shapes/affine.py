@@ -22,7 +22,7 @@ MAX_COORDINATE = 1e100
 
 FLATTEST = 1e-10
 """Maps that shrink one direction by more than this against another are refused as singular: rays, in float32, could not
-tell what they hit."""
+resolve what they hit."""
 
 
 def translation(offset: Any) -> Matrix:
@@ -33,7 +33,7 @@ def translation(offset: Any) -> Matrix:
 
 
 def scaling(factor: Any) -> Matrix:
-    """The map that scales about the origin by a number, or by 3 numbers along the axes; none is 0."""
+    """The map that scales about the origin by a number, or by 3 numbers along the axes, not 0."""
     factors = np.asarray(factor) if np.ndim(factor) else [check_number("factor", factor)] * 3
     return check_map("factor", np.diag([*check_array("factor", factors, (3,)).astype(np.float64), 1.0]))
 
@@ -61,7 +61,7 @@ def rotation(angle: Any, vector: Any) -> Matrix:
 
 
 def check_map(name: str, value: Any) -> Matrix:
-    """Return `value` as a (4, 4) float64 matrix of its own if it is an affine map that can be undone."""
+    """Return `value` as a (4, 4) float64 matrix of its own if it is an invertible affine map."""
     matrix = check_finite(name, check_array(name, value, (4, 4))).astype(np.float64)
     last = tuple(matrix[3].tolist())
     if last != (0, 0, 0, 1):

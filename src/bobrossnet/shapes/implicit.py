@@ -22,13 +22,13 @@ class Implicit(Shape):
     expression : Expression
         f, in any unit: it need not be a distance.
     bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, finite, each low below its high, optional
-        The box that is looked at. Without it, it is found, and a shape without bounds is refused.
+        The box to look in. Without it the bounds are found, and an unbounded shape is refused.
 
     Raises
     ------
     InputError
-        If the bounds are no box. When it is first placed or traced: if it has no bounds and none were given, or if
-        there is no surface.
+        If the bounds are not a box. When it is first placed or traced: if it is unbounded and no bounds were given, or
+        if there is no surface.
     """
 
     kind = "implicit"
@@ -74,14 +74,14 @@ class Implicit(Shape):
 
     @property
     def cells(self) -> int:
-        """How many cells of space the surface passes, each of which has a formula of its own."""
+        """How many cells of space the surface passes through, each with its own simplified formula."""
         return self.core.cells
 
     @property
     def unresolved_rays(self) -> int:
-        """How many rays so far passed places that could not be told from the surface: where it only just touches the
-        ray, within a millionth of the shape's size, or where the formula is too wild to be bounded. None of them is
-        stepped over elsewhere."""
+        """How many rays so far passed places that could not be distinguished from the surface: where it only just
+        touches the ray, within a millionth of the shape's size, or where the formula is too wild to be bounded. Nothing
+        else is ever stepped over."""
         return self.core.unresolved_rays
 
     def counts(self) -> dict[str, int]:

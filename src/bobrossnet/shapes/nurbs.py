@@ -76,13 +76,13 @@ class Face:
     control_points : (n, m, 3) numbers, finite
         In the unit of the shape, not multiplied by weights; n of them along u, m along v, at least 2 each.
     knots_u, knots_v : (n + p + 1,) and (m + q + 1,) numbers that never decrease
-        Whole knot vectors, as in *The NURBS Book*; the degrees p and q, 1..9, follow. They need not be clamped: the
+        Complete knot vectors, as in *The NURBS Book*; the degrees p and q, 1..9, follow. They need not be clamped: the
         domain is knots_u[p] to knots_u[n], and likewise for v.
     weights : (n, m) numbers above 0, optional
         Within a factor of 1e10.
     trims : sequence of loops, optional
-        What an odd number of loops goes around is left of the surface, whichever way they turn; without loops, all of
-        it. A loop is an (n, 2) array, a polygon in (u, v); a `TrimCurve`; or a sequence of such arrays, as polylines,
+        A point of the surface remains if an odd number of loops goes around it, in either direction; without loops, all
+        do. A loop is an (n, 2) array, a polygon in (u, v); a `TrimCurve`; or a sequence of such arrays, as polylines,
         and curves, end to end. Where an end does not meet the next beginning, a straight line joins them.
 
     Attributes

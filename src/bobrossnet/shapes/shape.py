@@ -18,7 +18,7 @@ Number = TypeVar("Number", bound=np.generic)
 
 
 class Shape(ABC):
-    """A surface in units of its own, which a scene places. It does not change once it is made."""
+    """A surface in its own units, which a scene places. Shapes are immutable."""
 
     kind: ClassVar[str]
     """The word for this kind of shape in files."""
@@ -39,15 +39,15 @@ class Shape(ABC):
 
     @abstractmethod
     def counts(self) -> dict[str, int]:
-        """How many there are of what it is made of, by the noun for one of them."""
+        """How many parts it consists of, by the noun for one of them."""
 
     @abstractmethod
     def describe(self) -> dict[str, str]:
-        """What there is to say about it, for people: names and values."""
+        """What `bobrossnet info` shows of it: names and values."""
 
     @abstractmethod
     def tensors(self) -> dict[str, NDArray[Any]]:
-        """The arrays that the shape can be made from again, as files hold them."""
+        """The arrays that describe the shape, as files hold them."""
 
     @classmethod
     @abstractmethod
@@ -62,7 +62,7 @@ class Shape(ABC):
 
     @property
     def unresolved_rays(self) -> int:
-        """How many rays so far passed places that could not be told from the surface."""
+        """How many rays so far passed places that could not be distinguished from the surface."""
         return 0
 
     @cached_property
@@ -83,14 +83,14 @@ def check_tensors(
     if missing:
         raise InputError(f"{missing[0]}: expected an array of {dtypes[missing[0]]}, got none")
     if unknown:
-        raise InputError(f"{unknown[0]}: expected only {', '.join(dtypes)}, got this as well")
+        raise InputError(f"{unknown[0]}: expected only {', '.join(dtypes)}, got an extra one")
     for name, tensor in tensors.items():
         if tensor.dtype != dtypes[name]:
             raise InputTypeError(f"{name}: expected {dtypes[name]}, got {tensor.dtype}")
 
 
 def frozen(array: NDArray[Any], dtype: type[Number]) -> NDArray[Number]:
-    """A copy that nobody can change: what the core was given must stay true."""
+    """A read-only copy, so that it stays what the core was given."""
     copy = np.array(array, dtype=dtype, order="C")
     copy.flags.writeable = False
     return copy

@@ -20,7 +20,7 @@ MAX_DEGREE = 9
 """As in the core."""
 
 MAX_WEIGHT_RATIO = 1e10
-"""Between the largest and the smallest weight: the core computes in float32, which sees nothing of smaller ones."""
+"""Between the largest and the smallest weight: the core computes in float32, where smaller ones vanish."""
 
 Values = NDArray[np.float64]
 

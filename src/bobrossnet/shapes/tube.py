@@ -33,8 +33,8 @@ class Tube(Shape):
     control_points : (n, 3) numbers, finite
         In the unit of the shape, not multiplied by weights; at least two that differ.
     knots : (n + p + 1,) numbers that never decrease
-        A whole knot vector, as in *The NURBS Book*; the degree p, 1..9, follows. It need not be clamped: the curve runs
-        from knots[p] to knots[n].
+        A complete knot vector, as in *The NURBS Book*; the degree p, 1..9, follows. It need not be clamped: the curve
+        runs from knots[p] to knots[n].
     radius : number above 0, or (n,) of them
         The ball's, in the unit of the shape: one for all, or one for each control point, which the curve blends as it
         does their coordinates.

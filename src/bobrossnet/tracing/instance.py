@@ -1,4 +1,4 @@
-"""Instances: shapes, each in its place and of its material."""
+"""Instances: shapes, each with its placement and material."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ Z = (0.0, 0.0, 1.0)
 class Instance:
     """A shape in its place.
 
-    Instances of one shape share its memory. `translate`, `scale` and `rotate` are the modelling language's, and like
-    there each acts on what stands before it:
+    Instances of one shape share its memory. `translate`, `scale` and `rotate` are those of the modelling language; each
+    acts on the result of the one before:
 
     >>> import bobrossnet as bob
     >>> tree = bob.Instance(bob.happy_tree())
@@ -41,7 +41,7 @@ class Instance:
     Raises
     ------
     InputError
-        If an argument is of another type, or the transform can't be undone.
+        If an argument has the wrong type, or the transform can't be inverted.
     """
 
     shape: Shape
@@ -77,7 +77,7 @@ class Instance:
         return self.transformed(translation(offset))
 
     def scale(self, factor: Any) -> Instance:
-        """The instance scaled about the scene's origin, by one factor or by one for each axis; none is 0."""
+        """The instance scaled about the scene's origin, by one factor or by one for each axis, not 0."""
         return self.transformed(scaling(factor))
 
     def rotate(self, angle: float, vector: Any = Z) -> Instance:
@@ -86,5 +86,5 @@ class Instance:
         return self.transformed(rotation(angle, vector))
 
     def digest(self) -> bytes:
-        """SHA-256 of what can be seen: the shape, its place and its material."""
+        """SHA-256 of everything visible: the shape, its placement and its material."""
         return _core.instance_digest(self.shape.digest, self.transform, np.array(self.material.values()))

@@ -14,7 +14,7 @@ Color: TypeAlias = "str | Sequence[float]"
 
 @dataclass(frozen=True, init=False)
 class Material:
-    """How a surface answers light, by Blinn and Phong (CONVENTIONS.md has the formula).
+    """How a surface reflects light, after Blinn and Phong (CONVENTIONS.md has the formula).
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class Material:
     Raises
     ------
     InputError
-        If a value is out of range or no number.
+        If a value is out of range or not a number.
     """
 
     color: tuple[float, float, float]

@@ -36,7 +36,7 @@ class Hits(NamedTuple):
 
 
 class Scene:
-    """Shapes in one space, each in its place and of its material, and the bounding sphere that cameras orbit.
+    """Shapes in one space, each with its placement and material, and the bounding sphere that cameras orbit.
 
     The sphere's centre is that of the axis-aligned bounding box; it reaches to the farthest point of a shape. Pictures
     do not depend on the order of the shapes, not even where surfaces coincide.
@@ -44,7 +44,7 @@ class Scene:
     Parameters
     ----------
     shapes : Shape, Instance, Scene, or an iterable of these
-        A shape by itself stands where its own coordinates say, in white.
+        A bare shape is placed by its own coordinates, in white.
 
     Attributes
     ----------
@@ -98,8 +98,8 @@ class Scene:
 
     @property
     def unresolved_rays(self) -> int:
-        """How many rays so far passed places that could not be told from a surface, such as `Implicit.unresolved_rays`:
-        of all shapes, in whatever scenes they were traced."""
+        """How many rays so far passed places that could not be distinguished from a surface: the sum of
+        `unresolved_rays` over all shapes, in any scene in which they were traced."""
         shapes = {id(i.shape): i.shape for i in self.instances}
         return sum(shape.unresolved_rays for shape in shapes.values())
 

@@ -19,7 +19,7 @@ Tracer: TypeAlias = Callable[[NDArray[np.int32]], Samples]
 """From pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds."""
 
 BATCH = 2**18
-"""Pixels handed to the tracer at once: a few hundredths of a second, and a few MB of their own."""
+"""Pixels handed to the tracer at once: a few hundredths of a second of work, and a few MB."""
 
 
 class SceneTracer:
@@ -100,7 +100,7 @@ def trace(
 
 
 def _batches(size: Size, order: str, seed: int, count: int) -> Iterator[NDArray[np.int32]]:
-    """The first `count` pixels of an order; all of them in an order of our own, which is faster to trace."""
+    """The first `count` pixels of an order; all of them in tiles, which is faster to trace."""
     height, width = size
     if count < height * width:
         for start in range(0, count, BATCH):

@@ -1,7 +1,7 @@
 """Building a data set: its views are rendered on a Dask cluster, this machine by default, and stored as they come.
 
-A view is a function of the plan and its source, and a file of its own that is whole or not there. So a build that was
-stopped, however, goes on with the views that are missing, and ends with the same bytes.
+A view is a function of the plan and its source, and one file, which is either complete or absent. So an interrupted
+build resumes with the missing views, and ends with the same bytes.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ def _cluster(scheduler: str | None) -> Iterator[Any]:
         with client:
             yield client
         return
-    # What fails comes with its result; the rest is how it takes Ctrl-C.
+    # Failures arrive with their results; the rest of the log is only its reaction to Ctrl-C.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with (
         LocalCluster(

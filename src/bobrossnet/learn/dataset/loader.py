@@ -2,7 +2,7 @@
 
 An epoch goes through the shapes in blocks: the patches of some shapes are read, and their samples are shuffled among
 each other. So a view is read once an epoch, instead of a patch at a time, at 4 milliseconds each; no more than two
-blocks are in memory; and a mini-batch is a function of (seed, epoch, step), whoever makes it, and when.
+blocks are in memory; and a mini-batch is a function of (seed, epoch, step) alone.
 """
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ DRAWS = ("each", "by-detail")
 FLAT = 0.05  # how often a patch without any detail is drawn by detail, beside the mean patch
 
 FRACTIONS = {"stages": None, "log-uniform": Fractions(0.01, 1, 0.1), "sparse": Fractions(0.005, 0.9, later=(6, 0.3))}
-"""By name; "stages" has the shares of the samples' plan. What is learnt from many pixels is soon learnt, and stays."""
+"""By name; "stages" has the shares of the samples' plan. What can be learned from many pixels is learned early, and
+stays."""
 
 
 class Batch(NamedTuple):

@@ -1,6 +1,6 @@
 """What a data set consists of: which samples there are, and which of them are for what. Nothing is rendered here.
 
-Each shape is seen in three views of 128², 256² and 512² pixels, each from a place of its own on the orbit. A view is
+Each shape is seen in three views of 128², 256² and 512² pixels, each from its own direction. A view is
 cut into patches of 128², 1 + 4 + 16 of a shape, and a patch is a sample at each of five stages of a converging picture.
 Everything is a function of a seed and of counters, so that samples can be made in any order, anywhere, and again.
 """
@@ -76,7 +76,7 @@ class Plan:
         """Return the numbers of the samples for "train", "validation" or "test", ascending.
 
         The test's shapes are drawn from all; of the other shapes' patches a tenth is drawn for validation, with all of
-        its stages, so that no picture is learned from and validated on.
+        its stages, so that no picture is used for both training and validation.
         """
         if name not in SPLITS:
             raise InputError(f"split: expected one of {', '.join(SPLITS)}, got {name!r}")

@@ -208,7 +208,7 @@ def pictures_of_files(paths: Iterable[Path], plan: Plan) -> Iterator[GBuffer]:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two populations side by side. `str()` of it is all that there is to print, in markdown.
+    """Two populations side by side. `str()` gives everything as markdown.
 
     Attributes
     ----------

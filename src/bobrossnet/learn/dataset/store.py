@@ -47,7 +47,7 @@ class Dataset:
 
     @classmethod
     def create(cls, path: str | os.PathLike[str], plan: Plan, sources: Sequence[str]) -> Dataset:
-        """Make the folder of a data set that has no views yet, or go on with one of the same plan and sources.
+        """Create the folder of a data set without views, or continue one with the same plan and sources.
 
         Raises
         ------
@@ -69,7 +69,7 @@ class Dataset:
                 different = ", ".join(
                     sorted(name for name in {**found, **attributes} if found.get(name) != attributes.get(name))
                 )
-                raise InputError(f"{path}: expected the data set that was begun there, got other {different}")
+                raise InputError(f"{path}: expected the data set begun there, got another {different}")
         elif path.exists() and not (path.is_dir() and all(p.name.startswith("views_") for p in path.iterdir())):
             raise InputError(f"{path}: expected an empty folder or a data set, got other files")
         try:
@@ -108,7 +108,7 @@ class Dataset:
         if missing:
             raise InputError(
                 f"{path}: expected all {dataset.plan.shapes * len(SIZES)} views, got {missing} fewer; "
-                "bobrossnet dataset build goes on with it"
+                "bobrossnet dataset build completes it"
             )
         return dataset
 

@@ -37,7 +37,7 @@ def measure_costs(
     ----------
     models : names of shipped weights, or .safetensors files
     fillings : names in `FILLINGS`, each completed at most `RUNS_OF_FILLINGS` times
-    runs : completions of each model; they take turns, so that what else the machine does falls on all alike
+    runs : completions of each model; they take turns, so that other load on the machine affects all alike
 
     Returns
     -------

@@ -58,7 +58,7 @@ def model_names(models: Sequence[Weights]) -> tuple[str, ...]:
     """
     names = tuple(Path(model).stem for model in models)
     if len(set(names)) < len(names):
-        raise InputError(f"models: expected each of another name, got {', '.join(names)}")
+        raise InputError(f"models: expected different names, got {', '.join(names)}")
     return names
 
 

@@ -44,8 +44,8 @@ METRICS = {
 class Evaluation:
     """Scores of several methods, each with one or more pixel orders, on the same pictures.
 
-    `str()` of it is all that there is to print, in markdown. Where a run is asked for, a method's name alone means that
-    with the first of the orders.
+    `str()` gives everything as markdown. Where a run is expected, a method's name alone means the method with the first
+    of the orders.
 
     Attributes
     ----------

@@ -56,8 +56,8 @@ LEVELS = 255  # tables give flicker in steps of 8 bits
 class Stability:
     """What `measure_stability` found. Grays are in 0..1. V views, F frames, O orbits.
 
-    `str()` of it is all that there is to print, in markdown. Where a run is asked for, a method's name alone means that
-    with the first of the orders.
+    `str()` gives everything as markdown. Where a run is expected, a method's name alone means the method with the first
+    of the orders.
 
     Attributes
     ----------
@@ -294,7 +294,7 @@ def measure_stability(
     models : names of shipped weights, or .safetensors files
     frames : of a converging picture, at least 2, from `FIRST_FRACTION` to all of the pixels in equal steps
     size : (height, width)
-    orbit_frames : of an orbit at each of `ORBIT_FRACTIONS`, at least 2; each frame has a seed of its own
+    orbit_frames : of an orbit at each of `ORBIT_FRACTIONS`, at least 2; each frame has its own seed
     orders, seed : of the pixels
         Every method is measured with each of the orders.
     fillings : names in `bobrossnet.completion.filling.FILLINGS` to compare with

@@ -49,7 +49,7 @@ def draw_figures(
 
     Parameters
     ----------
-    out : folder, made if there is none
+    out : folder, created if missing
     sources : Sources, optional
         What they are drawn from. Figures that need more than that are left out, and reported.
     only : names in `FIGURES`, optional
@@ -68,7 +68,7 @@ def draw_figures(
     """
     names = check_names(only)
     sources = Sources() if sources is None else sources
-    load_network(sources.weights)  # mistakes are told before time is spent
+    load_network(sources.weights)  # report mistakes before spending time
     out = Path(out)
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -48,7 +48,7 @@ class Drawing(NamedTuple):
 
 
 class LeftOutError(Exception):
-    """A figure can't be drawn, for want of what the message names."""
+    """A figure can't be drawn because what the message names is missing."""
 
 
 Draw: TypeAlias = Callable[[Sources], Drawing]

@@ -179,7 +179,7 @@ def loss_title(name: str) -> str:
 
 def _train(loss: str, samples: Batch, config: TrainConfig, steps: int, report: Report) -> Network:
     """Return the average of a network's weights over the last steps of its training."""
-    with torch.random.fork_rng(devices=[]):  # whoever calls goes on with random numbers of their own
+    with torch.random.fork_rng(devices=[]):  # the caller's random numbers stay as they were
         torch.manual_seed(config.seed)
         network = NETWORKS[config.network].from_settings({"groups": config.groups})
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]

@@ -27,7 +27,7 @@ REPORT_SIZE, REPORT_MS = (480, 640), 80.0
 def measure(sources: Sources, sizes: tuple[Size, ...] = SIZES, runs: int = RUNS) -> NDArray[np.float64]:
     """Return the milliseconds of `bob.complete`, (sizes, runs).
 
-    The sizes take turns: what else the machine does meanwhile falls on all alike.
+    The sizes take turns, so that other load on the machine affects all alike.
     """
     model = load_network(sources.weights)
     parts = [bob.trace(sources.scene, sources.camera, size=size, fraction=FRACTION) for size in sizes]

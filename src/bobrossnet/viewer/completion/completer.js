@@ -2,9 +2,9 @@
 /**
  * Completes pictures in WebAssembly, or on the GPU where that is measured to be faster.
  *
- * For each size of pictures: WebAssembly completes the first ones, and its code gets faster by that. Then the GPU is
- * given one of them while the page goes on; if it can do it and agrees, both complete the next few, and the faster one
- * does the rest. What goes wrong on the GPU, at any time, leaves that size to WebAssembly.
+ * For each size of pictures: WebAssembly completes the first ones, and gets faster in doing so. Then the GPU is given
+ * one of them while the page continues; if it succeeds and agrees, both complete the next few, and the faster one does
+ * the rest. If anything goes wrong on the GPU, at any time, WebAssembly takes over for that size.
  *
  * @typedef {import("../core/core.js").Core} Core
  * @typedef {import("../picture/gbuffer.js").GBuffer} GBuffer
@@ -19,16 +19,16 @@
  */
 import { Network } from "./network.js";
 
-/** Pictures before a GPU is looked for and tried: the first ones have no time, and a window only passes through some sizes. */
+/** Pictures before a GPU is looked for and tried: the first are urgent, and some sizes soon change again. */
 const FIRST = 5;
 /** Pictures that both complete. */
 const RUNS = 5;
 /** Between gray levels of 0..1, at any pixel. */
 const TOLERANCE = 1e-4;
-/** A GPU that takes so many times as long is not tried again, since a picture waits for each try. */
+/** A GPU that takes this many times as long is not tried again, since a picture waits for each try. */
 const HOPELESS = 3;
 
-/** The GPU's part is only fetched when it is to be tried. @param {Weights} weights */
+/** The GPU code is only fetched when it is tried. @param {Weights} weights */
 const createLater = async (weights) => (await import("./gpu.js")).createGpuNetwork(weights);
 
 export class Completer {
@@ -36,7 +36,7 @@ export class Completer {
   backend = "wasm";
   #network;
   #createRival;
-  /** Undefined until it was asked for, null where there is none. @type {Rival | null | undefined} */
+  /** Undefined until it was requested, null if there is none. @type {Rival | null | undefined} */
   #rival;
   /** By size. @type {Map<string, Trial>} */
   #trials = new Map();
@@ -103,7 +103,7 @@ export class Completer {
   }
 
   /**
-   * The GPU's first picture, which nobody waits for: compiling takes long.
+   * The GPU's first picture, which nothing waits for: compiling takes long.
    *
    * @param {Rival} rival
    * @param {GBuffer} gbuffer

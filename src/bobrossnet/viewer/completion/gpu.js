@@ -41,10 +41,10 @@ const keepKnown = (inputs) => kernel({
 });
 
 /**
- * A network on the GPU, or null where there is none, or none of this name in WebGPU.
+ * A network on the GPU, or null if there is no GPU, or no network of this name for WebGPU.
  *
  * @param {Weights} weights
- * @param {{software?: boolean}} [options] software: also on a GPU that the processor imitates, which is never worth it
+ * @param {{software?: boolean}} [options] software: also on a GPU emulated in software, which is never worth it
  * @returns {Promise<GpuNetwork | null>}
  * @throws {Error} where the weights are not the network's
  */

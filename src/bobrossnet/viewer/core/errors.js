@@ -1,5 +1,5 @@
 // @ts-check
-/** What goes wrong when an input can't be used, and the checks that say so: name, what was expected, what came. */
+/** Errors about unusable input, and the checks that throw them: name, what was expected, what came instead. */
 
 /** Where in a text something is wrong, as the core begins its messages. */
 const LINE = /^line (\d+)/;
@@ -9,13 +9,13 @@ export class CoreError extends Error {
   /** @param {string} message @param {number | null} [line] from 1; by default the one that the message begins with */
   constructor(message, line = Number(LINE.exec(message)?.[1] ?? 0) || null) {
     super(message);
-    /** The line of a script or formula that is wrong, from 1; null where it is no matter of a line. */
+    /** The line of a script or formula that is wrong, from 1; null if the error is not in a line. */
     this.line = line;
   }
 }
 
 /**
- * What f makes; a CoreError that it throws tells where: "shapes[2]: expected ...".
+ * Returns f(); a CoreError that it throws is prefixed with the place: "shapes[2]: expected ...".
  *
  * @template T
  * @param {string} place

@@ -40,7 +40,7 @@ const KINDS = {
 
 /**
  * @param {Core} core that checks what it knows best
- * @param {ArrayBuffer} bytes which the scene's arrays are views of, and which is no whole file afterwards
+ * @param {ArrayBuffer} bytes which the scene's arrays are views of, and which are not a valid file afterwards
  * @returns {SceneDescription}
  */
 export function readBob(core, bytes) {
@@ -75,7 +75,7 @@ function checkNames(tensors, count) {
   for (const name of Object.keys(tensors)) {
     const number = /^(\d+)\../.exec(name)?.[1];
     if (number === undefined || Number(number) >= count) {
-      throw new CoreError(`${name}: expected tensors of ${count} shapes, named NUMBER.NAME, got this one`);
+      throw new CoreError(`${name}: expected tensors of ${count} shapes, named NUMBER.NAME, got another name`);
     }
   }
 }
@@ -112,7 +112,7 @@ function readShape(core, kind, entries, container) {
     else if (name === key) throw new CoreError(`${name}: expected an array of ${dtype}, got none`);
   }
   const [unknown] = Object.keys(entries);
-  if (unknown) throw new CoreError(`${unknown}: expected only the arrays of a ${kind}, got this as well`);
+  if (unknown) throw new CoreError(`${unknown}: expected only the arrays of a ${kind}, got an extra one`);
   checkShape(core, /** @type {ShapeDescription} */ (shape));
   return /** @type {ShapeDescription} */ (shape);
 }

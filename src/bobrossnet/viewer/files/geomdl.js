@@ -59,7 +59,7 @@ function readFace(surface) {
 }
 
 /**
- * The loops of which an odd number goes around what is kept.
+ * The loops, of which an odd number goes around whatever is kept.
  *
  * @param {any} surface
  * @param {number[][]} knots

@@ -63,18 +63,18 @@ export async function readGlb(bytes) {
 }
 
 /**
- * Refuses what is not in the file itself: a page has no files beside it, and should not ask strangers for them.
+ * Refuses what is not in the file itself: a page has no files beside it, and should not fetch them from strangers.
  *
  * @param {any} json
  */
 function checkBuffers({ buffers = [] }) {
   for (const { uri } of buffers) {
-    if (uri !== undefined) throw new CoreError(`expected its data within the file, got them at ${brief(uri)}`);
+    if (uri !== undefined) throw new CoreError(`expected its data within the file, got it at ${brief(uri)}`);
   }
 }
 
 /**
- * Refuses nodes that are no tree, as the specification wants them: they could be reached in 2ⁿ ways.
+ * Refuses nodes that do not form a tree, as the specification requires: they could be reached in 2ⁿ ways.
  *
  * @param {any} json
  */

@@ -28,7 +28,7 @@ export function readObj(bytes) {
   return [{ ...part, vertices, normals: picked(normals.whole(), pairs.normals.whole()) }];
 }
 
-/** Words of a text, one line after the other, of which none is kept. */
+/** The words of a text, line by line; none is stored. */
 class Words {
   #text;
   #at = 0;
@@ -64,7 +64,7 @@ class Words {
     return this.#at >= this.#end || this.#text.charCodeAt(this.#at) === HASH;
   }
 
-  /** The word as a number; NaN if it is none. */
+  /** The word as a number; NaN if it is not one. */
   number() {
     const start = this.#at;
     this.#skipWord();

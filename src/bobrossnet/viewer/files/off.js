@@ -14,7 +14,7 @@ export function readOff(bytes) {
   }
   const next = (/** @type {string} */ what) => {
     const { value, done } = lines.next();
-    if (done) throw new CoreError(`expected ${what}, the file ends before them`);
+    if (done) throw new CoreError(`expected ${what}, but the file ends before them`);
     return value.map(Number);
   };
   const [count, faces] = rest.length ? rest.map(Number) : next("counts of vertices and faces");

@@ -24,7 +24,7 @@ export class Growing {
     this.values = new type(capacity);
   }
 
-  /** Makes room for more; what was `values` may be others afterwards. @param {number} count */
+  /** Makes room for more; `values` may be another array afterwards. @param {number} count */
   reserve(count) {
     if (this.length + count <= this.values.length) return;
     const larger = new this.type(Math.max(2 * this.values.length, this.length + count));

@@ -59,7 +59,7 @@ export function readPly(bytes) {
       }
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
-      throw new CoreError(`expected ${element.rows} ${element.name}, the file ends before them`);
+      throw new CoreError(`expected ${element.rows} ${element.name}, but the file ends before them`);
     }
   }
   if (!vertices) throw new CoreError("expected a PLY with vertices x, y, z, got none");

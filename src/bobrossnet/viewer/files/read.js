@@ -1,5 +1,5 @@
 // @ts-check
-/** Files: a scene out of whatever they hold, or one line that says why not. */
+/** Files: a scene from what they hold, or one line that says why not. */
 
 import { CoreError } from "../core/errors.js";
 import { checkFormula, checkScript } from "../shapes/implicit.js";
@@ -42,7 +42,7 @@ export const ENDINGS = Object.keys(READERS);
  * @param {Core} core
  * @param {string} name whose ending says what it is
  * @param {ArrayBuffer} bytes which arrays of the scene may be views of
- * @returns {Promise<SceneDescription>} its `warnings` tell what was left out
+ * @returns {Promise<SceneDescription>} its `warnings` say what was left out
  * @throws {CoreError} of one line that starts with the file's name, whatever the bytes are; its `line` is that of a
  *   script
  */
@@ -83,7 +83,7 @@ function decoded(bytes) {
   return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
 }
 
-/** Readers of other people's bytes throw all sorts. @param {string} ending @param {unknown} error */
+/** Readers throw all kinds of errors on foreign bytes. @param {string} ending @param {unknown} error */
 function reason(ending, error) {
   if (error instanceof RangeError && /allocation|length/i.test(error.message)) {
     return "expected a scene that fits into memory, got a larger one";

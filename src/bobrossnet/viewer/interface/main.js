@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * The page: its elements, and how they are wired to its state. Nothing here takes long; what does is done by workers.
+ * The page: its elements, and how they are wired to its state. Nothing here blocks; workers do whatever takes long.
  *
  * In the page's address, `?scene=files/NAME.bob` opens a file of the same server, `?size=640x480` fixes the picture's size in
  * pixels, and `?workers=1` the number of workers that trace.
@@ -105,7 +105,7 @@ function show() {
   completing.postMessage({ kind: "show", ...state.showing });
 }
 
-/** Has the line run where the slider's thumb has its centre. @returns {number} where that is, 0..1 of the picture's width */
+/** Aligns the line with the centre of the slider's thumb. @returns {number} where that is, 0..1 of the picture's width */
 function placeDivider() {
   const left = THUMB / 2 + Number(divider.value) / 100 * (stage.clientWidth - THUMB);
   line.style.left = `${left}px`;
@@ -157,7 +157,7 @@ function createPool() {
   return made;
 }
 
-/** Has the list say which scene is open. */
+/** Selects the open scene in the list. */
 function choose() {
   const { scene } = state, known = scene.gallery !== undefined;
   const other = gallery.querySelector('option[value=""]') ?? gallery.appendChild(new Option("", ""));
@@ -166,7 +166,7 @@ function choose() {
   gallery.value = scene.gallery ?? "";
   copy.disabled = !known && scene.script === undefined && scene.address === undefined;
   copy.title = copy.disabled ? "A file of this machine has no link" : "";
-  // It is known of the gallery and of scripts which way is up.
+  // Which way is up is known for the gallery and for scripts.
   yUp.parentElement?.toggleAttribute("hidden", !scene.source || scene.script !== undefined);
   yUp.checked = scene.source?.yUp ?? false;
 }

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * From a person's hands to the camera: one finger or the mouse orbits, two fingers or the other button pan, wheel and pinch zoom
- * about the place under them; arrows, + and - do the same.
+ * From gestures and keys to the camera: one finger or the mouse orbits, two fingers or the other button pan, wheel and
+ * pinch zoom about the place under them; arrows, + and - do the same.
  */
 import { HOME, panned, valid, zoomed } from "../picture/camera.js";
 

@@ -6,7 +6,7 @@
 /** Green where no pixel was traced: a colour that no shade of gray is; as in bobrossnet/picture/files.py. */
 const UNTRACED = pack(0, 150, 70);
 
-/** How much brighter than it is a difference is shown. */
+/** By how much differences are magnified. */
 export const DIFFERENCE_GAIN = 4;
 
 /** @param {number} red @param {number} green @param {number} blue each 0..255 @returns {number} as ImageData has them, little-endian */

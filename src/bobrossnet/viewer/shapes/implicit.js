@@ -39,7 +39,7 @@ export function implicitShape(core, nodes, bounds) {
   return withExpression(core, make(core, nodes), (expression) => shapeOf(core, expression, bounds));
 }
 
-/** Says what is wrong with a script, if anything is, without looking for its surface. @param {Core} core @param {string} source */
+/** Throws if something is wrong with a script, without looking for its surface. @param {Core} core @param {string} source */
 export const checkScript = (core, source) => withExpression(core, run(core, source), () => undefined);
 
 /** The same of a .vm formula. @param {Core} core @param {string} text */

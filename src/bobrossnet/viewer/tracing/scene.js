@@ -55,8 +55,8 @@ export class Scene {
  *
  * @param {Core} core
  * @param {SceneDescription} description
- * @returns {Scene} whoever asked for it frees it
- * @throws {CoreError} of one line, if a shape has no surface, is not bounded, or is none
+ * @returns {Scene} its creator frees it
+ * @throws {CoreError} of one line, if a shape has no surface, is unbounded, or is invalid
  */
 export function buildScene(core, { shapes: descriptions, instances }) {
   if (!instances.length) throw new CoreError("shapes: expected at least one shape, got none");

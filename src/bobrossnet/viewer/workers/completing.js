@@ -12,8 +12,8 @@
  *   batch: import("./tracer.js").Batch, bitmap: ImageBitmap, traced: number, completing: number, total: number,
  *   backend: "wasm" | "gpu", error: number
  * }} Picture
- *   batch: the newest in it; traced: how many pixels; completing: milliseconds of the network, on `backend`; total: of all that
- *   this worker did; error: mean of |first - image| of an exact picture, else NaN
+ *   batch: the newest in it; traced: how many pixels; completing: milliseconds of the network, on `backend`; total: of
+ *   everything this worker did; error: mean of |first - image| of an exact picture, else NaN
  * @typedef {{height: number, width: number, planes: Float32Array, image: Float32Array, first: Float32Array}} Buffers
  *   planes (C, height, width), a G-buffer's; image, and first, the view's first completed picture (height, width)
  * @typedef {{kind: "picture", picture: Picture, repainted: boolean} | {kind: "buffers", buffers: Buffers | null}
@@ -44,7 +44,7 @@ let picture;
 let gathered = { id: 0, parts: 0 };
 /** @type {{mode: import("../picture/paint.js").Mode, divider: number}} */
 let showing = { mode: "completed", divider: 0.5 };
-/** Messages are dealt with one after the other, also where that takes waiting. */
+/** Messages are handled one after the other, even if that means waiting. */
 let queue = Promise.resolve();
 
 /** @param {Reply} message @param {Transferable[]} [transfer] */
@@ -54,7 +54,7 @@ const reply = (message, transfer = []) => postMessage(message, { transfer });
 async function begin(module, weights) {
   try {
     const core = new Core(new WebAssembly.Instance(module)), completer = new Completer(core, readWeights(weights));
-    const small = new GBuffer(core, 64, 64); // browsers compile what is called: before anybody waits for it
+    const small = new GBuffer(core, 64, 64); // browsers compile functions when they are called: do it before anyone waits
     for (let i = 0; i < WARM_UPS; ++i) await completer.complete(small);
     small.free();
     start({ core, completer });

@@ -2,13 +2,14 @@
 /**
  * The workers that trace one scene, and the one that reads it.
  *
- * Each file has workers of its own, since a WebAssembly instance never gives memory back: a new file takes new ones, and the
- * old end when the new can show it. The first picture is one worker's; starting the others meanwhile would only delay it.
+ * Each file gets its own workers, since a WebAssembly instance never gives memory back: a new file starts new workers,
+ * and the old ones end when the new ones can show it. One worker draws the first picture alone; starting the others
+ * meanwhile would only delay it.
  *
  * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {Extract<import("./tracer.js").Reply, {kind: "traced"}>} Traced
  * @typedef {{worker: Worker, port: MessagePort, pending: number, hasScene: boolean}} Tracer
- *   port: for who reads the scene; pending: scenes that it was given and has not answered
+ *   port: for the reader of the scene; pending: scenes that it was given and has not answered yet
  */
 
 const nothing = () => {};
@@ -84,7 +85,7 @@ export class Pool {
   }
 
   /**
-   * Replaces the scene; where that fails, the one before stays.
+   * Replaces the scene; if that fails, the previous one stays.
    *
    * @param {import("../tracing/description.js").SceneDescription} scene
    * @returns {Promise<void>} resolved once a tracer has it
@@ -140,13 +141,13 @@ export class Pool {
     }
   }
 
-  /** Has all workers trace, from the scene's first picture on. */
+  /** Lets all workers trace, starting with the scene's first picture. */
   grow() {
     this.#share();
     this.#share = nothing;
   }
 
-  /** Ends what is not needed any more once a scene was shared. @param {number} count of tracers that it was given to */
+  /** Ends what is no longer needed once a scene was shared. @param {number} count of tracers that it was given to */
   #keep(count) {
     this.#count = count;
     this.#reader.terminate();

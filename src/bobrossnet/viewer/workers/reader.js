@@ -1,7 +1,8 @@
 // @ts-check
 /**
- * A worker that reads one file and hands its scene to tracers, so that a large one never passes through the page: to one, and
- * once that can show it, to the others. It ends after that, which frees what reading took.
+ * A worker that reads one file and hands its scene to the tracers, so that a large scene never passes through the page:
+ * first to one of them, and once that can show it, to the others. Then it ends, which frees the memory that reading
+ * took.
  *
  * @typedef {{script: string | null, warnings: string[]}} Summary
  *   script: the text of a file that is one shape script; warnings: what was left out or is not shown as it is, a line each

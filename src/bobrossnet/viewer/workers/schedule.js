@@ -3,7 +3,7 @@
  * Which pixels are traced next: while the camera moves, as many of a new view as the budget has time for; while it rests, more
  * of the same view, until every pixel is exact.
  *
- * Batch n + 1 is traced while batch n is completed, so that a picture comes as often as the slower of both takes. Where
+ * Batch n + 1 is traced while batch n is completed, so that the slower of the two sets the pace. Where
  * completing alone would take longer than the budget, moving pictures are smaller.
  *
  * @typedef {import("../picture/camera.js").Camera} Camera

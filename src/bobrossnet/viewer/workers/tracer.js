@@ -21,14 +21,15 @@
  *   | {kind: "open", scene: import("../tracing/description.js").SceneDescription}
  *   | {kind: "trace", batch: Batch, part: number}
  *   | {kind: "cancel"}} Request
- *   "start" and "connect" come once; "open", which may also come through the port `reading`, is answered by "opened" or "failed", and then
- *   the scene before stays; "trace" is answered by "traced", after "cancel" at once, or by "failed".
+ *   "start" and "connect" come once; "open", which may also come through the port `reading`, is answered by "opened" or
+ *   "failed", in which case the previous scene stays; "trace" is answered by "traced", after "cancel" at once, or by
+ *   "failed".
  *
  * @typedef {{kind: "opened", memory: number}
  *   | {kind: "failed", message: string, broken: boolean}
  *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number}} Reply
- *   memory: bytes of this worker's core; broken: the core can't go on; cancelled: no samples were sent; reached: this tracer's
- *   part of the order is traced up to there
+ *   memory: bytes of this worker's core; broken: the core is unusable; cancelled: no samples were sent; reached: this
+ *   tracer's part of the order is traced up to there
  */
 import { Core } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
@@ -39,7 +40,7 @@ import { CHUNK, Pace } from "./pace.js";
 
 const SLICE_MS = 5;
 const FIRST_SLICE = 32; // pixels, while nothing is known
-const GROWTH = 8; // a slice has at most so many times the pixels of the last: a small one says little of a large one
+const GROWTH = 8; // times the last slice's pixels, at most: a small slice says little about a large one
 
 /** @type {(core: Core) => void} */
 let start;
@@ -59,7 +60,7 @@ const reply = (message) => postMessage(message);
 
 const { port1: resumed, port2: resume } = new MessageChannel();
 
-/** Lets messages in; a timer would take four milliseconds. */
+/** Lets messages be handled; a timer would take four milliseconds. */
 const messages = () => new Promise((resolve) => {
   resumed.onmessage = resolve;
   resume.postMessage(0);
@@ -79,7 +80,7 @@ async function open(description) {
   }
 }
 
-/** Whatever the core does not say itself ends it: mostly, memory ran out. @param {unknown} error */
+/** Any error that the core does not report itself is fatal: mostly, it ran out of memory. @param {unknown} error */
 function fail(error) {
   const message = error instanceof Error ? error.message : String(error);
   reply(error instanceof CoreError ? { kind: "failed", message, broken: false }

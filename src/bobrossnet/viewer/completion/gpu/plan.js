@@ -63,7 +63,7 @@ export class Plan {
     return new Image(buffer, { channels, height, width });
   }
 
-  /** Where results can be read once they were copied there. @param {number} size in bytes */
+  /** A buffer that results are copied to and read from. @param {number} size in bytes */
   readback(size) {
     return this.#buffer({ size, usage: GPUBufferUsage.MAP_READ | GPUBufferUsage.COPY_DST });
   }
@@ -99,7 +99,7 @@ export class Plan {
     })));
   }
 
-  /** What runs all steps, once their pipelines are there. @returns {Promise<(encoder: GPUCommandEncoder) => void>} */
+  /** What runs all steps, once their pipelines are ready. @returns {Promise<(encoder: GPUCommandEncoder) => void>} */
   async finished() {
     const steps = await Promise.all(this.#recorded);
     return (encoder) => {
