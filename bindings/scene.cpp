@@ -1,8 +1,10 @@
 /// Scenes, and what tracing these gives.
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/vector.h>
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -17,13 +19,12 @@ using namespace nb::literals;
 namespace {
 
 void init_arrangement(bob::Arrangement* self, const std::vector<std::shared_ptr<bob::Shape>>& shapes,
-                      const Array<const double, -1, 4, 4>& transforms, const Array<const float, -1, 7>& materials) {
-    expect(transforms.shape(0) == shapes.size() && materials.shape(0) == shapes.size(),
-           "arrangement: expected arrays of one length");
+                      const Array<const double, -1, 4, 4>& transforms, const std::vector<bob::Material>& materials) {
+    expect(transforms.shape(0) == shapes.size() && materials.size() == shapes.size(),
+           "arrangement: expected a transform and a material for each shape");
     std::vector<bob::Placed> placed;
     for (std::size_t i = 0; i < shapes.size(); ++i) {
-        const float* m = materials.data() + 7 * i;
-        placed.push_back({shapes[i], affine_map(transforms.data() + 16 * i), {{m[0], m[1], m[2]}, m[3], m[4], m[5], m[6]}});
+        placed.push_back({shapes[i], affine_map(transforms.data() + 16 * i), materials[i]});
     }
     std::optional<bob::Arrangement> made;  // not in its place before it is known that nothing stopped it
     interruptible([&](const auto& keep_going) { made.emplace(std::move(placed), keep_going); });
@@ -109,8 +110,19 @@ void trace(const bob::Scene& scene, const bob::Camera& camera, int height, int w
 }  // namespace
 
 void bind_scene(nb::module_& m) {
+    nb::class_<bob::Material>(m, "Material")
+        .def("__init__", [](bob::Material* self, const std::array<double, 3>& color, double ambient, double diffuse,
+                            double specular, double shininess) {
+            new (self) bob::Material{{color[0], color[1], color[2]}, ambient, diffuse, specular, shininess};
+        }, "color"_a, "ambient"_a, "diffuse"_a, "specular"_a, "shininess"_a)
+        .def_prop_ro("color", [](const bob::Material& m) { return std::to_array(m.color); })
+        .def_ro("ambient", &bob::Material::ambient)
+        .def_ro("diffuse", &bob::Material::diffuse)
+        .def_ro("specular", &bob::Material::specular)
+        .def_ro("shininess", &bob::Material::shininess);
+
     nb::class_<bob::Arrangement>(m, "Arrangement")
-        .def("__init__", &init_arrangement, "shapes"_a, "transforms"_a.noconvert(), "materials"_a.noconvert())
+        .def("__init__", &init_arrangement, "shapes"_a, "transforms"_a.noconvert(), "materials"_a)
         .def("scene", &scene, "digests"_a)
         .def_prop_ro("boxes", &boxes, nb::rv_policy::move)
         .def_prop_ro("center", &center, nb::rv_policy::move)

@@ -165,12 +165,11 @@ nb::bytes shape_digest(std::string_view kind, const nb::dict& tensors) {
     return bytes_of(digest.digest());
 }
 
-nb::bytes instance_digest(const nb::bytes& shape, const Matrix& transform, const Array<const double, 7>& material) {
+nb::bytes instance_digest(const nb::bytes& shape, const Matrix& transform, const bob::Material& material) {
     bob::Digest digest;
     expect(shape.size() == digest.size(), "shape: expected a digest of 32 bytes");
     std::copy_n(shape.c_str(), digest.size(), reinterpret_cast<char*>(digest.data()));
-    return bytes_of(bob::instance_digest(digest, std::span<const double, 16>(transform.data(), 16),
-                                         std::span<const double, 7>(material.data(), 7)));
+    return bytes_of(bob::instance_digest(digest, affine_map(transform.data()), material));
 }
 
 }  // namespace

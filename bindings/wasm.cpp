@@ -39,6 +39,8 @@ struct Shape {
     std::vector<bob::Vec3> normals = {};
 };
 
+static_assert(sizeof(bob::Material) == 7 * sizeof(double) && sizeof(bob::Camera) == 6 * sizeof(float), "as the page has them");
+
 template <class T>
 const T* take(const T*& from, std::size_t count) {
     return std::exchange(from, from + count);
@@ -243,13 +245,12 @@ EXPORT(end_digest) void end_digest(bob::ShapeDigest* digest, std::uint8_t* bytes
 /// Which of the instances comes first, second, .. in the canonical order. shapes: (count, 32), the digest of each one's shape;
 /// transforms: (count, 4, 4); materials: (count, 7).
 EXPORT(canonical_order)
-bool canonical_order(const bob::Digest* shapes, const double* transforms, const double* materials, std::size_t count,
+bool canonical_order(const bob::Digest* shapes, const double* transforms, const bob::Material* materials, std::size_t count,
                      std::uint32_t* order) {
     return attempt([&] {
         std::vector<bob::Digest> digests;
         for (std::size_t i = 0; i < count; ++i) {
-            digests.push_back(bob::instance_digest(shapes[i], std::span<const double, 16>(transforms + 16 * i, 16),
-                                                   std::span<const double, 7>(materials + 7 * i, 7)));
+            digests.push_back(bob::instance_digest(shapes[i], affine_map(transforms + 16 * i), materials[i]));
         }
         std::ranges::copy(bob::canonical_order(digests), order);
         return true;
@@ -266,12 +267,11 @@ EXPORT(singular_values) void singular_values(const double* map, double* values) 
 /// transforms: (count, 4, 4), from the shapes' own units to the scene's; materials: (count, 7): linear RGB, ambient, diffuse,
 /// specular, shininess.
 EXPORT(make_scene)
-bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* transforms, const float* materials) {
+bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* transforms, const bob::Material* materials) {
     return attempt([&] {
         std::vector<bob::Placed> placed;
         for (std::size_t i = 0; i < count; ++i) {
-            const float* m = materials + 7 * i;
-            placed.push_back({shapes[i]->core, affine_map(transforms + 16 * i), {{m[0], m[1], m[2]}, m[3], m[4], m[5], m[6]}});
+            placed.push_back({shapes[i]->core, affine_map(transforms + 16 * i), materials[i]});
         }
         return new bob::Scene(bob::Arrangement(std::move(placed)).scene());
     });

@@ -160,11 +160,12 @@ class WasmCore:
     def scene(self, made, arrangement):
         """The scene that Python's core was given, by what `recorded` returns."""
         shapes, transforms, materials = made[id(arrangement)][1]
+        numbers = np.array([[*m.color, m.ambient, m.diffuse, m.specular, m.shininess] for m in materials])
         handles = []
         for shape in shapes:
             kind, arguments = made[id(shape)]
             handles.append(getattr(self, kind.lower())(*arguments))
-        return self.made("make_scene", np.array(handles, np.uint32), len(handles), transforms, materials)
+        return self.made("make_scene", np.array(handles, np.uint32), len(handles), transforms, numbers)
 
     def trace(self, scene, camera, size, pixels):
         planes, samples = np.zeros((5, *size), np.float32), np.full((len(pixels), 5), np.nan, np.float32)

@@ -58,9 +58,12 @@ TEST(digests_of_shapes_and_instances_are_of_the_text_that_files_know) {
     CHECK(shape.digest() == wanted);
     double seen[16 + 7] = {};
     for (int i = 0; i < 23; ++i) seen[i] = i;
-    const std::span all(seen);
-    CHECK(bob::instance_digest(wanted, all.first<16>(), all.last<7>()) ==
-          bob::Sha256().update(std::as_bytes(std::span(wanted))).update(std::as_bytes(all)).digest());
+    seen[12] = seen[13] = seen[14] = 0, seen[15] = 1;
+    bob::AffineMap transform;
+    std::copy_n(seen, 12, &transform.row[0][0]);
+    const bob::Material material{{16, 17, 18}, 19, 20, 21, 22};
+    CHECK(bob::instance_digest(wanted, transform, material) ==
+          bob::Sha256().update(std::as_bytes(std::span(wanted))).update(std::as_bytes(std::span(seen))).digest());
 }
 
 TEST(canonical_order_is_by_bytes_and_stable) {

@@ -15,16 +15,20 @@ std::string text_of(std::span<const std::size_t> shape) {
 
 }  // namespace
 
-void ShapeDigest::add(const Tensor& tensor) {
+void ShapeDigest::add(const ShapeTensor& tensor) {
     hash_.update(std::string(tensor.name) + " " + std::string(tensor.dtype) + " " + text_of(tensor.shape));
     hash_.update(tensor.bytes);
 }
 
 void ShapeDigest::add(std::string_view name, std::string_view text) { hash_.update(name).update(" ").update(text); }
 
-Digest instance_digest(const Digest& shape, std::span<const double, 16> transform, std::span<const double, 7> material) {
-    return Sha256().update(std::as_bytes(std::span(shape))).update(std::as_bytes(transform))
-        .update(std::as_bytes(material)).digest();
+Digest instance_digest(const Digest& shape, const AffineMap& transform, const Material& m) {
+    constexpr double last_row[4] = {0, 0, 0, 1};
+    const double material[] = {m.color[0], m.color[1], m.color[2], m.ambient, m.diffuse, m.specular, m.shininess};
+    Sha256 hash;
+    hash.update(std::as_bytes(std::span(shape)));
+    for (const auto& row : transform.row) hash.update(std::as_bytes(std::span(row)));
+    return hash.update(std::as_bytes(std::span(last_row))).update(std::as_bytes(std::span(material))).digest();
 }
 
 std::vector<std::uint32_t> canonical_order(std::span<const Digest> digests) {

@@ -8,12 +8,14 @@
 #include <string_view>
 #include <vector>
 
+#include "affine.h"
 #include "sha256.h"
+#include "tracing/material.h"
 
 namespace bob {
 
 /// An array that a shape is made of, as files hold it.
-struct Tensor {
+struct ShapeTensor {
     std::string_view name;
     std::string_view dtype;  // as numpy writes it: <f8
     std::vector<std::size_t> shape;
@@ -25,7 +27,7 @@ class ShapeDigest {
 public:
     explicit ShapeDigest(std::string_view kind) { hash_.update(kind); }
 
-    void add(const Tensor& tensor);
+    void add(const ShapeTensor& tensor);
 
     /// A text in a tensor's place.
     void add(std::string_view name, std::string_view text);
@@ -36,9 +38,8 @@ private:
     Sha256 hash_;
 };
 
-/// What can be seen of an instance: the shape, its transform, (4, 4), and its material's numbers.
-[[nodiscard]] Digest instance_digest(const Digest& shape, std::span<const double, 16> transform,
-                                     std::span<const double, 7> material);
+/// What can be seen of an instance: the shape, its transform, which counts as a 4x4 matrix, and its material's numbers.
+[[nodiscard]] Digest instance_digest(const Digest& shape, const AffineMap& transform, const Material& material);
 
 /// Which of the instances, by their digests, comes first, second, ..; equal ones stay in their order.
 [[nodiscard]] std::vector<std::uint32_t> canonical_order(std::span<const Digest> digests);

@@ -2,20 +2,25 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "vec.h"
 
 namespace bob {
 
+/// As users give it; shading rounds to float.
 struct Material {
-    Vec3 color{1, 1, 1};  // linear RGB, 0..1
-    float ambient = 0.1f, diffuse = 0.7f, specular = 0.2f, shininess = 32;
+    double color[3] = {1, 1, 1};  // linear RGB, 0..1
+    double ambient = 0.1, diffuse = 0.7, specular = 0.2, shininess = 32;
 
     /// Of the colour, by Rec. 709's weights; exactly 1 for white, which the sum in float is not.
     [[nodiscard]] float luminance() const {
-        return static_cast<float>(0.2126 * color.x + 0.7152 * color.y + 0.0722 * color.z);
+        const auto [red, green, blue] = std::array{rounded(color[0]), rounded(color[1]), rounded(color[2])};
+        return static_cast<float>(0.2126 * red + 0.7152 * green + 0.0722 * blue);
     }
+
+    [[nodiscard]] static float rounded(double value) { return static_cast<float>(value); }
 };
 
 /// Direction to the light in the camera's frame before it is normalised: slightly up and left of the camera.
@@ -26,10 +31,11 @@ constexpr Vec3 light_direction{-0.3f, 0.4f, 1};
 inline float blinn_phong(Vec3 normal, const Material& material) {
     static const Vec3 light = normalized(light_direction);
     static const Vec3 half = normalized(light + Vec3{0, 0, 1});
+    const auto rounded = Material::rounded;
     const float d = std::max(0.f, dot(normal, light));
-    const float s = std::pow(std::max(0.f, dot(normal, half)), material.shininess);
-    const float body = material.luminance() * (material.ambient + material.diffuse * d);
-    return std::clamp(body + material.specular * s, 0.f, 1.f);
+    const float s = std::pow(std::max(0.f, dot(normal, half)), rounded(material.shininess));
+    const float body = material.luminance() * (rounded(material.ambient) + rounded(material.diffuse) * d);
+    return std::clamp(body + rounded(material.specular) * s, 0.f, 1.f);
 }
 
 }  // namespace bob

@@ -75,14 +75,31 @@ def vm_solid(formula: Expression) -> tuple[Expression, F64 | None, bool]:
 def shape_digest(kind: str, tensors: dict[str, NDArray[Any]]) -> bytes:
     """SHA-256 of what a shape is."""
 
-def instance_digest(shape: bytes, transform: F64, material: F64) -> bytes:
-    """SHA-256 of a shape's digest, its place (4, 4), and its material's 7 numbers."""
+def instance_digest(shape: bytes, transform: F64, material: Material) -> bytes:
+    """SHA-256 of a shape's digest, its transform (4, 4), and its material."""
+
+class Material:
+    """`color` is linear RGB."""
+
+    def __init__(
+        self, color: tuple[float, float, float], ambient: float, diffuse: float, specular: float, shininess: float
+    ) -> None: ...
+    @property
+    def color(self) -> list[float]: ...
+    @property
+    def ambient(self) -> float: ...
+    @property
+    def diffuse(self) -> float: ...
+    @property
+    def specular(self) -> float: ...
+    @property
+    def shininess(self) -> float: ...
 
 class Arrangement:
-    """Shapes in their places: `transforms` (n, 4, 4) take their own units to those of all; `materials` (n, 7): linear
-    RGB, ambient, diffuse, specular, shininess. ValueError if they are in one point, or beyond what float64 holds."""
+    """Shapes in their places: `transforms` (n, 4, 4) take their own units to those of all. ValueError if they are in
+    one point, or beyond what float64 holds."""
 
-    def __init__(self, shapes: Sequence[Shape], transforms: F64, materials: F32) -> None: ...
+    def __init__(self, shapes: Sequence[Shape], transforms: F64, materials: Sequence[Material]) -> None: ...
     @property
     def boxes(self) -> F64:
         """(n, 2, 3): the lowest and highest coordinates of each."""

@@ -87,4 +87,4 @@ class Instance:
 
     def digest(self) -> bytes:
         """SHA-256 of everything visible: the shape, its placement and its material."""
-        return _core.instance_digest(self.shape.digest, self.transform, np.array(self.material.values()))
+        return _core.instance_digest(self.shape.digest, self.transform, self.material.core())

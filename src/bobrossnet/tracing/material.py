@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TypeAlias
 
+from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_number
 
 Color: TypeAlias = "str | Sequence[float]"
@@ -55,9 +56,9 @@ class Material:
         ):
             object.__setattr__(self, name, value)
 
-    def values(self) -> tuple[float, ...]:
-        """Red, green, blue, ambient, diffuse, specular and shininess, as the core has them."""
-        return (*self.color, self.ambient, self.diffuse, self.specular, self.shininess)
+    def core(self) -> _core.Material:
+        """The material in the core."""
+        return _core.Material(**asdict(self))
 
 
 def _linear(color: Color) -> tuple[float, float, float]:

@@ -66,7 +66,7 @@ class Scene:
             self._arrangement = _core.Arrangement(
                 [instance.shape.core for instance in self.instances],
                 np.array([instance.transform for instance in self.instances]),
-                np.array([instance.material.values() for instance in self.instances], np.float32),
+                [instance.material.core() for instance in self.instances],
             )
         except ValueError as error:
             raise InputError(str(error)) from None

@@ -26,7 +26,7 @@ export class Scene {
     const shapes = Uint32Array.from(instances, (i) => i.shape.handle);
     this.core = core;
     this.handle = core.made("make_scene", shapes, instances.length, Float64Array.from(joined("transform")),
-                            Float32Array.from(joined("material")));
+                            Float64Array.from(joined("material")));
   }
 
   /**
