@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from bobrossnet import _core
 from bobrossnet.errors import InputTypeError
 from bobrossnet.shapes.affine import IDENTITY, Matrix, check_map, rotation, scaling, translation
