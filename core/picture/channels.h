@@ -91,6 +91,15 @@ public:
         return at;
     }
 
+    /// Where a ray missed: the value of each component.
+    [[nodiscard]] std::vector<float> missed() const {
+        std::vector<float> values;
+        for (const Channel& channel : channels_) {
+            values.insert(values.end(), static_cast<std::size_t>(channel.components), channel.missed);
+        }
+        return values;
+    }
+
     [[nodiscard]] auto begin() const { return channels_.begin(); }
     [[nodiscard]] auto end() const { return channels_.end(); }
     bool operator==(const Layout&) const = default;

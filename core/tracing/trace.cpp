@@ -72,11 +72,10 @@ bool trace(const Scene& scene, const Camera& camera, int height, int width, std:
            const Layout& layout, float* samples, const std::function<bool()>& keep_going) {
     const Projection projection(camera, height, width);
     std::vector<std::pair<std::size_t, Write>> writers;
-    std::vector<float> missed;
     for (const Channel& channel : layout) {
-        writers.emplace_back(missed.size(), writer_of(channel));
-        missed.insert(missed.end(), static_cast<std::size_t>(channel.components), channel.missed);
+        writers.emplace_back(static_cast<std::size_t>(layout.place(channel)), writer_of(channel));
     }
+    const std::vector<float> missed = layout.missed();
     const std::size_t components = missed.size();
     return parallel_for(pixels.size(), batch_size(pixels.size()), [&](std::size_t begin, std::size_t end) {
         Batch& batch = Batch::of_this_thread(end - begin);
