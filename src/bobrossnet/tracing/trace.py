@@ -18,7 +18,7 @@ from bobrossnet.tracing.scene import SceneLike, as_scene
 Tracer: TypeAlias = Callable[[NDArray[np.int32]], Samples]
 """From pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds."""
 
-BATCH = 2**18
+BATCH = 2**17
 """Pixels handed to the tracer at once: a few hundredths of a second of work, and a few MB."""
 
 
