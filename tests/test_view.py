@@ -19,7 +19,7 @@ from processes import running
 import bobrossnet as bob
 from bobrossnet import cli, view
 from bobrossnet.adapters.files import ALL_ENDINGS
-from bobrossnet.picture.channels import CHANNELS, GBUFFER
+from bobrossnet.picture.channels import CHANNELS, TRACED
 from bobrossnet.view import GALLERY, READ_IN_PAGE, TYPES, VIEWER, Server, export, page_files
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
@@ -272,4 +272,4 @@ def test_the_page_has_the_channels_of_the_core():
     (components,) = re.findall(r"COMPONENTS = \{(.+?)\}", text)
     (layout,) = re.findall(r"GBUFFER = \[(.+?)\]", text)
     assert dict(re.findall(r"(\w+): (\d+)", components)) == {c.name: str(c.components) for c in CHANNELS.values()}
-    assert ",".join(re.findall(r"\w+", layout)) == GBUFFER.names
+    assert ",".join(re.findall(r"\w+", layout)) == TRACED.names

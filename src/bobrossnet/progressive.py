@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bobrossnet.completion.network import Network, NetworkLike, complete, load_network
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.channels import GIVEN, TRACED
 from bobrossnet.picture.gbuffer import GBuffer, scatter, untraced_planes
 from bobrossnet.picture.order import Size, check_order, check_size, pixel_count, pixel_order
 from bobrossnet.tracing.scene import SceneLike
@@ -108,7 +109,8 @@ class _Picture:
 
     def __init__(self, tracer: Tracer, size: Size, order: str, seed: int, network: Network) -> None:
         self.tracer, self.size, self.order, self.seed, self.network = tracer, size, order, seed, network
-        self.planes = untraced_planes(size)
+        self.layout = TRACED if isinstance(tracer, SceneTracer) else GIVEN
+        self.planes = untraced_planes(size, self.layout)
         self.total = size[0] * size[1]
         self.traced = 0
         self.seconds_to_complete: list[float] = []  # of the last frames
@@ -121,12 +123,12 @@ class _Picture:
 
     def trace(self, count: int) -> None:
         pixels = pixel_order(self.size, order=self.order, seed=self.seed, start=self.traced, count=count)
-        scatter(check_samples(self.tracer(pixels), count), pixels, self.planes)
+        scatter(check_samples(self.tracer(pixels), count), pixels, self.planes, self.layout)
         self.traced += count
 
     def frame(self, start: float) -> Frame:
         traced = time.perf_counter()
-        gbuffer = GBuffer.from_stack(self.planes.copy())
+        gbuffer = GBuffer.from_stack(self.planes.copy(), self.layout)
         image = complete(gbuffer, model=self.network)
         now = time.perf_counter()
         self.seconds_to_complete = [*self.seconds_to_complete[-7:], now - traced]

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.completion.weights import WEIGHTS, read_weights
 from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.picture.channels import GBUFFER
 from bobrossnet.picture.gbuffer import GBuffer
 
 
@@ -108,14 +107,14 @@ def _completed(gbuffer: GBuffer, run: Run, outputs: _core.Layout) -> NDArray[np.
     if gbuffer.mask.all():
         return gbuffer.gray.copy()
     image = _predicted(gbuffer, run)
-    _core.keep_known(GBUFFER, gbuffer.stack(), outputs, image[None])
+    _core.keep_known(gbuffer.layout.core, gbuffer.planes, outputs, image[None])
     return image
 
 
 def _predicted(gbuffer: GBuffer, run: Run) -> NDArray[np.float32]:
     image = np.empty(gbuffer.size, np.float32)
     try:
-        run(GBUFFER, gbuffer.stack(), image[None])
+        run(gbuffer.layout.core, gbuffer.planes, image[None])
     except ValueError as error:
         raise InputError(f"gbuffer: {error}") from None
     return image

@@ -1,4 +1,4 @@
-"""Channels: what is known of a pixel, as the core declares it (core/picture/channels.h)."""
+"""Channels: what is known of a pixel, as the core declares it (core/picture/channels.h), and layouts of several."""
 
 from __future__ import annotations
 
@@ -22,19 +22,44 @@ class Channel(NamedTuple):
 CHANNELS = {row[0]: Channel(*row) for row in _core.channels()}
 """By their names."""
 
-GBUFFER = _core.gbuffer_layout()
-"""What a G-buffer and samples hold, one after the other, the mask first; in samples it says whether the ray hit."""
+
+class Layout:
+    """Which channels an array holds, one after the other: planes (C, H, W), or samples (n, C).
+
+    Of a G-buffer and of samples the first channel is the mask; in samples it says whether the ray hit.
+
+    Parameters
+    ----------
+    names : str
+        Names of channels, with commas between them. ValueError if there is no such channel.
+    """
+
+    def __init__(self, names: str) -> None:
+        self.core = _core.Layout(names)
+        self.names = names
+        self.width = self.core.width
+        self.places: dict[str, slice] = {}
+        start = 0
+        for name in names.split(","):
+            stop = start + CHANNELS[name].components
+            self.places[name] = slice(start, stop)
+            start = stop
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Layout) and self.names == other.names
+
+    def __hash__(self) -> int:
+        return hash(self.names)
+
+    def __repr__(self) -> str:
+        return f"Layout({self.names!r})"
+
+    def __reduce__(self) -> tuple[type[Layout], tuple[str]]:
+        return Layout, (self.names,)  # what is in the core can't be copied
 
 
-def channels_of(layout: _core.Layout) -> dict[str, slice]:
-    """Where each channel of a layout has its components, by its name."""
-    places, start = {}, 0
-    for name in layout.names.split(","):
-        stop = start + CHANNELS[name].components
-        places[name] = slice(start, stop)
-        start = stop
-    return places
+TRACED = Layout(_core.gbuffer_layout().names)
+"""What the core's tracer finds."""
 
-
-PLACES = channels_of(GBUFFER)
-"""Where each channel of a G-buffer has its components."""
+GIVEN = Layout("mask,gray,depth,normal")
+"""What users give for a G-buffer or samples, and `GBuffer.stack` returns."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.picture.channels import CHANNELS, GBUFFER, PLACES
+from bobrossnet.picture.channels import CHANNELS, GIVEN, Layout
 from bobrossnet.picture.order import Size, check_size, pixel_count, pixel_order
 
 F32 = NDArray[np.float32]
@@ -39,35 +39,40 @@ class GBuffer:
         If a shape differs from the mask's, or a value is not finite or out of range.
     """
 
-    __slots__ = ("_planes",)
+    __slots__ = ("layout", "planes")
 
-    _planes: F32  # (C, H, W), as `GBUFFER` says
+    layout: Layout
+    """The channels that it holds."""
+    planes: F32
+    """All of them, (C, H, W) in the layout's order."""
 
     def __init__(self, *, mask: Any, gray: Any, depth: Any, normal: Any) -> None:
         mask = check_float32("mask", mask, (None, None))
         size = check_size(mask.shape)
         if not np.isin(mask, (0, 1)).all():
             raise InputError("mask: expected only 0 and 1, got other values")
-        planes = np.empty((GBUFFER.width, *size), np.float32)
+        planes = np.empty((GIVEN.width, *size), np.float32)
         planes[0] = mask
         traced = mask > 0
         for name, values in (("gray", gray), ("depth", depth), ("normal", normal)):
             shape = _values_shape(name, *size)
             hint = "x and y last, to match mask" if len(shape) > 2 else ""
             values = check_range(name, check_float32(name, values, shape, hint=hint))
-            planes[PLACES[name]] = np.where(traced, np.moveaxis(values.reshape(*size, -1), -1, 0), 0)
-        self._own(planes)
+            planes[GIVEN.places[name]] = np.where(traced, np.moveaxis(values.reshape(*size, -1), -1, 0), 0)
+        self._own(planes, GIVEN)
 
     @classmethod
-    def from_stack(cls, planes: F32) -> GBuffer:
-        """A G-buffer that takes over `planes`, (5, H, W) as `stack` returns them, unchecked and without a copy."""
+    def from_stack(cls, planes: F32, layout: Layout = GIVEN) -> GBuffer:
+        """A G-buffer that takes over planes of a layout, by default as `stack` returns them, unchecked and without a
+        copy."""
         gbuffer = object.__new__(cls)
-        gbuffer._own(planes)
+        gbuffer._own(planes, layout)
         return gbuffer
 
-    def _own(self, planes: F32) -> None:
+    def _own(self, planes: F32, layout: Layout) -> None:
         planes.flags.writeable = False
-        object.__setattr__(self, "_planes", planes)
+        object.__setattr__(self, "planes", planes)
+        object.__setattr__(self, "layout", layout)
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"a GBuffer can't be changed ({name})")
@@ -91,17 +96,17 @@ class GBuffer:
     @property
     def channels(self) -> tuple[str, ...]:
         """The names of all channels, in the order of their planes."""
-        return tuple(PLACES)
+        return tuple(self.layout.places)
 
     def channel(self, name: str) -> F32:
-        """A channel by its name: (H, W), or (H, W, components) where it has several."""
-        planes = self._planes[PLACES[name]]
+        """A channel by its name: (H, W), or (H, W, components) where it has several. KeyError if it is not there."""
+        planes = self.planes[self.layout.places[name]]
         return planes[0] if CHANNELS[name].components == 1 else np.moveaxis(planes, 0, -1)
 
     @property
     def size(self) -> Size:
         """(height, width)"""
-        return self._planes.shape[1], self._planes.shape[2]
+        return self.planes.shape[1], self.planes.shape[2]
 
     @property
     def fraction(self) -> float:
@@ -109,8 +114,12 @@ class GBuffer:
         return int(np.count_nonzero(self.mask)) / self.mask.size
 
     def stack(self) -> F32:
-        """All planes, (5, H, W): mask, gray, depth, normal x, normal y. Read-only."""
-        return self._planes
+        """Five planes, (5, H, W): mask, gray, depth, normal x, normal y. Read-only."""
+        if self.layout == GIVEN:
+            return self.planes
+        planes = np.concatenate([self.planes[self.layout.places[name]] for name in GIVEN.places])
+        planes.flags.writeable = False
+        return planes
 
     def sample(self, fraction: float, *, order: str = "default", seed: int = 0) -> GBuffer:
         """Keep the first pixels of an order, as if only they had been traced.
@@ -125,12 +134,14 @@ class GBuffer:
             As in `pixel_order`.
         """
         rows, columns = pixel_order(self.size, order=order, seed=seed, count=pixel_count(fraction, self.size)).T
-        planes = np.zeros_like(self._planes)
-        planes[:, rows, columns] = self._planes[:, rows, columns]
-        return GBuffer.from_stack(planes)
+        planes = np.zeros_like(self.planes)
+        planes[:, rows, columns] = self.planes[:, rows, columns]
+        return GBuffer.from_stack(planes, self.layout)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, GBuffer) and np.array_equal(self._planes, other._planes)
+        if not isinstance(other, GBuffer):
+            return False
+        return self.layout == other.layout and np.array_equal(self.planes, other.planes)
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -138,7 +149,7 @@ class GBuffer:
         return f"GBuffer({self.size[0]} x {self.size[1]}, {100 * self.fraction:.4g} % traced)"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return GBuffer.from_stack, (np.array(self._planes),)
+        return GBuffer.from_stack, (np.array(self.planes), self.layout)
 
 
 class Samples:
@@ -160,36 +171,35 @@ class Samples:
         If the lengths differ, or a value is not finite or out of range where `hit` is true.
     """
 
-    __slots__ = ("_values",)
+    __slots__ = ("layout", "values")
 
-    _values: F32  # (n, C), as `GBUFFER` says, whether the ray hit in the place of the mask
+    layout: Layout
+    """The channels that they have."""
+    values: F32
+    """All of them, (n, C) in the layout's order, whether the ray hit in the place of the mask."""
 
     def __init__(self, gray: Any, depth: Any, normal: Any, hit: Any) -> None:
         hits = check_array("hit", hit, (None,))
         if not np.isin(hits, (0, 1)).all():
             raise InputError(f"hit: expected booleans, got other values of dtype {hits.dtype}")
         n = len(hits)
-        self._values = np.empty((n, GBUFFER.width), np.float32)
-        self._values[:, 0] = hits
+        self.layout, self.values = GIVEN, np.empty((n, GIVEN.width), np.float32)
+        self.values[:, 0] = hits
         for name, value in (("gray", gray), ("depth", depth), ("normal", normal)):
             array = check_array(name, value, _values_shape(name, n), hint="one for each of hit")
             check_range(name, array[self.hit])
-            self._values[:, PLACES[name]] = array.reshape(n, -1)
+            self.values[:, GIVEN.places[name]] = array.reshape(n, -1)
 
     @classmethod
-    def from_values(cls, values: F32) -> Samples:
-        """Samples that take over `values`, (n, 5) as `values` returns them, unchecked and without a copy."""
+    def from_values(cls, values: F32, layout: Layout) -> Samples:
+        """Samples that take over values of a layout, unchecked and without a copy."""
         samples = object.__new__(cls)
-        samples._values = values
+        samples.layout, samples.values = layout, values
         return samples
-
-    def values(self) -> F32:
-        """All of them, (n, 5): hit, gray, depth, normal x, normal y."""
-        return self._values
 
     @property
     def hit(self) -> NDArray[np.bool_]:
-        hit: NDArray[np.bool_] = self._values[:, 0] != 0
+        hit: NDArray[np.bool_] = self.values[:, 0] != 0
         return hit
 
     @property
@@ -206,20 +216,20 @@ class Samples:
 
     def channel(self, name: str) -> F32:
         """A channel by its name: (n,), or (n, components) where it has several."""
-        values = self._values[:, PLACES[name]]
+        values = self.values[:, self.layout.places[name]]
         return values[:, 0] if CHANNELS[name].components == 1 else values
 
     def __len__(self) -> int:
-        return len(self._values)
+        return len(self.values)
 
 
-def untraced_planes(size: Size) -> F32:
+def untraced_planes(size: Size, layout: Layout) -> F32:
     """Zeros, (C, H, W), for `scatter` to fill.
 
     For pictures of gigabytes the system takes seconds to provide the memory, page by page as it is first touched. That
     happens here, piece by piece, where Ctrl-C is noticed, rather than all at once at the first random pixels.
     """
-    planes = np.empty((GBUFFER.width, *size), np.float32)
+    planes = np.empty((layout.width, *size), np.float32)
     flat = planes.reshape(-1)
     piece = 2**22
     for start in range(0, flat.size, piece):
@@ -227,9 +237,13 @@ def untraced_planes(size: Size) -> F32:
     return planes
 
 
-def scatter(samples: Samples, pixels: NDArray[np.int32], planes: F32) -> None:
-    """Write samples to their pixels, (n, 2) rows and columns, in `planes`, (C, H, W) as `GBuffer.stack` has them."""
-    _core.scatter(GBUFFER, pixels, samples.values(), planes)
+def scatter(samples: Samples, pixels: NDArray[np.int32], planes: F32, layout: Layout) -> None:
+    """Write samples to their pixels, (n, 2) rows and columns, in `planes`, (C, H, W) of a layout whose channels the
+    samples have."""
+    values = samples.values
+    if samples.layout != layout:
+        values = np.concatenate([values[:, samples.layout.places[name]] for name in layout.places], axis=1)
+    _core.scatter(layout.core, pixels, values, planes)
 
 
 def check_float32(name: str, value: Any, shape: tuple[int | None, ...], *, hint: str = "") -> F32:

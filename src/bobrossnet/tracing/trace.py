@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.channels import GBUFFER
+from bobrossnet.picture.channels import TRACED
 from bobrossnet.picture.gbuffer import GBuffer, Samples, scatter, untraced_planes
 from bobrossnet.picture.order import Size, check_order, check_size, pixel_count, pixel_order
 from bobrossnet.tracing.scene import SceneLike, as_scene
@@ -40,9 +40,9 @@ class SceneTracer:
         self._core = as_scene(scene).core
 
     def __call__(self, pixels: NDArray[np.int32]) -> Samples:
-        values = np.empty((len(pixels), GBUFFER.width), np.float32)
-        self._core.trace(self.camera.core(), *self.size, pixels, GBUFFER, values)
-        return Samples.from_values(values)
+        values = np.empty((len(pixels), TRACED.width), np.float32)
+        self._core.trace(self.camera.core(), *self.size, pixels, TRACED.core, values)
+        return Samples.from_values(values, TRACED)
 
 
 def trace(
@@ -89,14 +89,14 @@ def trace(
     tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
     check_order(order, seed)
     count = pixel_count(fraction, tracer.size)
-    planes = untraced_planes(tracer.size)
+    planes = untraced_planes(tracer.size, TRACED)
     done = 0
     for pixels in _batches(tracer.size, order, seed, count):
-        scatter(tracer(pixels), pixels, planes)
+        scatter(tracer(pixels), pixels, planes, TRACED)
         done += len(pixels)
         if progress is not None:
             progress(done / count)
-    return GBuffer.from_stack(planes)
+    return GBuffer.from_stack(planes, TRACED)
 
 
 def _batches(size: Size, order: str, seed: int, count: int) -> Iterator[NDArray[np.int32]]:
