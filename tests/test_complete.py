@@ -18,6 +18,7 @@ from bobrossnet.completion.network import load_network, make_network
 from bobrossnet.completion.weights import DEFAULTS, WEIGHTS, read_weights
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.networks import Paper, Pyramid
+from bobrossnet.picture.channels import CHANNELS
 
 PAPER = WEIGHTS / "paper.safetensors"
 # Even and odd, narrower and shorter than a vector and a block; the core's own tests take the same under the sanitizers.
@@ -208,8 +209,8 @@ def changed_weights(file, metadata=None, **changed):
         ),
         (lambda f: changed_weights(f, {"format": "bobrossnet-1", "network": "oil"}), "got 'oil'"),
         (
-            lambda f: changed_weights(f, {"format": "bobrossnet-1", "network": "paper", "inputs": "mask,albedo"}),
-            "expected channels among mask,gray,depth,normal, got 'albedo'",
+            lambda f: changed_weights(f, {"format": "bobrossnet-1", "network": "paper", "inputs": "mask,oil"}),
+            f"expected channels among {','.join(CHANNELS)}, got 'oil'",
         ),
         (
             lambda f: changed_weights(f, {"format": "bobrossnet-1", "network": "paper", "outputs": "depth"}),

@@ -5,6 +5,7 @@ import pytest
 from browser import launch
 
 import bobrossnet as bob
+from bobrossnet.picture.channels import TRACED
 
 OPTIONS = ("--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader")
 
@@ -136,7 +137,7 @@ def gpu(browser, viewer):
 
 def noise(size, density):
     random = np.random.default_rng(0)
-    stack = random.random((5, *size), dtype=np.float32)
+    stack = random.random((TRACED.width, *size), dtype=np.float32)
     stack[3:] = 2 * stack[3:] - 1
     stack[0] = 1
     stack[1:, :, : size[1] // 2] = 0  # background, which the default network finds
@@ -144,7 +145,7 @@ def noise(size, density):
 
 
 def gbuffer(stack):
-    return bob.GBuffer(mask=stack[0], gray=stack[1], depth=stack[2], normal=np.moveaxis(stack[3:], 0, 2))
+    return bob.GBuffer.from_stack(stack.copy(), TRACED)
 
 
 # ---- Pictures --------------------------------------------------------------------------------------------
@@ -154,7 +155,7 @@ def gbuffer(stack):
 @pytest.mark.parametrize("size", SIZES, ids=str)
 def test_pictures_are_those_of_the_core(gpu, viewer, tree, name, size):
     if size == SIZES[-1]:
-        stacks = [bob.trace(tree, size=size, fraction=0.05).stack()]
+        stacks = [bob.trace(tree, size=size, fraction=0.05).planes]
     else:
         stacks = [noise(size, density) for density in (0, 0.05, 0.5, 1)]
     for stack in stacks:
@@ -190,7 +191,7 @@ def test_weights_that_do_not_fit(gpu):
 
 
 def test_pictures_that_do_not_fit(gpu):
-    assert gpu("refused", 2, 3, 6)["value"] == "planes: expected shape (5, 2, 3), got 6 values"
+    assert gpu("refused", 2, 3, 6)["value"] == f"planes: expected shape ({TRACED.width}, 2, 3), got 6 values"
     most = gpu("refused", 4, 600_000, 12_000_000)["value"]
     assert most == "picture: expected at most 524280 rows and columns for the GPU, got 4 and 600000"
     most = gpu("refused", 4000, 2000, 40_000_000)["value"]
@@ -210,7 +211,7 @@ SIZE = (240, 320)
 
 @pytest.fixture
 def planes(viewer, tree):
-    viewer.files["planes.bin"] = bob.trace(tree, size=SIZE, fraction=0.05).stack().tobytes()
+    viewer.files["planes.bin"] = bob.trace(tree, size=SIZE, fraction=0.05).planes.tobytes()
 
 
 @pytest.mark.parametrize(("rival", "calls"), [("none", 0), ("failing", 1), ("wrong", 1), ("slow", 2), ("software", 2)])
