@@ -39,7 +39,7 @@ struct Shape {
     std::vector<bob::Vec3> normals = {};
 };
 
-static_assert(sizeof(bob::Material) == 7 * sizeof(double) && sizeof(bob::Camera) == 6 * sizeof(float), "as the page has them");
+static_assert(sizeof(bob::Material) == 7 * sizeof(double), "the page has seven numbers");
 
 template <class T>
 const T* take(const T*& from, std::size_t count) {

@@ -18,6 +18,8 @@ struct Camera {
     float pan_x = 0, pan_y = 0;   // what the image's centre shows: radii of the unit sphere right of and above its centre
 };
 
+static_assert(sizeof(Camera) == 6 * sizeof(float), "viewer/picture/camera.js has these numbers in this order");
+
 /// A camera and the size of its picture: from pixels to rays, and from points back to pixels and depths.
 class Projection {
 public:

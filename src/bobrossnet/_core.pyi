@@ -142,7 +142,9 @@ def gbuffer_layout() -> Layout:
     """What the tracer finds and a G-buffer holds; the mask comes first."""
 
 class Camera:
-    def __init__(self, azimuth: float, elevation: float, roll: float, zoom: float) -> None: ...
+    """`numbers` are the fields of bobrossnet.Camera."""
+
+    def __init__(self, **numbers: float) -> None: ...
     def rays(self, height: int, width: int, pixels: I32) -> tuple[NDArray[np.int64], F32, F32]:
         """Which of the pixels' rays meet the unit sphere, (k,); their origins, just outside of it, and directions,
         (k, 3) each."""
