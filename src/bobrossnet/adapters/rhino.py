@@ -59,7 +59,7 @@ WHITE = "#ffffff"
 UNCHOSEN = 0.02
 """The luminance below which a display colour says nothing: layers are black unless somebody chose another colour."""
 
-Points: TypeAlias = NDArray[np.float64]
+F64: TypeAlias = NDArray[np.float64]
 
 
 def read_3dm(file: Path) -> list[Instance]:
@@ -360,7 +360,7 @@ def untrimmed(nurbs: Any) -> Face:
     )
 
 
-def _euclidean(points: list[Any], rational: bool) -> tuple[Points, Points | None]:
+def _euclidean(points: list[Any], rational: bool) -> tuple[F64, F64 | None]:
     """Control points (n, 3) and weights (n,) of points that are stored multiplied by their weights."""
     stored = np.array([(p.X, p.Y, p.Z, p.W) for p in points], np.float64).reshape(-1, 4)
     if not rational:
@@ -369,7 +369,7 @@ def _euclidean(points: list[Any], rational: bool) -> tuple[Points, Points | None
         return stored[:, :3] / stored[:, 3:], stored[:, 3]
 
 
-def _full_knots(knots: Any) -> Points:
+def _full_knots(knots: Any) -> F64:
     """openNURBS leaves out the first and the last knot, which have no influence within the domain."""
     stored = np.array(knots.ToList(), np.float64)
     return np.concatenate([stored[:1], stored, stored[-1:]])
@@ -420,15 +420,15 @@ def _same_parameters(surface: Any) -> bool:
     return True
 
 
-def _fitted(curve: Any, moved: Callable[[float, float], tuple[float, float]], scale: Points) -> TrimCurve:
+def _fitted(curve: Any, moved: Callable[[float, float], tuple[float, float]], scale: F64) -> TrimCurve:
     """Cubics within `FITTED` of a rhino3dm curve whose points are moved: each is halved until it is that close."""
 
-    def points(t: Points) -> Points:
+    def points(t: F64) -> F64:
         found = [curve.PointAt(each) for each in t.ravel().tolist()]
         return np.array([moved(point.X, point.Y) for point in found]).reshape(*t.shape, 2)
 
     knots = np.unique(curve.Knots.ToList())
-    pieces: list[tuple[float, float, Points]] = []  # start, end, control points
+    pieces: list[tuple[float, float, F64]] = []  # start, end, control points
     start, end = knots[:-1], knots[1:]
     through = points(np.linspace(start, end, 4, axis=1))
     while len(start):

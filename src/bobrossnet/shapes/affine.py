@@ -10,7 +10,11 @@ from numpy.typing import NDArray
 from bobrossnet.errors import InputError, check_array, check_finite, check_number
 
 Matrix: TypeAlias = NDArray[np.float64]
+Point: TypeAlias = NDArray[np.float64]
+"""(3,)"""
+
 Points: TypeAlias = NDArray[np.float64]
+"""(n, 3)"""
 
 IDENTITY: Matrix = np.eye(4)
 
@@ -80,7 +84,7 @@ def mapped(matrix: Matrix, points: NDArray[np.floating[Any]]) -> Points:
     return moved.T
 
 
-def to_unit_sphere(center: Points, radius: float) -> Matrix:
+def to_unit_sphere(center: Point, radius: float) -> Matrix:
     """The map that takes a sphere to the unit sphere."""
     matrix = np.diag([1 / radius, 1 / radius, 1 / radius, 1.0])
     matrix[:3, 3] = -center / radius

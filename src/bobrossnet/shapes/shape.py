@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.shapes.affine import Matrix, Points
+from bobrossnet.shapes.affine import Matrix, Point
 
 Number = TypeVar("Number", bound=np.generic)
 
@@ -28,12 +28,12 @@ class Shape(ABC):
     def core(self) -> _core.Shape:
         """The shape in the core, made when first asked for."""
 
-    def bounding_box(self, matrix: Matrix) -> tuple[Points, Points]:
+    def bounding_box(self, matrix: Matrix) -> tuple[Point, Point]:
         """Lowest and highest coordinates, (3,) each, of the shape placed by a matrix."""
         low, high = self.core.bounds(matrix)
         return low, high
 
-    def radius(self, matrix: Matrix, center: Points) -> float:
+    def radius(self, matrix: Matrix, center: Point) -> float:
         """The distance from `center` to the farthest point of the shape placed by a matrix."""
         return self.core.radius(matrix, center)
 

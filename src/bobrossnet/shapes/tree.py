@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from bobrossnet.shapes.mesh import Mesh
 
-Points = NDArray[np.float64]
-Solid = tuple[Points, NDArray[np.int64]]
+F64 = NDArray[np.float64]
+Solid = tuple[F64, NDArray[np.int64]]
 """Vertices (V, 3) and triangles (T, 3) of a closed surface, or of many."""
 
-Clump = tuple[Points, float]
+Clump = tuple[F64, float]
 """Where a clump of leaves is, and its radius."""
 
 SEED = 1942  # the year of Bob Ross's birth
@@ -54,14 +54,14 @@ def happy_tree() -> Mesh:
 # ---- Ground ----------------------------------------------------------------------------------------------
 
 
-def _height(x: Points, y: Points) -> Points:
+def _height(x: F64, y: F64) -> F64:
     """How high the hill is at a place: a dome with a few soft waves in it."""
     r2 = x * x + y * y
     waves = 0.030 * np.sin(3.1 * x + 0.7) * np.cos(2.7 * y - 0.4) + 0.012 * np.sin(7.3 * x - 5.1 * y)
     return 0.44 * np.exp(-1.7 * r2) + waves - 0.16 * r2
 
 
-def _on_hill(x: float, y: float) -> Points:
+def _on_hill(x: float, y: float) -> F64:
     return np.array([x, y, float(_height(np.array(x), np.array(y)))])
 
 
@@ -70,7 +70,7 @@ def _hill() -> Solid:
     around = np.linspace(0, 2 * np.pi, 120, endpoint=False)
     edge = 1.0 + 0.025 * np.sin(3 * around + 0.5) + 0.015 * np.sin(7 * around)
 
-    def ring(share: float, lift: Points) -> Points:
+    def ring(share: float, lift: F64) -> F64:
         x, y = share * edge * np.cos(around), share * edge * np.sin(around)
         return np.stack([x, y, lift + _height(x, y)], axis=1)
 
@@ -88,7 +88,7 @@ def _hill() -> Solid:
     return _closed(np.array(rings), _up(-0.52), _on_hill(0, 0))
 
 
-def _stone(rng: np.random.Generator, at: Points, size: float) -> Solid:
+def _stone(rng: np.random.Generator, at: F64, size: float) -> Solid:
     """A rounded, lumpy, somewhat flat boulder, sunk a little into the ground."""
     ball, triangles = _ball(14, 22)
     lumps = 1 + 0.16 * _noise(rng, ball, 2.2) + 0.05 * _noise(rng, ball, 6.0)
@@ -142,7 +142,7 @@ def _branches(rng: np.random.Generator) -> tuple[list[Solid], list[Clump]]:
     return solids, clumps
 
 
-def _limb(path: Points, thick: float, thin: float, *, flare: float = 0.0, sides: int = 12) -> Solid:
+def _limb(path: F64, thick: float, thin: float, *, flare: float = 0.0, sides: int = 12) -> Solid:
     """A tube along `path` that tapers from `thick` to `thin`; `flare` spreads its foot into roots."""
     along = np.linspace(0, 1, len(path))[:, None]
     around = np.linspace(0, 2 * np.pi, sides, endpoint=False)
@@ -161,10 +161,10 @@ def _limb(path: Points, thick: float, thin: float, *, flare: float = 0.0, sides:
     return _closed(rings, path[0], path[-1] + ahead[-1] * thin)
 
 
-def _curve(start: Points, middle: Points, end: Points, count: int) -> Points:
+def _curve(start: F64, middle: F64, end: F64, count: int) -> F64:
     """A quadratic Bézier curve, (count, 3)."""
     t = np.linspace(0, 1, count)[:, None]
-    curve: Points = (1 - t) ** 2 * start + 2 * t * (1 - t) * middle + t**2 * end
+    curve: F64 = (1 - t) ** 2 * start + 2 * t * (1 - t) * middle + t**2 * end
     return curve
 
 
@@ -193,7 +193,7 @@ def _crown(rng: np.random.Generator, clumps: list[Clump]) -> list[Solid]:
     return solids
 
 
-def _leaves(middle: Points, along: Points, face: Points, width: Points, *, slim: float, plump: float) -> Solid:
+def _leaves(middle: F64, along: F64, face: F64, width: F64, *, slim: float, plump: float) -> Solid:
     """Pointed leaves around `middle` (n, 3).
 
     `along` is from stem to tip, `face` is roughly where the flat side looks, `width` (n, 1) is half of it. A leaf
@@ -212,7 +212,7 @@ def _leaves(middle: Points, along: Points, face: Points, width: Points, *, slim:
     return _repeated(middle[:, None] + leaf @ axes, triangles)
 
 
-def _fir(rng: np.random.Generator, foot: Points, height: float) -> list[Solid]:
+def _fir(rng: np.random.Generator, foot: F64, height: float) -> list[Solid]:
     """A trunk and five skirts of boughs, each a cone whose hem is cut into tips that hang."""
     path = _curve(foot - _up(0.04), foot + _up(0.1 * height), foot + _up(0.85 * height), 8)
     solids = [_limb(path, 0.045 * height, 0.01 * height, sides=12)]
@@ -242,7 +242,7 @@ def _fir(rng: np.random.Generator, foot: Points, height: float) -> list[Solid]:
 # ---- Building blocks -------------------------------------------------------------------------------------
 
 
-def _closed(rings: Points, first: Points, last: Points) -> Solid:
+def _closed(rings: F64, first: F64, last: F64) -> Solid:
     """The surface through rings of points (n, m, 3), closed by a point at either end.
 
     Rings run anticlockwise seen from `last`, if the outside is to be outside.
@@ -270,13 +270,13 @@ def _ball(rings: int, sides: int) -> Solid:
     return _closed(np.stack([x, y, np.broadcast_to(np.sin(up), x.shape)], axis=-1), _up(-1), _up(1))
 
 
-def _repeated(corners: Points, triangles: NDArray[np.int64]) -> Solid:
+def _repeated(corners: F64, triangles: NDArray[np.int64]) -> Solid:
     """Many copies of one small solid; `corners` (n, k, 3) are the vertices of each."""
     n, k = corners.shape[:2]
     return corners.reshape(-1, 3), (triangles + k * np.arange(n)[:, None, None]).reshape(-1, 3)
 
 
-def _spread(rng: np.random.Generator, count: int) -> Points:
+def _spread(rng: np.random.Generator, count: int) -> F64:
     """Directions spread evenly over the sphere, a little out of order, (count, 3)."""
     n = np.arange(count) + 0.5
     z = 1 - 2 * n / count
@@ -285,23 +285,23 @@ def _spread(rng: np.random.Generator, count: int) -> Points:
     return _unit(even + 0.10 * rng.standard_normal(even.shape))
 
 
-def _noise(rng: np.random.Generator, points: Points, frequency: float) -> Points:
+def _noise(rng: np.random.Generator, points: F64, frequency: float) -> F64:
     """A smooth bumpy field at `points`, (n,) in about -1..1: a few plane waves in random directions."""
     waves = _unit(rng.standard_normal((7, 3))) * frequency * (0.7 + 0.6 * rng.random((7, 1)))
-    field: Points = np.sin(points @ waves.T + 2 * np.pi * rng.random(7)).sum(axis=1) / 3.0
+    field: F64 = np.sin(points @ waves.T + 2 * np.pi * rng.random(7)).sum(axis=1) / 3.0
     return field
 
 
-def _vector(x: float, y: float, z: float) -> Points:
+def _vector(x: float, y: float, z: float) -> F64:
     return np.array([x, y, z], dtype=np.float64)
 
 
-def _up(z: float) -> Points:
+def _up(z: float) -> F64:
     return _vector(0.0, 0.0, z)
 
 
-def _unit(vectors: Points) -> Points:
-    unit: Points = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+def _unit(vectors: F64) -> F64:
+    unit: F64 = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
     return unit
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.shapes.affine import UPRIGHT, Points
+from bobrossnet.shapes.affine import UPRIGHT, Point
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.tracing.instance import Instance
 
@@ -70,7 +70,7 @@ class Scene:
             )
         except ValueError as error:
             raise InputError(str(error)) from None
-        self.center: Points = self._arrangement.center
+        self.center: Point = self._arrangement.center
         self.radius = self._arrangement.radius
 
     def __reduce__(self) -> tuple[Any, ...]:
