@@ -26,7 +26,8 @@ def find_beside(model: Path, name: str) -> str:
     try:
         folder = os.path.realpath(model.parent)
         target = os.path.realpath(os.path.join(folder, name))
-        inside = ".." not in PurePath(name).parts and not PurePath(name).is_absolute()
+        # A backslash is part of a name here, but to OpenCascade it separates folders.
+        inside = not PurePath(name).is_absolute() and ".." not in PurePath(name).parts and "\\" not in name
         if inside and os.path.commonpath([folder, target]) == folder and os.path.isfile(target):
             return target
     except (OSError, ValueError):  # no permission, a name too long, a NUL in it
