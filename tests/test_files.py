@@ -20,7 +20,7 @@ import pytest
 from models import MODELS, needs_models
 
 from bobrossnet.adapters import beside
-from bobrossnet.adapters.files import MESH_ENDINGS, load_mesh
+from bobrossnet.adapters.files import MESH_ENDINGS, load, load_mesh
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.shapes.mesh import Mesh
 
@@ -656,6 +656,33 @@ def test_3mf_bombs(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "c.3mf", "w") as archive:
         archive.writestr("readme.txt", "nothing here")
     assert "expected a 3MF with a 3D/3dmodel.model" in error_of(tmp_path / "c.3mf")
+
+
+@pytest.mark.parametrize("ending", [".3mf", ".xml"])
+@pytest.mark.parametrize(
+    ("start", "repeated", "message"),
+    [
+        ("<m>", "<a/>", "over 250,000 of a few bytes"),
+        ("<m>", "<a>", "at most 100,000 levels"),
+        ("<m a='", "aaaa", "tags of at most 1,048,576 bytes"),
+        ("<m><!--", "aaaa", "tags of at most 1,048,576 bytes"),
+        ("<!DOCTYPE m [", "<!ENTITY a 'b'>", "without a document type"),
+    ],
+    ids=["elements", "levels", "attribute", "comment", "entities"],
+)
+def test_xml_bombs_are_refused_at_once(ending: str, start: str, repeated: str, message: str, tmp_path: Path) -> None:
+    """A 3MF of any size may unpack to 64 MB."""
+    content = start + repeated * ((1 << 26) // len(repeated) - 100)
+    file = tmp_path / f"a{ending}"
+    if ending == ".3mf":
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+            archive.writestr("3D/3dmodel.model", content)
+    else:
+        file.write_text(content)
+    begin = time.thread_time()
+    with pytest.raises(InputError, match=message):
+        load(file)
+    assert time.thread_time() - begin < 3
 
 
 # ---- Text beyond ASCII -----------------------------------------------------------------------------------
