@@ -318,7 +318,7 @@ def test_a_closed_terminal_leaves_nothing(tmp_path):
         for _ in range(20):
             process.send_signal(signal.SIGHUP)
             time.sleep(0.002)
-        assert process.wait(timeout=20) == 0
+        assert process.wait(timeout=20) in (0, 130)  # the latter if it was not yet serving
     assert [file.name for file in tmp_path.iterdir()] == ["part.obj"]
 
 
