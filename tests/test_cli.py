@@ -360,6 +360,84 @@ def test_a_reader_that_leaves_is_no_error(tmp_path):
     assert done.stderr == ""
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+@pytest.mark.parametrize(
+    ("arguments", "unbuffered"), [("info paper", ""), ("info paper", "1"), ("--help", ""), ("--version", "")]
+)
+def test_output_that_is_full_gets_one_line(arguments, unbuffered):
+    with open("/dev/full", "w") as full:
+        command = [sys.executable, "-m", "bobrossnet.cli", *arguments.split()]
+        environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, env=environment, check=False)
+    assert done.returncode == 2
+    assert done.stderr == "bobrossnet: error: can't write the output: No space left on device\n"
+
+
+@pytest.mark.parametrize("module", ["numpy", "bobrossnet.adapters.files", "bobrossnet.learn.commands"])
+def test_ctrl_c_while_it_starts_leaves_no_traceback(module, tmp_path):
+    """Sent by this module's import, into a process that would otherwise print its version."""
+    (tmp_path / "sitecustomize.py").write_text(
+        "import os, signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, *_):\n"
+        f"        if name == {module!r}:\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Finder())\n"
+    )
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    command = [sys.executable, "-m", "bobrossnet.cli", "--version"]
+    with running(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path}) as p:
+        assert p.communicate(timeout=20) == ("", "")
+    assert p.returncode == 130
+
+
+def test_ctrl_c_is_left_alone_where_the_package_is_only_imported():
+    code = "import signal, bobrossnet; assert signal.getsignal(signal.SIGINT) is signal.default_int_handler"
+    with running([sys.executable, "-c", code]) as process:
+        assert process.wait(timeout=20) == 0
+
+
+def test_a_link_is_written_through(tmp_path):
+    (tmp_path / "far").mkdir()
+    target = tmp_path / "far" / "picture.png"
+    target.write_bytes(b"old")
+    for name, aim in (("link.png", "far/picture.png"), ("new.png", "far/other.png")):
+        (tmp_path / name).symlink_to(aim)
+        assert cli.main(["render", "--size", "16x16", "-o", str(tmp_path / name)]) == 0
+        assert os.readlink(tmp_path / name) == aim
+        assert pixels(tmp_path / aim).shape == (16, 16)
+    assert sorted(file.name for file in target.parent.iterdir()) == ["other.png", "picture.png"]
+
+
+def test_links_that_lead_to_no_file_are_refused(tmp_path, capsys):
+    for aim, message in (
+        ("/dev/null", "expected a file to write, got a device"),
+        (".", "expected a file to write, got a folder"),
+        ("link.png", "expected a file to write, got a link to itself"),
+        ("missing/out.png", f"there is no folder {tmp_path / 'missing'}"),
+    ):
+        link = tmp_path / "link.png"
+        link.symlink_to(aim)
+        assert cli.main(["render", "--size", "16x16", "-o", str(link)]) == 2
+        assert message in capsys.readouterr().err
+        assert os.readlink(link) == aim
+        link.unlink()
+    assert not list(tmp_path.iterdir())
+
+
+def test_names_may_be_as_long_as_the_system_has_them(tmp_path, capsys):
+    for length in (246, 255):
+        name = "a" * (length - 4) + ".png"
+        assert cli.main(["render", "--size", "16x16", "-o", str(tmp_path / name)]) == 0
+        assert [file.name for file in tmp_path.iterdir()] == [name]
+        (tmp_path / name).unlink()
+    capsys.readouterr()
+    assert cli.main(["render", "--size", "16x16", "-o", str(tmp_path / ("a" * 252 + ".png"))]) == 2
+    printed = capsys.readouterr()
+    assert "can't write it: File name too long" in printed.err
+    assert printed.out == ""
+
+
 def seconds(*arguments):
     """The fastest of five: the others wait for whatever else the machine does."""
     times = []

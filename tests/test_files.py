@@ -19,7 +19,8 @@ import numpy as np
 import pytest
 from models import MODELS, needs_models
 
-from bobrossnet.adapters.files import MESH_ENDINGS, load_mesh
+from bobrossnet.adapters import beside
+from bobrossnet.adapters.files import MESH_ENDINGS, load, load_mesh
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.shapes.mesh import Mesh
 
@@ -519,6 +520,70 @@ def test_gltf_errors(change: dict[str, Any], message: str, tmp_path: Path) -> No
     assert message in error_of(file)
 
 
+def buffer_file(path: Path) -> Path:
+    """The triangle's data, to lie beside a glTF."""
+    path.parent.mkdir(exist_ok=True)
+    return written(path, base64.b64decode(gltf([])["buffers"][0]["uri"].partition(",")[2]))
+
+
+def test_gltf_reads_files_in_its_folder_and_below(tmp_path: Path) -> None:
+    buffer_file(tmp_path / "parts" / "a b%20.bin")
+    (tmp_path / "link.bin").symlink_to("parts/a b%20.bin")
+    for uri in ("parts/a%20b%2520.bin", "./parts/a b%2520.bin", "link.bin"):
+        assert len(loaded(tmp_path, gltf([{"mesh": 0}], buffers=[{"uri": uri, "byteLength": 72}])).triangles) == 1
+    (tmp_path / "folder").symlink_to(tmp_path, target_is_directory=True)
+    assert len(loaded(tmp_path / "folder", gltf([{"mesh": 0}])).triangles) == 1
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "../../../etc/passwd",
+        "../secret.bin",
+        "%2e%2e/secret.bin",
+        "..%2Fsecret.bin",
+        "parts/../../secret.bin",
+        "parts/../a.bin",
+        "{tmp}/secret.bin",
+        "{tmp}/model/a.bin",
+        "%2Fetc/passwd",
+        "/proc/self/environ",
+        "/dev/zero",
+        "file:///etc/passwd",
+        "link.bin",
+        "linked/secret.bin",
+        "process/self/environ",
+        "loop.bin",
+        "pipe.bin",
+        "parts",
+        "a.bin%00",
+        "a" * 5000,
+    ],
+)
+def test_gltf_reads_nothing_elsewhere(uri: str, tmp_path: Path) -> None:
+    folder = tmp_path / "model"
+    for file in ("model/a.bin", "secret.bin", "model/parts/a.bin"):
+        buffer_file(tmp_path / file)
+    (folder / "link.bin").symlink_to("../secret.bin")
+    (folder / "linked").symlink_to(tmp_path, target_is_directory=True)
+    (folder / "process").symlink_to("/proc", target_is_directory=True)
+    (folder / "loop.bin").symlink_to("loop.bin")
+    os.mkfifo(folder / "pipe.bin")
+    tree = gltf([{"mesh": 0}], buffers=[{"uri": uri.replace("{tmp}", str(tmp_path)), "byteLength": 72}])
+    for file in (written(folder / "a.gltf", json.dumps(tree)), written(folder / "a.glb", glb(tree))):
+        assert "in or below its folder, found no such file: " in error_of(file)
+
+
+def test_gltf_files_have_a_limit_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(beside, "MAX_BYTES", 143)
+    for name in ("a.bin", "b.bin"):
+        buffer_file(tmp_path / name)
+    one, other = ({"uri": name, "byteLength": 72} for name in ("a.bin", "b.bin"))
+    assert len(loaded(tmp_path, gltf([{"mesh": 0}], buffers=[one, one])).triangles) == 1  # read once
+    file = written(tmp_path / "a.gltf", json.dumps(gltf([{"mesh": 0}], buffers=[one, other])))
+    assert "expected files of at most 143 bytes beside it, got more in b.bin" in error_of(file)
+
+
 def test_gltf_unused_accessors_take_no_memory(tmp_path: Path) -> None:
     tree = gltf([{"mesh": 0}])
     tree["accessors"].append({"componentType": 5126, "count": 10**12, "type": "MAT4"})
@@ -591,6 +656,33 @@ def test_3mf_bombs(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "c.3mf", "w") as archive:
         archive.writestr("readme.txt", "nothing here")
     assert "expected a 3MF with a 3D/3dmodel.model" in error_of(tmp_path / "c.3mf")
+
+
+@pytest.mark.parametrize("ending", [".3mf", ".xml"])
+@pytest.mark.parametrize(
+    ("start", "repeated", "message"),
+    [
+        ("<m>", "<a/>", "over 250,000 of a few bytes"),
+        ("<m>", "<a>", "at most 100,000 levels"),
+        ("<m a='", "aaaa", "tags of at most 1,048,576 bytes"),
+        ("<m><!--", "aaaa", "tags of at most 1,048,576 bytes"),
+        ("<!DOCTYPE m [", "<!ENTITY a 'b'>", "without a document type"),
+    ],
+    ids=["elements", "levels", "attribute", "comment", "entities"],
+)
+def test_xml_bombs_are_refused_at_once(ending: str, start: str, repeated: str, message: str, tmp_path: Path) -> None:
+    """A 3MF of any size may unpack to 64 MB."""
+    content = start + repeated * ((1 << 26) // len(repeated) - 100)
+    file = tmp_path / f"a{ending}"
+    if ending == ".3mf":
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+            archive.writestr("3D/3dmodel.model", content)
+    else:
+        file.write_text(content)
+    begin = time.thread_time()
+    with pytest.raises(InputError, match=message):
+        load(file)
+    assert time.thread_time() - begin < 3
 
 
 # ---- Text beyond ASCII -----------------------------------------------------------------------------------

@@ -1,6 +1,8 @@
 """STEP and IGES: what OpenCascade writes is read back, and compared with what OpenCascade says of it."""
 
 import math
+import os
+import re
 import signal
 import subprocess
 import sys
@@ -42,6 +44,7 @@ from OCP.GProp import GProp_GProps
 from OCP.IGESCAFControl import IGESCAFControl_Writer
 from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
 from OCP.STEPCAFControl import STEPCAFControl_Writer
+from OCP.STEPControl import STEPControl_StepModelType
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDocStd import TDocStd_Document
@@ -402,6 +405,51 @@ def test_stopping_ends_the_reader(tmp_path, stop):
     if stop != signal.SIGKILL:
         assert process.returncode == 130
         assert errors == "bobrossnet: interrupted\n"
+
+
+@pytest.fixture(scope="module")
+def in_parts(tmp_path_factory):
+    """An assembly of two files: the one that is read names the other, wall.stp."""
+    folder = tmp_path_factory.mktemp("parts")
+    document = Document()
+    room = document.assembly("room")
+    document.tool.AddComponent(room, document.part(box(), "wall"), TopLoc_Location())
+    document.tool.UpdateAssemblies()
+    writer = STEPCAFControl_Writer()
+    assert writer.Transfer(document.document, STEPControl_StepModelType.STEPControl_AsIs, str(folder) + "/")
+    assert writer.Write(str(folder / "room.step"))
+    assert (folder / "wall.stp").is_file()
+    return {"room": (folder / "room.step").read_text(), "wall": (folder / "wall.stp").read_text()}
+
+
+def naming(text, name):
+    """The assembly with another name for its part."""
+    return re.sub(r"'[^']*wall\.stp'", lambda _: f"'{name}'", text)
+
+
+def test_parts_in_files_beside_an_assembly_are_read(in_parts, tmp_path):
+    for name in ("wall.stp", "sub/wall.stp"):
+        file = tmp_path / "room.step"
+        file.write_text(naming(in_parts["room"], name))
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(in_parts["wall"])
+        (instance,) = read_step(file)
+        assert len(instance.shape.faces) == 6
+
+
+def test_parts_elsewhere_are_not_read(in_parts, tmp_path):
+    folder = tmp_path / "model"
+    (folder / "sub").mkdir(parents=True)
+    (tmp_path / "wall.stp").write_text(in_parts["wall"])
+    (folder / "link.stp").symlink_to("../wall.stp")
+    os.mkfifo(folder / "pipe.stp")
+    (folder / r"..\wall.stp").write_text(in_parts["wall"])  # which OpenCascade would take for ../wall.stp
+    (folder / "sub/room.stp").write_text(naming(in_parts["room"], "../../wall.stp"))
+    names = ["../wall.stp", f"{tmp_path}/wall.stp", "link.stp", "pipe.stp", r"..\\wall.stp", "sub/room.stp"]
+    for name in names:
+        file = folder / "room.step"
+        file.write_text(naming(in_parts["room"], name))
+        assert "in or below its folder, found no such file: " in refused(file)
 
 
 def test_errors_of_the_other_process_are_raised_here():

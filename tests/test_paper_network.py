@@ -107,6 +107,19 @@ def test_weight_file_round_trip(tmp_path: Path, groups: int) -> None:
     assert [file.name for file in tmp_path.iterdir()] == ["weights.safetensors"]
 
 
+def test_equal_weights_make_equal_files(tmp_path: Path) -> None:
+    network = Paper()
+    for name in map(str, range(8)):
+        metadata = {letter: letter for letter in "abcdefgh"}
+        checkpoint.save(tmp_path / name, network, metadata)
+    contents = {file.read_bytes() for file in tmp_path.iterdir()}
+    assert len(contents) == 1
+    tensors, header = checkpoint.read_tensors(tmp_path / "0")
+    assert header.items() > metadata.items()
+    assert all(torch.equal(tensor, tensors[name]) for name, tensor in network.state_dict().items())
+    assert tensors.keys() == network.state_dict().keys()
+
+
 def test_weight_file_that_does_not_fit(tmp_path: Path) -> None:
     path = tmp_path / "weights.safetensors"
     path.write_bytes(b"no")

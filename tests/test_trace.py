@@ -224,6 +224,8 @@ def test_progress_ends_at_one(tree):
     ("make", "message"),
     [
         (lambda: bob.Camera(azimuth=float("nan")), "azimuth: expected a finite number, got nan"),
+        (lambda: bob.Camera(azimuth=1e39), "azimuth: expected a number in [-1e+06, 1e+06], got 1e+39"),
+        (lambda: bob.Camera(roll=-1.1e6), "roll: expected a number in [-1e+06, 1e+06], got -1.1e+06"),
         (lambda: bob.Camera(elevation=91), "elevation: expected a number in [-90, 90], got 91"),
         (lambda: bob.Camera(zoom=0), "zoom"),
         (lambda: bob.Camera(zoom="2"), "zoom: expected a number, got str '2'"),

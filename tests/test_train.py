@@ -130,6 +130,18 @@ def test_tensorboard(whole: Path) -> None:
     assert pictures == dict.fromkeys(names, (2 * 128, 3 * 128))  # two patches: partial, completed, reference
 
 
+def test_no_file_of_events_is_empty(tmp_path: Path) -> None:
+    """So that a training may be killed at any time."""
+    log = logs.Events(tmp_path, 0)
+    assert not list(tmp_path.iterdir())
+    log.scalars({"training/loss": 0.5}, 1)
+    assert next(events(tmp_path)).file_version == "brain.Event:2"
+    log.close()
+    assert [value.tag for event in events(tmp_path) for value in event.summary.value] == ["training/loss"]
+    logs.Events(tmp_path, 1).close()
+    assert len(list(tmp_path.iterdir())) == 1
+
+
 def test_panels() -> None:
     partial = np.zeros((2, 5, 3, 4), np.float32)
     partial[0, :2, 0, 0] = 1, 0.4

@@ -8,7 +8,7 @@ import signal
 import socket
 import sys
 import time
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from subprocess import PIPE
@@ -125,6 +125,65 @@ def test_other_hosts_and_origins_are_refused(ask, viewer):
         assert ask("/core/core.js", Origin=origin)[0] == 403
 
 
+@pytest.fixture
+def status_of(viewer):
+    """The status of the answer to these lines; "{host}" stands for the server's own."""
+
+    def status_of(*lines):
+        with socket.create_connection(("127.0.0.1", viewer.server_port), timeout=20) as connection:
+            text = "\r\n".join([*lines, "", ""]).replace("{host}", f"127.0.0.1:{viewer.server_port}")
+            connection.sendall(text.encode())
+            first = connection.makefile("rb").readline().split()
+            assert first[0] == b"HTTP/1.1"
+            return int(first[1])
+
+    return status_of
+
+
+@pytest.mark.parametrize(
+    ("target", "status"),
+    [
+        ("http://{host}/core/core.js", 200),
+        ("HTTP://{host}/core/core.js?some=query", 200),
+        ("http://{host}", 200),
+        ("http://{host}/nothing", 404),
+        ("http://example.com/core/core.js", 421),
+        ("http://example.com:80", 421),
+        ("http://{host}.example.com/core/core.js", 400),
+        ("http://example.com@{host}/core/core.js", 400),
+        ("https://{host}/core/core.js", 421),
+        ("http:///core/core.js", 421),
+        ("http://[::1]/core/core.js", 421),
+        ("http://[::1", 400),
+        ("http://[/", 400),
+        ("//[::1", 404),
+        ("core/core.js", 400),
+        ("*", 400),
+    ],
+)
+def test_whole_urls_are_answered_for_this_host_alone(status_of, capfd, target, status):
+    assert status_of(f"GET {target} HTTP/1.1", "Host: {host}") == status
+    assert capfd.readouterr() == ("", "")
+
+
+def test_requests_have_one_host(status_of):
+    get = "GET /core/core.js HTTP/1.1"
+    assert status_of(get, "Host: {host}") == 200
+    assert status_of(get) == 400
+    for hosts in (("{host}", "example.com"), ("example.com", "{host}"), ("{host}", "{host}")):
+        assert status_of(get, *(f"Host: {host}" for host in hosts)) == 400
+    assert status_of(get, "Host: {host}", "Origin: http://{host}", "Origin: http://example.com") == 403
+
+
+def test_many_connections_at_once_do_not_wait():
+    """The system drops those for which there is no room, and they try again after one second, two, four …"""
+    with Server({}) as server, ExitStack() as opened:
+        start = time.monotonic()
+        for _ in range(500):  # before the first is accepted
+            opened.enter_context(socket.create_connection(("127.0.0.1", server.server_port), timeout=20))
+        assert time.monotonic() - start < 1
+
+
 def test_only_get_and_head(ask):
     for method in ("POST", "PUT", "DELETE", "OPTIONS", "CONNECT"):
         status, _, body = ask("/core/core.js", method)
@@ -233,7 +292,7 @@ def viewing(folder, *arguments):
         yield process, process.stdout.readline()
 
 
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=["Ctrl-C", "SIGTERM", "SIGHUP"])
 def test_it_shows_a_file_until_it_is_ended(tmp_path, sent):
     (tmp_path / "part.obj").write_text(TRIANGLE)
     with viewing(tmp_path, "part.obj", "--no-browser") as (process, line):
@@ -246,6 +305,30 @@ def test_it_shows_a_file_until_it_is_ended(tmp_path, sent):
             assert process.wait(timeout=20) == 0
         assert process.stdout.read() == process.stderr.read() == ""
     assert [file.name for file in tmp_path.iterdir()] == ["part.obj"]
+
+
+def test_a_closed_terminal_leaves_nothing(tmp_path):
+    """The shell and the system both send SIGHUP, and nothing more can be printed."""
+    (tmp_path / "part.obj").write_text(TRIANGLE)
+    with viewing(tmp_path, "part.obj", "--no-browser") as (process, line):
+        assert line
+        assert len(list(tmp_path.iterdir())) == 2
+        process.stdout.close()
+        process.stderr.close()
+        for _ in range(20):
+            process.send_signal(signal.SIGHUP)
+            time.sleep(0.002)
+        assert process.wait(timeout=20) in (0, 130)  # the latter if it was not yet serving
+    assert [file.name for file in tmp_path.iterdir()] == ["part.obj"]
+
+
+def test_nohup_is_heeded(tmp_path):
+    command = ["nohup", sys.executable, "-m", "bobrossnet.cli", "view", "--no-browser"]
+    with running(command, stdout=PIPE, stderr=PIPE, stdin=PIPE, env={**os.environ, "TMPDIR": str(tmp_path)}) as process:
+        assert process.stdout.readline().startswith("http://")
+        process.send_signal(signal.SIGHUP)
+        time.sleep(0.2)
+        assert process.poll() is None
 
 
 def test_it_opens_a_browser(tmp_path, monkeypatch):

@@ -6,6 +6,7 @@
 >>> image = bob.complete(part)
 """
 
+from bobrossnet import starting  # noqa: F401  before all else
 from bobrossnet._core import set_thread_count, thread_count
 from bobrossnet.adapters.container import save_scene
 from bobrossnet.adapters.files import load, load_mesh

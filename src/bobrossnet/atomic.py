@@ -15,22 +15,22 @@ def check_writable(path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     InputError
-        If it is a folder, or its folder does not exist or is read-only.
+        If it is a folder or a device, its name is too long, or its folder does not exist or is read-only.
     """
     path = Path(path)
-    if path.is_dir():
-        raise InputError(f"{path}: expected a file to write, got a folder")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: can't write it: there is no folder {path.parent}")
-    if not os.access(path.parent, os.W_OK):
-        raise InputError(f"{path}: can't write it: the folder {path.parent} is read-only")
+    place = _place(path)
+    if not place.parent.is_dir():
+        raise InputError(f"{path}: can't write it: there is no folder {place.parent}")
+    if not os.access(place.parent, os.W_OK):
+        raise InputError(f"{path}: can't write it: the folder {place.parent} is read-only")
     return path
 
 
 def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
     """Write a file under another name beside its place, then move it there.
 
-    Anyone who reads `path` in the meantime, or after an interruption, finds the old content.
+    Anyone who reads `path` in the meantime, or after an interruption, finds the old content. A link stays one: what it
+    points to is written.
 
     Raises
     ------
@@ -38,8 +38,10 @@ def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
         If the folder does not exist or can't be written to.
     """
     path = Path(path)
+    place = _place(path)
     try:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        # A name of its own, as the file's may be as long as names can be.
+        handle, temporary = tempfile.mkstemp(dir=place.parent, prefix=".bobrossnet-")
     except OSError as error:
         raise InputError(f"{path}: can't write it: {error.strerror}") from error
     try:
@@ -48,10 +50,25 @@ def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
         umask = os.umask(0)
         os.umask(umask)
         os.chmod(temporary, 0o666 & ~umask)  # mkstemp's files are private
-        os.replace(temporary, path)
+        os.replace(temporary, place)
     except OSError as error:
         os.unlink(temporary)
         raise InputError(f"{path}: can't write it: {error.strerror}") from error
     except BaseException:
         os.unlink(temporary)
         raise
+
+
+def _place(path: Path) -> Path:
+    """Where the file really lies or is to lie."""
+    place = Path(os.path.realpath(path))
+    try:
+        place.lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        return place
+    except OSError as error:  # a name too long
+        raise InputError(f"{path}: can't write it: {error.strerror}") from error
+    if not place.is_file():
+        what = "folder" if place.is_dir() else "link to itself" if place.is_symlink() else "device"
+        raise InputError(f"{path}: expected a file to write, got a {what}")
+    return place

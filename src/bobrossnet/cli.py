@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import errno
 import json
 import os
 import signal
@@ -19,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import quote
 
-from bobrossnet import arguments
+from bobrossnet import arguments, starting
 from bobrossnet.adapters.files import KINDS
 from bobrossnet.learn.commands import add_commands
 from bobrossnet.machine import limit_memory
@@ -29,7 +30,9 @@ if TYPE_CHECKING:
     import bobrossnet as bob
 
 USAGE_ERROR = 2
-INTERRUPTED = 130
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""What writing fails with where there is no more space."""
 
 LARGE = 3840 * 2160
 """Pixels from which on completing is no matter of milliseconds, and is not done twice to be timed."""
@@ -41,15 +44,14 @@ FILES = "; ".join(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status: 0, 2 after an error of one line on stderr, 130 after Ctrl-C."""
-    from bobrossnet.errors import InputError, InputWarning
+    from bobrossnet.errors import InputError
 
-    signal.signal(signal.SIGTERM, _terminate)  # so that files in the making are cleaned up
     try:
-        options = _parser().parse_args(arguments)
-        with warnings.catch_warnings():
-            warnings.simplefilter("always", InputWarning)
-            warnings.showwarning = _print_warning
-            options.run(options)
+        starting.done()
+        for sent in (signal.SIGTERM, signal.SIGHUP):  # so that files in the making are cleaned up
+            if signal.getsignal(sent) != signal.SIG_IGN:  # which nohup sets
+                signal.signal(sent, _terminate)
+        _run(arguments)
         return 0
     except (InputError, _UsageError) as error:
         return _fail(str(error))
@@ -58,11 +60,46 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ModuleNotFoundError as error:
         return _fail(f"this command needs {error.name}: pip install 'bobrossnet[train]'")
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader is gone; Python flushes at exit
+        _discard_output()  # the reader is gone
         return 0
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        try:
+            _flush_output()
+        except OSError:
+            _discard_output()
+        return _fail(f"can't write {error.filename or 'the output'}: {error.strerror}")
     except KeyboardInterrupt as interrupt:
-        print(": ".join(["bobrossnet: interrupted", *map(str, interrupt.args)]), file=sys.stderr)
-        return INTERRUPTED
+        with contextlib.suppress(OSError):  # of a terminal that was closed
+            print(": ".join(["bobrossnet: interrupted", *map(str, interrupt.args)]), file=sys.stderr)
+        return starting.INTERRUPTED
+
+
+def _run(arguments: Sequence[str] | None) -> None:
+    from bobrossnet.errors import InputWarning
+
+    try:
+        options = _parser().parse_args(arguments)
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", InputWarning)
+            warnings.showwarning = _print_warning
+            options.run(options)
+    except SystemExit:  # after --help and --version
+        _flush_output()
+        raise
+    _flush_output()
+
+
+def _flush_output() -> None:
+    """Write what was printed while an error can still be told."""
+    if sys.stdout is not None:  # as it is where it was closed
+        sys.stdout.flush()
+
+
+def _discard_output() -> None:
+    """Let nothing more be written to stdout, which Python would try as it exits."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class _UsageError(Exception):
@@ -340,6 +377,9 @@ def _fail(message: str) -> int:
 
 
 def _terminate(*_: Any) -> NoReturn:
+    """As Ctrl-C; what follows, as the second SIGHUP of a closed terminal, must not stop the cleaning up."""
+    for sent in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(sent, signal.SIG_IGN)
     raise KeyboardInterrupt
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import sys
 import tempfile
@@ -12,7 +13,7 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import TypeAlias
-from urllib.parse import quote, unquote, urlsplit
+from urllib.parse import quote, unquote
 
 import bobrossnet as bob
 from bobrossnet.completion.weights import WEIGHTS
@@ -64,6 +65,9 @@ HEADERS = {
 
 LASTING = {".css", ".js", ".safetensors", ".svg", ".wasm"}
 """The page's own code, which each of its workers fetches anew: browsers may keep it for a while."""
+
+VALID_HOST = re.compile(r"(?:[\w.~%-]+|\[[\da-fA-F:.]+\])(?::\d*)?")
+"""A name or an address of a host, with or without a port; no server of ours needs a user's name before it."""
 
 Files: TypeAlias = Mapping[str, "Path | bytes"]
 """What is served: by the path from the page's folder, a file or its content."""
@@ -154,6 +158,8 @@ class Server(ThreadingHTTPServer):
     """
 
     daemon_threads = True
+    request_queue_size = 1024
+    """Connections that may wait to be accepted: the system drops those beyond, and each tries again a second later."""
 
     def __init__(self, files: Files, port: int = 0) -> None:
         self.files = dict(files)
@@ -187,12 +193,24 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _answer(self) -> None:
         # A foreign page could reach this server under another name for 127.0.0.1; its requests give it away.
-        origin = self.headers.get("Origin")
-        if self.headers.get("Host") not in self.server.hosts:
+        hosts = self.headers.get_all("Host", [])
+        if len(hosts) != 1:
+            return self.send_error(HTTPStatus.BAD_REQUEST, f"expected one Host, got {len(hosts)}")
+        if hosts[0] not in self.server.hosts:
             return self.send_error(HTTPStatus.FORBIDDEN, "expected the host 127.0.0.1")
-        if origin is not None and origin.removeprefix("http://") not in self.server.hosts:
-            return self.send_error(HTTPStatus.FORBIDDEN, "expected a request of this page")
-        path = unquote(urlsplit(self.path).path).removeprefix("/") or "index.html"
+        for origin in self.headers.get_all("Origin", []):
+            if origin.removeprefix("http://") not in self.server.hosts:
+                return self.send_error(HTTPStatus.FORBIDDEN, "expected a request of this page")
+        target = self.path
+        if not target.startswith("/"):  # a whole URL, as proxies are sent
+            scheme, separator, rest = target.partition("://")
+            host, slash, rest = rest.partition("/")
+            if not separator or (host and not VALID_HOST.fullmatch(host)):
+                return self.send_error(HTTPStatus.BAD_REQUEST, "expected a path or a URL")
+            if scheme.lower() != "http" or host not in self.server.hosts:
+                return self.send_error(HTTPStatus.MISDIRECTED_REQUEST, "expected the host 127.0.0.1")
+            target = slash + rest
+        path = unquote(re.split("[?#]", target, maxsplit=1)[0]).removeprefix("/") or "index.html"
         content = self.server.files.get(path)
         if content is None:
             return self.send_error(HTTPStatus.NOT_FOUND)

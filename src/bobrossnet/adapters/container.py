@@ -1,7 +1,6 @@
 """Scene files, .bob: all shapes, places and materials of a scene in one file that shows the same picture everywhere.
 
-A safetensors file; CONVENTIONS.md has its fields. It is laid out here rather than by the safetensors package, which
-orders the header's strings at random: equal scenes make equal files.
+A safetensors file; CONVENTIONS.md has its fields. Equal scenes make equal files.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.atomic import check_writable, write_whole
@@ -24,6 +22,7 @@ from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tube import Tube
+from bobrossnet.tensors import tensor_file
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
@@ -38,8 +37,6 @@ KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Brep, Implicit, Me
 # taken as zeros.
 START = b'{"__metadata__":{"sha256":"'
 DIGITS = slice(8 + len(START), 8 + len(START) + 64)
-
-DTYPES = {"float64": "F64", "float32": "F32", "int64": "I64", "int32": "I32", "uint32": "U32", "uint8": "U8"}
 
 
 def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
@@ -164,26 +161,14 @@ def _list(place: str, value: Any) -> list[Any]:
 
 
 def layout(scene: Any, tensors: Mapping[str, NDArray[Any]]) -> bytes:
-    """A safetensors file with zeros for its checksum. Tensors of large items come first, so that all are aligned."""
+    """The file with zeros for its checksum."""
     metadata = {
         "sha256": "0" * 64,
         "format": FORMAT,
         "version": VERSION,
         "scene": json.dumps(scene, allow_nan=False, separators=(",", ":")),
     }
-    header: dict[str, Any] = {"__metadata__": metadata}
-    body = []
-    at = 0
-    for name in sorted(tensors, key=lambda name: (-tensors[name].itemsize, name)):
-        tensor = tensors[name]
-        content = np.ascontiguousarray(tensor, tensor.dtype.newbyteorder("<")).tobytes()
-        place = [at, at + len(content)]
-        header[name] = {"dtype": DTYPES[tensor.dtype.name], "shape": list(tensor.shape), "data_offsets": place}
-        body.append(content)
-        at += len(content)
-    text = json.dumps(header, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 8)
-    return b"".join([len(text).to_bytes(8, "little"), text, *body])
+    return tensor_file(metadata, tensors)
 
 
 def sealed(data: bytes) -> bytes:

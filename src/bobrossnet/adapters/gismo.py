@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.grids import numbers
 from bobrossnet.adapters.messages import errors_at, warn_of
+from bobrossnet.adapters.xml import read_xml
 from bobrossnet.errors import InputError
 from bobrossnet.shapes.nurbs import Brep, Face
 from bobrossnet.shapes.splines import MAX_DEGREE
@@ -30,19 +32,19 @@ def read_gismo(file: Path) -> list[Instance]:
     Raises
     ------
     InputError
-        If the XML has a document type, which could grow without end, if it has no surface, or an invalid one.
+        If the XML is more than `read_xml` takes, if it has no surface, or an invalid one.
 
     Warns
     -----
     InputWarning
         How many curves, volumes and the like were left out.
     """
-    from xml.etree.ElementTree import fromstring
+    from xml.etree.ElementTree import TreeBuilder
 
     text = file.read_bytes().decode("utf-8-sig").strip()  # some have blank lines where XML allows none
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise InputError("expected XML without a document type and entities, got some")
-    geometries = fromstring(text).findall("Geometry")
+    tree = TreeBuilder()
+    read_xml(BytesIO(text.encode()), tree.start, tree.end, tree.data, encoding="utf-8")
+    geometries = tree.close().findall("Geometry")
     faces = []
     for number, geometry in enumerate(geometries, 1):
         if geometry.get("type") in SURFACES:

@@ -11,6 +11,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from bobrossnet.adapters.beside import Beside
 from bobrossnet.adapters.part import Part, counted, placed, trimesh_part
 from bobrossnet.errors import InputError
 
@@ -26,9 +27,9 @@ def read_gltf(file: Path) -> list[Part]:
     ------
     InputError
         If it is compressed, quantised or larger than `MAX_ITEMS`, if its nodes do not form a tree, or if a file that
-        belongs to it is missing.
+        belongs to it is missing or lies elsewhere.
     """
-    return _parts(json.loads(file.read_bytes()), _Beside(file))
+    return _parts(json.loads(file.read_bytes()), _Buffers(file))
 
 
 def read_glb(file: Path) -> list[Part]:
@@ -46,34 +47,32 @@ def read_glb(file: Path) -> list[Part]:
     if size > len(data) or 20 + length > size:
         raise InputError(f"expected {max(size, 20 + length):,} bytes, as its head says, got {len(data):,}")
     tree = json.loads(data[20 : 20 + length])
-    beside = _Beside(file)
+    buffers = _Buffers(file)
     # A buffer without a name is the chunk after the JSON, whose own head has eight bytes.
-    beside[""] = data[28 + length : size]
+    buffers[""] = data[28 + length : size]
     for buffer in tree.get("buffers", []):
         buffer.setdefault("uri", "")
-    return _parts(tree, beside)
+    return _parts(tree, buffers)
 
 
-class _Beside(dict[str, bytes]):
-    """Files beside a glTF, by the names in it."""
+class _Buffers(dict[str, bytes]):
+    """What a glTF's buffers hold, by their URIs, in which a space, for example, is written as %20."""
 
     def __init__(self, gltf: Path) -> None:
         super().__init__()
-        self.folder = gltf.parent
+        self.beside = Beside(gltf)
 
     def __missing__(self, uri: str) -> bytes:
-        file = self.folder / unquote(uri)
-        if not file.is_file():
-            raise InputError(f"expected its data in {uri[:100]} beside it, found no such file")
-        return file.read_bytes()
+        content = self[uri] = self.beside.read(unquote(uri))
+        return content
 
 
-def _parts(tree: dict[str, Any], beside: _Beside) -> list[Part]:
+def _parts(tree: dict[str, Any], buffers: _Buffers) -> list[Part]:
     from trimesh.exchange.gltf import load_gltf
 
     _check_accessors(tree)
     _check_nodes(tree)
-    loaded = load_gltf(io.BytesIO(json.dumps(tree).encode()), beside, skip_materials=True)
+    loaded = load_gltf(io.BytesIO(json.dumps(tree).encode()), buffers, skip_materials=True)
     world = {loaded["base_frame"]: Z_UP}
     parts: list[Part] = []
     total = 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,8 @@ from OCP.ShapeAnalysis import ShapeAnalysis_ShapeTolerance
 from OCP.ShapeFix import ShapeFix_ShapeTolerance
 from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideClosed
 from OCP.STEPCAFControl import STEPCAFControl_Reader
+from OCP.STEPConstruct import STEPConstruct_ExternRefs
+from OCP.STEPControl import STEPControl_Reader
 from OCP.TCollection import TCollection_AsciiString, TCollection_ExtendedString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDF import TDF_ChildIterator, TDF_Label, TDF_Tool
@@ -32,6 +35,7 @@ from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
+from bobrossnet.adapters.beside import find_beside
 from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed
 from bobrossnet.errors import InputError
 from bobrossnet.shapes.splines import MAX_DEGREE
@@ -59,6 +63,8 @@ def read_assembly(kind: str, file: str) -> Assembly:
     reader.SetColorMode(True)
     if reader.ReadFile(file) != IFSelect_ReturnStatus.IFSelect_RetDone:
         raise InputError(f"expected {'a STEP' if kind == 'STEP' else 'an IGES'} file, got one that can't be parsed")
+    if kind == "STEP":
+        _check_parts_beside(Path(file), reader.ChangeReader(), set())
     XCAFDoc_ShapeTool.SetAutoNaming_s(False)  # only names from the file
     document = TDocStd_Document(TCollection_ExtendedString("BinXCAF"))
     reader.Transfer(document)  # its answer is no more than that something was there
@@ -70,6 +76,21 @@ def read_assembly(kind: str, file: str) -> Assembly:
         held = ", ".join(f"{name} ({count:,})" for name, count in walk.others.items() if count)
         raise InputError(f"expected faces, got {held or 'nothing that OpenCascade knows'}")
     return Assembly(walk.parts, walk.placed, walk.dropped, walk.total)
+
+
+def _check_parts_beside(file: Path, reader: STEPControl_Reader, visited: set[Path]) -> None:
+    """Refuse an assembly that names parts outside its folder, as these may in turn: OpenCascade would read them."""
+    visited.add(file)
+    references = STEPConstruct_ExternRefs(reader.WS())
+    references.LoadExternRefs()
+    for number in range(1, references.NbExternRefs() + 1):
+        name = references.FileName(number)
+        find_beside(file, name)
+        part = file.parent / name
+        if part not in visited:
+            reader_of_part = STEPControl_Reader()
+            if reader_of_part.ReadFile(str(part)) == IFSelect_ReturnStatus.IFSelect_RetDone:
+                _check_parts_beside(part, reader_of_part, visited)
 
 
 class _Walk:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.part import Part, counted, placed
+from bobrossnet.adapters.xml import read_xml
 from bobrossnet.errors import InputError
 
 MAX_INSTANCES = 100_000
@@ -75,15 +76,14 @@ def read_3mf(file: Path) -> list[Part]:
 
 def _read_model(stream: IO[bytes], model: str, objects: dict[Key, Object]) -> list[Instance]:
     """Collect the objects of one model file into `objects`; return what it builds."""
-    from xml.etree.ElementTree import iterparse
-
     items: list[Instance] = []
     points: list[tuple[str, str, str]] = []
     corners: list[tuple[str, str, str]] = []
     components: list[Instance] = []
-    for _, element in iterparse(stream):
-        get = element.attrib
-        kind = _local(element.tag)
+    ids: list[str] = []
+
+    def start(name: str, get: dict[str, str]) -> None:
+        kind = _local(name)
         if kind == "vertex":
             points.append((get["x"], get["y"], get["z"]))
         elif kind == "triangle":
@@ -94,13 +94,19 @@ def _read_model(stream: IO[bytes], model: str, objects: dict[Key, Object]) -> li
             instance = Instance(key, _matrix(get.get("transform")))
             (components if kind == "component" else items).append(instance)
         elif kind == "object":
+            ids.append(get["id"])
+
+    def end(name: str) -> None:
+        if _local(name) == "object":
             part = Part(
                 np.array(points, dtype=np.float64).reshape(-1, 3),
                 np.array(corners, dtype=np.float64).astype(np.int64).reshape(-1, 3),
             )
-            objects[model, get["id"]] = Object(part, components)
-            points, corners, components = [], [], []
-        element.clear()
+            objects[model, ids.pop()] = Object(part, components.copy())
+            for read in (points, corners, components):
+                read.clear()
+
+    read_xml(stream, start, end)
     return items
 
 

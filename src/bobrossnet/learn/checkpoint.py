@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 import safetensors
-import safetensors.torch
 import torch
 from torch import Tensor, nn
 
@@ -25,6 +24,7 @@ from bobrossnet.completion.weights import FORMAT, read_weights
 from bobrossnet.errors import InputError
 from bobrossnet.learn.config import FREE
 from bobrossnet.learn.networks import NETWORKS, Network
+from bobrossnet.tensors import tensor_file
 
 
 def save(path: str | os.PathLike[str], network: Network, metadata: Mapping[str, str] | None = None) -> None:
@@ -161,10 +161,8 @@ def make_place(path: str | os.PathLike[str]) -> Path:
 
 def write_tensors(path: str | os.PathLike[str], tensors: Mapping[str, Tensor], header: Mapping[str, str]) -> None:
     """Write tensors and strings to a safetensors file, whole or not at all."""
-    content = safetensors.torch.save(
-        {name: tensor.detach().cpu().contiguous() for name, tensor in tensors.items()}, dict(header)
-    )
-    write_whole(make_place(path), content)
+    arrays = {name: tensor.detach().cpu().numpy() for name, tensor in tensors.items()}
+    write_whole(make_place(path), tensor_file(header, arrays))
 
 
 def read_tensors(path: str | os.PathLike[str]) -> tuple[dict[str, Tensor], dict[str, str]]:

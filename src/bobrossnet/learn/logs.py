@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,7 @@ def epoch_line(row: Row) -> str:
 
 
 class Events:
-    """TensorBoard's file of events in a folder.
+    """TensorBoard's file of events in a folder, which is made when there is something to note.
 
     Parameters
     ----------
@@ -60,7 +61,13 @@ class Events:
     """
 
     def __init__(self, run: Path, steps: int) -> None:
-        self._writer: Any = SummaryWriter(str(run), purge_step=steps + 1, filename_suffix=f".{steps}")
+        self.run, self.steps = run, steps
+
+    @cached_property
+    def _writer(self) -> Any:
+        writer = SummaryWriter(str(self.run), purge_step=self.steps + 1, filename_suffix=f".{self.steps}")
+        writer.flush()  # its head, so that it is a file of events even if the training is killed now
+        return writer
 
     def scalars(self, values: Mapping[str, float], steps: int) -> None:
         """Note some numbers by their names, after so many steps."""
@@ -73,7 +80,8 @@ class Events:
 
     def close(self) -> None:
         """Write out what is left."""
-        self._writer.close()
+        if "_writer" in vars(self):
+            self._writer.close()
 
 
 def panels(partial: NDArray[np.float32], image: NDArray[np.float32], reference: NDArray[np.float32]) -> NDArray[Any]:

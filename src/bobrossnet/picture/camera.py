@@ -7,6 +7,9 @@ from dataclasses import asdict, dataclass, fields
 from bobrossnet import _core
 from bobrossnet.errors import check_number
 
+MAX_ANGLE = 1e6
+"""Degrees either way; there float32 still tells angles apart that differ by a sixteenth of a degree."""
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -15,7 +18,8 @@ class Camera:
     Raises
     ------
     InputError
-        If a value is not a finite number, the elevation lies beyond the poles, or the zoom is not above 0.
+        If a value is not a finite number, azimuth or roll are beyond `MAX_ANGLE`, the elevation lies beyond the poles,
+        or the zoom is not above 0.
     """
 
     azimuth: float = 30.0
@@ -28,9 +32,9 @@ class Camera:
     """1 fits the bounding sphere exactly into the shorter side of the image, 2 shows half as much."""
 
     def __post_init__(self) -> None:
-        check_number("azimuth", self.azimuth)
+        for name, angle in (("azimuth", self.azimuth), ("roll", self.roll)):
+            check_number(name, check_number(name, angle), -MAX_ANGLE, MAX_ANGLE)
         check_number("elevation", self.elevation, -90, 90)
-        check_number("roll", self.roll)
         check_number("zoom", self.zoom, 1e-3, 1e6)
         for field in fields(self):
             object.__setattr__(self, field.name, float(getattr(self, field.name)))

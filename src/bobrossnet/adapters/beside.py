@@ -1,0 +1,70 @@
+"""Files that belong to a model: which of those that it names may be read.
+
+A model can come from a stranger, and what is read for it goes into scenes and pages that are passed on. So a name leads
+only to regular files in the model's own folder and below it, wherever links point.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path, PurePath
+
+from bobrossnet.errors import InputError
+
+MAX_BYTES = 1 << 32
+"""Of all files that a model names, together; the largest chunk that a GLB can have."""
+
+
+def find_beside(model: Path, name: str) -> str:
+    """The real path of a file that a model names.
+
+    Raises
+    ------
+    InputError
+        If the name leads out of the model's folder, to anything but a regular file, or nowhere.
+    """
+    try:
+        folder = os.path.realpath(model.parent)
+        target = os.path.realpath(os.path.join(folder, name))
+        # A backslash is part of a name here, but to OpenCascade it separates folders.
+        inside = not PurePath(name).is_absolute() and ".." not in PurePath(name).parts and "\\" not in name
+        if inside and os.path.commonpath([folder, target]) == folder and os.path.isfile(target):
+            return target
+    except (OSError, ValueError):  # no permission, a name too long, a NUL in it
+        pass
+    raise InputError(f"expected its data in a file in or below its folder, found no such file: {name[:100]}")
+
+
+class Beside:
+    """Reads the files that a model names.
+
+    Parameters
+    ----------
+    model : path of the model
+    """
+
+    def __init__(self, model: Path) -> None:
+        self.model = model
+        self.left = MAX_BYTES
+
+    def read(self, name: str) -> bytes:
+        """What a file holds.
+
+        Raises
+        ------
+        InputError
+            If it can't be found, or if the files of the model are larger than `MAX_BYTES` together.
+        """
+        target = find_beside(self.model, name)
+        try:
+            # Without a wait for whoever writes to it, should it have become a pipe in the meantime.
+            with open(os.open(target, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW), "rb") as file:
+                size = os.fstat(file.fileno()).st_size
+                self.left -= size
+                if self.left < 0:
+                    raise InputError(
+                        f"expected files of at most {MAX_BYTES:,} bytes beside it, got more in {name[:100]}"
+                    )
+                return file.read(size)  # which is nothing of a pipe, and of what the system makes up in /proc
+        except OSError as error:
+            raise InputError(f"expected its data in {name[:100]}, can't read it: {error.strerror}") from error

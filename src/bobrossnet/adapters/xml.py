@@ -1,0 +1,79 @@
+"""XML, read element by element, up to limits that only bombs reach.
+
+The parser alone would take minutes over some files of 64 MB, which as zip files may have a few KB: over tags of four
+characters, elements inside each other without end, or a single tag, which it scans anew with every chunk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import IO
+
+from bobrossnet.errors import InputError
+
+CHUNK = 1 << 20
+MAX_TAG = 1 << 20  # bytes of a tag or a comment; real ones have a few hundred
+MAX_DEPTH = 100_000  # real ones have ten
+MANY = 250_000  # elements that any file may have; beyond, they are as long as the shortest real ones, on average
+SHORT = 16  # bytes, where <v x="0" y="0" z="0"/> has 21
+
+
+def read_xml(
+    stream: IO[bytes],
+    start: Callable[[str, dict[str, str]], object],
+    end: Callable[[str], object],
+    data: Callable[[str], object] | None = None,
+    *,
+    encoding: str | None = None,
+) -> None:
+    """Tell of each element where it starts, with its attributes, and where it ends, and of the text between.
+
+    Names in a namespace come as "namespace}name". An encoding overrides the file's own word for it.
+
+    Raises
+    ------
+    InputError
+        If the file has a document type, whose entities could grow without end, or exceeds the limits.
+    xml.etree.ElementTree.ParseError
+        If it is not XML.
+    """
+    from xml.etree.ElementTree import ParseError
+    from xml.parsers.expat import ExpatError, ParserCreate
+
+    depth, left = 0, MANY
+
+    def starts(name: str, attributes: dict[str, str]) -> None:
+        nonlocal depth, left
+        depth += 1
+        left -= 1
+        if depth > MAX_DEPTH:
+            raise InputError(f"expected XML of at most {MAX_DEPTH:,} levels, got more")
+        if left < 0:
+            raise InputError(f"expected XML of elements with something in them, got over {MANY:,} of a few bytes")
+        start(name, attributes)
+
+    def ends(name: str) -> None:
+        nonlocal depth
+        depth -= 1
+        end(name)
+
+    def document_type(*_: object) -> None:
+        raise InputError("expected XML without a document type and entities, got some")
+
+    parser = ParserCreate(encoding, "}")
+    parser.buffer_text = True
+    parser.StartElementHandler = starts
+    parser.EndElementHandler = ends
+    parser.CharacterDataHandler = data
+    parser.StartDoctypeDeclHandler = document_type
+    total = 0
+    try:
+        while chunk := stream.read(CHUNK):
+            total += len(chunk)
+            left += len(chunk) // SHORT
+            parser.Parse(chunk, False)
+            if total - parser.CurrentByteIndex > MAX_TAG:  # which is where what is unfinished starts
+                raise InputError(f"expected XML tags of at most {MAX_TAG:,} bytes, got a longer one")
+        parser.Parse(b"", True)
+    except ExpatError as error:
+        raise ParseError(str(error)) from error
