@@ -219,7 +219,7 @@ private:
         std::vector<std::uint32_t>& same_hash = written_[std::hash<std::string_view>{}(bytes)];
         const auto known = std::find_if(same_hash.begin(), same_hash.end(), [&](std::uint32_t first) {
             return first + code.count <= result.instructions_.size() &&
-                   std::memcmp(result.instructions_.data() + first, code.instructions, size) == 0;
+                   (size == 0 || std::memcmp(result.instructions_.data() + first, code.instructions, size) == 0);
         });
         const std::uint32_t first = known != same_hash.end() ? *known
                                                              : static_cast<std::uint32_t>(result.instructions_.size());
