@@ -7,6 +7,7 @@
 
 #include "formula/jumps.h"
 #include "formula/scratch.h"
+#include "formula/sequenced.h"
 
 namespace bob {
 namespace {

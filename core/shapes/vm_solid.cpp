@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "formula/sequenced.h"
+
 namespace bob {
 namespace {
 
