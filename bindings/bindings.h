@@ -12,6 +12,7 @@
 #include <span>
 
 #include "affine.h"
+#include "interruption.h"
 #include "picture/channels.h"
 
 namespace nb = nanobind;
@@ -54,21 +55,25 @@ Array<T, Shape...> make_array(Sizes... sizes) {
 }
 
 /// Runs work(keep_going) without the GIL and lets Ctrl-C stop it: when asked, keep_going runs Python's signal handlers
-/// now and then, on the main thread, with the GIL taken back. What a handler raised is raised here.
+/// now and then, on the main thread, with the GIL taken back. What a handler raised is raised here; work may end by Stopped.
 template <class Work>
 void interruptible(Work work) {
     auto asked = std::chrono::steady_clock::now();
     bool raised = false;
     {
         const nb::gil_scoped_release release;
-        work([&] {
+        const auto keep_going = [&] {
             const auto now = std::chrono::steady_clock::now();
             if (now - asked < std::chrono::milliseconds(20)) return true;
             asked = now;
             const nb::gil_scoped_acquire gil;
             raised = PyErr_CheckSignals() != 0;
             return !raised;
-        });
+        };
+        try {
+            work(keep_going);
+        } catch (const bob::Stopped&) {
+        }
     }
     if (raised) throw nb::python_error();
 }

@@ -58,27 +58,20 @@ void init_implicit(bob::Implicit* self, const bob::Expression& formula, const Co
         box.high[axis] = bounds.data()[3 + axis];
         expect(box.low[axis] < box.high[axis], "bounds: expected each low below its high");
     }
-    const nb::gil_scoped_release release;
-    new (self) bob::Implicit(formula, box);
+    interruptible([&](const auto& keep_going) { new (self) bob::Implicit(formula, box, keep_going); });
 }
 
 /// None where the formula is positive everywhere.
 std::optional<Array<double, 2, 3>> find_bounds(const bob::Expression& formula) {
     std::optional<bob::Bounds> found;
-    {
-        const nb::gil_scoped_release release;
-        found = bob::find_bounds(formula);
-    }
+    interruptible([&](const auto& keep_going) { found = bob::find_bounds(formula, keep_going); });
     if (!found) return std::nullopt;
     return to_array(*found);
 }
 
 std::tuple<bob::Expression, std::optional<Array<double, 2, 3>>, bool> vm_solid(const bob::Expression& formula) {
     std::optional<bob::VmSolid> solid;
-    {
-        const nb::gil_scoped_release release;
-        solid = bob::vm_solid(formula);
-    }
+    interruptible([&](const auto& keep_going) { solid = bob::vm_solid(formula, keep_going); });
     std::optional<Array<double, 2, 3>> bounds;
     if (solid->bounds) bounds = to_array(*solid->bounds);
     return {std::move(solid->formula), std::move(bounds), solid->cut};

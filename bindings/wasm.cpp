@@ -107,6 +107,18 @@ EXPORT(run_script) bob::Expression* run_script(const char* source, std::size_t s
     return attempt([&] { return new bob::Expression(*bob::run_script({source, size}).expression); });
 }
 
+EXPORT(expression_size) std::size_t expression_size(const bob::Expression* expression) { return expression->nodes().size(); }
+
+/// ops: (n,), operands: (n, 3), values: (n,), as make_expression takes them.
+EXPORT(read_expression)
+void read_expression(const bob::Expression* expression, std::uint8_t* ops, std::uint32_t* operands, double* values) {
+    for (const bob::Node& node : expression->nodes()) {
+        *ops++ = static_cast<std::uint8_t>(node.op);
+        operands = std::copy_n(node.operand, 3, operands);
+        *values++ = node.value;
+    }
+}
+
 EXPORT(free_expression) void free_expression(bob::Expression* expression) { delete expression; }
 
 /// bounds: (2, 3), NaN where the formula is positive everywhere. Fails where it has none.

@@ -82,7 +82,11 @@ public:
         look_out_for([&] { return busy_ == 0; });
         std::unique_lock lock(mutex_);
         job_ = nullptr;  // a worker that wakes up late finds nothing to do
-        idle_.wait(lock, [this] { return busy_ == 0; });
+        while (!idle_.wait_for(lock, std::chrono::milliseconds(10), [this] { return busy_ == 0; })) {
+            lock.unlock();
+            if (keep_going && !job.stopped && !keep_going()) job.stopped = true;
+            lock.lock();
+        }
     }
 
     [[nodiscard]] int threads() const { return static_cast<int>(workers_.size()) + 1; }

@@ -1,6 +1,8 @@
 """Implicit surfaces as users trace them, against closed formulas and against samples of f in float64."""
 
 import pickle
+import signal
+import time
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,7 @@ from hypothesis import strategies as st
 from models import MODELS, needs_models
 
 import bobrossnet as bob
-from bobrossnet import sdf
+from bobrossnet import _core, sdf
 from bobrossnet.adapters.container import layout, sealed
 from bobrossnet.sdf import X, Y, Z
 
@@ -848,3 +850,38 @@ def test_no_ray_passes_through_the_examples(name):
     shape = bob.load(EXAMPLES / f"{name}.sdf").instances[0].shape
     check_sureness(shape, 1, rays=60)
     check_normals(shape, bob.Camera(), 3e-3)
+
+
+# ---- Interruptions ---------------------------------------------------------------------------------------
+
+
+def nested_sines():
+    """A formula on which any one question takes long."""
+    graph = _core.Graph()
+    value = graph.x()
+    for _ in range(100_000):
+        value = graph.unary("sin", graph.binary("add", value, graph.y()))
+    return graph.expression(value)
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there are no alarms on this system")
+@pytest.mark.parametrize(
+    "build",
+    [lambda f: _core.Implicit(f, np.array([(-1.0, -1, -1), (1, 1, 1)])), _core.find_bounds],
+    ids=["cells", "bounds"],
+)
+def test_building_can_be_interrupted(build):
+    def alarm(*_):
+        raise KeyboardInterrupt
+
+    formula = nested_sines()
+    handler = signal.signal(signal.SIGALRM, alarm)
+    start = time.perf_counter()
+    signal.setitimer(signal.ITIMER_REAL, 0.2)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            build(formula)
+        assert time.perf_counter() - start < 0.5
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, handler)

@@ -166,6 +166,13 @@ def test_closest_hits_in_scene_units():
     assert (weights[..., None] * corners).sum(axis=1) == pytest.approx(np.array([[0.5, 0.5, 1], [1, 0.5, 0.5]]))
 
 
+@pytest.mark.parametrize("length", [1e-320, 1e-170, 1.0, 1e160, 1.7e308])
+def test_closest_hits_of_directions_of_any_length(length):
+    directions = np.array([(0, 0, -1), (0, 0.125, -1), (0, 0.25, -1)]) * length
+    distance = bob.Scene(cube()).closest_hits([(0.5, 0.5, 4)] * 3, directions).distance
+    assert distance == pytest.approx([3, 3 * np.hypot(1, 0.125), np.inf], rel=1e-4)  # 1e-320 has few digits
+
+
 def test_several_shapes_make_one_scene():
     near, far = cube(), bob.Mesh(cube().vertices + (3, 0, 0), cube().triangles)
     scene = bob.Scene([near, far])

@@ -121,6 +121,15 @@ class WasmCore:
     def expression(self, expression):
         return self.made("make_expression", expression.ops, expression.operands, expression.values, len(expression))
 
+    def nodes(self, language, text):
+        """The ops, operands and values of what a script or a .vm file makes."""
+        expression = self.made(language, text)
+        count = self.call("expression_size", expression)
+        nodes = np.zeros(count, np.uint8), np.zeros((count, 3), np.uint32), np.zeros(count)
+        self.call("read_expression", expression, *nodes)
+        self.call("free_expression", expression)
+        return nodes
+
     def mesh(self, vertices, triangles, normals):
         return self.made(
             "make_mesh", vertices, len(vertices), triangles, len(triangles), 0 if normals is None else normals,

@@ -171,7 +171,7 @@ inline void advance(ConvRow& row, Then then) {
 }
 
 /// The differences that Winograd's products need, of columns x - 1 to x + conv_tile of all inputs, to the scratch.
-inline void keep_differences(const ConvRow& row, int x) {
+[[maybe_unused]] inline void keep_differences(const ConvRow& row, int x) {
     const float* corner = row.input + x - 1;
     float* to = row.scratch;
     const int columns = std::min(conv_tile, row.width - x) + 2;

@@ -176,10 +176,10 @@ private:
 // Arithmetic that reads like the formula. A number beside a value becomes a constant of its graph.
 
 inline Value operator-(Value a) { return a.graph->unary(Op::negate, a); }
-inline Value operator+(Value a, Value b) { return a.graph->binary(Op::add, a, b); }
-inline Value operator-(Value a, Value b) { return a.graph->binary(Op::subtract, a, b); }
-inline Value operator*(Value a, Value b) { return a.graph->binary(Op::multiply, a, b); }
-inline Value operator/(Value a, Value b) { return a.graph->binary(Op::divide, a, b); }
+inline Value operator+(const Value& a, const Value& b) { return a.graph->binary(Op::add, a, b); }
+inline Value operator-(const Value& a, const Value& b) { return a.graph->binary(Op::subtract, a, b); }
+inline Value operator*(const Value& a, const Value& b) { return a.graph->binary(Op::multiply, a, b); }
+inline Value operator/(const Value& a, const Value& b) { return a.graph->binary(Op::divide, a, b); }
 inline Value operator+(Value a, double b) { return a + a.graph->constant(b); }
 inline Value operator-(Value a, double b) { return a - a.graph->constant(b); }
 inline Value operator*(Value a, double b) { return a * a.graph->constant(b); }
@@ -204,16 +204,16 @@ inline Value floor(Value a) { return a.graph->unary(Op::floor, a); }
 inline Value ceil(Value a) { return a.graph->unary(Op::ceil, a); }
 inline Value round(Value a) { return a.graph->unary(Op::round, a); }
 inline Value power(Value a, int exponent) { return a.graph->unary(Op::power, a, exponent); }
-inline Value min(Value a, Value b) { return a.graph->binary(Op::minimum, a, b); }
-inline Value max(Value a, Value b) { return a.graph->binary(Op::maximum, a, b); }
+inline Value min(const Value& a, const Value& b) { return a.graph->binary(Op::minimum, a, b); }
+inline Value max(const Value& a, const Value& b) { return a.graph->binary(Op::maximum, a, b); }
 inline Value min(Value a, double b) { return min(a, a.graph->constant(b)); }
 inline Value max(Value a, double b) { return max(a, a.graph->constant(b)); }
-inline Value hypot(Value a, Value b) { return a.graph->binary(Op::hypot, a, b); }
-inline Value atan2(Value y, Value x) { return y.graph->binary(Op::atan2, y, x); }
-inline Value modulo(Value a, Value b) { return a.graph->binary(Op::modulo, a, b); }
+inline Value hypot(const Value& a, const Value& b) { return a.graph->binary(Op::hypot, a, b); }
+inline Value atan2(const Value& y, const Value& x) { return y.graph->binary(Op::atan2, y, x); }
+inline Value modulo(const Value& a, const Value& b) { return a.graph->binary(Op::modulo, a, b); }
 inline Value modulo(Value a, double b) { return modulo(a, a.graph->constant(b)); }
 /// b where a < 0, else c.
-inline Value select(Value a, Value b, Value c) { return a.graph->select(a, b, c); }
+inline Value select(const Value& a, const Value& b, const Value& c) { return a.graph->select(a, b, c); }
 inline Value clamp(Value a, double low, double high) { return min(max(a, low), high); }
 
 }  // namespace bob

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "formula/scratch.h"
+#include "formula/sequenced.h"
 
 namespace bob {
 namespace {
@@ -79,7 +80,8 @@ Value side(Graph& graph, const Node& node, const Jump& jump, const Value* operan
     if (node.op == Op::select) return operand[before ? 1 : 2];
     if (node.op == Op::atan2) {
         // The angle is counted from the cut, where it is small, and half a turn added or taken.
-        return atan2(-operand[0], -operand[1]) + (before ? -pi : pi);
+        const Value across = -operand[1];
+        return atan2(-operand[0], across) + (before ? -pi : pi);
     }
     return graph.constant(before ? jump.low : jump.low + 1);
 }

@@ -6,6 +6,8 @@
 #include <optional>
 #include <unordered_map>
 
+#include "formula/sequenced.h"
+
 namespace bob {
 namespace {
 
@@ -15,8 +17,17 @@ Value one(Value a) { return a.graph->constant(1); }
 /// `then` where a is 0, else `otherwise`.
 Value if_zero(Value a, Value then, Value otherwise) { return select(a, otherwise, select(-a, otherwise, then)); }
 
-Value round_away(Value a) { return select(a, ceil(a - 0.5), floor(a + 0.5)); }
-Value compare(Value a, Value b) { return select(a - b, -one(a), select(b - a, one(a), zero(a))); }
+Value round_away(Value a) {
+    const Value up = floor(a + 0.5);
+    return select(a, ceil(a - 0.5), up);
+}
+
+Value compare(const Value& a, const Value& b) {
+    const Value equal = zero(a), greater = one(a);
+    const Value not_less = select(b - a, greater, equal);
+    const Value less = -one(a);
+    return select(a - b, less, not_less);
+}
 
 struct Variable {
     std::string_view name;
@@ -45,25 +56,29 @@ constexpr Unary unaries[] = {
     {"floor", floor},
     {"ceil", ceil},
     {"round", round_away},
-    {"not", [](Value a) { return if_zero(a, one(a), zero(a)); }},
+    {"not",
+     [](Value a) {
+         const Value otherwise = zero(a);
+         return if_zero(a, one(a), otherwise);
+     }},
 };
 
 struct Binary {
     std::string_view name;
-    Value (*make)(Value, Value);
+    Value (*make)(const Value&, const Value&);
 };
 constexpr Binary binaries[] = {
-    {"add", [](Value a, Value b) { return a + b; }},
-    {"sub", [](Value a, Value b) { return a - b; }},
-    {"mul", [](Value a, Value b) { return a * b; }},
-    {"div", [](Value a, Value b) { return a / b; }},
+    {"add", [](const Value& a, const Value& b) { return a + b; }},
+    {"sub", [](const Value& a, const Value& b) { return a - b; }},
+    {"mul", [](const Value& a, const Value& b) { return a * b; }},
+    {"div", [](const Value& a, const Value& b) { return a / b; }},
     {"min", min},
     {"max", max},
-    {"mod", [](Value a, Value b) { return modulo(a, abs(b)); }},
+    {"mod", [](const Value& a, const Value& b) { return modulo(a, abs(b)); }},
     {"atan2", atan2},
     {"compare", compare},
-    {"and", [](Value a, Value b) { return if_zero(a, a, b); }},
-    {"or", [](Value a, Value b) { return if_zero(a, b, a); }},
+    {"and", [](const Value& a, const Value& b) { return if_zero(a, a, b); }},
+    {"or", [](const Value& a, const Value& b) { return if_zero(a, b, a); }},
 };
 
 template <class Operation, std::size_t count>

@@ -11,7 +11,8 @@ using std::numbers::pi;
 /// One formula before the middle, one from there on; neither is asked about the other's half.
 template <class First, class Second>
 Value halves(Value t, First first, Second second) {
-    return select(t - 0.5, first(min(t, 0.5)), second(max(t, 0.5)));
+    const Value after = second(max(t, 0.5)), before = first(min(t, 0.5));
+    return select(t - 0.5, before, after);
 }
 
 /// 2 to the v.
@@ -19,7 +20,8 @@ Value exp2(Value v) { return exp(v * std::numbers::ln2); }
 
 /// `special` at t = place, elsewhere `usual`.
 Value except_at(Value t, double place, double special, Value usual) {
-    return select(-abs(t - place), usual, t.graph->constant(special));
+    const Value there = t.graph->constant(special);
+    return select(-abs(t - place), usual, there);
 }
 
 Value linear(Value t) { return t; }
@@ -63,16 +65,29 @@ Value in_out_circ(Value t) {
 
 /// A swing of period k.
 Value swing(Value t, double k) { return sin((t - k / 4) * (2 * pi / k)); }
-Value in_elastic(Value t, double k) { return -(exp2(10 * (t - 1)) * swing(t - 1, k)); }
-Value out_elastic(Value t, double k) { return exp2(-10 * t) * swing(t, k) + 1; }
+/// A swing from t = 0 on that is halved every tenth of the way.
+Value dying_swing(Value t, double k) {
+    const Value swinging = swing(t, k);
+    return exp2(-10 * t) * swinging;
+}
+/// One that doubles every tenth of the way until t = 1.
+Value growing_swing(Value t, double k) {
+    const Value swinging = swing(t - 1, k);
+    return exp2(10 * (t - 1)) * swinging;
+}
+Value in_elastic(Value t, double k) { return -growing_swing(t, k); }
+Value out_elastic(Value t, double k) { return dying_swing(t, k) + 1; }
 Value in_out_elastic(Value t, double k) {
     return halves(
-        t, [k](Value s) { return -0.5 * (exp2(10 * (2 * s - 1)) * swing(2 * s - 1, k)); },
-        [k](Value s) { return 0.5 * (exp2(-10 * (2 * s - 1)) * swing(2 * s - 1, k)) + 1; });
+        t, [k](Value s) { return -0.5 * growing_swing(2 * s, k); },
+        [k](Value s) { return 0.5 * dying_swing(2 * s - 1, k) + 1; });
 }
 
 constexpr double overshoot = 1.70158;  // a tenth of the way
-Value back(Value t, double k) { return square(t) * ((k + 1) * t - k); }
+Value back(Value t, double k) {
+    const Value beyond = (k + 1) * t - k;
+    return square(t) * beyond;
+}
 Value in_back(Value t) { return back(t, overshoot); }
 Value out_back(Value t) { return 1 - back(1 - t, overshoot); }
 Value in_out_back(Value t) {
@@ -92,7 +107,8 @@ Value out_bounce(Value t) {
     const Value b = parabola(clamp(t, first, second), 363.0 / 40, -99.0 / 10, 17.0 / 5);
     const Value c = parabola(clamp(t, second, third), 4356.0 / 361, -35442.0 / 1805, 16061.0 / 1805);
     const Value d = parabola(max(t, third), 54.0 / 5, -513.0 / 25, 268.0 / 25);
-    return select(t - first, a, select(t - second, b, select(t - third, c, d)));
+    const Value last = select(t - third, c, d), late = select(t - second, b, last);
+    return select(t - first, a, late);
 }
 Value in_bounce(Value t) { return 1 - out_bounce(1 - t); }
 Value in_out_bounce(Value t) {
@@ -101,7 +117,8 @@ Value in_out_bounce(Value t) {
 }
 
 Value step(Value condition, double low, double high) {
-    return select(condition, condition.graph->constant(low), condition.graph->constant(high));
+    const Value after = condition.graph->constant(high), before = condition.graph->constant(low);
+    return select(condition, before, after);
 }
 Value in_square(Value t) { return step(t - 1, 0, 1); }
 Value out_square(Value t) { return step(-t, 1, 0); }

@@ -13,13 +13,21 @@ namespace {
 /// What rounding takes off the edge: k h (1 - h) and the mix of a and b by h together, with neither standing alone.
 Value fillet(Value a, Value b, double k) { return square(max(k - abs(a - b), 0)) / (4 * k); }
 
-Value smooth_min(Value a, Value b, double k) { return k == 0 ? min(a, b) : min(a, b) - fillet(a, b, k); }
+Value smooth_min(Value a, Value b, double k) {
+    if (k == 0) return min(a, b);
+    const Value rounded = fillet(a, b, k);
+    return min(a, b) - rounded;
+}
 
 }  // namespace
 
 double smoothness(const Arguments& arguments) { return arguments.has("k") ? arguments.at_least(0, "k") : 0; }
 
-Value smooth_max(Value a, Value b, double k) { return k == 0 ? max(a, b) : max(a, b) + fillet(a, b, k); }
+Value smooth_max(Value a, Value b, double k) {
+    if (k == 0) return max(a, b);
+    const Value rounded = fillet(a, b, k);
+    return max(a, b) + rounded;
+}
 
 namespace {
 
@@ -55,7 +63,10 @@ Object intersect(const Arguments& a) {
 
 template <std::size_t n>
 Object blend(const Arguments& a) {
-    return fold<n>(a, a.number("k"), [](Value x, Value y, double k) { return k * y + (1 - k) * x; });
+    return fold<n>(a, a.number("k"), [](Value x, Value y, double k) {
+        const Value before = (1 - k) * x;
+        return k * y + before;
+    });
 }
 
 // ---- Distances -------------------------------------------------------------------------------------------
@@ -182,11 +193,16 @@ Object circular_array_3d(const Arguments& a) {
     const Value away = hypot(x, y);
     const Value turn = floor(atan2(y, x) / step) * step;
     const Value c = cos(turn), s = sin(turn);
-    const auto between = [&](Value v, double low, double high) { return min(max(v, away * low), away * high); };
-    const Value qx = between(c * x + s * y, least_x, 1), qy = between(c * y - s * x, least_y, most_y);
-    const Value rx = between(cos_step * qx + sin_step * qy, least_x, 1);
-    const Value ry = between(cos_step * qy - sin_step * qx, -most_y, -least_y);
-    return sdf<3>(graph, min(copy(rx, ry), copy(qx, qy)));
+    const auto between = [&](Value v, double low, double high) {
+        const Value highest = away * high;
+        return min(max(v, away * low), highest);
+    };
+    const Value sy = s * y, qx = between(c * x + sy, least_x, 1);
+    const Value sx = s * x, qy = between(c * y - sx, least_y, most_y);
+    const Value step_y = sin_step * qy, rx = between(cos_step * qx + step_y, least_x, 1);
+    const Value step_x = sin_step * qx, ry = between(cos_step * qy - step_x, -most_y, -least_y);
+    const Value nearer = copy(qx, qy);
+    return sdf<3>(graph, min(copy(rx, ry), nearer));
 }
 
 template <std::size_t n>
@@ -232,14 +248,17 @@ template <std::size_t n>
 Object elongate(const Arguments& a) {
     Graph graph;
     const Point<n> q = abs(point<n>(graph)) - a.size<n>("size");
-    return sdf<n>(graph, at(a.sdf("other"), max(q, 0)) + min(largest(q), 0));
+    const Value within = min(largest(q), 0);
+    return sdf<n>(graph, at(a.sdf("other"), max(q, 0)) + within);
 }
 
 /// Turns x and y by an angle that depends on the point.
 Object turned_by(const Arguments& a, Graph& graph, Value angle) {
     const auto [x, y, z] = point<3>(graph);
     const Value c = cos(angle), s = sin(angle);
-    return sdf<3>(graph, at(a.sdf("other"), Point<3>{c * x - s * y, s * x + c * y, z}));
+    const Value sy = s * y, across = c * x - sy;
+    const Value cy = c * y, along = s * x + cy;
+    return sdf<3>(graph, at(a.sdf("other"), Point<3>{across, along, z}));
 }
 
 Object twist(const Arguments& a) {
@@ -264,7 +283,8 @@ Value share_of_way(const Arguments& a, Graph& graph) {
 Value share_of_radius(const Arguments& a, Graph& graph) {
     const double r0 = a.number("r0"), width = a.number("r1") - r0;
     if (width == 0) a.reject("r1", "another number than r0");
-    return eased(a.easing("e"), clamp((hypot(graph.x(), graph.y()) - r0) / width, 0, 1));
+    const Value y = graph.y(), x = graph.x();
+    return eased(a.easing("e"), clamp((hypot(x, y) - r0) / width, 0, 1));
 }
 
 Object bend_linear(const Arguments& a) {
@@ -297,11 +317,13 @@ Object wrap_around(const Arguments& a) {
 
 // ---- From one shape to another ---------------------------------------------------------------------------
 
-Value mixed(Value from, Value to, Value t) { return from + (to - from) * t; }
+Value mixed(const Value& from, const Value& to, Value t) { return from + (to - from) * t; }
+Value mixed(Value&&, Value&&, Value) = delete;  // as in formula/sequenced.h
 
 Object transition(const Arguments& a, Graph& graph, Value t) {
     const Point<3> p = point<3>(graph);
-    return sdf<3>(graph, mixed(at(a.sdf("f0"), p), at(a.sdf("f1"), p), t));
+    const Value to = at(a.sdf("f1"), p), from = at(a.sdf("f0"), p);
+    return sdf<3>(graph, mixed(from, to, t));
 }
 
 Object transition_linear(const Arguments& a) {
@@ -319,7 +341,8 @@ Object transition_radial(const Arguments& a) {
 Object extrude(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
-    return sdf<3>(graph, corner(at(a.sdf("other"), Point<2>{x, y}), abs(z) - a.number("h") / 2));
+    const Value beyond_ends = abs(z) - a.number("h") / 2;
+    return sdf<3>(graph, corner(at(a.sdf("other"), Point<2>{x, y}), beyond_ends));
 }
 
 Object extrude_to(const Arguments& a) {
@@ -327,7 +350,8 @@ Object extrude_to(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
     const Value t = eased(a.easing("e"), clamp(z / h, -0.5, 0.5) + 0.5);
-    const Value d = mixed(at(a.sdf("a"), Point<2>{x, y}), at(a.sdf("b"), Point<2>{x, y}), t);
+    const Value top = at(a.sdf("b"), Point<2>{x, y}), bottom = at(a.sdf("a"), Point<2>{x, y});
+    const Value d = mixed(bottom, top, t);
     return sdf<3>(graph, corner(d, abs(z) - h / 2));
 }
 

@@ -22,9 +22,12 @@ Object rounded_rectangle(const Arguments& a) {
     const auto [x, y] = p;
     const auto choose = [&](Value coordinate, Value above, Value below) { return select(-coordinate, above, below); };
     const auto r = [&](std::size_t i) { return graph.constant(radius[i]); };
-    const Value rounding = choose(x, choose(y, r(0), r(1)), choose(y, r(3), r(2)));
+    const Value r2 = r(2), r3 = r(3), left = choose(y, r3, r2);
+    const Value r1 = r(1), r0 = r(0), right = choose(y, r0, r1);
+    const Value rounding = choose(x, right, left);
     const Point<2> q = abs(p) - a.size<2>("size") * 0.5;
-    return sdf<2>(graph, corner(q[0] + rounding, q[1] + rounding) - rounding);
+    const Value above = q[1] + rounding;
+    return sdf<2>(graph, corner(q[0] + rounding, above) - rounding);
 }
 
 Object equilateral_triangle(const Arguments&) {
@@ -33,7 +36,8 @@ Object equilateral_triangle(const Arguments&) {
     Value x = abs(graph.x()) - 1, y = graph.y() + 1 / sqrt3;
     const Value over = max(x + sqrt3 * y, 0) / 2;
     x = x - over, y = y - sqrt3 * over;
-    return sdf<2>(graph, corner(abs(x + 1) - 1, -y));
+    const Value below = -y;
+    return sdf<2>(graph, corner(abs(x + 1) - 1, below));
 }
 
 Object hexagon(const Arguments& a) {
@@ -41,10 +45,11 @@ Object hexagon(const Arguments& a) {
     Graph graph;
     auto [x, y] = abs(point<2>(graph));
     // Mirrored until the upper edge is the nearest.
-    const Value over = 2 * min(y * 0.5 - x * (sqrt3 / 2), 0);
+    const Value aside = x * (sqrt3 / 2), over = 2 * min(y * 0.5 - aside, 0);
     x = x + over * (sqrt3 / 2), y = y - over * 0.5;
     const Value beside = abs(x) - r / sqrt3, beyond = y - r;  // inside, nothing is beside the edge
-    return sdf<2>(graph, select(beside, beyond, hypot(max(beside, 0), max(beyond, 0))));
+    const Value up = max(beyond, 0);
+    return sdf<2>(graph, select(beside, beyond, hypot(max(beside, 0), up)));
 }
 
 Object rounded_x(const Arguments& a) {
@@ -53,7 +58,8 @@ Object rounded_x(const Arguments& a) {
     const auto [x, y] = abs(point<2>(graph));
     // Less the nearest point of the diagonal, which is half of min(x + y, w) in both coordinates.
     const Value across = (x - y) / 2;
-    return sdf<2>(graph, hypot(max(across, x - half), max(-across, y - half)) - a.number("r"));
+    const Value beyond_y = y - half, dy = max(-across, beyond_y);
+    return sdf<2>(graph, hypot(max(across, x - half), dy) - a.number("r"));
 }
 
 /// An edge of a polygon, and a point by it.
@@ -105,15 +111,18 @@ Value even_odd(Graph& graph, const std::vector<Edge>& edges) {
     std::optional<Value> distance, angle;
     for (const Edge& edge : edges) {
         // Beside the edge both are the same, but the hypotenuse has no gradient where left is 0.
-        const Value off = max(hypot(edge.left, max(beyond(edge.run, edge.length), 0)), abs(edge.left));
+        const Value aside = abs(edge.left);
+        const Value off = max(hypot(edge.left, max(beyond(edge.run, edge.length), 0)), aside);
         // Of the edge seen from the point: cross and dot product of the ways to its ends, each with x and y once.
         const Point<2> q = p - (edge.from - edge.direction * (-edge.length / 2));
-        const Value inwards = square(q[0]) + square(q[1]) - edge.length * edge.length / 4;
+        const Value square_y = square(q[1]);
+        const Value inwards = square(q[0]) + square_y - edge.length * edge.length / 4;
         const Value seen = atan2(edge.left * edge.length, inwards);
         distance = distance ? min(*distance, off) : off;
         angle = angle ? *angle + seen : seen;
     }
-    return select(cos(*angle / 2), -*distance, *distance);
+    const Value inside = -*distance;
+    return select(cos(*angle / 2), inside, *distance);
 }
 
 Object polygon(const Arguments& a) {
@@ -134,7 +143,9 @@ Object vesica(const Arguments& a) {
     const double b = std::sqrt(r * r - d * d);
     Graph graph;
     const auto [x, y] = abs(point<2>(graph));
-    return sdf<2>(graph, select(b * x - d * (y - b), hypot(x, y - b), hypot(x + d, y) - r));
+    const Value from_arc = hypot(x + d, y) - r, from_tip = hypot(x, y - b);
+    const Value slope = d * (y - b);
+    return sdf<2>(graph, select(b * x - slope, from_tip, from_arc));
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ Axial axial(Graph& graph, const Arguments& arguments) {
     farthest[static_cast<std::size_t>(std::min_element(axis.begin(), axis.end(), by_size) - axis.begin())] = 1;
     const Vector<3> u = normalized(cross(farthest, axis)), v = cross(u, axis);
     const Point<3> p = point<3>(graph) - a;
-    return {dot(p, axis), hypot(dot(p, u), dot(p, v)), span};
+    const Value along = dot(p, axis), across = dot(p, v);
+    return {along, hypot(dot(p, u), across), span};
 }
 
 /// The half space on the side of `point` that `normal` leads away from is outside: (point - p) . normal.
@@ -75,20 +76,23 @@ Object capsule(const Arguments& a) {
 
 Object cylinder(const Arguments& a) {
     Graph graph;
-    return sdf<3>(graph, hypot(graph.x(), graph.y()) - a.number("radius"));
+    const Value y = graph.y(), x = graph.x();
+    return sdf<3>(graph, hypot(x, y) - a.number("radius"));
 }
 
 Object capped_cylinder(const Arguments& a) {
     Graph graph;
     const auto [along, away, length] = axial(graph, a);
-    return sdf<3>(graph, corner(away - a.number("radius"), beyond(along, length)));
+    const Value cap = beyond(along, length);
+    return sdf<3>(graph, corner(away - a.number("radius"), cap));
 }
 
 Object rounded_cylinder(const Arguments& a) {
     const double rb = a.number("rb");
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
-    return sdf<3>(graph, corner(hypot(x, y) - (a.number("ra") - rb), abs(z) - (a.number("h") / 2 - rb)) - rb);
+    const Value cap = abs(z) - (a.number("h") / 2 - rb);
+    return sdf<3>(graph, corner(hypot(x, y) - (a.number("ra") - rb), cap) - rb);
 }
 
 Object capped_cone(const Arguments& a) {
@@ -98,12 +102,14 @@ Object capped_cone(const Arguments& a) {
     const double slope = std::hypot(length, rb - ra);
     // From the nearer cap's plane, and outwards from its rim; from the side, and along it beyond its ends.
     const Value cap = beyond(along, length);
-    const Value rim = away - select(along - length / 2, graph.constant(ra), graph.constant(rb));
-    const Value side = (away - ra) * (length / slope) - along * ((rb - ra) / slope);
-    const Value run = beyond((away - ra) * ((rb - ra) / slope) + along * (length / slope), slope);
+    const Value radius_b = graph.constant(rb), radius_a = graph.constant(ra);
+    const Value rim = away - select(along - length / 2, radius_a, radius_b);
+    const Value narrower = along * ((rb - ra) / slope), side = (away - ra) * (length / slope) - narrower;
+    const Value farther = along * (length / slope), run = beyond((away - ra) * ((rb - ra) / slope) + farther, slope);
     // Only where it is outwards of a rim and beyond an end, a rim is nearest.
-    const Value to_rim = min(hypot(rim, cap), hypot(side, run));
-    return sdf<3>(graph, select(min(rim, run), max(side, cap), to_rim));
+    const Value from_side = hypot(side, run), to_rim = min(hypot(rim, cap), from_side);
+    const Value to_face = max(side, cap);
+    return sdf<3>(graph, select(min(rim, run), to_face, to_rim));
 }
 
 Object rounded_cone(const Arguments& a) {
@@ -112,8 +118,9 @@ Object rounded_cone(const Arguments& a) {
     const double sine = (r1 - r2) / h, cosine = std::sqrt(1 - sine * sine);
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
-    const Value away = hypot(x, y), along = z * cosine - away * sine;
-    const Value below = hypot(away, z) - r1, above = hypot(away, z - h) - r2, side = away * cosine + z * sine - r1;
+    const Value away = hypot(x, y), back = away * sine, along = z * cosine - back;
+    const Value below = hypot(away, z) - r1, above = hypot(away, z - h) - r2;
+    const Value outwards = z * sine, side = away * cosine + outwards - r1;
     return sdf<3>(graph, select(along, below, select(cosine * h - along, above, side)));
 }
 
@@ -126,7 +133,8 @@ Object ellipsoid(const Arguments& a) {
     const Value k0 = length(scaled), k1 = length(twice);
     // k0 / k1 is a mean of the semi-axes. Saying so keeps it finite in the centre, and intervals around it tight.
     const auto [low, high] = std::minmax({std::fabs(size[0]), std::fabs(size[1]), std::fabs(size[2])});
-    return sdf<3>(graph, (k0 - 1) * clamp(k0 / max(k1, 1e-300), low, high));
+    const Value mean = clamp(k0 / max(k1, 1e-300), low, high);
+    return sdf<3>(graph, (k0 - 1) * mean);
 }
 
 Object pyramid(const Arguments& a) {
@@ -135,13 +143,15 @@ Object pyramid(const Arguments& a) {
     const Value x = abs(graph.x()) - 0.5, y = abs(graph.y()) - 0.5, z = graph.z();
     const Value px = max(x, y), pz = min(x, y);
     // Across a face, from the base's edge upwards, and along the edge.
-    const Value across = h * px + 0.5 * z, upwards = h * z - 0.5 * px;
+    const Value half_z = 0.5 * z, across = h * px + half_z;
+    const Value half_x = 0.5 * px, upwards = h * z - half_x;
     const Value t = clamp((upwards - 0.5 * pz) / (m2 + 0.25), 0, 1);
-    const Value to_base = hypot(m * max(pz, 0), upwards), to_edge = hypot(m * (pz + 0.5 * t), upwards - m2 * t);
-    const Value over_face = min(upwards, -m2 * pz - 0.5 * upwards);
+    const Value to_base = hypot(m * max(pz, 0), upwards);
+    const Value above = upwards - m2 * t, to_edge = hypot(m * (pz + 0.5 * t), above);
+    const Value half_up = 0.5 * upwards, over_face = min(upwards, -m2 * pz - half_up);
     const Value from_rim = hypot(min(to_base, to_edge), across);
     const Value from_face = select(z, abs(across), across);
-    const Value elsewhere = select(max(across, -z), -from_rim, from_rim);
+    const Value inside = -from_rim, elsewhere = select(max(across, -z), inside, from_rim);
     return sdf<3>(graph, select(-over_face, from_face, elsewhere) / m);
 }
 
@@ -150,7 +160,8 @@ Object pyramid(const Arguments& a) {
 Object tetrahedron(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
-    return sdf<3>(graph, (max(abs(x + y) - z, abs(x - y) + z) - a.number("r")) / std::sqrt(3));
+    const Value lower = abs(x - y) + z;
+    return sdf<3>(graph, (max(abs(x + y) - z, lower) - a.number("r")) / std::sqrt(3));
 }
 
 Object octahedron(const Arguments& a) {
@@ -162,7 +173,8 @@ Object octahedron(const Arguments& a) {
 /// The largest of p . n over the turns of n = (x, y, z).
 Value over_turns(const Point<3>& p, const Vector<3>& n) {
     const auto [x, y, z] = n;
-    return max(max(dot(p, n), dot(p, Vector<3>{z, x, y})), dot(p, Vector<3>{y, z, x}));
+    const Value second = dot(p, Vector<3>{y, z, x}), first = dot(p, Vector<3>{z, x, y});
+    return max(max(dot(p, n), first), second);
 }
 
 Object dodecahedron(const Arguments& a) {
@@ -178,7 +190,7 @@ Object icosahedron(const Arguments& a) {
     const double r = a.nonzero("r") * 0.8506507174597755;
     Graph graph;
     const Point<3> p = abs(point<3>(graph));
-    const Value faces = max(over_turns(p, n), (p[0] + p[1] + p[2]) / std::sqrt(3));
+    const Value diagonal = (p[0] + p[1] + p[2]) / std::sqrt(3), faces = max(over_turns(p, n), diagonal);
     return sdf<3>(graph, (faces - n[0] * std::fabs(r)) * std::copysign(1, r));
 }
 

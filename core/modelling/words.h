@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "formula/sequenced.h"
 #include "modelling/vocabulary.h"
 
 namespace bob {
@@ -182,7 +183,13 @@ Value dot(const Point<n>& p, const Vector<n>& v) {
 /// Where two things meet at right angles, a and b being the signed distances from each: what is in both. The same as
 /// min(max(a, b), 0) + hypot(max(a, 0), max(b, 0)), but away from the edge nothing but a, or b, is left of it: where the
 /// surface is flat, so is the formula.
-inline Value corner(Value a, Value b) { return select(min(a, b), max(a, b), hypot(max(a, 0), max(b, 0))); }
+inline Value corner(const Value& a, const Value& b) {
+    const Value beyond_b = max(b, 0);
+    const Value outside = hypot(max(a, 0), beyond_b);
+    const Value inside = max(a, b);
+    return select(min(a, b), inside, outside);
+}
+Value corner(Value&&, Value&&) = delete;  // as in formula/sequenced.h
 
 /// The same for all coordinates of q: a box.
 template <std::size_t n>

@@ -19,7 +19,8 @@ constexpr int cuts = 16, block = 4;
 /// Which cells of a box may hold f <= 0; it evaluates no more of them than an answer needs.
 class Inside {
 public:
-    Inside(const Tape& tape, const Bounds& box) : tape_(tape), box_(box), decisions_(tape.decisions().size()) {
+    Inside(const Tape& tape, const Bounds& box, Interruption& interruption)
+        : tape_(tape), box_(box), interruption_(interruption), decisions_(tape.decisions().size()) {
         std::vector<Index> blocks = all(cuts / block);
         for (Index& at : blocks) at = {block * at[0], block * at[1], block * at[2]};
         look(blocks, block, [&](const Index& corner, const Finding& found) {
@@ -102,6 +103,7 @@ private:
                     boxes.high[axis][lane] = static_cast<float>(face(axis, k + side));
                 }
             }
+            interruption_.check();
             kernels.bounds(tape_.code(), boxes, decisions_.data(), scratch(tape_.code().registers));
             for (std::size_t lane = 0; lane < lanes && first + lane < corners.size(); ++lane) {
                 const bool maybe = !(boxes.least[lane] > 0 || boxes.nowhere >> lane & 1);
@@ -117,19 +119,21 @@ private:
 
     const Tape& tape_;
     Bounds box_;
+    Interruption& interruption_;
     std::vector<Decision> decisions_;
     std::array<Known, cuts * cuts * cuts> known_{};
 };
 
 }  // namespace
 
-std::optional<Bounds> find_bounds(const Expression& f) {
+std::optional<Bounds> find_bounds(const Expression& f, const KeepGoing& keep_going) {
+    Interruption interruption(keep_going);
     const Tape tape(f);
     // A formula that overflows far out gives no bound there; nearer, it may.
     for (const double reach : {1e9, 1e6, 1e3, 30.}) {
         Bounds box{{-reach, -reach, -reach}, {reach, reach, reach}};
         for (int round = 0; round < 100; ++round) {
-            const std::optional<Bounds> hull = Inside(tape, box).hull();
+            const std::optional<Bounds> hull = Inside(tape, box, interruption).hull();
             if (!hull) return std::nullopt;
             double least_left = 1;
             for (int axis = 0; axis < 3; ++axis) {
@@ -142,7 +146,7 @@ std::optional<Bounds> find_bounds(const Expression& f) {
         bool open = false;
         for (int axis = 0; axis < 3; ++axis) open = open || box.low[axis] <= -reach || box.high[axis] >= reach;
         if (!open) return box;
-        if (!Inside(tape, box).is_vague()) break;
+        if (!Inside(tape, box, interruption).is_vague()) break;
     }
     throw std::invalid_argument("an expression that is bounded, got one whose inside reaches beyond 1e9 from the origin");
 }

@@ -14,6 +14,7 @@
 #include "box.h"
 #include "formula/evaluate.h"
 #include "formula/tape.h"
+#include "interruption.h"
 #include "shapes/walk.h"
 
 namespace bob {
@@ -36,7 +37,8 @@ public:
     /// rounding between two cells.
     static constexpr float margin = 0x1p-20f;
 
-    explicit Cells(const Expression& f);
+    /// Throws Stopped where it shall not go on.
+    explicit Cells(const Expression& f, const KeepGoing& keep_going = nullptr);
 
     struct Cell {
         std::uint32_t first, count;  // of the instructions

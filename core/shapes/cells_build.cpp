@@ -48,7 +48,7 @@ using TapePtr = std::shared_ptr<const Tape>;
 /// Builds the subtree of one cell, with its own numbering.
 class Cells::Builder {
 public:
-    explicit Builder(std::uint32_t budget) : budget_(budget) {}
+    Builder(std::uint32_t budget, Interruption& interruption) : budget_(budget), interruption_(interruption) {}
 
     void build(const TapePtr& tape, bool smooth, std::array<int, 3> at, int level) {
         build(add_node(), tape, smooth, at, level);
@@ -122,6 +122,7 @@ private:
             int index[max_lanes];
             for (int lane = 0; lane < kernels.lanes; ++lane) index[lane] = start + lane;
             BoxBatch boxes = boxes_of(at, level, index, kernels.lanes);
+            interruption_.check();
             kernels.bounds(tape.code(), boxes, decisions_.data(), memory);
             for (int lane = 0; lane < kernels.lanes; ++lane) {
                 if (!may_change_sign(boxes, lane)) continue;
@@ -135,6 +136,7 @@ private:
                     if (same != known.end()) {
                         child.tape = same->second;
                     } else {
+                        interruption_.check();
                         child.tape = std::make_shared<Tape>(tape.specialised(decisions_, lane));
                         known.emplace_back(std::move(key), child.tape);
                     }
@@ -172,6 +174,7 @@ private:
             const Tape& tape = *child.tape;
             child.smooth = std::none_of(tape.decisions().begin(), tape.decisions().end(), may_jump);
             if (!child.smooth) {
+                interruption_.check();
                 const auto apart = with_jumps_outside(tape, boxes_of(at, level, &child.index, 1));
                 if (apart && apart->nodes().back().op == Op::constant) continue;
                 if (apart) {
@@ -199,6 +202,7 @@ private:
                 place[count] = j;
                 index[count++] = children[j].index;
             }
+            interruption_.check();
             const Code code = children[i].tape->code();
             BoxBatch boxes = boxes_of(at, level, index, count);
             std::fill_n(boxes.least, max_lanes, -std::numeric_limits<float>::infinity());
@@ -219,7 +223,7 @@ private:
         std::vector<std::uint32_t>& same_hash = written_[std::hash<std::string_view>{}(bytes)];
         const auto known = std::find_if(same_hash.begin(), same_hash.end(), [&](std::uint32_t first) {
             return first + code.count <= result.instructions_.size() &&
-                   std::memcmp(result.instructions_.data() + first, code.instructions, size) == 0;
+                   (size == 0 || std::memcmp(result.instructions_.data() + first, code.instructions, size) == 0);
         });
         const std::uint32_t first = known != same_hash.end() ? *known
                                                              : static_cast<std::uint32_t>(result.instructions_.size());
@@ -239,24 +243,27 @@ private:
     }
 
     std::uint32_t budget_;
+    Interruption& interruption_;
     std::vector<Decision> decisions_;
     std::unordered_map<std::size_t, std::vector<std::uint32_t>> written_;  // where code of a hash starts
 
     friend class Cells;
 };
 
-Cells::Cells(const Expression& f) {
+Cells::Cells(const Expression& f, const KeepGoing& keep_going) {
+    Interruption interruption(keep_going);
     // The root's children are built apart, by all threads, and put together in order.
     const auto tape = std::make_shared<const Tape>(f);
-    Builder root(0);
+    Builder root(0, interruption);
     const std::vector<Builder::Child> children = root.occupied(tape, false, {0, 0, 0}, 1);
-    std::vector<Builder> subtrees(children.size(), Builder(max_cells / 64));
-    parallel_for(children.size(), 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<Builder> subtrees(children.size(), Builder(max_cells / 64, interruption));
+    const auto build = [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const auto& [index, own, smooth] = children[i];
             subtrees[i].build(own, smooth, Builder::child_at({0, 0, 0}, 1, index), 1);
         }
-    });
+    };
+    if (!parallel_for(children.size(), 1, build, [&] { return interruption.keeps_going(); })) throw Stopped();
 
     children_.assign(64, CellGrid::empty);
     for (std::size_t i = 0; i < children.size(); ++i) {

@@ -7,6 +7,7 @@
 
 #include "formula/jumps.h"
 #include "formula/scratch.h"
+#include "formula/sequenced.h"
 
 namespace bob {
 namespace {
@@ -79,8 +80,8 @@ void for_each_batch(std::size_t count, std::uint32_t cells, int lanes, CellOf ce
 
 }  // namespace
 
-Implicit::Implicit(const Expression& f, const Bounds& bounds)
-    : Shape(sphere_in(bounds)), cells_(in_unit_sphere(f, bounds, sphere())) {}
+Implicit::Implicit(const Expression& f, const Bounds& bounds, const KeepGoing& keep_going)
+    : Shape(sphere_in(bounds)), cells_(in_unit_sphere(f, bounds, sphere()), keep_going) {}
 
 void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
     const FormulaKernels& kernels = best_formula_kernels();

@@ -15,6 +15,7 @@ struct VmSolid {
 
 /// A bounded formula is taken whole; one without bounds is cut by the cube from -1 to 1, which fidget views. A formula
 /// without z is flat: it becomes an extrusion of height 0.1 about z = 0, cut by the square from -1 to 1.
-[[nodiscard]] VmSolid vm_solid(const Expression& f);
+/// Throws Stopped where it shall not go on.
+[[nodiscard]] VmSolid vm_solid(const Expression& f, const KeepGoing& keep_going = nullptr);
 
 }  // namespace bob

@@ -124,3 +124,11 @@ TEST(lengths_of_any_size) {
     CHECK_NEAR(bob::length(3e200, 4e200, 0) * 1e-200, 5., 1e-12);
     CHECK_EQ(bob::length(0, 0, 0), 0.);
 }
+
+TEST(a_plane_along_an_axis_has_cells_without_instructions) {
+    Graph g;
+    const bob::Cells cells(g.expression(g.x()));
+    CHECK_EQ(cells.cells().size(), 2u * 16 * 16);
+    for (const bob::Cells::Cell& cell : cells.cells()) CHECK_EQ(cells.code(cell).count, 0u);
+    CHECK_NEAR(cells.hull().high.x, bob::Cells::finest, 0.2f);
+}

@@ -62,7 +62,9 @@ Ray random_ray(Random& random, double t_end, double finest) {
 template <class Build>
 bob::Tape tape_of(Build build) {
     bob::Graph g;
-    return bob::Tape(g.expression(build(g, g.x(), g.y(), g.z())));
+    // One after the other: which operand of max(x, y) comes first decides what is known where the two are equal.
+    const Value z = g.z(), y = g.y(), x = g.x();
+    return bob::Tape(g.expression(build(g, x, y, z)));
 }
 
 /// The root along the x axis from x = `from` on.

@@ -9,8 +9,6 @@
 namespace bob {
 namespace {
 
-constexpr float infinity = std::numeric_limits<float>::infinity();
-
 // More than rounding can move a hit across the face of its instance's box: origins and boxes are about 1 in size.
 constexpr float box_margin = 1e-5f;
 

@@ -129,10 +129,12 @@ class Scene:
         """
         origins = check_finite("origins", check_array("origins", origins, (None, 3)))
         directions = check_finite("directions", check_array("directions", directions, (len(origins), 3)))
-        length = np.linalg.norm(directions, axis=1, keepdims=True)
-        if len(length) and length.min() == 0:
+        largest = np.abs(directions).max(axis=1, keepdims=True)
+        if not largest.all():
             raise InputError("directions: expected lengths above 0, got a direction of length 0")
-        direction = directions / length
+        # Squares of huge and tiny numbers would be infinite or 0; a power of two changes no other length's digits.
+        direction = np.ldexp(directions, -np.frexp(largest)[1])
+        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
         origin = (origins - self.center) / self.radius
         # The core wants origins near the unit sphere: rays from afar start where they enter a sphere a little larger.
         along = (origin * direction).sum(axis=1)
