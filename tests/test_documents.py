@@ -141,7 +141,7 @@ def test_readme_map_is_the_tree():
 def test_shading_constants_are_the_codes():
     code = (ROOT / "core/tracing/material.h").read_text()
     ambient, diffuse, specular, shininess = re.search(
-        r"ambient = (.+)f, diffuse = (.+)f, specular = (.+)f, shininess = (.+);", code
+        r"ambient = (.+), diffuse = (.+), specular = (.+), shininess = (.+);", code
     ).groups()
     light = re.search(r"light_direction\{(.+)f, (.+)f, (.+)\}", code).groups()
     text = (ROOT / "CONVENTIONS.md").read_text()
