@@ -60,7 +60,7 @@ class GBuffer:
 
     @classmethod
     def from_stack(cls, planes: F32) -> GBuffer:
-        """A G-buffer that takes over `planes`, (5, H, W) as `stack` returns them, unchecked and without a copy."""
+        """A G-buffer that takes over `planes`, (C, H, W) as `stack` returns them, unchecked and without a copy."""
         gbuffer = object.__new__(cls)
         gbuffer._own(planes)
         return gbuffer
@@ -109,7 +109,7 @@ class GBuffer:
         return int(np.count_nonzero(self.mask)) / self.mask.size
 
     def stack(self) -> F32:
-        """All planes, (5, H, W): mask, gray, depth, normal x, normal y. Read-only."""
+        """All planes, (C, H, W), in the order of `channels`: mask, gray, depth, normal x, normal y. Read-only."""
         return self._planes
 
     def sample(self, fraction: float, *, order: str = "default", seed: int = 0) -> GBuffer:
@@ -178,13 +178,13 @@ class Samples:
 
     @classmethod
     def from_values(cls, values: F32) -> Samples:
-        """Samples that take over `values`, (n, 5) as `values` returns them, unchecked and without a copy."""
+        """Samples that take over `values`, (n, C) as `values` returns them, unchecked and without a copy."""
         samples = object.__new__(cls)
         samples._values = values
         return samples
 
     def values(self) -> F32:
-        """All of them, (n, 5): hit, gray, depth, normal x, normal y."""
+        """All of them, (n, C), in the order of `GBuffer.channels`, whether the ray hit in the place of the mask."""
         return self._values
 
     @property
