@@ -4,14 +4,12 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 
-#include "affine.h"
 #include "interruption.h"
 #include "picture/channels.h"
 
@@ -37,12 +35,6 @@ std::span<const T> items(const A& array) {
 
 /// A map of space, whose last row is (0, 0, 0, 1).
 using Matrix = Array<const double, 4, 4>;
-
-inline bob::AffineMap affine_map(const double* matrix) {
-    bob::AffineMap map;
-    std::copy_n(matrix, 12, &map.row[0][0]);
-    return map;
-}
 
 /// A new array of Python's, its values not set.
 template <class T, nb::ssize_t... Shape, class... Sizes>

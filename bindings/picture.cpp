@@ -59,21 +59,13 @@ Rays rays(const bob::Camera& camera, int height, int width, const Pixels& pixels
 void pixel_order(std::string_view name, std::uint64_t seed, std::uint32_t height, std::uint32_t width,
                  std::uint32_t start, const Array<std::int32_t, -1, 2>& pixels) {
     expect(std::uint64_t{start} + pixels.shape(0) <= std::uint64_t{height} * width, "start: beyond the last pixel");
-    const auto write = [&](const auto& order) {
-        const std::span all(reinterpret_cast<bob::Pixel*>(pixels.data()), pixels.shape(0));
-        interruptible([&](const auto& keep_going) {
-            bob::parallel_for(all.size(), 8192, [&](std::size_t begin, std::size_t end) {
-                order(start + static_cast<std::uint32_t>(begin), all.subspan(begin, end - begin));
-            }, keep_going);
-        });
-    };
-    if (name == "uniform") {
-        write(bob::UniformOrder(seed, height, width));
-    } else {
-        const bob::Tile* tile = bob::find_tile(name);
-        expect(tile, "order: unknown");
-        write(bob::TiledOrder(*tile, seed, height, width));
-    }
+    const bob::Order order = bob::make_order(name, seed, height, width);
+    const std::span all(reinterpret_cast<bob::Pixel*>(pixels.data()), pixels.shape(0));
+    interruptible([&](const auto& keep_going) {
+        bob::parallel_for(all.size(), 8192, [&](std::size_t begin, std::size_t end) {
+            order(start + static_cast<std::uint32_t>(begin), all.subspan(begin, end - begin));
+        }, keep_going);
+    });
 }
 
 void scatter(const bob::Layout& layout, const Pixels& pixels, const Samples& samples, const Planes& planes) {

@@ -1,22 +1,60 @@
-/// Scenes, and what tracing these gives.
+/// Scenes: what is in them, in which order, and what tracing them gives.
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "bindings.h"
 #include "parallel.h"
 #include "tracing/arrangement.h"
+#include "tracing/canonical.h"
 #include "tracing/trace.h"
 
 using namespace nb::literals;
 
 namespace {
+
+nb::bytes bytes_of(const bob::Digest& digest) { return nb::bytes(reinterpret_cast<const char*>(digest.data()), digest.size()); }
+
+bob::Digest digest_of(const nb::bytes& bytes) {
+    bob::Digest digest;
+    expect(bytes.size() == digest.size(), "digest: expected 32 bytes");
+    std::copy_n(bytes.c_str(), digest.size(), reinterpret_cast<char*>(digest.data()));
+    return digest;
+}
+
+nb::bytes shape_digest(std::string_view kind, const nb::dict& tensors) {
+    bob::ShapeDigest digest(kind);
+    for (const nb::handle item : nb::steal<nb::list>(nb::module_::import_("builtins").attr("sorted")(tensors.items()).release())) {
+        const auto [name, array] = nb::cast<std::tuple<std::string, nb::ndarray<nb::ro, nb::c_contig, nb::device::cpu>>>(item);
+        const auto code = static_cast<nb::dlpack::dtype_code>(array.dtype().code);
+        const char letter = code == nb::dlpack::dtype_code::Float ? 'f' : code == nb::dlpack::dtype_code::Int ? 'i' : 'u';
+        const std::string dtype = std::string(array.itemsize() > 1 ? "<" : "|") + letter + std::to_string(array.itemsize());
+        std::vector<std::size_t> shape(array.ndim());
+        for (std::size_t axis = 0; axis < shape.size(); ++axis) shape[axis] = array.shape(axis);
+        const auto* bytes = static_cast<const std::byte*>(array.data());
+        const nb::gil_scoped_release release;
+        digest.add({name, dtype, std::move(shape), {bytes, array.nbytes()}});
+    }
+    return bytes_of(digest.digest());
+}
+
+nb::bytes instance_digest(const nb::bytes& shape, const Matrix& transform, const bob::Material& material) {
+    return bytes_of(bob::instance_digest(digest_of(shape), bob::affine_map(transform.data()), material));
+}
 
 void init_arrangement(bob::Arrangement* self, const std::vector<std::shared_ptr<bob::Shape>>& shapes,
                       const Array<const double, -1, 4, 4>& transforms, const std::vector<bob::Material>& materials) {
@@ -24,7 +62,7 @@ void init_arrangement(bob::Arrangement* self, const std::vector<std::shared_ptr<
            "arrangement: expected a transform and a material for each shape");
     std::vector<bob::Placed> placed;
     for (std::size_t i = 0; i < shapes.size(); ++i) {
-        placed.push_back({shapes[i], affine_map(transforms.data() + 16 * i), materials[i]});
+        placed.push_back({shapes[i], bob::affine_map(transforms.data() + 16 * i), materials[i]});
     }
     std::optional<bob::Arrangement> made;  // not in its place before it is known that nothing stopped it
     interruptible([&](const auto& keep_going) { made.emplace(std::move(placed), keep_going); });
@@ -32,11 +70,8 @@ void init_arrangement(bob::Arrangement* self, const std::vector<std::shared_ptr<
 }
 
 std::optional<bob::Scene> scene(const bob::Arrangement& arrangement, const std::vector<nb::bytes>& digests) {
-    std::vector<bob::Digest> converted(digests.size());
-    for (std::size_t i = 0; i < digests.size(); ++i) {
-        expect(digests[i].size() == converted[i].size(), "digests: expected 32 bytes each");
-        std::copy_n(digests[i].c_str(), converted[i].size(), reinterpret_cast<char*>(converted[i].data()));
-    }
+    std::vector<bob::Digest> converted;
+    for (const nb::bytes& digest : digests) converted.push_back(digest_of(digest));
     expect(digests.empty() || digests.size() == arrangement.size(), "digests: expected one for each shape");
     std::optional<bob::Scene> made;
     interruptible([&](const auto& keep_going) { made.emplace(arrangement.scene(converted, keep_going)); });
@@ -120,6 +155,9 @@ void bind_scene(nb::module_& m) {
         .def_ro("diffuse", &bob::Material::diffuse)
         .def_ro("specular", &bob::Material::specular)
         .def_ro("shininess", &bob::Material::shininess);
+
+    m.def("shape_digest", &shape_digest, "kind"_a, "tensors"_a);
+    m.def("instance_digest", &instance_digest, "shape"_a, "transform"_a, "material"_a);
 
     nb::class_<bob::Arrangement>(m, "Arrangement")
         .def("__init__", &init_arrangement, "shapes"_a, "transforms"_a.noconvert(), "materials"_a)

@@ -1,15 +1,11 @@
 /// Shapes: made of arrays, and measured.
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/string_view.h>
 #include <nanobind/stl/tuple.h>
 
 #include <algorithm>
 #include <memory>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -19,7 +15,6 @@
 #include "shapes/mesh.h"
 #include "shapes/tube.h"
 #include "shapes/vm_solid.h"
-#include "tracing/canonical.h"
 
 using namespace nb::literals;
 
@@ -130,39 +125,14 @@ Array<double, 2, 3> bounds(const bob::Shape& shape, const Matrix& map) {
     bob::Bounds found;
     {
         const nb::gil_scoped_release release;
-        found = shape.bounds(affine_map(map.data()));
+        found = shape.bounds(bob::affine_map(map.data()));
     }
     return to_array(found);
 }
 
 double radius(const bob::Shape& shape, const Matrix& map, const Array<const double, 3>& center) {
     const nb::gil_scoped_release release;
-    return shape.radius(affine_map(map.data()), center.data());
-}
-
-nb::bytes bytes_of(const bob::Digest& digest) { return nb::bytes(reinterpret_cast<const char*>(digest.data()), digest.size()); }
-
-nb::bytes shape_digest(std::string_view kind, const nb::dict& tensors) {
-    bob::ShapeDigest digest(kind);
-    for (const nb::handle item : nb::steal<nb::list>(nb::module_::import_("builtins").attr("sorted")(tensors.items()).release())) {
-        const auto [name, array] = nb::cast<std::tuple<std::string, nb::ndarray<nb::ro, nb::c_contig, nb::device::cpu>>>(item);
-        const auto code = static_cast<nb::dlpack::dtype_code>(array.dtype().code);
-        const char letter = code == nb::dlpack::dtype_code::Float ? 'f' : code == nb::dlpack::dtype_code::Int ? 'i' : 'u';
-        const std::string dtype = std::string(array.itemsize() > 1 ? "<" : "|") + letter + std::to_string(array.itemsize());
-        std::vector<std::size_t> shape(array.ndim());
-        for (std::size_t axis = 0; axis < shape.size(); ++axis) shape[axis] = array.shape(axis);
-        const auto* bytes = static_cast<const std::byte*>(array.data());
-        const nb::gil_scoped_release release;
-        digest.add({name, dtype, std::move(shape), {bytes, array.nbytes()}});
-    }
-    return bytes_of(digest.digest());
-}
-
-nb::bytes instance_digest(const nb::bytes& shape, const Matrix& transform, const bob::Material& material) {
-    bob::Digest digest;
-    expect(shape.size() == digest.size(), "shape: expected a digest of 32 bytes");
-    std::copy_n(shape.c_str(), digest.size(), reinterpret_cast<char*>(digest.data()));
-    return bytes_of(bob::instance_digest(digest, affine_map(transform.data()), material));
+    return shape.radius(bob::affine_map(map.data()), center.data());
 }
 
 }  // namespace
@@ -173,8 +143,6 @@ void bind_shapes(nb::module_& m) {
         .def("radius", &radius, "map"_a, "center"_a)
         .def("prepare", &bob::Shape::prepare, nb::call_guard<nb::gil_scoped_release>())
         .def_prop_ro("bytes", &bob::Shape::bytes);
-    m.def("shape_digest", &shape_digest, "kind"_a, "tensors"_a);
-    m.def("instance_digest", &instance_digest, "shape"_a, "transform"_a, "material"_a);
 
     nb::class_<bob::Mesh, bob::Shape>(m, "Mesh")
         .def("__init__", &init_mesh, "vertices"_a.noconvert(), "triangles"_a.noconvert(),

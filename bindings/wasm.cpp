@@ -60,12 +60,6 @@ std::vector<bob::Homogeneous<N>> take_points(const double*& from, std::size_t co
     return {first, first + count};
 }
 
-bob::AffineMap affine_map(const double* matrix) {
-    bob::AffineMap map;
-    std::copy_n(matrix, 12, &map.row[0][0]);
-    return map;
-}
-
 Shape* surface_of(const bob::Expression& formula, const bob::Bounds& box) {
     for (int axis = 0; axis < 3; ++axis) expect(box.low[axis] < box.high[axis], "bounds: expected each low below its high");
     auto shape = std::make_shared<const bob::Implicit>(formula, box);
@@ -262,7 +256,7 @@ bool canonical_order(const bob::Digest* shapes, const double* transforms, const 
     return attempt([&] {
         std::vector<bob::Digest> digests;
         for (std::size_t i = 0; i < count; ++i) {
-            digests.push_back(bob::instance_digest(shapes[i], affine_map(transforms + 16 * i), materials[i]));
+            digests.push_back(bob::instance_digest(shapes[i], bob::affine_map(transforms + 16 * i), materials[i]));
         }
         std::ranges::copy(bob::canonical_order(digests), order);
         return true;
@@ -271,7 +265,7 @@ bool canonical_order(const bob::Digest* shapes, const double* transforms, const 
 
 /// Of the linear part of a map, (4, 4): writes three, the largest first.
 EXPORT(singular_values) void singular_values(const double* map, double* values) {
-    std::ranges::copy(bob::singular_values(affine_map(map)), values);
+    std::ranges::copy(bob::singular_values(bob::affine_map(map)), values);
 }
 
 // ---- Scenes ----------------------------------------------------------------------------------------------
@@ -283,7 +277,7 @@ bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const doub
     return attempt([&] {
         std::vector<bob::Placed> placed;
         for (std::size_t i = 0; i < count; ++i) {
-            placed.push_back({shapes[i]->core, affine_map(transforms + 16 * i), materials[i]});
+            placed.push_back({shapes[i]->core, bob::affine_map(transforms + 16 * i), materials[i]});
         }
         return new bob::Scene(bob::Arrangement(std::move(placed)).scene());
     });
@@ -306,16 +300,9 @@ bool pixel_order(const char* name, std::size_t name_size, std::uint32_t seed_low
                  std::uint32_t height, std::uint32_t width, std::uint32_t start, std::int32_t* pixels, std::uint32_t count) {
     return attempt([&] {
         expect(std::uint64_t{start} + count <= std::uint64_t{height} * width, "start: beyond the last pixel");
-        const std::string_view order(name, name_size);
         const std::uint64_t seed = std::uint64_t{seed_high} << 32 | seed_low;
-        const std::span all(reinterpret_cast<bob::Pixel*>(pixels), count);
-        if (order == "uniform") {
-            bob::UniformOrder(seed, height, width)(start, all);
-        } else {
-            const bob::Tile* tile = bob::find_tile(order);
-            expect(tile, "order: expected one of uniform, r2, lattice, blue-noise");
-            bob::TiledOrder(*tile, seed, height, width)(start, all);
-        }
+        const bob::Order order = bob::make_order({name, name_size}, seed, height, width);
+        order(start, {reinterpret_cast<bob::Pixel*>(pixels), count});
         return true;
     });
 }

@@ -29,6 +29,12 @@ bool make_orthogonal(Vector& p, Vector& q) {
 
 }  // namespace
 
+AffineMap affine_map(const double* matrix) {
+    AffineMap map;
+    std::copy_n(matrix, 12, &map.row[0][0]);
+    return map;
+}
+
 // With fused sums, so that a small difference of large products keeps its digits.
 AffineMap operator*(const AffineMap& a, const AffineMap& b) {
     AffineMap result;

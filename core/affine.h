@@ -44,6 +44,9 @@ struct AffineMap {
     }
 };
 
+/// The map of a 4x4 matrix, row by row, whose last row is (0, 0, 0, 1).
+[[nodiscard]] AffineMap affine_map(const double* matrix);
+
 /// The map that does b first, then a.
 [[nodiscard]] AffineMap operator*(const AffineMap& a, const AffineMap& b);
 

@@ -350,6 +350,18 @@ def test_what_the_page_knows_is_what_python_knows():
     assert values == {**dict.fromkeys(values, 0), **asdict(bob.Camera())}
 
 
+def test_the_page_gives_cameras_numbers_in_the_order_of_the_core():
+    header = (Path(__file__).parent.parent / "core/picture/camera.h").read_text()
+    (members,) = re.findall(r"struct Camera \{(.+?)\};", header, re.DOTALL)
+    types = re.findall(r"^ *(\w+) .+;", members, re.MULTILINE)
+    names = re.findall(r"(\w+) = [-\d]", members)
+    assert set(types) == {"float"}
+    (home,) = re.findall(r"HOME = Object\.freeze\(\{(.+?)\}\)", (VIEWER / "picture/camera.js").read_text())
+    assert [name.lower() for name in re.findall(r"(\w+):", home)] == [
+        name.removesuffix("_degrees").replace("_", "") for name in names
+    ]
+
+
 def test_the_page_has_the_channels_of_the_core():
     text = (VIEWER / "picture/channels.js").read_text()
     (components,) = re.findall(r"COMPONENTS = \{(.+?)\}", text)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
 #include <utility>
 
 namespace bob {
@@ -199,13 +200,6 @@ const Tile& blue_noise_tile() {
     return tile;
 }
 
-const Tile* find_tile(std::string_view order) {
-    return order == "lattice"      ? &lattice_tile()
-           : order == "r2"         ? &r2_tile()
-           : order == "blue-noise" ? &blue_noise_tile()
-                                   : nullptr;
-}
-
 TiledOrder::TiledOrder(const Tile& tile, std::uint64_t seed, std::uint32_t height, std::uint32_t width)
     : tile_(tile), key_(mix(key(seed) + 0x9e3779b9)), height_(height), width_(width), starts_(Tile::area + 1) {
     if (tile.seeded) shift_ = place_at(key_);
@@ -261,6 +255,14 @@ Tile::Place TiledOrder::place(std::uint32_t rank) const {
 
 const TiledOrder::Walk& TiledOrder::walk(Tile::Place place) const {
     return walks_[place.row < height_ % Tile::side][place.column < width_ % Tile::side];
+}
+
+Order make_order(std::string_view name, std::uint64_t seed, std::uint32_t height, std::uint32_t width) {
+    if (name == "uniform") return UniformOrder(seed, height, width);
+    if (name == "r2") return TiledOrder(r2_tile(), seed, height, width);
+    if (name == "lattice") return TiledOrder(lattice_tile(), seed, height, width);
+    if (name == "blue-noise") return TiledOrder(blue_noise_tile(), seed, height, width);
+    throw std::invalid_argument("order: expected one of uniform, r2, lattice, blue-noise");
 }
 
 }  // namespace bob

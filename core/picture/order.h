@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -62,9 +63,6 @@ const Tile& r2_tile();
 /// those before. Made when first asked for, in well under 0.3 s.
 const Tile& blue_noise_tile();
 
-/// The tile of an order by its name, "lattice", "r2" or "blue-noise"; null of any other.
-const Tile* find_tile(std::string_view order);
-
 /// An image covered by copies of a tile: pixels of lower rank come first; those of the same rank go from tile to tile in
 /// far steps, from one that the seed chooses for each rank.
 class TiledOrder {
@@ -89,5 +87,11 @@ private:
     Walk walks_[2][2];                   // in how many tiles a place lies within the image depends on the place
     std::vector<std::uint32_t> starts_;  // of each rank, and the end
 };
+
+/// Writes the pixels that are traced as the start-th and after; from several threads at once.
+using Order = std::function<void(std::uint32_t start, std::span<Pixel> pixels)>;
+
+/// The order of a name: "uniform", "r2", "lattice" or "blue-noise". Throws std::invalid_argument if there is no such order.
+[[nodiscard]] Order make_order(std::string_view name, std::uint64_t seed, std::uint32_t height, std::uint32_t width);
 
 }  // namespace bob

@@ -72,12 +72,6 @@ def find_bounds(formula: Expression) -> F64 | None:
 def vm_solid(formula: Expression) -> tuple[Expression, F64 | None, bool]:
     """The solid of a .vm file's formula, where to look for it, and whether that cuts it."""
 
-def shape_digest(kind: str, tensors: dict[str, NDArray[Any]]) -> bytes:
-    """SHA-256 of what a shape is."""
-
-def instance_digest(shape: bytes, transform: F64, material: Material) -> bytes:
-    """SHA-256 of a shape's digest, its transform (4, 4), and its material."""
-
 class Material:
     """`color` is linear RGB."""
 
@@ -94,6 +88,12 @@ class Material:
     def specular(self) -> float: ...
     @property
     def shininess(self) -> float: ...
+
+def shape_digest(kind: str, tensors: dict[str, NDArray[Any]]) -> bytes:
+    """SHA-256 of what a shape is."""
+
+def instance_digest(shape: bytes, transform: F64, material: Material) -> bytes:
+    """SHA-256 of a shape's digest, its transform (4, 4), and its material."""
 
 class Arrangement:
     """Shapes in their places: `transforms` (n, 4, 4) take their own units to those of all. ValueError if they are in

@@ -89,7 +89,7 @@ def panels(partial: NDArray[np.float32], image: NDArray[np.float32], reference: 
 
     Parameters
     ----------
-    partial : (N, 5, H, W) float32
+    partial : (N, C, H, W) float32
         mask, gray and what else the network sees.
     image, reference : (N, 1, H, W) float32, shown clamped to 0..1
 

@@ -270,7 +270,7 @@ class _Training:
             yield f"validation/{100 * stage:g}_percent", panels(*of_stage)
 
     def _complete(self, partial: Tensor) -> Tensor:
-        """Return what the average makes of partial pictures, (N, 5, H, W) → (N, 1, H, W), not clamped."""
+        """Return what the average makes of partial pictures, (N, C, H, W) → (N, 1, H, W), not clamped."""
         with self.fabric.autocast():
             image: Tensor = self.average(partial).float()
         return keep_known_of_partial(image, partial) if self.config.keep_known else image

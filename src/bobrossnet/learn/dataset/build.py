@@ -20,7 +20,7 @@ import bobrossnet as bob
 from bobrossnet.adapters.messages import one_line
 from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import SHAPES, SIZES, TEST_SHAPES, Plan
-from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.dataset.store import PLANES, Dataset
 from bobrossnet.learn.shape_files import left_out, shape_files
 from bobrossnet.learn.shapes import procedural_scene
 from bobrossnet.progress import progress
@@ -89,7 +89,8 @@ def build(
 def views_of(scene: bob.Scene, plan: Plan, shape: int) -> list[NDArray[np.float16]]:
     """Return a shape's views, (4, size, size) float16 each: gray, depth, normal x, normal y."""
     return [
-        bob.trace(scene, plan.camera(shape, size), size=(size, size)).stack()[1:].astype(np.float16) for size in SIZES
+        bob.trace(scene, plan.camera(shape, size), size=(size, size)).stack()[PLANES].astype(np.float16)
+        for size in SIZES
     ]
 
 

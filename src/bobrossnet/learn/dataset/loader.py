@@ -21,7 +21,7 @@ from torch import Tensor
 
 from bobrossnet.errors import InputError, check_integer
 from bobrossnet.learn.dataset.plan import PATCH, PATCHES, STAGES, random_generator
-from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.dataset.store import CHANNELS, Dataset
 
 BLOCK = 64  # shapes read at a time: 176 MB
 AHEAD = 4  # mini-batches made ahead by each worker
@@ -142,7 +142,7 @@ class Batches:
         mine = slice(step * self.size + self.rank, (step + 1) * self.size, self.ranks)
         numbers, turns = self.samples[mine], self._turns[mine].tolist()
         fractions = np.array([self._fraction(*drawn) for drawn in zip(numbers.tolist(), turns, strict=True)])
-        partial = torch.empty(len(numbers), 5, PATCH, PATCH)
+        partial = torch.empty(len(numbers), 1 + len(CHANNELS), PATCH, PATCH)
         reference = torch.empty(len(numbers), 1, PATCH, PATCH)
         drawn = zip(numbers.tolist(), turns, fractions.tolist(), strict=True)
         for i, (number, turn, fraction) in enumerate(drawn):

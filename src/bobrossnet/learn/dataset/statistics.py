@@ -18,7 +18,7 @@ from scipy import ndimage, stats
 from bobrossnet.adapters.files import load
 from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import Plan
-from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.dataset.store import Dataset, part_of
 from bobrossnet.learn.shape_files import left_out, shape_files, spread
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.tables import table
@@ -181,7 +181,7 @@ def pictures_of_dataset(dataset: Dataset) -> Iterator[GBuffer]:
     """Yield each shape's view of `SIZE` pixels."""
     for shape in range(dataset.plan.shapes):
         view = dataset.read(shape, SIZE).astype(np.float32)
-        yield GBuffer.from_stack(np.concatenate([np.ones_like(view[:1]), view]))
+        yield part_of(view, np.ones((SIZE, SIZE), np.float32))
 
 
 def pictures_of_files(paths: Iterable[Path], plan: Plan) -> Iterator[GBuffer]:

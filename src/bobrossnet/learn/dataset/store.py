@@ -24,9 +24,15 @@ from zarr.codecs import BloscCodec
 
 from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import PATCH, SIZES, STAGES, Plan
+from bobrossnet.picture.channels import GIVEN
+from bobrossnet.picture.gbuffer import GBuffer
 
 FORMAT = "bobrossnet-dataset-1"
 CHANNELS = ("gray", "depth", "normal x", "normal y")
+"""The format's own planes, (4, H, W) wherever views and patches are: not all that a G-buffer may have."""
+
+PLANES = np.r_[GIVEN.places["gray"], GIVEN.places["depth"], GIVEN.places["normal"]]
+"""Where `GBuffer.stack` has them."""
 
 
 class Dataset:
@@ -146,6 +152,14 @@ class Dataset:
 
     def _file(self, shape: int, size: int) -> Path:
         return self.path / f"views_{size}" / "c" / str(shape) / "0" / "0" / "0"
+
+
+def part_of(view: NDArray[np.float32], mask: NDArray[Any]) -> GBuffer:
+    """Return a view or patch, (4, H, W), as a G-buffer of which the pixels of `mask`, (H, W) of 0 and 1, are traced."""
+    planes = np.empty((1 + len(CHANNELS), *mask.shape), np.float32)
+    planes[0] = mask
+    np.multiply(view, mask, out=planes[1:])
+    return GBuffer.from_stack(planes)
 
 
 def _cut(view: NDArray[np.float16]) -> NDArray[np.float16]:

@@ -18,8 +18,8 @@ import bobrossnet as bob
 from bobrossnet.adapters.files import ALL_ENDINGS
 from bobrossnet.completion.filling import FILLINGS
 from bobrossnet.errors import InputError, check_integer, check_number
-from bobrossnet.learn.dataset.plan import PATCH, PATCHES, STAGES, Plan
-from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.dataset.plan import PATCHES, STAGES, Plan
+from bobrossnet.learn.dataset.store import Dataset, part_of
 from bobrossnet.learn.evaluation.methods import Method, Weights, all_methods, check_orders
 from bobrossnet.learn.evaluation.scenes import Scenes, each_scene, scenes_of_folder
 from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
@@ -176,10 +176,7 @@ def _part_of_patch(
 ) -> bob.GBuffer:
     """A patch's sample, of `numbers` by stage."""
     number = numbers[STAGES.index(fraction) if fraction in STAGES else 0]
-    planes = np.empty((1 + len(whole), PATCH, PATCH), np.float32)
-    planes[0] = plan.mask(number, fraction, order=order)
-    np.multiply(whole, planes[0], out=planes[1:])
-    return bob.GBuffer.from_stack(planes)
+    return part_of(whole, plan.mask(number, fraction, order=order))
 
 
 def _pictures_of_scenes(scenes: Scenes, size: tuple[int, int], views: int) -> Iterator[_Picture]:

@@ -8,10 +8,10 @@ import numpy as np
 
 from bobrossnet.learn.dataset import Dataset
 from bobrossnet.learn.dataset.plan import PATCH, PATCHES, SIZES, STAGES
+from bobrossnet.learn.dataset.store import part_of
 from bobrossnet.learn.figures.figure import Drawing, Sources, data_of
 from bobrossnet.learn.figures.style import picture_grid, show_picture
 from bobrossnet.picture.files import traced_on_green
-from bobrossnet.picture.gbuffer import GBuffer
 
 SHAPES = 5
 LEAST = 0.25  # share of a patch's pixels with a surface: less shows nothing of its shape
@@ -36,8 +36,7 @@ def draw_samples(sources: Sources) -> Drawing:
         known = patches[patch].astype(np.float32)  # (4, 128, 128)
         for stage, fraction in enumerate(STAGES):
             mask = data.plan.mask(first + stage, fraction)
-            partial = GBuffer.from_stack(np.concatenate([mask[None], known * mask]))  # (5, 128, 128)
-            show_picture(row[stage], traced_on_green(partial))
+            show_picture(row[stage], traced_on_green(part_of(known, mask)))
         show_picture(row[-1], known[0])
         label = f"{_name(data, shape)}\n{size} x {size}"
         row[0].text(-0.05, 0.5, label, transform=row[0].transAxes, rotation=90, ha="right", va="center")

@@ -11,6 +11,9 @@
 import { CoreError } from "../core/errors.js";
 import { readContainer, readTensor } from "../files/safetensors.js";
 
+/** What files mean that don't say, as in bobrossnet/completion/weights.py. */
+const DEFAULTS = { inputs: "mask,gray,depth,normal", outputs: "gray" };
+
 /**
  * Reads weights: a safetensors file as bobrossnet writes it.
  *
@@ -27,6 +30,6 @@ export function readWeights(bytes) {
     if (entry.dtype !== "F32") throw new CoreError(`${name}: expected float32 values, got ${entry.dtype}`);
     tensors.set(name, { shape: entry.shape, values: readTensor(container, name, entry) });
   }
-  const [inputs, outputs] = ["inputs", "outputs"].map((name) => metadata[name].split(","));
-  return { network: metadata.network, inputs, outputs, tensors };
+  const { network, inputs, outputs } = { ...DEFAULTS, ...metadata };
+  return { network, inputs: inputs.split(","), outputs: outputs.split(","), tensors };
 }

@@ -5,7 +5,7 @@
  * Pixels in their order.
  *
  * @param {import("../core/core.js").Core} core
- * @param {"lattice" | "uniform" | "r2" | "blue-noise"} order
+ * @param {string} order its name, as in bobrossnet.pixel_order, but for "default"
  * @param {{height: number, width: number, seed?: number | bigint, start?: number, count?: number}} which
  * @returns {Int32Array} (count, 2), row and column
  */

@@ -1,0 +1,103 @@
+"""The layers: the picture knows neither tracing nor completion, nor do these know each other, in any language."""
+
+import posixpath
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGE = ROOT / "src/bobrossnet"
+VIEWER = PACKAGE / "viewer"
+
+# The folders that each folder may use, besides itself.
+CORE = {
+    "formula": set(),
+    "modelling": {"formula"},
+    "nurbs": set(),
+    "shapes": {"formula", "nurbs"},
+    "picture": set(),
+    "tracing": {"picture", "shapes"},
+    "completion": {"picture"},
+}
+PYTHON = {
+    "picture": set(),
+    "shapes": set(),
+    "tracing": {"picture", "shapes"},
+    "completion": {"picture"},
+    "sdf": {"picture", "shapes", "tracing"},
+    "adapters": {"picture", "sdf", "shapes", "tracing"},
+}
+PAGE = {
+    "core": set(),
+    "picture": {"core"},
+    "shapes": {"core"},
+    "tracing": {"core", "picture", "shapes"},
+    "completion": {"core", "files", "picture"},
+    "files": {"core", "shapes", "tracing", "vendor"},
+    "workers": {"core", "picture", "tracing", "completion", "files"},
+    "interface": {"core", "picture", "files", "tracing", "workers"},
+}
+
+
+def forbidden(used, allowed):
+    """What is used and may not be, and which file uses it."""
+    return [f"{file.name}: {what}" for file, what in used if what.split("/")[0] not in allowed]
+
+
+@pytest.mark.parametrize("folder", CORE)
+def test_layers_of_the_core(folder):
+    folders = {path.name for path in (ROOT / "core").iterdir() if path.is_dir()} - {"tests"}
+    assert folders == set(CORE)
+    files = [*(ROOT / "core" / folder).glob("*.h"), *(ROOT / "core" / folder).glob("*.cpp")]
+    used = [(file, name) for file in files for name in re.findall(r'#include "(\w+/.+?)"', file.read_text())]
+    assert files
+    assert forbidden(used, CORE[folder] | {folder}) == []
+
+
+def test_the_core_knows_neither_python_nor_browsers():
+    text = "".join(file.read_text() for file in (ROOT / "core").glob("**/*.*") if file.suffix in (".h", ".cpp"))
+    assert not re.search(r"nanobind|Python\.h|emscripten|export_name", text)
+    # What stands beside the folders knows none of them.
+    beside = [file for file in (ROOT / "core").iterdir() if file.suffix in (".h", ".cpp")]
+    assert [file.name for file in beside if re.search(r'#include "\w+/', file.read_text())] == []
+
+
+@pytest.mark.parametrize("folder", PYTHON)
+def test_layers_of_the_package(folder):
+    folders = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
+    assert folders == set(PYTHON) | {"learn"}
+    files = list((PACKAGE / folder).glob("**/*.py"))
+    used = [
+        (file, module)
+        for file in files
+        for module in re.findall(r"^\s*(?:from|import) bobrossnet\.(\w+)", file.read_text(), re.MULTILINE)
+        if module in folders
+    ]
+    assert files
+    assert forbidden(used, PYTHON[folder] | {folder}) == []
+
+
+@pytest.mark.parametrize("folder", PAGE)
+def test_layers_of_the_page(folder):
+    files = list((VIEWER / folder).glob("**/*.js"))
+    used = []
+    for file in files:
+        for path in re.findall(r"""(?:from |import\(|import )["'`](\..+?)["'`]""", file.read_text()):
+            place = posixpath.normpath(posixpath.join(file.parent.relative_to(VIEWER).as_posix(), path))
+            used.append((file, place))
+    assert files
+    assert forbidden(used, PAGE[folder] | {folder}) == []
+
+
+def test_what_is_to_be_touched_is_there():
+    """Each file that docs/architecture.md names."""
+    text = (ROOT / "docs/architecture.md").read_text()
+    bases = (ROOT, PACKAGE, ROOT / "core", VIEWER)
+
+    def exists(name):
+        return any((base / name).exists() or list(base.glob(f"{name}.*")) for base in bases)
+
+    names = [name for name in re.findall(r"`([\w./{},]+/[\w./{},]*)`", text) if not re.search("NAME|KIND|FORMAT", name)]
+    each = [re.fullmatch(r"(.*?)(?:\{(.+)\})?", name).groups() for name in names]
+    assert [stem + e for stem, endings in each for e in (endings or "").split(",") if not exists(stem + e)] == []
