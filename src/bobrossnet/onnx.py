@@ -8,8 +8,8 @@ import os
 def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
     """Write a network with its weights as ONNX. Needs the [train] extra.
 
-    The graph maps `gbuffer`, (N, 5, H, W) float32 as `GBuffer.stack` gives it, to `gray`, (N, 1, H, W): the network's
-    own output, not clamped, for any N, H and W. Keep the known pixels yourself.
+    The graph maps `gbuffer`, (N, C, H, W) float32, the planes of the network's inputs as `GBuffer.stack` has them, to
+    `gray`, (N, 1, H, W): the network's own output, not clamped, for any N, H and W. Keep the known pixels yourself.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ const MAX_WEIGHT_RATIO = 1e10;
  * @param {Core} core
  * @param {BrepTensors} tensors
  */
-export function brep(core, tensors) {
+export function brepShape(core, tensors) {
   checkBrep(tensors);
   const { faces, control_points, knots, loops, trims, trim_control_points, trim_knots, tolerance } = tensors;
   return new Shape(core, core.made("make_brep", faces, faces.length / 5, control_points, knots, loops, trims,
@@ -38,7 +38,7 @@ export function brep(core, tensors) {
  * @param {Core} core
  * @param {TubeTensors} tensors
  */
-export function tube(core, tensors) {
+export function tubeShape(core, tensors) {
   checkTube(tensors);
   const { control_points: points, knots, radii, weights } = tensors, count = radii.length;
   const balls = new Float64Array(5 * count); // x, y, z, radius and weight

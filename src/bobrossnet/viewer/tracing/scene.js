@@ -7,7 +7,7 @@ import { WIDTH } from "../picture/channels.js";
 import { IDENTITY } from "../shapes/affine.js";
 import { formulaShape, implicitShape, scriptShape } from "../shapes/implicit.js";
 import { meshShape } from "../shapes/mesh.js";
-import { brep, tube } from "../shapes/splines.js";
+import { brepShape, tubeShape } from "../shapes/splines.js";
 import { WHITE, materialValues } from "./description.js";
 
 /**
@@ -82,7 +82,7 @@ function makeShape(core, description) {
     case "implicit": return implicitShape(core, description, description.bounds);
     case "script": return scriptShape(core, description.source);
     case "formula": return formulaShape(core, description.text, description.bounds);
-    case "brep": return brep(core, description);
-    case "tube": return tube(core, description);
+    case "brep": return brepShape(core, description);
+    case "tube": return tubeShape(core, description);
   }
 }

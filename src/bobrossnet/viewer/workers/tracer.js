@@ -25,11 +25,11 @@
  *   "failed", in which case the previous scene stays; "trace" is answered by "traced", after "cancel" at once, or by
  *   "failed".
  *
- * @typedef {{kind: "opened", memory: number}
+ * @typedef {{kind: "opened"}
  *   | {kind: "failed", message: string, broken: boolean}
  *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number}} Reply
- *   memory: bytes of this worker's core; broken: the core is unusable; cancelled: no samples were sent; reached: this
- *   tracer's part of the order is traced up to there
+ *   broken: the core is unusable; cancelled: no samples were sent; reached: this tracer's part of the order is traced up to
+ *   there
  */
 import { Core } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
@@ -74,7 +74,7 @@ async function open(description) {
     scene?.free();
     scene = built;
     pace = new Pace();
-    reply({ kind: "opened", memory: core.memory.byteLength });
+    reply({ kind: "opened" });
   } catch (error) {
     fail(error);
   }
