@@ -120,9 +120,9 @@ TEST(script_errors) {
     CHECK(fails("f = sphere(1)\n\n import math", "line 3, column 2: expected no indentation here"));
     CHECK(fails("f = sphere(1)\n\nimport math", "line 3, column 1: import: scripts have every word already"));
     CHECK(fails("from sdf import *", "line 1, column 1: from: scripts have every word already; delete this line"));
-    CHECK(fails("def f(x):", "line 1, column 1: def: scripts have no functions of their own"));
+    CHECK(fails("def f(x):", "line 1, column 1: def: scripts cannot define functions"));
     CHECK(fails("while True: pass", "line 1, column 1: while: loops are written for i in range(10):"));
-    CHECK(fails("f = lambda x: x", "line 1, column 5: lambda: scripts have no functions"));
+    CHECK(fails("f = lambda x: x", "line 1, column 5: lambda: scripts cannot define functions"));
     CHECK(fails("x = math.pi", "line 1, column 5: math: write the name without a module before it"));
     CHECK(fails("open('x')", "line 1, column 1: open: scripts make shapes and nothing else"));
     CHECK(fails("f = spere(1)", "line 1, column 5: spere: expected a word of the language or a name assigned above"));
