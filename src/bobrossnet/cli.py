@@ -25,6 +25,7 @@ from bobrossnet.adapters.files import KINDS
 from bobrossnet.learn.commands import add_commands
 from bobrossnet.machine import limit_memory
 from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
 
 if TYPE_CHECKING:
     import bobrossnet as bob
@@ -132,7 +133,7 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument(
         "--order",
         default="default",
-        help="sequence of the pixels: uniform, r2, lattice or blue-noise (default: lattice)",
+        help=f"sequence of the pixels, one of {', '.join(ORDERS)} (default: {DEFAULT_ORDER})",
     )
     render.add_argument("--seed", type=int, default=0, help="of the order (default: 0)")
     home = Camera()
