@@ -85,7 +85,7 @@ public:
     [[nodiscard]] int place_of(const Channel& wanted) const {
         const int at = place(wanted);
         if (at < 0) {
-            throw std::invalid_argument("expected a G-buffer with the channel " + std::string(wanted.name) + ", got one of " +
+            throw std::invalid_argument("expected a G-buffer with the channel " + std::string(wanted.name) + ", got one with " +
                                         names());
         }
         return at;
