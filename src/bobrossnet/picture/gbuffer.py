@@ -15,7 +15,29 @@ from bobrossnet.picture.order import Size, check_size, pixel_count, pixel_order
 F32 = NDArray[np.float32]
 
 
-class GBuffer:
+class Channels:
+    """Values by the names of their channels, one after the other in the order of a layout."""
+
+    __slots__ = ()
+
+    def channel(self, name: str) -> F32:
+        """A channel by its name, its components last where it has several. KeyError if it is not there."""
+        raise NotImplementedError
+
+    @property
+    def gray(self) -> F32:
+        return self.channel("gray")
+
+    @property
+    def depth(self) -> F32:
+        return self.channel("depth")
+
+    @property
+    def normal(self) -> F32:
+        return self.channel("normal")
+
+
+class GBuffer(Channels):
     """A picture of which some pixels were traced. Immutable; all arrays are float32 and read-only.
 
     Parameters
@@ -82,18 +104,6 @@ class GBuffer:
         return self.channel("mask")
 
     @property
-    def gray(self) -> F32:
-        return self.channel("gray")
-
-    @property
-    def depth(self) -> F32:
-        return self.channel("depth")
-
-    @property
-    def normal(self) -> F32:
-        return self.channel("normal")
-
-    @property
     def channels(self) -> tuple[str, ...]:
         """The names of all channels, in the order of their planes."""
         return tuple(self.layout.places)
@@ -152,7 +162,7 @@ class GBuffer:
         return GBuffer.from_stack, (np.array(self.planes), self.layout)
 
 
-class Samples:
+class Samples(Channels):
     """What a tracer found at n pixels.
 
     Parameters
@@ -201,18 +211,6 @@ class Samples:
     def hit(self) -> NDArray[np.bool_]:
         hit: NDArray[np.bool_] = self.values[:, 0] != 0
         return hit
-
-    @property
-    def gray(self) -> F32:
-        return self.channel("gray")
-
-    @property
-    def depth(self) -> F32:
-        return self.channel("depth")
-
-    @property
-    def normal(self) -> F32:
-        return self.channel("normal")
 
     def channel(self, name: str) -> F32:
         """A channel by its name: (n,), or (n, components) where it has several."""
