@@ -266,7 +266,7 @@ def is_untraced(pixels):
 
 
 def test_split_picture_has_traced_pixels_left_of_its_divider(page):
-    page.choose("csg.sdf")
+    page.choose("gear.sdf")  # whose rays are slow: no machine traces all of them in one frame
     page.tab.uncheck("#refines")
     page.tab.fill("#budget", "10")
     page.tab.check("[value=split]", force=True)
