@@ -55,7 +55,8 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     InputError
-        If the file can't be written, or holds a shape of a kind that files can't.
+        If the file can't be written, or the scene has a shape of a kind that files can't hold, or places, materials and
+        names of more than `MAX_HEADER` bytes.
     """
     file = check_scene_path(path)
     numbers: dict[bytes, int] = {}
@@ -82,8 +83,7 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
             }
         )
     data = layout({"shapes": kinds, "instances": instances}, tensors)
-    if int.from_bytes(data[:8], "little") > MAX_HEADER:
-        raise InputError(f"scene: expected at most {MAX_HEADER:,} bytes of places, materials, names and shapes' entries, got more")
+    _check_header(data, "scene: ")
     write_whole(file, sealed(data))
 
 
@@ -107,8 +107,7 @@ def read_scene(file: Path) -> Scene:
     data = file.read_bytes()
     if data[8 : DIGITS.start] != START:
         raise InputError(f"expected a {FORMAT} file, got one that starts with {data[:32]!r}")
-    if int.from_bytes(data[:8], "little") > MAX_HEADER:
-        raise InputError(f"expected at most {MAX_HEADER:,} bytes of places, materials, names and shapes' entries, got more")
+    _check_header(data)
     if data[DIGITS] != _checksum(data):
         raise InputError("expected a whole file, got one that was damaged or cut short: its checksum differs")
     header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
@@ -126,6 +125,13 @@ def read_scene(file: Path) -> Scene:
     shapes = _shapes(_list("shapes", content["shapes"]), load(data))
     materials: dict[str, Material] = {}
     return Scene([_instance(f"instances[{i}]", item, shapes, materials) for i, item in enumerate(instances)])
+
+
+def _check_header(data: bytes, name: str = "") -> None:
+    size = int.from_bytes(data[:8], "little")
+    if size > MAX_HEADER:
+        what = "bytes of places, materials, names and shapes' entries"
+        raise InputError(f"{name}expected at most {MAX_HEADER:,} {what}, got {size:,}")
 
 
 def _shapes(kinds: list[Any], tensors: Mapping[str, NDArray[Any]]) -> list[Shape]:
