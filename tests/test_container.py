@@ -44,6 +44,13 @@ def test_all_that_is_written_can_be_read(tmp_path, monkeypatch):
     assert not (tmp_path / "b.bob").exists()
 
 
+def test_scenes_of_too_many_instances_are_refused(tmp_path):
+    file = tmp_path / "a.bob"
+    file.write_bytes(sealed(layout({"shapes": [], "instances": [0] * 100_001}, {})))
+    with pytest.raises(bob.InputError, match=r"^a.bob: instances: expected at most 100,000, got 100,001$"):
+        bob.load(file)
+
+
 def test_many_instances_are_written_and_read(tmp_path):
     file = tmp_path / "a.bob"
     scene = bob.Scene([bob.Instance(TRIANGLE, np.diag((1 + i / 3, 1, 1, 1))) for i in range(1000)] * 30)
