@@ -1,7 +1,6 @@
 #include "tracing/arrangement.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -9,9 +8,11 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include "parallel.h"
+#include "tracing/place_key.h"
 
 namespace bob {
 namespace {
@@ -20,8 +21,6 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// From as many on, what takes a shape's time once is worth it.
 constexpr std::size_t many_places = 8;
-
-using Numbers = std::array<double, 12>;
 
 void check(double radius) {
     if (!(radius > 0)) throw std::invalid_argument("shapes: expected an extent above zero, got all vertices in one point");
@@ -64,10 +63,10 @@ void for_places(std::size_t count, const KeepGoing& keep_going, F f) {
 
 Arrangement::Arrangement(std::vector<Placed> shapes, const std::function<bool()>& keep_going) : shapes_(std::move(shapes)) {
     if (shapes_.empty()) throw std::invalid_argument("shapes: expected at least one shape, got none");
-    std::map<std::pair<const Shape*, Numbers>, std::size_t> known;
+    std::unordered_map<PlaceKey, std::size_t, PlaceKey::Hash> known;
     std::map<const Shape*, std::size_t> counts;  // of places
     for (const auto& [shape, transform, material] : shapes_) {
-        const auto [entry, added] = known.try_emplace({shape.get(), std::bit_cast<Numbers>(transform)}, places_.size());
+        const auto [entry, added] = known.try_emplace({shape.get(), transform}, places_.size());
         if (added) places_.push_back({shape.get(), transform, {}});
         if (added) ++counts[shape.get()];
         place_.push_back(entry->second);

@@ -1,13 +1,13 @@
 #include "tracing/scene.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
 #include <set>
+#include <unordered_set>
 #include <utility>
 
 #include "parallel.h"
+#include "tracing/place_key.h"
 
 namespace bob {
 namespace {
@@ -137,13 +137,13 @@ Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances))
     constexpr Vec3 margin{box_margin, box_margin, box_margin};
     std::vector<Box> boxes;
     std::vector<std::uint32_t> visible;
-    std::set<std::pair<const Shape*, std::array<double, 12>>> places;
+    std::unordered_set<PlaceKey, PlaceKey::Hash> places;
     for (std::uint32_t k = 0; k < instances_.size(); ++k) {
         Instance& instance = instances_[k];
         if (!fits_float(instance.to_shape)) continue;
         instance.low = instance.low - margin, instance.high = instance.high + margin;
         // Of a shape in one place, the first is seen wherever another is.
-        if (!places.insert({instance.shape.get(), std::bit_cast<std::array<double, 12>>(instance.to_shape)}).second) continue;
+        if (!places.insert({instance.shape.get(), instance.to_shape}).second) continue;
         boxes.push_back({instance.low, instance.high});
         visible.push_back(k);
     }
