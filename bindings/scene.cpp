@@ -74,7 +74,15 @@ std::optional<bob::Scene> scene(const bob::Arrangement& arrangement, const std::
     for (const nb::bytes& digest : digests) converted.push_back(digest_of(digest));
     expect(digests.empty() || digests.size() == arrangement.size(), "digests: expected one for each shape");
     std::optional<bob::Scene> made;
-    interruptible([&](const auto& keep_going) { made.emplace(arrangement.scene(converted, keep_going)); });
+    interruptible([&](const auto& keep_going) {
+        const bool all = bob::parallel_for(converted.size(), 256, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const bob::Placed& placed = arrangement[i];
+                converted[i] = bob::instance_digest(converted[i], placed.transform, placed.material);
+            }
+        }, keep_going);
+        if (all) made.emplace(arrangement.scene(converted, keep_going));
+    });
     return made;
 }
 
@@ -157,6 +165,8 @@ void bind_scene(nb::module_& m) {
         .def_ro("shininess", &bob::Material::shininess);
 
     m.def("shape_digest", &shape_digest, "kind"_a, "tensors"_a);
+    m.def("singular_values", [](const Matrix& map) { return bob::singular_values(bob::affine_map(map.data())); },
+          "map"_a.noconvert());
     m.def("instance_digest", &instance_digest, "shape"_a, "transform"_a, "material"_a);
 
     nb::class_<bob::Arrangement>(m, "Arrangement")

@@ -25,6 +25,42 @@ def several():
     )
 
 
+def test_all_that_is_written_can_be_read(tmp_path, monkeypatch):
+    file = tmp_path / "a.bob"
+    monkeypatch.setattr("bobrossnet.tracing.scene.MAX_INSTANCES", 1000)
+    monkeypatch.setattr(container, "MAX_INSTANCES", 1000)
+    most = bob.Scene(bob.Instance(TRIANGLE).translate((i, 0, 0)) for i in range(1000))
+    bob.save_scene(most, file)
+    assert np.array_equal(bob.load(file).boxes, most.boxes)
+    size = int.from_bytes(file.read_bytes()[:8], "little")
+    monkeypatch.setattr(container, "MAX_INSTANCES", 999)
+    with pytest.raises(bob.InputError, match=r"a.bob: instances: expected at most 999, got 1,000$"):
+        bob.load(file)
+    monkeypatch.setattr(container, "MAX_HEADER", size - 1)
+    with pytest.raises(bob.InputError, match=rf"a.bob: expected at most {size - 1:,} bytes of places"):
+        bob.load(file)
+    with pytest.raises(bob.InputError, match=r"^scene: expected at most"):
+        bob.save_scene(most, tmp_path / "b.bob")
+    assert not (tmp_path / "b.bob").exists()
+
+
+def test_scenes_of_too_many_instances_are_refused(tmp_path):
+    file = tmp_path / "a.bob"
+    file.write_bytes(sealed(layout({"shapes": [], "instances": [0] * 100_001}, {})))
+    with pytest.raises(bob.InputError, match=r"^a.bob: instances: expected at most 100,000, got 100,001$"):
+        bob.load(file)
+
+
+def test_many_instances_are_written_and_read(tmp_path):
+    file = tmp_path / "a.bob"
+    scene = bob.Scene([bob.Instance(TRIANGLE, np.diag((1 + i / 3, 1, 1, 1))) for i in range(1000)] * 30)
+    bob.save_scene(scene, file)
+    again = bob.load(file)
+    assert len(again.instances) == 30_000
+    assert np.array_equal(again.boxes, scene.boxes)
+    assert len({id(instance.material) for instance in again.instances}) == 1
+
+
 def test_round_trip(tmp_path):
     scene = several()
     bob.save_scene(scene, tmp_path / "a.bob")

@@ -4,6 +4,8 @@ import copy
 import hashlib
 import itertools
 import pickle
+import signal
+import time
 
 import numpy as np
 import pytest
@@ -244,6 +246,70 @@ def test_instances_share_the_core_shape():
     many = bob.Scene(bob.Instance(shape).translate((i, 0, 0)) for i in range(20))
     assert many.core.bytes == bob.Scene(shape).core.bytes == shape.core.bytes
     assert all(instance.shape.core is shape.core for instance in many.instances)
+
+
+def test_shapes_in_many_places_reach_as_far_as_in_one():
+    rng = np.random.default_rng(5)
+    sphere = bob.implicit(lambda x, y, z: x * x + y * y + z * z - 1)
+    vase = bob.nurbs_surface(
+        [[(x, y, x * y / 2) for y in range(4)] for x in range(4)], [0] * 4 + [1] * 4, [0] * 4 + [1] * 4
+    )
+    for shape in (
+        ball(),
+        sphere,
+        vase,
+        bob.nurbs_curve([(0, 0, 0), (0, 2, 3), (1, 0, 0)], [0, 0, 0, 1, 1, 1], radius=0.1),
+    ):
+        maps = np.tile(np.eye(4), (20, 1, 1))
+        maps[:, :3] += rng.uniform(-0.4, 0.4, (20, 3, 4)) * (1, 1, 1, 20)
+        fresh = [pickle.loads(pickle.dumps(shape)) for _ in maps]  # each is in one place
+        many, apart = bob.Scene(map(bob.Instance, [shape] * 20, maps)), bob.Scene(map(bob.Instance, fresh, maps))
+        assert np.array_equal(many.boxes, apart.boxes)
+        assert many.radius == apart.radius == max(s.radius(m, many.center) for s, m in zip(fresh, maps, strict=True))
+        assert bob.trace(many, size=SIZE) == bob.trace(apart, size=SIZE)
+
+
+@pytest.mark.parametrize("kind", ["mesh", "formula"])
+def test_100_000_places_are_a_matter_of_seconds(kind):
+    shape = cube() if kind == "mesh" else bob.implicit(lambda x, y, z: abs(x**3) + y**4 + z**4 - 1)
+    places = [
+        bob.Instance(shape, rotation(i, (1, i % 7, i % 5))).translate((i % 50, i // 50 % 50, i)) for i in range(1000)
+    ]
+    start = time.perf_counter()
+    scene = bob.Scene(places * 100)
+    assert len(scene.boxes) == 100_000
+    bob.trace(scene, size=(30, 40))  # coincident instances don't meet rays
+    assert time.perf_counter() - start < 10
+
+
+def test_scenes_of_too_many_instances_are_refused_at_once():
+    shape = cube()
+    with pytest.raises(bob.InputError, match=r"^shapes: expected at most 100,000 in a scene, got more$"):
+        bob.Scene(itertools.repeat(shape))
+
+
+def test_arranging_can_be_interrupted():
+    def interrupt(signum, frame):
+        raise InterruptedError
+
+    shape = bob.implicit(lambda x, y, z: abs(x**3) + y**4 + z**4 - 1)
+    places = [bob.Instance(shape, rotation(0.001 * i, (1, i % 7, i % 5))) for i in range(20_000)]
+
+    def arrange_for_ever():
+        while True:
+            bob.Scene(places).core  # noqa: B018
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        for after in (0.02, 0.06, 0.1):
+            start = time.perf_counter()
+            signal.setitimer(signal.ITIMER_REAL, after)
+            with pytest.raises(InterruptedError):
+                arrange_for_ever()
+            assert time.perf_counter() - start < after + 0.3
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def test_shapes_do_not_change():

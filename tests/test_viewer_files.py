@@ -479,6 +479,8 @@ def test_damaged_scenes_are_refused(read, viewer):
     assert told(tensors={**tensors, "1.x": np.eye(3)}).startswith("a.bob: 1.x: expected tensors of 1 shapes")
     assert told(tensors={**tensors, "0.vertices": np.full((3, 3), np.nan)}).endswith("got 9 of 9 NaN or infinite")
     assert told(tensors={**tensors, "0.triangles": np.array([[0, 1, 3]], np.int32)}).endswith("indices in 0..2, got 3")
+    many = sealed(layout({"shapes": ["mesh"], "instances": [0] * 100_001}, tensors))
+    assert read("a.bob", many)["error"] == "a.bob: instances: expected at most 100,000, got 100,001"
 
 
 # ---- Real files ------------------------------------------------------------------------------------------

@@ -1,10 +1,14 @@
 #include "shapes/brep.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <mutex>
 #include <queue>
 #include <stdexcept>
+#include <utility>
 
+#include "parallel.h"
 #include "shapes/sphere_around.h"
 
 namespace bob {
@@ -29,76 +33,119 @@ BezierPatch bezier_patch(const Pieces& pieces, const Patch& patch) {
     return result;
 }
 
-/// Where the largest value of a convex function is looked for.
-class Search {
-public:
-    explicit Search(const std::function<double(Vec3)>& convex) : convex_(convex) {}
+const Homogeneous<3>& corner(const BezierPatch& patch, bool u, bool v) {
+    const auto rows = static_cast<std::size_t>(patch.degree_u), columns = static_cast<std::size_t>(patch.degree_v);
+    return patch.control_points[(u ? rows * (columns + 1) : 0) + (v ? columns : 0)];
+}
 
-    void add(BezierPatch patch, const Patch& from) {
+/// The longest line of control points along u or v.
+double extent_along(const BezierPatch& patch, bool v) {
+    const auto columns = static_cast<std::size_t>(patch.degree_v) + 1;
+    const std::size_t count = patch.control_points.size(), step = v ? 1 : columns;
+    std::vector<double> lengths(v ? count / columns : columns);
+    for (std::size_t i = 0; i + step < count; ++i) {
+        if (v && i % columns == columns - 1) continue;
+        const Vec3 d = euclidean(patch.control_points[i + step]) - euclidean(patch.control_points[i]);
+        lengths[v ? i / columns : i % columns] += static_cast<double>(length(d));
+    }
+    return *std::max_element(lengths.begin(), lengths.end());
+}
+
+}  // namespace
+
+/// A part of a patch: what of it decides the maxima of convex functions, and its halves once they were asked for.
+struct Brep::Search::Part {
+    using Halves = std::vector<Part>;
+
+    Part(const BezierPatch& bezier, const Patch& from) : patch(bezier), from(&from) {
         const auto coverage = from.coverage({patch.low_u, patch.high_u, patch.low_v, patch.high_v});
         if (coverage == TrimRegion::Coverage::none) return;
-        // Nowhere is it larger than at a control point.
-        double bound = -HUGE_VAL;
-        for (const auto& point : patch.control_points) bound = std::max(bound, convex_(euclidean(point)));
+        for (const auto& point : patch.control_points) points.push_back(euclidean(point));
         for (const bool u : {false, true}) {
             for (const bool v : {false, true}) {
                 if (coverage == TrimRegion::Coverage::all ||
                     from.region->contains(u ? patch.high_u : patch.low_u, v ? patch.high_v : patch.low_v)) {
-                    reached_ = std::max(reached_, convex_(euclidean(corner(patch, u, v))));
+                    seen.push_back(euclidean(corner(patch, u, v)));
                 }
             }
         }
-        open_.push({bound, std::move(patch), &from});
+        const double along_u = extent_along(patch, false), along_v = extent_along(patch, true);
+        extent = along_u + along_v, longer_along_v = along_v > along_u;
+    }
+    Part(Part&& other) noexcept
+        : patch(std::move(other.patch)), from(other.from), points(std::move(other.points)), seen(std::move(other.seen)),
+          extent(other.extent), longer_along_v(other.longer_along_v), halves_(other.halves_.exchange(nullptr)) {}
+    Part& operator=(Part&&) = delete;
+    ~Part() { delete halves_.load(); }
+
+    [[nodiscard]] bool covered() const { return !points.empty(); }
+
+    /// Any thread may ask; all get the same.
+    [[nodiscard]] const Halves& halves() const {
+        if (const Halves* const made = halves_.load()) return *made;
+        auto halves = std::make_unique<Halves>();
+        for (const double low : {0., 0.5}) {
+            const double high = low + 0.5;
+            halves->emplace_back(longer_along_v ? part(patch, 0, 1, low, high) : part(patch, low, high, 0, 1), *from);
+        }
+        const Halves* other = nullptr;
+        if (halves_.compare_exchange_strong(other, halves.get())) return *halves.release();
+        return *other;
     }
 
-    double run(double tolerance) {
-        while (!open_.empty()) {
-            const Candidate top = open_.top();
-            if (top.bound <= reached_ + tolerance || extent(top.patch) <= tolerance) return top.bound;
-            open_.pop();
-            const bool along_v = extent_along(top.patch, true) > extent_along(top.patch, false);
-            for (const double low : {0., 0.5}) {
-                const double high = low + 0.5;
-                add(along_v ? part(top.patch, 0, 1, low, high) : part(top.patch, low, high, 0, 1), *top.from);
-            }
-        }
-        return reached_;
-    }
+    BezierPatch patch;
+    const Patch* from;
+    std::vector<Vec3> points;  // nowhere is a convex function larger than at one of these; none where nothing is left
+    std::vector<Vec3> seen;    // corners that the trims leave
+    double extent = 0;
+    bool longer_along_v = false;
 
 private:
+    mutable std::atomic<const Halves*> halves_ = nullptr;
+};
+
+struct Brep::Search::Kept {
+    Mutex making;
+    std::vector<Part> parts;  // whole patches
+};
+
+Brep::Search::Search() : kept_(std::make_unique<Kept>()) {}
+Brep::Search::Search(Search&&) noexcept = default;
+Brep::Search::~Search() = default;
+
+double Brep::Search::maximum(const Pieces& pieces, const std::function<double(Vec3)>& convex, double tolerance) const {
     struct Candidate {
         double bound;
-        BezierPatch patch;
-        const Patch* from;
+        const Part* part;
 
         bool operator<(const Candidate& other) const { return bound < other.bound; }
     };
-
-    static const Homogeneous<3>& corner(const BezierPatch& patch, bool u, bool v) {
-        const auto rows = static_cast<std::size_t>(patch.degree_u), columns = static_cast<std::size_t>(patch.degree_v);
-        return patch.control_points[(u ? rows * (columns + 1) : 0) + (v ? columns : 0)];
-    }
-
-    /// The longest line of control points along u or v.
-    static double extent_along(const BezierPatch& patch, bool v) {
-        const auto columns = static_cast<std::size_t>(patch.degree_v) + 1;
-        const std::size_t count = patch.control_points.size(), step = v ? 1 : columns;
-        std::vector<double> lengths(v ? count / columns : columns);
-        for (std::size_t i = 0; i + step < count; ++i) {
-            if (v && i % columns == columns - 1) continue;
-            const Vec3 d = euclidean(patch.control_points[i + step]) - euclidean(patch.control_points[i]);
-            lengths[v ? i / columns : i % columns] += static_cast<double>(length(d));
+    {
+        const std::lock_guard lock(kept_->making);
+        if (kept_->parts.empty()) {
+            std::vector<Part> parts;
+            for (const Patch& patch : pieces.patches) parts.emplace_back(bezier_patch(pieces, patch), patch);
+            kept_->parts = std::move(parts);
         }
-        return *std::max_element(lengths.begin(), lengths.end());
     }
-    static double extent(const BezierPatch& patch) { return extent_along(patch, false) + extent_along(patch, true); }
-
-    const std::function<double(Vec3)>& convex_;
-    double reached_ = -HUGE_VAL;
-    std::priority_queue<Candidate> open_;
-};
-
-}  // namespace
+    double reached = -HUGE_VAL;
+    std::priority_queue<Candidate> open;
+    const auto add = [&](const Part& part) {
+        if (!part.covered()) return;
+        double bound = -HUGE_VAL;
+        for (const Vec3 point : part.points) bound = std::max(bound, convex(point));
+        for (const Vec3 point : part.seen) reached = std::max(reached, convex(point));
+        open.push({bound, &part});
+    };
+    for (const Part& part : kept_->parts) add(part);
+    while (!open.empty()) {
+        const Candidate top = open.top();
+        if (top.bound <= reached + tolerance || top.part->extent <= tolerance) return top.bound;
+        open.pop();
+        for (const Part& half : top.part->halves()) add(half);
+    }
+    return reached;
+}
 
 Brep::Brep(std::span<const Face> faces, double tolerance, const Sphere& sphere) : Shape(sphere) {
     std::vector<FacePatches> patches;
@@ -153,9 +200,7 @@ std::size_t Brep::bytes() const {
 }
 
 double Brep::maximum(const std::function<double(Vec3)>& convex, double tolerance) const {
-    Search search(convex);
-    for (const Patch& patch : pieces_.patches) search.add(bezier_patch(pieces_, patch), patch);
-    return search.run(tolerance);
+    return search_.maximum(pieces_, convex, tolerance);
 }
 
 }  // namespace bob

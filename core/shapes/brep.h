@@ -33,6 +33,7 @@ public:
 
     [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
     [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
+    [[nodiscard]] double overshoot() const override { return 2e-3; }
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
 
@@ -47,8 +48,25 @@ public:
     [[nodiscard]] double maximum(const std::function<double(Vec3)>& convex, double tolerance) const;
 
 private:
+    /// Keeps the parts of patches that were looked at.
+    class Search {
+    public:
+        Search();
+        Search(Search&&) noexcept;
+        ~Search();
+
+        [[nodiscard]] double maximum(const Pieces& pieces, const std::function<double(Vec3)>& convex, double tolerance) const;
+
+    private:
+        struct Part;
+        struct Kept;
+
+        std::unique_ptr<Kept> kept_;
+    };
+
     std::vector<std::unique_ptr<const TrimRegion>> regions_;
     Pieces pieces_;
+    Search search_;
 };
 
 }  // namespace bob

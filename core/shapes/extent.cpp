@@ -21,13 +21,40 @@ double radius_of(const S& shape, const AffineMap& map, const double center[3]) {
     return placed_radius(shape, from_unit.row[0], center, singular_values(from_unit)[0]);
 }
 
+/// As `placed_bounds` and `placed_radius`, rounded alike.
+Bounds bounds_of(const PointTree& outline, const AffineMap& from_unit) {
+    Bounds bounds = outline.bounds(from_unit);
+    for (int axis = 0; axis < 3; ++axis) {
+        const double scale = stretch(from_unit.row[axis]);
+        for (double* end : {&bounds.low[axis], &bounds.high[axis]}) *end = scale * (*end / scale);
+    }
+    return bounds;
+}
+
+double radius_of(const PointTree& outline, const AffineMap& from_unit, const double center[3]) {
+    const double scale = singular_values(from_unit)[0];
+    return scale * outline.farthest(from_unit, center, [&](const PointTree::Point& p) {
+        return length(p[0] - center[0], p[1] - center[1], p[2] - center[2]) / scale;
+    });
+}
+
 }  // namespace
 
-Bounds Implicit::bounds(const AffineMap& map) const { return bounds_of(*this, map); }
+void Implicit::prepare_places(const KeepGoing& keep_going) const {
+    outline_.prepare([&] { return cells_.outline(keep_going); });
+}
+
+Bounds Implicit::bounds(const AffineMap& map) const {
+    if (const PointTree* const outline = outline_.get()) return bounds_of(*outline, map * from_unit_sphere(sphere()));
+    return bounds_of(*this, map);
+}
 Bounds Brep::bounds(const AffineMap& map) const { return bounds_of(*this, map); }
 Bounds Tube::bounds(const AffineMap& map) const { return bounds_of(*this, map); }
 
-double Implicit::radius(const AffineMap& map, const double center[3]) const { return radius_of(*this, map, center); }
+double Implicit::radius(const AffineMap& map, const double center[3]) const {
+    if (const PointTree* const outline = outline_.get()) return radius_of(*outline, map * from_unit_sphere(sphere()), center);
+    return radius_of(*this, map, center);
+}
 double Brep::radius(const AffineMap& map, const double center[3]) const { return radius_of(*this, map, center); }
 double Tube::radius(const AffineMap& map, const double center[3]) const { return radius_of(*this, map, center); }
 

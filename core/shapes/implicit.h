@@ -6,6 +6,7 @@
 #include "formula/expression.h"
 #include "shapes/bounds.h"
 #include "shapes/cells.h"
+#include "shapes/outline.h"
 #include "shapes/shape.h"
 
 namespace bob {
@@ -18,6 +19,8 @@ public:
 
     [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
     [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
+    [[nodiscard]] double overshoot() const override { return 1e-6; }
+    void prepare_places(const KeepGoing& keep_going) const override;
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
     [[nodiscard]] std::size_t bytes() const override { return cells_.bytes(); }
@@ -30,6 +33,7 @@ public:
 
 private:
     Cells cells_;
+    mutable Outline outline_;
     mutable std::atomic<std::uint64_t> unresolved_rays_ = 0;
 };
 

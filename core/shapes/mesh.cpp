@@ -45,6 +45,22 @@ Bounds bounds_of(std::span<const Mesh::Point> vertices, const std::vector<bool>&
     return bounds;
 }
 
+/// The distance from `center` to the farthest of some points: `largest` is that along an axis, and maximum(square) the largest
+/// of square(p) over them.
+template <class Maximum>
+double radius_of(double largest, const double center[3], Maximum maximum) {
+    // In units of about the largest coordinate, so that squares stay within the range; a power of two rounds nothing.
+    int exponent = 0;
+    std::frexp(largest, &exponent);
+    exponent = std::max(exponent, -1000);  // the unit's reciprocal has to stay within the range too
+    const double scale = std::ldexp(1, -exponent);
+    const double farthest = maximum([&](const Mesh::Point& p) {
+        const double x = (p[0] - center[0]) * scale, y = (p[1] - center[1]) * scale, z = (p[2] - center[2]) * scale;
+        return x * x + y * y + z * z;
+    });
+    return std::ldexp(std::sqrt(farthest), exponent);
+}
+
 double radius_of(std::span<const Mesh::Point> vertices, const std::vector<bool>& used, const AffineMap& map,
                  const double center[3]) {
     double largest = 0;
@@ -57,17 +73,24 @@ double radius_of(std::span<const Mesh::Point> vertices, const std::vector<bool>&
         }
     });
     if (!finite) return infinity;
-    // In units of about the largest coordinate, so that squares stay within the range; a power of two rounds nothing.
-    int exponent = 0;
-    std::frexp(largest, &exponent);
-    exponent = std::max(exponent, -1000);  // the unit's reciprocal has to stay within the range too
-    const double scale = std::ldexp(1, -exponent);
-    double farthest = 0;
-    for_each(vertices, used, map, [&](const Mesh::Point& p) {
-        const double x = (p[0] - center[0]) * scale, y = (p[1] - center[1]) * scale, z = (p[2] - center[2]) * scale;
-        farthest = std::max(farthest, x * x + y * y + z * z);
+    return radius_of(largest, center, [&](auto square) {
+        double farthest = 0;
+        for_each(vertices, used, map, [&](const Mesh::Point& p) { farthest = std::max(farthest, square(p)); });
+        return farthest;
     });
-    return std::ldexp(std::sqrt(farthest), exponent);
+}
+
+double radius_of(const PointTree& points, const AffineMap& map, const double center[3]) {
+    const Bounds bounds = points.bounds(map);
+    double largest = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const double end : {bounds.low[axis], bounds.high[axis]}) {
+            const double distance = std::fabs(end - center[axis]);
+            if (!(distance < infinity)) return infinity;
+            largest = std::max(largest, distance);
+        }
+    }
+    return radius_of(largest, center, [&](auto square) { return points.farthest(map, center, square); });
 }
 
 Sphere sphere_of(std::span<const Mesh::Point> vertices, const std::vector<bool>& used) {
@@ -87,10 +110,22 @@ Mesh::Mesh(Arrays arrays, const std::optional<Sphere>& sphere)
 Mesh::Mesh(const Arrays& arrays, std::vector<bool> used, const std::optional<Sphere>& sphere)
     : Shape(sphere ? *sphere : sphere_of(arrays.vertices, used)), arrays_(arrays), used_(std::move(used)) {}
 
-Bounds Mesh::bounds(const AffineMap& map) const { return bounds_of(arrays_.vertices, used_, map); }
+Bounds Mesh::bounds(const AffineMap& map) const {
+    const PointTree* const outline = outline_.get();
+    return outline ? outline->bounds(map) : bounds_of(arrays_.vertices, used_, map);
+}
 
 double Mesh::radius(const AffineMap& map, const double center[3]) const {
+    if (const PointTree* const outline = outline_.get()) return radius_of(*outline, map, center);
     return radius_of(arrays_.vertices, used_, map, center);
+}
+
+void Mesh::prepare_places(const KeepGoing&) const {
+    outline_.prepare([&] {
+        std::vector<Point> points;
+        for_each(arrays_.vertices, used_, {}, [&](const Point& p) { points.push_back(p); });
+        return points;
+    });
 }
 
 void Mesh::prepare() const {

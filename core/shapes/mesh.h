@@ -9,6 +9,7 @@
 
 #include "parallel.h"
 #include "shapes/normals.h"
+#include "shapes/outline.h"
 #include "shapes/shape.h"
 #include "shapes/triangles.h"
 #include "vec.h"
@@ -35,6 +36,9 @@ public:
     [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
     [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
 
+    [[nodiscard]] double overshoot() const override { return 1e-6; }
+    void prepare_places(const KeepGoing& keep_going) const override;
+
     /// Builds the hierarchy and the normals, which takes long.
     void prepare() const override;
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
@@ -57,6 +61,7 @@ private:
 
     Arrays arrays_;
     std::vector<bool> used_;  // whether a triangle has a vertex; empty if all are in one
+    mutable Outline outline_;
     mutable Mutex preparing_;
     mutable std::unique_ptr<const Prepared> prepared_;
 };

@@ -7,6 +7,7 @@
 
 #include "affine.h"
 #include "box.h"
+#include "interruption.h"
 #include "ray.h"
 #include "vec.h"
 
@@ -45,6 +46,14 @@ public:
     /// The distance from `center` to the farthest point of the shape placed by a map from its own units; infinite where
     /// numbers can't hold it.
     [[nodiscard]] virtual double radius(const AffineMap& map, const double center[3]) const = 0;
+
+    /// How much farther than the corners of `bounds` `radius` may be at most, in radii of the shape's sphere that is placed,
+    /// at its longest.
+    [[nodiscard]] virtual double overshoot() const { return 1; }
+
+    /// Makes `bounds` and `radius` fast for a shape in many places, without changing them; takes as long as some of them. Any
+    /// thread may call it, and again. Throws Stopped where it shall not go on.
+    virtual void prepare_places(const KeepGoing& /*keep_going*/) const {}
 
     /// What rays need, where it was not made with the shape; comes before the first of them. Any thread may call it, and
     /// again.

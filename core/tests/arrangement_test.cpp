@@ -215,6 +215,50 @@ TEST(shapes_are_measured_once_in_a_place) {
     CHECK_EQ(shape->radii, 2);
 }
 
+TEST(shapes_reach_as_far_as_before_once_they_are_prepared_for_many_places) {
+    const Arrays arrays = soup(200, 1, 0);
+    bob::Graph g;
+    const auto f = g.expression(max(hypot(hypot(g.x() - 4, g.y()), g.z()) - 3, abs(g.z()) - 1));
+    const auto bounds = *bob::find_bounds(f);
+    const bob::Implicit surface(f, bounds), prepared_surface(f, bounds);
+    const auto mesh = mesh_of(arrays), prepared_mesh = mesh_of(arrays);
+    prepared_surface.prepare_places({});
+    prepared_mesh->prepare_places({});
+    for (int i = 0; i < 100; ++i) {
+        bob::AffineMap map = place;
+        map.row[0][0] = 0.1 * i - 3, map.row[1][0] = 0.07 * i, map.row[2][1] = i % 5, map.row[2][3] = 1e3 * (i % 3);
+        const double center[3] = {0.3 * i, 2, 100. * (i % 7)};
+        const auto same = [&](const bob::Shape& a, const bob::Shape& b) {
+            const bob::Bounds in = a.bounds(map), again = b.bounds(map);
+            for (int axis = 0; axis < 3; ++axis) {
+                CHECK_EQ(in.low[axis], again.low[axis]);
+                CHECK_EQ(in.high[axis], again.high[axis]);
+            }
+            CHECK_EQ(a.radius(map, center), b.radius(map, center));
+        };
+        same(*mesh, *prepared_mesh);
+        same(surface, prepared_surface);
+    }
+}
+
+TEST(the_first_of_a_shape_in_one_place_is_seen) {
+    const Arrays arrays = soup(20, 1, 0);
+    const auto mesh = mesh_of(arrays);
+    std::vector<bob::Placed> placed(1000, {mesh, {}, {}});
+    placed.push_back({mesh, place, {}});
+    const bob::Scene scene = bob::Arrangement(std::move(placed)).scene();
+    std::vector<bob::Ray> rays;
+    for (int i = 0; i < 100; ++i) rays.push_back({{-2, 0.01f * static_cast<float>(i) - 0.5f, 0}, {1, 0, 0.1f}});
+    std::vector<bob::SceneHit> hits(rays.size());
+    scene.closest_hits(rays, hits);
+    int seen = 0;
+    for (const bob::SceneHit& hit : hits) {
+        seen += hit.instance == 0;
+        CHECK(hit.instance == 0 || hit.instance == 1000 || hit.instance == bob::no_instance);
+    }
+    CHECK(seen > 0);
+}
+
 TEST(measuring_and_preparing_can_be_stopped) {
     const Arrays arrays = soup(20, 1, 0);
     const auto mesh = mesh_of(arrays);

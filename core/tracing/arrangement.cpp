@@ -1,7 +1,6 @@
 #include "tracing/arrangement.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -9,14 +8,19 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <unordered_map>
 #include <utility>
+
+#include "parallel.h"
+#include "tracing/place_key.h"
 
 namespace bob {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-using Numbers = std::array<double, 12>;
+/// From as many on, what takes a shape's time once is worth it.
+constexpr std::size_t many_places = 8;
 
 void check(double radius) {
     if (!(radius > 0)) throw std::invalid_argument("shapes: expected an extent above zero, got all vertices in one point");
@@ -26,33 +30,88 @@ void check(double radius) {
     throw std::invalid_argument(std::string("shapes: expected a radius that float64 holds with its reciprocal, got ") + text);
 }
 
+/// How far from a centre a shape in its place can reach, by its box; infinite where numbers can't hold it.
+double farthest_possible(const Arrangement::Place& place, const double center[3]) {
+    double distance[3], largest = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double low = place.bounds.low[axis], high = place.bounds.high[axis];
+        distance[axis] = std::max(std::fabs(low - center[axis]), std::fabs(high - center[axis]));
+        largest = std::max({largest, std::fabs(low), std::fabs(high), std::fabs(center[axis])});
+    }
+    const double slack = place.shape->overshoot() * place.shape->sphere().radius * singular_values(place.transform)[0];
+    const double reach = std::hypot(distance[0], distance[1], distance[2]) * (1 + 1e-12) + slack + 1e-14 * largest;
+    return reach < infinity ? reach : infinity;
+}
+
+/// f(i) for each place, from several threads; a few are left to the threads of each.
+template <class F>
+void for_places(std::size_t count, const KeepGoing& keep_going, F f) {
+    const auto some = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) f(i);
+    };
+    if (count >= many_places) {
+        if (!parallel_for(count, 16, some, keep_going)) throw Stopped();
+        return;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!keep_going()) throw Stopped();
+        f(i);
+    }
+}
+
 }  // namespace
 
 Arrangement::Arrangement(std::vector<Placed> shapes, const std::function<bool()>& keep_going) : shapes_(std::move(shapes)) {
     if (shapes_.empty()) throw std::invalid_argument("shapes: expected at least one shape, got none");
-    std::map<std::pair<const Shape*, Numbers>, std::size_t> known;
+    std::unordered_map<PlaceKey, std::size_t, PlaceKey::Hash> known;
+    std::map<const Shape*, std::size_t> counts;  // of places
     for (const auto& [shape, transform, material] : shapes_) {
-        const auto [entry, added] = known.try_emplace({shape.get(), std::bit_cast<Numbers>(transform)}, places_.size());
+        const auto [entry, added] = known.try_emplace({shape.get(), transform}, places_.size());
         if (added) places_.push_back({shape.get(), transform, {}});
+        if (added) ++counts[shape.get()];
         place_.push_back(entry->second);
     }
-    const auto stopped = [&] { return keep_going && !keep_going(); };
+    try {
+        Interruption interruption(keep_going);
+        interruption.check();
+        for (const auto& [shape, count] : counts) {
+            if (count >= many_places) shape->prepare_places(keep_going);
+        }
+        measure(interruption);
+    } catch (const Stopped&) {
+        return;
+    }
+    check(sphere_.radius);
+}
+
+void Arrangement::measure(Interruption& interruption) {
+    const auto keep_going = [&] { return interruption.keeps_going(); };
+    for_places(places_.size(), keep_going, [&](std::size_t i) { places_[i].bounds = places_[i].shape->bounds(places_[i].transform); });
     Bounds box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
-    for (auto& [shape, transform, bounds] : places_) {
-        if (stopped()) return;
-        bounds = shape->bounds(transform);
+    for (const Place& place : places_) {
         for (int axis = 0; axis < 3; ++axis) {
-            box.low[axis] = std::min(box.low[axis], bounds.low[axis]);
-            box.high[axis] = std::max(box.high[axis], bounds.high[axis]);
+            box.low[axis] = std::min(box.low[axis], place.bounds.low[axis]);
+            box.high[axis] = std::max(box.high[axis], place.bounds.high[axis]);
         }
     }
     for (int axis = 0; axis < 3; ++axis) sphere_.center[axis] = box.low[axis] / 2 + box.high[axis] / 2;  // no overflow
+
+    // The farthest first, as far as boxes show it, until the rest can't reach as far.
+    std::vector<double> reach(places_.size()), radius(places_.size());
+    for_places(places_.size(), keep_going, [&](std::size_t i) { reach[i] = farthest_possible(places_[i], sphere_.center); });
+    std::vector<std::size_t> order(places_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return reach[a] > reach[b]; });
     sphere_.radius = 0;
-    for (const auto& [shape, transform, bounds] : places_) {
-        if (stopped()) return;
-        sphere_.radius = std::max(sphere_.radius, shape->radius(transform, sphere_.center));
+    std::size_t count = 1;
+    for (std::size_t begin = 0; begin < order.size() && reach[order[begin]] >= sphere_.radius; begin += count) {
+        count = std::min<std::size_t>(begin < many_places ? 1 : 64, order.size() - begin);
+        for_places(count, keep_going, [&](std::size_t i) {
+            const Place& place = places_[order[begin + i]];
+            radius[begin + i] = place.shape->radius(place.transform, sphere_.center);
+        });
+        for (std::size_t i = begin; i < begin + count; ++i) sphere_.radius = std::max(sphere_.radius, radius[i]);
     }
-    check(sphere_.radius);
 }
 
 Scene Arrangement::scene(std::span<const Digest> digests, const std::function<bool()>& keep_going) const {
@@ -63,8 +122,9 @@ Scene Arrangement::scene(std::span<const Digest> digests, const std::function<bo
     }
     std::vector<Instance> instances;
     instances.reserve(order.size());
+    Interruption interruption(keep_going);
     for (const std::uint32_t i : order) {
-        if (keep_going && !keep_going()) break;
+        if (!interruption.keeps_going()) return Scene(std::vector<Instance>());
         const Placed& placed = shapes_[i];
         const Place& place = places_[place_[i]];
         placed.shape->prepare();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "affine.h"
+#include "interruption.h"
 #include "tracing/canonical.h"
 #include "tracing/scene.h"
 
@@ -35,7 +36,8 @@ public:
     /// above.
     [[nodiscard]] Scene scene(std::span<const Digest> digests = {}, const std::function<bool()>& keep_going = nullptr) const;
 
-private:
+    [[nodiscard]] const Placed& operator[](std::size_t i) const { return shapes_[i]; }
+
     /// A shape in one place, where it may stand in several materials.
     struct Place {
         const Shape* shape;
@@ -43,6 +45,8 @@ private:
         Bounds bounds;
     };
 
+private:
+    void measure(Interruption& interruption);
     [[nodiscard]] AffineMap to_shape(const Place& place) const;
 
     std::vector<Placed> shapes_;

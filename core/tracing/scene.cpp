@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <unordered_set>
+#include <utility>
 
 #include "parallel.h"
+#include "tracing/place_key.h"
 
 namespace bob {
 namespace {
@@ -134,10 +137,13 @@ Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances))
     constexpr Vec3 margin{box_margin, box_margin, box_margin};
     std::vector<Box> boxes;
     std::vector<std::uint32_t> visible;
+    std::unordered_set<PlaceKey, PlaceKey::Hash> places;
     for (std::uint32_t k = 0; k < instances_.size(); ++k) {
         Instance& instance = instances_[k];
         if (!fits_float(instance.to_shape)) continue;
         instance.low = instance.low - margin, instance.high = instance.high + margin;
+        // Of a shape in one place, the first is seen wherever another is.
+        if (!places.insert({instance.shape.get(), instance.to_shape}).second) continue;
         boxes.push_back({instance.low, instance.high});
         visible.push_back(k);
     }

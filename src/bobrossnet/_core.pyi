@@ -92,6 +92,9 @@ class Material:
 def shape_digest(kind: str, tensors: dict[str, NDArray[Any]]) -> bytes:
     """SHA-256 of what a shape is."""
 
+def singular_values(map: F64) -> list[float]:
+    """Of the linear part of a map, (4, 4): three, the largest first."""
+
 def instance_digest(shape: bytes, transform: F64, material: Material) -> bytes:
     """SHA-256 of a shape's digest, its transform (4, 4), and its material."""
 
@@ -108,7 +111,8 @@ class Arrangement:
     @property
     def radius(self) -> float: ...
     def scene(self, digests: Sequence[bytes]) -> Scene:
-        """As rays meet it, in the unit sphere, and in the order of digests, one of each shape, or none."""
+        """As rays meet it, in the unit sphere, and in the canonical order by the digests of the shapes, one for each
+        place; in the given one without."""
 
 class Scene:
     """Where instances coincide, the first is seen. Their numbers are those that they have in the arrangement."""

@@ -25,7 +25,7 @@ from bobrossnet.shapes.tube import Tube
 from bobrossnet.tensors import tensor_file
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
-from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
+from bobrossnet.tracing.scene import MAX_INSTANCES, Scene, SceneLike, as_scene
 
 ENDING = ".bob"
 FORMAT, VERSION = "bobrossnet-scene", "1"
@@ -35,6 +35,9 @@ KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Brep, Implicit, Me
 
 # The checksum comes first, so that its place is the same in every file. It is of the whole file with its own digits
 # taken as zeros.
+MAX_HEADER = 100_000_000
+"""Bytes of JSON that readers of safetensors take."""
+
 START = b'{"__metadata__":{"sha256":"'
 DIGITS = slice(8 + len(START), 8 + len(START) + 64)
 
@@ -52,13 +55,15 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     InputError
-        If the file can't be written, or holds a shape of a kind that files can't.
+        If the file can't be written, or the scene has a shape of a kind that files can't hold, or places, materials and
+        names of more than `MAX_HEADER` bytes.
     """
     file = check_scene_path(path)
     numbers: dict[bytes, int] = {}
     kinds: list[str] = []
     tensors: dict[str, NDArray[Any]] = {}
     instances = []
+    materials: dict[int, dict[str, Any]] = {}
     for instance in as_scene(scene).instances:
         shape = instance.shape
         if not isinstance(shape, KINDS.get(shape.kind, ())):
@@ -67,15 +72,19 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
         if number == len(kinds):
             kinds.append(shape.kind)
             tensors |= {f"{number}.{name}": tensor for name, tensor in shape.tensors().items()}
+        material = materials.get(id(instance.material)) or asdict(instance.material)
+        materials[id(instance.material)] = material
         instances.append(
             {
                 "shape": number,
                 "transform": instance.transform.tolist(),
-                "material": asdict(instance.material),
+                "material": material,
                 "name": instance.name,
             }
         )
-    write_whole(file, sealed(layout({"shapes": kinds, "instances": instances}, tensors)))
+    data = layout({"shapes": kinds, "instances": instances}, tensors)
+    _check_header(data, "scene: ")
+    write_whole(file, sealed(data))
 
 
 def check_scene_path(path: str | os.PathLike[str]) -> Path:
@@ -98,6 +107,7 @@ def read_scene(file: Path) -> Scene:
     data = file.read_bytes()
     if data[8 : DIGITS.start] != START:
         raise InputError(f"expected a {FORMAT} file, got one that starts with {data[:32]!r}")
+    _check_header(data)
     if data[DIGITS] != _checksum(data):
         raise InputError("expected a whole file, got one that was damaged or cut short: its checksum differs")
     header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
@@ -109,10 +119,19 @@ def read_scene(file: Path) -> Scene:
             f"expected version {VERSION}, got {metadata.get('version')!r}; was it written by a newer release?"
         )
     content = _fields("scene", json.loads(metadata["scene"]), "shapes", "instances")
+    instances = _list("instances", content["instances"])
+    if len(instances) > MAX_INSTANCES:
+        raise InputError(f"instances: expected at most {MAX_INSTANCES:,}, got {len(instances):,}")
     shapes = _shapes(_list("shapes", content["shapes"]), load(data))
-    return Scene(
-        _instance(f"instances[{i}]", item, shapes) for i, item in enumerate(_list("instances", content["instances"]))
-    )
+    materials: dict[str, Material] = {}
+    return Scene([_instance(f"instances[{i}]", item, shapes, materials) for i, item in enumerate(instances)])
+
+
+def _check_header(data: bytes, name: str = "") -> None:
+    size = int.from_bytes(data[:8], "little")
+    if size > MAX_HEADER:
+        what = "bytes of places, materials, names and shapes' entries"
+        raise InputError(f"{name}expected at most {MAX_HEADER:,} {what}, got {size:,}")
 
 
 def _shapes(kinds: list[Any], tensors: Mapping[str, NDArray[Any]]) -> list[Shape]:
@@ -133,13 +152,17 @@ def _shapes(kinds: list[Any], tensors: Mapping[str, NDArray[Any]]) -> list[Shape
     return shapes
 
 
-def _instance(place: str, item: Any, shapes: list[Shape]) -> Instance:
+def _instance(place: str, item: Any, shapes: list[Shape], materials: dict[str, Material]) -> Instance:
+    """`materials` are those so far, by their texts: instances share them."""
     fields = _fields(place, item, "shape", "transform", "material", "name")
     number = check_integer(f"{place}.shape", fields["shape"], 0, len(shapes) - 1)
     transform = _list(f"{place}.transform", fields["transform"])
     material = _fields(f"{place}.material", fields["material"], *Material.__dataclass_fields__)
+    text = repr(material)
     try:
-        return Instance(shapes[number], transform, Material(**material), fields["name"])
+        if text not in materials:
+            materials[text] = Material(**material)
+        return Instance(shapes[number], transform, materials[text], fields["name"])
     except InputError as error:
         raise InputError(f"{place}: {error}") from error
 

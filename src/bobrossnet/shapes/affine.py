@@ -7,6 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.errors import InputError, check_array, check_finite, check_number
 
 Matrix: TypeAlias = NDArray[np.float64]
@@ -66,11 +67,11 @@ def rotation(angle: Any, vector: Any) -> Matrix:
 
 def check_map(name: str, value: Any) -> Matrix:
     """Return `value` as a (4, 4) float64 matrix of its own if it is an invertible affine map."""
-    matrix = check_finite(name, check_array(name, value, (4, 4))).astype(np.float64)
+    matrix: Matrix = np.array(check_finite(name, check_array(name, value, (4, 4))), np.float64, order="C")
     last = tuple(matrix[3].tolist())
     if last != (0, 0, 0, 1):
         raise InputError(f"{name}: expected an affine map, whose last row is (0, 0, 0, 1), got {last}")
-    sizes = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+    sizes = _core.singular_values(matrix)
     if not sizes[2] > FLATTEST * sizes[0]:
         raise InputError(f"{name}: expected a map that keeps all three dimensions, got one that is singular")
     return matrix

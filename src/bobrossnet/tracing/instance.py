@@ -12,6 +12,7 @@ from bobrossnet.shapes.shape import Shape
 from bobrossnet.tracing.material import Material
 
 Z = (0.0, 0.0, 1.0)
+WHITE = Material()
 
 
 @dataclass(frozen=True, eq=False, init=False, slots=True)
@@ -61,7 +62,7 @@ class Instance:
         for field, value in (
             ("shape", shape),
             ("transform", matrix),
-            ("material", Material() if material is None else material),
+            ("material", WHITE if material is None else material),
             ("name", name),
         ):
             object.__setattr__(self, field, value)

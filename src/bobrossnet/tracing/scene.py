@@ -6,6 +6,7 @@ import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from functools import cached_property
+from itertools import islice
 from typing import Any, NamedTuple, TypeAlias, Union
 
 import numpy as np
@@ -18,6 +19,10 @@ from bobrossnet.shapes.shape import Shape
 from bobrossnet.tracing.instance import Instance
 
 SceneLike: TypeAlias = Union["Scene", Instance, Shape, "Iterable[SceneLike]"]
+
+
+MAX_INSTANCES = 100_000
+"""In a scene: as many as a file can hold and a page read, and as are placed in seconds."""
 
 
 class Hits(NamedTuple):
@@ -55,18 +60,22 @@ class Scene:
     Raises
     ------
     InputError
-        If there is no shape, or if all of it lies in one point.
+        If there is no shape, if there are more than `MAX_INSTANCES`, or if all of it lies in one point.
     """
 
     def __init__(self, shapes: SceneLike) -> None:
-        self.instances = tuple(_instances(shapes))
+        self.instances = tuple(islice(_instances(shapes), MAX_INSTANCES + 1))
         if not self.instances:
             raise InputError("shapes: expected at least one shape, got none")
+        if len(self.instances) > MAX_INSTANCES:
+            raise InputError(f"shapes: expected at most {MAX_INSTANCES:,} in a scene, got more")
+        materials = {id(instance.material): instance.material for instance in self.instances}
+        in_core = {number: material.core() for number, material in materials.items()}
         try:
             self._arrangement = _core.Arrangement(
                 [instance.shape.core for instance in self.instances],
                 np.array([instance.transform for instance in self.instances]),
-                [instance.material.core() for instance in self.instances],
+                [in_core[id(instance.material)] for instance in self.instances],
             )
         except ValueError as error:
             raise InputError(str(error)) from None
@@ -112,7 +121,7 @@ class Scene:
         """The scene as rays meet it, in the unit sphere, built when first asked for. Of surfaces that coincide, the
         first is seen, in the canonical order: by digests of what the instances are."""
         several = len(self.instances) > 1
-        return self._arrangement.scene([instance.digest() for instance in self.instances] if several else [])
+        return self._arrangement.scene([instance.shape.digest for instance in self.instances] if several else [])
 
     def closest_hits(self, origins: Any, directions: Any) -> Hits:
         """Cast rays of any origin and direction.

@@ -8,6 +8,7 @@ import { sha256 } from "../core/sha256.js";
 import { isSingular } from "../shapes/affine.js";
 import { checkNodes } from "../shapes/implicit.js";
 import { checkBrep, checkTube } from "../shapes/splines.js";
+import { checkCount } from "../tracing/description.js";
 import { readContainer, readTensor } from "./safetensors.js";
 
 /**
@@ -19,6 +20,9 @@ import { readContainer, readTensor } from "./safetensors.js";
  */
 
 const FORMAT = "bobrossnet-scene", VERSION = "1";
+
+/** Bytes of JSON that readers of safetensors take, as bobrossnet.adapters.container.MAX_HEADER. */
+const MAX_HEADER = 100_000_000;
 
 /** The checksum comes first: of the whole file, with its own digits taken as zeros. */
 const START = '{"__metadata__":{"sha256":"', DIGITS = 8 + START.length, BODY = DIGITS + 64;
@@ -49,6 +53,11 @@ export function readBob(core, bytes) {
     const start = brief(text.decode(all.subarray(0, 32)));
     throw new CoreError(`expected a ${FORMAT} file, got one that starts with ${start}`);
   }
+  const size = new DataView(bytes).getBigUint64(0, true);
+  if (size > MAX_HEADER) {
+    const most = MAX_HEADER.toLocaleString("en");
+    throw new CoreError(`expected at most ${most} bytes of places, materials, names and shapes' entries, got ${size.toLocaleString("en")}`);
+  }
   const checksum = text.decode(all.subarray(DIGITS, BODY));
   all.fill("0".charCodeAt(0), DIGITS, BODY);
   if (checksum !== hex(sha256(core, all))) {
@@ -61,12 +70,13 @@ export function readBob(core, bytes) {
     throw new CoreError(`expected version ${VERSION}, got ${got}; was it written by a newer release?`);
   }
   const content = checkFields("scene", JSON.parse(metadata.scene), "shapes", "instances");
+  const instances = checkList("instances", content.instances);
+  checkCount("instances", instances.length);
   const kinds = checkList("shapes", content.shapes);
   const shapes = kinds.map((kind, i) => placedErrors(`shapes[${i}]`, () => {
     return readShape(core, kind, ownTensors(i, entries), container);
   }));
   checkNames(entries, kinds.length);
-  const instances = checkList("instances", content.instances);
   return { shapes, instances: instances.map((item, i) => readInstance(core, `instances[${i}]`, item, shapes.length)) };
 }
 

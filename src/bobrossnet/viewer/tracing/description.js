@@ -13,7 +13,18 @@
  *   warnings: what of a file was left out or is not shown as it is, a line each
  */
 
+import { CoreError } from "../core/errors.js";
 import { IDENTITY, UPRIGHT, product } from "../shapes/affine.js";
+
+/** Of a scene, as bobrossnet.tracing.scene.MAX_INSTANCES. */
+const MAX_INSTANCES = 100_000;
+
+/** Throws a CoreError unless a scene can have as many instances. @param {string} name @param {number} count */
+export function checkCount(name, count) {
+  if (count > MAX_INSTANCES) {
+    throw new CoreError(`${name}: expected at most ${MAX_INSTANCES.toLocaleString("en")}, got ${count.toLocaleString("en")}`);
+  }
+}
 
 /** As bobrossnet.Material(). @type {Material} */
 export const WHITE = { color: [1, 1, 1], ambient: 0.1, diffuse: 0.7, specular: 0.2, shininess: 32 };

@@ -8,7 +8,7 @@ import { IDENTITY } from "../shapes/affine.js";
 import { formulaShape, implicitShape, scriptShape } from "../shapes/implicit.js";
 import { meshShape } from "../shapes/mesh.js";
 import { brepShape, tubeShape } from "../shapes/splines.js";
-import { WHITE, materialValues } from "./description.js";
+import { WHITE, checkCount, materialValues } from "./description.js";
 
 /**
  * @typedef {import("../core/core.js").Core} Core
@@ -60,6 +60,7 @@ export class Scene {
  */
 export function buildScene(core, { shapes: descriptions, instances }) {
   if (!instances.length) throw new CoreError("shapes: expected at least one shape, got none");
+  checkCount("shapes", instances.length);
   /** @type {Shape[]} */
   const shapes = [];
   try {
