@@ -1,4 +1,4 @@
-"""What every reader promises for any bytes: a scene that can be traced, or one clear line; soon, and in little memory."""
+"""What every reader promises for any bytes: a scene to trace, or one clear line; soon, and in little memory."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ HERE = Path(bob.__file__).parent
 READABLE = tuple(map(str, (HERE, sys.prefix, sys.base_prefix, sys.base_exec_prefix, "/usr/lib", "/proc/self", "/sys")))
 
 
-class BrokenPromise(Exception):
+class BrokenPromise(Exception):  # noqa: N818
     """What a reader did with a file that no reader may do."""
 
 
@@ -140,8 +140,9 @@ class Watch:
             inside = isinstance(path, int) or str(Path(path).resolve()).startswith(self.folder)
             if inside or (str(path).startswith(READABLE) and not set(mode) & set("wax+")):
                 return
-        elif event not in ("subprocess.Popen", "socket.connect", "os.system", "os.exec", "os.remove"):
-            return
-        elif event == "os.remove" and str(values[0]).startswith(self.folder):
+        elif event == "os.remove":
+            if str(values[0]).startswith(self.folder):
+                return
+        elif event not in ("subprocess.Popen", "socket.connect", "os.system", "os.exec"):
             return
         raise BrokenPromise(f"did something outside of its folder: {event} {values}")

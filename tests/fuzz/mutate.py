@@ -160,9 +160,7 @@ def glb(data: bytes, random: Random, files: list[bytes]) -> bytes:
         body = random.choice(BINARY)(body or b"\0", random, [body])
     tree += b" " * (-len(tree) % 4)
     size = struct.pack("<4s2I", b"glTF", 2, 28 + len(tree) + len(body))
-    return (
-        size + struct.pack("<I4s", len(tree), b"JSON") + tree + struct.pack("<I4s", len(body), b"BIN\0") + body
-    )
+    return size + struct.pack("<I4s", len(tree), b"JSON") + tree + struct.pack("<I4s", len(body), b"BIN\0") + body
 
 
 def zipped(data: bytes, random: Random, files: list[bytes]) -> bytes:
@@ -179,7 +177,7 @@ def zipped(data: bytes, random: Random, files: list[bytes]) -> bytes:
 
 
 def tensors(data: bytes, random: Random, files: list[bytes]) -> bytes:
-    """A change of a safetensors file's header, of the scene in it, or of the numbers, with length and checksum mended."""
+    """A change of a safetensors file's header, the scene in it, or the numbers, with length and checksum mended."""
     length = int.from_bytes(data[:8], "little")
     header, body = data[8 : 8 + length], data[8 + length :]
     where = random.random()
@@ -204,7 +202,9 @@ def columns(data: bytes, random: Random, files: list[bytes]) -> bytes:
     i = random.randrange(len(found))
     inner, tail = found[i][:72], found[i][72:]
     wide = 64 if tail[:1] == b"P" else 72
-    changed = random.choice((number, number, number, word, flip, splice, lines))(inner[:wide].rstrip() or b" ", random, files)
+    changed = random.choice((number, number, number, word, flip, splice, lines))(
+        inner[:wide].rstrip() or b" ", random, files
+    )
     if random.random() < 0.3:  # directory entries are right-justified fields of eight
         at = 8 * random.randrange(9)
         changed = inner[:at] + random.choice(NUMBERS)[:8].rjust(8) + inner[at + 8 :]

@@ -9,9 +9,9 @@ import threading
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from browser import chromium  # noqa: E402
+from browser import chromium
 
-from bobrossnet.view import Server, page_files  # noqa: E402
+from bobrossnet.view import Server, page_files
 
 # A worker that is stuck is replaced, as the page would for the next file.
 ASK = """

@@ -1,7 +1,7 @@
 """Fuzz the readers of files, in Python and in the page: `python tests/fuzz/run.py --time 60 --format step`.
 
-Inputs are mutants (mutate.py) of the seeds and of what was found before. What a reader answers guides the search: a mutant
-that loads as something else, or is refused for another reason, is mutated further. That needs no instrumented
+Inputs are mutants (mutate.py) of the seeds and of what was found before. What a reader answers guides the search: a
+mutant that loads as something else, or is refused for another reason, is mutated further. That needs no instrumented
 interpreter and finds its way around checks as well, since each of them has its own message. contract.py says what is
 checked. Each format has a child process that reads in itself. Where a library crashes on damaged files, and the package
 starts a process for each, children are forked once the library is imported, one for each file: that takes milliseconds
@@ -29,9 +29,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
-from browser import NAMES
-from contract import APART, LONGEST, MEMORY, BrokenPromise, Watch, kind_of, outcome, read_here  # noqa: I001
+from contract import APART, LONGEST, MEMORY, BrokenPromise, Watch, kind_of, outcome, read_here
 from mutate import mutant
 
 from bobrossnet.completion.weights import WEIGHTS
@@ -266,19 +264,36 @@ def silence(ending: str) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
+def browser_is_there() -> bool:
+    sys.path.append(str(HERE.parent))
+    from browser import NAMES
+
+    return any(map(shutil.which, NAMES))
+
+
 def warm_up(ending: str) -> None:
     """Import what a format needs, so that its children need not."""
-    if ending in ("step", "iges"):
-        import bobrossnet.adapters.occ
-    elif ending == "3dm":
-        import rhino3dm
+    if ending in APART:
+        # Libraries fill their tables with the first file. What is in the core has threads, which a fork would lose.
+        seed = next((HERE / "seeds" / ending).iterdir())
+        if ending == "3dm":
+            from bobrossnet.adapters.rhino import read_here as read
+
+            read(seed)
+        else:
+            from bobrossnet.adapters.occ import read_assembly
+
+            before = os.dup(1)
+            silence(ending)
+            read_assembly(ending.upper(), str(seed))
+            os.dup2(before, 1)
+            os.close(before)
     else:
-        import trimesh.exchange.gltf
-        import trimesh.exchange.off
-        import trimesh.exchange.stl
-    import safetensors.numpy  # noqa: F401
+        pass
     import xml.etree.ElementTree  # noqa: F401
     import zipfile  # noqa: F401
+
+    import safetensors.numpy  # noqa: F401
 
 
 def main() -> int:
@@ -290,7 +305,7 @@ def main() -> int:
     parser.add_argument("--no-page", dest="page", action="store_false", help="only Python's readers")
     parser.add_argument("file", nargs="*", type=Path, help="only say what becomes of these")
     options = parser.parse_args()
-    options.page = options.page and any(map(shutil.which, NAMES)) and (VIEWER / "core.wasm").is_file()
+    options.page = options.page and browser_is_there() and (VIEWER / "core.wasm").is_file()
     if options.file:
         return say(options.file, options.page)
     failures = 0
