@@ -37,6 +37,7 @@ def main() -> None:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         page = browser.new_page()
         page.goto(server.url + "gallery/index.json")
+        print(flush=True)
         for line in sys.stdin:
             file = Path(line.rstrip("\n"))
             content = base64.b64encode(file.read_bytes()).decode()

@@ -38,7 +38,7 @@ from bobrossnet.view import READ_IN_PAGE, VIEWER
 
 HERE = Path(__file__).parent
 BUILD = HERE.parents[1] / "build/fuzz"
-STUCK = 30.0
+STUCK = 100.0
 """Seconds without an answer, on a busy machine, after which a child is killed."""
 
 FORMATS = sorted({folder.name for folder in (HERE / "seeds").iterdir()} | {"safetensors"})
@@ -79,7 +79,7 @@ class Page:
     def __init__(self) -> None:
         self.process: Any = None
 
-    def read(self, file: Path) -> dict[str, Any]:
+    def start(self) -> None:
         if self.process is None:
             self.process = subprocess.Popen(
                 [sys.executable, str(HERE / "page.py")],
@@ -89,6 +89,10 @@ class Page:
                 text=True,
                 preexec_fn=unlimited,  # browsers reserve more memory than they use
             )
+            self.process.stdout.readline()  # it is ready
+
+    def read(self, file: Path) -> dict[str, Any]:
+        self.start()
         self.process.stdin.write(f"{file}\n")
         self.process.stdin.flush()
         line = self.process.stdout.readline()
@@ -135,6 +139,10 @@ class Fuzzer:
         self.files = [file.read_bytes() for file in self.first]
 
     def run(self, start: int, until: float) -> None:
+        if self.page:  # a browser takes seconds to start
+            began = time.monotonic()
+            self.page.start()
+            until += time.monotonic() - began
         watch = Watch(self.work)
         for number in range(start, len(self.first) + (self.options.mutants or 1 << 62)):
             if time.monotonic() > until:
