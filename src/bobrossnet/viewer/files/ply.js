@@ -156,7 +156,10 @@ function binary(bytes, start, elements) {
 /** @param {string} word */
 function numberOf(word) {
   const number = Number(word);
-  return Number.isNaN(number) ? parseFloat(word.replace(/^([-+]?)inf.*/i, "$1Infinity")) : number;
+  if (!Number.isNaN(number)) return number;
+  if (/^[-+]?nan$/i.test(word)) return NaN;
+  if (!/^[-+]?inf(inity)?$/i.test(word)) throw new CoreError(`expected a number, got ${brief(word)}`);
+  return word.startsWith("-") ? -Infinity : Infinity;
 }
 
 /**

@@ -1,0 +1,50 @@
+"""The page's readers: for each line of the input, which names a file, a line of JSON that says what they make of it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import sys
+import threading
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from browser import chromium
+
+from bobrossnet.view import Server, page_files
+
+# A worker that is stuck is replaced, as the page would for the next file.
+ASK = """
+(request) => new Promise((resolve) => {
+  window.worker ??= new Worker("/fuzz/page.js", { type: "module" });
+  const end = (answer) => { clearTimeout(timer); resolve(answer); };
+  const lost = (says) => {
+    worker.terminate();
+    window.worker = null;
+    end({ loads: false, says, clear: false, seconds: 0 });
+  };
+  const timer = setTimeout(() => lost("no answer within 30 s"), 30_000);
+  worker.onmessage = ({ data }) => end(data);
+  worker.onerror = ({ message }) => lost(message);
+  worker.postMessage(request);
+})
+"""
+
+
+def main() -> None:
+    with page_files() as files, Server(files) as server, chromium() as browser:
+        server.files["fuzz/page.js"] = Path(__file__).with_name("page.js")
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        page = browser.new_page()
+        page.goto(server.url + "gallery/index.json")
+        print(flush=True)
+        for line in sys.stdin:
+            file = Path(line.rstrip("\n"))
+            content = base64.b64encode(file.read_bytes()).decode()
+            answer = page.evaluate(ASK, {"name": file.name, "content": content})
+            print(json.dumps(answer), flush=True)
+        server.shutdown()
+
+
+if __name__ == "__main__":
+    main()
