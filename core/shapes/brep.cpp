@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "shapes/sphere_around.h"
+#include "work.h"
 
 namespace bob {
 namespace {
@@ -35,6 +36,7 @@ public:
     explicit Search(const std::function<double(Vec3)>& convex) : convex_(convex) {}
 
     void add(BezierPatch patch, const Patch& from) {
+        Interruption::check();
         const auto coverage = from.coverage({patch.low_u, patch.high_u, patch.low_v, patch.high_v});
         if (coverage == TrimRegion::Coverage::none) return;
         // Nowhere is it larger than at a control point.
@@ -54,7 +56,8 @@ public:
     double run(double tolerance) {
         while (!open_.empty()) {
             const Candidate top = open_.top();
-            if (top.bound <= reached_ + tolerance || extent(top.patch) <= tolerance) return top.bound;
+            if (top.bound <= reached_ + tolerance || extent(top.patch) <= tolerance || work_.is_spent()) return top.bound;
+            work_.spend(units_to_cut * top.patch.control_points.size());
             open_.pop();
             const bool along_v = extent_along(top.patch, true) > extent_along(top.patch, false);
             for (const double low : {0., 0.5}) {
@@ -93,7 +96,11 @@ private:
     }
     static double extent(const BezierPatch& patch) { return extent_along(patch, false) + extent_along(patch, true); }
 
+    // Where it is spent, the box or radius is larger than it need be.
+    static constexpr std::uint64_t budget = 50'000'000, units_to_cut = 500;
+
     const std::function<double(Vec3)>& convex_;
+    Work work_{budget};
     double reached_ = -HUGE_VAL;
     std::priority_queue<Candidate> open_;
 };
