@@ -18,7 +18,7 @@ namespace {
 constexpr int cuts = 16, block = 4;
 
 /// Units of work, for each box and instruction: where it is spent, the box is not made smaller.
-constexpr std::uint64_t budget = 400'000'000;
+constexpr std::uint64_t budget = 1'200'000'000;
 
 /// Which cells of a box may hold f <= 0; it evaluates no more of them than an answer needs.
 class Inside {

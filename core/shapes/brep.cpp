@@ -97,7 +97,7 @@ private:
     static double extent(const BezierPatch& patch) { return extent_along(patch, false) + extent_along(patch, true); }
 
     // Where it is spent, the box or radius is larger than it need be.
-    static constexpr std::uint64_t budget = 50'000'000, units_to_cut = 500;
+    static constexpr std::uint64_t budget = 2'000'000'000, units_to_cut = 500;
 
     const std::function<double(Vec3)>& convex_;
     Work work_{budget};

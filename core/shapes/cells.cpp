@@ -28,7 +28,7 @@ std::size_t Cells::bytes() const {
 namespace {
 
 /// Units of work, for each box and instruction.
-constexpr std::uint64_t maximum_budget = 50'000'000;
+constexpr std::uint64_t maximum_budget = 150'000'000;
 
 /// A box cut into parts, `Cuts` along each axis, and bounds of a convex function in each: it is largest at a corner.
 template <int Cuts>

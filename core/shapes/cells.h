@@ -37,7 +37,7 @@ public:
     static constexpr float margin = 0x1p-20f;
 
     /// Units of work (work.h) of building. Of the models that came with the project, none takes a third of it.
-    static constexpr std::uint64_t budget = 400'000'000;
+    static constexpr std::uint64_t budget = 1'200'000'000;
 
     /// Stops cutting where the budget is spent. Throws Stopped where it shall not go on.
     explicit Cells(const Expression& f);

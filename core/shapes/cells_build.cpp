@@ -119,7 +119,7 @@ private:
         const std::array<int, 3> corner = child_at(top.at, level, child.index);
         std::int32_t& place = result.children_[static_cast<std::size_t>(64 * top.node + child.index)];
         if (coarse_ || is_leaf(child.tape->code(), child.smooth, level)) {
-            place = CellGrid::leaf(add_cell(child.tape->code(), corner, level));
+            place = CellGrid::leaf(add_cell(child.tape, corner, level));
             return;
         }
         place = static_cast<std::int32_t>(result.children_.size() / 64);  // that open gives it next
@@ -225,7 +225,22 @@ private:
     }
 
     /// A cell with its code; cells whose code is the same share it.
-    std::uint32_t add_cell(const Code& code, std::array<int, 3> at, int level) {
+    std::uint32_t add_cell(const TapePtr& tape, std::array<int, 3> at, int level) {
+        const Code code = tape->code();
+        if (tape != last_tape_) last_tape_ = tape, last_code_ = place_of(code);
+        result.max_code_ = std::max(result.max_code_, static_cast<std::uint32_t>(code.count));
+        result.max_registers_ = std::max(result.max_registers_, code.registers);
+        result.cells_.push_back({last_code_, static_cast<std::uint32_t>(code.count),
+                                 static_cast<std::uint16_t>(code.registers), static_cast<std::uint16_t>(code.result),
+                                 {static_cast<std::uint8_t>(at[0]), static_cast<std::uint8_t>(at[1]),
+                                  static_cast<std::uint8_t>(at[2])},
+                                 static_cast<std::uint8_t>(level)});
+        return static_cast<std::uint32_t>(result.cells_.size() - 1);
+    }
+
+    /// Where code begins among the instructions, to which it is added where it is not among them.
+    std::uint32_t place_of(const Code& code) {
+        work_.spend(code.count);
         const std::size_t size = code.count * sizeof(Instruction);
         const std::string_view bytes(reinterpret_cast<const char*>(code.instructions), size);
         std::vector<std::uint32_t>& same_hash = written_[std::hash<std::string_view>{}(bytes)];
@@ -240,20 +255,15 @@ private:
             result.instructions_.insert(result.instructions_.end(), code.instructions,
                                         code.instructions + code.count);
         }
-        result.max_code_ = std::max(result.max_code_, static_cast<std::uint32_t>(code.count));
-        result.max_registers_ = std::max(result.max_registers_, code.registers);
-        result.cells_.push_back({first, static_cast<std::uint32_t>(code.count),
-                                 static_cast<std::uint16_t>(code.registers), static_cast<std::uint16_t>(code.result),
-                                 {static_cast<std::uint8_t>(at[0]), static_cast<std::uint8_t>(at[1]),
-                                  static_cast<std::uint8_t>(at[2])},
-                                 static_cast<std::uint8_t>(level)});
-        return static_cast<std::uint32_t>(result.cells_.size() - 1);
+        return first;
     }
 
     std::uint32_t max_cells_;
     std::uint64_t at_once_;  // for one cell
     Work work_;
     bool coarse_ = false;
+    TapePtr last_tape_;  // neighbours often have the same
+    std::uint32_t last_code_ = 0;
     Waiting waiting_;
     std::vector<Open> open_;
     std::vector<Decision> decisions_;

@@ -26,7 +26,7 @@ constexpr double smallest = 2e-3;
 constexpr std::size_t max_pieces = 4096;  // of a patch
 
 // Units of work of all patches (work.h). Where they are spent, larger pieces are subdivided ray by ray.
-constexpr std::uint64_t budget = 400'000'000;
+constexpr std::uint64_t budget = 1'200'000'000;
 constexpr std::uint64_t units_of_angle = 8, units_of_trim = 50;
 
 // Nobody sees a part that is narrower than this.
