@@ -25,6 +25,16 @@ constexpr std::size_t short_code = 12;
 /// of bounding values is 1.
 constexpr std::uint64_t units_to_narrow = 4, units_to_specialise = 16;
 
+/// The work of bounding values in a box: angles and powers take as long as many sums.
+std::uint64_t units_of(const Code& code) {
+    std::uint64_t units = code.count;
+    for (std::size_t i = 0; i < code.count; ++i) {
+        const Op op = code.instructions[i].op;
+        if ((op >= Op::sin && op <= Op::log) || op == Op::power || op == Op::atan2) units += 24;
+    }
+    return units;
+}
+
 /// What the boxes decide about lane `lane`, as bytes that can be compared.
 std::vector<std::uint8_t> signature(const Tape& tape, std::span<const Decision> decisions, int lane) {
     std::vector<std::uint8_t> result;
@@ -211,7 +221,7 @@ private:
                 for (int lane = 0; lane < count; ++lane) left.push_back(children[place[lane]]);
                 continue;
             }
-            work_.spend(units_to_narrow * static_cast<std::uint64_t>(count) * code.count);
+            work_.spend(units_to_narrow * static_cast<std::uint64_t>(count) * units_of(code));
             BoxBatch boxes = boxes_of(at, level, index, count);
             std::fill_n(boxes.least, max_lanes, -std::numeric_limits<float>::infinity());
             std::fill_n(boxes.most, max_lanes, std::numeric_limits<float>::infinity());
@@ -279,13 +289,14 @@ std::vector<Cells::Builder::Child> Cells::Builder::occupied(const TapePtr& paren
     decisions_.resize(tape.decisions().size());
     // One cell of a huge formula may take longer than all others may: past its share, its parts stay as they are.
     const std::uint64_t most = work_.spent() + at_once_;
+    const std::uint64_t units = units_of(tape.code());
     std::vector<Child> children;
     std::vector<std::pair<std::vector<std::uint8_t>, TapePtr>> known;
     for (int start = 0; start < 64; start += kernels.lanes) {
         int index[max_lanes];
         for (int lane = 0; lane < kernels.lanes; ++lane) index[lane] = start + lane;
         BoxBatch boxes = boxes_of(at, level, index, kernels.lanes);
-        work_.spend(static_cast<std::uint64_t>(kernels.lanes) * tape.code().count);
+        work_.spend(static_cast<std::uint64_t>(kernels.lanes) * units);
         kernels.bounds(tape.code(), boxes, decisions_.data(), memory);
         for (int lane = 0; lane < kernels.lanes; ++lane) {
             if (!may_change_sign(boxes, lane)) continue;

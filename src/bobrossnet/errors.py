@@ -29,7 +29,7 @@ class InputWarning(UserWarning):
 
 def warn_coarse(what: str) -> None:
     """Warn that building a shape reached its budget of work."""
-    text = f"shape: its {what} is too intricate to be prepared in a few seconds: pictures are as exact, but tracing is slow"
+    text = f"shape: its {what} is too intricate to prepare in a few seconds: as exact, but tracing is slow"
     warnings.warn(text, InputWarning, stacklevel=4)
 
 
