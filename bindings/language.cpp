@@ -1,5 +1,7 @@
 /// Languages: shape scripts and .vm formulas, both from a file's bytes.
+#include <optional>
 #include <string_view>
+#include <utility>
 
 #include "bindings.h"
 #include "formula/vm.h"
@@ -11,8 +13,9 @@ namespace {
 
 template <auto read>
 auto from_bytes(const nb::bytes& text) {
-    const nb::gil_scoped_release release;
-    return read({text.c_str(), text.size()});
+    std::optional<decltype(read({}))> made;
+    interruptible([&](const auto&) { made.emplace(read({text.c_str(), text.size()})); });
+    return std::move(*made);
 }
 
 }  // namespace

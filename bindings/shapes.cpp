@@ -53,20 +53,20 @@ void init_implicit(bob::Implicit* self, const bob::Expression& formula, const Co
         box.high[axis] = bounds.data()[3 + axis];
         expect(box.low[axis] < box.high[axis], "bounds: expected each low below its high");
     }
-    interruptible([&](const auto& keep_going) { new (self) bob::Implicit(formula, box, keep_going); });
+    interruptible([&](const auto&) { new (self) bob::Implicit(formula, box); });
 }
 
 /// None where the formula is positive everywhere.
 std::optional<Array<double, 2, 3>> find_bounds(const bob::Expression& formula) {
     std::optional<bob::Bounds> found;
-    interruptible([&](const auto& keep_going) { found = bob::find_bounds(formula, keep_going); });
+    interruptible([&](const auto&) { found = bob::find_bounds(formula); });
     if (!found) return std::nullopt;
     return to_array(*found);
 }
 
 std::tuple<bob::Expression, std::optional<Array<double, 2, 3>>, bool> vm_solid(const bob::Expression& formula) {
     std::optional<bob::VmSolid> solid;
-    interruptible([&](const auto& keep_going) { solid = bob::vm_solid(formula, keep_going); });
+    interruptible([&](const auto&) { solid = bob::vm_solid(formula); });
     std::optional<Array<double, 2, 3>> bounds;
     if (solid->bounds) bounds = to_array(*solid->bounds);
     return {std::move(solid->formula), std::move(bounds), solid->cut};
@@ -111,28 +111,24 @@ void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance) {
             }
         }
     }
-    const nb::gil_scoped_release release;
-    new (self) bob::Brep(bob::Brep::of_weighted_points(std::move(converted), tolerance));
+    interruptible([&](const auto&) { new (self) bob::Brep(bob::Brep::of_weighted_points(std::move(converted), tolerance)); });
 }
 
 void init_tube(bob::Tube* self, const Array<const double, -1, 5>& control_points, const Knots& knots) {
     auto path = curve<4>(control_points, knots);
-    const nb::gil_scoped_release release;
-    new (self) bob::Tube(bob::Tube::of_weighted_points(std::move(path)));
+    interruptible([&](const auto&) { new (self) bob::Tube(bob::Tube::of_weighted_points(std::move(path))); });
 }
 
 Array<double, 2, 3> bounds(const bob::Shape& shape, const Matrix& map) {
     bob::Bounds found;
-    {
-        const nb::gil_scoped_release release;
-        found = shape.bounds(bob::affine_map(map.data()));
-    }
+    interruptible([&](const auto&) { found = shape.bounds(bob::affine_map(map.data())); });
     return to_array(found);
 }
 
 double radius(const bob::Shape& shape, const Matrix& map, const Array<const double, 3>& center) {
-    const nb::gil_scoped_release release;
-    return shape.radius(bob::affine_map(map.data()), center.data());
+    double found = 0;
+    interruptible([&](const auto&) { found = shape.radius(bob::affine_map(map.data()), center.data()); });
+    return found;
 }
 
 }  // namespace
@@ -141,7 +137,7 @@ void bind_shapes(nb::module_& m) {
     nb::class_<bob::Shape>(m, "Shape")
         .def("bounds", &bounds, "map"_a)
         .def("radius", &radius, "map"_a, "center"_a)
-        .def("prepare", &bob::Shape::prepare, nb::call_guard<nb::gil_scoped_release>())
+        .def("prepare", [](const bob::Shape& shape) { interruptible([&](const auto&) { shape.prepare(); }); })
         .def_prop_ro("bytes", &bob::Shape::bytes);
 
     nb::class_<bob::Mesh, bob::Shape>(m, "Mesh")
@@ -152,12 +148,14 @@ void bind_shapes(nb::module_& m) {
     nb::class_<bob::Implicit, bob::Shape>(m, "Implicit")
         .def("__init__", &init_implicit, "formula"_a, "bounds"_a.noconvert())
         .def_prop_ro("cells", [](const bob::Implicit& s) { return s.cells().cells().size(); })
+        .def_prop_ro("is_coarse", [](const bob::Implicit& s) { return s.cells().is_coarse(); })
         .def_prop_ro("unresolved_rays", &bob::Implicit::unresolved_rays);
     m.def("find_bounds", &find_bounds, "formula"_a);
     m.def("vm_solid", &vm_solid, "formula"_a);
 
     nb::class_<bob::Brep, bob::Shape>(m, "Brep")
         .def("__init__", &init_brep, "faces"_a, "tolerance"_a)
+        .def_prop_ro("is_coarse", [](const bob::Brep& s) { return s.pieces().is_coarse; })
         .def_prop_ro("patches", [](const bob::Brep& s) { return s.pieces().patches.size(); })
         .def_prop_ro("pieces", [](const bob::Brep& s) { return s.pieces().count; });
     nb::class_<bob::Tube, bob::Shape>(m, "Tube")

@@ -15,10 +15,21 @@ struct Stopped : std::exception {
     [[nodiscard]] const char* what() const noexcept override { return "stopped"; }
 };
 
-/// Lets all threads of some work end soon after keep_going, if there is one, has returned false.
+/// While one lives, what its thread does, and what parallel_for lets other threads do for it, ends by Stopped soon after
+/// keep_going has returned false. Work that may take longer than a few hundredths of a second checks now and then.
 class Interruption {
 public:
-    explicit Interruption(const KeepGoing& keep_going) : keep_going_(keep_going), caller_(this_thread()) {}
+    explicit Interruption(const KeepGoing& keep_going) : keep_going_(keep_going), caller_(this_thread()), outer_(current()) {
+        current() = this;
+    }
+    ~Interruption() { current() = outer_; }
+    Interruption(const Interruption&) = delete;
+    Interruption& operator=(const Interruption&) = delete;
+
+    /// Throws Stopped where this thread's work shall not go on.
+    static void check() {
+        if (Interruption* const interruption = current(); interruption && !interruption->keeps_going()) throw Stopped();
+    }
 
     /// Asks, if this is the thread that made it. False once the answer was no.
     bool keeps_going() {
@@ -26,9 +37,10 @@ public:
         return !stopped_;
     }
 
-    /// Throws Stopped where the work shall not go on.
-    void check() {
-        if (!keeps_going()) throw Stopped();
+    /// That of this thread's work; none where nobody can end it.
+    static Interruption*& current() {
+        thread_local Interruption* interruption = nullptr;
+        return interruption;
     }
 
 private:
@@ -37,8 +49,9 @@ private:
         return &here;
     }
 
-    const KeepGoing& keep_going_;
+    const KeepGoing keep_going_;
     const void* caller_;
+    Interruption* outer_;
     std::atomic<bool> stopped_ = false;
 };
 

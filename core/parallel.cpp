@@ -12,6 +12,8 @@
 #include <thread>
 #include <vector>
 
+#include "interruption.h"
+
 namespace bob {
 namespace {
 
@@ -20,6 +22,7 @@ struct Job {
     const std::function<void(std::size_t, std::size_t)>& body;
     std::atomic<std::size_t> next{0};
     std::atomic<bool> stopped{false};
+    Interruption* const interruption = Interruption::current();  // of the caller's work
     std::atomic_flag failed = ATOMIC_FLAG_INIT;
     std::exception_ptr failure{};  // the first exception that a body threw, for the caller
 
@@ -84,6 +87,7 @@ public:
         job_ = nullptr;  // a worker that wakes up late finds nothing to do
         while (!idle_.wait_for(lock, std::chrono::milliseconds(10), [this] { return busy_ == 0; })) {
             lock.unlock();
+            if (job.interruption) job.interruption->keeps_going();  // asks for the others
             if (keep_going && !job.stopped && !keep_going()) job.stopped = true;
             lock.lock();
         }
@@ -105,7 +109,9 @@ private:
             Job& job = *job_;
             ++busy_;
             lock.unlock();
+            Interruption::current() = job.interruption;
             while (job.step()) {}
+            Interruption::current() = nullptr;
             lock.lock();
             if (--busy_ == 0) idle_.notify_one();
         }

@@ -9,6 +9,9 @@ namespace bob {
 namespace {
 
 constexpr int max_jumps = 3;
+
+/// Of each node: bounded, simplified, copied and made instructions of.
+constexpr std::uint64_t units_of_survey = 150;
 constexpr double pi = 3.14159265358979323846;
 
 /// Where a formula jumps: its node `at` is `before` where `condition` < 0, else `after`.
@@ -50,13 +53,14 @@ void find_jumps(const std::vector<Node>& nodes, const std::vector<Decision>& dec
     if (!survey.jump) survey.jump = of_select;
 }
 
-Survey survey(const Tape& tape, BoxBatch box) {
+Survey survey(const Tape& tape, BoxBatch box, Work& work) {
     const Expression& f = tape.expression();
     std::vector<Decision> decisions;
     const auto decide = [&](const Tape& tape) {
         decisions.assign(tape.decisions().size(), {});
         best_formula_kernels().bounds(tape.code(), box, decisions.data(), scratch(tape.code().registers));
     };
+    work.spend(units_of_survey * f.nodes().size());
     decide(tape);
     if (box.least[0] >= 0 || box.nowhere & 1) return {Sign::positive, f, {}};
     if (box.most[0] < 0) return {Sign::negative, f, {}};
@@ -124,8 +128,8 @@ struct Apart {
     Sign sign;
 };
 
-std::optional<Apart> taken_out(Graph& graph, const Tape& f, const BoxBatch& box, int jumps_left) {
-    const Survey found = survey(f, box);
+std::optional<Apart> taken_out(Graph& graph, const Tape& f, const BoxBatch& box, int jumps_left, Work& work) {
+    const Survey found = survey(f, box, work);
     // Selects that are too many stay inside: most that people write do not jump at all. Where the sign is known, the
     // formula is still asked for its slope: what jumps from below zero to above is a surface with a normal.
     if (found.sign != Sign::mixed || (jumps_left == 0 && found.is_select)) {
@@ -134,9 +138,9 @@ std::optional<Apart> taken_out(Graph& graph, const Tape& f, const BoxBatch& box,
     if (found.other_jumps) return std::nullopt;
     if (!found.jump) return Apart{graph.copy(found.simpler), found.sign};
     if (jumps_left == 0) return std::nullopt;
-    const auto before = taken_out(graph, Tape(on_side(found.simpler, *found.jump, true)), box, jumps_left - 1);
+    const auto before = taken_out(graph, Tape(on_side(found.simpler, *found.jump, true)), box, jumps_left - 1, work);
     if (!before) return std::nullopt;
-    const auto after = taken_out(graph, Tape(on_side(found.simpler, *found.jump, false)), box, jumps_left - 1);
+    const auto after = taken_out(graph, Tape(on_side(found.simpler, *found.jump, false)), box, jumps_left - 1, work);
     if (!after) return std::nullopt;
 
     const std::vector<Node>& nodes = found.simpler.nodes();
@@ -160,9 +164,9 @@ Expression without_modulo(const Expression& f) {
     return graph.expression(values.back());
 }
 
-std::optional<Expression> with_jumps_outside(const Tape& f, const BoxBatch& box) {
+std::optional<Expression> with_jumps_outside(const Tape& f, const BoxBatch& box, Work& work) {
     Graph graph;
-    const auto apart = taken_out(graph, f, box, max_jumps);
+    const auto apart = taken_out(graph, f, box, max_jumps, work);
     if (!apart) return std::nullopt;
     if (apart->sign == Sign::mixed) return graph.expression(apart->value);
     return graph.expression(graph.constant(apart->sign == Sign::positive ? 1 : -1));

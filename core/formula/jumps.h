@@ -9,6 +9,7 @@
 
 #include "formula/evaluate.h"
 #include "formula/tape.h"
+#include "work.h"
 
 namespace bob {
 
@@ -18,6 +19,6 @@ namespace bob {
 /// A formula with the same signs and roots in the first of the boxes, in which up to three selects stand outside of
 /// everything that jumps there; a constant where there is no root. Nothing if more roundings and angles jump there, or a
 /// rounding between more than two numbers.
-[[nodiscard]] std::optional<Expression> with_jumps_outside(const Tape& f, const BoxBatch& box);
+[[nodiscard]] std::optional<Expression> with_jumps_outside(const Tape& f, const BoxBatch& box, Work& work);
 
 }  // namespace bob

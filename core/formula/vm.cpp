@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "formula/sequenced.h"
+#include "interruption.h"
 
 namespace bob {
 namespace {
@@ -174,8 +175,10 @@ VmError::VmError(int line, const std::string& message)
 Expression parse_vm(std::string_view text) {
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // the byte order mark of some editors
     Parser parser;
+    std::size_t lines = 0;
     while (!text.empty()) {
         const std::string_view line = text.substr(0, text.find('\n'));
+        if (++lines % 1024 == 0) Interruption::check();
         parser.read(line);
         text.remove_prefix(std::min(line.size() + 1, text.size()));
     }

@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "interruption.h"
 #include "modelling/script_syntax.h"
 #include "modelling/script_values.h"
 
@@ -37,6 +38,7 @@ private:
     // ---- Limits
 
     void step(Position at, std::size_t count = 1) {
+        Interruption::check();
         steps_ += count;
         if (steps_ > ScriptLimits::steps) {
             throw ScriptError(at, "expected at most " + std::to_string(ScriptLimits::steps) + " steps, got more");

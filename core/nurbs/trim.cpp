@@ -7,6 +7,8 @@
 
 #include "nurbs/trim.h"
 
+#include "interruption.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -150,6 +152,7 @@ std::vector<Points> loop_pieces(const TrimLoop& loop, const Domain& domain) {
     std::vector<Points> open;
     for (const NurbsCurve<2>& curve : loop) {
         for (BezierCurve<2>& bezier : decompose(curve)) {
+            Interruption::check();
             if (move_outside(bezier.control_points, domain)) {
                 open.push_back(std::move(bezier.control_points));
             } else {
@@ -380,11 +383,12 @@ bool TrimRegion::passes(const Node& leaf, const Domain& r) const {
              right_of(leaf, r.high_u, rising ? r.low_v : r.high_v));
 }
 
-TrimRegion::Coverage TrimRegion::coverage(const Domain& rectangle) const {
+TrimRegion::Coverage TrimRegion::coverage(const Domain& rectangle, std::size_t* visited) const {
     const auto& [low_u, high_u, low_v, high_v] = rectangle;
     const Domain wide{low_u - margin_u_, high_u + margin_u_, low_v - margin_v_, high_v + margin_v_};
     for (std::size_t i = 0; i < nodes_.size();) {
         const Node& node = nodes_[i];
+        if (visited) ++*visited;
         if (wide.high_u < node.low_u || node.high_u < wide.low_u || wide.high_v < node.low_v ||
             node.high_v < wide.low_v) {
             i = node.next;

@@ -35,8 +35,8 @@ public:
     enum class Coverage { none, some, all };
 
     /// How much of a rectangle is inside; `some` where a curve, or a line that closes a gap, comes within 2e-9 of
-    /// the domain's size of it.
-    [[nodiscard]] Coverage coverage(const Domain& rectangle) const;
+    /// the domain's size of it. Adds how many nodes were visited.
+    [[nodiscard]] Coverage coverage(const Domain& rectangle, std::size_t* visited = nullptr) const;
 
     [[nodiscard]] std::size_t bytes() const;
 

@@ -9,6 +9,7 @@
 
 #include "formula/scratch.h"
 #include "formula/tape.h"
+#include "work.h"
 
 namespace bob {
 namespace {
@@ -16,11 +17,14 @@ namespace {
 /// A box is cut into 16 x 16 x 16 cells, and before that into blocks of 4 x 4 x 4 of them.
 constexpr int cuts = 16, block = 4;
 
+/// Units of work, for each box and instruction: where it is spent, the box is not made smaller.
+constexpr std::uint64_t budget = 1'200'000'000;
+
 /// Which cells of a box may hold f <= 0; it evaluates no more of them than an answer needs.
 class Inside {
 public:
-    Inside(const Tape& tape, const Bounds& box, Interruption& interruption)
-        : tape_(tape), box_(box), interruption_(interruption), decisions_(tape.decisions().size()) {
+    Inside(const Tape& tape, const Bounds& box, Work& work)
+        : tape_(tape), box_(box), work_(work), decisions_(tape.decisions().size()) {
         std::vector<Index> blocks = all(cuts / block);
         for (Index& at : blocks) at = {block * at[0], block * at[1], block * at[2]};
         look(blocks, block, [&](const Index& corner, const Finding& found) {
@@ -103,7 +107,11 @@ private:
                     boxes.high[axis][lane] = static_cast<float>(face(axis, k + side));
                 }
             }
-            interruption_.check();
+            if (work_.is_spent()) {  // then nothing is known of the rest
+                for (; first < corners.size() && go_on; ++first) go_on = tell(corners[first], Finding{true, false});
+                return;
+            }
+            work_.spend(lanes * tape_.code().count);
             kernels.bounds(tape_.code(), boxes, decisions_.data(), scratch(tape_.code().registers));
             for (std::size_t lane = 0; lane < lanes && first + lane < corners.size(); ++lane) {
                 const bool maybe = !(boxes.least[lane] > 0 || boxes.nowhere >> lane & 1);
@@ -119,21 +127,21 @@ private:
 
     const Tape& tape_;
     Bounds box_;
-    Interruption& interruption_;
+    Work& work_;
     std::vector<Decision> decisions_;
     std::array<Known, cuts * cuts * cuts> known_{};
 };
 
 }  // namespace
 
-std::optional<Bounds> find_bounds(const Expression& f, const KeepGoing& keep_going) {
-    Interruption interruption(keep_going);
+std::optional<Bounds> find_bounds(const Expression& f) {
+    Work work(budget);
     const Tape tape(f);
     // A formula that overflows far out gives no bound there; nearer, it may.
     for (const double reach : {1e9, 1e6, 1e3, 30.}) {
         Bounds box{{-reach, -reach, -reach}, {reach, reach, reach}};
         for (int round = 0; round < 100; ++round) {
-            const std::optional<Bounds> hull = Inside(tape, box, interruption).hull();
+            const std::optional<Bounds> hull = Inside(tape, box, work).hull();
             if (!hull) return std::nullopt;
             double least_left = 1;
             for (int axis = 0; axis < 3; ++axis) {
@@ -146,7 +154,8 @@ std::optional<Bounds> find_bounds(const Expression& f, const KeepGoing& keep_goi
         bool open = false;
         for (int axis = 0; axis < 3; ++axis) open = open || box.low[axis] <= -reach || box.high[axis] >= reach;
         if (!open) return box;
-        if (!Inside(tape, box, interruption).is_vague()) break;
+        if (work.is_spent()) throw std::invalid_argument("an expression whose bounds are found in a few seconds, got one that takes longer");
+        if (!Inside(tape, box, work).is_vague()) break;
     }
     throw std::invalid_argument("an expression that is bounded, got one whose inside reaches beyond 1e9 from the origin");
 }

@@ -10,6 +10,7 @@
 
 #include "parallel.h"
 #include "shapes/sphere_around.h"
+#include "work.h"
 
 namespace bob {
 namespace {
@@ -32,6 +33,9 @@ BezierPatch bezier_patch(const Pieces& pieces, const Patch& patch) {
     }
     return result;
 }
+
+// Where it is spent, the box or radius is larger than it need be. A cut takes so many units for each control point.
+constexpr std::uint64_t units_to_search = 2'000'000'000, units_to_cut = 500;
 
 const Homogeneous<3>& corner(const BezierPatch& patch, bool u, bool v) {
     const auto rows = static_cast<std::size_t>(patch.degree_u), columns = static_cast<std::size_t>(patch.degree_v);
@@ -58,6 +62,7 @@ struct Brep::Search::Part {
     using Halves = std::vector<Part>;
 
     Part(const BezierPatch& bezier, const Patch& from) : patch(bezier), from(&from) {
+        Interruption::check();
         const auto coverage = from.coverage({patch.low_u, patch.high_u, patch.low_v, patch.high_v});
         if (coverage == TrimRegion::Coverage::none) return;
         for (const auto& point : patch.control_points) points.push_back(euclidean(point));
@@ -138,9 +143,11 @@ double Brep::Search::maximum(const Pieces& pieces, const std::function<double(Ve
         open.push({bound, &part});
     };
     for (const Part& part : kept_->parts) add(part);
+    Work work(units_to_search);
     while (!open.empty()) {
         const Candidate top = open.top();
-        if (top.bound <= reached + tolerance || top.part->extent <= tolerance) return top.bound;
+        if (top.bound <= reached + tolerance || top.part->extent <= tolerance || work.is_spent()) return top.bound;
+        work.spend(units_to_cut * top.part->patch.control_points.size());
         open.pop();
         for (const Part& half : top.part->halves()) add(half);
     }

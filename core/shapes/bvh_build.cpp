@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "float4.h"
+#include "interruption.h"
 #include "parallel.h"
 #include "shapes/bvh.h"
 
@@ -207,6 +208,7 @@ private:
     std::optional<Children> split(const BinaryNode& node) {
         const std::uint32_t count = node.end - node.begin;
         if (count <= packet_size) return std::nullopt;
+        if (count > task_size / 4) Interruption::check();
 
         Primitive* const first = primitives_.data() + node.begin;
         Primitive* const last = primitives_.data() + node.end;
@@ -275,6 +277,7 @@ private:
         std::vector<std::pair<std::size_t, std::uint32_t>> open{{0, 0}};
         bvh.nodes.emplace_back();
         while (!open.empty()) {
+            if (bvh.nodes.size() % 1024 == 0) Interruption::check();
             const auto [index, root] = open.back();
             open.pop_back();
             std::uint32_t children[8] = {root};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formula/scratch.h"
+#include "work.h"
 
 namespace bob {
 
@@ -25,6 +26,9 @@ std::size_t Cells::bytes() const {
 }
 
 namespace {
+
+/// Units of work, for each box and instruction.
+constexpr std::uint64_t maximum_budget = 150'000'000;
 
 /// A box cut into parts, `Cuts` along each axis, and bounds of a convex function in each: it is largest at a corner.
 template <int Cuts>
@@ -84,6 +88,7 @@ double Cells::maximum(const Function& convex) const {
     const FormulaKernels& kernels = best_formula_kernels();
     void* const memory = scratch(max_registers_);
     std::vector<Decision> decisions(max_code_);
+    Work work(maximum_budget);  // where it is spent, a cell counts as a whole
     double most = -std::numeric_limits<double>::infinity();
     // Depth first, and the largest bound of each cut first: what can't be more than the most so far is left out.
     std::vector<Candidate> open{{std::numeric_limits<double>::infinity(), 0, {{-1, -1, -1}, {1, 1, 1}}}}, parts;
@@ -99,7 +104,7 @@ double Cells::maximum(const Function& convex) const {
                 if (child == CellGrid::empty || children.bound(i) <= most) continue;
                 parts.push_back({children.bound(i), child, children.box(i)});
             }
-        } else if (top.box.high.x - top.box.low.x <= tolerance) {
+        } else if (top.box.high.x - top.box.low.x <= tolerance || work.is_spent()) {
             most = top.bound;
         } else {
             const Parts<2> halves(top.box, convex);
@@ -119,6 +124,7 @@ double Cells::maximum(const Function& convex) const {
                         boxes.high[axis][lane] = b.high[axis];
                     }
                 }
+                work.spend(static_cast<std::uint64_t>(lanes) * code.count);
                 kernels.bounds(code, boxes, decisions.data(), memory);
                 for (int lane = 0; lane < lanes; ++lane) {
                     const int i = larger[static_cast<std::size_t>(start + lane)];

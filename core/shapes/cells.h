@@ -14,7 +14,6 @@
 #include "box.h"
 #include "formula/evaluate.h"
 #include "formula/tape.h"
-#include "interruption.h"
 #include "shapes/walk.h"
 
 namespace bob {
@@ -37,8 +36,14 @@ public:
     /// rounding between two cells.
     static constexpr float margin = 0x1p-20f;
 
-    /// Throws Stopped where it shall not go on.
-    explicit Cells(const Expression& f, const KeepGoing& keep_going = nullptr);
+    /// Units of work (work.h) of building. Of the models that came with the project, none takes a third of it.
+    static constexpr std::uint64_t budget = 1'200'000'000;
+
+    /// Stops cutting where the budget is spent. Throws Stopped where it shall not go on.
+    explicit Cells(const Expression& f);
+
+    /// Whether the budget was spent: rays are as exact, but take long.
+    [[nodiscard]] bool is_coarse() const { return is_coarse_; }
 
     struct Cell {
         std::uint32_t first, count;  // of the instructions
@@ -83,6 +88,7 @@ private:
     Box hull_;
     std::uint32_t max_code_ = 0;
     int max_registers_ = 3;
+    bool is_coarse_ = false;
 };
 
 }  // namespace bob

@@ -8,10 +8,11 @@
 #include <memory>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 
 #include "formula/jumps.h"
 #include "formula/scratch.h"
-#include "parallel.h"
+#include "work.h"
 
 namespace bob {
 namespace {
@@ -19,6 +20,20 @@ namespace {
 /// Code that cutting a cell hardly makes shorter: with 8, CSG of a few balls and boxes takes 8 % longer; with 20, a
 /// tanglecube takes 15 % longer.
 constexpr std::size_t short_code = 12;
+
+/// The work of bounding slopes, for each instruction and box, and of leaving out what is never chosen, for each node; that
+/// of bounding values is 1.
+constexpr std::uint64_t units_to_narrow = 4, units_to_specialise = 16;
+
+/// The work of bounding values in a box: angles and powers take as long as many sums.
+std::uint64_t units_of(const Code& code) {
+    std::uint64_t units = code.count;
+    for (std::size_t i = 0; i < code.count; ++i) {
+        const Op op = code.instructions[i].op;
+        if ((op >= Op::sin && op <= Op::log) || op == Op::power || op == Op::atan2) units += 24;
+    }
+    return units;
+}
 
 /// What the boxes decide about lane `lane`, as bytes that can be compared.
 std::vector<std::uint8_t> signature(const Tape& tape, std::span<const Decision> decisions, int lane) {
@@ -48,33 +63,77 @@ using TapePtr = std::shared_ptr<const Tape>;
 /// Builds the subtree of one cell, with its own numbering.
 class Cells::Builder {
 public:
-    Builder(std::uint32_t budget, Interruption& interruption) : budget_(budget), interruption_(interruption) {}
+    explicit Builder(std::uint32_t max_cells, std::uint64_t at_once = budget / 64) : max_cells_(max_cells), at_once_(at_once) {}
 
-    void build(const TapePtr& tape, bool smooth, std::array<int, 3> at, int level) {
-        build(add_node(), tape, smooth, at, level);
-    }
-
-    Cells result;
-
-private:
     struct Child {
         int index;
         TapePtr tape;
         bool smooth;  // no jumps but those that select the whole formula
     };
 
-    void build(std::int32_t node, const TapePtr& tape, bool smooth, std::array<int, 3> at, int level) {
-        for (const auto& [index, child_tape, child_smooth] : occupied(tape, smooth, at, level + 1)) {
-            const std::array<int, 3> corner = child_at(at, level + 1, index);
-            std::int32_t child;
-            if (is_leaf(child_tape->code(), child_smooth, level + 1)) {
-                child = CellGrid::leaf(add_cell(child_tape->code(), corner, level + 1));
-            } else {
-                child = add_node();
-                build(child, child_tape, child_smooth, corner, level + 1);
-            }
-            result.children_[static_cast<std::size_t>(64 * node + index)] = child;
+    void start(const TapePtr& tape, bool smooth, std::array<int, 3> at, int level) { waiting_ = {tape, smooth, at, level}; }
+
+    /// Goes on until it is done or has done about that much work.
+    void go_on(std::uint64_t units) {
+        work_.grant(units);
+        if (waiting_.tape) open(std::exchange(waiting_, {}));
+        while (!open_.empty() && !work_.is_spent()) step();
+    }
+    [[nodiscard]] bool is_done() const { return !waiting_.tape && open_.empty(); }
+    [[nodiscard]] const Work& work() const { return work_; }
+
+    /// Takes what is left as it is, without cutting it further.
+    void finish() {
+        if (waiting_.tape) open(std::exchange(waiting_, {}));
+        coarse_ = true;
+        while (!open_.empty()) step();
+    }
+
+    Cells result;
+
+    /// The children that the surface may pass, each with its parent's tape or a simpler one.
+    std::vector<Child> occupied(const TapePtr& parent, bool smooth, std::array<int, 3> at, int level);
+
+    static std::array<int, 3> child_at(std::array<int, 3> at, int level, int index) {
+        return {at[0] + (index & 3) * side(level), at[1] + (index >> 2 & 3) * side(level),
+                at[2] + (index >> 4) * side(level)};
+    }
+
+private:
+    struct Waiting {
+        TapePtr tape;
+        bool smooth = false;
+        std::array<int, 3> at{};
+        int level = 0;
+    };
+
+    /// A node whose children are being built, those of the same tape one after the other.
+    struct Open {
+        std::int32_t node;
+        std::array<int, 3> at;
+        int level;
+        std::vector<Child> children;
+        std::size_t next = 0;
+    };
+
+    void open(const Waiting& cell) {
+        const std::int32_t node = add_node();
+        open_.push_back({node, cell.at, cell.level, occupied(cell.tape, cell.smooth, cell.at, cell.level + 1)});
+    }
+
+    void step() {
+        Open& top = open_.back();
+        if (top.next == top.children.size()) return open_.pop_back();
+        const Child child = std::move(top.children[top.next++]);
+        const int level = top.level + 1;
+        const std::array<int, 3> corner = child_at(top.at, level, child.index);
+        std::int32_t& place = result.children_[static_cast<std::size_t>(64 * top.node + child.index)];
+        if (coarse_ || is_leaf(child.tape->code(), child.smooth, level)) {
+            place = CellGrid::leaf(add_cell(child.tape, corner, level));
+            return;
         }
+        place = static_cast<std::int32_t>(result.children_.size() / 64);  // that open gives it next
+        open({child.tape, child.smooth, corner, level});
     }
 
     std::int32_t add_node() {
@@ -90,12 +149,7 @@ private:
         if (level == max_levels) return true;
         if (smooth && level == max_levels - 2 && code.count <= short_code) return true;
         if (level < max_levels - 1) return false;
-        return smooth || result.cells_.size() >= budget_;
-    }
-
-    static std::array<int, 3> child_at(std::array<int, 3> at, int level, int index) {
-        return {at[0] + (index & 3) * side(level), at[1] + (index >> 2 & 3) * side(level),
-                at[2] + (index >> 4) * side(level)};
+        return smooth || result.cells_.size() >= max_cells_;
     }
 
     static BoxBatch boxes_of(std::array<int, 3> at, int level, const int* children, int count) {
@@ -108,45 +162,6 @@ private:
             }
         }
         return boxes;
-    }
-
-    /// The children that the surface may pass, each with its parent's tape or a simpler one.
-    std::vector<Child> occupied(const TapePtr& parent, bool smooth, std::array<int, 3> at, int level) {
-        const FormulaKernels& kernels = best_formula_kernels();
-        const Tape& tape = *parent;
-        void* memory = scratch(tape.code().registers);
-        decisions_.resize(tape.decisions().size());
-        std::vector<Child> children;
-        std::vector<std::pair<std::vector<std::uint8_t>, TapePtr>> known;
-        for (int start = 0; start < 64; start += kernels.lanes) {
-            int index[max_lanes];
-            for (int lane = 0; lane < kernels.lanes; ++lane) index[lane] = start + lane;
-            BoxBatch boxes = boxes_of(at, level, index, kernels.lanes);
-            interruption_.check();
-            kernels.bounds(tape.code(), boxes, decisions_.data(), memory);
-            for (int lane = 0; lane < kernels.lanes; ++lane) {
-                if (!may_change_sign(boxes, lane)) continue;
-                Child child{index[lane], parent, smooth};
-                // The greater of two that is never taken may still be NaN, and so make all of the formula NaN.
-                if (boxes.partly >> lane & 1) forget_extremes(tape, lane);
-                std::vector<std::uint8_t> key = signature(tape, decisions_, lane);
-                if (decides(key)) {
-                    const auto same = std::find_if(known.begin(), known.end(),
-                                                   [&](const auto& k) { return k.first == key; });
-                    if (same != known.end()) {
-                        child.tape = same->second;
-                    } else {
-                        interruption_.check();
-                        child.tape = std::make_shared<Tape>(tape.specialised(decisions_, lane));
-                        known.emplace_back(std::move(key), child.tape);
-                    }
-                }
-                children.push_back(std::move(child));
-            }
-        }
-        narrow(children, at, level);
-        if (!smooth) take_out_jumps(children, at, level);
-        return children;
     }
 
     /// Takes back what a box decided, but for the branches of selects that always know which one to take.
@@ -168,14 +183,13 @@ private:
     }
 
     /// Gives children formulas in which each side of a jump is by itself, and leaves out those that are empty then.
-    void take_out_jumps(std::vector<Child>& children, std::array<int, 3> at, int level) {
+    void take_out_jumps(std::vector<Child>& children, std::array<int, 3> at, int level, std::uint64_t most) {
         std::vector<Child> left;
         for (Child& child : children) {
             const Tape& tape = *child.tape;
             child.smooth = std::none_of(tape.decisions().begin(), tape.decisions().end(), may_jump);
-            if (!child.smooth) {
-                interruption_.check();
-                const auto apart = with_jumps_outside(tape, boxes_of(at, level, &child.index, 1));
+            if (!child.smooth && work_.spent() < most) {
+                const auto apart = with_jumps_outside(tape, boxes_of(at, level, &child.index, 1), work_);
                 if (apart && apart->nodes().back().op == Op::constant) continue;
                 if (apart) {
                     child.tape = std::make_shared<Tape>(std::move(*apart));
@@ -188,7 +202,7 @@ private:
     }
 
     /// Leaves out the children that slopes show to be empty. Children of one tape are looked at together.
-    void narrow(std::vector<Child>& children, std::array<int, 3> at, int level) {
+    void narrow(std::vector<Child>& children, std::array<int, 3> at, int level, std::uint64_t most) {
         const FormulaKernels& kernels = best_formula_kernels();
         std::vector<Child> left;
         std::vector<bool> seen(children.size(), false);
@@ -202,8 +216,12 @@ private:
                 place[count] = j;
                 index[count++] = children[j].index;
             }
-            interruption_.check();
             const Code code = children[i].tape->code();
+            if (work_.spent() >= most) {
+                for (int lane = 0; lane < count; ++lane) left.push_back(children[place[lane]]);
+                continue;
+            }
+            work_.spend(units_to_narrow * static_cast<std::uint64_t>(count) * units_of(code));
             BoxBatch boxes = boxes_of(at, level, index, count);
             std::fill_n(boxes.least, max_lanes, -std::numeric_limits<float>::infinity());
             std::fill_n(boxes.most, max_lanes, std::numeric_limits<float>::infinity());
@@ -217,7 +235,22 @@ private:
     }
 
     /// A cell with its code; cells whose code is the same share it.
-    std::uint32_t add_cell(const Code& code, std::array<int, 3> at, int level) {
+    std::uint32_t add_cell(const TapePtr& tape, std::array<int, 3> at, int level) {
+        const Code code = tape->code();
+        if (tape != last_tape_) last_tape_ = tape, last_code_ = place_of(code);
+        result.max_code_ = std::max(result.max_code_, static_cast<std::uint32_t>(code.count));
+        result.max_registers_ = std::max(result.max_registers_, code.registers);
+        result.cells_.push_back({last_code_, static_cast<std::uint32_t>(code.count),
+                                 static_cast<std::uint16_t>(code.registers), static_cast<std::uint16_t>(code.result),
+                                 {static_cast<std::uint8_t>(at[0]), static_cast<std::uint8_t>(at[1]),
+                                  static_cast<std::uint8_t>(at[2])},
+                                 static_cast<std::uint8_t>(level)});
+        return static_cast<std::uint32_t>(result.cells_.size() - 1);
+    }
+
+    /// Where code begins among the instructions, to which it is added where it is not among them.
+    std::uint32_t place_of(const Code& code) {
+        work_.spend(code.count);
         const std::size_t size = code.count * sizeof(Instruction);
         const std::string_view bytes(reinterpret_cast<const char*>(code.instructions), size);
         std::vector<std::uint32_t>& same_hash = written_[std::hash<std::string_view>{}(bytes)];
@@ -232,38 +265,76 @@ private:
             result.instructions_.insert(result.instructions_.end(), code.instructions,
                                         code.instructions + code.count);
         }
-        result.max_code_ = std::max(result.max_code_, static_cast<std::uint32_t>(code.count));
-        result.max_registers_ = std::max(result.max_registers_, code.registers);
-        result.cells_.push_back({first, static_cast<std::uint32_t>(code.count),
-                                 static_cast<std::uint16_t>(code.registers), static_cast<std::uint16_t>(code.result),
-                                 {static_cast<std::uint8_t>(at[0]), static_cast<std::uint8_t>(at[1]),
-                                  static_cast<std::uint8_t>(at[2])},
-                                 static_cast<std::uint8_t>(level)});
-        return static_cast<std::uint32_t>(result.cells_.size() - 1);
+        return first;
     }
 
-    std::uint32_t budget_;
-    Interruption& interruption_;
+    std::uint32_t max_cells_;
+    std::uint64_t at_once_;  // for one cell
+    Work work_;
+    bool coarse_ = false;
+    TapePtr last_tape_;  // neighbours often have the same
+    std::uint32_t last_code_ = 0;
+    Waiting waiting_;
+    std::vector<Open> open_;
     std::vector<Decision> decisions_;
     std::unordered_map<std::size_t, std::vector<std::uint32_t>> written_;  // where code of a hash starts
 
     friend class Cells;
 };
 
-Cells::Cells(const Expression& f, const KeepGoing& keep_going) {
-    Interruption interruption(keep_going);
+std::vector<Cells::Builder::Child> Cells::Builder::occupied(const TapePtr& parent, bool smooth, std::array<int, 3> at, int level) {
+    const FormulaKernels& kernels = best_formula_kernels();
+    const Tape& tape = *parent;
+    void* memory = scratch(tape.code().registers);
+    decisions_.resize(tape.decisions().size());
+    // One cell of a huge formula may take longer than all others may: past its share, its parts stay as they are.
+    const std::uint64_t most = work_.spent() + at_once_;
+    const std::uint64_t units = units_of(tape.code());
+    std::vector<Child> children;
+    std::vector<std::pair<std::vector<std::uint8_t>, TapePtr>> known;
+    for (int start = 0; start < 64; start += kernels.lanes) {
+        int index[max_lanes];
+        for (int lane = 0; lane < kernels.lanes; ++lane) index[lane] = start + lane;
+        BoxBatch boxes = boxes_of(at, level, index, kernels.lanes);
+        work_.spend(static_cast<std::uint64_t>(kernels.lanes) * units);
+        kernels.bounds(tape.code(), boxes, decisions_.data(), memory);
+        for (int lane = 0; lane < kernels.lanes; ++lane) {
+            if (!may_change_sign(boxes, lane)) continue;
+            Child child{index[lane], parent, smooth};
+            // The greater of two that is never taken may still be NaN, and so make all of the formula NaN.
+            if (boxes.partly >> lane & 1) forget_extremes(tape, lane);
+            std::vector<std::uint8_t> key = signature(tape, decisions_, lane);
+            if (decides(key) && work_.spent() < most) {
+                const auto same = std::find_if(known.begin(), known.end(),
+                                               [&](const auto& k) { return k.first == key; });
+                if (same != known.end()) {
+                    child.tape = same->second;
+                } else {
+                    work_.spend(units_to_specialise * tape.expression().nodes().size());
+                    child.tape = std::make_shared<Tape>(tape.specialised(decisions_, lane));
+                    known.emplace_back(std::move(key), child.tape);
+                }
+            }
+            children.push_back(std::move(child));
+        }
+    }
+    narrow(children, at, level, most);
+    if (!smooth) take_out_jumps(children, at, level, most);
+    return children;
+}
+
+Cells::Cells(const Expression& f) {
     // The root's children are built apart, by all threads, and put together in order.
     const auto tape = std::make_shared<const Tape>(f);
-    Builder root(0, interruption);
+    Builder root(0, budget / 4);
     const std::vector<Builder::Child> children = root.occupied(tape, false, {0, 0, 0}, 1);
-    std::vector<Builder> subtrees(children.size(), Builder(max_cells / 64, interruption));
-    const auto build = [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const auto& [index, own, smooth] = children[i];
-            subtrees[i].build(own, smooth, Builder::child_at({0, 0, 0}, 1, index), 1);
-        }
-    };
-    if (!parallel_for(children.size(), 1, build, [&] { return interruption.keeps_going(); })) throw Stopped();
+    std::vector<Builder> subtrees(children.size(), Builder(max_cells / 64));
+    for (std::size_t i = 0; i < children.size(); ++i) {
+        const auto& [index, own, smooth] = children[i];
+        subtrees[i].start(own, smooth, Builder::child_at({0, 0, 0}, 1, index), 1);
+    }
+    is_coarse_ = !do_in_turns(subtrees, budget);
+    for (Builder& subtree : subtrees) subtree.finish();
 
     children_.assign(64, CellGrid::empty);
     for (std::size_t i = 0; i < children.size(); ++i) {

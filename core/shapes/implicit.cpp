@@ -8,6 +8,7 @@
 #include "formula/jumps.h"
 #include "formula/scratch.h"
 #include "formula/sequenced.h"
+#include "interruption.h"
 
 namespace bob {
 namespace {
@@ -80,8 +81,8 @@ void for_each_batch(std::size_t count, std::uint32_t cells, int lanes, CellOf ce
 
 }  // namespace
 
-Implicit::Implicit(const Expression& f, const Bounds& bounds, const KeepGoing& keep_going)
-    : Shape(sphere_in(bounds)), cells_(in_unit_sphere(f, bounds, sphere()), keep_going) {}
+Implicit::Implicit(const Expression& f, const Bounds& bounds)
+    : Shape(sphere_in(bounds)), cells_(in_unit_sphere(f, bounds, sphere())) {}
 
 void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
     const FormulaKernels& kernels = best_formula_kernels();
@@ -107,6 +108,7 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
         if (walks.empty()) break;
         for_each_batch(walks.size(), cells, kernels.lanes, cell_of,
                        [&](std::uint32_t cell, const std::uint32_t* items, int count) {
+            Interruption::check();
             RayBatch batch;
             batch.count = count;
             float from[max_lanes];

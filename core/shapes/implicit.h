@@ -15,7 +15,7 @@ class Implicit : public Shape {
 public:
     /// The surface of f within a box, whose centre becomes the origin and whose longest half side becomes 1.
     /// Throws Stopped where building its cells shall not go on.
-    Implicit(const Expression& f, const Bounds& bounds, const KeepGoing& keep_going = nullptr);
+    Implicit(const Expression& f, const Bounds& bounds);
 
     [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
     [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;

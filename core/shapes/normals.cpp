@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <numeric>
 
+#include "interruption.h"
 #include "parallel.h"
 
 namespace bob {
@@ -105,6 +106,7 @@ std::vector<CornerNormals> crease_normals(std::span<const Vec3> vertices, std::s
     std::vector<Vec3> face(triangles.size());
     std::vector<std::array<float, 3>> angle(triangles.size());
     parallel_for(triangles.size(), 4096, [&](std::size_t first, std::size_t last) {
+        Interruption::check();
         for (std::size_t i = first; i < last; ++i) {
             face[i] = face_normal(vertices, triangles[i]);
             angle[i] = corner_angles(vertices, triangles[i]);
@@ -117,6 +119,7 @@ std::vector<CornerNormals> crease_normals(std::span<const Vec3> vertices, std::s
         for (std::size_t vertex = first; vertex < last; ++vertex) {
             const std::size_t count = begin[vertex + 1] - begin[vertex];
             if (count == 0 || count > max_faces_at_vertex) continue;
+            if (count > 64) Interruption::check();
             smooth(std::span(corners).subspan(begin[vertex], count), face, angle, normals);
         }
     });

@@ -31,8 +31,8 @@ struct Patch {
     [[nodiscard]] double face_u(double u) const { return domain.low_u + u * (domain.high_u - domain.low_u); }
     [[nodiscard]] double face_v(double v) const { return domain.low_v + v * (domain.high_v - domain.low_v); }
 
-    /// How much of a rectangle of the face's parameters is seen.
-    [[nodiscard]] TrimRegion::Coverage coverage(const Domain& rectangle) const;
+    /// How much of a rectangle of the face's parameters is seen. Adds how many nodes of the region that took.
+    [[nodiscard]] TrimRegion::Coverage coverage(const Domain& rectangle, std::size_t* visited = nullptr) const;
 
     /// Whether the point at parameters 0..1 of the patch is seen: `some` where that is beyond the region.
     [[nodiscard]] TrimRegion::Coverage coverage(double u, double v) const;
@@ -57,6 +57,7 @@ struct Pieces {
     std::vector<BvhNode> nodes;
     std::vector<PiecePacket> packets;
     std::size_t count = 0;
+    bool is_coarse = false;  // the budget of work was spent: rays are as exact, but take longer
     float tolerance = 0;  // how far beyond their regions faces are seen, in units
 
     [[nodiscard]] std::size_t bytes() const;

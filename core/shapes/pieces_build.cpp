@@ -2,7 +2,7 @@
 #include <array>
 #include <cmath>
 
-#include "parallel.h"
+#include "work.h"
 #include "shapes/pieces.h"
 
 namespace bob {
@@ -24,6 +24,10 @@ constexpr double least_slant = 0.05;
 constexpr int max_halvings = 8;
 constexpr double smallest = 2e-3;
 constexpr std::size_t max_pieces = 4096;  // of a patch
+
+// Units of work of all patches (work.h). Where they are spent, larger pieces are subdivided ray by ray.
+constexpr std::uint64_t budget = 1'200'000'000;
+constexpr std::uint64_t units_of_angle = 8, units_of_trim = 50;
 
 // Nobody sees a part that is narrower than this.
 constexpr double narrowest = 1e-7;
@@ -91,7 +95,8 @@ struct Fit {
     double bend[2] = {0, 0};                   // what a cut of u, or of v, would straighten
     double turn = no_bound;                    // sine of the angle to the normal, if it is at most max_turn
 
-    explicit Fit(const Part& part) {
+    /// Without `turns`, not how far its normals turn, which takes longest.
+    Fit(const Part& part, bool turns, Work& work) {
         const std::size_t last_column = part.columns - 1, last_row = part.points.size() - part.columns;
         const Vec3d &a = part.points[0], &b = part.points[last_column];
         const Vec3d &c = part.points[last_row], &d = part.points[last_row + last_column];
@@ -109,7 +114,7 @@ struct Fit {
             use_axes(part);
         }
         measure(part);
-        if (has_area() && curve <= max_curve) measure_turn(part);
+        if (has_area() && curve <= max_curve && turns) measure_turn(part, work);
     }
 
     [[nodiscard]] bool is_flat() const { return turn <= max_turn; }
@@ -163,7 +168,7 @@ private:
     /// for u and one for v, such as surfaces of revolution: of rational curves it is so (Floater, "Derivatives of
     /// rational Bezier curves", 1992). For others it is of w (S - o), for every o on the ray: those near the piece are
     /// as far from its centre as its points, which leaves a little more for the angle.
-    void measure_turn(const Part& part) {
+    void measure_turn(const Part& part, Work& work) {
         double radius = 0;
         for (const Vec3d& x : part.points) radius = std::max(radius, length(x - center));
         struct Difference {
@@ -193,6 +198,7 @@ private:
         }
         double least_cosine_squared = 1;
         for (const Difference& a : du.all()) {
+            work.spend(units_of_angle * dv.all().size());
             for (const Difference& b : dv.all()) {
                 const Vec3d n = cross(a.d, b.d);
                 const double slack = a.slack * b.length + b.slack * a.length + a.slack * b.slack;
@@ -214,35 +220,52 @@ private:
 
 class Builder {
 public:
-    Builder(const BezierPatch& bezier, const Patch& patch) : bezier_(bezier), patch_(patch) {}
+    Builder(const BezierPatch& bezier, const Patch& patch) : bezier_(&bezier), patch_(&patch) {}
 
-    std::vector<Piece> build() {
-        Part whole;
-        whole.set_net(bezier_);
-        cut(whole);
+    /// Goes on until it is done or has done about that much work.
+    void go_on(std::uint64_t units) {
+        work_.grant(units);
+        start();
+        while (!open_.empty() && !work_.is_spent()) cut_next(false);
+    }
+    [[nodiscard]] bool is_done() const { return started_ && open_.empty(); }
+    [[nodiscard]] const Work& work() const { return work_; }
+
+    /// The pieces; what is left becomes some as it is.
+    std::vector<Piece> finish() {
+        start();
+        while (!open_.empty()) cut_next(true);
         return std::move(pieces_);
     }
 
 private:
-    void cut(const Part& part) {
-        const TrimRegion::Coverage coverage = patch_.coverage(domain(part));
+    void start() {
+        if (!started_) open_.emplace_back().set_net(*bezier_);
+        started_ = true;
+    }
+
+    void cut_next(bool is_last) {
+        const Part part = std::move(open_.back());
+        open_.pop_back();
+        std::size_t visited = 0;
+        const TrimRegion::Coverage coverage = is_last ? TrimRegion::Coverage::some : patch_->coverage(domain(part), &visited);
+        work_.spend(units_of_trim * visited + part.points.size() * (part.rows * part.rows + part.columns * part.columns));
         if (coverage == TrimRegion::Coverage::none) return;
-        const Fit fit(part);
-        if (!fit.has_area() && width(part) < narrowest) return;
+        const Fit fit(part, !is_last, work_);
+        if (!is_last && !fit.has_area() && width(part) < narrowest) return;
         int along = fit.bend[1] > fit.bend[0];
         if (part.halvings[along] == max_halvings) along = 1 - along;
-        if (fit.is_flat() || fit.size() < smallest || part.halvings[along] == max_halvings ||
+        if (is_last || fit.is_flat() || fit.size() < smallest || part.halvings[along] == max_halvings ||
             pieces_.size() >= max_pieces) {
             return emit(part, fit, coverage == TrimRegion::Coverage::some);
         }
-        Part half;
-        std::copy_n(part.halvings, 2, half.halvings);
-        ++half.halvings[along];
-        for (const bool upper : {false, true}) {
+        for (const bool upper : {true, false}) {  // the lower one is next
+            Part& half = open_.emplace_back();
+            std::copy_n(part.halvings, 2, half.halvings);
+            ++half.halvings[along];
             std::copy_n(part.low, 2, half.low), std::copy_n(part.high, 2, half.high);
             (upper ? half.low : half.high)[along] = (part.low[along] + part.high[along]) / 2;
-            half.set_net(bob::part(bezier_, half.low[0], half.high[0], half.low[1], half.high[1]));
-            cut(half);
+            half.set_net(bob::part(*bezier_, half.low[0], half.high[0], half.low[1], half.high[1]));
         }
     }
 
@@ -259,8 +282,8 @@ private:
     }
 
     [[nodiscard]] Domain domain(const Part& part) const {
-        return {patch_.face_u(part.low[0]), patch_.face_u(part.high[0]), patch_.face_v(part.low[1]),
-                patch_.face_v(part.high[1])};
+        return {patch_->face_u(part.low[0]), patch_->face_u(part.high[0]), patch_->face_v(part.low[1]),
+                patch_->face_v(part.high[1])};
     }
 
     void emit(const Part& part, const Fit& fit, bool trimmed) {
@@ -285,8 +308,11 @@ private:
         pieces_.push_back(piece);
     }
 
-    const BezierPatch& bezier_;
-    const Patch& patch_;
+    const BezierPatch* bezier_;
+    const Patch* patch_;
+    Work work_;
+    bool started_ = false;
+    std::vector<Part> open_;
     std::vector<Piece> pieces_;
 };
 
@@ -363,8 +389,8 @@ PiecePacket packed(std::span<const Piece> pieces, const Packet& indices) {
 
 }  // namespace
 
-TrimRegion::Coverage Patch::coverage(const Domain& d) const {
-    return region->coverage({d.low_u - margin_u, d.high_u + margin_u, d.low_v - margin_v, d.high_v + margin_v});
+TrimRegion::Coverage Patch::coverage(const Domain& d, std::size_t* visited) const {
+    return region->coverage({d.low_u - margin_u, d.high_u + margin_u, d.low_v - margin_v, d.high_v + margin_v}, visited);
 }
 
 TrimRegion::Coverage Patch::coverage(double u, double v) const {
@@ -383,28 +409,27 @@ Pieces build_pieces(std::span<const FacePatches> faces, double tolerance) {
     struct Source {
         const BezierPatch* bezier;
         Patch patch;
-        std::vector<Piece> pieces;
     };
     std::vector<Source> sources;
     for (std::uint32_t face = 0; face < faces.size(); ++face) {
         for (const BezierPatch& bezier : faces[face].patches) {
-            sources.push_back({&bezier, patch_of(bezier, face, faces[face].region, tolerance), {}});
+            sources.push_back({&bezier, patch_of(bezier, face, faces[face].region, tolerance)});
         }
     }
-    parallel_for(sources.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            sources[i].pieces = Builder(*sources[i].bezier, sources[i].patch).build();
-        }
-    });
+    std::vector<Builder> builders;
+    for (const Source& source : sources) builders.emplace_back(*source.bezier, source.patch);
 
     Pieces result;
+    result.is_coarse = !do_in_turns(builders, budget);
     result.tolerance = static_cast<float>(tolerance);
     std::vector<Piece> pieces;
-    for (const Source& source : sources) {
-        if (source.pieces.empty()) continue;
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        const Source& source = sources[i];
+        const std::vector<Piece> own = builders[i].finish();
+        if (own.empty()) continue;
         const auto index = static_cast<std::uint32_t>(result.patches.size());
         append(result, source.patch, *source.bezier);
-        for (Piece piece : source.pieces) {
+        for (Piece piece : own) {
             piece.patch = index;
             pieces.push_back(piece);
         }

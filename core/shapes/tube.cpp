@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
+#include "interruption.h"
 #include "shapes/sphere_around.h"
 
 namespace bob {
@@ -19,6 +22,9 @@ constexpr double bend = 0.02;
 
 // Only weights that differ by many powers of ten need as many cuts: there, a part is a straight line between its ends.
 constexpr int max_depth = 20;
+
+// This many take a few seconds, and 400 MB.
+constexpr std::size_t max_pieces = 1 << 21;
 
 // Bends are cut less often: a cusp stays one however short its piece is.
 constexpr int max_bend_depth = 6;
@@ -144,6 +150,12 @@ Tube::Tube(const NurbsCurve<4>& curve, const Sphere& sphere) : Shape(sphere) {
 }
 
 void Tube::cut(const BezierCurve<4>& curve, int depth) {
+    Interruption::check();
+    if (pieces_.size() == max_pieces) {
+        throw std::invalid_argument("tube: expected a curve that " + std::to_string(max_pieces) +
+                                    " cubic pieces follow, got one that takes more: of too many control points, or of weights that "
+                                    "differ too much");
+    }
     Cubic cubic = hermite(curve);
     const double error = deviation(curve, cubic);
     if ((depth < max_depth && error > tolerance) || (depth < max_bend_depth && is_bent(cubic))) {
@@ -220,6 +232,7 @@ double Tube::maximum(const std::function<double(Vec3, float)>& convex) const {
     constexpr int max_halvings = 10;
     double above = high;
     while (!open.empty()) {
+        if (open.size() % 1024 == 0) Interruption::check();
         const auto [p, halvings] = open.back();
         open.pop_back();
         const double hull = std::max(value(p[1]), value(p[2]));

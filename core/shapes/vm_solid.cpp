@@ -24,10 +24,10 @@ Expression extruded(const Expression& f) {
 
 }  // namespace
 
-VmSolid vm_solid(const Expression& f, const KeepGoing& keep_going) {
+VmSolid vm_solid(const Expression& f) {
     if (!f.uses(Op::z)) return {extruded(f), flat_box, true};
     try {
-        return {f, find_bounds(f, keep_going), false};
+        return {f, find_bounds(f), false};
     } catch (const std::invalid_argument&) {
         return {f, cube, true};
     }

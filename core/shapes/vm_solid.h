@@ -16,6 +16,6 @@ struct VmSolid {
 /// A bounded formula is taken whole; one without bounds is cut by the cube from -1 to 1, which fidget views. A formula
 /// without z is flat: it becomes an extrusion of height 0.1 about z = 0, cut by the square from -1 to 1.
 /// Throws Stopped where it shall not go on.
-[[nodiscard]] VmSolid vm_solid(const Expression& f, const KeepGoing& keep_going = nullptr);
+[[nodiscard]] VmSolid vm_solid(const Expression& f);
 
 }  // namespace bob

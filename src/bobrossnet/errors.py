@@ -7,6 +7,7 @@ what to do about it.
 from __future__ import annotations
 
 import math
+import warnings
 from numbers import Integral, Real
 from typing import Any
 
@@ -24,6 +25,12 @@ class InputTypeError(InputError, TypeError):
 
 class InputWarning(UserWarning):
     """A part of an input that can't be used and was left out."""
+
+
+def warn_coarse(what: str) -> None:
+    """Warn that building a shape reached its budget of work."""
+    text = f"shape: its {what} is too intricate to prepare in a few seconds: as exact, but tracing is slow"
+    warnings.warn(text, InputWarning, stacklevel=4)
 
 
 def check_number(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
+from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, warn_coarse
 from bobrossnet.shapes.shape import Shape, check_tensors
 
 
@@ -55,6 +55,8 @@ class Implicit(Shape):
         surface = _core.Implicit(self.expression, self._box)
         if not surface.cells:
             raise InputError("shape: expected a surface within the bounds, got none")
+        if surface.is_coarse:
+            warn_coarse("formula")
         return surface
 
     @cached_property

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer, check_number
+from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer, check_number, warn_coarse
 from bobrossnet.shapes.shape import Shape, check_tensors
 from bobrossnet.shapes.splines import (
     MAX_DEGREE,
@@ -235,9 +235,12 @@ class Brep(Shape):
             for face in self.faces
         ]
         try:
-            return _core.Brep(faces, self.tolerance)
+            surfaces = _core.Brep(faces, self.tolerance)
         except ValueError as error:
             raise InputError(str(error)) from None
+        if surfaces.is_coarse:
+            warn_coarse("surface")
+        return surfaces
 
     def describe(self) -> dict[str, str]:
         trimmed = sum(bool(face.trims) for face in self.faces)
