@@ -15,6 +15,9 @@
 namespace bob {
 namespace {
 
+// Where it is spent, the box or radius is larger than it need be. A cut takes so many units for each control point.
+constexpr std::uint64_t units_to_search = 2'000'000'000, units_to_cut = 500;
+
 Vec3 euclidean(const Homogeneous<3>& point) {
     const auto& [x, y, z, w] = point;
     return {static_cast<float>(x / w), static_cast<float>(y / w), static_cast<float>(z / w)};
@@ -33,9 +36,6 @@ BezierPatch bezier_patch(const Pieces& pieces, const Patch& patch) {
     }
     return result;
 }
-
-// Where it is spent, the box or radius is larger than it need be. A cut takes so many units for each control point.
-constexpr std::uint64_t units_to_search = 2'000'000'000, units_to_cut = 500;
 
 const Homogeneous<3>& corner(const BezierPatch& patch, bool u, bool v) {
     const auto rows = static_cast<std::size_t>(patch.degree_u), columns = static_cast<std::size_t>(patch.degree_v);
