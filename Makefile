@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo test bench bench-web report quality vendor types clean
+.PHONY: demo test fuzz bench bench-web report quality vendor types clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed
@@ -20,6 +20,17 @@ test: $(VENV)/installed-test $(VENV)/chromium
 	$(BIN)/cmake -S . -B build/sanitize -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN)/ninja) -DBOBROSSNET_TESTS=ON -DBOBROSSNET_SANITIZE=ON
 	$(BIN)/cmake --build build/sanitize && build/sanitize/core_tests
 	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+# Random bytes into every door of the core, TIME seconds for each target of core/fuzz, or for TARGET=script alone; the sanitizers
+# watch. What is found stays in build/fuzz/corpus and build/fuzz/crashes. Needs Clang, Debian's package `clang`.
+TIME ?= 60
+TARGET ?= *
+CLANG ?= clang++
+fuzz: $(VENV)/installed-test
+	@command -v $(CLANG) > /dev/null || { echo "make fuzz needs Clang: apt-get install clang, or CLANG=clang++-16"; exit 1; }
+	$(BIN)/cmake -S . -B build/fuzz -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN)/ninja) -DCMAKE_CXX_COMPILER=$(CLANG) -DBOBROSSNET_FUZZ=ON
+	$(BIN)/cmake --build build/fuzz
+	$(BIN)/python core/fuzz/run.py build/fuzz --seconds $(TIME) --target '$(TARGET)'
 
 bench: $(VENV)/installed-test
 	$(BIN)/python bench/trace.py
