@@ -13,7 +13,7 @@
 namespace fuzz {
 
 /// Boxes and cells that building may look at: some milliseconds of work, and for most formulas as much as they need.
-constexpr int patience = 1500;
+constexpr int patience = 1000;
 
 /// The bounds of a formula; nothing where it has none, or where they take too long.
 inline std::optional<bob::Bounds> bounds_of(const bob::Expression& f) {
@@ -32,7 +32,7 @@ inline void trace(const bob::Expression& f, const bob::Bounds& box, Source& sour
     }
     try {
         const bob::Implicit shape(f, box, Patience{patience});
-        if (!shape.cells().cells().empty()) meet(shape, source, 8);
+        if (!shape.cells().cells().empty()) meet(shape, box, source, 8);
     } catch (const bob::Stopped&) {
     } catch (const bob::TooLarge&) {
     }

@@ -34,7 +34,7 @@ FUZZ(nurbs) {
     const double tolerance = source.flag() ? 0 : source.number();
     if (!(tolerance >= 0 && std::isfinite(tolerance))) return;
     std::vector<bob::Face> faces;
-    for (int count = source.between(1, 2); count > 0; --count) {
+    for (int count = source.below(8) ? 1 : 2; count > 0; --count) {
         auto made = face(source);
         if (!made) return;
         faces.push_back(std::move(*made));
