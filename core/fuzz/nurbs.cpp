@@ -10,7 +10,7 @@
 namespace {
 
 std::optional<bob::Face> face(fuzz::Source& source) {
-    const int n = source.between(2, 4), m = source.between(2, 4);
+    const int most = source.below(8) ? 3 : 4, n = source.between(2, most), m = source.between(2, most);
     const int p = source.between(1, n - 1), q = source.between(1, m - 1);
     bob::Face face;
     face.surface = {p, q, fuzz::knots(source, n, p), fuzz::knots(source, m, q), fuzz::points<3>(source, static_cast<std::size_t>(n * m))};
@@ -39,6 +39,7 @@ FUZZ(nurbs) {
         if (!made) return;
         faces.push_back(std::move(*made));
     }
+    if (source.empty()) return;  // points that are zeros for want of bytes take long, and are all the same
     try {
         const bob::Brep brep = bob::Brep::of_weighted_points(std::move(faces), tolerance);
         fuzz::meet(brep, source, 6);
