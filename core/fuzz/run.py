@@ -34,7 +34,7 @@ def run(binary: Path, seconds: int) -> bool:
         "-rss_limit_mb=3000",
         f"-artifact_prefix={crashes}/",
         "-print_final_stats=1",
-        f"-dict={dictionary}",
+        *([f"-dict={dictionary}"] if words else []),
         found,
         CORPUS / name,
     ]
@@ -44,11 +44,11 @@ def run(binary: Path, seconds: int) -> bool:
     rate = int(told.get("average_exec_per_sec", 0))
     inputs = len(list(found.iterdir())) + len(list((CORPUS / name).iterdir()))
     good = result.returncode == 0
-    line = f"{name:12} {executions:>12,} executions {rate:>7,} a second {inputs:>6,} inputs  {'' if good else 'CRASHED'}"
+    line = f"{name:12} {executions:>12,} executions {rate:>7,} a second {inputs:>6,} inputs"
     if not good:
         where = re.search(r"Test unit written to (.+)", result.stderr)
-        what = re.findall(r"^(?:expected: .+|SUMMARY: .+|.+ runtime error: .+|terminate called .+)$", result.stderr, re.M)
-        line = "\n    ".join([line.rstrip(), *what, where.group(1) if where else result.stderr[-1000:]])
+        what = re.findall(r"^(?:expected: |SUMMARY: |.+ runtime error: |terminate called ).+$", result.stderr, re.M)
+        line = "\n    ".join([f"{line}  CRASHED", *what, where.group(1) if where else result.stderr[-1000:]])
     print(line, flush=True)
     return good
 
