@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -12,7 +13,7 @@ namespace test {
 
 struct Case {
     const char* name;
-    void (*run)();
+    std::function<void()> run;
 };
 
 std::vector<Case>& cases();

@@ -1,0 +1,26 @@
+/// The one target that is linked with it, as libFuzzer calls it.
+#include <cstdio>
+#include <cstdlib>
+
+#include "fuzz/fuzz.h"
+
+namespace {
+
+void (*target)(fuzz::Source) = nullptr;
+
+}  // namespace
+
+fuzz::Register::Register(const char*, void (*run)(Source)) { target = run; }
+
+/// Stacks of where memory was taken cost a fifth of the time; where it goes wrong is shown in full.
+extern "C" const char* __asan_default_options() { return "malloc_context_size=2"; }
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    try {
+        target(fuzz::Source({data, size}));
+    } catch (const fuzz::Broken& broken) {
+        std::fprintf(stderr, "expected: %s\n", broken.what);
+        std::abort();
+    }
+    return 0;  // any other exception is a crash
+}

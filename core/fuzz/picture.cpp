@@ -1,0 +1,77 @@
+/// Samples on their way into planes, cameras and pixel orders, for pictures of odd sizes.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <vector>
+
+#include "fuzz/fuzz.h"
+#include "picture/camera.h"
+#include "picture/gbuffer.h"
+#include "picture/order.h"
+
+namespace {
+
+std::vector<bob::Pixel> some_of(fuzz::Source& source, std::uint32_t height, std::uint32_t width) {
+    constexpr std::string_view names[] = {"uniform", "r2", "lattice", "blue-noise"};
+    const std::string_view name = names[source.below(4)];
+    const bob::Order order = bob::make_order(name, source.raw<std::uint64_t>(), height, width);
+    std::vector<bob::Pixel> all(height * width);
+    order(0, all);
+    std::vector<bool> seen(all.size());
+    for (const bob::Pixel pixel : all) {
+        const bool inside = pixel.row >= 0 && pixel.row < static_cast<int>(height) && pixel.column >= 0 && pixel.column < static_cast<int>(width);
+        fuzz::expect(inside, "pixels of the picture");
+        const std::size_t i = static_cast<std::size_t>(pixel.row) * width + static_cast<std::size_t>(pixel.column);
+        fuzz::expect(!seen[i], "each pixel once");
+        seen[i] = true;
+    }
+    const std::uint32_t start = source.raw<std::uint32_t>() % static_cast<std::uint32_t>(all.size() + 1);
+    std::vector<bob::Pixel> rest(std::min<std::size_t>(all.size() - start, source.byte()));
+    order(start, rest);
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+        fuzz::expect(rest[i].row == all[start + i].row && rest[i].column == all[start + i].column, "the same pixels from any start");
+    }
+    return rest;
+}
+
+void scatter(fuzz::Source& source, const std::vector<bob::Pixel>& pixels, std::size_t height, std::size_t width) {
+    constexpr std::string_view names[] = {"mask,gray,depth,normal", "mask", "mask,normal,gray", "mask,depth"};
+    const bob::Layout layout(names[source.below(4)]);
+    const auto components = static_cast<std::size_t>(layout.width());
+    std::vector<float> samples(pixels.size() * components), planes(components * height * width);
+    for (float& value : samples) value = static_cast<float>(source.number());
+    const std::size_t added = bob::scatter(layout, pixels, samples.data(), planes.data(), height, width);
+    fuzz::expect(added == pixels.size(), "all pixels counted");
+    fuzz::expect(bob::scatter(layout, pixels, samples.data(), planes.data(), height, width) == 0, "no pixel counted twice");
+    const bob::Layout wanted(names[source.below(4)]);
+    std::vector<float> storage;
+    try {
+        const float* const selected = bob::select(layout, planes.data(), wanted, height * width, storage);
+        fuzz::expect(std::equal(selected, selected + height * width, planes.begin()), "the mask first");
+    } catch (const std::invalid_argument&) {  // a channel that is not there
+    }
+}
+
+void cameras(fuzz::Source& source, const std::vector<bob::Pixel>& pixels, int height, int width) {
+    const auto number = [&](double low, double high) { return static_cast<float>(std::clamp(source.number(), low, high)); };
+    const bob::Camera camera{number(-1e6, 1e6), number(-90, 90), number(-1e6, 1e6), number(1e-3, 1e6), number(-1e3, 1e3), number(-1e3, 1e3)};
+    if (std::isnan(camera.azimuth_degrees + camera.elevation_degrees + camera.roll_degrees + camera.zoom + camera.pan_x + camera.pan_y)) return;
+    const bob::Projection projection(camera, height, width);
+    for (const bob::Pixel pixel : pixels) {
+        bob::Ray ray;
+        if (!projection.ray(pixel, ray)) continue;
+        fuzz::expect(std::fabs(length(ray.direction) - 1) < 1e-5f && length(ray.origin) < 1.01f, "a ray from the unit sphere");
+        const bob::Projection::Seen seen = projection.seen(ray.origin);
+        fuzz::expect(seen.depth >= 0 && seen.depth <= 1, "a depth within 0..1");
+    }
+}
+
+}  // namespace
+
+FUZZ(picture) {
+    const std::uint32_t height = 1 + source.raw<std::uint16_t>() % 200, width = 1 + source.raw<std::uint16_t>() % (2000 / height + 1);
+    const std::vector<bob::Pixel> pixels = some_of(source, height, width);
+    scatter(source, pixels, height, width);
+    cameras(source, pixels, static_cast<int>(height), static_cast<int>(width));
+}
