@@ -6,8 +6,6 @@ SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMa
 
 .PHONY: demo test bench bench-web report quality vendor types clean
 
-include checks.mk
-
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed
 	@mkdir -p out
@@ -86,3 +84,5 @@ $(VENV)/chromium: | $(VENV)/installed-test
 
 clean:
 	rm -rf $(VENV) build out
+
+include checks.mk
