@@ -526,6 +526,17 @@ def buffer_file(path: Path) -> Path:
     return written(path, base64.b64decode(gltf([])["buffers"][0]["uri"].partition(",")[2]))
 
 
+@pytest.mark.parametrize("ending", ["stl", "obj", "sdf", "bob", "xml"])
+def test_files_too_large_to_be_read_are_refused_at_once(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"x.{ending}"
+    with path.open("wb") as file:
+        file.truncate(beside.MAX_BYTES + 1)  # which takes no room on the disk
+    with pytest.raises(
+        InputError, match=r"^x\.\w+: expected a file of at most 4,294,967,296 bytes, got 4,294,967,297$"
+    ):
+        load(path)
+
+
 def test_gltf_reads_files_in_its_folder_and_below(tmp_path: Path) -> None:
     buffer_file(tmp_path / "parts" / "a b%20.bin")
     (tmp_path / "link.bin").symlink_to("parts/a b%20.bin")

@@ -15,6 +15,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from bobrossnet.adapters.beside import MAX_BYTES
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.errors import InputError, InputTypeError, check_integer
 from bobrossnet.shapes.implicit import Implicit
@@ -56,7 +57,7 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
     ------
     InputError
         If the file can't be written, or the scene has a shape of a kind that files can't hold, or places, materials and
-        names of more than `MAX_HEADER` bytes.
+        names of more than `MAX_HEADER` bytes, or more than `MAX_BYTES` in all.
     """
     file = check_scene_path(path)
     numbers: dict[bytes, int] = {}
@@ -84,6 +85,8 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
         )
     data = layout({"shapes": kinds, "instances": instances}, tensors)
     _check_header(data, "scene: ")
+    if len(data) > MAX_BYTES:
+        raise InputError(f"scene: expected at most {MAX_BYTES:,} bytes, which can be read again, got {len(data):,}")
     write_whole(file, sealed(data))
 
 
