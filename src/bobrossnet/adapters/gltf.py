@@ -106,6 +106,10 @@ def _check_lists(tree: Any) -> None:
     """Refuse a tree whose top levels are not as the specification says."""
     if not isinstance(tree, dict):
         raise InputError(f"expected a glTF, which is an object, got {type(tree).__name__}")
+    asset = tree.get("asset")
+    version = asset.get("version") if isinstance(asset, dict) else None
+    if not (isinstance(version, str) and version.startswith("2.")):
+        raise InputError(f"asset: expected version 2.0, got {version}")
     for name in LISTS:
         items = tree.get(name, [])
         if not (isinstance(items, list) and all(isinstance(item, dict) for item in items)):

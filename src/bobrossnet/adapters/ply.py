@@ -113,7 +113,7 @@ def _header(data: bytes) -> tuple[list[Element], int, bool]:
     if end is None:
         raise InputError("expected a PLY header that ends in end_header, got none")
     form, elements = "", list[Element]()
-    for words in (line.split() for line in data[: end.start()].decode("latin-1").splitlines()):
+    for words in (line.split() for line in re.split("\r\n|\r|\n", data[: end.start()].decode("latin-1"))):
         if words[:1] == ["format"] and len(words) > 1:
             form = words[1]
         elif words[:1] == ["element"] and len(words) == 3:

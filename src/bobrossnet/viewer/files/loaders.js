@@ -45,6 +45,8 @@ export async function readGlb(bytes) {
   const { Material } = await import("./three.js");
   const loader = await loaderOf("GLTFLoader");
   loader.register((/** @type {any} */ parser) => {
+    checkAsset(parser.json);
+    prepareScenes(parser.json);
     checkNodes(parser.json);
     checkAccessors(parser.json);
     checkBuffers(parser.json);
@@ -75,6 +77,22 @@ function checkBuffers({ buffers = [] }) {
   for (const { uri } of buffers) {
     if (uri !== undefined) throw new CoreError(`expected its data within the file, got it at ${brief(uri)}`);
   }
+}
+
+/** @param {any} json */
+function checkAsset({ asset }) {
+  if (!/^2\./.test(asset?.version)) throw new CoreError(`asset: expected version 2.0, got ${asset?.version}`);
+}
+
+/**
+ * Shows all nodes where there is no scene, and leaves out cameras, which may be damaged.
+ *
+ * @param {any} json
+ */
+function prepareScenes(json) {
+  const { nodes = [] } = json, children = new Set(nodes.flatMap((/** @type {any} */ node) => node.children ?? []));
+  json.scenes ??= [{ nodes: [...nodes.keys()].filter((node) => !children.has(node)) }];
+  for (const node of nodes) delete node.camera;
 }
 
 /**

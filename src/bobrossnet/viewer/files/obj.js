@@ -11,7 +11,7 @@ import { Growing } from "./part.js";
 import { CoreError } from "../core/errors.js";
 import { numberOf, textOf } from "./text.js";
 
-const TAB = 9, SPACE = 32, PLUS = 43, MINUS = 45, SLASH = 47, ZERO = 48, NINE = 57, F = 102, N = 110, V = 118;
+const TAB = 9, RETURN = 13, SPACE = 32, PLUS = 43, MINUS = 45, SLASH = 47, ZERO = 48, NINE = 57, F = 102, N = 110, V = 118;
 
 /** @param {ArrayBuffer} bytes @returns {import("./part.js").Part[]} */
 export function readObj(bytes) {
@@ -28,6 +28,9 @@ export function readObj(bytes) {
   const vertices = picked(part.vertices, pairs.points.whole());
   return [{ ...part, vertices, normals: picked(normals.whole(), pairs.normals.whole()) }];
 }
+
+/** @param {number} character */
+const isSpace = (character) => character === SPACE || (character >= TAB && character <= RETURN);
 
 /** The words of a text, line by line; none is stored. */
 class Words {
@@ -61,7 +64,7 @@ class Words {
   are(...characters) {
     for (let i = 0; i < characters.length; ++i) if (this.#text.charCodeAt(this.#at + i) !== characters[i]) return false;
     const after = this.#text.charCodeAt(this.#at + characters.length);
-    if (after !== SPACE && after !== TAB) return false;
+    if (!isSpace(after)) return false;
     this.#at += characters.length;
     this.#skipSpace();
     return true;
@@ -110,7 +113,7 @@ class Words {
   slash() {
     while (this.#at < this.#stop) {
       const character = this.#text.charCodeAt(this.#at);
-      if (character === SPACE || character === TAB) return false;
+      if (isSpace(character)) return false;
       ++this.#at;
       if (character === SLASH) return true;
     }
@@ -126,13 +129,13 @@ class Words {
   /** Whether a part of a corner ends at a place. @param {number} at */
   #ends(at) {
     const character = this.#text.charCodeAt(at);
-    return at >= this.#stop || character === SLASH || character === SPACE || character === TAB;
+    return at >= this.#stop || character === SLASH || isSpace(character);
   }
 
   #skipWord() {
     for (; this.#at < this.#stop; ++this.#at) {
       const character = this.#text.charCodeAt(this.#at);
-      if (character === SPACE || character === TAB) return;
+      if (isSpace(character)) return;
     }
   }
 
