@@ -42,10 +42,10 @@ export async function readGlb(bytes) {
   }
   const size = Math.max(view.getUint32(8, true), 20 + view.getUint32(12, true));
   if (size > bytes.byteLength) throw new CoreError(`expected ${size} bytes, as its head says, got ${bytes.byteLength}`);
+  checkAsset(JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 20, view.getUint32(12, true)))));
   const { Material } = await import("./three.js");
   const loader = await loaderOf("GLTFLoader");
   loader.register((/** @type {any} */ parser) => {
-    checkAsset(parser.json);
     prepareScenes(parser.json);
     checkNodes(parser.json);
     checkAccessors(parser.json);
@@ -79,7 +79,7 @@ function checkBuffers({ buffers = [] }) {
   }
 }
 
-/** @param {any} json */
+/** Refuses what three.js would end at before it asks. @param {any} json */
 function checkAsset({ asset }) {
   if (!/^2\./.test(asset?.version)) throw new CoreError(`asset: expected version 2.0, got ${asset?.version}`);
 }

@@ -142,7 +142,7 @@ class Words {
   #skipSpace() {
     for (; this.#at < this.#stop; ++this.#at) {
       const character = this.#text.charCodeAt(this.#at);
-      if (character !== SPACE && character !== TAB) return;
+      if (!isSpace(character)) return;
     }
   }
 }
