@@ -58,6 +58,7 @@ MAX_GAP = 1e-3
 ON_BORDER = 1e-6
 
 
+@np.errstate(all="ignore")  # damaged files have numbers that are not finite, which are refused later on
 def read_assembly(kind: str, file: str) -> Assembly:
     """All that a STEP or IGES file holds. Prints to stdout, and may crash."""
     limit(_size(file))
