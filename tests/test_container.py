@@ -219,12 +219,12 @@ def test_what_no_scene_has_is_refused(scene, arrays, message, tmp_path):
         (b'"version":"1"', b'"version":"2"', "expected version 1, got '2'; was it written by a newer release?"),
         (b'"bobrossnet-scene"', b'"bobrossnet-sauce"', "expected the format bobrossnet-scene, got 'bobrossnet-sauce'"),
         (b'"format":', b'"fermat":', "expected the format bobrossnet-scene, got None"),
-        (b'"scene":', b'"score":', "expected a .bob scene, could not read it (KeyError: 'scene')"),
+        (b'"scene":', b'"score":', "expected JSON, got something else at line 1, column 1"),
         (b'"shapes', b'"shap[s', "scene: expected an object of shapes, instances, got shap[s, instances"),
-        (b'"data_offsets":[0,72]', b'"data_offsets":[0,71]', "expected a .bob scene, could not read it (Safe"),
-        (b'"data_offsets":[0,72]', b'"data_offsets":[8,80]', "expected a .bob scene, could not read it (Safe"),
+        (b'"data_offsets":[0,72]', b'"data_offsets":[0,71]', "expected a safetensors file, got one that"),
+        (b'"data_offsets":[0,72]', b'"data_offsets":[8,80]', "expected a safetensors file, got one that"),
         (b'"dtype":"F64"', b'"dtype":"U64"', "shapes[0]: vertices: expected float64, got uint64"),
-        (b'"dtype":"F64"', b'"dtype":"X64"', "expected a .bob scene, could not read it (Safe"),
+        (b'"dtype":"F64"', b'"dtype":"X64"', "expected a safetensors file, got one that"),
     ],
 )
 def test_other_headers_are_refused(before, after, message, tmp_path):

@@ -34,7 +34,8 @@ def error_of(path: str | os.PathLike[str]) -> str:
     message = str(caught.value)
     assert message.isprintable()
     assert len(message) < 600
-    assert message.startswith(Path(path).name + ": expected ")
+    assert message.startswith(Path(path).name + ": ")
+    assert ": expected " in message
     return message
 
 
@@ -56,7 +57,7 @@ def normal_of(mesh: Mesh, triangle: int = 0) -> list[float]:
 BROKEN_ODD: dict[str, int | str] = {
     "BoxWithInfinites.glb": "expected triangles, got 12 that all touch a missing or non-finite vertex",
     "Generic_Twin_7081.1.t0_right.obj": 11656,
-    "OutOfMemory.off": "could not read it",
+    "OutOfMemory.off": "expected counts, vertices and faces",
     "RecursiveNodes.gltf": "expected nodes that form a tree",
     "bad-stl-pcbvicebar.stl": 260,
     "bad-stl-tardis.stl": 3636,
@@ -77,7 +78,7 @@ BROKEN_ODD: dict[str, int | str] = {
     "inf_nan.obj": "expected triangles, got 1 that all touch a missing or non-finite vertex",
     "invalid-face-definition.obj": "expected triangles, got a point cloud of 8 points",
     "invalid_assimp.off": "expected triangles, got a point cloud of 3 points",
-    "invalidvertex.stl": "could not read it",
+    "invalidvertex.stl": "expected facets of three vertices",
     "issue-140-zero-face-idx.obj": 1,  # the other one has the vertex 0, and OBJ counts from 1
     "issue1580-zero-area-triangle.stl": 14,
     "joined_tetrahedra.obj": 8,
@@ -94,10 +95,10 @@ BROKEN_ODD: dict[str, int | str] = {
     "polygonfaces.obj": 3,
     "self_intersectA.obj": 17160,
     "sliver_tet.ply": 4,
-    "toomanyvertices.stl": "could not read it",
+    "toomanyvertices.stl": "expected facets of three vertices",
     "triangle_with_empty_solid.stl": 1,
     "triple_vierbein.obj": 108,
-    "unparseable.stl": "could not read it",
+    "unparseable.stl": "expected facets of three vertices",
 }
 LEAVES_OUT = {"issue-140-zero-face-idx.obj": "1 of 2", "malformed.obj": "3 of 12"}
 
@@ -324,7 +325,7 @@ def test_obj_mixed_corners_and_polygons(tmp_path: Path) -> None:
 
 def test_obj_errors(tmp_path: Path) -> None:
     assert "got a point cloud of 4 points" in error_of(written(tmp_path / "a.obj", SQUARE + "f 1 2"))
-    assert "could not read it" in error_of(written(tmp_path / "b.obj", SQUARE + "f one two three"))
+    assert "expected corners of faces such as 3" in error_of(written(tmp_path / "b.obj", SQUARE + "f one two three"))
     assert "missing or non-finite" in error_of(written(tmp_path / "c.obj", "v 0 0\nv 1 0\nv 0 1\nf 1 2 3"))
 
 
@@ -506,13 +507,13 @@ def test_gltf_deep_trees_load(tmp_path: Path) -> None:
             {"accessors": [{"bufferView": 0, "componentType": 5126, "count": 10**12, "type": "VEC3"}]},
             "at most",
         ),
-        ({"accessors": [{"bufferView": 0, "componentType": 5126, "count": 9, "type": "VEC3"}]}, "could not"),
+        ({"accessors": [{"bufferView": 0, "componentType": 5126, "count": 9, "type": "VEC3"}]}, "bytes in its view"),
         ({"buffers": [{"uri": "a.bin", "byteLength": 72}]}, "found no such file"),
         ({"buffers": [{"uri": "/dev/zero", "byteLength": 72}]}, "found no such file"),
         ({"buffers": [{"uri": "https://example.org/a.bin", "byteLength": 72}]}, "found no such file"),
-        ({"asset": {"version": "1.0"}}, "only GLTF 2"),
+        ({"asset": {"version": "1.0"}}, "asset: expected version 2.0, got 1.0"),
         ({"meshes": []}, "expected triangles, got none"),
-        ({"meshes": 3}, "could not read it"),
+        ({"meshes": 3}, "meshes: expected a list of objects, got another"),
     ],
 )
 def test_gltf_errors(change: dict[str, Any], message: str, tmp_path: Path) -> None:
@@ -524,6 +525,17 @@ def buffer_file(path: Path) -> Path:
     """The triangle's data, to lie beside a glTF."""
     path.parent.mkdir(exist_ok=True)
     return written(path, base64.b64decode(gltf([])["buffers"][0]["uri"].partition(",")[2]))
+
+
+@pytest.mark.parametrize("ending", ["stl", "obj", "sdf", "bob", "xml"])
+def test_files_too_large_to_be_read_are_refused_at_once(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"x.{ending}"
+    with path.open("wb") as file:
+        file.truncate(beside.MAX_BYTES + 1)  # which takes no room on the disk
+    with pytest.raises(
+        InputError, match=r"^x\.\w+: expected a file of at most 4,294,967,296 bytes, got 4,294,967,297$"
+    ):
+        load(path)
 
 
 def test_gltf_reads_files_in_its_folder_and_below(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 FUZZ = Path(__file__).parent / "fuzz"
 PACKAGES = {"step": "OCP", "iges": "OCP", "3dm": "rhino3dm"}
-MUTANTS = 10
+MUTANTS = 5
 
 
 def test_readers_keep_their_promises():

@@ -356,6 +356,15 @@ def test_a_crash_is_an_error():
         call_apart("os", "abort")
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has these limits")
+def test_readers_stop_at_what_a_file_may_cost():
+    with pytest.raises(MemoryError):
+        call_apart("greedy", "eat", "1000")
+    with pytest.raises(bob.InputError, match="longer"):
+        call_apart("greedy", "spin", "1000")
+    assert call_apart("greedy", "eat", str(10**7)) > 10**8  # larger files may take more
+
+
 NEVER_DONE = """
 import sys
 from bobrossnet import cli
@@ -425,6 +434,19 @@ def in_parts(tmp_path_factory):
 def naming(text, name):
     """The assembly with another name for its part."""
     return re.sub(r"'[^']*wall\.stp'", lambda _: f"'{name}'", text)
+
+
+def test_the_limits_hold_for_an_assembly(in_parts, tmp_path, monkeypatch):
+    from bobrossnet.adapters.occ import read_assembly
+
+    limits = []
+    monkeypatch.setattr("bobrossnet.adapters.occ.limit", limits.append)
+    files = [tmp_path / "room.stp", tmp_path / "wall.stp"]
+    files[0].write_text(naming(in_parts["room"], "wall.stp"))
+    files[1].write_text(in_parts["wall"])
+    read_assembly("STEP", str(files[0]))
+    room, wall = (file.stat().st_size for file in files)
+    assert limits == [room, room + wall]
 
 
 def test_parts_in_files_beside_an_assembly_are_read(in_parts, tmp_path):

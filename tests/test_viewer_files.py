@@ -450,6 +450,64 @@ def test_broken_files_are_told_in_one_line(name, content, error, read):
     assert "\n" not in wrong["error"]
 
 
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 1 1 0\n"
+PLY = "ply\nformat ascii 1.0\nelement vertex {rows}\n{x}\nproperty float y\nproperty float z\n"
+PLY += "element face 1\n{corners}\nend_header\n0 0 0\n{number} 0 0\n1 1 0\n{length} 0 1 2\n"
+SOUND = {
+    "rows": 3,
+    "x": "property float x",
+    "corners": "property list int int vertex_indices",
+    "number": 1,
+    "length": 3,
+}
+
+
+def ply_text(**change):
+    return PLY.format(**{**SOUND, **change}).encode()
+
+
+def without_types():
+    return box_glb([{"mesh": 1}]).replace(b'"type"', b'"kind"')
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "error"),
+    [
+        ("a.obj", TRIANGLE.encode() + b"f 1 two 3\n", "expected corners of faces such as 3, 3/1 or 3//2, got 'two'"),
+        ("a.obj", TRIANGLE.encode() + b"f 1 2 3x\n", "expected corners of faces such as 3, 3/1 or 3//2, got '3x'"),
+        ("a.obj", TRIANGLE.encode() + b"f 1 2//n 3\n", "expected corners of faces such as 3, 3/1 or 3//2, got 'n'"),
+        ("a.obj", TRIANGLE.encode() + b"v 0x10 0 0\nf 1 2 3\n", "expected numbers, got others ("),
+        ("a.obj", TRIANGLE.encode() + b"vn a b c\nf 1 2 3\n", "expected numbers, got others ("),
+        ("a.ply", ply_text(number="0a"), "expected numbers, got others ("),
+        ("a.ply", ply_text(number="0x1"), "expected numbers, got others ("),
+        ("a.ply", ply_text(length="1e-320"), "expected a whole number, got '1e-320'"),
+        ("a.ply", ply_text(rows="3.0"), "expected a whole number, got '3.0'"),
+        ("a.ply", ply_text(x="property list int float x"), "expected 3 vertex, got 1 and a bit"),
+        ("a.ply", ply_text(x="property list x"), "expected a PLY type such as float or int, got list"),
+        ("a.ply", ply_text(corners="property int vertex_indices"), "expected triangles, got a point cloud of 3 points"),
+        ("a.glb", without_types(), "accessors[0]: expected a type such as VEC3 and a componentType such as 5126, got "),
+        ("a.glb", glb({"asset": {}}), "asset: expected version 2.0, got "),
+    ],
+)  # fmt: skip
+def test_the_page_refuses_what_python_refuses(name, content, error, read, tmp_path):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(bob.InputError) as refused:
+        bob.load(path)
+    assert str(refused.value).startswith(f"{name}: {error}")
+    assert read(name, content)["error"].startswith(f"{name}: {error}")
+
+
+def test_numbers_of_texts_are_those_of_python(read, tmp_path):
+    for name, content in {
+        "a.obj": TRIANGLE.encode() + b"v nan inf 1_0\nf +1 2\v3#x y\n",
+        "b.ply": ply_text(number="1_0e0"),
+        "c.ply": ply_text(length="+3"),
+    }.items():
+        (tmp_path / name).write_bytes(content)
+        assert_equal_pictures(read(name, content), bob.load(tmp_path / name))
+
+
 def test_damaged_scenes_are_refused(read, viewer):
     """Whichever byte of a scene is another."""
     from bobrossnet.adapters.container import layout, sealed

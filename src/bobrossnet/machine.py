@@ -1,11 +1,13 @@
-"""The machine: its name, and the memory that this process takes of it, or may take."""
+"""The machine: its name, and the memory and time that this process takes of it, or may take."""
 
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import platform
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -50,6 +52,17 @@ def limit_memory(more: int | None = None) -> None:
         limit = resource.getpagesize() * pages + more
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
     resource.setrlimit(resource.RLIMIT_DATA, (limit if soft == resource.RLIM_INFINITY else min(limit, soft), hard))
+
+
+def limit_processor(more: float) -> None:
+    """Have this process end with SIGXCPU after so many more seconds of the processor. Only Linux has this."""
+    if sys.platform != "linux":
+        return
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    limit = math.ceil(time.process_time() + more)
+    resource.setrlimit(resource.RLIMIT_CPU, (limit if soft == resource.RLIM_INFINITY else min(limit, soft), hard))
 
 
 def _status_bytes(field: str) -> int:

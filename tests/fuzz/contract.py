@@ -7,11 +7,13 @@ import resource
 import sys
 import time
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import bobrossnet as bob
-from bobrossnet.adapters import opencascade, rhino
+from bobrossnet.adapters import apart, opencascade, rhino
 from bobrossnet.completion.network import make_network
 from bobrossnet.completion.weights import read_weights
 from bobrossnet.errors import InputError, InputWarning
@@ -21,6 +23,9 @@ LONGEST = 5.0
 
 MEMORY = 1 << 30
 """Bytes beyond what the process has before; more than that is refused by the system."""
+
+LITTLE = 1 << 26, 1.0
+"""Bytes and seconds that these may take here, instead of what users' files may: using all of that takes time."""
 
 APART = {"step", "iges", "3dm"}
 """Formats whose libraries are run in a process of their own, since they crash on damaged files."""
@@ -89,7 +94,7 @@ def _check_line(file: Path, line: str) -> None:
     # What load finds out about a shape only when it is placed has no file's name.
     if not line.startswith((f"{file.name}: ", "shape: ", "shapes")):
         raise BrokenPromise(f"said a line without the file's name: {line}")
-    if "fits into memory" in line:
+    if "fits into memory" in line and file.suffix[1:] not in APART:  # which have limits of their own
         raise BrokenPromise(f"wanted over {MEMORY:,} bytes")
 
 
@@ -106,19 +111,30 @@ def kind_of(line: str) -> str:
 def read_here() -> None:
     """Have the libraries that crash run in this process, which is there to be lost: starting one takes seconds."""
     opencascade.call_apart = rhino.call_apart = _call  # type: ignore[assignment]
+    apart.SPARE_MEMORY, apart.SPARE_SECONDS = LITTLE
+
+
+@contextmanager
+def limits_kept() -> Iterator[None]:
+    """Have the process the same limits afterwards: each reader sets some."""
+    kinds = (resource.RLIMIT_DATA, resource.RLIMIT_CPU)
+    before = [resource.getrlimit(kind) for kind in kinds]
+    try:
+        yield
+    finally:
+        for kind, limits in zip(kinds, before, strict=True):
+            resource.setrlimit(kind, limits)
 
 
 def _call(module: str, function: str, *arguments: str) -> Any:
     """`adapters.apart.call_apart` without the process, with the same errors."""
-    before = resource.getrlimit(resource.RLIMIT_DATA)
     try:
-        return getattr(sys.modules[module], function)(*arguments)
+        with limits_kept():
+            return getattr(sys.modules[module], function)(*arguments)
     except (InputError, MemoryError, RecursionError):
         raise
     except Exception as error:
         raise RuntimeError(f"{type(error).__name__}: {error}") from error
-    finally:
-        resource.setrlimit(resource.RLIMIT_DATA, before)
 
 
 # ---- Files outside ---------------------------------------------------------------------------------------

@@ -1,8 +1,9 @@
 """Readers in separate processes.
 
 Libraries written in C++ can crash on a damaged file, print unwanted output, and ignore Ctrl-C until they are done. In a
-separate process a crash takes nothing else down, the output is discarded, and Ctrl-C ends the reader. The process
-inherits memory limits; under Linux it never outlives its parent.
+separate process a crash takes nothing else down, the output is discarded, and Ctrl-C ends the reader. Under Linux the
+process never outlives its parent, and has limits of memory and time in proportion to the file, beside the parent's own:
+a damaged count could have a library fill all of the memory, or count for years.
 """
 
 from __future__ import annotations
@@ -15,9 +16,16 @@ import pickle
 import signal
 import subprocess
 import sys
+from functools import cache
 from typing import Any
 
 from bobrossnet.errors import InputError
+from bobrossnet.machine import limit_memory, limit_processor
+
+try:
+    import resource
+except ImportError:  # Windows, which has no such limits
+    resource = None  # type: ignore[assignment]
 
 # Not multiprocessing, which would run the user's script a second time where it has no `if __name__ == "__main__"`.
 # Isolated (-I), so that only the parent's path decides what is imported.
@@ -27,6 +35,11 @@ COMMAND = (
 
 PR_SET_PDEATHSIG = 1  # of Linux's prctl
 
+# What reading a file may cost, in bytes and seconds of the processor. Real files take 40 MB and some ten bytes a byte,
+# and up to 2 microseconds a byte.
+SPARE_MEMORY, MEMORY_PER_BYTE = 2**28, 64
+SPARE_SECONDS, SECONDS_PER_BYTE = 10.0, 5e-5
+
 
 def call_apart(module: str, function: str, *arguments: str) -> Any:
     """What `function` of `module` returns for these arguments in a new process; it must be picklable.
@@ -34,7 +47,7 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
     Raises
     ------
     InputError
-        The function's own, or one that says that it crashed.
+        The function's own, or one that says that it crashed or exceeded its time.
     RuntimeError
         With the type and the text of any other exception of the function.
     """
@@ -53,12 +66,32 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
     done = subprocess.run(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
     )
+    if done.returncode == -signal.SIGXCPU:
+        raise InputError("expected a file that can be read in the time that its size allows, but it takes longer")
     if done.returncode:
         raise InputError("expected a file that its reader can handle, but the reader crashed; is it damaged?")
     result, error = pickle.loads(done.stdout)  # our own child wrote it
     if error is not None:
         raise error
     return result
+
+
+@cache
+def _inherited() -> list[tuple[int, tuple[int, int]]]:
+    return (
+        [(kind, resource.getrlimit(kind)) for kind in (resource.RLIMIT_DATA, resource.RLIMIT_CPU)] if resource else []
+    )
+
+
+def limit(size: int) -> None:
+    """Have this process, in which files of `size` bytes are about to be read, stop at what these may cost.
+
+    It may find more of them and say so: the last word counts, but no limit exceeds those that the process began with.
+    """
+    for kind, inherited in _inherited():
+        resource.setrlimit(kind, inherited)
+    limit_memory(SPARE_MEMORY + MEMORY_PER_BYTE * size)
+    limit_processor(SPARE_SECONDS + SECONDS_PER_BYTE * size)
 
 
 def _answer() -> None:

@@ -12,7 +12,7 @@ from pathlib import Path, PurePath
 from bobrossnet.errors import InputError
 
 MAX_BYTES = 1 << 32
-"""Of all files that a model names, together; the largest chunk that a GLB can have."""
+"""Of a file, and of all files that it names, together; the largest chunk that a GLB can have."""
 
 
 def find_beside(model: Path, name: str) -> str:

@@ -15,6 +15,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from bobrossnet.adapters.beside import MAX_BYTES
+from bobrossnet.adapters.json import read_json
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.errors import InputError, InputTypeError, check_integer
 from bobrossnet.shapes.implicit import Implicit
@@ -56,7 +58,7 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
     ------
     InputError
         If the file can't be written, or the scene has a shape of a kind that files can't hold, or places, materials and
-        names of more than `MAX_HEADER` bytes.
+        names of more than `MAX_HEADER` bytes, or more than `MAX_BYTES` in all.
     """
     file = check_scene_path(path)
     numbers: dict[bytes, int] = {}
@@ -84,6 +86,8 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
         )
     data = layout({"shapes": kinds, "instances": instances}, tensors)
     _check_header(data, "scene: ")
+    if len(data) > MAX_BYTES:
+        raise InputError(f"scene: expected at most {MAX_BYTES:,} bytes, which can be read again, got {len(data):,}")
     write_whole(file, sealed(data))
 
 
@@ -102,6 +106,7 @@ def read_scene(file: Path) -> Scene:
     InputError
         If it is not a scene, is damaged, has another version, or holds something that scenes don't have.
     """
+    from safetensors import SafetensorError
     from safetensors.numpy import load
 
     data = file.read_bytes()
@@ -110,7 +115,11 @@ def read_scene(file: Path) -> Scene:
     _check_header(data)
     if data[DIGITS] != _checksum(data):
         raise InputError("expected a whole file, got one that was damaged or cut short: its checksum differs")
-    header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+    header = read_json(data[8 : 8 + int.from_bytes(data[:8], "little")])
+    try:
+        tensors = load(data)
+    except SafetensorError as error:
+        raise InputError(f"expected a safetensors file, got one that is not ({error})") from error
     metadata = header["__metadata__"]
     if metadata.get("format") != FORMAT:
         raise InputError(f"expected the format {FORMAT}, got {metadata.get('format')!r}")
@@ -118,11 +127,11 @@ def read_scene(file: Path) -> Scene:
         raise InputError(
             f"expected version {VERSION}, got {metadata.get('version')!r}; was it written by a newer release?"
         )
-    content = _fields("scene", json.loads(metadata["scene"]), "shapes", "instances")
+    content = _fields("scene", read_json(metadata.get("scene", "")), "shapes", "instances")
     instances = _list("instances", content["instances"])
     if len(instances) > MAX_INSTANCES:
         raise InputError(f"instances: expected at most {MAX_INSTANCES:,}, got {len(instances):,}")
-    shapes = _shapes(_list("shapes", content["shapes"]), load(data))
+    shapes = _shapes(_list("shapes", content["shapes"]), tensors)
     materials: dict[str, Material] = {}
     return Scene([_instance(f"instances[{i}]", item, shapes, materials) for i, item in enumerate(instances)])
 

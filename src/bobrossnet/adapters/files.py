@@ -18,6 +18,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.adapters.beside import MAX_BYTES
 from bobrossnet.adapters.container import ENDING as SCENE_ENDING
 from bobrossnet.adapters.container import read_scene
 from bobrossnet.adapters.geomdl import read_geomdl
@@ -258,12 +259,16 @@ def _errors_of_one_line(file: Path, kind: str) -> Iterator[None]:
 
 
 def _check_file(file: Path) -> None:
-    """Refuse anything but a file; a pipe, for example, could keep its reader waiting for ever."""
+    """Refuse anything but a file that can be read as a whole; a pipe, for example, could keep its reader waiting for
+    ever."""
     try:
         if not file.exists():
             raise InputError(f"expected a file, found nothing at {file}")
         if not file.is_file():
             raise InputError(f"expected a file, got a {'folder' if file.is_dir() else 'device'}")
+        size = file.stat().st_size
+        if size > MAX_BYTES:
+            raise InputError(f"expected a file of at most {MAX_BYTES:,} bytes, got {size:,}")
     except InputError:
         raise
     except (OSError, ValueError) as error:  # a name too long, a NUL in it, no permission

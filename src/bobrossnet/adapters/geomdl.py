@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.adapters.json import read_json
 from bobrossnet.adapters.messages import errors_at, warn_of
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
@@ -35,7 +35,7 @@ def read_geomdl(file: Path) -> list[Instance]:
     InputWarning
         How many surfaces lack their trims.
     """
-    shape = _get(json.loads(file.read_bytes()), "shape", dict)
+    shape = _get(read_json(file.read_bytes()), "shape", dict)
     kind, data = _get(shape, "type", str), _get(shape, "data", list)
     if kind == "curve":
         raise InputError("expected surfaces, got curves, which have no radius; bobrossnet.nurbs_curve gives them one")

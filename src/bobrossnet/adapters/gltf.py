@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+import binascii
 import io
 import json
 import struct
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
 
-from bobrossnet.adapters.beside import Beside
+from bobrossnet.adapters.beside import MAX_BYTES, Beside
+from bobrossnet.adapters.json import read_json
+from bobrossnet.adapters.messages import errors_at
 from bobrossnet.adapters.part import Part, counted, placed, trimesh_part
-from bobrossnet.errors import InputError
+from bobrossnet.errors import InputError, check_array, check_integer
 
 Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])  # (x, y, z) → (x, -z, y)
 FAN = 6
+LISTS = ("buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes")
+TYPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+SIZES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes of the component types
+PLACES = {"matrix": 16, "translation": 3, "rotation": 4, "scale": 3}
 DRAWN = (4, 5)  # the primitive modes that trimesh turns into triangles: triangles and strips
 
 
@@ -29,7 +37,7 @@ def read_gltf(file: Path) -> list[Part]:
         If it is compressed, quantised or larger than `MAX_ITEMS`, if its nodes do not form a tree, or if a file that
         belongs to it is missing or lies elsewhere.
     """
-    return _parts(json.loads(file.read_bytes()), _Buffers(file))
+    return _parts(read_json(file.read_bytes()), _Buffers(file))
 
 
 def read_glb(file: Path) -> list[Part]:
@@ -46,7 +54,8 @@ def read_glb(file: Path) -> list[Part]:
     size, length = struct.unpack("<8x2I", data[:16])  # of the file, and of the JSON in it
     if size > len(data) or 20 + length > size:
         raise InputError(f"expected {max(size, 20 + length):,} bytes, as its head says, got {len(data):,}")
-    tree = json.loads(data[20 : 20 + length])
+    tree = read_json(data[20 : 20 + length])
+    _check_lists(tree)
     buffers = _Buffers(file)
     # A buffer without a name is the chunk after the JSON, whose own head has eight bytes.
     buffers[""] = data[28 + length : size]
@@ -70,9 +79,16 @@ class _Buffers(dict[str, bytes]):
 def _parts(tree: dict[str, Any], buffers: _Buffers) -> list[Part]:
     from trimesh.exchange.gltf import load_gltf
 
+    _check_lists(tree)
+    _check_layout(tree)
     _check_accessors(tree)
     _check_nodes(tree)
-    loaded = load_gltf(io.BytesIO(json.dumps(tree).encode()), buffers, skip_materials=True)
+    try:
+        loaded = load_gltf(io.BytesIO(json.dumps(tree).encode()), buffers, skip_materials=True)
+    except AssertionError as error:
+        raise InputError("expected buffers that hold what the bufferViews say, got one that is shorter") from error
+    except binascii.Error as error:
+        raise InputError(f"expected buffers in base64, got something else ({error})") from error
     world = {loaded["base_frame"]: Z_UP}
     parts: list[Part] = []
     total = 0
@@ -84,6 +100,87 @@ def _parts(tree: dict[str, Any], buffers: _Buffers) -> list[Part]:
             total = counted(total, len(stored["faces"]) + len(stored["vertices"]))
             parts.append(placed(trimesh_part(stored), matrix))
     return parts
+
+
+def _check_lists(tree: Any) -> None:
+    """Refuse a tree whose top levels are not as the specification says."""
+    if not isinstance(tree, dict):
+        raise InputError(f"expected a glTF, which is an object, got {type(tree).__name__}")
+    asset = tree.get("asset")
+    version = asset.get("version") if isinstance(asset, dict) else None
+    if not (isinstance(version, str) and version.startswith("2.")):
+        raise InputError(f"asset: expected version 2.0, got {version}")
+    for name in LISTS:
+        items = tree.get(name, [])
+        if not (isinstance(items, list) and all(isinstance(item, dict) for item in items)):
+            raise InputError(f"{name}: expected a list of objects, got another")
+
+
+def _check_layout(tree: dict[str, Any]) -> None:
+    """Refuse what refers to something that isn't there."""
+
+    def index(what: str, value: Any, of: str) -> dict[str, Any]:
+        found: dict[str, Any] = tree.get(of, [])[check_integer(what, value, 0, len(tree.get(of, [])) - 1)]
+        return found
+
+    for i, buffer in enumerate(tree.get("buffers", [])):
+        if not isinstance(buffer.get("uri"), str):
+            raise InputError(f"buffers[{i}]: expected a uri, got {buffer.get('uri')}")
+    for i, view in enumerate(tree.get("bufferViews", [])):
+        with errors_at(f"bufferViews[{i}]"):
+            index("buffer", view.get("buffer"), "buffers")
+            check_integer("byteLength", view.get("byteLength"), 1, MAX_BYTES)
+            check_integer("byteOffset", view.get("byteOffset", 0), 0, MAX_BYTES)
+            check_integer("byteStride", view.get("byteStride", 4), 1, MAX_BYTES)
+    for i, accessor in enumerate(tree.get("accessors", [])):
+        with errors_at(f"accessors[{i}]"):
+            _check_accessor(accessor, index)
+    for i, mesh in enumerate(tree.get("meshes", [])):
+        with errors_at(f"meshes[{i}]"):
+            for primitive in _objects(mesh, "primitives"):
+                attributes = primitive.get("attributes")
+                if not isinstance(attributes, dict) or "POSITION" not in attributes:
+                    raise InputError("attributes: expected a POSITION, got none")
+                for name, value in attributes.items():
+                    index(name, value, "accessors")
+                if index("POSITION", attributes["POSITION"], "accessors")["type"] != "VEC3":
+                    raise InputError("POSITION: expected vectors of type VEC3, got another")
+                if "indices" in primitive:
+                    index("indices", primitive["indices"], "accessors")
+    for i, node in enumerate(tree.get("nodes", [])):
+        with errors_at(f"nodes[{i}]"):
+            for child in _integers(node, "children"):
+                index("children", child, "nodes")
+            check_integer("mesh", node.get("mesh", 0), 0, MAX_BYTES)  # one that isn't there is not seen
+            for name, length in PLACES.items():
+                check_array(name, node.get(name, [0] * length), (length,))
+    if "scenes" in tree:
+        for root in _integers(index("scene", tree.get("scene", 0), "scenes"), "nodes"):
+            index("nodes", root, "nodes")
+
+
+def _check_accessor(accessor: dict[str, Any], index: Callable[[str, Any, str], dict[str, Any]]) -> None:
+    kind, component = accessor.get("type"), accessor.get("componentType")
+    if kind not in [*TYPES] or component not in [*SIZES]:
+        raise InputError(f"expected a type such as VEC3 and a componentType such as 5126, got {kind} and {component}")
+    check_integer("count", accessor.get("count"), 0, 1 << 53)
+    check_integer("byteOffset", accessor.get("byteOffset", 0), 0, MAX_BYTES)
+    if "bufferView" in accessor:
+        index("bufferView", accessor["bufferView"], "bufferViews")
+
+
+def _objects(item: dict[str, Any], name: str) -> list[dict[str, Any]]:
+    values = item.get(name)
+    if not (isinstance(values, list) and all(isinstance(value, dict) for value in values)):
+        raise InputError(f"{name}: expected a list of objects, got another")
+    return values
+
+
+def _integers(item: dict[str, Any], name: str) -> list[Any]:
+    values = item.get(name, [])
+    if not isinstance(values, list):
+        raise InputError(f"{name}: expected a list, got {type(values).__name__}")
+    return values
 
 
 def _check_accessors(tree: dict[str, Any]) -> None:
@@ -102,10 +199,16 @@ def _check_accessors(tree: dict[str, Any]) -> None:
             if accessor.get("normalized"):
                 raise InputError("expected positions in floating point, got quantised ones")
             # Counted before they are read: many small primitives can share one large accessor.
-            total = counted(total, int(accessor["count"]))
-    for accessor in accessors:
+            total = counted(total, accessor["count"])
+    for i, accessor in enumerate(accessors):
         if "bufferView" not in accessor:
             accessor["count"] = 0  # trimesh would allocate as many zeros as the file asks for
+        elif accessor["count"]:
+            view = tree["bufferViews"][accessor["bufferView"]]
+            size = SIZES[accessor["componentType"]] * TYPES[accessor["type"]]
+            end = accessor.get("byteOffset", 0) + (accessor["count"] - 1) * view.get("byteStride", size) + size
+            if end > view["byteLength"]:
+                raise InputError(f"accessors[{i}]: expected {end:,} bytes in its view, got {view['byteLength']:,}")
 
 
 def _check_nodes(tree: dict[str, Any]) -> None:

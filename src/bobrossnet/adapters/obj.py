@@ -13,7 +13,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.adapters.messages import one_line
 from bobrossnet.adapters.part import Part, fan
+from bobrossnet.errors import InputError
+
+INDEX = re.compile(rb"[-+]?[0-9]+")
+MOST = 1 << 31  # beyond any file's
+FAR = 20  # digits of which nothing can be read but that it is as far
 
 
 def read_obj(file: Path) -> list[Part]:
@@ -21,7 +27,7 @@ def read_obj(file: Path) -> list[Part]:
 
     Raises
     ------
-    ValueError
+    InputError
         If a number isn't one.
     """
     points: list[list[bytes]] = []
@@ -52,18 +58,23 @@ def read_obj(file: Path) -> list[Part]:
     return [Part(
         _picked(points, at) if len(triangles) else _numbers(points),
         triangles,
-        _picked(normals, towards) if (towards >= 0).any() else None,
+        _picked(normals, towards) if len(_numbers(normals)) and (towards >= 0).any() else None,
     )]  # fmt: skip
 
 
 def _index(word: bytes, count: int) -> int:
     """Count from 0; -1 if there is no such item. Below 0 counts back from the last one read so far."""
-    number = int(word)
-    return number - 1 if number >= 0 else max(count + number, -1)
+    if not INDEX.fullmatch(word):
+        raise InputError(f"expected corners of faces such as 3, 3/1 or 3//2, got {one_line(word.decode('latin-1'))!r}")
+    number = int(word) if len(word) < FAR else MOST
+    return min(number, MOST) - 1 if number >= 0 else max(count + number, -1)
 
 
 def _numbers(rows: list[list[bytes]]) -> NDArray[np.float64]:
-    return np.array(rows, dtype=np.float64).reshape(-1, 3)
+    try:
+        return np.array(rows, dtype=np.float64).reshape(-1, 3)
+    except ValueError as error:
+        raise InputError(f"expected numbers, got others ({error})") from error
 
 
 def _picked(rows: list[list[bytes]], at: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
+from bobrossnet.adapters.apart import limit
 from bobrossnet.adapters.beside import find_beside
 from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed
 from bobrossnet.errors import InputError
@@ -56,15 +58,20 @@ MAX_GAP = 1e-3
 ON_BORDER = 1e-6
 
 
+@np.errstate(all="ignore")  # damaged files have numbers that are not finite, which are refused later on
 def read_assembly(kind: str, file: str) -> Assembly:
     """All that a STEP or IGES file holds. Prints to stdout, and may crash."""
+    limit(_size(file))
     reader = STEPCAFControl_Reader() if kind == "STEP" else IGESCAFControl_Reader()
     reader.SetNameMode(True)
     reader.SetColorMode(True)
     if reader.ReadFile(file) != IFSelect_ReturnStatus.IFSelect_RetDone:
         raise InputError(f"expected {'a STEP' if kind == 'STEP' else 'an IGES'} file, got one that can't be parsed")
     if kind == "STEP":
-        _check_parts_beside(Path(file), reader.ChangeReader(), set())
+        parts: set[Path] = set()
+        _check_parts_beside(Path(file), reader.ChangeReader(), parts)
+        if len(parts) > 1:
+            limit(sum(map(_size, parts)))
     XCAFDoc_ShapeTool.SetAutoNaming_s(False)  # only names from the file
     document = TDocStd_Document(TCollection_ExtendedString("BinXCAF"))
     reader.Transfer(document)  # its answer is no more than that something was there
@@ -76,6 +83,10 @@ def read_assembly(kind: str, file: str) -> Assembly:
         held = ", ".join(f"{name} ({count:,})" for name, count in walk.others.items() if count)
         raise InputError(f"expected faces, got {held or 'nothing that OpenCascade knows'}")
     return Assembly(walk.parts, walk.placed, walk.dropped, walk.total)
+
+
+def _size(file: str | Path) -> int:
+    return os.stat(file).st_size
 
 
 def _check_parts_beside(file: Path, reader: STEPControl_Reader, visited: set[Path]) -> None:

@@ -21,6 +21,7 @@ TYPES = {
     "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "int64": "i8", "uint64": "u8",
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
 }  # fmt: skip
+CORNERS = ("vertex_indices", "vertex_index")
 ORDERS = {"ascii": "<", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
@@ -64,7 +65,10 @@ def read_ply(file: Path) -> list[Part]:
     tables: dict[str, Table] = {}
     at = 0
     for element in elements:
-        tables[element.name], at = _table(data, at, element)
+        table, at = _table(data, at, element)
+        # Coordinates are single numbers, and corners are lists: whatever else has their names is something else.
+        lists = {prop.name for prop in element.properties if prop.length is not None}
+        tables[element.name] = {name: table[name] for name in table if (name in lists) == (name in CORNERS)}
 
     vertex = tables.get("vertex", {})
     if not {"x", "y", "z"} <= vertex.keys():
@@ -74,7 +78,7 @@ def read_ply(file: Path) -> list[Part]:
     triangles = [np.empty((0, 3), np.int64)]
     for name, cut in (("face", fan), ("tristrips", _unstripped)):
         table = tables.get(name, {})
-        corners = table.get("vertex_indices", table.get("vertex_index"))
+        corners = next((table[name] for name in CORNERS if name in table), None)
         if corners is not None and len(corners.values):
             triangles.append(cut(corners.lengths, corners.values.astype(np.int64)))
     return [Part(vertices, np.concatenate(triangles), normals)]
@@ -109,14 +113,15 @@ def _header(data: bytes) -> tuple[list[Element], int, bool]:
     if end is None:
         raise InputError("expected a PLY header that ends in end_header, got none")
     form, elements = "", list[Element]()
-    for words in (line.split() for line in data[: end.start()].decode("latin-1").splitlines()):
+    for words in (line.split() for line in re.split("\r\n|\r|\n", data[: end.start()].decode("latin-1"))):
         if words[:1] == ["format"] and len(words) > 1:
             form = words[1]
         elif words[:1] == ["element"] and len(words) == 3:
-            elements.append(Element(words[1], int(words[2]), []))
-        elif words[:1] == ["property"] and elements and len(words) in (3, 5):
-            *length, dtype = [_dtype(word, form) for word in words[1:-1] if word != "list"]
-            elements[-1].properties.append(Property(words[-1], dtype, length[0] if length else None))
+            elements.append(Element(words[1], _integer(words[2]), []))
+        elif words[:1] == ["property"] and elements and len(words) == 5 and words[1] == "list":
+            elements[-1].properties.append(Property(words[4], _dtype(words[3], form), _dtype(words[2], form)))
+        elif words[:1] == ["property"] and elements and len(words) == 3:
+            elements[-1].properties.append(Property(words[2], _dtype(words[1], form), None))
     elements = [element for element in elements if element.properties]
     if form not in ORDERS:
         raise InputError(f"expected a PLY of format ascii or binary, got {form or 'none'}")
@@ -129,6 +134,12 @@ def _header(data: bytes) -> tuple[list[Element], int, bool]:
         declared = ", ".join(f"{e.rows:,} {e.name}" for e in elements)
         raise InputError(f"expected {declared}, got only {left:,} bytes to hold them")
     return elements, end.end(), text
+
+
+def _integer(word: str) -> int:
+    if not re.fullmatch("[-+]?[0-9]{1,18}", word):
+        raise InputError(f"expected a whole number, got {word[:40]!r}")
+    return int(word)
 
 
 def _dtype(word: str, form: str) -> np.dtype[Any]:
@@ -151,11 +162,14 @@ def _binary(text: bytes, elements: list[Element]) -> bytes:
             if any(lists):
                 end = 0
                 for is_list in lists:
-                    end += 1 + (max(int(words[end]), 0) if is_list and end < len(words) else 0)
+                    end += 1 + (max(_integer(words[end].decode("latin-1")), 0) if is_list and end < len(words) else 0)
             if len(words) < end:
                 raise InputError(f"expected {element.rows:,} {element.name}, got {row:,} and a bit")
             kept += words[:end]
-    return np.array(kept, dtype="<f8").tobytes()
+    try:
+        return np.array(kept, dtype="<f8").tobytes()
+    except ValueError as error:
+        raise InputError(f"expected numbers, got others ({error})") from error
 
 
 def _table(data: bytes, at: int, element: Element) -> tuple[Table, int]:

@@ -16,11 +16,10 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.adapters.apart import call_apart
+from bobrossnet.adapters.apart import call_apart, limit
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.adapters.opennurbs import brep_loops
 from bobrossnet.errors import InputError, InputWarning
-from bobrossnet.machine import limit_memory
 from bobrossnet.shapes.affine import IDENTITY, Matrix
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep, Face, Loop, TrimCurve
@@ -50,10 +49,6 @@ BETWEEN = np.array([[125, 75, 15, 1], [27, 81, 81, 27], [1, 15, 75, 125]]) / 216
 
 # The most that edges of neighbouring faces may be apart, in sizes of their object.
 MAX_GAP = 1e-3
-
-# Bytes that openNURBS may use: with a damaged count it would fill all of the memory, however long that takes.
-SPARE_MEMORY = 2**28
-MEMORY_PER_BYTE = 64
 
 WHITE = "#ffffff"
 UNCHOSEN = 0.02
@@ -92,7 +87,7 @@ def read_3dm(file: Path) -> list[Instance]:
 def read_apart(file: str) -> tuple[list[Instance], list[str]]:
     """What `read_3dm` returns and warns of, in a separate process: damaged files crash rhino3dm."""
     path = Path(file)
-    limit_memory(SPARE_MEMORY + MEMORY_PER_BYTE * path.stat().st_size)
+    limit(path.stat().st_size)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         instances = read_here(path)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +30,8 @@ def read_stl(file: Path) -> list[Part]:
     if len(data) == 84 + 50 * declared:
         loaded = load_stl_binary(io.BytesIO(bytes(80) + data[80:]))  # the header may hold anything
     elif data[:84].lstrip().lower().startswith(b"solid"):
-        loaded = load_stl_ascii(_ascii(data))
+        with _errors_of("facets of three vertices, each of three numbers"):
+            loaded = load_stl_ascii(_ascii(data))
     else:
         raise InputError(f"expected an STL of 84 + 50·n bytes for n triangles, got {len(data):,} bytes")
     solids = loaded["geometry"].values() if "geometry" in loaded else [loaded]
@@ -39,7 +42,18 @@ def read_off(file: Path) -> list[Part]:
     """The one mesh of an OFF."""
     from trimesh.exchange.off import load_off
 
-    return [trimesh_part(load_off(_ascii(file.read_bytes())))]
+    data = file.read_bytes()
+    with _errors_of("counts, vertices and faces, all of them numbers"):
+        return [trimesh_part(load_off(_ascii(data)))]
+
+
+@contextmanager
+def _errors_of(expected: str) -> Iterator[None]:
+    """What trimesh says of texts that it can't read, behind what it wants of them."""
+    try:
+        yield
+    except (ValueError, IndexError, TypeError, OverflowError, NameError) as error:
+        raise InputError(f"expected {expected}, got something else ({error})") from error
 
 
 def _ascii(data: bytes) -> io.BytesIO:

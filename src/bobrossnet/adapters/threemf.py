@@ -6,6 +6,8 @@ components, of which a file of a few lines can have 2ⁿ.
 
 from __future__ import annotations
 
+import zlib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import IO, NamedTuple, TypeAlias
 
@@ -40,6 +42,15 @@ def read_3mf(file: Path) -> list[Part]:
     InputError
         If there is no model in it, one that unpacks without end, an object that is missing, or too many.
     """
+    from zipfile import BadZipFile
+
+    try:
+        return _read_parts(file)
+    except (BadZipFile, zlib.error, OSError, EOFError, NotImplementedError) as error:
+        raise InputError(f"expected a zip file that can be unpacked, got another ({error})") from error
+
+
+def _read_parts(file: Path) -> list[Part]:
     from zipfile import ZipFile
 
     objects: dict[Key, Object] = {}
@@ -77,30 +88,31 @@ def read_3mf(file: Path) -> list[Part]:
 def _read_model(stream: IO[bytes], model: str, objects: dict[Key, Object]) -> list[Instance]:
     """Collect the objects of one model file into `objects`; return what it builds."""
     items: list[Instance] = []
-    points: list[tuple[str, str, str]] = []
-    corners: list[tuple[str, str, str]] = []
+    points: list[list[str]] = []
+    corners: list[list[str]] = []
     components: list[Instance] = []
     ids: list[str] = []
 
     def start(name: str, get: dict[str, str]) -> None:
         kind = _local(name)
         if kind == "vertex":
-            points.append((get["x"], get["y"], get["z"]))
+            points.append(_values(kind, get, "x", "y", "z"))
         elif kind == "triangle":
-            corners.append((get["v1"], get["v2"], get["v3"]))
+            corners.append(_values(kind, get, "v1", "v2", "v3"))
         elif kind in ("component", "item"):
             path = next((value for key, value in get.items() if _local(key) == "path"), model)
-            key = path.lower().strip("/"), get["objectid"]
+            (number,) = _values(kind, get, "objectid")
+            key = path.lower().strip("/"), number
             instance = Instance(key, _matrix(get.get("transform")))
             (components if kind == "component" else items).append(instance)
         elif kind == "object":
-            ids.append(get["id"])
+            ids.extend(_values(kind, get, "id"))
 
     def end(name: str) -> None:
         if _local(name) == "object":
             part = Part(
-                np.array(points, dtype=np.float64).reshape(-1, 3),
-                np.array(corners, dtype=np.float64).astype(np.int64).reshape(-1, 3),
+                _numbers(points).reshape(-1, 3),
+                _numbers(corners).astype(np.int64).reshape(-1, 3),
             )
             objects[model, ids.pop()] = Object(part, components.copy())
             for read in (points, corners, components):
@@ -115,9 +127,26 @@ def _local(name: str) -> str:
     return name.rpartition("}")[2]
 
 
+def _values(element: str, attributes: dict[str, str], *names: str) -> list[str]:
+    try:
+        return [attributes[name] for name in names]
+    except KeyError as error:
+        raise InputError(f"{element}: expected the attribute {error.args[0]}, got none") from error
+
+
+def _numbers(words: Iterable[str | list[str]]) -> NDArray[np.float64]:
+    try:
+        return np.array(words, dtype=np.float64)
+    except ValueError as error:
+        raise InputError(f"expected numbers, got others ({error})") from error
+
+
 def _matrix(text: str | None) -> NDArray[np.float64]:
     """Read the 12 numbers of a transform, which 3MF multiplies from the right."""
     matrix = np.eye(4)
     if text:
-        matrix[:3] = np.array(text.split(), dtype=np.float64).reshape(4, 3).T
+        numbers = _numbers(text.split())
+        if len(numbers) != 12:
+            raise InputError(f"transform: expected 12 numbers, got {len(numbers)}")
+        matrix[:3] = numbers.reshape(4, 3).T
     return matrix

@@ -33,11 +33,8 @@ def read_xml(
     Raises
     ------
     InputError
-        If the file has a document type, whose entities could grow without end, or exceeds the limits.
-    xml.etree.ElementTree.ParseError
-        If it is not XML.
+        If it is not XML, has a document type, whose entities could grow without end, or exceeds the limits.
     """
-    from xml.etree.ElementTree import ParseError
     from xml.parsers.expat import ExpatError, ParserCreate
 
     depth, left = 0, MANY
@@ -75,5 +72,5 @@ def read_xml(
             if total - parser.CurrentByteIndex > MAX_TAG:  # which is where what is unfinished starts
                 raise InputError(f"expected XML tags of at most {MAX_TAG:,} bytes, got a longer one")
         parser.Parse(b"", True)
-    except ExpatError as error:
-        raise ParseError(str(error)) from error
+    except (ExpatError, LookupError) as error:  # the latter of encodings
+        raise InputError(f"expected XML, got something else ({error})") from error

@@ -111,7 +111,7 @@ function polyline(points) {
 /** Control points with their weights. @param {any} spline @param {number} count @param {number} dimension */
 function readPoints(spline, count, dimension) {
   const fields = field(spline, "control_points"), points = list(fields, "points");
-  const weights = fields.weights === undefined ? points.map(() => 1) : list(fields, "weights");
+  const weights = fields.weights === undefined ? points.map(() => 1) : numbers(fields, "weights");
   for (const [name, values] of Object.entries({ points, weights })) {
     if (values.length !== count) throw new CoreError(`${name}: expected ${count}, got ${values.length}`);
   }
@@ -129,7 +129,7 @@ function checkPoint(point, dimension) {
 
 /** @param {any} spline @param {string} name @param {number} count */
 function readKnots(spline, name, count) {
-  const knots = list(spline, name);
+  const knots = numbers(spline, name);
   if (knots.length !== count) throw new CoreError(`${name}: expected ${count} knots, got ${knots.length}`);
   return knots;
 }
@@ -138,15 +138,15 @@ function readKnots(spline, name, count) {
 function tensors(faces) {
   const loops = faces.flatMap((face) => face.loops), curves = loops.flat();
   const integers = (/** @type {number[]} */ values) => Int32Array.from(values);
-  const numbers = (/** @type {number[]} */ values) => Float64Array.from(values);
+  const doubles = (/** @type {number[]} */ values) => Float64Array.from(values);
   return {
     faces: integers(faces.flatMap(({ size, degrees, loops }) => [...size, ...degrees, loops.length])),
-    control_points: numbers(faces.flatMap(({ points }) => points.flat())),
-    knots: numbers(faces.flatMap(({ knots }) => knots.flat())),
+    control_points: doubles(faces.flatMap(({ points }) => points.flat())),
+    knots: doubles(faces.flatMap(({ knots }) => knots.flat())),
     loops: integers(loops.map((loop) => loop.length)),
     trims: integers(curves.flatMap(({ points, degree }) => [points.length, degree])),
-    trim_control_points: numbers(curves.flatMap(({ points }) => points.flat())),
-    trim_knots: numbers(curves.flatMap(({ knots }) => knots)),
+    trim_control_points: doubles(curves.flatMap(({ points }) => points.flat())),
+    trim_knots: doubles(curves.flatMap(({ knots }) => knots)),
   };
 }
 
@@ -161,6 +161,13 @@ function field(value, name) {
 
 /** @param {any} value @param {string} name @returns {any[]} */
 const list = (value, name) => checkList(name, field(value, name));
+
+/** @param {any} value @param {string} name @returns {number[]} */
+function numbers(value, name) {
+  const found = list(value, name), other = found.find((each) => typeof each !== "number");
+  if (other !== undefined) throw new CoreError(`${name}: expected lists of numbers, got ${brief(other)}`);
+  return found;
+}
 
 /** @param {any} value @param {string} name @returns {string} */
 function text(value, name) {

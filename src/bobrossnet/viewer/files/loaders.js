@@ -1,7 +1,7 @@
 // @ts-check
 /** STL and GLB, parsed by loaders of three.js, which are only fetched for such files. */
 
-import { CoreError, brief } from "../core/errors.js";
+import { CoreError, brief, checkInteger } from "../core/errors.js";
 import { IDENTITY, UPRIGHT, product } from "../shapes/affine.js";
 import { textOf } from "./text.js";
 
@@ -9,6 +9,9 @@ import { textOf } from "./text.js";
 
 /** Copies of one mesh can be many; this many vertices and triangles still fit into the memory of a page. */
 const MAX_ITEMS = 50_000_000;
+
+const TYPES = ["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"];
+const COMPONENTS = [5120, 5121, 5122, 5123, 5125, 5126];
 
 /** A new loader of three.js. @param {"STLLoader" | "GLTFLoader"} name @returns {Promise<any>} */
 async function loaderOf(name) {
@@ -39,10 +42,13 @@ export async function readGlb(bytes) {
   }
   const size = Math.max(view.getUint32(8, true), 20 + view.getUint32(12, true));
   if (size > bytes.byteLength) throw new CoreError(`expected ${size} bytes, as its head says, got ${bytes.byteLength}`);
+  checkAsset(JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 20, view.getUint32(12, true)))));
   const { Material } = await import("./three.js");
   const loader = await loaderOf("GLTFLoader");
   loader.register((/** @type {any} */ parser) => {
+    prepareScenes(parser.json);
     checkNodes(parser.json);
+    checkAccessors(parser.json);
     checkBuffers(parser.json);
     return { name: "shapes alone", loadMaterial: async () => new Material() };  // so that no picture is fetched
   });
@@ -71,6 +77,39 @@ function checkBuffers({ buffers = [] }) {
   for (const { uri } of buffers) {
     if (uri !== undefined) throw new CoreError(`expected its data within the file, got it at ${brief(uri)}`);
   }
+}
+
+/** Refuses what three.js would end at before it asks. @param {any} json */
+function checkAsset({ asset }) {
+  if (!/^2\./.test(asset?.version)) throw new CoreError(`asset: expected version 2.0, got ${asset?.version}`);
+}
+
+/**
+ * Shows all nodes where there is no scene, and leaves out cameras, which may be damaged.
+ *
+ * @param {any} json
+ */
+function prepareScenes(json) {
+  const { nodes = [] } = json, children = new Set(nodes.flatMap((/** @type {any} */ node) => node.children ?? []));
+  json.scenes ??= [{ nodes: [...nodes.keys()].filter((node) => !children.has(node)) }];
+  for (const node of nodes) delete node.camera;
+}
+
+/**
+ * Refuses what three.js would take for numbers of some kind.
+ *
+ * @param {any} json
+ */
+function checkAccessors({ accessors = [] }) {
+  accessors.forEach((/** @type {any} */ { type, componentType, count }, /** @type {number} */ i) => {
+    if (!TYPES.includes(type) || !COMPONENTS.includes(componentType)) {
+      const got = `${brief(type)} and ${brief(componentType)}`;
+      throw new CoreError(
+        `accessors[${i}]: expected a type such as VEC3 and a componentType such as 5126, got ${got}`,
+      );
+    }
+    checkInteger(`accessors[${i}]: count`, count, 0, Number.MAX_SAFE_INTEGER);
+  });
 }
 
 /**

@@ -8,9 +8,10 @@
  */
 
 import { Growing } from "./part.js";
-import { textOf } from "./text.js";
+import { CoreError } from "../core/errors.js";
+import { numberOf, textOf } from "./text.js";
 
-const TAB = 9, SPACE = 32, HASH = 35, MINUS = 45, SLASH = 47, ZERO = 48, NINE = 57, F = 102, N = 110, V = 118;
+const TAB = 9, RETURN = 13, SPACE = 32, PLUS = 43, MINUS = 45, SLASH = 47, ZERO = 48, NINE = 57, F = 102, N = 110, V = 118;
 
 /** @param {ArrayBuffer} bytes @returns {import("./part.js").Part[]} */
 export function readObj(bytes) {
@@ -28,11 +29,16 @@ export function readObj(bytes) {
   return [{ ...part, vertices, normals: picked(normals.whole(), pairs.normals.whole()) }];
 }
 
+/** @param {number} character */
+const isSpace = (character) => character === SPACE || (character >= TAB && character <= RETURN);
+
 /** The words of a text, line by line; none is stored. */
 class Words {
   #text;
   #at = 0;
-  #end = -1;
+  #end = -1;  // of the line
+  #stop = 0;  // where its comment begins, or it ends
+  #hash = -1;  // the first beyond where the line begins
 
   /** @param {string} text */
   constructor(text) {
@@ -45,6 +51,11 @@ class Words {
     if (this.#at >= this.#text.length) return false;
     const end = this.#text.indexOf("\n", this.#at);
     this.#end = end < 0 ? this.#text.length : end;
+    if (this.#hash < this.#at) {
+      const hash = this.#text.indexOf("#", this.#at);
+      this.#hash = hash < 0 ? Infinity : hash;
+    }
+    this.#stop = Math.min(this.#end, this.#hash);
     this.#skipSpace();
     return true;
   }
@@ -53,7 +64,7 @@ class Words {
   are(...characters) {
     for (let i = 0; i < characters.length; ++i) if (this.#text.charCodeAt(this.#at + i) !== characters[i]) return false;
     const after = this.#text.charCodeAt(this.#at + characters.length);
-    if (after !== SPACE && after !== TAB) return false;
+    if (!isSpace(after)) return false;
     this.#at += characters.length;
     this.#skipSpace();
     return true;
@@ -61,37 +72,48 @@ class Words {
 
   /** Whether a comment or the line's end comes next. */
   get ended() {
-    return this.#at >= this.#end || this.#text.charCodeAt(this.#at) === HASH;
+    return this.#at >= this.#stop;
   }
 
-  /** The word as a number; NaN if it is not one. */
-  number() {
+  /** The word that comes next, empty if there is none. */
+  word() {
     const start = this.#at;
     this.#skipWord();
-    const number = start < this.#at ? Number(this.#text.slice(start, this.#at)) : NaN;
+    const word = this.#text.slice(start, this.#at);
     this.#skipSpace();
-    return number;
+    return word;
   }
 
   /** The digits that come next as an index, from 0 on; -1 if there is no such item. @param {number} count */
   index(count) {
-    const negative = this.#text.charCodeAt(this.#at) === MINUS;
-    if (negative) ++this.#at;
+    const start = this.#at, first = this.#text.charCodeAt(start), negative = first === MINUS;
+    if (negative || first === PLUS) ++this.#at;
+    const digits = this.#at;
     let number = 0;
-    for (; this.#at < this.#end; ++this.#at) {
+    for (; this.#at < this.#stop; ++this.#at) {
       const digit = this.#text.charCodeAt(this.#at);
       if (digit < ZERO || digit > NINE) break;
       number = 10 * number + digit - ZERO;
+    }
+    if (digits === this.#at || !this.#ends(this.#at)) {
+      this.#skipWord();
+      const word = this.#text.slice(start, this.#at).split("/", 1)[0];
+      throw new CoreError(`expected corners of faces such as 3, 3/1 or 3//2, got '${word.slice(0, 40)}'`);
     }
     const index = negative ? count - number : number - 1;
     return number > 0 && index < 2 ** 31 ? Math.max(index, -1) : -1;
   }
 
+  /** Whether the part of a corner that comes next is empty. */
+  get empty() {
+    return this.#ends(this.#at);
+  }
+
   /** Goes behind the next slash of the word. @returns {boolean} whether it has one */
   slash() {
-    while (this.#at < this.#end) {
+    while (this.#at < this.#stop) {
       const character = this.#text.charCodeAt(this.#at);
-      if (character === SPACE || character === TAB) return false;
+      if (isSpace(character)) return false;
       ++this.#at;
       if (character === SLASH) return true;
     }
@@ -104,17 +126,23 @@ class Words {
     this.#skipSpace();
   }
 
+  /** Whether a part of a corner ends at a place. @param {number} at */
+  #ends(at) {
+    const character = this.#text.charCodeAt(at);
+    return at >= this.#stop || character === SLASH || isSpace(character);
+  }
+
   #skipWord() {
-    for (; this.#at < this.#end; ++this.#at) {
+    for (; this.#at < this.#stop; ++this.#at) {
       const character = this.#text.charCodeAt(this.#at);
-      if (character === SPACE || character === TAB) return;
+      if (isSpace(character)) return;
     }
   }
 
   #skipSpace() {
-    for (; this.#at < this.#end; ++this.#at) {
+    for (; this.#at < this.#stop; ++this.#at) {
       const character = this.#text.charCodeAt(this.#at);
-      if (character !== SPACE && character !== TAB) return;
+      if (!isSpace(character)) return;
     }
   }
 }
@@ -142,7 +170,8 @@ class Pairs {
 
 /** @param {Words} words @param {Growing<Float64Array>} vectors */
 function pushVector(words, vectors) {
-  for (let axis = 0; axis < 3; ++axis) vectors.push(words.number());
+  const x = words.word(), y = words.word(), z = words.word();
+  for (const word of [x, y, z]) vectors.push(z ? numberOf(word) : NaN);
 }
 
 /**
@@ -157,7 +186,8 @@ function pushVector(words, vectors) {
 function pushPolygon(words, points, normals, pairs, triangles) {
   for (let corner = 0, first = 0, previous = 0; !words.ended; ++corner, words.next()) {
     const point = words.index(points);
-    const vertex = pairs ? pairs.vertex(point, words.slash() && words.slash() ? words.index(normals) : -1) : point;
+    const normal = words.slash() && words.slash() && !words.empty ? words.index(normals) : -1;
+    const vertex = pairs ? pairs.vertex(point, normal) : point;
     if (corner > 1) triangles.push(first), triangles.push(previous), triangles.push(vertex);
     if (corner === 0) first = vertex;
     previous = vertex;

@@ -14,7 +14,7 @@
 
 import { CoreError, brief } from "../core/errors.js";
 import { Growing } from "./part.js";
-import { textOf, wordsOfLines } from "./text.js";
+import { numberOf, textOf, wordsOfLines } from "./text.js";
 
 /** @typedef {import("./part.js").Part} Part */
 
@@ -30,6 +30,7 @@ const TYPES = {
   float: "f4", float32: "f4", double: "f8", float64: "f8",
 };
 const FORMATS = ["ascii", "binary_little_endian", "binary_big_endian"];
+const CORNERS = ["vertex_indices", "vertex_index"];
 const HEADER = 1 << 20;
 
 /** @param {ArrayBuffer} bytes @returns {Part[]} */
@@ -68,7 +69,7 @@ export function readPly(bytes) {
 
 /** @param {Element} element @param {...string} names */
 function has(element, ...names) {
-  return names.every((name) => element.properties.some((property) => property.name === name));
+  return names.every((name) => element.properties.some((own) => own.name === name && own.length === null));
 }
 
 // ---- Header ----------------------------------------------------------------------------------------------
@@ -90,11 +91,15 @@ function readHeader(bytes) {
   const elements = [];
   for (const [word, ...words] of wordsOfLines(text.slice(0, found.index).replace(/\r\n?/g, "\n"))) {
     if (word === "format") format = words[0];
-    else if (word === "element") elements.push({ name: words[0], rows: Number(words[1]), properties: [] });
-    else if (word === "property" && elements.length && (words.length === 2 || words.length === 4)) {
-      const types = words.slice(0, -1).filter((type) => type !== "list").map((type) => typeOf(type, format));
-      const [type, length] = types.reverse();
-      elements[elements.length - 1].properties.push({ name: words[words.length - 1], type, length: length ?? null });
+    else if (word === "element" && words.length === 2) {
+      elements.push({ name: words[0], rows: integerOf(words[1]), properties: [] });
+    } else if (word === "property" && elements.length) {
+      const [name, type, length, list] = words.toReversed(), { properties } = elements[elements.length - 1];
+      if (words.length === 4 && list === "list") {
+        properties.push({ name, type: typeOf(type, format), length: typeOf(length, format) });
+      } else if (words.length === 2) {
+        properties.push({ name, type: typeOf(type, format), length: null });
+      }
     }
   }
   if (!FORMATS.includes(format)) {
@@ -144,7 +149,7 @@ function binary(bytes, start, elements) {
     for (let row = 0; row < rows; ++row) {
       const { value: words = [] } = lines.next();
       let count = 0;
-      for (const { length } of properties) count += 1 + (length === null ? 0 : Math.max(0, Number(words[count] ?? 0)));
+      for (const { length } of properties) count += 1 + (length === null ? 0 : Math.max(0, integerOf(words[count] ?? "0")));
       if (!(words.length >= count)) throw new CoreError(`expected ${rows} ${name}, got ${row} and a bit`);
       for (let i = 0; i < count; ++i) numbers.push(numberOf(words[i]));
     }
@@ -154,12 +159,9 @@ function binary(bytes, start, elements) {
 }
 
 /** @param {string} word */
-function numberOf(word) {
-  const number = Number(word);
-  if (!Number.isNaN(number)) return number;
-  if (/^[-+]?nan$/i.test(word)) return NaN;
-  if (!/^[-+]?inf(inity)?$/i.test(word)) throw new CoreError(`expected a number, got ${brief(word)}`);
-  return word.startsWith("-") ? -Infinity : Infinity;
+function integerOf(word) {
+  if (!/^[-+]?[0-9]{1,18}$/.test(word)) throw new CoreError(`expected a whole number, got '${word.slice(0, 40)}'`);
+  return Number(word);
 }
 
 /**
@@ -174,10 +176,12 @@ function numberOf(word) {
 function readRows(view, at, little, element, columns, onList) {
   if (element.properties.every(({ length }) => length === null)) return readScalars(view, at, little, element, columns);
   let corners = new Int32Array(64);
+  const lists = element.properties.filter(({ length }) => length !== null).map(({ name }) => name);
+  const ofCorners = CORNERS.find((name) => lists.includes(name));
   const plan = element.properties.map(({ name, type, length }) => {
     const [size, get] = KINDS[type], [lengthSize, getLength] = length ? KINDS[length] : [0, get];
     const [array, axis] = Object.hasOwn(columns, name) ? columns[name] : [null, 0];
-    const isList = length !== null, wanted = /^vertex_ind(ices|ex)$/.test(name);
+    const isList = length !== null, wanted = name === ofCorners;
     return { size, get, array, axis, isList, lengthSize, getLength, wanted };
   });
   for (let row = 0; row < element.rows; ++row) {

@@ -1,6 +1,8 @@
 // @ts-check
 /** Text files, line by line. */
 
+import { CoreError, brief } from "../core/errors.js";
+
 /**
  * Text of whatever encoding: what is not UTF-8 in names and comments does not matter.
  *
@@ -9,6 +11,20 @@
 export function textOf(bytes) {
   const text = new TextDecoder().decode(bytes);
   return text.includes("\r") ? text.replace(/\r\n?/g, "\n") : text;
+}
+
+const NINE = 57;
+
+/** A number, as Python reads them. @param {string} word */
+export function numberOf(word) {
+  const number = Number(word);
+  // 0x10 and the like, which are no decimals, have a letter second; so has 1e3.
+  if (!Number.isNaN(number) && !(word.charCodeAt(1) > NINE && /^0[box]/i.test(word))) return number;
+  if (/^[-+]?nan$/i.test(word)) return NaN;
+  if (/^[-+]?inf(inity)?$/i.test(word)) return word.startsWith("-") ? -Infinity : Infinity;
+  const grouped = word.replace(/([0-9])_(?=[0-9])/g, "$1");  // 1_000
+  if (grouped === word) throw new CoreError(`expected numbers, got others (${brief(word)})`);
+  return numberOf(grouped);
 }
 
 /**
