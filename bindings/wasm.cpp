@@ -37,6 +37,7 @@ struct Shape {
     std::vector<bob::Mesh::Point> vertices = {};
     std::vector<bob::Triangle> triangles = {};
     std::vector<bob::Vec3> normals = {};
+    bool is_coarse = false;
 };
 
 static_assert(sizeof(bob::Material) == 7 * sizeof(double), "the page has seven numbers");
@@ -64,7 +65,8 @@ Shape* surface_of(const bob::Expression& formula, const bob::Bounds& box) {
     for (int axis = 0; axis < 3; ++axis) expect(box.low[axis] < box.high[axis], "bounds: expected each low below its high");
     auto shape = std::make_shared<const bob::Implicit>(formula, box);
     expect(!shape->cells().cells().empty(), "shape: expected a surface within the bounds, got none");
-    return new Shape{std::move(shape)};
+    const bool is_coarse = shape->cells().is_coarse();
+    return new Shape{.core = std::move(shape), .is_coarse = is_coarse};
 }
 
 bob::Bounds corners(const double* bounds) {
@@ -196,7 +198,9 @@ Shape* make_brep(const std::int32_t* faces, std::size_t face_count, const double
                 }
             }
         }
-        return new Shape{std::make_shared<const bob::Brep>(bob::Brep::of_weighted_points(std::move(converted), tolerance))};
+        auto shape = std::make_shared<const bob::Brep>(bob::Brep::of_weighted_points(std::move(converted), tolerance));
+        const bool is_coarse = shape->pieces().is_coarse;
+        return new Shape{.core = std::move(shape), .is_coarse = is_coarse};
     });
 }
 
@@ -209,6 +213,9 @@ Shape* make_tube(const double* control_points, std::int32_t count, const double*
             {degree, std::move(curve_knots), take_points<4>(control_points, static_cast<std::size_t>(count))}))};
     });
 }
+
+/// Whether building it reached its budget of work (work.h).
+EXPORT(is_coarse) bool is_coarse(const Shape* shape) { return shape->is_coarse; }
 
 /// Scenes that have it keep it.
 EXPORT(free_shape) void free_shape(Shape* shape) { delete shape; }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <vector>
 
 #include "formula/expression.h"
 
@@ -153,6 +154,24 @@ bool opposite(Term a, Term b) {
     return sums && about(a.operand(1).constant(), -b.operand(1).constant()) && opposite(a.operand(0), b.operand(0));
 }
 
+/// A sum of more squares keeps its root, so that no sum takes long; a vector has three.
+constexpr std::size_t max_squares = 64;
+
+bool has_few_summands(Term sum) {
+    std::vector<Value> open{sum.value};
+    for (std::size_t summands = 0; !open.empty();) {
+        const Term part{sum.graph, open.back()};
+        open.pop_back();
+        if (part.is(Op::add)) {
+            open.insert(open.end(), {part.operand(0).value, part.operand(1).value});
+        } else {
+            ++summands;
+        }
+        if (summands + open.size() > max_squares) return false;
+    }
+    return true;
+}
+
 /// The root of a sum of squares as a chain of hypot; false where a summand is not a square.
 bool root_of_squares(Term sum, Value& chain, bool& started) {
     if (sum.is(Op::add)) {
@@ -196,7 +215,7 @@ Value Graph::unary(Op op, Value value, double exponent) {
             if (a.is(Op::square)) return abs(a.operand(0).value);
             Value chain;
             bool started = false;
-            if (a.is(Op::add) && root_of_squares(a, chain, started)) return chain;
+            if (a.is(Op::add) && has_few_summands(a) && root_of_squares(a, chain, started)) return chain;
             break;
         }
         case Op::power:

@@ -140,6 +140,7 @@ public:
         // within some units, errors stay below 2^-21 units.
         const float pad = extent * 0x1p-19f;
         parallel_for(boxes.size(), 16384, [&](std::size_t begin, std::size_t end) {
+            Interruption::check();
             for (std::size_t i = begin; i < end; ++i) {
                 const Vec3 margin{pad, pad, pad};
                 primitives_[i] = {static_cast<std::uint32_t>(i), boxes[i].low - margin, boxes[i].high + margin};
@@ -156,7 +157,10 @@ private:
     /// Large ranges are split level by level, then small ones with all that is below them: both side by side.
     std::vector<BinaryNode> split_whole() {
         Extent whole;
-        for (const Primitive& p : primitives_) whole.extend(p);
+        for (std::size_t i = 0; i < primitives_.size(); ++i) {
+            if (i % 32768 == 0) Interruption::check();
+            whole.extend(primitives_[i]);
+        }
         std::vector<BinaryNode> nodes{{whole, 0, static_cast<std::uint32_t>(primitives_.size()), 0}};
         std::vector<std::size_t> small;
         for (std::size_t level = 0; level < nodes.size();) {

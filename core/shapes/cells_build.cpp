@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
@@ -48,6 +49,22 @@ std::vector<std::uint8_t> signature(const Tape& tape, std::span<const Decision> 
         if (!first || !is_rounding(op)) continue;
         const auto value = std::bit_cast<std::array<std::uint8_t, 4>>(d.value[lane]);
         result.insert(result.end(), value.begin(), value.end());
+    }
+    return result;
+}
+
+/// Of each decision, whether it is a select's and what it asks for is always a number.
+std::vector<bool> certain_selects(const Tape& tape) {
+    const std::vector<Node>& nodes = tape.expression().nodes();
+    std::vector<bool> total(nodes.size());  // whether numbers give a number
+    std::vector<bool> result;
+    result.reserve(tape.decisions().size());
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        const Op op = nodes[i].op;
+        total[i] = op != Op::sqrt && op != Op::log && op != Op::asin && op != Op::acos && op != Op::divide &&
+                   op != Op::modulo;
+        for (int k = 0; k < operands(op); ++k) total[i] = total[i] && total[nodes[i].operand[k]];
+        if (is_decision(op)) result.push_back(op == Op::select && total[nodes[i].operand[0]]);
     }
     return result;
 }
@@ -164,21 +181,12 @@ private:
         return boxes;
     }
 
-    /// Takes back what a box decided, but for the branches of selects that always know which one to take.
-    void forget_extremes(const Tape& tape, int lane) {
-        const std::vector<Node>& nodes = tape.expression().nodes();
-        std::vector<bool> total(nodes.size());  // whether numbers give a number
-        std::size_t next = 0;
-        for (std::size_t i = 0; i < nodes.size(); ++i) {
-            const Op op = nodes[i].op;
-            total[i] = op != Op::sqrt && op != Op::log && op != Op::asin && op != Op::acos && op != Op::divide &&
-                       op != Op::modulo;
-            for (int k = 0; k < operands(op); ++k) total[i] = total[i] && total[nodes[i].operand[k]];
-            if (!is_decision(op)) continue;
-            Decision& decision = decisions_[next++];
-            if (op == Op::select && total[nodes[i].operand[0]]) continue;
-            decision.first &= ~(1u << lane);
-            decision.second &= ~(1u << lane);
+    /// Takes back what boxes decided, but for the branches of selects that always know which one to take.
+    void forget_extremes(const std::vector<bool>& is_certain, std::uint32_t lanes) {
+        for (std::size_t i = 0; i < decisions_.size(); ++i) {
+            if (is_certain[i]) continue;
+            decisions_[i].first &= ~lanes;
+            decisions_[i].second &= ~lanes;
         }
     }
 
@@ -292,17 +300,22 @@ std::vector<Cells::Builder::Child> Cells::Builder::occupied(const TapePtr& paren
     const std::uint64_t units = units_of(tape.code());
     std::vector<Child> children;
     std::vector<std::pair<std::vector<std::uint8_t>, TapePtr>> known;
+    std::optional<std::vector<bool>> is_certain;
     for (int start = 0; start < 64; start += kernels.lanes) {
         int index[max_lanes];
         for (int lane = 0; lane < kernels.lanes; ++lane) index[lane] = start + lane;
         BoxBatch boxes = boxes_of(at, level, index, kernels.lanes);
         work_.spend(static_cast<std::uint64_t>(kernels.lanes) * units);
         kernels.bounds(tape.code(), boxes, decisions_.data(), memory);
+        // The greater of two that is never taken may still be NaN, and so make all of the formula NaN.
+        if (boxes.partly) {
+            if (!is_certain) work_.spend(tape.expression().nodes().size()), is_certain = certain_selects(tape);
+            forget_extremes(*is_certain, boxes.partly);
+        }
         for (int lane = 0; lane < kernels.lanes; ++lane) {
             if (!may_change_sign(boxes, lane)) continue;
             Child child{index[lane], parent, smooth};
-            // The greater of two that is never taken may still be NaN, and so make all of the formula NaN.
-            if (boxes.partly >> lane & 1) forget_extremes(tape, lane);
+            work_.spend(tape.decisions().size());
             std::vector<std::uint8_t> key = signature(tape, decisions_, lane);
             if (decides(key) && work_.spent() < most) {
                 const auto same = std::find_if(known.begin(), known.end(),

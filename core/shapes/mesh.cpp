@@ -5,6 +5,8 @@
 #include <limits>
 #include <mutex>
 
+#include "interruption.h"
+
 namespace bob {
 namespace {
 
@@ -123,7 +125,10 @@ double Mesh::radius(const AffineMap& map, const double center[3]) const {
 void Mesh::prepare_places(const KeepGoing&) const {
     outline_.prepare([&] {
         std::vector<Point> points;
-        for_each(arrays_.vertices, used_, {}, [&](const Point& p) { points.push_back(p); });
+        for_each(arrays_.vertices, used_, {}, [&](const Point& p) {
+            if (points.size() % 32768 == 0) Interruption::check();
+            points.push_back(p);
+        });
         return points;
     });
 }
@@ -136,6 +141,7 @@ void Mesh::prepare() const {
     std::vector<Vec3> points;
     points.reserve(vertices.size());
     for (const Point& p : vertices) {  // those that no triangle has may be anywhere
+        if (points.size() % 32768 == 0) Interruption::check();
         points.push_back({static_cast<float>((p[0] - center[0]) / size), static_cast<float>((p[1] - center[1]) / size),
                           static_cast<float>((p[2] - center[2]) / size)});
     }
@@ -143,7 +149,10 @@ void Mesh::prepare() const {
     prepared->normals = vertex_normals.empty() ? crease_normals(points, triangles)
                                                : stored_normals(points, triangles, vertex_normals);
     prepared->face_normals.reserve(triangles.size());
-    for (const Triangle& triangle : triangles) prepared->face_normals.push_back(face_normal(points, triangle));
+    for (const Triangle& triangle : triangles) {
+        if (prepared->face_normals.size() % 32768 == 0) Interruption::check();
+        prepared->face_normals.push_back(face_normal(points, triangle));
+    }
     prepared->bvh = build_triangle_bvh(points, triangles);
     prepared_ = std::move(prepared);
 }

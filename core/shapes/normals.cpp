@@ -41,6 +41,7 @@ std::vector<std::uint32_t> merge_positions(std::span<const Vec3> vertices) {
     constexpr std::uint32_t empty = 0xffffffff;
     std::vector<std::uint32_t> table(mask + 1, empty), first(vertices.size());
     for (std::uint32_t i = 0; i < vertices.size(); ++i) {
+        if (i % 32768 == 0) Interruption::check();
         const Vec3 p = vertices[i];
         std::size_t slot = hash(p) & mask;
         while (table[slot] != empty) {
@@ -91,14 +92,16 @@ std::vector<CornerNormals> crease_normals(std::span<const Vec3> vertices, std::s
 
     // The corners (3 * triangle + corner) at each position, in one array sorted by position.
     std::vector<std::uint32_t> begin(vertices.size() + 1, 0);
-    for (const Triangle& t : triangles) {
-        for (const auto vertex : t) ++begin[position[vertex] + 1];
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        if (i % 32768 == 0) Interruption::check();
+        for (const auto vertex : triangles[i]) ++begin[position[vertex] + 1];
     }
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<std::uint32_t> corners(3 * triangles.size());
     {
         std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
         for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+            if (i % 32768 == 0) Interruption::check();
             for (std::uint32_t c = 0; c < 3; ++c) corners[next[position[triangles[i][c]]]++] = 3 * i + c;
         }
     }
@@ -116,6 +119,7 @@ std::vector<CornerNormals> crease_normals(std::span<const Vec3> vertices, std::s
     std::vector<CornerNormals> normals(triangles.size());
     for (std::size_t i = 0; i < triangles.size(); ++i) normals[i].fill(face[i]);
     parallel_for(vertices.size(), 4096, [&](std::size_t first, std::size_t last) {
+        Interruption::check();
         for (std::size_t vertex = first; vertex < last; ++vertex) {
             const std::size_t count = begin[vertex + 1] - begin[vertex];
             if (count == 0 || count > max_faces_at_vertex) continue;
@@ -131,6 +135,7 @@ std::vector<CornerNormals> stored_normals(std::span<const Vec3> vertices, std::s
     std::vector<CornerNormals> normals(triangles.size());
     bool complete = true;
     for (std::size_t i = 0; i < triangles.size(); ++i) {
+        if (i % 32768 == 0) Interruption::check();
         for (std::size_t c = 0; c < 3; ++c) {
             normals[i][c] = normalized(vertex_normals[triangles[i][c]]);
             complete = complete && dot(normals[i][c], normals[i][c]) > 0;

@@ -27,7 +27,7 @@ constexpr std::size_t max_pieces = 4096;  // of a patch
 
 // Units of work of all patches (work.h). Where they are spent, larger pieces are subdivided ray by ray.
 constexpr std::uint64_t budget = 1'200'000'000;
-constexpr std::uint64_t units_of_angle = 8, units_of_trim = 50;
+constexpr std::uint64_t units_of_part = 200, units_of_angle = 8, units_of_trim = 50;
 
 // Nobody sees a part that is narrower than this.
 constexpr double narrowest = 1e-7;
@@ -249,7 +249,7 @@ private:
         open_.pop_back();
         std::size_t visited = 0;
         const TrimRegion::Coverage coverage = is_last ? TrimRegion::Coverage::some : patch_->coverage(domain(part), &visited);
-        work_.spend(units_of_trim * visited + part.points.size() * (part.rows * part.rows + part.columns * part.columns));
+        work_.spend(units_of_part + units_of_trim * visited + part.points.size() * (part.rows * part.rows + part.columns * part.columns));
         if (coverage == TrimRegion::Coverage::none) return;
         const Fit fit(part, !is_last, work_);
         if (!is_last && !fit.has_area() && width(part) < narrowest) return;

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "interruption.h"
+
 namespace bob {
 
 PointTree::PointTree(std::vector<Point> points) : points_(std::move(points)) {
@@ -11,6 +13,7 @@ PointTree::PointTree(std::vector<Point> points) : points_(std::move(points)) {
 }
 
 void PointTree::build(std::size_t begin, std::size_t end) {
+    if (end - begin > 4096) Interruption::check();
     const std::size_t index = nodes_.size();
     Node node{points_[begin], points_[begin], static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end), 0};
     for (std::size_t i = begin; i < end; ++i) {

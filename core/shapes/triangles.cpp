@@ -1,5 +1,6 @@
 #include "shapes/triangles.h"
 
+#include "interruption.h"
 #include "parallel.h"
 
 namespace bob {
@@ -14,6 +15,7 @@ constexpr float node_cost = 1.5f;
 TriangleBvh build_triangle_bvh(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
     std::vector<Box> boxes(triangles.size());
     parallel_for(triangles.size(), 16384, [&](std::size_t begin, std::size_t end) {
+        Interruption::check();
         for (std::size_t i = begin; i < end; ++i) {
             for (const auto corner : triangles[i]) boxes[i].extend(vertices[corner]);
         }
@@ -21,6 +23,7 @@ TriangleBvh build_triangle_bvh(std::span<const Vec3> vertices, std::span<const T
     Bvh bvh = build_bvh(boxes, node_cost);
     std::vector<TrianglePacket> packets(bvh.packets.size());
     parallel_for(packets.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        Interruption::check();
         for (std::size_t i = begin; i < end; ++i) {
             for (std::size_t lane = 0; lane < TrianglePacket::size; ++lane) {
                 const std::uint32_t triangle = bvh.packets[i][lane];

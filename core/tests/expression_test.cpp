@@ -185,6 +185,19 @@ TEST(algebra_makes_formulas_simpler) {
     CHECK_MADE(max(x - 1, 0) + min(x - 1, 0), "x - 1");
 }
 
+TEST(roots_of_long_sums_take_no_longer_than_others) {
+    bob::Graph g;
+    bob::Value left = square(g.x()), right = square(g.y()), twice = square(g.z()) + 1, all = g.constant(0);
+    for (int i = 0; i < 100'000; ++i) {
+        left = left + square(g.x() - i);
+        right = square(g.y() - i) + right;
+        all = all + sqrt(left);
+    }
+    for (int i = 0; i < 64; ++i) twice = twice + twice;
+    const bob::Expression f = g.expression(all + (sqrt(left) + sqrt(right)) + sqrt(twice));
+    CHECK(f.uses(bob::Op::sqrt));
+}
+
 TEST(algebra_keeps_what_may_be_infinite_or_nan) {
     CHECK_MADE(x * y * 0, "x * y * 0");
     CHECK_MADE((1 / x) * 0, "1 / x * 0");

@@ -18,6 +18,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import interrupts
 from bobrossnet.adapters.beside import MAX_BYTES
 from bobrossnet.adapters.container import ENDING as SCENE_ENDING
 from bobrossnet.adapters.container import read_scene
@@ -175,7 +176,7 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
             raise InputError(f"expected one of {' '.join(MESH_ENDINGS)}, got {ending or 'no ending'}{hint}")
         if file.stat().st_size == 0:
             raise InputError("expected a mesh, got an empty file")
-        with _quiet():
+        with _quiet(), interrupts.heard("trimesh"):
             mesh, dropped, total = _clean(MESH_READERS[ending](file))
     if dropped:
         warnings.warn(

@@ -64,6 +64,15 @@ def _ascii(data: bytes) -> io.BytesIO:
 def _welded(part: Part) -> Part:
     """The part with vertices at the same place made one: STL repeats them for every triangle."""
     rows = np.ascontiguousarray(part.vertices + 0.0)  # -0 and 0 are the same place
-    places = rows.view(np.dtype((np.void, 24))).ravel()  # one item per row: ten times faster than axis=0
-    _, first, inverse = np.unique(places, return_index=True, return_inverse=True)
-    return Part(rows[first], inverse.reshape(-1)[part.triangles])
+    # In the order of their bytes. One coordinate at a time: between them, Ctrl-C is noticed.
+    keys = [column.astype(np.uint64) for column in rows.view(">u8").T]
+    order = np.arange(len(rows))
+    for key in reversed(keys):
+        order = order[np.argsort(key[order], kind="stable")]
+    starts = np.ones(len(rows), dtype=bool)
+    starts[1:] = False
+    for key in keys:
+        starts[1:] |= np.diff(key[order]) != 0
+    place = np.empty(len(rows), dtype=np.int64)
+    place[order] = np.cumsum(starts) - 1
+    return Part(rows[order[starts]], place[part.triangles])

@@ -56,8 +56,7 @@ export class Opening {
   /** @param {string} text */
   script(text) {
     return this.#replace({ title: "Script" }, async (pool) => {
-      await pool.open(described(text));
-      return { script: text, warnings: [] };
+      return { script: text, warnings: await pool.open(described(text)) };
     }, this.#shown.wrong);
   }
 
@@ -77,12 +76,13 @@ export class Opening {
         continue;
       }
       try {
-        await same.open(described(now));
+        const warnings = await same.open(described(now));
         if (same !== pools.shown) continue;
         state.scene = { title: state.scene.title, script: now };
         state.statistics.exact = false;
         state.schedule.show(same);
         this.#shown.wrong(null);
+        this.#shown.message(warnings.join(" ") || null);
         this.#shown.chosen();
       } catch (error) {
         this.#shown.wrong(messageOf(error));
@@ -112,8 +112,8 @@ export class Opening {
       pools.shown = mine, pools.coming = undefined;
       state.scene = { ...opened, script: script ?? undefined };
       this.#shown.opened();
-      this.#shown.message(null);
-      complain(warnings.join(" ") || null);
+      complain(null);
+      this.#shown.message(warnings.join(" ") || null);
       state.statistics.exact = false;
       state.schedule.show(mine);
     } catch (error) {

@@ -9,6 +9,11 @@ export class Shape {
     this.handle = handle;
   }
 
+  /** Whether building it reached its budget of work: rays are as exact, but take long. */
+  get isCoarse() {
+    return this.core.call("is_coarse", this.handle) !== 0;
+  }
+
   /** Scenes that have it keep it. */
   free() {
     this.core.call("free_shape", this.handle);

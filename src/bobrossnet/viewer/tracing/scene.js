@@ -20,11 +20,16 @@ import { WHITE, checkCount, materialValues } from "./description.js";
  */
 
 export class Scene {
-  /** @param {Core} core @param {Instance[]} instances where surfaces coincide, the first of them is seen */
-  constructor(core, instances) {
+  /**
+   * @param {Core} core
+   * @param {Instance[]} instances where surfaces coincide, the first of them is seen
+   * @param {string[]} [warnings] about the shapes
+   */
+  constructor(core, instances, warnings = []) {
     const joined = (/** @type {"transform" | "material"} */ name) => instances.flatMap((i) => Array.from(i[name]));
     const shapes = Uint32Array.from(instances, (i) => i.shape.handle);
     this.core = core;
+    this.warnings = warnings;
     this.handle = core.made("make_scene", shapes, instances.length, Float64Array.from(joined("transform")),
                             Float64Array.from(joined("material")));
   }
@@ -63,18 +68,25 @@ export function buildScene(core, { shapes: descriptions, instances }) {
   checkCount("shapes", instances.length);
   /** @type {Shape[]} */
   const shapes = [];
+  /** @type {Set<string>} */
+  const warnings = new Set();
   try {
     descriptions.forEach((description, i) => {
       const make = () => makeShape(core, description);
-      shapes.push(descriptions.length > 1 ? placedErrors(`shapes[${i}]`, make) : make());
+      const shape = descriptions.length > 1 ? placedErrors(`shapes[${i}]`, make) : make();
+      shapes.push(shape);
+      if (shape.isCoarse) warnings.add(coarse(description.kind === "brep" ? "surface" : "formula"));
     });
     return new Scene(core, instances.map(({ shape, transform = IDENTITY, material = WHITE }) => {
       return { shape: shapes[shape], transform, material: materialValues(material) };
-    }));
+    }), [...warnings]);
   } finally {
     for (const shape of shapes) shape.free();
   }
 }
+
+/** As bobrossnet.errors.warn_coarse. @param {string} what */
+const coarse = (what) => `shape: its ${what} is too intricate to prepare in a few seconds: as exact, but tracing is slow`;
 
 /** @param {Core} core @param {ShapeDescription} description @returns {Shape} */
 function makeShape(core, description) {

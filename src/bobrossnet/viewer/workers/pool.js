@@ -17,7 +17,7 @@ const nothing = () => {};
 export class Pool {
   /** @type {Tracer[]} */
   #tracers = [];
-  /** @type {{resolve: () => void, reject: (error: Error) => void}[]} */
+  /** @type {{resolve: (warnings: string[]) => void, reject: (error: Error) => void}[]} */
   #waiting = [];
   /** @type {Batch | undefined} the newest */
   #batch;
@@ -88,14 +88,15 @@ export class Pool {
    * Replaces the scene; if that fails, the previous one stays.
    *
    * @param {import("../tracing/description.js").SceneDescription} scene
-   * @returns {Promise<void>} resolved once a tracer has it
+   * @returns {Promise<string[]>} warnings, a line each, once a tracer has it
    */
   async open(scene) {
     const shareBefore = this.#share;
     this.#share = nothing;
     for (const tracer of this.#tracers) tracer.worker.postMessage({ kind: "open", scene });
+    let warnings;
     try {
-      await this.#opened();
+      warnings = await this.#opened();
     } catch (error) {
       this.#share = shareBefore;
       throw error;
@@ -104,6 +105,7 @@ export class Pool {
     this.#share = () => {
       for (const tracer of this.#addOthers()) tracer.worker.postMessage({ kind: "open", scene });
     };
+    return warnings;
   }
 
   /**
@@ -129,12 +131,12 @@ export class Pool {
         reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
       });
       reader.postMessage({ kind: "read", name, source, yUp, port, module: await this.#module }, [port]);
-      const [summary] = await Promise.all([read, opened]);
+      const [summary, warnings] = await Promise.all([read, opened]);
       this.#share = () => {
         const ports = this.#addOthers().map((tracer) => tracer.port);
         reader.postMessage({ kind: "share", ports }, ports);
       };
-      return summary;
+      return { ...summary, warnings: [...summary.warnings, ...warnings] };
     } catch (error) {
       reader.terminate();
       throw error;
@@ -154,7 +156,7 @@ export class Pool {
     for (const { worker } of this.#tracers.splice(count)) worker.terminate();
   }
 
-  /** @returns {Promise<void>} */
+  /** @returns {Promise<string[]>} */
   #opened() {
     for (const tracer of this.#tracers) ++tracer.pending;
     return new Promise((resolve, reject) => this.#waiting.push({ resolve, reject }));
@@ -189,7 +191,7 @@ export class Pool {
     } else if (reply.kind === "opened") {
       --tracer.pending;
       tracer.hasScene = true;
-      if (tracer.pending === 0) this.#settle(({ resolve }) => resolve());
+      if (tracer.pending === 0) this.#settle(({ resolve }) => resolve(reply.warnings));
     } else {
       --tracer.pending;
       this.#failed(tracer, reply.message, reply.broken);
@@ -217,7 +219,7 @@ export class Pool {
     this.#settle(({ reject }) => reject(new Error(message)));
   }
 
-  /** @param {(waiting: {resolve: () => void, reject: (error: Error) => void}) => void} how */
+  /** @param {(waiting: {resolve: (warnings: string[]) => void, reject: (error: Error) => void}) => void} how */
   #settle(how) {
     this.#waiting.splice(0).forEach(how);
   }

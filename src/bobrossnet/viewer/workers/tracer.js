@@ -25,10 +25,10 @@
  *   "failed", in which case the previous scene stays; "trace" is answered by "traced", after "cancel" at once, or by
  *   "failed".
  *
- * @typedef {{kind: "opened"}
+ * @typedef {{kind: "opened", warnings: string[]}
  *   | {kind: "failed", message: string, broken: boolean}
  *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number}} Reply
- *   broken: the core is unusable; cancelled: no samples were sent; reached: this tracer's part of the order is traced up to
+ *   warnings: a line each; broken: the core is unusable; cancelled: no samples were sent; reached: this tracer's part of the order is traced up to
  *   there
  */
 import { Core } from "../core/core.js";
@@ -74,7 +74,7 @@ async function open(description) {
     scene?.free();
     scene = built;
     pace = new Pace();
-    reply({ kind: "opened" });
+    reply({ kind: "opened", warnings: built.warnings });
   } catch (error) {
     fail(error);
   }
