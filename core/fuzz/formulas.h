@@ -7,6 +7,7 @@
 #include "formula/expression.h"
 #include "fuzz/fuzz.h"
 #include "fuzz/rays.h"
+#include "interruption.h"
 #include "shapes/bounds.h"
 #include "shapes/implicit.h"
 
@@ -17,8 +18,9 @@ constexpr int patience = 1000;
 
 /// The bounds of a formula; nothing where it has none, or where they take too long.
 inline std::optional<bob::Bounds> bounds_of(const bob::Expression& f) {
+    const bob::Interruption impatience(Patience{patience});
     try {
-        return bob::find_bounds(f, Patience{patience});
+        return bob::find_bounds(f);
     } catch (const std::invalid_argument&) {  // unbounded
     } catch (const bob::Stopped&) {
     }
@@ -30,8 +32,9 @@ inline void trace(const bob::Expression& f, const bob::Bounds& box, Source& sour
     for (int axis = 0; axis < 3; ++axis) {
         if (!(box.low[axis] < box.high[axis])) return;
     }
+    const bob::Interruption impatience(Patience{patience});
     try {
-        const bob::Implicit shape(f, box, Patience{patience});
+        const bob::Implicit shape(f, box);
         if (!shape.cells().cells().empty()) meet(shape, box, source, 8);
     } catch (const bob::Stopped&) {
     } catch (const bob::TooLarge&) {

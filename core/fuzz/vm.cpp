@@ -10,7 +10,8 @@ FUZZ(vm) {
     try {
         const bob::Expression f = bob::parse_vm(source.text());
         if (!traced || f.nodes().size() > 60) return;
-        const bob::VmSolid solid = bob::vm_solid(f, fuzz::Patience{fuzz::patience});
+        const bob::Interruption impatience(fuzz::Patience{fuzz::patience});
+        const bob::VmSolid solid = bob::vm_solid(f);
         if (solid.bounds) fuzz::trace(solid.formula, *solid.bounds, source);
     } catch (const bob::VmError& error) {
         fuzz::expect(!std::strpbrk(error.what(), "\r\n") && error.line >= 1, "an error of one line, with its place");
