@@ -8,12 +8,12 @@ namespace bob {
 namespace {
 
 /// Where rounds end, in ten-thousandths of the pixels: 8 of them to 5 %, 16 to 25 %, each a constant factor longer than
-/// the one before. More rounds gain little; with half as many, a tenth of the gain is lost.
+/// the one before.
 constexpr std::uint32_t round_ends[] = {35,  51,  75,   110,  160,  234,  342,  500,  611,  748,  914,  1118,
                                         1367, 1672, 2045, 2500, 2973, 3536, 4204, 5000, 5946, 7071, 8409, 10000};
 
 /// This share of a round, in percent, follows the lattice whatever it shows.
-constexpr std::uint32_t exploring = 15;
+constexpr std::uint32_t exploring = 10;
 
 /// What equal corners are worth, so that larger squares still come first.
 constexpr std::uint32_t floor = 5;
@@ -23,6 +23,17 @@ constexpr std::uint32_t floor = 5;
 constexpr std::uint32_t expected = 30;
 
 constexpr std::uint32_t most = 255;
+
+/// A pixel whose gray differs by more from a corner's has something new beside it.
+constexpr int news = 32;
+
+/// The four pixels at a step along the axes, or along both.
+std::array<Pixel, 4> around(Pixel pixel, std::int32_t step, bool diagonal) {
+    const auto [row, column] = pixel;
+    const std::int32_t h = step;
+    if (diagonal) return {{{row - h, column - h}, {row - h, column + h}, {row + h, column - h}, {row + h, column + h}}};
+    return {{{row - h, column}, {row + h, column}, {row, column - h}, {row, column + h}}};
+}
 
 std::uint8_t step_of(float value, float low, float high) {
     return static_cast<std::uint8_t>(std::clamp((value - low) / (high - low), 0.f, 1.f) * 255 + 0.5f);
@@ -69,7 +80,9 @@ std::span<const Pixel> AdaptiveOrder::next(const Layout& layout, const float* pl
             if (states_[index] != State::open || queue_of_[index] != q) continue;  // taken, or looked at anew
             const Pixel pixel = pixel_at(index);
             choose(index);
-            look_around(index, contrast(pixel, place(pixel)) * expected / 100);
+            const Place at = place(pixel);
+            const std::uint32_t around_it = contrast(pixel, at.step, !at.diagonal, at.diagonal);
+            if (around_it > 0) look_around(index, around_it * expected / 100);
         }
         queue.erase(queue.begin(), queue.begin() + static_cast<std::ptrdiff_t>(taken));
     }
@@ -94,7 +107,10 @@ void AdaptiveOrder::read(const Layout& layout, const float* planes) {
         if (y) look[3] = step_of(y[i], channels::normal.low, channels::normal.high);
         states_[i] = State::traced;
     }
-    for (const Pixel pixel : round_) look_around(index_of(pixel), 0);
+    for (const Pixel pixel : round_) {
+        look_around(index_of(pixel), 0);
+        look_beside(index_of(pixel));
+    }
 }
 
 void AdaptiveOrder::choose(std::uint32_t index) {
@@ -104,55 +120,65 @@ void AdaptiveOrder::choose(std::uint32_t index) {
 
 void AdaptiveOrder::look_around(std::uint32_t index, std::uint32_t least) {
     const Pixel pixel = pixel_at(index);
-    const auto [row, column] = pixel;
-    const auto [step, diagonal] = place(pixel);
-    if (step == Tile::side || !diagonal) {
-        const std::int32_t h = step / 2;
-        if (h == 0) return;  // every neighbour comes before it
-        for (const Pixel p : {Pixel{row - h, column - h}, {row - h, column + h}, {row + h, column - h}, {row + h, column + h}}) {
-            consider(p, least);
-        }
-    } else {
-        for (const Pixel p : {Pixel{row - step, column}, {row + step, column}, {row, column - step}, {row, column + step}}) {
-            consider(p, least);
+    const Place at = place(pixel);
+    // It is a corner of the middles of the squares around it, or, if it is such a middle itself, of their sides.
+    const bool middle = at.diagonal && at.step < static_cast<std::int32_t>(Tile::side);
+    const std::int32_t step = middle ? at.step : at.step / 2;
+    if (step == 0) return;  // all of them come before it
+    for (const Pixel child : around(pixel, step, !middle)) consider(child, {step, !middle}, least);
+}
+
+void AdaptiveOrder::look_beside(std::uint32_t index) {
+    const Pixel pixel = pixel_at(index);
+    const Place at = place(pixel);
+    const Look& own = looks_[index];
+    bool differs = false;
+    for (const Pixel corner : around(pixel, at.step, at.diagonal)) {
+        if (!is_inside(corner) || states_[index_of(corner)] != State::traced) continue;
+        const Look& other = looks_[index_of(corner)];
+        differs = differs || other[1] != own[1] || std::abs(other[0] - own[0]) > news;
+    }
+    if (!differs) return;
+    const auto area = static_cast<std::uint32_t>(at.step * at.step);
+    for (const bool diagonal : {false, true}) {
+        for (const Pixel beside : around(pixel, at.step, diagonal)) {
+            if (!is_inside(beside) || states_[index_of(beside)] != State::open) continue;
+            wait(index_of(beside), (contrast(beside, at.step, true, true) + floor) * area, true);
         }
     }
 }
 
-void AdaptiveOrder::consider(Pixel pixel, std::uint32_t least) {
+void AdaptiveOrder::consider(Pixel pixel, Place at, std::uint32_t least) {
     if (!is_inside(pixel)) return;
     const std::uint32_t index = index_of(pixel);
     if (states_[index] != State::open) return;
-    const Place at = place(pixel);
-    const std::uint32_t worth = (std::max(least, contrast(pixel, at)) + floor) * at.area();
+    wait(index, (std::max(least, contrast(pixel, at.step, !at.diagonal, at.diagonal)) + floor) * at.area(), false);
+}
+
+void AdaptiveOrder::wait(std::uint32_t index, std::uint32_t worth, bool at_least) {
     const int octave = std::bit_width(worth) - 1;
     const auto q = static_cast<std::uint8_t>(8 * octave + static_cast<int>((std::uint64_t{worth} << 3 >> octave) & 7));
-    if (queue_of_[index] == q) return;
+    if (queue_of_[index] == q || (at_least && queue_of_[index] > q)) return;
     queue_of_[index] = q;
     waiting_[q].push_back(index);
 }
 
-std::uint32_t AdaptiveOrder::contrast(Pixel pixel, Place place) const {
-    const auto [row, column] = pixel;
-    const std::int32_t h = place.step;
-    const Pixel corners[2][4] = {{{row - h, column}, {row + h, column}, {row, column - h}, {row, column + h}},
-                                 {{row - h, column - h}, {row - h, column + h}, {row + h, column - h}, {row + h, column + h}}};
-    Look low, high;
-    low.fill(255);
-    high.fill(0);
-    for (const Pixel corner : corners[place.diagonal]) {
-        if (!is_inside(corner)) continue;
-        const std::uint32_t i = index_of(corner);
-        if (states_[i] != State::traced) continue;
-        for (std::size_t k = 0; k < low.size(); ++k) {
-            low[k] = std::min(low[k], looks_[i][k]);
-            high[k] = std::max(high[k], looks_[i][k]);
-        }
-    }
-    if (low[1] > high[1]) return 0;  // no corner is known
+std::uint32_t AdaptiveOrder::contrast(Pixel pixel, std::int32_t step, bool sides, bool corners) const {
+    Look low{255, 255, 255, 255}, high{};
+    const auto add = [&](Pixel p) {
+        if (!is_inside(p)) return;
+        const std::uint32_t i = index_of(p);
+        if (states_[i] != State::traced) return;
+        const Look look = looks_[i];
+        low = look < low ? look : low;
+        high = look > high ? look : high;
+    };
+    if (sides) std::ranges::for_each(around(pixel, step, false), add);
+    if (corners) std::ranges::for_each(around(pixel, step, true), add);
+    if (low[1] > high[1]) return 0;  // nothing is known
     if (low[1] < high[1]) return most;  // silhouette
-    const auto range = [&](std::size_t k) { return static_cast<std::uint32_t>(high[k] - low[k]); };
-    return std::min(most, range(0) + (range(2) + range(3)) * 5 / 8);
+    const Look range = high - low;
+    return std::min(most, range[0] + (static_cast<std::uint32_t>(range[2]) + range[3]) * 5 / 8);
 }
 
 std::size_t AdaptiveOrder::bytes() const {

@@ -46,14 +46,20 @@ private:
     static Place place(Pixel pixel);
 
     /// What a pixel shows, in 256 steps each: gray, whether it was hit, normal x, normal y.
-    using Look = std::array<std::uint8_t, 4>;
+    using Look = std::uint8_t __attribute__((vector_size(4)));
 
     void read(const Layout& layout, const float* planes);
     void choose(std::uint32_t index);
     /// Looks anew at those of which this pixel is a corner; they differ at least by so much.
     void look_around(std::uint32_t index, std::uint32_t least);
-    void consider(Pixel pixel, std::uint32_t least);
-    [[nodiscard]] std::uint32_t contrast(Pixel pixel, Place place) const;
+    void consider(Pixel pixel, Place place, std::uint32_t least);
+    /// Looks at the pixels around one that was traced, as if they were of its own level, if it differs from its corners:
+    /// what passes there may go on into a larger square without being seen at any corner of that.
+    void look_beside(std::uint32_t index);
+    /// Puts an open pixel where those of its worth wait; `at_least` leaves it where it waits for more.
+    void wait(std::uint32_t index, std::uint32_t worth, bool at_least);
+    /// How much differs what is known at some places around a pixel.
+    [[nodiscard]] std::uint32_t contrast(Pixel pixel, std::int32_t step, bool sides, bool corners) const;
     [[nodiscard]] std::uint32_t index_of(Pixel pixel) const {
         return static_cast<std::uint32_t>(pixel.row) * width_ + static_cast<std::uint32_t>(pixel.column);
     }

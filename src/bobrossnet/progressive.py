@@ -110,7 +110,7 @@ class _Picture:
         self.tracer, self.sequence, self.network = tracer, sequence, network
         self.layout = TRACED if isinstance(tracer, SceneTracer) else GIVEN
         self.planes = untraced_planes(sequence.size, self.layout)
-        self.total = self.planes[0].size
+        self.total = sequence.size[0] * sequence.size[1]
         self.traced = 0
         self.seconds_to_complete: list[float] = []  # of the last frames
         for _ in range(3):  # before anyone waits: the first run also allocates memory

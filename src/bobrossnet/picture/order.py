@@ -32,8 +32,8 @@ def pixel_order(
 ) -> NDArray[np.int32]:
     """Pixels in the sequence in which they are traced, of an order that does not depend on what they show.
 
-    Every such order visits each pixel once, is a function of (seed, size) alone, and is nested: the first 5 % of the pixels
-    are the first of the 25 %.
+    Each visits every pixel once, is a function of (seed, size) alone, and is nested: the first 5 % of the pixels are
+    the first of the 25 %.
 
     Parameters
     ----------

@@ -174,7 +174,7 @@ def _pictures_of_dataset(dataset: Dataset, numbers: Sequence[NDArray[np.int64]])
 def _part_of_patch(
     plan: Plan, numbers: Sequence[int], whole: NDArray[np.float32], order: str, fraction: float
 ) -> bob.GBuffer:
-    """A patch's sample, of `numbers` by stage; where what comes next depends on the picture, the pixels are drawn from all."""
+    """A patch's sample, of `numbers` by stage; with the adaptive order, not the sample's own pixels."""
     number = numbers[STAGES.index(fraction) if fraction in STAGES else 0]
     if order == ADAPTIVE:
         return part_of(whole, np.ones(whole[0].shape)).sample(fraction, order=order, seed=number)
