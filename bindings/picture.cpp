@@ -4,6 +4,7 @@
 #include <nanobind/stl/string_view.h>
 #include <nanobind/stl/tuple.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -12,6 +13,7 @@
 
 #include "bindings.h"
 #include "parallel.h"
+#include "picture/adaptive.h"
 #include "picture/camera.h"
 #include "picture/channels.h"
 #include "picture/gbuffer.h"
@@ -68,6 +70,20 @@ void pixel_order(std::string_view name, std::uint64_t seed, std::uint32_t height
     });
 }
 
+Array<std::int32_t, -1, 2> next_round(bob::AdaptiveOrder& order, const bob::Layout& layout, const ConstPlanes& planes) {
+    expect(planes.shape(0) == static_cast<std::size_t>(layout.width()) && planes.shape(1) == order.height() &&
+               planes.shape(2) == order.width(),
+           "planes: expected one for each component, of the order's size");
+    std::span<const bob::Pixel> round;
+    {
+        const nb::gil_scoped_release release;
+        round = order.next(layout, planes.data());
+    }
+    auto pixels = make_array<std::int32_t, -1, 2>(round.size(), 2);
+    std::copy(round.begin(), round.end(), reinterpret_cast<bob::Pixel*>(pixels.data()));
+    return pixels;
+}
+
 void scatter(const bob::Layout& layout, const Pixels& pixels, const Samples& samples, const Planes& planes) {
     check_pixels(pixels, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)));
     check_width(layout, pixels.shape(0), samples);
@@ -105,5 +121,9 @@ void bind_picture(nb::module_& m) {
         .def("rays", &rays, "height"_a, "width"_a, "pixels"_a.noconvert());
 
     m.def("pixel_order", &pixel_order, "order"_a, "seed"_a, "height"_a, "width"_a, "start"_a, "pixels"_a.noconvert());
+    nb::class_<bob::AdaptiveOrder>(m, "AdaptiveOrder")
+        .def(nb::init<std::uint64_t, std::uint32_t, std::uint32_t>(), "seed"_a, "height"_a, "width"_a)
+        .def("next", &next_round, "layout"_a, "planes"_a.noconvert())
+        .def_prop_ro("bytes", &bob::AdaptiveOrder::bytes);
     m.def("scatter", &scatter, "layout"_a, "pixels"_a.noconvert(), "samples"_a.noconvert(), "planes"_a.noconvert());
 }

@@ -158,6 +158,16 @@ class Camera:
         (k, 3) each."""
 
 def pixel_order(order: str, seed: int, height: int, width: int, start: int, pixels: I32) -> None: ...
+
+class AdaptiveOrder:
+    """Which pixels come next, round by round, by what those before show."""
+
+    def __init__(self, seed: int, height: int, width: int) -> None: ...
+    def next(self, layout: Layout, planes: F32) -> I32:
+        """The next round, (n, 2) rows and columns; all pixels of the rounds before are in planes (C, H, W)."""
+    @property
+    def bytes(self) -> int: ...
+
 def scatter(layout: Layout, pixels: I32, samples: F32, planes: F32) -> None:
     """Writes samples (n, C) to their pixels in planes (C, H, W)."""
 

@@ -14,7 +14,8 @@ from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import GIVEN, TRACED
 from bobrossnet.picture.gbuffer import GBuffer, scatter, untraced_planes
-from bobrossnet.picture.order import Size, check_order, check_size, pixel_count, pixel_order
+from bobrossnet.picture.order import Size, check_size, pixel_count
+from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike
 from bobrossnet.tracing.trace import SceneTracer, Tracer, check_samples
 
@@ -68,7 +69,7 @@ def progressive(
     fraction : float in (0, 1], optional
         Share of the image that each frame adds, instead of `frame_ms`.
     order, seed
-        In which order the pixels are traced, as in `pixel_order`.
+        In which order the pixels are traced, as in `trace`.
     model : str or path
         As in `complete`.
 
@@ -96,9 +97,7 @@ def progressive(
         raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
     if frame_ms is not None and fraction is not None:
         raise InputError("progressive: expected frame_ms or fraction, got both")
-    check_order(order, seed)
-    network = load_network(model)
-    picture = _Picture(tracer, size, order, seed, network)
+    picture = _Picture(tracer, PixelSequence(size, order, seed), load_network(model))
     if fraction is not None:
         return _by_share(picture, pixel_count(fraction, size))
     return _by_time(picture, check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000)
@@ -107,11 +106,11 @@ def progressive(
 class _Picture:
     """The picture so far, and the pixels still to come."""
 
-    def __init__(self, tracer: Tracer, size: Size, order: str, seed: int, network: Network) -> None:
-        self.tracer, self.size, self.order, self.seed, self.network = tracer, size, order, seed, network
+    def __init__(self, tracer: Tracer, sequence: PixelSequence, network: Network) -> None:
+        self.tracer, self.sequence, self.network = tracer, sequence, network
         self.layout = TRACED if isinstance(tracer, SceneTracer) else GIVEN
-        self.planes = untraced_planes(size, self.layout)
-        self.total = size[0] * size[1]
+        self.planes = untraced_planes(sequence.size, self.layout)
+        self.total = sequence.size[0] * sequence.size[1]
         self.traced = 0
         self.seconds_to_complete: list[float] = []  # of the last frames
         for _ in range(3):  # before anyone waits: the first run also allocates memory
@@ -122,9 +121,11 @@ class _Picture:
         return self.total - self.traced
 
     def trace(self, count: int) -> None:
-        pixels = pixel_order(self.size, order=self.order, seed=self.seed, start=self.traced, count=count)
-        scatter(check_samples(self.tracer(pixels), count), pixels, self.planes, self.layout)
-        self.traced += count
+        until = self.traced + count
+        while self.traced < until:
+            pixels = self.sequence.next(until - self.traced, self.planes, self.layout)
+            scatter(check_samples(self.tracer(pixels), len(pixels)), pixels, self.planes, self.layout)
+            self.traced += len(pixels)
 
     def frame(self, start: float) -> Frame:
         traced = time.perf_counter()

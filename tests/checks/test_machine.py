@@ -13,7 +13,7 @@ import pytest
 COMMAND = [sys.executable, "-c", "import sys; from bobrossnet.cli import main; sys.exit(main())"]
 NOBODY = 65534
 
-pytestmark = pytest.mark.skipif(os.geteuid() != 0, reason="needs root: it mounts a small disk, and acts as another user")
+pytestmark = pytest.mark.skipif(os.geteuid() != 0, reason="needs root, to mount a disk and to act as another user")
 
 
 def complaint(*arguments: str, **options: int) -> str:
@@ -49,7 +49,9 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 def test_a_full_disk_keeps_what_is_on_it(arguments: list[str], name: str, small_disk: Path, tmp_path: Path) -> None:
     scene = tmp_path / "scene.stl"
     corners = "vertex 0 0 0\nvertex {i} 1 0\nvertex 0 1 {i}\n"
-    faces = "".join(f"facet normal 0 0 1\nouter loop\n{corners.format(i=i + 1)}endloop\nendfacet\n" for i in range(3000))
+    faces = "".join(
+        f"facet normal 0 0 1\nouter loop\n{corners.format(i=i + 1)}endloop\nendfacet\n" for i in range(3000)
+    )
     scene.write_text(f"solid a\n{faces}endsolid a\n")
     filler, kept = small_disk / "filler", small_disk / name
     filler.write_bytes(bytes(48 << 10))

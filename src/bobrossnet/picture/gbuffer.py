@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
 from bobrossnet.picture.channels import CHANNELS, GIVEN, Layout
-from bobrossnet.picture.order import Size, check_size, pixel_count, pixel_order
+from bobrossnet.picture.order import Size, check_size, pixel_count
+from bobrossnet.picture.sequence import PixelSequence
 
 F32 = NDArray[np.float32]
 
@@ -141,11 +142,13 @@ class GBuffer(Channels):
         ----------
         fraction : float in (0, 1]
         order, seed
-            As in `pixel_order`.
+            As in `trace`.
         """
-        rows, columns = pixel_order(self.size, order=order, seed=seed, count=pixel_count(fraction, self.size)).T
+        sequence, count = PixelSequence(self.size, order, seed), pixel_count(fraction, self.size)
         planes = np.zeros_like(self.planes)
-        planes[:, rows, columns] = self.planes[:, rows, columns]
+        while sequence.done < count:
+            rows, columns = sequence.next(count - sequence.done, planes, self.layout).T
+            planes[:, rows, columns] = self.planes[:, rows, columns]
         return GBuffer.from_stack(planes, self.layout)
 
     def __eq__(self, other: object) -> bool:

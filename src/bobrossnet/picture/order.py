@@ -15,7 +15,13 @@ Size = tuple[int, int]
 MAX_PIXELS = 2**28
 """An image of 16384 x 16384: its five float32 arrays take 5.4 GB."""
 
-ORDERS = ("uniform", "r2", "lattice", "blue-noise")
+FIXED_ORDERS = ("uniform", "r2", "lattice", "blue-noise")
+"""Functions of the seed and the size."""
+
+ADAPTIVE = "adaptive"
+"""Goes where the pixels before differ: what comes next depends on what they show."""
+
+ORDERS = (*FIXED_ORDERS, ADAPTIVE)
 
 DEFAULT_ORDER = "lattice"
 """What the name "default" means."""
@@ -24,10 +30,10 @@ DEFAULT_ORDER = "lattice"
 def pixel_order(
     size: Size, *, order: str = "default", seed: int = 0, start: int = 0, count: int | None = None
 ) -> NDArray[np.int32]:
-    """Pixels in the sequence in which they are traced.
+    """Pixels in the sequence in which they are traced, of an order that does not depend on what they show.
 
-    Every order visits each pixel once, is a function of (seed, size) alone, and is nested: the first 5 % of the pixels
-    are the first of the 25 %.
+    Each visits every pixel once, is a function of (seed, size) alone, and is nested: the first 5 % of the pixels are
+    the first of the 25 %.
 
     Parameters
     ----------
@@ -47,6 +53,11 @@ def pixel_order(
     """
     height, width = check_size(size)
     check_order(order, seed)
+    if order == ADAPTIVE:
+        raise InputError(
+            "order: expected one that is known before anything is traced, got 'adaptive'; "
+            "trace, progressive and GBuffer.sample follow that"
+        )
     total = height * width
     start = check_integer("start", start, 0, total)
     count = total - start if count is None else check_integer("count", count, 0, total - start)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -12,7 +12,8 @@ from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import TRACED
 from bobrossnet.picture.gbuffer import GBuffer, Samples, scatter, untraced_planes
-from bobrossnet.picture.order import Size, check_order, check_size, pixel_count, pixel_order
+from bobrossnet.picture.order import Size, check_size, pixel_count
+from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
 Tracer: TypeAlias = Callable[[NDArray[np.int32]], Samples]
@@ -64,8 +65,11 @@ def trace(
     size : (height, width)
     fraction : float in (0, 1]
         Share of the pixels; 1 traces them all.
-    order, seed
-        Which pixels: the first ones of `pixel_order(size, order=order, seed=seed)`.
+    order : "uniform", "r2", "lattice", "blue-noise", "adaptive" or "default"
+        Which pixels: the first ones of `pixel_order(size, order=order, seed=seed)`. "adaptive" goes where they are
+        needed: in rounds, 8 to 5 % and 16 to 25 % of the pixels, along silhouettes and creases that the rounds before
+        have found, and a share of them everywhere else.
+    seed : int, 0..2**64 - 1
     progress : callable, optional
         Called now and then with the share of the work done, 0..1.
 
@@ -87,11 +91,15 @@ def trace(
     960
     """
     tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
-    check_order(order, seed)
+    sequence = PixelSequence(tracer.size, order, seed)
     count = pixel_count(fraction, tracer.size)
     planes = untraced_planes(tracer.size, TRACED)
     done = 0
-    for pixels in _batches(tracer.size, order, seed, count):
+    while done < count:
+        if count < planes[0].size:
+            pixels = sequence.next(min(BATCH, count - done), planes, TRACED)
+        else:
+            pixels = _band(tracer.size, done)
         scatter(tracer(pixels), pixels, planes, TRACED)
         done += len(pixels)
         if progress is not None:
@@ -99,16 +107,12 @@ def trace(
     return GBuffer.from_stack(planes, TRACED)
 
 
-def _batches(size: Size, order: str, seed: int, count: int) -> Iterator[NDArray[np.int32]]:
-    """The first `count` pixels of an order; all of them in tiles, which is faster to trace."""
+def _band(size: Size, done: int) -> NDArray[np.int32]:
+    """The next rows of an image of which all pixels are traced, in tiles, which is faster; `done` pixels are above."""
     height, width = size
-    if count < height * width:
-        for start in range(0, count, BATCH):
-            yield pixel_order(size, order=order, seed=seed, start=start, count=min(BATCH, count - start))
-    else:
-        band = max(8, BATCH // width // 8 * 8)
-        for top in range(0, height, band):
-            yield tiled_pixels((min(band, height - top), width)) + np.array((top, 0), np.int32)
+    top = done // width
+    band = max(8, BATCH // width // 8 * 8)
+    return tiled_pixels((min(band, height - top), width)) + np.array((top, 0), np.int32)
 
 
 def tiled_pixels(size: Size) -> NDArray[np.int32]:
