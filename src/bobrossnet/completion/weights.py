@@ -42,11 +42,11 @@ def read_weights(path: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float
             metadata: dict[str, str] = file.metadata() or {}
             tensors: dict[str, NDArray[Any]] = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
     except (OSError, SafetensorError) as error:
-        reason = str(error).splitlines()[0]
+        reason = str(error).splitlines()[0][:200]
         raise InputError(f"{path.name}: expected a safetensors file, can't read it: {reason}") from error
     if metadata.get("format") != FORMAT or "network" not in metadata:
         raise InputError(f"{path.name}: expected weights of format {FORMAT}, got format {metadata.get('format')!r}")
     for name, tensor in tensors.items():
         if tensor.dtype != np.float32 or not np.isfinite(tensor).all():
-            raise InputError(f"{path.name}: {name}: expected finite float32 values, got {tensor.dtype} or NaN")
+            raise InputError(f"{path.name}: {name[:100]!r}: expected finite float32 values, got {tensor.dtype} or NaN")
     return {**DEFAULTS, **metadata}, tensors
