@@ -48,5 +48,5 @@ def read_weights(path: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float
         raise InputError(f"{path.name}: expected weights of format {FORMAT}, got format {metadata.get('format')!r}")
     for name, tensor in tensors.items():
         if tensor.dtype != np.float32 or not np.isfinite(tensor).all():
-            raise InputError(f"{path.name}: {name[:100]!r}: expected finite float32 values, got {tensor.dtype} or NaN")
+            raise InputError(f"{path.name}: {name[:100]}: expected finite float32 values, got {tensor.dtype} or NaN")
     return {**DEFAULTS, **metadata}, tensors
