@@ -18,8 +18,8 @@ SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if 
 def heard(package: str) -> Iterator[None]:
     """Have what signals raise leave this block, whatever `package` does about it.
 
-    It is raised again by each import that follows, and at the latest at the end; modules of the package that were imported
-    meanwhile are forgotten, since they may lack what the interrupt kept from them.
+    It is raised again by each import that follows, and at the latest at the end; modules of the package that were
+    imported meanwhile are forgotten, since they may lack what the interrupt kept from them.
     """
     if threading.current_thread() is not threading.main_thread():  # in which alone signals are handled
         yield
