@@ -309,13 +309,12 @@ std::vector<Cells::Builder::Child> Cells::Builder::occupied(const TapePtr& paren
         kernels.bounds(tape.code(), boxes, decisions_.data(), memory);
         // The greater of two that is never taken may still be NaN, and so make all of the formula NaN.
         if (boxes.partly) {
-            if (!is_certain) work_.spend(tape.expression().nodes().size()), is_certain = certain_selects(tape);
+            if (!is_certain) is_certain = certain_selects(tape);
             forget_extremes(*is_certain, boxes.partly);
         }
         for (int lane = 0; lane < kernels.lanes; ++lane) {
             if (!may_change_sign(boxes, lane)) continue;
             Child child{index[lane], parent, smooth};
-            work_.spend(tape.decisions().size());
             std::vector<std::uint8_t> key = signature(tape, decisions_, lane);
             if (decides(key) && work_.spent() < most) {
                 const auto same = std::find_if(known.begin(), known.end(),
