@@ -33,7 +33,7 @@ from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
 from bobrossnet.learn.evaluation.stability import Stability, measure_stability
 from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
 from bobrossnet.picture.files import side_by_side, to_8_bit, traced_on_green, write_picture
-from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS, pixel_order
+from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
 from bobrossnet.tables import plus_minus, table
 
 UNIFORM = "uniform"  # the report's order
@@ -216,8 +216,9 @@ def recalled(
     measure : called with those orders that are missing
     """
     files = {}
+    picture = bob.trace(bob.happy_tree(), size=(96, 160))
     for order in orders:
-        pixels = pixel_order((96, 160), order=order, seed=1).tobytes()
+        pixels = b"".join(picture.sample(share, order=order, seed=1).mask.tobytes() for share in SHOWN)
         key = sha256(b"\n".join([version.encode(), pixels, *map(str.encode, scenes)])).hexdigest()[:12]
         files[order] = folder / f"{name}-{method}-{order}-{key}.csv"
     missing = [order for order, file in files.items() if not file.exists()]

@@ -24,7 +24,7 @@ constexpr std::size_t short_code = 12;
 
 /// The work of bounding slopes, for each instruction and box, and of leaving out what is never chosen, for each node; that
 /// of bounding values is 1.
-constexpr std::uint64_t units_to_narrow = 4, units_to_specialise = 16;
+constexpr std::uint64_t units_to_narrow = 4, units_to_specialise = 100;
 
 /// The work of bounding values in a box: angles and powers take as long as many sums.
 std::uint64_t units_of(const Code& code) {
@@ -338,7 +338,7 @@ std::vector<Cells::Builder::Child> Cells::Builder::occupied(const TapePtr& paren
 Cells::Cells(const Expression& f) {
     // The root's children are built apart, by all threads, and put together in order.
     const auto tape = std::make_shared<const Tape>(f);
-    Builder root(0, budget / 4);
+    Builder root(0, budget / 16);
     const std::vector<Builder::Child> children = root.occupied(tape, false, {0, 0, 0}, 1);
     std::vector<Builder> subtrees(children.size(), Builder(max_cells / 64));
     for (std::size_t i = 0; i < children.size(); ++i) {
