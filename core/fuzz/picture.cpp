@@ -6,11 +6,33 @@
 #include <vector>
 
 #include "fuzz/fuzz.h"
+#include "picture/adaptive.h"
 #include "picture/camera.h"
 #include "picture/gbuffer.h"
 #include "picture/order.h"
 
 namespace {
+
+/// Marks the pixels of the picture, each of which may come once.
+class Seen {
+public:
+    Seen(std::uint32_t height, std::uint32_t width) : height_(height), width_(width), seen_(height * width) {}
+
+    void add(bob::Pixel pixel) {
+        const bool inside = pixel.row >= 0 && pixel.row < static_cast<int>(height_) && pixel.column >= 0 && pixel.column < static_cast<int>(width_);
+        fuzz::expect(inside, "pixels of the picture");
+        const std::size_t i = static_cast<std::size_t>(pixel.row) * width_ + static_cast<std::size_t>(pixel.column);
+        fuzz::expect(!seen_[i], "each pixel once");
+        seen_[i] = true;
+        ++count_;
+    }
+    [[nodiscard]] bool all() const { return count_ == seen_.size(); }
+
+private:
+    std::uint32_t height_, width_;
+    std::vector<bool> seen_;
+    std::size_t count_ = 0;
+};
 
 std::vector<bob::Pixel> some_of(fuzz::Source& source, std::uint32_t height, std::uint32_t width) {
     constexpr std::string_view names[] = {"uniform", "r2", "lattice", "blue-noise"};
@@ -18,14 +40,8 @@ std::vector<bob::Pixel> some_of(fuzz::Source& source, std::uint32_t height, std:
     const bob::Order order = bob::make_order(name, source.raw<std::uint64_t>(), height, width);
     std::vector<bob::Pixel> all(height * width);
     order(0, all);
-    std::vector<bool> seen(all.size());
-    for (const bob::Pixel pixel : all) {
-        const bool inside = pixel.row >= 0 && pixel.row < static_cast<int>(height) && pixel.column >= 0 && pixel.column < static_cast<int>(width);
-        fuzz::expect(inside, "pixels of the picture");
-        const std::size_t i = static_cast<std::size_t>(pixel.row) * width + static_cast<std::size_t>(pixel.column);
-        fuzz::expect(!seen[i], "each pixel once");
-        seen[i] = true;
-    }
+    Seen seen(height, width);
+    for (const bob::Pixel pixel : all) seen.add(pixel);
     const std::uint32_t start = source.raw<std::uint32_t>() % static_cast<std::uint32_t>(all.size() + 1);
     std::vector<bob::Pixel> rest(std::min<std::size_t>(all.size() - start, source.byte()));
     order(start, rest);
@@ -33,6 +49,23 @@ std::vector<bob::Pixel> some_of(fuzz::Source& source, std::uint32_t height, std:
         fuzz::expect(rest[i].row == all[start + i].row && rest[i].column == all[start + i].column, "the same pixels from any start");
     }
     return rest;
+}
+
+/// Of a picture of any values, traced round by round.
+void adaptive(fuzz::Source& source, std::uint32_t height, std::uint32_t width) {
+    const bob::Layout& layout = bob::gbuffer_layout();
+    std::vector<float> planes(static_cast<std::size_t>(layout.width()) * height * width);
+    bob::AdaptiveOrder order(source.raw<std::uint64_t>(), height, width);
+    Seen seen(height, width);
+    for (auto round = order.next(layout, planes.data()); !round.empty(); round = order.next(layout, planes.data())) {
+        for (const bob::Pixel pixel : round) {
+            seen.add(pixel);
+            std::vector<float> sample(static_cast<std::size_t>(layout.width()));
+            for (float& value : sample) value = static_cast<float>(source.number());
+            bob::scatter(layout, {&pixel, 1}, sample.data(), planes.data(), height, width);
+        }
+    }
+    fuzz::expect(seen.all(), "all pixels in the end");
 }
 
 void scatter(fuzz::Source& source, const std::vector<bob::Pixel>& pixels, std::size_t height, std::size_t width) {
@@ -74,4 +107,5 @@ FUZZ(picture) {
     const std::vector<bob::Pixel> pixels = some_of(source, height, width);
     scatter(source, pixels, height, width);
     cameras(source, pixels, static_cast<int>(height), static_cast<int>(width));
+    adaptive(source, height, width);
 }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
+#include <cstdlib>
 
 namespace bob {
 namespace {
@@ -35,8 +35,9 @@ std::array<Pixel, 4> around(Pixel pixel, std::int32_t step, bool diagonal) {
     return {{{row - h, column}, {row + h, column}, {row, column - h}, {row, column + h}}};
 }
 
-std::uint8_t step_of(float value, float low, float high) {
-    return static_cast<std::uint8_t>(std::clamp((value - low) / (high - low), 0.f, 1.f) * 255 + 0.5f);
+std::uint8_t step_of(float value, const Channel& channel) {
+    const float share = (value - channel.low) / (channel.high - channel.low);
+    return share > 0 ? static_cast<std::uint8_t>(std::min(share, 1.f) * 255 + 0.5f) : 0;  // also of what is no number
 }
 
 }  // namespace
@@ -101,10 +102,10 @@ void AdaptiveOrder::read(const Layout& layout, const float* planes) {
     for (const Pixel pixel : round_) {
         const std::uint32_t i = index_of(pixel);
         Look& look = looks_[i];
-        if (gray) look[0] = step_of(gray[i], channels::gray.low, channels::gray.high);
+        if (gray) look[0] = step_of(gray[i], channels::gray);
         if (depth) look[1] = depth[i] > 0 ? 255 : 0;
-        if (x) look[2] = step_of(x[i], channels::normal.low, channels::normal.high);
-        if (y) look[3] = step_of(y[i], channels::normal.low, channels::normal.high);
+        if (x) look[2] = step_of(x[i], channels::normal);
+        if (y) look[3] = step_of(y[i], channels::normal);
         states_[i] = State::traced;
     }
     for (const Pixel pixel : round_) {
