@@ -5,9 +5,13 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
+
+COMMAND = [sys.executable, "-c", "import sys; from bobrossnet.cli import main; sys.exit(main())"]
+"""The command line of the package that this Python imports."""
 
 
 @contextmanager

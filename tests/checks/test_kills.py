@@ -7,14 +7,12 @@ import random
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
-from processes import running
+from processes import COMMAND, running
 
-COMMAND = [sys.executable, "-c", "import sys; from bobrossnet.cli import main; sys.exit(main())"]
 KILLS = int(os.environ.get("KILLS", "50"))  # of each kind of work
 TIMED = ("log.csv", "checkpoint.safetensors", "events.out")  # how the names begin of what tells how long it took
 

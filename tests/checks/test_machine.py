@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from processes import COMMAND
 
-COMMAND = [sys.executable, "-c", "import sys; from bobrossnet.cli import main; sys.exit(main())"]
 NOBODY = 65534
 
 pytestmark = pytest.mark.skipif(os.geteuid() != 0, reason="needs root, to mount a disk and to act as another user")
