@@ -46,8 +46,8 @@ Array<T, Shape...> make_array(Sizes... sizes) {
     return Array<T, Shape...>(data, sizeof...(sizes), shape, owner);
 }
 
-/// Runs work(keep_going) without the GIL and lets Ctrl-C stop it, by what it is given or by the Interruption around it: when
-/// asked, keep_going runs Python's signal handlers now and then, on the main thread, with the GIL taken back. What a handler raised is raised here; work may end by Stopped.
+/// Runs work() without the GIL, in an Interruption that lets Ctrl-C stop it: now and then Python's signal handlers run, on the
+/// main thread, with the GIL taken back. What a handler raised is raised here.
 template <class Work>
 void interruptible(Work work) {
     auto asked = std::chrono::steady_clock::now();
@@ -64,7 +64,7 @@ void interruptible(Work work) {
         };
         const bob::Interruption interruption(keep_going);
         try {
-            work(keep_going);
+            work();
         } catch (const bob::Stopped&) {
         }
     }

@@ -50,8 +50,8 @@ void complete(Run& run, const bob::Network& network, const bob::Layout& layout, 
     check_planes(layout, planes, network.outputs(), output);
     std::vector<float> storage;
     const float* const inputs = bob::select(layout, planes.data(), network.inputs(), planes.shape(1) * planes.shape(2), storage);
-    interruptible([&](const auto& keep_going) {
-        run(inputs, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)), output.data(), keep_going);
+    interruptible([&] {
+        run(inputs, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)), output.data());
     });
 }
 

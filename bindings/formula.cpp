@@ -111,13 +111,13 @@ Values values(const bob::Expression& expression) {
 
 Values evaluate(const bob::Expression& f, const Array<const double, -1, 3>& points) {
     auto result = make_array<double, -1>(points.shape(0));
-    interruptible([&](const auto& keep_going) {
+    interruptible([&] {
         bob::parallel_for(points.shape(0), 64, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const double* p = points.data() + 3 * i;
                 result.data()[i] = f(p[0], p[1], p[2]);
             }
-        }, keep_going);
+        });
     });
     return result;
 }

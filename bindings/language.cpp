@@ -14,7 +14,7 @@ namespace {
 template <auto read>
 auto from_bytes(const nb::bytes& text) {
     std::optional<decltype(read({}))> made;
-    interruptible([&](const auto&) { made.emplace(read({text.c_str(), text.size()})); });
+    interruptible([&] { made.emplace(read({text.c_str(), text.size()})); });
     return std::move(*made);
 }
 

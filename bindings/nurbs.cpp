@@ -38,7 +38,7 @@ std::pair<Array<std::int64_t, -1>, Array<double, -1, -1, -1>> basis_derivatives(
     const std::size_t columns = static_cast<std::size_t>(degree) + 1;
     auto spans = make_array<std::int64_t, -1>(u.shape(0));
     auto derivatives = make_array<double, -1, -1, -1>(u.shape(0), rows, columns);
-    interruptible([&](const auto& keep_going) {
+    interruptible([&] {
         bob::parallel_for(u.shape(0), 1024, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const std::size_t span = bob::find_span(degree, values, u.data()[i]);
@@ -53,7 +53,7 @@ std::pair<Array<std::int64_t, -1>, Array<double, -1, -1, -1>> basis_derivatives(
                     }
                 }
             }
-        }, keep_going);
+        });
     });
     return {spans, derivatives};
 }
@@ -72,13 +72,13 @@ Array<double, -1, -1, -1, 3> surface_derivatives(const Array<const double, -1, -
     expect(surface.size_u() == control_points.shape(0) && surface.size_v() == control_points.shape(1),
            "control_points: expected as many as the knots and degrees say");
     auto result = make_array<double, -1, -1, -1, 3>(u.shape(0), rows, rows, 3);
-    interruptible([&](const auto& keep_going) {
+    interruptible([&] {
         bob::parallel_for(u.shape(0), 256, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const auto derivatives = bob::surface_derivatives(surface, u.data()[i], v.data()[i], order);
                 std::copy_n(derivatives.data()->data(), rows * rows * 3, result.data() + i * rows * rows * 3);
             }
-        }, keep_going);
+        });
     });
     return result;
 }

@@ -63,10 +63,10 @@ void pixel_order(std::string_view name, std::uint64_t seed, std::uint32_t height
     expect(std::uint64_t{start} + pixels.shape(0) <= std::uint64_t{height} * width, "start: beyond the last pixel");
     const bob::Order order = bob::make_order(name, seed, height, width);
     const std::span all(reinterpret_cast<bob::Pixel*>(pixels.data()), pixels.shape(0));
-    interruptible([&](const auto& keep_going) {
+    interruptible([&] {
         bob::parallel_for(all.size(), 8192, [&](std::size_t begin, std::size_t end) {
             order(start + static_cast<std::uint32_t>(begin), all.subspan(begin, end - begin));
-        }, keep_going);
+        });
     });
 }
 

@@ -65,25 +65,25 @@ void init_arrangement(bob::Arrangement* self, const std::vector<std::shared_ptr<
         placed.push_back({shapes[i], bob::affine_map(transforms.data() + 16 * i), materials[i]});
     }
     std::optional<bob::Arrangement> made;  // not in its place before it is known that nothing stopped it
-    interruptible([&](const auto& keep_going) { made.emplace(std::move(placed), keep_going); });
+    interruptible([&] { made.emplace(std::move(placed)); });
     new (self) bob::Arrangement(std::move(*made));
 }
 
-std::optional<bob::Scene> scene(const bob::Arrangement& arrangement, const std::vector<nb::bytes>& digests) {
+bob::Scene scene(const bob::Arrangement& arrangement, const std::vector<nb::bytes>& digests) {
     std::vector<bob::Digest> converted;
     for (const nb::bytes& digest : digests) converted.push_back(digest_of(digest));
     expect(digests.empty() || digests.size() == arrangement.size(), "digests: expected one for each shape");
     std::optional<bob::Scene> made;
-    interruptible([&](const auto& keep_going) {
-        const bool all = bob::parallel_for(converted.size(), 256, [&](std::size_t begin, std::size_t end) {
+    interruptible([&] {
+        bob::parallel_for(converted.size(), 256, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const bob::Placed& placed = arrangement[i];
                 converted[i] = bob::instance_digest(converted[i], placed.transform, placed.material);
             }
-        }, keep_going);
-        if (all) made.emplace(arrangement.scene(converted, keep_going));
+        });
+        made.emplace(arrangement.scene(converted));
     });
-    return made;
+    return std::move(*made);
 }
 
 Array<double, 3> center(const bob::Arrangement& arrangement) {
@@ -119,7 +119,7 @@ void closest_hits(const bob::Scene& scene, const Points& origins, const Points& 
                primitive.shape(0) == count && u.shape(0) == count && v.shape(0) == count,
            "closest_hits: expected arrays of one length");
     const auto origin = items<bob::Vec3>(origins), direction = items<bob::Vec3>(directions);
-    interruptible([&](const auto& keep_going) {
+    interruptible([&] {
         bob::parallel_for(count, bob::batch_size(count), [&](std::size_t begin, std::size_t end) {
             thread_local std::vector<bob::Ray> rays;  // kept from call to call
             thread_local std::vector<bob::SceneHit> hits;
@@ -137,7 +137,7 @@ void closest_hits(const bob::Scene& scene, const Points& origins, const Points& 
                 u.data()[i] = place.u;
                 v.data()[i] = place.v;
             }
-        }, keep_going);
+        });
     });
 }
 
@@ -145,8 +145,8 @@ void trace(const bob::Scene& scene, const bob::Camera& camera, int height, int w
            const bob::Layout& layout, const Samples& samples) {
     check_pixels(pixels, height, width);
     check_width(layout, pixels.shape(0), samples);
-    interruptible([&](const auto& keep_going) {
-        bob::trace(scene, camera, height, width, items<bob::Pixel>(pixels), layout, samples.data(), keep_going);
+    interruptible([&] {
+        bob::trace(scene, camera, height, width, items<bob::Pixel>(pixels), layout, samples.data());
     });
 }
 

@@ -53,20 +53,20 @@ void init_implicit(bob::Implicit* self, const bob::Expression& formula, const Co
         box.high[axis] = bounds.data()[3 + axis];
         expect(box.low[axis] < box.high[axis], "bounds: expected each low below its high");
     }
-    interruptible([&](const auto&) { new (self) bob::Implicit(formula, box); });
+    interruptible([&] { new (self) bob::Implicit(formula, box); });
 }
 
 /// None where the formula is positive everywhere.
 std::optional<Array<double, 2, 3>> find_bounds(const bob::Expression& formula) {
     std::optional<bob::Bounds> found;
-    interruptible([&](const auto&) { found = bob::find_bounds(formula); });
+    interruptible([&] { found = bob::find_bounds(formula); });
     if (!found) return std::nullopt;
     return to_array(*found);
 }
 
 std::tuple<bob::Expression, std::optional<Array<double, 2, 3>>, bool> vm_solid(const bob::Expression& formula) {
     std::optional<bob::VmSolid> solid;
-    interruptible([&](const auto&) { solid = bob::vm_solid(formula); });
+    interruptible([&] { solid = bob::vm_solid(formula); });
     std::optional<Array<double, 2, 3>> bounds;
     if (solid->bounds) bounds = to_array(*solid->bounds);
     return {std::move(solid->formula), std::move(bounds), solid->cut};
@@ -111,23 +111,23 @@ void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance) {
             }
         }
     }
-    interruptible([&](const auto&) { new (self) bob::Brep(bob::Brep::of_weighted_points(std::move(converted), tolerance)); });
+    interruptible([&] { new (self) bob::Brep(bob::Brep::of_weighted_points(std::move(converted), tolerance)); });
 }
 
 void init_tube(bob::Tube* self, const Array<const double, -1, 5>& control_points, const Knots& knots) {
     auto path = curve<4>(control_points, knots);
-    interruptible([&](const auto&) { new (self) bob::Tube(bob::Tube::of_weighted_points(std::move(path))); });
+    interruptible([&] { new (self) bob::Tube(bob::Tube::of_weighted_points(std::move(path))); });
 }
 
 Array<double, 2, 3> bounds(const bob::Shape& shape, const Matrix& map) {
     bob::Bounds found;
-    interruptible([&](const auto&) { found = shape.bounds(bob::affine_map(map.data())); });
+    interruptible([&] { found = shape.bounds(bob::affine_map(map.data())); });
     return to_array(found);
 }
 
 double radius(const bob::Shape& shape, const Matrix& map, const Array<const double, 3>& center) {
     double found = 0;
-    interruptible([&](const auto&) { found = shape.radius(bob::affine_map(map.data()), center.data()); });
+    interruptible([&] { found = shape.radius(bob::affine_map(map.data()), center.data()); });
     return found;
 }
 
@@ -137,7 +137,7 @@ void bind_shapes(nb::module_& m) {
     nb::class_<bob::Shape>(m, "Shape")
         .def("bounds", &bounds, "map"_a)
         .def("radius", &radius, "map"_a, "center"_a)
-        .def("prepare", [](const bob::Shape& shape) { interruptible([&](const auto&) { shape.prepare(); }); })
+        .def("prepare", [](const bob::Shape& shape) { interruptible([&] { shape.prepare(); }); })
         .def_prop_ro("bytes", &bob::Shape::bytes);
 
     nb::class_<bob::Mesh, bob::Shape>(m, "Mesh")

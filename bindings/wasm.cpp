@@ -297,7 +297,8 @@ bool trace(const bob::Scene* scene, const bob::Camera* camera, std::int32_t heig
            const std::int32_t* pixels, std::size_t count, float* samples) {
     return attempt([&] {
         const std::span all(reinterpret_cast<const bob::Pixel*>(pixels), count);
-        return bob::trace(*scene, *camera, height, width, all, bob::gbuffer_layout(), samples);
+        bob::trace(*scene, *camera, height, width, all, bob::gbuffer_layout(), samples);
+        return true;
     });
 }
 

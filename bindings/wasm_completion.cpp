@@ -77,7 +77,8 @@ bool run_network(const bob::Network* network, const float* planes, std::int32_t 
     return attempt([&] {
         std::vector<float> storage;
         const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
-        return (*network)(bob::select(bob::gbuffer_layout(), planes, network->inputs(), pixels, storage), height, width, output);
+        (*network)(bob::select(bob::gbuffer_layout(), planes, network->inputs(), pixels, storage), height, width, output);
+        return true;
     });
 }
 

@@ -32,6 +32,7 @@ struct Job {
         const std::size_t begin = next.fetch_add(grain, std::memory_order_relaxed);
         if (begin >= count) return false;
         try {
+            Interruption::check();
             body(begin, std::min(begin + grain, count));
         } catch (...) {
             if (!failed.test_and_set()) failure = std::current_exception();
@@ -40,11 +41,8 @@ struct Job {
         return true;
     }
 
-    /// Does pieces on the calling thread until none is left or `keep_going` says no.
-    void work(const std::function<bool()>& keep_going) {
-        while (step()) {
-            if (keep_going && !keep_going()) stopped = true;
-        }
+    void work() {
+        while (step()) {}
     }
 };
 
@@ -74,21 +72,20 @@ public:
     Pool(const Pool&) = delete;
     Pool& operator=(const Pool&) = delete;
 
-    void run(Job& job, const std::function<bool()>& keep_going) {
+    void run(Job& job) {
         {
             const std::lock_guard lock(mutex_);
             job_ = &job;
             ++generation_;
         }
         wake_.notify_all();
-        job.work(keep_going);
+        job.work();
         look_out_for([&] { return busy_ == 0; });
         std::unique_lock lock(mutex_);
         job_ = nullptr;  // a worker that wakes up late finds nothing to do
         while (!idle_.wait_for(lock, std::chrono::milliseconds(10), [this] { return busy_ == 0; })) {
             lock.unlock();
             if (job.interruption) job.interruption->keeps_going();  // asks for the others
-            if (keep_going && !job.stopped && !keep_going()) job.stopped = true;
             lock.lock();
         }
     }
@@ -110,7 +107,7 @@ private:
             ++busy_;
             lock.unlock();
             Interruption::current() = job.interruption;
-            while (job.step()) {}
+            job.work();
             Interruption::current() = nullptr;
             lock.lock();
             if (--busy_ == 0) idle_.notify_one();
@@ -150,17 +147,15 @@ int thread_count() {
 
 void set_thread_count(int count) { wanted_threads = std::max(1, count); }
 
-bool parallel_for(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body,
-                  const std::function<bool()>& keep_going) {
+void parallel_for(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body) {
     Job job{count, std::max<std::size_t>(1, grain), body};
     if (thread_count() > 1 && count > job.grain && !pool_in_use.test_and_set()) {
-        ready_pool().run(job, keep_going);
+        ready_pool().run(job);
         pool_in_use.clear();
     } else {
-        job.work(keep_going);
+        job.work();
     }
     if (job.failure) std::rethrow_exception(job.failure);
-    return !job.stopped;
 }
 
 }  // namespace bob

@@ -23,11 +23,10 @@ void set_thread_count(int count);
 
 /// Calls body(begin, end) for pieces of at most `grain` that cover 0..count, from several threads.
 ///
-/// `keep_going`, if given, is called on the calling thread between pieces and while other threads finish theirs; once it
-/// returns false, no further piece is started. Returns whether it never did. A body may check the caller's Interruption. A
-/// call from inside a body, or while another thread's call is under way, runs on its own thread alone.
-bool parallel_for(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body,
-                  const std::function<bool()>& keep_going = nullptr);
+/// The caller's Interruption is checked before each piece and asked while other threads finish theirs; a body may check it
+/// too. What a body throws, or Stopped, is thrown here, when no piece is under way any more. A call from inside a body, or
+/// while another thread's call is under way, runs on its own thread alone.
+void parallel_for(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body);
 
 /// Calls body(y) for the rows `begin` to `end` of an image, from several threads if there are enough pixels to be worth it.
 template <class Body>

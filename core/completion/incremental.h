@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
-#include <functional>
 #include <vector>
 
 #include "completion/network.h"
@@ -40,8 +39,7 @@ public:
     [[nodiscard]] const Network& network() const { return network_; }
 
     /// As the network.
-    bool operator()(const float* gbuffer, int height, int width, float* output,
-                    const std::function<bool()>& keep_going = nullptr) {
+    void operator()(const float* gbuffer, int height, int width, float* output) {
         const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
         if (height != height_ || width != width_) {
             height_ = height, width_ = width;
@@ -55,19 +53,20 @@ public:
 
         gbuffer_.resize(static_cast<std::size_t>(inputs_) * pixels);
         output_.resize(static_cast<std::size_t>(outputs_) * pixels);
-        for (const Rectangle& piece : changed) {
-            if (!complete(gbuffer, reached(piece), keep_going)) {
-                gbuffer_.clear();
-                return false;
+        try {
+            for (const Rectangle& piece : changed) {
+                complete(gbuffer, reached(piece));
+                keep(gbuffer, piece);
             }
-            keep(gbuffer, piece);
+        } catch (...) {
+            gbuffer_.clear();  // some of the output is of the last picture, some of this one
+            throw;
         }
         for (int channel = 0; channel < outputs_; ++channel) {
             for_rows(0, height, width, [&](int y) {
                 std::copy_n(output_.data() + place(channel, y), width, output + place(channel, y));
             });
         }
-        return true;
     }
 
 private:
@@ -142,10 +141,11 @@ private:
                static_cast<std::size_t>(width_);
     }
 
-    bool complete(const float* gbuffer, const Rectangle& piece, const std::function<bool()>& keep_going) {
+    void complete(const float* gbuffer, const Rectangle& piece) {
         const Rectangle from = needed(piece);
         if (from.area() == Rectangle{0, 0, width_, height_}.area()) {
-            return network_(gbuffer, height_, width_, output_.data(), keep_going);
+            network_(gbuffer, height_, width_, output_.data());
+            return;
         }
 
         const int height = from.y1 - from.y0, width = from.x1 - from.x0;
@@ -157,14 +157,13 @@ private:
                             part.data() + static_cast<std::size_t>(channel * height + y) * columns);
             }
         });
-        if (!network_(part.data(), height, width, result.data(), keep_going)) return false;
+        network_(part.data(), height, width, result.data());
         for (int channel = 0; channel < outputs_; ++channel) {
             for (int y = piece.y0; y < piece.y1; ++y) {
                 std::copy_n(result.data() + static_cast<std::size_t>(channel * height + y - from.y0) * columns + (piece.x0 - from.x0),
                             static_cast<std::size_t>(piece.x1 - piece.x0), output_.data() + place(channel, y) + piece.x0);
             }
         }
-        return true;
     }
 
     const Network& network_;

@@ -1,7 +1,6 @@
 /// Networks: what completes a picture of which some pixels were traced.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string_view>
 #include <utility>
@@ -19,10 +18,8 @@ public:
     [[nodiscard]] const Layout& outputs() const { return outputs_; }
 
     /// planes: (inputs().width(), height, width), all 0 where not traced; output: (outputs().width(), height, width), the
-    /// network's own values at every pixel. Any size; from several threads at once. `keep_going` as in `parallel_for`: once
-    /// it says no, the rest of `output` is left as it is and false returned.
-    virtual bool operator()(const float* planes, int height, int width, float* output,
-                            const std::function<bool()>& keep_going = nullptr) const = 0;
+    /// network's own values at every pixel. Any size; from several threads at once.
+    virtual void operator()(const float* planes, int height, int width, float* output) const = 0;
 
     /// How many pixels away a pixel can have an effect.
     [[nodiscard]] virtual int reach() const = 0;

@@ -82,15 +82,14 @@ Paper::Paper(const Weights& weights, std::size_t memory)
 
 Paper::~Paper() = default;
 
-bool Paper::operator()(const float* gbuffer, int height, int width, float* gray,
-                       const std::function<bool()>& keep_going) const {
+void Paper::operator()(const float* gbuffer, int height, int width, float* gray) const {
     auto images = spare_.take((height + 3) / 4 * 4, (width + 3) / 4 * 4, inputs().width(), memory_);  // zeros below and to the right
     auto& [padded_height, padded_width, step, full, half, quarter, code, result] = *images;
     const auto rows = static_cast<std::size_t>(height), columns = static_cast<std::size_t>(width);
     const auto shuffle = shuffled(80, encode2.groups());
 
     Progress done{};
-    while (done.output < height && (!keep_going || keep_going())) {
+    while (done.output < height) {
         const Progress next = needed(std::min(done.output + step, padded_height), padded_height);
 
         for_rows(done.input, next.input, padded_width, [&](int y) {
@@ -113,7 +112,6 @@ bool Paper::operator()(const float* gbuffer, int height, int width, float* gray,
         done = next;
     }
     spare_.give_back(std::move(images));
-    return done.output >= height;
 }
 
 }  // namespace bob

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 
 #include "completion/conv3x3.h"
 #include "completion/network.h"
@@ -19,8 +18,7 @@ public:
     explicit Paper(const Weights& weights, std::size_t memory = spare_memory());
     ~Paper() override;
 
-    bool operator()(const float* gbuffer, int height, int width, float* gray,
-                    const std::function<bool()>& keep_going = nullptr) const override;
+    void operator()(const float* gbuffer, int height, int width, float* gray) const override;
 
     [[nodiscard]] int reach() const override { return 20; }
     /// Pairs of rows of a quarter of the picture's.

@@ -184,14 +184,13 @@ Pyramid::Pyramid(const Weights& weights, std::size_t memory)
 
 Pyramid::~Pyramid() = default;
 
-bool Pyramid::operator()(const float* gbuffer, int height, int width, float* gray,
-                         const std::function<bool()>& keep_going) const {
+void Pyramid::operator()(const float* gbuffer, int height, int width, float* gray) const {
     auto images = spare_.take(height, width, layers_, memory_);
     const Pixels pixels{gbuffer, height, width};
 
     std::vector<Progress> done(layers_.size(), Progress{});
     int finished = 0;
-    while (finished < half(height) && (!keep_going || keep_going())) {
+    while (finished < half(height)) {
         const int until = std::min(finished + images->rows, half(height));
         const auto next = needed(until, half(height), levels());
         pull(pixels, *images, done.back().sums, next.back().sums);
@@ -215,7 +214,6 @@ bool Pyramid::operator()(const float* gbuffer, int height, int width, float* gra
         done = next;
     }
     spare_.give_back(std::move(images));
-    return finished >= half(height);
 }
 
 void Pyramid::pull(const Pixels& pixels, Images& images, int begin, int end) const {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <vector>
 
 #include "completion/conv3x3.h"
@@ -20,8 +19,7 @@ public:
     explicit Pyramid(const Weights& weights, std::size_t memory = spare_memory());
     ~Pyramid() override;
 
-    bool operator()(const float* gbuffer, int height, int width, float* gray,
-                    const std::function<bool()>& keep_going = nullptr) const override;
+    void operator()(const float* gbuffer, int height, int width, float* gray) const override;
 
     /// Four blocks of the coarsest level, taken in pairs.
     [[nodiscard]] int reach() const override { return 6 << levels(); }

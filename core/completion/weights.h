@@ -1,7 +1,6 @@
 /// What a weight file holds, as the reader of the file hands it over.
 #pragma once
 
-#include <functional>
 #include <map>
 #include <span>
 #include <string>

@@ -100,7 +100,7 @@ FUZZ(weights) {
         const std::vector<float> planes = picture(source, pixels);
         std::vector<float> storage, output(pixels * static_cast<std::size_t>(network->outputs().width()));
         const float* const inputs = bob::select(bob::gbuffer_layout(), planes.data(), network->inputs(), pixels, storage);
-        fuzz::expect((*network)(inputs, height, width, output.data()), "a network that nobody stops to finish");
+        (*network)(inputs, height, width, output.data());
         std::vector<float> again(output.size());
         bob::Incremental incremental(*network);
         for (int i = 0; i < 2; ++i) incremental(inputs, height, width, again.data());

@@ -69,7 +69,7 @@ public:
 
     /// Points of which one has the maximum of any convex function, but for rounding; of a linear one, whose products are
     /// summed in order, to the bit. Throws Stopped where it shall not go on.
-    [[nodiscard]] std::vector<std::array<double, 3>> outline(const KeepGoing& keep_going = nullptr) const;
+    [[nodiscard]] std::vector<std::array<double, 3>> outline() const;
 
     [[nodiscard]] int max_registers() const { return max_registers_; }
     [[nodiscard]] std::size_t bytes() const;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formula/scratch.h"
+#include "interruption.h"
 #include "shapes/cells.h"
 
 namespace bob {
@@ -68,8 +69,7 @@ private:
 
 }  // namespace
 
-std::vector<std::array<double, 3>> Cells::outline(const KeepGoing& keep_going) const {
-    Interruption interruption(keep_going);
+std::vector<std::array<double, 3>> Cells::outline() const {
     const FormulaKernels& kernels = best_formula_kernels();
     void* const memory = scratch(max_registers_);
     std::vector<Decision> decisions(max_code_);
@@ -82,7 +82,7 @@ std::vector<std::array<double, 3>> Cells::outline(const KeepGoing& keep_going) c
     const auto coordinate = [](int corner) { return static_cast<float>(corner) * tolerance - 1; };
     std::vector<Part> open, halves;
     for (const Cell& cell : cells_) {
-        interruption.check();
+        Interruption::check();
         const Code code = this->code(cell);
         Corner low;
         for (std::size_t axis = 0; axis < 3; ++axis) low[axis] = static_cast<std::uint16_t>(finest_side * cell.at[axis]);

@@ -40,8 +40,8 @@ double radius_of(const PointTree& outline, const AffineMap& from_unit, const dou
 
 }  // namespace
 
-void Implicit::prepare_places(const KeepGoing& keep_going) const {
-    outline_.prepare([&] { return cells_.outline(keep_going); });
+void Implicit::prepare_places() const {
+    outline_.prepare([&] { return cells_.outline(); });
 }
 
 Bounds Implicit::bounds(const AffineMap& map) const {

@@ -20,7 +20,7 @@ public:
     [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
     [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
     [[nodiscard]] double overshoot() const override { return 1e-6; }
-    void prepare_places(const KeepGoing& keep_going) const override;
+    void prepare_places() const override;
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
     [[nodiscard]] std::size_t bytes() const override { return cells_.bytes(); }

@@ -122,7 +122,7 @@ double Mesh::radius(const AffineMap& map, const double center[3]) const {
     return radius_of(arrays_.vertices, used_, map, center);
 }
 
-void Mesh::prepare_places(const KeepGoing&) const {
+void Mesh::prepare_places() const {
     outline_.prepare([&] {
         std::vector<Point> points;
         for_each(arrays_.vertices, used_, {}, [&](const Point& p) {

@@ -37,7 +37,7 @@ public:
     [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
 
     [[nodiscard]] double overshoot() const override { return 1e-6; }
-    void prepare_places(const KeepGoing& keep_going) const override;
+    void prepare_places() const override;
 
     /// Builds the hierarchy and the normals, which takes long.
     void prepare() const override;

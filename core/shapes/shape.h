@@ -7,7 +7,6 @@
 
 #include "affine.h"
 #include "box.h"
-#include "interruption.h"
 #include "ray.h"
 #include "vec.h"
 
@@ -53,7 +52,7 @@ public:
 
     /// Makes `bounds` and `radius` fast for a shape in many places, without changing them; takes as long as some of them. Any
     /// thread may call it, and again. Throws Stopped where it shall not go on.
-    virtual void prepare_places(const KeepGoing& /*keep_going*/) const {}
+    virtual void prepare_places() const {}
 
     /// What rays need, where it was not made with the shape; comes before the first of them. Any thread may call it, and
     /// again.

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "check.h"
+#include "interrupted.h"
 #include "meshes.h"
 #include "shapes/brep.h"
 #include "shapes/implicit.h"
@@ -222,8 +223,8 @@ TEST(shapes_reach_as_far_as_before_once_they_are_prepared_for_many_places) {
     const auto bounds = *bob::find_bounds(f);
     const bob::Implicit surface(f, bounds), prepared_surface(f, bounds);
     const auto mesh = mesh_of(arrays), prepared_mesh = mesh_of(arrays);
-    prepared_surface.prepare_places({});
-    prepared_mesh->prepare_places({});
+    prepared_surface.prepare_places();
+    prepared_mesh->prepare_places();
     for (int i = 0; i < 100; ++i) {
         bob::AffineMap map = place;
         map.row[0][0] = 0.1 * i - 3, map.row[1][0] = 0.07 * i, map.row[2][1] = i % 5, map.row[2][3] = 1e3 * (i % 3);
@@ -262,10 +263,8 @@ TEST(the_first_of_a_shape_in_one_place_is_seen) {
 TEST(measuring_and_preparing_can_be_stopped) {
     const Arrays arrays = soup(20, 1, 0);
     const auto mesh = mesh_of(arrays);
-    int asked = 0;
-    const auto no = [&] { return ++asked, false; };
-    const bob::Arrangement stopped({{mesh, {}, {}}, {mesh, place, {}}}, no);
-    CHECK_EQ(asked, 1);
-    CHECK_EQ(alone(mesh).scene({}, no).size(), 0u);
+    const bob::Arrangement one = alone(mesh);
+    CHECK(stops_after(0, [&] { bob::Arrangement({{mesh, {}, {}}, {mesh, place, {}}}); }));
+    CHECK(stops_after(0, [&] { (void)one.scene(); }));
     CHECK_EQ(mesh->bytes(), 0u);
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "check.h"
+#include "interrupted.h"
 
 namespace {
 
@@ -26,9 +27,9 @@ TEST(parallel_for_covers_every_index_once) {
     with_threads([] {
         for (const std::size_t count : {0, 1, 7, 1000}) {
             std::vector<int> visits(count, 0);
-            CHECK(bob::parallel_for(count, 3, [&](std::size_t begin, std::size_t end) {
+            bob::parallel_for(count, 3, [&](std::size_t begin, std::size_t end) {
                 for (std::size_t i = begin; i < end; ++i) ++visits[i];
-            }));
+            });
             CHECK_EQ(static_cast<std::size_t>(std::count(visits.begin(), visits.end(), 1)), count);
         }
     });
@@ -46,15 +47,21 @@ TEST(parallel_for_inside_parallel_for) {
 
 TEST(parallel_for_stops_when_told) {
     with_threads([] {
-        std::atomic<int> pieces = 0;
-        std::atomic<bool> asked = false;
+        for (const int answered : {0, 1, 50}) {
+            std::atomic<int> pieces = 0;
+            CHECK(stops_after(answered, [&] { bob::parallel_for(100000, 1, [&](std::size_t, std::size_t) { ++pieces; }); }));
+            CHECK_LT(pieces.load(), 100000);
+        }
+    });
+}
+
+TEST(only_the_caller_is_asked_whether_to_go_on) {
+    with_threads([] {
         const auto caller = std::this_thread::get_id();
-        const auto body = [&](std::size_t, std::size_t) {
-            ++pieces;
-            while (!asked && std::this_thread::get_id() != caller) std::this_thread::yield();
-        };
-        CHECK(!bob::parallel_for(100000, 1, body, [&] { return asked = true, false; }));
-        CHECK_LT(pieces.load(), 100000);
+        std::atomic<int> by_others = 0;
+        const bob::Interruption interruption([&] { return by_others += std::this_thread::get_id() != caller, true; });
+        bob::parallel_for(100, 1, [&](std::size_t, std::size_t) { std::this_thread::yield(); });
+        CHECK_EQ(by_others.load(), 0);
     });
 }
 

@@ -11,6 +11,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "interruption.h"
 #include "parallel.h"
 #include "tracing/place_key.h"
 
@@ -45,23 +46,23 @@ double farthest_possible(const Arrangement::Place& place, const double center[3]
 
 /// f(i) for each place, from several threads; a few are left to the threads of each.
 template <class F>
-void for_places(std::size_t count, const KeepGoing& keep_going, F f) {
+void for_places(std::size_t count, F f) {
     const auto some = [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) f(i);
     };
     if (count >= many_places) {
-        if (!parallel_for(count, 16, some, keep_going)) throw Stopped();
+        parallel_for(count, 16, some);
         return;
     }
     for (std::size_t i = 0; i < count; ++i) {
-        if (!keep_going()) throw Stopped();
+        Interruption::check();
         f(i);
     }
 }
 
 }  // namespace
 
-Arrangement::Arrangement(std::vector<Placed> shapes, const std::function<bool()>& keep_going) : shapes_(std::move(shapes)) {
+Arrangement::Arrangement(std::vector<Placed> shapes) : shapes_(std::move(shapes)) {
     if (shapes_.empty()) throw std::invalid_argument("shapes: expected at least one shape, got none");
     std::unordered_map<PlaceKey, std::size_t, PlaceKey::Hash> known;
     std::map<const Shape*, std::size_t> counts;  // of places
@@ -71,22 +72,15 @@ Arrangement::Arrangement(std::vector<Placed> shapes, const std::function<bool()>
         if (added) ++counts[shape.get()];
         place_.push_back(entry->second);
     }
-    try {
-        Interruption interruption(keep_going);
-        interruption.check();
-        for (const auto& [shape, count] : counts) {
-            if (count >= many_places) shape->prepare_places(keep_going);
-        }
-        measure(interruption);
-    } catch (const Stopped&) {
-        return;
+    for (const auto& [shape, count] : counts) {
+        if (count >= many_places) shape->prepare_places();
     }
+    measure();
     check(sphere_.radius);
 }
 
-void Arrangement::measure(Interruption& interruption) {
-    const auto keep_going = [&] { return interruption.keeps_going(); };
-    for_places(places_.size(), keep_going, [&](std::size_t i) { places_[i].bounds = places_[i].shape->bounds(places_[i].transform); });
+void Arrangement::measure() {
+    for_places(places_.size(), [&](std::size_t i) { places_[i].bounds = places_[i].shape->bounds(places_[i].transform); });
     Bounds box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
     for (const Place& place : places_) {
         for (int axis = 0; axis < 3; ++axis) {
@@ -98,7 +92,7 @@ void Arrangement::measure(Interruption& interruption) {
 
     // The farthest first, as far as boxes show it, until the rest can't reach as far.
     std::vector<double> reach(places_.size()), radius(places_.size());
-    for_places(places_.size(), keep_going, [&](std::size_t i) { reach[i] = farthest_possible(places_[i], sphere_.center); });
+    for_places(places_.size(), [&](std::size_t i) { reach[i] = farthest_possible(places_[i], sphere_.center); });
     std::vector<std::size_t> order(places_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return reach[a] > reach[b]; });
@@ -106,7 +100,7 @@ void Arrangement::measure(Interruption& interruption) {
     std::size_t count = 1;
     for (std::size_t begin = 0; begin < order.size() && reach[order[begin]] >= sphere_.radius; begin += count) {
         count = std::min<std::size_t>(begin < many_places ? 1 : 64, order.size() - begin);
-        for_places(count, keep_going, [&](std::size_t i) {
+        for_places(count, [&](std::size_t i) {
             const Place& place = places_[order[begin + i]];
             radius[begin + i] = place.shape->radius(place.transform, sphere_.center);
         });
@@ -114,7 +108,7 @@ void Arrangement::measure(Interruption& interruption) {
     }
 }
 
-Scene Arrangement::scene(std::span<const Digest> digests, const std::function<bool()>& keep_going) const {
+Scene Arrangement::scene(std::span<const Digest> digests) const {
     std::vector<std::uint32_t> order = canonical_order(digests);
     if (digests.empty()) {
         order.resize(shapes_.size());
@@ -122,9 +116,8 @@ Scene Arrangement::scene(std::span<const Digest> digests, const std::function<bo
     }
     std::vector<Instance> instances;
     instances.reserve(order.size());
-    Interruption interruption(keep_going);
     for (const std::uint32_t i : order) {
-        if (!interruption.keeps_going()) return Scene(std::vector<Instance>());
+        Interruption::check();
         const Placed& placed = shapes_[i];
         const Place& place = places_[place_[i]];
         placed.shape->prepare();

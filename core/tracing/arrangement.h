@@ -1,13 +1,11 @@
 /// Shapes as users place them, in any units: how far they reach, and the scene that rays meet.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "affine.h"
-#include "interruption.h"
 #include "tracing/canonical.h"
 #include "tracing/scene.h"
 
@@ -22,9 +20,8 @@ struct Placed {
 class Arrangement {
 public:
     /// Measures the shapes, each once in a place. Throws std::invalid_argument where there is none, or where all of them lie
-    /// in one point or beyond what numbers hold. `keep_going` is asked now and then; if it says no, the arrangement is good
-    /// for nothing.
-    explicit Arrangement(std::vector<Placed> shapes, const std::function<bool()>& keep_going = nullptr);
+    /// in one point or beyond what numbers hold.
+    explicit Arrangement(std::vector<Placed> shapes);
 
     /// About the centre of the common bounding box, to the farthest point.
     [[nodiscard]] const Sphere& sphere() const { return sphere_; }
@@ -32,9 +29,8 @@ public:
     [[nodiscard]] std::size_t size() const { return shapes_.size(); }
     [[nodiscard]] const Bounds& bounds(std::size_t i) const { return places_[place_[i]].bounds; }
 
-    /// Prepares the shapes, and puts them in the unit sphere, in the order of their digests if there are any. `keep_going` as
-    /// above.
-    [[nodiscard]] Scene scene(std::span<const Digest> digests = {}, const std::function<bool()>& keep_going = nullptr) const;
+    /// Prepares the shapes, and puts them in the unit sphere, in the order of their digests if there are any.
+    [[nodiscard]] Scene scene(std::span<const Digest> digests = {}) const;
 
     [[nodiscard]] const Placed& operator[](std::size_t i) const { return shapes_[i]; }
 
@@ -46,7 +42,7 @@ public:
     };
 
 private:
-    void measure(Interruption& interruption);
+    void measure();
     [[nodiscard]] AffineMap to_shape(const Place& place) const;
 
     std::vector<Placed> shapes_;

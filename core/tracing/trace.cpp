@@ -68,8 +68,8 @@ Write writer_of(const Channel& channel) {
 
 }  // namespace
 
-bool trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
-           const Layout& layout, float* samples, const std::function<bool()>& keep_going) {
+void trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
+           const Layout& layout, float* samples) {
     const Projection projection(camera, height, width);
     std::vector<std::pair<std::size_t, Write>> writers;
     for (const Channel& channel : layout) {
@@ -77,7 +77,7 @@ bool trace(const Scene& scene, const Camera& camera, int height, int width, std:
     }
     const std::vector<float> missed = layout.missed();
     const std::size_t components = missed.size();
-    return parallel_for(pixels.size(), batch_size(pixels.size()), [&](std::size_t begin, std::size_t end) {
+    parallel_for(pixels.size(), batch_size(pixels.size()), [&](std::size_t begin, std::size_t end) {
         Batch& batch = Batch::of_this_thread(end - begin);
         std::size_t count = 0, found = 0;
         for (std::size_t i = begin; i < end; ++i) {
@@ -96,7 +96,7 @@ bool trace(const Scene& scene, const Camera& camera, int height, int width, std:
             batch.sample[found++] = batch.sample[j];
         }
         for (const auto& [place, write] : writers) write(batch, found, samples, components, place);
-    }, keep_going);
+    });
 }
 
 }  // namespace bob

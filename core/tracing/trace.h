@@ -1,7 +1,6 @@
 /// From pixels to samples: one ray each.
 #pragma once
 
-#include <functional>
 #include <span>
 
 #include "picture/camera.h"
@@ -13,9 +12,8 @@ namespace bob {
 
 /// Traces the pixels' centres; the scene lies within the unit sphere. `samples` is (n, layout.width()): the layout begins
 /// with the mask, in whose place stands whether the ray hit. A pixel's sample does not depend on the thread that traces
-/// it. `keep_going` is called now and then on the calling thread; returns false if it did. Throws std::invalid_argument
-/// if the tracer has no such channel.
-bool trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
-           const Layout& layout, float* samples, const std::function<bool()>& keep_going = nullptr);
+/// it. Throws std::invalid_argument if the tracer has no such channel.
+void trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
+           const Layout& layout, float* samples);
 
 }  // namespace bob
