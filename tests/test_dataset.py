@@ -18,6 +18,7 @@ from bobrossnet.learn.dataset import Dataset, Plan, loader
 from bobrossnet.learn.dataset.build import build, views_of
 from bobrossnet.learn.dataset.loader import Batches
 from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
+from bobrossnet.learn.dataset.store import part_of
 from bobrossnet.learn.shapes import KINDS, procedural_scene
 
 # ---- the plan -----------------------------------------------------------------------------------------------
@@ -315,6 +316,21 @@ def test_orders_take_turns(built: Path) -> None:
             order = ("lattice", "uniform")[(number + epoch) % 2]
             expected = dataset.plan.mask(number, fraction, turn=epoch, order=order)
             np.testing.assert_array_equal(mask, expected)
+
+
+def test_adaptive_masks_go_through_the_whole_view(built: Path) -> None:
+    dataset = Dataset.open(built)
+    batch = Batches(dataset, "train", size=40, order="adaptive", fractions="sparse")[0]
+    sizes = set()
+    for number, mask, fraction in zip(batch.numbers.tolist(), batch.partial[:, 0], batch.fractions, strict=True):
+        sample = dataset.plan.sample(number)
+        view = part_of(dataset.read(sample.shape, sample.size).astype(np.float32), np.ones((sample.size,) * 2))
+        row, column = 128 * sample.row, 128 * sample.column
+        whole = view.sample(float(fraction), order="adaptive", seed=dataset.plan.seed)
+        traced = whole.mask[row : row + 128, column : column + 128]
+        np.testing.assert_array_equal(mask, traced)
+        sizes.add(sample.size)
+    assert len(sizes) > 1
 
 
 def test_fractions_of_all_sizes(built: Path) -> None:

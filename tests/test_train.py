@@ -259,6 +259,36 @@ def test_other_choices(
 # ---- what is refused ----------------------------------------------------------------------------------------
 
 
+def test_it_begins_with_given_weights(whole: Path, dataset: Dataset, tmp_path: Path) -> None:
+    start = whole / WEIGHTS
+    train(replace(TOY, start=str(start), epochs=0), dataset, tmp_path / "none")
+    given, _ = checkpoint.read_tensors(start)
+    written, _ = checkpoint.read_tensors(tmp_path / "none" / WEIGHTS)
+    assert all(written[name].equal(tensor) for name, tensor in given.items())
+    train(replace(TOY, start=str(start)), dataset, tmp_path / "more")
+    assert rows(tmp_path / "more")[-1]["ssim"] > rows(whole)[-1]["ssim"]
+    assert json.loads((tmp_path / "more" / CONFIG).read_text())["start"]["sha256"]
+
+    for wrong, message in (({"network": "pyramid"}, "network=pyramid"), ({"groups": 1}, "these settings")):
+        with pytest.raises(InputError, match=message):
+            train(replace(TOY, start=str(start), **wrong), dataset, tmp_path / "wrong")
+    with pytest.raises(InputError, match=r"expected one of default, paper or a \.safetensors file"):
+        train(replace(TOY, start="nothing"), dataset, tmp_path / "wrong")
+
+
+def test_a_checkpoint_older_than_a_field_goes_on(dataset: Dataset, tmp_path: Path) -> None:
+    train(replace(TOY, epochs=1), dataset, tmp_path)
+    tensors, header = checkpoint.read_tensors(tmp_path / CHECKPOINT)
+    trained = json.loads(header["training"])
+    del trained["start"], trained["draw"]
+    changed = {**header, "training": json.dumps({**trained, "epochs": 2})}
+    checkpoint.write_tensors(tmp_path / CHECKPOINT, tensors, changed)
+    train(TOY, dataset, tmp_path)
+    assert len(rows(tmp_path)) == 2
+    with pytest.raises(InputError, match="draw 'each' instead of 'by-detail'"):
+        train(replace(TOY, draw="by-detail"), dataset, tmp_path)
+
+
 def test_refused_before_any_work(whole: Path, dataset: Dataset, folder: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"one of batch 8 instead of 4, average 0\.999 instead of 0\.5; move the"):
         train(replace(TOY, batch=4, average=0.5), dataset, whole)

@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from torch import Tensor, nn
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.completion.weights import FORMAT, read_weights
 from bobrossnet.errors import InputError
-from bobrossnet.learn.config import FREE
+from bobrossnet.learn.config import FREE, TrainConfig
 from bobrossnet.learn.networks import NETWORKS, Network
 from bobrossnet.tensors import tensor_file
 
@@ -131,10 +132,12 @@ def read_progress(path: str | os.PathLike[str], expected: Mapping[str, Mapping[s
         header = {}
     if not {"progress", *expected} <= header.keys():
         raise InputError(f"{path}: expected a checkpoint, got a file without its progress; move the file away")
+    # A field that a checkpoint lacks is younger than it, and its default means what was before.
+    younger = {"training": asdict(TrainConfig())}
     different = [
         f"{name} {theirs.get(name)!r} instead of {ours.get(name)!r}"
         for key, ours in expected.items()
-        for theirs in [header[key]]
+        for theirs in [{**younger.get(key, {}), **header[key]}]
         for name in {**ours, **theirs}
         if name not in FREE and theirs.get(name) != ours.get(name)
     ]

@@ -15,7 +15,7 @@ from bobrossnet.learn.dataset.loader import DRAWS, FRACTIONS
 from bobrossnet.learn.losses import LOSSES
 from bobrossnet.learn.muon import Muon
 from bobrossnet.learn.networks import NETWORKS
-from bobrossnet.picture.order import FIXED_ORDERS
+from bobrossnet.picture.order import ORDERS
 
 ACCELERATORS = ("auto", "cpu", "cuda")
 PRECISIONS = ("32-true", "bf16-mixed")
@@ -33,6 +33,7 @@ class TrainConfig:
     """
 
     network: str = "paper"  # a name in `NETWORKS`
+    start: str = ""  # what it begins with: shipped weights' name or a .safetensors file; by default new weights
     groups: int = 4  # of the network's grouped layers
     seed: int = 0  # of the first weights and of the shuffle
     epochs: int = 40  # at most; 0 gives the first weights
@@ -138,9 +139,11 @@ def _checked(name: str, value: Any) -> Any:
     if name in _INTEGERS:
         return check_integer(name, value, *_INTEGERS[name])
     if name == "order":
-        if not isinstance(value, str) or not set(value.split("+")) <= set(FIXED_ORDERS):
-            raise InputError(f"order: expected one of {', '.join(FIXED_ORDERS)}, or several joined by +, got {value!r}")
+        if not isinstance(value, str) or not set(value.split("+")) <= set(ORDERS):
+            raise InputError(f"order: expected one of {', '.join(ORDERS)}, or several joined by +, got {value!r}")
         return value
+    if name == "start":
+        return str(value)
     if name in _NAMES:
         if value not in list(_NAMES[name]):
             raise InputError(f"{name}: expected one of {', '.join(_NAMES[name])}, got {value!r}")

@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from bobrossnet.atomic import write_whole
+from bobrossnet.completion.network import weights_path
 from bobrossnet.errors import InputError
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.config import OPTIMIZERS, TrainConfig
@@ -99,7 +100,7 @@ def train(config: TrainConfig, dataset: Dataset, run: str | os.PathLike[str]) ->
     accelerator = ("cuda" if gpus else "cpu") if config.accelerator == "auto" else config.accelerator
     if accelerator == "cuda" and config.devices > gpus:
         raise InputError(f"devices: expected at most this machine's {gpus} GPUs, got {config.devices}")
-    NETWORKS[config.network].from_settings(asdict(config))  # may refuse
+    _first_network(config)  # may refuse
     header = _header(config, dataset)
     if (run / CHECKPOINT).exists():
         checkpoint.read_progress(run / CHECKPOINT, header)
@@ -141,7 +142,7 @@ class _Training:
     def __init__(self, fabric: Fabric, config: TrainConfig, dataset: Dataset, run: Path) -> None:
         self.fabric, self.config, self.dataset, self.run = fabric, config, dataset, run
         make_optimizer, self.learning_rate = OPTIMIZERS[config.optimizer]
-        self.plain = NETWORKS[config.network].from_settings(asdict(config))
+        self.plain = _first_network(config)
         self.plain.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.average = copy.deepcopy(self.plain).to(fabric.device).requires_grad_(False)
         # The same weights as the plain network's, but a backward pass takes the mean over the processes.
@@ -350,7 +351,21 @@ def _keep_memory() -> None:
         libc.mallopt(trim_threshold, -1)  # never
 
 
+def _first_network(config: TrainConfig) -> Network:
+    """Return the network that training begins with."""
+    if not config.start:
+        return NETWORKS[config.network].from_settings(asdict(config))
+    network, _ = checkpoint.load(weights_path(config.start))
+    wanted = NETWORKS[config.network]
+    if type(network) is not wanted or any(getattr(config, name) != value for name, value in network.settings().items()):
+        raise InputError(f"start: expected weights of network={config.network} with these settings, got {config.start}")
+    return network
+
+
 def _header(config: TrainConfig, dataset: Dataset) -> dict[str, dict[str, Any]]:
     """What a training depends on, as JSON has it: the configuration, and what identifies its data set."""
     sources = hashlib.sha256("\n".join(dataset.sources).encode()).hexdigest()
-    return {"training": asdict(config), "dataset": {**asdict(dataset.plan), "sources": sources}}
+    header = {"training": asdict(config), "dataset": {**asdict(dataset.plan), "sources": sources}}
+    if config.start:
+        header["start"] = {"sha256": hashlib.sha256(weights_path(config.start).read_bytes()).hexdigest()}
+    return header

@@ -55,3 +55,23 @@ class PixelSequence:
             pixels, self._round = self._round[:count], self._round[count:]
         self.done += len(pixels)
         return pixels
+
+
+def places_in_sequence(planes: NDArray[np.float32], layout: Layout, order: str, seed: int) -> NDArray[np.int32]:
+    """Return the place of each pixel of a whole picture in the sequence, (H, W), 0 for the first: those below n are its
+    first n.
+
+    Parameters
+    ----------
+    planes : (C, H, W) of the layout
+        Of the whole picture.
+    order, seed
+        As in `trace`.
+    """
+    size = (planes.shape[1], planes.shape[2])
+    sequence = PixelSequence(size, order, seed)
+    places = np.empty(size, np.int32)
+    while (done := sequence.done) < places.size:
+        rows, columns = sequence.next(places.size - done, planes, layout).T
+        places[rows, columns] = np.arange(done, sequence.done)
+    return places

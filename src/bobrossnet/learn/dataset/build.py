@@ -135,7 +135,7 @@ def _cluster(scheduler: str | None) -> Iterator[Any]:
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with (
         LocalCluster(
-            n_workers=1, threads_per_worker=os.cpu_count() or 1, processes=False, dashboard_address=None
+            n_workers=1, threads_per_worker=os.cpu_count() or 1, processes=False, dashboard_address=":0"
         ) as cluster,
         Client(cluster) as client,
     ):

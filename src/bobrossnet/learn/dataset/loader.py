@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from bobrossnet.errors import InputError, check_integer
-from bobrossnet.learn.dataset.plan import PATCH, PATCHES, STAGES, random_generator
-from bobrossnet.learn.dataset.store import CHANNELS, Dataset
+from bobrossnet.learn.dataset.plan import PATCH, PATCHES, SIZES, STAGES, Plan, random_generator
+from bobrossnet.learn.dataset.store import CHANNELS, Dataset, joined, part_of
+from bobrossnet.picture.order import FIXED_ORDERS
+from bobrossnet.picture.sequence import places_in_sequence
 
-BLOCK = 64  # shapes read at a time: 176 MB
+BLOCK = 64  # shapes read at a time: 176 MB, and 88 of places in adaptive orders
 AHEAD = 4  # mini-batches made ahead by each worker
 
 
@@ -131,6 +133,7 @@ class Batches:
         self._turns = np.full(count, self.epoch) if draw == "each" else self.epoch * count + np.arange(count)
         self._lock = Lock()
         self._read = lru_cache(maxsize=2)(self._read_block)
+        self._places = lru_cache(maxsize=2 * BLOCK * len(SIZES))(self._places_in_view)
 
     def __len__(self) -> int:
         return -(-len(self.samples) // self.size)
@@ -138,7 +141,6 @@ class Batches:
     def __getitem__(self, step: int) -> Batch:
         if not 0 <= step < len(self):
             raise IndexError(f"step: expected 0..{len(self) - 1}, got {step}")
-        plan = self.dataset.plan
         mine = slice(step * self.size + self.rank, (step + 1) * self.size, self.ranks)
         numbers, turns = self.samples[mine], self._turns[mine].tolist()
         fractions = np.array([self._fraction(*drawn) for drawn in zip(numbers.tolist(), turns, strict=True)])
@@ -147,8 +149,7 @@ class Batches:
         drawn = zip(numbers.tolist(), turns, fractions.tolist(), strict=True)
         for i, (number, turn, fraction) in enumerate(drawn):
             patch = torch.from_numpy(self._patch(number))
-            order = self.orders[(number + turn) % len(self.orders)]
-            partial[i, 0] = torch.from_numpy(plan.mask(number, fraction, turn=turn, order=order))
+            partial[i, 0] = torch.from_numpy(self._mask(number, fraction, turn))
             partial[i, 1:] = patch
             reference[i, 0] = partial[i, 1]
             partial[i, 1:] *= partial[i, 0]
@@ -180,13 +181,31 @@ class Batches:
         whole, place = random_generator(self.dataset.plan.seed, 3, number, turn).random(2)
         return 1.0 if whole < drawn.whole else float(drawn.least * (most / drawn.least) ** place)
 
+    def _mask(self, number: int, fraction: float, turn: int) -> NDArray[np.float32]:
+        """The traced pixels of a sample, (128, 128). An adaptive order goes through the whole view, as it would if that
+        was traced, so that a patch may have more pixels than its share, or fewer."""
+        plan, order = self.dataset.plan, self.orders[(number + turn) % len(self.orders)]
+        if order in FIXED_ORDERS:
+            return plan.mask(number, fraction, turn=turn, order=order)
+        sample = plan.sample(number)
+        places = self._places(sample.shape, sample.size, order)
+        row, column = sample.row * PATCH, sample.column * PATCH
+        count = max(round(fraction * sample.size**2), 1)
+        return (places[row : row + PATCH, column : column + PATCH] < count).astype(np.float32)
+
+    def _places_in_view(self, shape: int, size: int, order: str) -> NDArray[np.int32]:
+        view = joined(self._patches(shape)[Plan.patches_of_view(size)]).astype(np.float32)
+        whole = part_of(view, np.ones((size, size), np.float32))
+        return places_in_sequence(whole.planes, whole.layout, order, self.dataset.plan.seed)
+
     def _patch(self, number: int) -> NDArray[np.float16]:
         """The patch of a sample, (4, 128, 128)."""
         shape, patch = divmod(number // len(STAGES), PATCHES)
-        block = int(self._block_of_shape[shape])
+        return np.asarray(self._patches(shape)[patch])
+
+    def _patches(self, shape: int) -> NDArray[np.float16]:
         with self._lock:
-            patches = self._read(block)[shape]
-        return np.asarray(patches[patch])
+            return self._read(int(self._block_of_shape[shape]))[shape]
 
     def _read_block(self, block: int) -> dict[int, NDArray[np.float16]]:
         shapes = self._shapes[block * BLOCK : (block + 1) * BLOCK].tolist()

@@ -92,6 +92,11 @@ class Plan:
             chosen = np.sort(shuffled[:count] if name == "validation" else shuffled[count:])
         return (chosen[:, None] * len(STAGES) + np.arange(len(STAGES))).ravel()
 
+    @staticmethod
+    def patches_of_view(size: int) -> slice:
+        """Return which of a shape's patches are of its view of that size."""
+        return slice(_FIRST_PATCH[size], _FIRST_PATCH[size] + (size // PATCH) ** 2)
+
     def camera(self, shape: int, size: int) -> Camera:
         """Return a view's camera: uniform on the sphere down to 30° below the shape, rolled by 10° or so."""
         rng = random_generator(self.seed, 1, shape, size)
@@ -106,7 +111,7 @@ class Plan:
         number : of the sample
         fraction : share of the pixels, above 0; at least one pixel is traced
         turn : another one, such as an epoch's number, draws other pixels
-        order : pixel order
+        order : one of `FIXED_ORDERS`
 
         Returns
         -------

@@ -11,6 +11,7 @@ be rendered.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from functools import cached_property
@@ -167,6 +168,14 @@ def _cut(view: NDArray[np.float16]) -> NDArray[np.float16]:
     channels, size, _ = view.shape
     n = size // PATCH
     return view.reshape(channels, n, PATCH, n, PATCH).transpose(1, 3, 0, 2, 4).reshape(-1, channels, PATCH, PATCH)
+
+
+def joined(patches: NDArray[np.float16]) -> NDArray[np.float16]:
+    """Put a view together again, (n², 4, 128, 128) → (4, size, size)."""
+    count, channels, _, _ = patches.shape
+    n = math.isqrt(count)
+    rows = patches.reshape(n, n, channels, PATCH, PATCH).transpose(2, 0, 3, 1, 4)
+    return rows.reshape(channels, n * PATCH, n * PATCH)
 
 
 def _detail(gray: NDArray[np.float64]) -> float:
