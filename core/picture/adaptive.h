@@ -35,8 +35,6 @@ public:
     [[nodiscard]] std::size_t bytes() const;
 
 private:
-    enum class State : std::uint8_t { open, chosen, traced };
-
     /// How a pixel lies in the lattice.
     struct Place {
         std::int32_t step;  // to its corners, along both axes or along one
@@ -45,21 +43,49 @@ private:
     };
     static Place place(Pixel pixel);
 
-    /// What a pixel shows, in 256 steps each: gray, whether it was hit, normal x, normal y.
-    using Look = std::uint8_t __attribute__((vector_size(4)));
+    /// The pixels of which one is a corner, some of them outside the picture, and how they lie; at step 0 there are none.
+    struct Children {
+        std::array<Pixel, 4> pixels;
+        Place place;
+    };
+    static Children children(Pixel pixel);
 
+    static constexpr std::uint8_t missed = 1, hit = 2;
+    /// What a pixel shows.
+    struct Look {
+        std::uint8_t shade[3];  // gray, normal x, normal y, in 256 steps each
+        std::uint8_t seen;      // missed or hit
+    };
+
+    /// What is known of a pixel, in one place, since finding it in memory is what takes time.
+    struct Known {
+        /// Of a traced pixel what it shows, of others the range of their corners, as far as they were looked at.
+        std::uint8_t low[3] = {255, 255, 255};
+        std::uint8_t seen = 0;  // missed, hit, or both
+        std::uint8_t high[3] = {};
+        std::uint8_t where = nowhere;  // in which queue it waits, if it does
+
+        [[nodiscard]] Look look() const { return {{low[0], low[1], low[2]}, seen}; }
+        void add(const Look& look);
+        /// How much differs what was added.
+        [[nodiscard]] std::uint32_t contrast() const;
+    };
+    static constexpr std::uint8_t nowhere = 0, chosen = 254, traced = 255;
+
+    /// Takes what the last round shows.
     void read(const Layout& layout, const float* planes);
-    void choose(std::uint32_t index);
-    /// Looks anew at those of which this pixel is a corner; they differ at least by so much.
-    void look_around(std::uint32_t index, std::uint32_t least);
-    void consider(Pixel pixel, Place place, std::uint32_t least);
-    /// Looks at the pixels around one that was traced, as if they were of its own level, if it differs from its corners:
-    /// what passes there may go on into a larger square without being seen at any corner of that.
-    void look_beside(std::uint32_t index);
+    /// Fills the round up to so many pixels from the lattice.
+    void follow_lattice(std::size_t until);
+    /// Looks anew at those of which this pixel is a corner: they have seen what it shows, or, before that is known, differ
+    /// at least by so much.
+    void look_around(Pixel pixel, const Look* look, std::uint32_t least);
+    /// Looks at the pixels around one that differs by so much from its corners, as if they were of its own level: what
+    /// passes there may go on into a larger square without being seen at any corner of that.
+    void look_beside(Pixel pixel, std::uint32_t contrast);
     /// Puts an open pixel where those of its worth wait; `at_least` leaves it where it waits for more.
     void wait(std::uint32_t index, std::uint32_t worth, bool at_least);
-    /// How much differs what is known at some places around a pixel.
-    [[nodiscard]] std::uint32_t contrast(Pixel pixel, std::int32_t step, bool sides, bool corners) const;
+    void add_corners(Known& known, Pixel pixel, Place at) const;
+    void prefetch_children(Pixel pixel) const;
     [[nodiscard]] std::uint32_t index_of(Pixel pixel) const {
         return static_cast<std::uint32_t>(pixel.row) * width_ + static_cast<std::uint32_t>(pixel.column);
     }
@@ -70,19 +96,24 @@ private:
         return static_cast<std::uint32_t>(pixel.row) < height_ && static_cast<std::uint32_t>(pixel.column) < width_;
     }
 
+    /// Pixels that wait, the first come first.
+    struct Queue {
+        std::vector<std::uint32_t> pixels;
+        std::size_t taken = 0;
+    };
     static constexpr std::size_t queues = 176;
 
     std::uint32_t height_, width_, total_;
     Order lattice_;
-    std::uint32_t of_lattice_ = 0;  // how many of its pixels were come to
+    std::vector<Pixel> of_lattice_;  // its next pixels
+    std::uint32_t lattice_done_ = 0;
     std::size_t rounds_ = 0;
     std::uint32_t decided_ = 0;
     std::vector<Pixel> round_;
+    std::vector<std::uint32_t> surprises_;  // by how much each pixel of the round differs from its corners
 
-    std::vector<State> states_;
-    std::vector<Look> looks_;            // of traced pixels
-    std::vector<std::uint8_t> queue_of_;  // of open pixels, where they were put last; 0 for nowhere
-    std::array<std::vector<std::uint32_t>, queues> waiting_;  // by worth, 8 queues to a doubling
+    std::vector<Known> known_;
+    std::array<Queue, queues> waiting_;  // by worth, 8 queues to a doubling
 };
 
 }  // namespace bob
