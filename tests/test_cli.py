@@ -258,7 +258,7 @@ def test_evaluate(tmp_path, capsys, monkeypatch):
         (["render", "."], "expected"),
         (["render", "--size", "640"], "--size: expected WIDTHxHEIGHT such as 640x480, got '640'"),
         (["render", "--size", "0x5"], "--size: width: expected an integer in 1.."),
-        (["render", "--size", "99999x99999"], "--size: size: expected at most"),
+        (["render", "--size", "99999x99999"], "--size: expected at most"),
         (["render", "--size", "-4x5"], "size"),
         (["render", "--fraction", "0"], "--fraction: expected a share of the pixels"),
         (["render", "--fraction", "150%"], "--fraction"),

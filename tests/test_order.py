@@ -81,6 +81,11 @@ def test_pixels_of_the_tracer_and_of_a_sample_are_the_same(tree, order):
     assert np.argwhere(part.mask).tolist() == sorted(bob.pixel_order(size, order=order, seed=2, count=280).tolist())
 
 
+def test_sizes_are_written_width_first():
+    assert np.array_equal(bob.pixel_order("90x70"), bob.pixel_order((70, 90)))
+    assert bob.trace(bob.happy_tree(), size="20X10").size == (10, 20)
+
+
 def test_the_default_is_one_of_them():
     assert np.array_equal(bob.pixel_order((70, 90), seed=1), bob.pixel_order((70, 90), order=DEFAULT_ORDER, seed=1))
 
@@ -144,7 +149,10 @@ def test_uniform_spreads_like_chance(seed, fraction):
         ({"size": (0, 4)}, "height: expected an integer in 1.."),
         ({"size": (4, -1)}, "width"),
         ({"size": (4.0, 4)}, "height: expected an integer, got float 4.0"),
-        ({"size": 4}, "size: expected (height, width)"),
+        ({"size": 4}, 'size: expected (height, width) or "WIDTHxHEIGHT"'),
+        ({"size": "640"}, "size: expected WIDTHxHEIGHT such as 640x480, got '640'"),
+        ({"size": "-4x4"}, "size: expected WIDTHxHEIGHT"),
+        ({"size": "0x4"}, "width: expected an integer in 1.."),
         ({"size": (4, 4, 3)}, "size: expected (height, width)"),
         ({"size": (2**20, 2**20)}, "size: expected at most"),
         (

@@ -246,6 +246,7 @@ def test_progress_ends_at_one(tree):
         (lambda: bob.trace(None), "shapes: expected a shape or several, got NoneType"),
         (lambda: bob.trace(cube(), size=(0, 10)), "height"),
         (lambda: bob.trace(cube(), fraction=0), "fraction: expected a number in (0, 1], got 0"),
+        (lambda: bob.trace(cube(), fraction=5), "fraction: expected a number in (0, 1], got 5; 5 % is 0.05"),
         (lambda: bob.trace(cube(), fraction=5), "fraction"),
         (lambda: bob.trace(cube(), order="zigzag"), "order"),
         (lambda: bob.load(3), "source: expected a path, a shape or several, got int"),

@@ -6,6 +6,8 @@
 >>> image = bob.complete(part)
 """
 
+from typing import Any
+
 from bobrossnet import starting  # noqa: F401  before all else
 from bobrossnet._core import set_thread_count, thread_count
 from bobrossnet.adapters.container import save_scene
@@ -69,3 +71,17 @@ __all__ = [
     "thread_count",
     "trace",
 ]
+
+__version__: str
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version  # takes longer to import than most of the package
+
+        return version("bobrossnet")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

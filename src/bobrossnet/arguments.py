@@ -16,13 +16,10 @@ def size(text: str) -> tuple[int, int]:
     from bobrossnet.errors import InputError
     from bobrossnet.picture.order import check_size
 
-    width, x, height = text.lower().partition("x")
-    if not (x and width.isdecimal() and height.isdecimal()):
-        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT such as 640x480, got {text!r}")
     try:
-        return check_size((int(height), int(width)))
+        return check_size(text)
     except InputError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
+        raise argparse.ArgumentTypeError(str(error).removeprefix("size: ")) from None
 
 
 def fraction(text: str) -> float:

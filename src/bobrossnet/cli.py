@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import quote
 
-from bobrossnet import arguments, starting
+from bobrossnet import __version__, arguments, starting
 from bobrossnet.adapters.files import KINDS
 from bobrossnet.learn.commands import add_commands
 from bobrossnet.machine import limit_memory
@@ -114,7 +114,7 @@ class _Parser(argparse.ArgumentParser):
 
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="bobrossnet", description="Trace a few percent of the pixels, see the whole picture.")
-    parser.add_argument("--version", action="version", version=_version())
+    parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
 
     render = commands.add_parser("render", help="make a picture of shapes", description="Make a picture of shapes.")
@@ -360,12 +360,6 @@ def _print_table(rows: dict[str, Any], indent: str = "") -> None:
     width = max(map(len, rows))
     for name, value in rows.items():
         print(f"{indent}{name:{width}}  {value}")
-
-
-def _version() -> str:
-    from importlib.metadata import version
-
-    return version("bobrossnet")
 
 
 def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:

@@ -34,7 +34,7 @@ def warn_coarse(what: str) -> None:
 
 
 def check_number(
-    name: str, value: Any, low: float = -math.inf, high: float = math.inf, *, above: bool = False
+    name: str, value: Any, low: float = -math.inf, high: float = math.inf, *, above: bool = False, hint: str = ""
 ) -> float:
     """Return `value` as a float if it is a finite real number in [low, high], or (low, high] if `above`."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
@@ -42,7 +42,7 @@ def check_number(
     number = float(value)
     inside = (low < number if above else low <= number) and number <= high
     if not (math.isfinite(number) and inside):
-        raise InputError(f"{name}: expected {_interval(low, high, above)}, got {number:g}")
+        raise InputError(f"{name}: expected {_interval(low, high, above)}, got {number:g}{'; ' + hint if hint else ''}")
     return number
 
 

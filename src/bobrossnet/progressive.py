@@ -14,7 +14,7 @@ from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import GIVEN, TRACED
 from bobrossnet.picture.gbuffer import GBuffer, scatter, untraced_planes
-from bobrossnet.picture.order import Size, check_size, pixel_count
+from bobrossnet.picture.order import SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike
 from bobrossnet.tracing.trace import SceneTracer, Tracer, check_samples
@@ -42,7 +42,7 @@ def progressive(
     camera: Camera | None = None,
     *,
     tracer: Tracer | None = None,
-    size: Size = (480, 640),
+    size: SizeLike = (480, 640),
     frame_ms: float | None = None,
     fraction: float | None = None,
     order: str = "default",
@@ -61,7 +61,7 @@ def progressive(
         How the scene is seen.
     tracer : callable, optional
         Instead of scene and camera: from pixels, (n, 2) int32 rows and columns, to `Samples` of the same length.
-    size : (height, width)
+    size : (height, width) or "WIDTHxHEIGHT"
     frame_ms : float above 0, optional
         Time for each frame in milliseconds; the number of pixels adapts as it runs. 33 if neither this nor `fraction`
         is given. Each frame has to complete its picture, traces for at least a quarter of the time that takes, and

@@ -69,7 +69,7 @@ LASTING = {".css", ".js", ".safetensors", ".svg", ".wasm"}
 VALID_HOST = re.compile(r"(?:[\w.~%-]+|\[[\da-fA-F:.]+\])(?::\d*)?")
 """A name or an address of a host, with or without a port; no server of ours needs a user's name before it."""
 
-Files: TypeAlias = Mapping[str, "Path | bytes"]
+Files: TypeAlias = Mapping[str, Path | bytes]
 """What is served: by the path from the page's folder, a file or its content."""
 
 

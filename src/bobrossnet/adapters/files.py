@@ -87,7 +87,7 @@ KINDS: dict[str, tuple[str, ...]] = {
 }
 """The endings of all files that are read, by what these hold."""
 
-Source: TypeAlias = "str | os.PathLike[str] | Scene | Instance | Shape"
+Source: TypeAlias = str | os.PathLike[str] | Scene | Instance | Shape
 
 
 def load(source: Source | Iterable[Source]) -> Scene:

@@ -30,7 +30,7 @@ class Network:
         return _predicted(gbuffer, self.core)
 
 
-NetworkLike: TypeAlias = "str | os.PathLike[str] | Network"
+NetworkLike: TypeAlias = str | os.PathLike[str] | Network
 
 
 def complete(gbuffer: GBuffer, *, model: NetworkLike = "default") -> NDArray[np.float32]:
@@ -103,7 +103,8 @@ Run: TypeAlias = Callable[[_core.Layout, NDArray[np.float32], NDArray[np.float32
 
 def _completed(gbuffer: GBuffer, run: Run, outputs: _core.Layout) -> NDArray[np.float32]:
     if not isinstance(gbuffer, GBuffer):
-        raise InputTypeError(f"gbuffer: expected a GBuffer, got {type(gbuffer).__name__}")
+        hint = "bobrossnet.GBuffer(mask=, gray=, depth=, normal=) makes one of arrays"
+        raise InputTypeError(f"gbuffer: expected a GBuffer, got {type(gbuffer).__name__}; {hint}")
     if gbuffer.mask.all():
         return gbuffer.gray.copy()
     image = _predicted(gbuffer, run)

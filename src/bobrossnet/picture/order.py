@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_integer, check_number
 
-Size = tuple[int, int]
+Size: TypeAlias = tuple[int, int]
+SizeLike: TypeAlias = Size | str
+"""(height, width), or "WIDTHxHEIGHT" as people write it."""
 
 MAX_PIXELS = 2**28
 """An image of 16384 x 16384: its five float32 arrays take 5.4 GB."""
@@ -28,7 +30,7 @@ DEFAULT_ORDER = "lattice"
 
 
 def pixel_order(
-    size: Size, *, order: str = "default", seed: int = 0, start: int = 0, count: int | None = None
+    size: SizeLike, *, order: str = "default", seed: int = 0, start: int = 0, count: int | None = None
 ) -> NDArray[np.int32]:
     """Pixels in the sequence in which they are traced, of an order that does not depend on what they show.
 
@@ -37,7 +39,7 @@ def pixel_order(
 
     Parameters
     ----------
-    size : (height, width)
+    size : (height, width) or "WIDTHxHEIGHT"
     order : "uniform", "r2", "lattice", "blue-noise" or "default"
         "uniform": at random, all sequences alike. The others keep the pixels apart, so that gaps are smaller; they
         repeat a tile of 64 x 64 pixels. "r2": Roberts' sequence (2018), by the plastic number. "lattice": square
@@ -67,11 +69,16 @@ def pixel_order(
 
 
 def check_size(size: Any) -> Size:
-    """Return (height, width) as ints if an image can have that size."""
+    """Return (height, width) as ints if an image can have that size, or the size that a text such as "640x480" says."""
+    if isinstance(size, str):
+        across, _, down = size.lower().partition("x")
+        if not (across.isdecimal() and down.isdecimal()):
+            raise InputError(f"size: expected WIDTHxHEIGHT such as 640x480, got {size!r}")
+        size = (int(down), int(across))
     try:
         height, width = size
     except (TypeError, ValueError):
-        raise InputTypeError(f"size: expected (height, width), got {size!r}") from None
+        raise InputTypeError(f'size: expected (height, width) or "WIDTHxHEIGHT", got {size!r}') from None
     height, width = (
         check_integer("height", height, 1, MAX_PIXELS),
         check_integer("width", width, 1, MAX_PIXELS),
@@ -90,4 +97,6 @@ def check_order(order: Any, seed: Any) -> None:
 
 def pixel_count(fraction: Any, size: Size) -> int:
     """How many pixels a fraction in (0, 1] of an image is: the nearest whole number, at least one."""
-    return max(1, round(check_number("fraction", fraction, 0, 1, above=True) * size[0] * size[1]))
+    percent = isinstance(fraction, int | float) and 1 < fraction <= 100
+    hint = f"{fraction:g} % is {fraction / 100:g}" if percent else ""
+    return max(1, round(check_number("fraction", fraction, 0, 1, above=True, hint=hint) * size[0] * size[1]))

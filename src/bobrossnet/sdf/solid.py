@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 from bobrossnet.errors import InputError
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import FORMATS, check_picture_path, to_8_bit, write_picture
-from bobrossnet.picture.order import Size
+from bobrossnet.picture.order import SizeLike
 from bobrossnet.sdf import words
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.tracing.trace import trace
@@ -38,7 +38,7 @@ class Solid(words.SDF, Implicit):
         verbose: Any = None,
         sparse: Any = None,
         *,
-        size: Size = (480, 640),
+        size: SizeLike = (480, 640),
         camera: Camera | None = None,
     ) -> None:
         """Write a picture of the shape.
@@ -51,7 +51,7 @@ class Solid(words.SDF, Implicit):
             The box to look in; by default the shape's own, or the one that is found.
         step, samples, workers, batch_size, verbose, sparse
             Of programs that write meshes; a picture doesn't need them.
-        size : (height, width)
+        size : (height, width) or "WIDTHxHEIGHT"
         camera : Camera, optional
 
         Raises

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_number
 
-Color: TypeAlias = "str | Sequence[float]"
+Color: TypeAlias = str | Sequence[float]
 
 
 @dataclass(frozen=True, init=False)

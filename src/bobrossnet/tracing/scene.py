@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 from itertools import islice
-from typing import Any, NamedTuple, TypeAlias, Union
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,6 @@ from bobrossnet.errors import InputError, InputTypeError, check_array, check_fin
 from bobrossnet.shapes.affine import UPRIGHT, Point
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.tracing.instance import Instance
-
-SceneLike: TypeAlias = Union["Scene", Instance, Shape, "Iterable[SceneLike]"]
-
 
 MAX_INSTANCES = 100_000
 """In a scene: as many as a file can hold and a page read, and as are placed in seconds."""
@@ -155,6 +152,10 @@ class Scene:
         u, v = np.empty(len(origins)), np.empty(len(origins))
         self.core.closest_hits(origin.astype(np.float32), direction.astype(np.float32), t, found, primitive, u, v)
         return Hits(np.where(found >= 0, (start + t) * self.radius, np.inf), found, primitive, u, v)
+
+
+SceneLike: TypeAlias = Scene | Instance | Shape | Iterable[Any]
+"""A scene, an instance, a shape, or an iterable of these."""
 
 
 def as_scene(scene: SceneLike) -> Scene:

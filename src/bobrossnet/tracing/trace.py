@@ -12,7 +12,7 @@ from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import TRACED
 from bobrossnet.picture.gbuffer import GBuffer, Samples, scatter, untraced_planes
-from bobrossnet.picture.order import Size, check_size, pixel_count
+from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
@@ -30,10 +30,10 @@ class SceneTracer:
     ----------
     scene : Scene, Shape, Instance or iterable of these
     camera : Camera
-    size : (height, width)
+    size : (height, width) or "WIDTHxHEIGHT"
     """
 
-    def __init__(self, scene: SceneLike, camera: Camera, size: Size) -> None:
+    def __init__(self, scene: SceneLike, camera: Camera, size: SizeLike) -> None:
         if not isinstance(camera, Camera):
             raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
         self.size = check_size(size)
@@ -50,7 +50,7 @@ def trace(
     scene: SceneLike,
     camera: Camera | None = None,
     *,
-    size: Size = (480, 640),
+    size: SizeLike = (480, 640),
     fraction: float = 1.0,
     order: str = "default",
     seed: int = 0,
@@ -62,7 +62,7 @@ def trace(
     ----------
     scene : Scene, Shape, Instance or iterable of these
     camera : Camera, optional
-    size : (height, width)
+    size : (height, width) or "WIDTHxHEIGHT"
     fraction : float in (0, 1]
         Share of the pixels; 1 traces them all.
     order : "uniform", "r2", "lattice", "blue-noise", "adaptive" or "default"

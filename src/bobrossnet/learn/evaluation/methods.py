@@ -21,7 +21,7 @@ from bobrossnet.completion.network import Network, load_network
 from bobrossnet.errors import InputError
 from bobrossnet.picture.order import check_order
 
-Weights: TypeAlias = "str | os.PathLike[str]"
+Weights: TypeAlias = str | os.PathLike[str]
 Method: TypeAlias = Callable[[bob.GBuffer], NDArray[np.float32]]
 """From a partial picture to the whole one: (H, W) float32 in 0..1."""
 

@@ -8,7 +8,7 @@ from typing import TypeAlias
 from bobrossnet.errors import InputError
 from bobrossnet.learn.evaluation.methods import repaints
 
-Run: TypeAlias = "tuple[str, str]"
+Run: TypeAlias = tuple[str, str]
 """The method's name and the order's."""
 
 

@@ -1,0 +1,42 @@
+"""The names that users see: what the package offers, its version, and annotations that tools can read."""
+
+import importlib
+import inspect
+import pkgutil
+import typing
+from importlib.metadata import version
+
+import pytest
+
+import bobrossnet as bob
+
+MODULES = sorted(module.name for module in pkgutil.walk_packages(bob.__path__, "bobrossnet."))
+
+
+def test_the_package_lists_what_it_offers():
+    assert sorted(dir(bob)) == sorted([*bob.__all__, "__version__"])
+    assert all(hasattr(bob, name) for name in dir(bob))
+    with pytest.raises(AttributeError, match="module 'bobrossnet' has no attribute 'nothing'"):
+        bob.nothing  # noqa: B018
+
+
+def test_the_version_is_the_installed_one():
+    assert bob.__version__ == version("bobrossnet")
+
+
+def public(module):
+    """Its own public functions, classes and their methods."""
+    for name, member in vars(module).items():
+        if name.startswith("_") or getattr(member, "__module__", None) != module.__name__:
+            continue
+        if inspect.isfunction(member):
+            yield member
+        elif inspect.isclass(member):
+            yield member
+            yield from (method for method in vars(member).values() if inspect.isfunction(method))
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_annotations_are_of_what_is_there(name):
+    for member in public(importlib.import_module(name)):
+        typing.get_type_hints(member)
