@@ -33,10 +33,12 @@ from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
 from bobrossnet.learn.evaluation.stability import Stability, measure_stability
 from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
 from bobrossnet.picture.files import side_by_side, to_8_bit, traced_on_green, write_picture
-from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
+from bobrossnet.picture.order import ADAPTIVE, DEFAULT_ORDER, ORDERS
 from bobrossnet.tables import plus_minus, table
 
 UNIFORM = "uniform"  # the report's order
+LATTICE = "lattice"  # the best of those that do not depend on what is seen
+COMPARED = (UNIFORM, LATTICE, ADAPTIVE)  # in which all networks and linear filling are measured
 REPORT = "paper"  # its network
 LINEAR = "delaunay-linear"
 PACKAGES = ("bobrossnet", "numpy", "scipy", "torch")
@@ -51,8 +53,13 @@ PANELS = (
 CREDITS = "The world of blocks is *Lost Empire* from Morgan McGuire's Computer Graphics Archive, CC BY 3.0."
 ERRORS = {"ssim": "1 - SSIM", "psnr": "mean squared error", "flip": "FLIP"}
 
+BY_NEED = {0.02: -0.28, 0.05: -0.42, 0.1: -0.62, 0.25: -0.87}
+"""Changes of 1 - SSIM from the lattice that are to be reached by the adaptive order, by the share of traced pixels."""
+WORSE = 0.005  # of SSIM, by which a single picture may be worse
+GOOD = (0.95, 0.99)  # SSIM that takes so many rays
+
 AT_MOST_UNIFORM = dict.fromkeys(SHOWN, -0.15) | dict.fromkeys((0.25, 0.5, 0.75), 0.0)
-AT_MOST_DEFAULT = dict.fromkeys(SHOWN, -0.3) | {0.25: -0.2}
+AT_MOST_LATTICE = dict.fromkeys(SHOWN, -0.3) | {0.25: -0.2}
 """Changes of 1 - SSIM from linear filling with uniform order that are to be reached, by the share of traced pixels."""
 
 
@@ -167,7 +174,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def measure_quality(folder: Path, name: str, scenes: Scenes, weights: str, scale: Scale) -> Evaluation:
-    """Measure the network with every order, the report's with two, fillings with one, and linear filling with two."""
+    """Measure the network with every order, the report's and linear filling with three, other fillings with one."""
     measure = partial(evaluate_scenes, scenes, size=(scale.size, scale.size), fractions=scale.fractions)
     recall = partial(recalled, Evaluation, folder, f"quality-{name}", scenes)
     network = partial(measure, fillings=[], repainting=False)
@@ -175,21 +182,21 @@ def measure_quality(folder: Path, name: str, scenes: Scenes, weights: str, scale
     others = [filling for filling in FILLINGS if filling != LINEAR]
     parts = [
         recall(*content(weights), ORDERS, partial(network, [weights])),
-        recall(*content(REPORT), two_orders(), partial(network, [REPORT])),
-        recall(LINEAR, "", two_orders(), partial(fill, fillings=[LINEAR])),
+        recall(*content(REPORT), COMPARED, partial(network, [REPORT])),
+        recall(LINEAR, "", COMPARED, partial(fill, fillings=[LINEAR])),
         recall("fillings", " ".join(others), [UNIFORM], partial(fill, fillings=others)),
     ]
     return reduce(Evaluation.beside, parts)
 
 
 def steadiness(folder: Path, name: str, scenes: Scenes, weights: str, scale: Scale) -> Stability:
-    """Measure the flicker of the network, of the report's and of fillings, with two orders."""
+    """Measure the flicker of the network, of the report's and of fillings, with three orders."""
     measure = partial(measure_stability, scenes, frames=scale.frames, repainting=False, size=(scale.size // 2,) * 2)
     recall = partial(recalled, Stability, folder, f"stability-{name}", scenes)
     parts = [
-        recall(*content(weights), two_orders(), partial(measure, [weights], fillings=[])),
-        recall(*content(REPORT), two_orders(), partial(measure, [REPORT], fillings=[])),
-        recall("fillings", " ".join(STEADY_FILLINGS), two_orders(), partial(measure, [], fillings=STEADY_FILLINGS)),
+        recall(*content(weights), COMPARED, partial(measure, [weights], fillings=[])),
+        recall(*content(REPORT), COMPARED, partial(measure, [REPORT], fillings=[])),
+        recall("fillings", " ".join(STEADY_FILLINGS), COMPARED, partial(measure, [], fillings=STEADY_FILLINGS)),
     ]
     return reduce(Stability.beside, parts)
 
@@ -234,11 +241,6 @@ def content(weights: str) -> tuple[str, str]:
     return Path(weights).stem, sha256(weights_path(weights).read_bytes()).hexdigest()
 
 
-def two_orders() -> list[str]:
-    """The report's order and the default."""
-    return list(dict.fromkeys([UNIFORM, DEFAULT_ORDER]))
-
-
 # ---- Text ------------------------------------------------------------------------------------------------
 
 
@@ -253,7 +255,7 @@ def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[s
         return verdicts[-1]
 
     rows = []
-    for order, limits in ((UNIFORM, AT_MOST_UNIFORM), (DEFAULT_ORDER, AT_MOST_DEFAULT)):
+    for order, limits in ((UNIFORM, AT_MOST_UNIFORM), (LATTICE, AT_MOST_LATTICE)):
         changes = result.change_of_error((ours, order), (LINEAR, UNIFORM)).tolist()
         for stage, change in zip(result.fractions, changes, strict=True):
             if stage in limits:
@@ -267,7 +269,7 @@ def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[s
         return [f"{plus_minus(100 * change[0], 100 * change[1], 1)} {met(change, 0)}" for change in changes]
 
     beside_report, beside_flicker = [], []
-    for order in two_orders():
+    for order in COMPARED:
         for metric, error in ERRORS.items():
             changes = result.change_of_error((ours, order), (report, order), metric).tolist()
             beside_report.append([f"{error}, {order}", *cells(changes[: len(stages)])])
@@ -290,12 +292,13 @@ def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[s
 
 def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
     """All scores of a set of pictures."""
-    compared = [(ours, order) for order in two_orders()]
+    compared = [(ours, order) for order in COMPARED]
     return [
         f"## {title}",
         f"{len(result.pictures)} pictures of {len(set(result.shapes))} shapes.",
         f"![SSIM against the share of traced pixels, and 1 - SSIM beside {LINEAR}](quality/curves-{name}.png)",
         *(part for metric in METRICS for part in (f"{METRICS[metric].label}:", result.table(metric))),
+        *by_need(result, ours),
         *(
             part
             for run in compared
@@ -309,10 +312,49 @@ def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
     ]
 
 
+def by_need(result: Evaluation, ours: str) -> list[str]:
+    """What placing rays by need gains, and how many rays it takes to a good picture."""
+    stages = [fraction for fraction in result.fractions if fraction < 1]
+    adaptive, lattice = (ours, ADAPTIVE), (ours, LATTICE)
+    rows = []
+    for metric, error in ERRORS.items():
+        changes = 100 * result.change_of_error(adaptive, lattice, metric)[: len(stages)]
+        rows.append([error, *(plus_minus(middle, half, 1) for middle, half in changes.tolist())])
+    asked = [f"{100 * BY_NEED[stage]:+.0f}" if stage in BY_NEED else "" for stage in stages]
+    ssim = list(METRICS).index("ssim")
+    lost = result.scores[lattice][..., ssim] - result.scores[adaptive][..., ssim]
+    worse = [f"{100 * share:.1f} %" for share in (lost > WORSE).mean(0)[: len(stages)].tolist()]
+    runs = [run for run in result.scores if is_kept_or_filled(run, ours)]
+    return [
+        f"Change of errors of {ours} from order {LATTICE} to order {ADAPTIVE}, in percent, what is asked for of "
+        f"1 - SSIM, and how many single pictures lose more than {WORSE:g} of SSIM:",
+        table(["change of", *map(percent, stages)], [*rows, ["asked for", *asked], [f"worse by {WORSE:g}", *worse]]),
+        f"Pixels to trace for a mean SSIM of {' and '.join(map(str, GOOD))}, read off between the shares measured:",
+        table(
+            ["method, order", *(f"{good:g}" for good in GOOD)],
+            [[label(result.scores, run), *(rays_to(result, run, good) for good in GOOD)] for run in runs],
+        ),
+    ]
+
+
+def is_kept_or_filled(run: Run, ours: str) -> bool:
+    """Whether a run is of those whose rays are compared: in an order that all are measured with."""
+    return run[1] in COMPARED and run[0] in (ours, kept(REPORT), LINEAR)
+
+
+def rays_to(result: Evaluation, run: Run, good: float) -> str:
+    """The share of the pixels at which the mean SSIM is so good, its logarithm interpolated linearly."""
+    means = np.maximum.accumulate(result.mean(run))
+    if means[0] >= good:
+        return f"below {percent(result.fractions[0])}"
+    share = float(np.exp(np.interp(good, means, np.log(result.fractions))))
+    return f"{100 * share:.3g} %"
+
+
 def steadiness_of(result: Stability, ours: str) -> list[str]:
     """The flicker of everything, and the change of that of ours."""
     parts = [result.caption(), result.table()]
-    for order in two_orders():
+    for order in COMPARED:
         parts += [
             f"Change of flicker to that of {label(result.frames, (ours, order))}, in percent:",
             result.change_table((ours, order)),
@@ -329,14 +371,15 @@ def percent(fraction: float) -> str:
 
 def looks(result: Evaluation, ours: str) -> dict[Run, dict[str, Any]]:
     """How lines of runs are drawn, in the order of the legend."""
-    styles = dict(zip([order for order in ORDERS if order not in two_orders()], ("--", "-."), strict=False))
+    styles = dict(zip([order for order in ORDERS if order not in COMPARED], ("--", "-."), strict=True))
     shown = {
-        (ours, DEFAULT_ORDER): {"color": BLUE, "linestyle": "-", "marker": "o"},
+        (ours, ADAPTIVE): {"color": BLUE, "linestyle": "-", "marker": "s"},
+        (ours, LATTICE): {"color": BLUE, "linestyle": "-", "marker": "o"},
         **{(ours, order): {"color": BLUE, "linestyle": line, "linewidth": 0.8} for order, line in styles.items()},
         (ours, UNIFORM): {"color": BLUE, "linestyle": ":", "marker": "o", "markerfacecolor": "white"},
-        (kept(REPORT), DEFAULT_ORDER): {"color": RED, "linestyle": "-"},
+        (kept(REPORT), LATTICE): {"color": RED, "linestyle": "-"},
         (kept(REPORT), UNIFORM): {"color": RED, "linestyle": ":"},
-        (LINEAR, DEFAULT_ORDER): {"color": ORANGE, "linestyle": "-"},
+        (LINEAR, LATTICE): {"color": ORANGE, "linestyle": "-"},
         (LINEAR, UNIFORM): {"color": ORANGE, "linestyle": ":"},
         ("pull-push", UNIFORM): {"color": GREEN, "linestyle": ":"},
     }
@@ -375,9 +418,9 @@ def draw_costs(path: Path, result: Evaluation, costs: Mapping[str, Cost]) -> Non
         figure = new_figure(PAGE / 1.6, 2.8)
         axes = figure.subplots()
         for method, cost in costs.items():
-            means = [result.mean((method, order))[at] for order in two_orders() if (method, order) in result.scores]
+            means = [result.mean((method, order))[at] for order in COMPARED if (method, order) in result.scores]
             axes.plot([cost.milliseconds] * len(means), means, color=BLUE, linewidth=0.6)
-            for mean, order, face in zip(means, two_orders(), ("white", BLUE), strict=False):
+            for mean, order, face in zip(means, COMPARED, ("white", BLUE, ORANGE), strict=False):
                 name = f"order {order}" if method == LINEAR else None
                 axes.plot(cost.milliseconds, mean, "o", color=BLUE, markerfacecolor=face, label=name)
             axes.annotate(method, (cost.milliseconds, means[0]), (5, -2), textcoords="offset points", fontsize=6)
