@@ -62,6 +62,7 @@ struct BoxBatch {
     float least[max_lanes], most[max_lanes];      // out: every value lies between; NaN where nothing is known
     std::uint32_t partly;                         // out: bit i: box i may hold points where the formula is NaN
     std::uint32_t nowhere;                        // out: bit i: it is NaN everywhere in box i
+    float least_slope[3][max_lanes], most_slope[3][max_lanes];  // out of `narrow`: of every slope; NaN where unknown
 };
 
 /// Whether f may change its sign in box i, as far as `boxes` shows.
@@ -69,19 +70,22 @@ inline bool may_change_sign(const BoxBatch& boxes, int i) {
     return !(boxes.least[i] >= 0 || boxes.most[i] < 0 || boxes.nowhere >> i & 1);
 }
 
-/// Segments of rays, from t = 0 on.
-struct RayBatch {
-    float origin[3][max_lanes], direction[3][max_lanes];
-    float t_end[max_lanes];    // above 0
-    float finest[max_lanes];   // roots closer together than this are not separated
-    int count;                 // of rays; the lanes after them are not read
-    float t[max_lanes];        // out: where there is a root
-    std::uint32_t found;       // out: bit i: ray i has a root
-    std::uint32_t unresolved;  // out: bit i: before that, there may be an even number of roots closer than `finest`
+/// A piece of a ray, from t = 0 on, and where a formula has its first root there.
+struct Segment {
+    float origin[3], direction[3];
+    float t_end;                    // above 0
+    float finest;                   // roots closer together than this are not separated
+    float least_slope, most_slope;  // the formula's slopes along the segment lie between; NaN or infinite where unknown
+    float t;                        // out: where there is a root
+    bool found;                     // out: whether there is
+    bool unresolved;                // out: before that, there may be an even number of roots closer than `finest`
+    bool open;                      // the kernel's own, as is all that follows: whether it is still looking
+    float a, fa, b, fb;             // where it begins, or the two sides of the root, and the values there
+    float to_jump;                  // from a on
 };
 
 struct FormulaKernels {
-    /// Boxes, points or rays that one batch holds.
+    /// Boxes or points that one batch holds.
     int lanes;
 
     /// f at `count` points, at most `lanes`; coordinates by axis.
@@ -99,10 +103,11 @@ struct FormulaKernels {
     /// since terms in x that cancel each other also cancel in the slope.
     void (*narrow)(const Code& code, BoxBatch& boxes, void* scratch);
 
-    /// Where f first changes its sign along each ray. Nothing is assumed of f: bounds of its values and slopes over
-    /// shrinking pieces of the segment show where it can't change, and where it must. A jump counts as a change, a pole
-    /// does not; nor does a point where f is NaN.
-    void (*first_roots)(const Code& code, RayBatch& rays, void* scratch);
+    /// Where f first changes its sign along each of `count` segments. Nothing is assumed of f: bounds of its values and
+    /// slopes over shrinking pieces of the segment show where it can't change, and where it must. A jump counts as a
+    /// change, a pole does not; nor does a point where f is NaN. What is found on a segment depends on that one alone;
+    /// many in one call fill the lanes best.
+    void (*first_roots)(const Code& code, Segment* segments, std::size_t count, void* scratch);
 };
 
 BOB_DECLARE_KERNELS(FormulaKernels, formula_kernels)

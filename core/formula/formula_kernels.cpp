@@ -174,6 +174,10 @@ void narrow(const Code& code, BoxBatch& boxes, void* scratch) {
     const M rises = smooth & (middle - reach > least), falls = smooth & (middle + reach < most);
     store(boxes.least, rises ? middle - reach : least);
     store(boxes.most, falls ? middle + reach : most);
+    for (int axis = 0; axis < 3; ++axis) {
+        store(boxes.least_slope[axis], smooth ? f.slope[axis].low : constant(not_a_number));
+        store(boxes.most_slope[axis], smooth ? f.slope[axis].high : constant(not_a_number));
+    }
 }
 
 /// Notes how soon along its ray each point comes to a jump: to where a select's condition is zero, a rounded number
@@ -199,7 +203,14 @@ private:
     }
 };
 
-/// The rays of a batch and the formula along them.
+bool has_jumps(const Code& code) {
+    for (std::size_t i = 0; i < code.count; ++i) {
+        if (may_jump(code.instructions[i].op)) return true;
+    }
+    return false;
+}
+
+/// Some rays, a lane each, and the formula along them.
 struct Along {
     const Code& code;
     void* scratch;
@@ -222,12 +233,6 @@ struct Along {
         soonest = constant(infinity);
         return run(code, p[0], p[1], p[2], domain, scratch, JumpAhead{soonest});
     }
-    [[nodiscard]] bool may_jump() const {
-        for (std::size_t i = 0; i < code.count; ++i) {
-            if (bob::may_jump(code.instructions[i].op)) return true;
-        }
-        return false;
-    }
     [[nodiscard]] Dual<Interval, 1> over(F from, F to, Domain& domain) const {
         Dual<Interval, 1> p[3];
         for (int axis = 0; axis < 3; ++axis) {
@@ -238,7 +243,7 @@ struct Along {
     }
 };
 
-/// A piece of each ray, and f at its ends, which lie on different sides.
+/// A piece of each segment, and f at its ends, which lie on different sides.
 struct Bracket {
     F a{}, fa{}, b{}, fb{};
 };
@@ -273,26 +278,99 @@ M grows(const Along& along, F a, F fa, F b, F fb) {
     return ~(abs(fa) + abs(fb) < 4.f * (abs(along.value(a - out)) + abs(along.value(b + out))));
 }
 
-void first_roots(const Code& code, RayBatch& rays, void* scratch) {
-    // Reasonable formulas need a few; after so many the ray is given up and reported.
-    constexpr int max_pieces = 1024;
+/// The rays of `count` segments, at most `lanes`.
+Along along_some(const Code& code, void* scratch, const Segment* const* segments, int count) {
     Along along{code, scratch, {}, {}};
-    for (int axis = 0; axis < 3; ++axis) {
-        along.origin[axis] = load_some(rays.origin[axis], rays.count);
-        along.direction[axis] = load_some(rays.direction[axis], rays.count);
-    }
-    const bool may_jump = along.may_jump();
-    const F t_end = load_some(rays.t_end, rays.count), finest = load_some(rays.finest, rays.count);
-    M active = first_lanes(rays.count), found{}, unresolved{};
-    Bracket bracket;
-    F a{}, width = t_end, to_jump = constant(infinity);
-    M stop_at_jump{};
-    F fa = may_jump ? along.with_slope(a, to_jump).value : along.value(a);
-    for (int piece = 0; any(active); ++piece) {
-        if (piece == max_pieces) {
-            unresolved |= active;
-            break;
+    for (int lane = 0; lane < count; ++lane) {
+        for (int axis = 0; axis < 3; ++axis) {
+            along.origin[axis][lane] = segments[lane]->origin[axis];
+            along.direction[axis][lane] = segments[lane]->direction[axis];
         }
+    }
+    return along;
+}
+
+/// Finds the roots that segments have between a and b.
+void refine(const Code& code, void* scratch, Segment* const* segments, int count) {
+    const Along along = along_some(code, scratch, segments, count);
+    Bracket bracket;
+    F finest{};
+    for (int lane = 0; lane < count; ++lane) {
+        const Segment& s = *segments[lane];
+        bracket.a[lane] = s.a, bracket.fa[lane] = s.fa, bracket.b[lane] = s.b, bracket.fb[lane] = s.fb;
+        finest[lane] = s.finest;
+    }
+    const F t = refined(along, bracket, first_lanes(count), finest);
+    for (int lane = 0; lane < count; ++lane) segments[lane]->t = t[lane];
+}
+
+/// Whether a and b lie on different sides. Inside is below 0; comparisons with NaN are false, and a change to or from NaN
+/// is none.
+M on_different_sides(F a, F b) { return ((a < F{}) & (b >= F{})) | ((a >= F{}) & (b < F{})); }
+
+/// Prepares the search along `count` segments, at most `lanes`, and ends it where the values at both ends and the slopes
+/// that are known settle a whole segment: nine of ten.
+void begin(const Code& code, bool may_jump, Segment* segments, int count, void* scratch) {
+    const Segment* some[lanes];
+    for (int lane = 0; lane < count; ++lane) some[lane] = segments + lane;
+    const Along along = along_some(code, scratch, some, count);
+    F to_jump = constant(infinity);
+    const F fa = may_jump ? along.with_slope(F{}, to_jump).value : along.value(F{});
+    F t_end{}, least{}, most{};
+    for (int lane = 0; lane < count; ++lane) {
+        t_end[lane] = segments[lane].t_end;
+        least[lane] = segments[lane].least_slope;
+        most[lane] = segments[lane].most_slope;
+    }
+    const M known = first_lanes(count) & (abs(least) < constant(infinity)) & (abs(most) < constant(infinity));
+    F fb{};
+    M crossing{}, empty{};
+    if (any(known)) {
+        fb = along.value(t_end);
+        const M smooth = known & (abs(fa) < constant(infinity)) & (abs(fb) < constant(infinity));
+        const M differ = on_different_sides(fa, fb), monotone = (least > F{}) | (most < F{});
+        // Lines of the steepest slopes from both ends towards zero meet before it; by more than rounding moves them.
+        const M inside = fa < F{};
+        const F from_a = abs(fa) * (inside ? -least : most), from_b = abs(fb) * (inside ? most : -least);
+        const M apart = from_a + from_b > 1.001f * (-least * most * t_end);
+        crossing = smooth & differ & monotone;
+        empty = smooth & ~differ & (monotone | apart);
+    }
+    for (int lane = 0; lane < count; ++lane) {
+        Segment& s = segments[lane];
+        s.found = crossing[lane];
+        s.unresolved = false;
+        s.open = !(crossing[lane] | empty[lane]);
+        s.a = 0, s.fa = fa[lane], s.b = t_end[lane], s.fb = fb[lane], s.to_jump = to_jump[lane];
+    }
+}
+
+/// Searches of segments, a lane each.
+struct Searches {
+    Along along;
+    bool may_jump;
+    F t_end{}, finest{};
+    F a{}, fa{}, width{}, to_jump{};  // the next piece begins at a, and is no wider than this
+    M stop_at_jump{}, pieces{}, active{}, unresolved{};
+    Segment* segment[lanes] = {};
+
+    void take(int lane, Segment& s) {
+        for (int axis = 0; axis < 3; ++axis) {
+            along.origin[axis][lane] = s.origin[axis];
+            along.direction[axis][lane] = s.direction[axis];
+        }
+        t_end[lane] = width[lane] = s.t_end;
+        finest[lane] = s.finest;
+        a[lane] = s.a, fa[lane] = s.fa, to_jump[lane] = s.to_jump;
+        stop_at_jump[lane] = pieces[lane] = unresolved[lane] = 0;
+        active[lane] = -1;
+        segment[lane] = &s;
+    }
+
+    /// Looks at the next piece of each segment, and ends those that are settled.
+    void step() {
+        // Reasonable formulas need a few; after so many the ray is given up and reported.
+        constexpr int max_pieces = 1024;
         // Where a wider piece would not do: up to just before the next jump, or, from there, to just behind it.
         const M at_jump = stop_at_jump & (to_jump <= finest);
         const F way = at_jump ? maximum(to_jump + 0.25f * finest, 0.5f * finest) : to_jump - 0.5f * finest;
@@ -302,8 +380,7 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         const Interval value = f.value, slope = f.slope[0];
         F jump_after_b = to_jump;
         const F fb = may_jump ? along.with_slope(b, jump_after_b).value : along.value(b);
-        // Inside is where f < 0; comparisons with NaN are false, and a change to or from NaN is none.
-        const M differ = ((fa < F{}) & (fb >= F{})) | ((fa >= F{}) & (fb < F{}));
+        const M differ = on_different_sides(fa, fb);
 
         // How soon f may reach zero at the steepest slope.
         const M smooth = ~(domain.partly | is_nan(slope.low) | is_nan(slope.high) | is_nan(fa));
@@ -318,17 +395,22 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         const M crossing = active & differ & (monotone | (narrow & ~pole));
         const M empty = active & ((~differ & (one_sided | monotone)) | pole);
         const M given_up = active & narrow & ~crossing & ~empty;
-        if (any(crossing)) {
-            bracket.a = crossing ? a : bracket.a;
-            bracket.fa = crossing ? fa : bracket.fa;
-            bracket.b = crossing ? b : bracket.b;
-            bracket.fb = crossing ? fb : bracket.fb;
-            found |= crossing;
-            active &= ~crossing;
-        }
         unresolved |= given_up & ~at_jump;
-        const M passed = empty | given_up, split = active & ~passed;
-        active &= ~(passed & (b >= t_end));
+        const M passed = empty | given_up, split = active & ~crossing & ~passed;
+        pieces += 1;
+        const M spent = active & ~crossing & (pieces >= max_pieces) & ~(passed & (b >= t_end));
+        unresolved |= spent;
+        const M done = crossing | spent | (passed & (b >= t_end));
+        if (any(done)) {
+            for (int lane = 0; lane < lanes; ++lane) {
+                if (!done[lane]) continue;
+                Segment& s = *segment[lane];
+                s.found = crossing[lane];
+                s.unresolved = unresolved[lane];
+                s.a = a[lane], s.fa = fa[lane], s.b = b[lane], s.fb = fb[lane];
+            }
+            active &= ~done;
+        }
         // On past the piece, with a wider one; or to where f may be zero at the soonest, with a narrower one.
         const F skip = min(length - finest, 0.99f * reach);  // NaN, which skips nothing, where that is unknown
         M skips = split & (skip > 0.125f * length);
@@ -348,9 +430,36 @@ void first_roots(const Code& code, RayBatch& rays, void* scratch) {
         // A jump much nearer than the piece is wide is one of many, which a bound over all of them may rule out.
         stop_at_jump = split ? (M)(to_jump > 0.0625f * width) : stop_at_jump & (to_jump <= finest);
     }
-    store_some(rays.t, any(found) ? refined(along, bracket, found, finest) : F{}, rays.count);
-    rays.found = bits(found);
-    rays.unresolved = bits(unresolved);
+};
+
+void first_roots(const Code& code, Segment* segments, std::size_t count, void* scratch) {
+    const bool may_jump = has_jumps(code);
+    for (std::size_t i = 0; i < count; i += lanes) {
+        begin(code, may_jump, segments + i, count - i < lanes ? static_cast<int>(count - i) : lanes, scratch);
+    }
+
+    // A lane that is done takes the next segment at once, so that few segments that need many pieces hold up no others.
+    Searches searches{{code, scratch, {}, {}}, may_jump};
+    Segment *next = segments, *const end = segments + count;
+    while (true) {
+        for (int lane = 0; lane < lanes; ++lane) {
+            if (searches.active[lane]) continue;
+            while (next != end && !next->open) ++next;
+            if (next != end) searches.take(lane, *next++);
+        }
+        if (!any(searches.active)) break;
+        searches.step();
+    }
+
+    Segment* bracketed[lanes];
+    int waiting = 0;
+    for (Segment* s = segments; s != end; ++s) {
+        if (s->found) bracketed[waiting++] = s;
+        if (waiting == lanes || (waiting && s + 1 == end)) {
+            refine(code, scratch, bracketed, waiting);
+            waiting = 0;
+        }
+    }
 }
 
 }  // namespace

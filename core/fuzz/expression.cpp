@@ -2,6 +2,7 @@
 /// what points in them give, and where a ray finds a root, the sign changes.
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "formula/scratch.h"
@@ -88,30 +89,28 @@ void bounds_hold_values(const bob::Tape& tape, fuzz::Source& source) {
 
 void roots_are_sign_changes(const bob::Tape& tape, fuzz::Source& source) {
     const bob::FormulaKernels& kernels = bob::best_formula_kernels();
-    bob::RayBatch batch{};
-    batch.count = kernels.lanes;
-    for (int i = 0; i < batch.count; ++i) {
+    std::vector<bob::Segment> segments;
+    do {
+        bob::Segment& segment = segments.emplace_back();
         for (int axis = 0; axis < 3; ++axis) {
-            batch.origin[axis][i] = static_cast<float>(source.within(-1, 1));
-            batch.direction[axis][i] = static_cast<float>(source.within(-1, 1));
+            segment.origin[axis] = static_cast<float>(source.within(-1, 1));
+            segment.direction[axis] = static_cast<float>(source.within(-1, 1));
         }
-        batch.t_end[i] = static_cast<float>(source.within(0.01, 3));
-        batch.finest[i] = source.flag() ? 1e-4f : 1e-6f;
-        if (source.empty()) {
-            batch.count = i + 1;
-            break;
-        }
-    }
-    kernels.first_roots(tape.code(), batch, bob::scratch(tape.code().registers));
-    for (int i = 0; i < batch.count; ++i) {
-        if (!(batch.found >> i & 1)) continue;
-        fuzz::expect(batch.t[i] >= 0 && batch.t[i] <= batch.t_end[i], "a root on the ray");
+        segment.t_end = static_cast<float>(source.within(0.01, 3));
+        segment.finest = source.flag() ? 1e-4f : 1e-6f;
+        segment.least_slope = -std::numeric_limits<float>::infinity();
+        segment.most_slope = std::numeric_limits<float>::infinity();
+    } while (!source.empty() && segments.size() < 2 * static_cast<std::size_t>(kernels.lanes));
+    kernels.first_roots(tape.code(), segments.data(), segments.size(), bob::scratch(tape.code().registers));
+    for (const bob::Segment& segment : segments) {
+        if (!segment.found) continue;
+        fuzz::expect(segment.t >= 0 && segment.t <= segment.t_end, "a root on the ray");
         std::vector<Point> around;
         for (double off = 0; off < 1.1e-4; off = std::clamp(2 * off, 1e-7, off + 2e-6)) {
-            for (const double t : {std::max(0., batch.t[i] - off), std::min<double>(batch.t_end[i], batch.t[i] + off)}) {
+            for (const double t : {std::max(0., segment.t - off), std::min<double>(segment.t_end, segment.t + off)}) {
                 Point& p = around.emplace_back();
                 for (std::size_t axis = 0; axis < 3; ++axis) {
-                    p[axis] = batch.origin[axis][i] + static_cast<float>(t) * batch.direction[axis][i];
+                    p[axis] = segment.origin[axis] + static_cast<float>(t) * segment.direction[axis];
                 }
             }
         }

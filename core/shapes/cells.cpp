@@ -22,7 +22,7 @@ Box Cells::box(const Cell& cell) {
 
 std::size_t Cells::bytes() const {
     return children_.size() * sizeof(std::int32_t) + cells_.size() * sizeof(Cell) +
-           instructions_.size() * sizeof(Instruction);
+           codes_.size() * sizeof(Stored) + instructions_.size() * sizeof(Instruction);
 }
 
 namespace {
@@ -113,7 +113,7 @@ double Cells::maximum(const Function& convex) const {
             for (int i = 0; i < 8; ++i) {
                 if (halves.bound(i) > most) larger[static_cast<std::size_t>(count++)] = i;
             }
-            const Code code = this->code(cells_[CellGrid::cell(top.child)]);
+            const Code code = this->code(cells_[CellGrid::cell(top.child)].code);
             for (int start = 0; start < count; start += kernels.lanes) {
                 const int lanes = std::min(count - start, kernels.lanes);
                 BoxBatch boxes{};

@@ -46,14 +46,16 @@ public:
     [[nodiscard]] bool is_coarse() const { return is_coarse_; }
 
     struct Cell {
-        std::uint32_t first, count;  // of the instructions
-        std::uint16_t registers, result;
+        std::uint32_t code;              // cells in which the formula is the same share it
         std::array<std::uint8_t, 3> at;  // low corner, in finest cells
         std::uint8_t level;              // 1 to max_levels
+        Vec3 least_slope, most_slope;    // the formula's slopes lie between, axis by axis; NaN where unknown
     };
     [[nodiscard]] const std::vector<Cell>& cells() const { return cells_; }
-    [[nodiscard]] Code code(const Cell& cell) const {
-        return {instructions_.data() + cell.first, cell.count, cell.registers, cell.result};
+    [[nodiscard]] std::uint32_t codes() const { return static_cast<std::uint32_t>(codes_.size()); }
+    [[nodiscard]] Code code(std::uint32_t code) const {
+        const Stored& stored = codes_[code];
+        return {instructions_.data() + stored.first, stored.count, stored.registers, stored.result};
     }
     [[nodiscard]] static Box box(const Cell& cell);
 
@@ -81,9 +83,16 @@ private:
     Cells() = default;
 
     class Builder;
+    class Library;
+
+    struct Stored {
+        std::uint32_t first, count;  // of the instructions
+        std::uint16_t registers, result;
+    };
 
     std::vector<std::int32_t> children_;  // 64 to a node, the root's first; see CellGrid
     std::vector<Cell> cells_;
+    std::vector<Stored> codes_;
     std::vector<Instruction> instructions_;
     Box hull_;
     std::uint32_t max_code_ = 0;

@@ -77,15 +77,49 @@ bool decides(const std::vector<std::uint8_t>& signature) {
 
 using TapePtr = std::shared_ptr<const Tape>;
 
+/// Writes codes into cells, each once.
+class Cells::Library {
+public:
+    /// The number of the code, which is added where it is not there.
+    std::uint32_t number_of(const Code& code, Cells& cells) {
+        const std::size_t size = code.count * sizeof(Instruction);
+        const std::string_view bytes(reinterpret_cast<const char*>(code.instructions), size);
+        std::vector<std::uint32_t>& same_hash = written_[std::hash<std::string_view>{}(bytes)];
+        for (const std::uint32_t number : same_hash) {
+            const Code known = cells.code(number);
+            // Without instructions, the result alone tells x, y and z apart.
+            if (known.count == code.count && known.result == code.result &&
+                (size == 0 || std::memcmp(known.instructions, code.instructions, size) == 0)) {
+                return number;
+            }
+        }
+        same_hash.push_back(cells.codes());
+        cells.codes_.push_back({static_cast<std::uint32_t>(cells.instructions_.size()),
+                                static_cast<std::uint32_t>(code.count), static_cast<std::uint16_t>(code.registers),
+                                static_cast<std::uint16_t>(code.result)});
+        cells.instructions_.insert(cells.instructions_.end(), code.instructions, code.instructions + code.count);
+        cells.max_code_ = std::max(cells.max_code_, static_cast<std::uint32_t>(code.count));
+        cells.max_registers_ = std::max(cells.max_registers_, code.registers);
+        return same_hash.back();
+    }
+
+private:
+    std::unordered_map<std::size_t, std::vector<std::uint32_t>> written_;  // the numbers of codes of a hash
+};
+
 /// Builds the subtree of one cell, with its own numbering.
 class Cells::Builder {
 public:
     explicit Builder(std::uint32_t max_cells, std::uint64_t at_once = budget / 64) : max_cells_(max_cells), at_once_(at_once) {}
 
+    static constexpr Vec3 unknown{std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN(),
+                                  std::numeric_limits<float>::quiet_NaN()};
+
     struct Child {
         int index;
         TapePtr tape;
         bool smooth;  // no jumps but those that select the whole formula
+        Vec3 least_slope = unknown, most_slope = unknown;
     };
 
     void start(const TapePtr& tape, bool smooth, std::array<int, 3> at, int level) { waiting_ = {tape, smooth, at, level}; }
@@ -146,7 +180,7 @@ private:
         const std::array<int, 3> corner = child_at(top.at, level, child.index);
         std::int32_t& place = result.children_[static_cast<std::size_t>(64 * top.node + child.index)];
         if (coarse_ || is_leaf(child.tape->code(), child.smooth, level)) {
-            place = CellGrid::leaf(add_cell(child.tape, corner, level));
+            place = CellGrid::leaf(add_cell(child, corner, level));
             return;
         }
         place = static_cast<std::int32_t>(result.children_.size() / 64);  // that open gives it next
@@ -202,6 +236,7 @@ private:
                 if (apart) {
                     child.tape = std::make_shared<Tape>(std::move(*apart));
                     child.smooth = true;
+                    child.least_slope = child.most_slope = unknown;
                 }
             }
             left.push_back(std::move(child));
@@ -235,45 +270,29 @@ private:
             std::fill_n(boxes.most, max_lanes, std::numeric_limits<float>::infinity());
             kernels.narrow(code, boxes, scratch(code.registers));
             for (int lane = 0; lane < count; ++lane) {
-                if (may_change_sign(boxes, lane)) left.push_back(children[place[lane]]);
+                if (!may_change_sign(boxes, lane)) continue;
+                Child& child = left.emplace_back(children[place[lane]]);
+                for (int axis = 0; axis < 3; ++axis) {
+                    child.least_slope[axis] = boxes.least_slope[axis][lane];
+                    child.most_slope[axis] = boxes.most_slope[axis][lane];
+                }
             }
         }
         std::sort(left.begin(), left.end(), [](const Child& a, const Child& b) { return a.index < b.index; });
         children = std::move(left);
     }
 
-    /// A cell with its code; cells whose code is the same share it.
-    std::uint32_t add_cell(const TapePtr& tape, std::array<int, 3> at, int level) {
-        const Code code = tape->code();
-        if (tape != last_tape_) last_tape_ = tape, last_code_ = place_of(code);
-        result.max_code_ = std::max(result.max_code_, static_cast<std::uint32_t>(code.count));
-        result.max_registers_ = std::max(result.max_registers_, code.registers);
-        result.cells_.push_back({last_code_, static_cast<std::uint32_t>(code.count),
-                                 static_cast<std::uint16_t>(code.registers), static_cast<std::uint16_t>(code.result),
+    std::uint32_t add_cell(const Child& child, std::array<int, 3> at, int level) {
+        if (child.tape != last_tape_) {
+            last_tape_ = child.tape;
+            work_.spend(child.tape->code().count);
+            last_code_ = library_.number_of(child.tape->code(), result);
+        }
+        result.cells_.push_back({last_code_,
                                  {static_cast<std::uint8_t>(at[0]), static_cast<std::uint8_t>(at[1]),
                                   static_cast<std::uint8_t>(at[2])},
-                                 static_cast<std::uint8_t>(level)});
+                                 static_cast<std::uint8_t>(level), child.least_slope, child.most_slope});
         return static_cast<std::uint32_t>(result.cells_.size() - 1);
-    }
-
-    /// Where code begins among the instructions, to which it is added where it is not among them.
-    std::uint32_t place_of(const Code& code) {
-        work_.spend(code.count);
-        const std::size_t size = code.count * sizeof(Instruction);
-        const std::string_view bytes(reinterpret_cast<const char*>(code.instructions), size);
-        std::vector<std::uint32_t>& same_hash = written_[std::hash<std::string_view>{}(bytes)];
-        const auto known = std::find_if(same_hash.begin(), same_hash.end(), [&](std::uint32_t first) {
-            return first + code.count <= result.instructions_.size() &&
-                   (size == 0 || std::memcmp(result.instructions_.data() + first, code.instructions, size) == 0);
-        });
-        const std::uint32_t first = known != same_hash.end() ? *known
-                                                             : static_cast<std::uint32_t>(result.instructions_.size());
-        if (known == same_hash.end()) {
-            same_hash.push_back(first);
-            result.instructions_.insert(result.instructions_.end(), code.instructions,
-                                        code.instructions + code.count);
-        }
-        return first;
     }
 
     std::uint32_t max_cells_;
@@ -285,7 +304,7 @@ private:
     Waiting waiting_;
     std::vector<Open> open_;
     std::vector<Decision> decisions_;
-    std::unordered_map<std::size_t, std::vector<std::uint32_t>> written_;  // where code of a hash starts
+    Library library_;
 
     friend class Cells;
 };
@@ -342,30 +361,30 @@ Cells::Cells(const Expression& f) {
     const std::vector<Builder::Child> children = root.occupied(tape, false, {0, 0, 0}, 1);
     std::vector<Builder> subtrees(children.size(), Builder(max_cells / 64));
     for (std::size_t i = 0; i < children.size(); ++i) {
-        const auto& [index, own, smooth] = children[i];
-        subtrees[i].start(own, smooth, Builder::child_at({0, 0, 0}, 1, index), 1);
+        const Builder::Child& child = children[i];
+        subtrees[i].start(child.tape, child.smooth, Builder::child_at({0, 0, 0}, 1, child.index), 1);
     }
     is_coarse_ = !do_in_turns(subtrees, budget);
     for (Builder& subtree : subtrees) subtree.finish();
 
     children_.assign(64, CellGrid::empty);
+    Library library;
+    std::vector<std::uint32_t> codes;  // of a subtree, among all
     for (std::size_t i = 0; i < children.size(); ++i) {
         const Cells& part = subtrees[i].result;
         if (part.cells_.empty()) continue;
         const auto node0 = static_cast<std::int32_t>(children_.size() / 64);
         const auto cell0 = static_cast<std::int32_t>(cells_.size());
-        const auto code0 = static_cast<std::uint32_t>(instructions_.size());
         children_[static_cast<std::size_t>(children[i].index)] = node0;
         for (const std::int32_t child : part.children_) {
             children_.push_back(child == CellGrid::empty ? child : child + (child < 0 ? cell0 : node0));
         }
+        codes.clear();
+        for (std::uint32_t code = 0; code < part.codes(); ++code) codes.push_back(library.number_of(part.code(code), *this));
         for (Cell cell : part.cells_) {
-            cell.first += code0;
+            cell.code = codes[cell.code];
             cells_.push_back(cell);
         }
-        instructions_.insert(instructions_.end(), part.instructions_.begin(), part.instructions_.end());
-        max_code_ = std::max(max_code_, part.max_code_);
-        max_registers_ = std::max(max_registers_, part.max_registers_);
     }
 
     if (cells_.empty()) {

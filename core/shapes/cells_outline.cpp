@@ -83,7 +83,7 @@ std::vector<std::array<double, 3>> Cells::outline() const {
     std::vector<Part> open, halves;
     for (const Cell& cell : cells_) {
         Interruption::check();
-        const Code code = this->code(cell);
+        const Code code = this->code(cell.code);
         Corner low;
         for (std::size_t axis = 0; axis < 3; ++axis) low[axis] = static_cast<std::uint16_t>(finest_side * cell.at[axis]);
         open.assign(1, {low, finest_side * side(cell.level)});

@@ -16,6 +16,9 @@ namespace {
 /// Roots closer together than this are not separated, in the surface's own coordinates.
 constexpr float finest = 1e-6f;
 
+/// Segments that look for roots together, and between whose batches work can be interrupted.
+constexpr std::size_t most_at_once = 256;
+
 /// The sphere within the cube around a box.
 Sphere sphere_in(const Bounds& box) {
     Sphere sphere{{}, 0};
@@ -42,11 +45,11 @@ Expression in_unit_sphere(const Expression& f, const Bounds& bounds, const Spher
     return graph.expression(value);
 }
 
-/// Sorts keys of the form cell << 32 | item by cell; the order of items within a cell is kept.
-void sort_by_cell(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& spare, std::uint32_t cells) {
+/// Sorts keys of the form group << 32 | item by group; the order of items within a group is kept.
+void sort_by_group(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& spare, std::uint32_t groups) {
     constexpr int digit_bits = 11;
     spare.resize(keys.size());
-    for (int shift = 0; cells >> shift; shift += digit_bits) {
+    for (int shift = 0; groups >> shift; shift += digit_bits) {
         std::array<std::uint32_t, 1 << digit_bits> start{};
         const auto digit = [shift](std::uint64_t key) { return key >> (32 + shift) & ((1 << digit_bits) - 1); };
         for (const std::uint64_t key : keys) ++start[digit(key)];
@@ -61,23 +64,42 @@ void sort_by_cell(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& 
     }
 }
 
-/// Calls body(cell, items, count) for batches of at most `lanes` of the items 0..count, each batch of one cell.
-template <class CellOf, class Body>
-void for_each_batch(std::size_t count, std::uint32_t cells, int lanes, CellOf cell_of, Body body) {
+/// Some of the items 0..count.
+using Items = std::span<const std::uint32_t>;
+
+/// Calls body(code, items) for batches of at most `most` of the items 0..count, each batch of one code.
+template <class CodeOf, class Body>
+void for_each_batch(std::size_t count, std::uint32_t codes, std::size_t most, CodeOf code_of, Body body) {
     thread_local std::vector<std::uint64_t> keys, spare;
+    thread_local std::vector<std::uint32_t> items;
     keys.clear();
-    for (std::uint32_t i = 0; i < count; ++i) keys.push_back(std::uint64_t{cell_of(i)} << 32 | i);
-    sort_by_cell(keys, spare, cells);
-    std::uint32_t items[max_lanes];
-    for (std::size_t begin = 0; begin < keys.size();) {
-        const auto cell = static_cast<std::uint32_t>(keys[begin] >> 32);
-        int in_batch = 0;
-        while (begin < keys.size() && keys[begin] >> 32 == cell && in_batch < lanes) {
-            items[in_batch++] = static_cast<std::uint32_t>(keys[begin++]);
-        }
-        body(cell, items, in_batch);
+    items.clear();
+    for (std::uint32_t i = 0; i < count; ++i) keys.push_back(std::uint64_t{code_of(i)} << 32 | i);
+    sort_by_group(keys, spare, codes);
+    for (const std::uint64_t key : keys) items.push_back(static_cast<std::uint32_t>(key));
+    for (std::size_t begin = 0, end; begin < count; begin = end) {
+        const std::uint64_t code = keys[begin] >> 32;
+        for (end = begin + 1; end < count && end - begin < most && keys[end] >> 32 == code;) ++end;
+        body(static_cast<std::uint32_t>(code), Items(items).subspan(begin, end - begin));
     }
 }
+
+/// Bounds of the slopes along a direction, of a formula whose own slopes lie between two.
+struct Slopes {
+    float least = 0, most = 0;
+
+    Slopes(const Cells::Cell& cell, Vec3 direction) {
+        float size = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const float a = cell.least_slope[axis] * direction[axis], b = cell.most_slope[axis] * direction[axis];
+            least += std::min(a, b);
+            most += std::max(a, b);
+            size += std::fabs(a) + std::fabs(b);
+        }
+        least -= 1e-6f * size;
+        most += 1e-6f * size;  // NaN in any of them makes both NaN
+    }
+};
 
 }  // namespace
 
@@ -91,10 +113,12 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
     std::uint64_t unresolved = 0;
     std::fill(hits.begin(), hits.end(), Hit{});
 
-    // Every ray walks to its next cell; the rays in each cell then look for roots together. Those without one go on.
+    // Every ray walks to its next cell; the rays in cells of one code then look for roots together. Those without one go
+    // on.
     thread_local std::vector<Walk> walks;
-    const auto cell_of = [](std::uint32_t i) { return walks[i].cell; };
-    const auto cells = static_cast<std::uint32_t>(cells_.cells().size());
+    thread_local std::vector<Segment> segments;
+    const std::vector<Cells::Cell>& cells = cells_.cells();
+    const auto code_of = [&](std::uint32_t i) { return cells[walks[i].cell].code; };
     walks.resize(rays.size());
     best_walk_kernels().start(grid, rays.data(), rays.size(), walks.data());
     while (true) {
@@ -106,31 +130,34 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
         }
         walks.resize(left);
         if (walks.empty()) break;
-        for_each_batch(walks.size(), cells, kernels.lanes, cell_of,
-                       [&](std::uint32_t cell, const std::uint32_t* items, int count) {
+        for_each_batch(walks.size(), cells_.codes(), most_at_once, code_of, [&](std::uint32_t code, Items items) {
             Interruption::check();
-            RayBatch batch;
-            batch.count = count;
-            float from[max_lanes];
-            for (int lane = 0; lane < count; ++lane) {
-                const Walk& walk = walks[items[lane]];
+            segments.clear();
+            float from[most_at_once];
+            for (std::size_t i = 0; i < items.size(); ++i) {
+                const Walk& walk = walks[items[i]];
                 const Ray& ray = rays[walk.ray];
                 // Pieces overlap by the margin that cells have, so that no root falls between two.
                 const float speed = length(ray.direction), margin = 0.5f * Cells::margin / speed;
-                from[lane] = std::max(0.f, walk.enter - margin);
+                from[i] = std::max(0.f, walk.enter - margin);
+                const Slopes slopes(cells[walk.cell], ray.direction);
+                Segment& segment = segments.emplace_back();
                 for (int axis = 0; axis < 3; ++axis) {
-                    batch.origin[axis][lane] = ray.origin[axis] + from[lane] * ray.direction[axis];
-                    batch.direction[axis][lane] = ray.direction[axis];
+                    segment.origin[axis] = ray.origin[axis] + from[i] * ray.direction[axis];
+                    segment.direction[axis] = ray.direction[axis];
                 }
-                batch.t_end[lane] = walk.leave + margin - from[lane];
-                batch.finest[lane] = finest / speed;
+                segment.t_end = walk.leave + margin - from[i];
+                segment.finest = finest / speed;
+                segment.least_slope = slopes.least;
+                segment.most_slope = slopes.most;
             }
-            kernels.first_roots(cells_.code(cells_.cells()[cell]), batch, memory);
-            for (int lane = 0; lane < count; ++lane) {
-                Walk& walk = walks[items[lane]];
-                walk.unresolved = walk.unresolved || (batch.unresolved >> lane & 1);
-                if (!(batch.found >> lane & 1)) continue;
-                hits[walk.ray] = {from[lane] + batch.t[lane], 0, 0, cell};
+            kernels.first_roots(cells_.code(code), segments.data(), segments.size(), memory);
+            for (std::size_t i = 0; i < items.size(); ++i) {
+                const Segment& segment = segments[i];
+                Walk& walk = walks[items[i]];
+                walk.unresolved = walk.unresolved || segment.unresolved;
+                if (!segment.found) continue;
+                hits[walk.ray] = {from[i] + segment.t, 0, 0, walk.cell};
                 walk.cell = Walk::none;
             }
         });
@@ -141,10 +168,11 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
 void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {
     const FormulaKernels& kernels = best_formula_kernels();
     void* const memory = scratch(cells_.max_registers());
-    const auto cell_of = [&](std::uint32_t i) { return hits[i].primitive; };
-    const auto cells = static_cast<std::uint32_t>(cells_.cells().size());
-    for_each_batch(hits.size(), cells, kernels.lanes, cell_of,
-                   [&](std::uint32_t cell, const std::uint32_t* items, int count) {
+    const std::vector<Cells::Cell>& cells = cells_.cells();
+    const auto code_of = [&](std::uint32_t i) { return cells[hits[i].primitive].code; };
+    const auto lanes = static_cast<std::size_t>(kernels.lanes);
+    for_each_batch(hits.size(), cells_.codes(), lanes, code_of, [&](std::uint32_t code, Items items) {
+        const int count = static_cast<int>(items.size());
         float point[3][max_lanes], gradient[3][max_lanes], value[max_lanes];
         const float* const points[3] = {point[0], point[1], point[2]};
         float* const gradients[3] = {gradient[0], gradient[1], gradient[2]};
@@ -156,7 +184,7 @@ void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std
                 const Vec3 p = ray.origin + (hits[items[lane]].t - before / length(ray.direction)) * ray.direction;
                 for (int axis = 0; axis < 3; ++axis) point[axis][lane] = p[axis];
             }
-            kernels.gradients(cells_.code(cells_.cells()[cell]), points, count, value, gradients, memory);
+            kernels.gradients(cells_.code(code), points, count, value, gradients, memory);
             for (int lane = 0; lane < count; ++lane) {
                 if (!(without >> lane & 1)) continue;
                 const Vec3 direction = rays[items[lane]].direction;

@@ -28,7 +28,7 @@ double most_of_all(const bob::Cells& cells, F f) {
     double most = -std::numeric_limits<double>::infinity();
     for (const bob::Cells::Cell& cell : cells.cells()) {
         std::vector<Box> open{bob::Cells::box(cell)};
-        std::vector<bob::Decision> decisions(cells.code(cell).count);
+        std::vector<bob::Decision> decisions(cells.code(cell.code).count);
         while (!open.empty()) {
             const Box box = open.back();
             open.pop_back();
@@ -46,7 +46,7 @@ double most_of_all(const bob::Cells& cells, F f) {
                     part.low[axis][0] = box.low[axis] + (i >> axis & 1 ? half[axis] : 0);
                     part.high[axis][0] = part.low[axis][0] + half[axis];
                 }
-                kernels.bounds(cells.code(cell), part, decisions.data(), bob::scratch(cells.max_registers()));
+                kernels.bounds(cells.code(cell.code), part, decisions.data(), bob::scratch(cells.max_registers()));
                 if (!may_change_sign(part, 0)) continue;
                 open.push_back({{part.low[0][0], part.low[1][0], part.low[2][0]},
                                 {part.high[0][0], part.high[1][0], part.high[2][0]}});
@@ -129,6 +129,6 @@ TEST(a_plane_along_an_axis_has_cells_without_instructions) {
     Graph g;
     const bob::Cells cells(g.expression(g.x()));
     CHECK_EQ(cells.cells().size(), 2u * 16 * 16);
-    for (const bob::Cells::Cell& cell : cells.cells()) CHECK_EQ(cells.code(cell).count, 0u);
+    for (const bob::Cells::Cell& cell : cells.cells()) CHECK_EQ(cells.code(cell.code).count, 0u);
     CHECK_NEAR(cells.hull().high.x, bob::Cells::finest, 0.2f);
 }

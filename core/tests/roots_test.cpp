@@ -6,7 +6,7 @@
 
 namespace {
 
-using bob::RayBatch;
+using bob::Segment;
 using bob::Value;
 using test::infinity;
 using test::Random;
@@ -25,29 +25,25 @@ struct Root {
     friend bool operator==(const Root&, const Root&) = default;
 };
 
-/// First roots along all rays, `lanes` at a time.
-std::vector<Root> first_roots(const bob::Tape& tape, const std::vector<Ray>& rays, int lanes = bob::max_lanes) {
-    const bob::FormulaKernels& kernels = bob::best_formula_kernels();
-    lanes = std::min(lanes, kernels.lanes);
+/// First roots along all rays, `at_once` of them in a call.
+std::vector<Root> first_roots(const bob::Tape& tape, const std::vector<Ray>& rays, std::size_t at_once = 64) {
     std::vector<Root> roots;
-    for (std::size_t first = 0; first < rays.size(); first += static_cast<std::size_t>(lanes)) {
-        RayBatch batch;
-        std::fill_n(reinterpret_cast<unsigned char*>(&batch), sizeof batch, static_cast<unsigned char>(0xff));  // NaN
-        batch.count = static_cast<int>(std::min<std::size_t>(rays.size() - first, static_cast<std::size_t>(lanes)));
-        for (int i = 0; i < batch.count; ++i) {
-            const Ray& ray = rays[first + static_cast<std::size_t>(i)];
+    for (std::size_t first = 0; first < rays.size(); first += at_once) {
+        std::vector<Segment> segments(std::min(rays.size() - first, at_once));
+        std::fill_n(reinterpret_cast<unsigned char*>(segments.data()), segments.size() * sizeof(Segment),
+                    static_cast<unsigned char>(0xff));  // NaN, and so are the slopes: unknown
+        for (std::size_t i = 0; i < segments.size(); ++i) {
+            const Ray& ray = rays[first + i];
             for (int axis = 0; axis < 3; ++axis) {
-                batch.origin[axis][i] = static_cast<float>(ray.origin[axis]);
-                batch.direction[axis][i] = static_cast<float>(ray.direction[axis]);
+                segments[i].origin[axis] = static_cast<float>(ray.origin[axis]);
+                segments[i].direction[axis] = static_cast<float>(ray.direction[axis]);
             }
-            batch.t_end[i] = static_cast<float>(ray.t_end);
-            batch.finest[i] = static_cast<float>(ray.finest);
+            segments[i].t_end = static_cast<float>(ray.t_end);
+            segments[i].finest = static_cast<float>(ray.finest);
         }
-        kernels.first_roots(tape.code(), batch, bob::scratch(tape.code().registers));
-        for (int i = 0; i < batch.count; ++i) {
-            roots.push_back({batch.t[i], (batch.found >> i & 1) != 0, (batch.unresolved >> i & 1) != 0});
-            if (!roots.back().found) roots.back().t = infinity;
-        }
+        bob::best_formula_kernels().first_roots(tape.code(), segments.data(), segments.size(),
+                                                bob::scratch(tape.code().registers));
+        for (const Segment& s : segments) roots.push_back({s.found ? s.t : infinity, s.found, s.unresolved});
     }
     return roots;
 }
