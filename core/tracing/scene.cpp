@@ -213,8 +213,9 @@ std::size_t Scene::bytes() const {
 }
 
 std::size_t batch_size(std::size_t count) {
-    constexpr std::size_t batches_per_thread = 4;
-    return std::clamp<std::size_t>(count / (batches_per_thread * static_cast<std::size_t>(thread_count())), 512, 8192);
+    const auto threads = static_cast<std::size_t>(thread_count());
+    const std::size_t batches = threads == 1 ? 1 : 4 * threads;
+    return std::clamp<std::size_t>(count / batches, 512, 8192);
 }
 
 }  // namespace bob
