@@ -11,6 +11,8 @@ namespace bob::BOB_ISA {
 inline F scaled(F a, float scale, float offset) { return a * scale + offset; }
 inline F divide(F a, F b, Domain&) { return a / b; }
 inline F sqrt(F a, Domain&) { return sqrt(a); }
+inline F sin(F a, Domain&) { return sin(a); }
+inline F cos(F a, Domain&) { return cos(a); }
 inline F log(F a, Domain&) { return log(a); }
 inline F asin(F a, Domain&) { return asin(a); }
 inline F acos(F a, Domain&) { return acos(a); }
@@ -176,14 +178,14 @@ inline Dual<N, K> modulo(const Dual<N, K>& a, const Dual<N, K>& b, Domain& domai
     return chain(modulo(a.value, b.value, domain), a, b, [&](N s, N t) { return unless(jumps, s - quotient * t); });
 }
 template <class N, int K>
-inline Dual<N, K> sin(const Dual<N, K>& a) {
-    const N slope = cos(a.value);
-    return chain(sin(a.value), a, [&](N s) { return slope * s; });
+inline Dual<N, K> sin(const Dual<N, K>& a, Domain& domain) {
+    const N slope = cos(a.value, domain);
+    return chain(sin(a.value, domain), a, [&](N s) { return slope * s; });
 }
 template <class N, int K>
-inline Dual<N, K> cos(const Dual<N, K>& a) {
-    const N slope = -sin(a.value);
-    return chain(cos(a.value), a, [&](N s) { return slope * s; });
+inline Dual<N, K> cos(const Dual<N, K>& a, Domain& domain) {
+    const N slope = -sin(a.value, domain);
+    return chain(cos(a.value, domain), a, [&](N s) { return slope * s; });
 }
 template <class N, int K>
 inline Dual<N, K> tan(const Dual<N, K>& a) {

@@ -31,13 +31,13 @@ inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domai
             watch(out, domain);
             continue;
         }
-        switch (i->op) {  // `continue` where finite operands have a finite result
+        switch (i->op) {  // `continue` where numbers have a number, or the op itself tells the domain
             case Op::constant: set(out, i->offset); break;
             case Op::absolute: out = decided(i->op, a, a, abs(a)); continue;
             case Op::square: out = square(a); break;
             case Op::sqrt: out = sqrt(a, domain); continue;
-            case Op::sin: out = sin(a); continue;
-            case Op::cos: out = cos(a); continue;
+            case Op::sin: out = sin(a, domain); continue;
+            case Op::cos: out = cos(a, domain); continue;
             case Op::tan: out = tan(a); break;
             case Op::asin: out = asin(a, domain); continue;
             case Op::acos: out = acos(a, domain); continue;
@@ -170,7 +170,7 @@ void narrow(const Code& code, BoxBatch& boxes, void* scratch) {
     reach += 1e-6f * (reach + abs(middle));
     const F least = load<F>(boxes.least), most = load<F>(boxes.most);
     // False where the slopes or the value are unknown.
-    const M smooth = ~domain.partly;
+    const M smooth = ~domain.partly & (abs(middle) < constant(infinity));
     const M rises = smooth & (middle - reach > least), falls = smooth & (middle + reach < most);
     store(boxes.least, rises ? middle - reach : least);
     store(boxes.most, falls ? middle + reach : most);
@@ -383,7 +383,7 @@ struct Searches {
         const M differ = on_different_sides(fa, fb);
 
         // How soon f may reach zero at the steepest slope.
-        const M smooth = ~(domain.partly | is_nan(slope.low) | is_nan(slope.high) | is_nan(fa));
+        const M smooth = ~(domain.partly | is_nan(slope.low) | is_nan(slope.high)) & (abs(fa) < constant(infinity));
         const F steepest = fa < F{} ? slope.high : -slope.low;
         const F reach = smooth ? (steepest > F{} ? abs(fa) / steepest : constant(infinity)) : F{};
         const M one_sided = (value.low >= F{}) | (value.high < F{}) | domain.nowhere | (reach > length);

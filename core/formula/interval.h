@@ -21,8 +21,10 @@ struct Domain {
     M nowhere{};  // all points are NaN
 };
 
-/// Infinite values may become NaN in a later step: inf - inf, 0 * inf, sin(inf).
-inline void watch(const Interval& a, Domain& domain) { domain.partly |= ~(a.high - a.low < constant(infinity)); }
+/// Looks for NaN among the values of a step whose operands hold none: inf - inf, 0 * inf, inf / inf. Where there may be one,
+/// the bounds of the step are NaN or infinite on both sides. Values that are infinite on one side are numbers like others:
+/// an exponential that overflows is left out by the minimum of a smooth union.
+inline void watch(const Interval& a, Domain& domain) { domain.partly |= is_nan(a.low + a.high); }
 
 inline Interval interval(float x) { return {constant(x), constant(x)}; }
 inline Interval unknown() { return {constant(-infinity), constant(infinity)}; }
@@ -131,8 +133,12 @@ inline Interval sine(Interval a, int quarter_turns) {
                           holds_multiple(a, top, 2 * pi) | far ? constant(1.f) : ends.high};
     return choose(is_nan(a.low + a.high), unknown(), widened(result, 0, 1e-6f));
 }
-inline Interval sin(Interval a) { return sine(a, 0); }
-inline Interval cos(Interval a) { return sine(a, 1); }
+inline Interval sine(Interval a, int quarter_turns, Domain& domain) {
+    domain.partly |= ~(maximum(abs(a.low), abs(a.high)) < constant(infinity));
+    return sine(a, quarter_turns);
+}
+inline Interval sin(Interval a, Domain& domain) { return sine(a, 0, domain); }
+inline Interval cos(Interval a, Domain& domain) { return sine(a, 1, domain); }
 /// Whether the tangent has a pole in the interval.
 inline M holds_pole(Interval a) {
     constexpr float pi = 3.14159265358979324f;
