@@ -163,7 +163,8 @@ inline Interval atan2(Interval y, Interval x) {
 /// Whether a / b rounds down to the same number everywhere.
 inline M same_quotient(Interval a, Interval b) {
     const M one_divisor = (b.low == b.high) & (b.low != F{});
-    return one_divisor & (floor(a.low / b.low) == floor(a.high / b.low));
+    const F quotient = floor(a.low / b.low);
+    return one_divisor & (quotient == floor(a.high / b.low)) & (abs(quotient) < constant(infinity));
 }
 inline Interval modulo(Interval a, Interval b, Domain& domain) {
     domain.partly |= contains_zero(b);
