@@ -308,40 +308,51 @@ void refine(const Code& code, void* scratch, Segment* const* segments, int count
 /// is none.
 M on_different_sides(F a, F b) { return ((a < F{}) & (b >= F{})) | ((a >= F{}) & (b < F{})); }
 
+/// How many segments are still searched, and how many have a root between their a and b.
+struct Begun {
+    int open = 0, bracketed = 0;
+};
+
 /// Prepares the search along `count` segments, at most `lanes`, and ends it where the values at both ends and the slopes
 /// that are known settle a whole segment: nine of ten.
-void begin(const Code& code, bool may_jump, Segment* segments, int count, void* scratch) {
-    const Segment* some[lanes];
-    for (int lane = 0; lane < count; ++lane) some[lane] = segments + lane;
-    const Along along = along_some(code, scratch, some, count);
-    F to_jump = constant(infinity);
-    const F fa = may_jump ? along.with_slope(F{}, to_jump).value : along.value(F{});
+void begin(const Code& code, bool may_jump, Segment* segments, int count, void* scratch, Begun& begun) {
     F t_end{}, least{}, most{};
+    const Segment* some[lanes];
     for (int lane = 0; lane < count; ++lane) {
+        some[lane] = segments + lane;
         t_end[lane] = segments[lane].t_end;
         least[lane] = segments[lane].least_slope;
         most[lane] = segments[lane].most_slope;
     }
-    const M known = first_lanes(count) & (abs(least) < constant(infinity)) & (abs(most) < constant(infinity));
-    F fb{};
-    M crossing{}, empty{};
-    if (any(known)) {
+    F fa, fb{}, to_jump = constant(infinity);
+    if (may_jump) {
+        fa = along_some(code, scratch, some, count).with_slope(F{}, to_jump).value;
+    } else if (2 * count <= lanes) {  // both ends of all at once
+        F t{};
+        for (int lane = 0; lane < count; ++lane) some[count + lane] = some[lane], t[count + lane] = t_end[lane];
+        fa = along_some(code, scratch, some, 2 * count).value(t);
+        for (int lane = 0; lane < count; ++lane) fb[lane] = fa[count + lane];
+    } else {
+        const Along along = along_some(code, scratch, some, count);
+        fa = along.value(F{});
         fb = along.value(t_end);
-        const M smooth = known & (abs(fa) < constant(infinity)) & (abs(fb) < constant(infinity));
-        const M differ = on_different_sides(fa, fb), monotone = (least > F{}) | (most < F{});
-        // Lines of the steepest slopes from both ends towards zero meet before it; by more than rounding moves them.
-        const M inside = fa < F{};
-        const F from_a = abs(fa) * (inside ? -least : most), from_b = abs(fb) * (inside ? most : -least);
-        const M apart = from_a + from_b > 1.001f * (-least * most * t_end);
-        crossing = smooth & differ & monotone;
-        empty = smooth & ~differ & (monotone | apart);
     }
+    const M known = may_jump ? M{} : first_lanes(count) & (abs(least) < constant(infinity)) & (abs(most) < constant(infinity));
+    const M smooth = known & (abs(fa) < constant(infinity)) & (abs(fb) < constant(infinity));
+    const M differ = on_different_sides(fa, fb), monotone = (least > F{}) | (most < F{});
+    // Lines of the steepest slopes from both ends towards zero meet before it; by more than rounding moves them.
+    const M inside = fa < F{};
+    const F from_a = abs(fa) * (inside ? -least : most), from_b = abs(fb) * (inside ? most : -least);
+    const M apart = from_a + from_b > 1.001f * (-least * most * t_end);
+    const M crossing = smooth & differ & monotone, empty = smooth & ~differ & (monotone | apart);
     for (int lane = 0; lane < count; ++lane) {
         Segment& s = segments[lane];
         s.found = crossing[lane];
         s.unresolved = false;
         s.open = !(crossing[lane] | empty[lane]);
         s.a = 0, s.fa = fa[lane], s.b = t_end[lane], s.fb = fb[lane], s.to_jump = to_jump[lane];
+        begun.open += s.open;
+        begun.bracketed += s.found;
     }
 }
 
@@ -349,7 +360,7 @@ void begin(const Code& code, bool may_jump, Segment* segments, int count, void* 
 struct Searches {
     Along along;
     bool may_jump;
-    F t_end{}, finest{};
+    F t_end{}, f_end{}, finest{};     // f_end: only where nothing jumps
     F a{}, fa{}, width{}, to_jump{};  // the next piece begins at a, and is no wider than this
     M stop_at_jump{}, pieces{}, active{}, unresolved{};
     Segment* segment[lanes] = {};
@@ -360,6 +371,7 @@ struct Searches {
             along.direction[axis][lane] = s.direction[axis];
         }
         t_end[lane] = width[lane] = s.t_end;
+        f_end[lane] = s.fb;
         finest[lane] = s.finest;
         a[lane] = s.a, fa[lane] = s.fa, to_jump[lane] = s.to_jump;
         stop_at_jump[lane] = pieces[lane] = unresolved[lane] = 0;
@@ -367,8 +379,8 @@ struct Searches {
         segment[lane] = &s;
     }
 
-    /// Looks at the next piece of each segment, and ends those that are settled.
-    void step() {
+    /// Looks at the next piece of each segment, and ends those that are settled; returns how many of them have a root.
+    int step() {
         // Reasonable formulas need a few; after so many the ray is given up and reported.
         constexpr int max_pieces = 1024;
         // Where a wider piece would not do: up to just before the next jump, or, from there, to just behind it.
@@ -379,7 +391,9 @@ struct Searches {
         const Dual<Interval, 1> f = along.over(a, b, domain);
         const Interval value = f.value, slope = f.slope[0];
         F jump_after_b = to_jump;
-        const F fb = may_jump ? along.with_slope(b, jump_after_b).value : along.value(b);
+        const F fb = may_jump                       ? along.with_slope(b, jump_after_b).value
+                     : any(active & (b != t_end)) ? along.value(b)
+                                                  : f_end;
         const M differ = on_different_sides(fa, fb);
 
         // How soon f may reach zero at the steepest slope.
@@ -402,8 +416,8 @@ struct Searches {
         unresolved |= spent;
         const M done = crossing | spent | (passed & (b >= t_end));
         if (any(done)) {
-            for (int lane = 0; lane < lanes; ++lane) {
-                if (!done[lane]) continue;
+            for (unsigned left = bits(done); left; left &= left - 1) {
+                const int lane = __builtin_ctz(left);
                 Segment& s = *segment[lane];
                 s.found = crossing[lane];
                 s.unresolved = unresolved[lane];
@@ -429,36 +443,43 @@ struct Searches {
         width = passed ? (at_jump ? t_end : width + width) : 0.5f * (b - a);
         // A jump much nearer than the piece is wide is one of many, which a bound over all of them may rule out.
         stop_at_jump = split ? (M)(to_jump > 0.0625f * width) : stop_at_jump & (to_jump <= finest);
+        return __builtin_popcount(bits(crossing));
     }
 };
 
+/// Searches the segments that are open; returns how many of them have a root between their a and b.
+int search(const Code& code, bool may_jump, Segment* next, const Segment* end, void* scratch) {
+    // A lane that is done takes the next segment at once: few segments that need many pieces hold up no others.
+    Searches searches{{code, scratch, {}, {}}, may_jump};
+    int bracketed = 0;
+    while (true) {
+        for (unsigned idle = bits(~searches.active); idle; idle &= idle - 1) {
+            while (next != end && !next->open) ++next;
+            if (next == end) break;
+            searches.take(__builtin_ctz(idle), *next++);
+        }
+        if (!any(searches.active)) return bracketed;
+        bracketed += searches.step();
+    }
+}
+
 void first_roots(const Code& code, Segment* segments, std::size_t count, void* scratch) {
     const bool may_jump = has_jumps(code);
-    for (std::size_t i = 0; i < count; i += lanes) {
-        begin(code, may_jump, segments + i, count - i < lanes ? static_cast<int>(count - i) : lanes, scratch);
+    Segment* const end = segments + count;
+    Begun begun;
+    for (Segment* s = segments; s < end; s += lanes) {
+        begin(code, may_jump, s, end - s < lanes ? static_cast<int>(end - s) : lanes, scratch, begun);
     }
-
-    // A lane that is done takes the next segment at once, so that few segments that need many pieces hold up no others.
-    Searches searches{{code, scratch, {}, {}}, may_jump};
-    Segment *next = segments, *const end = segments + count;
-    while (true) {
-        for (int lane = 0; lane < lanes; ++lane) {
-            if (searches.active[lane]) continue;
-            while (next != end && !next->open) ++next;
-            if (next != end) searches.take(lane, *next++);
+    int bracketed = begun.bracketed;
+    if (begun.open) bracketed += search(code, may_jump, segments, end, scratch);
+    Segment* some[lanes];
+    for (Segment* s = segments; bracketed; bracketed -= lanes) {
+        int waiting = 0;
+        for (; waiting < lanes && waiting < bracketed; ++s) {
+            if (s->found) some[waiting++] = s;
         }
-        if (!any(searches.active)) break;
-        searches.step();
-    }
-
-    Segment* bracketed[lanes];
-    int waiting = 0;
-    for (Segment* s = segments; s != end; ++s) {
-        if (s->found) bracketed[waiting++] = s;
-        if (waiting == lanes || (waiting && s + 1 == end)) {
-            refine(code, scratch, bracketed, waiting);
-            waiting = 0;
-        }
+        refine(code, scratch, some, waiting);
+        if (waiting < lanes) break;
     }
 }
 

@@ -70,13 +70,17 @@ using Items = std::span<const std::uint32_t>;
 /// Calls body(code, items) for batches of at most `most` of the items 0..count, each batch of one code.
 template <class CodeOf, class Body>
 void for_each_batch(std::size_t count, std::uint32_t codes, std::size_t most, CodeOf code_of, Body body) {
-    thread_local std::vector<std::uint64_t> keys, spare;
-    thread_local std::vector<std::uint32_t> items;
-    keys.clear();
-    items.clear();
-    for (std::uint32_t i = 0; i < count; ++i) keys.push_back(std::uint64_t{code_of(i)} << 32 | i);
+    struct Memory {
+        std::vector<std::uint64_t> keys, spare;
+        std::vector<std::uint32_t> items;
+    };
+    thread_local Memory memory;
+    auto& [keys, spare, items] = memory;
+    keys.resize(count);
+    items.resize(count);
+    for (std::uint32_t i = 0; i < count; ++i) keys[i] = std::uint64_t{code_of(i)} << 32 | i;
     sort_by_group(keys, spare, codes);
-    for (const std::uint64_t key : keys) items.push_back(static_cast<std::uint32_t>(key));
+    for (std::uint32_t i = 0; i < count; ++i) items[i] = static_cast<std::uint32_t>(keys[i]);
     for (std::size_t begin = 0, end; begin < count; begin = end) {
         const std::uint64_t code = keys[begin] >> 32;
         for (end = begin + 1; end < count && end - begin < most && keys[end] >> 32 == code;) ++end;
@@ -115,8 +119,13 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
 
     // Every ray walks to its next cell; the rays in cells of one code then look for roots together. Those without one go
     // on.
-    thread_local std::vector<Walk> walks;
-    thread_local std::vector<Segment> segments;
+    struct Memory {
+        std::vector<Walk> walks;
+        std::array<Segment, most_at_once> segments;
+        std::array<float, most_at_once> from;
+    };
+    thread_local Memory kept;
+    auto& [walks, segments, from] = kept;
     const std::vector<Cells::Cell>& cells = cells_.cells();
     const auto code_of = [&](std::uint32_t i) { return cells[walks[i].cell].code; };
     walks.resize(rays.size());
@@ -132,8 +141,6 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
         if (walks.empty()) break;
         for_each_batch(walks.size(), cells_.codes(), most_at_once, code_of, [&](std::uint32_t code, Items items) {
             Interruption::check();
-            segments.clear();
-            float from[most_at_once];
             for (std::size_t i = 0; i < items.size(); ++i) {
                 const Walk& walk = walks[items[i]];
                 const Ray& ray = rays[walk.ray];
@@ -141,7 +148,7 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
                 const float speed = length(ray.direction), margin = 0.5f * Cells::margin / speed;
                 from[i] = std::max(0.f, walk.enter - margin);
                 const Slopes slopes(cells[walk.cell], ray.direction);
-                Segment& segment = segments.emplace_back();
+                Segment& segment = segments[i];
                 for (int axis = 0; axis < 3; ++axis) {
                     segment.origin[axis] = ray.origin[axis] + from[i] * ray.direction[axis];
                     segment.direction[axis] = ray.direction[axis];
@@ -151,7 +158,7 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
                 segment.least_slope = slopes.least;
                 segment.most_slope = slopes.most;
             }
-            kernels.first_roots(cells_.code(code), segments.data(), segments.size(), memory);
+            kernels.first_roots(cells_.code(code), segments.data(), items.size(), memory);
             for (std::size_t i = 0; i < items.size(); ++i) {
                 const Segment& segment = segments[i];
                 Walk& walk = walks[items[i]];
