@@ -10,9 +10,10 @@
 
 namespace bob {
 
-/// Traces the pixels' centres; the scene lies within the unit sphere. `samples` is (n, layout.width()): the layout begins
-/// with the mask, in whose place stands whether the ray hit. A pixel's sample does not depend on the thread that traces
-/// it. Throws std::invalid_argument if the tracer has no such channel.
+/// Traces the centres of the pixels, which lie in the image, in any order: it traces neighbours together whatever theirs is.
+/// The scene lies within the unit sphere. `samples` is (n, layout.width()): the layout begins with the mask, in whose place
+/// stands whether the ray hit. A pixel's sample does not depend on the thread that traces it, nor on the other pixels. Throws
+/// std::invalid_argument if the tracer has no such channel.
 void trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
            const Layout& layout, float* samples);
 
