@@ -26,7 +26,8 @@ struct Root {
 };
 
 /// First roots along all rays, `at_once` of them in a call.
-std::vector<Root> first_roots(const bob::Tape& tape, const std::vector<Ray>& rays, std::size_t at_once = 64) {
+std::vector<Root> first_roots(const bob::Tape& tape, const std::vector<Ray>& rays, std::size_t at_once = 64,
+                              const std::vector<float>& least_slope = {}, const std::vector<float>& most_slope = {}) {
     std::vector<Root> roots;
     for (std::size_t first = 0; first < rays.size(); first += at_once) {
         std::vector<Segment> segments(std::min(rays.size() - first, at_once));
@@ -40,6 +41,8 @@ std::vector<Root> first_roots(const bob::Tape& tape, const std::vector<Ray>& ray
             }
             segments[i].t_end = static_cast<float>(ray.t_end);
             segments[i].finest = static_cast<float>(ray.finest);
+            if (least_slope.empty()) continue;
+            segments[i].least_slope = least_slope[first + i], segments[i].most_slope = most_slope[first + i];
         }
         bob::best_formula_kernels().first_roots(tape.code(), segments.data(), segments.size(),
                                                 bob::scratch(tape.code().registers));
@@ -221,6 +224,83 @@ TEST(lanes_do_not_know_of_each_other) {
             CHECK(together == alone);
             CHECK(together == backwards);
         }
+    });
+}
+
+TEST(every_segment_is_searched_however_many_there_are) {
+    // Rays that all take as many pieces, and rays of which few take far more, in queues around the number of lanes.
+    test::for_each_isa([] {
+        const bob::Tape ball = tape_of(FORMULA(square(x) + square(y) - 1));
+        const bob::Tape shell = tape_of(FORMULA(abs(hypot(x, y) - 0.75) - 1e-4));
+        for (const std::size_t count : {1, 3, 4, 5, 8, 9, 15, 16, 17, 33, 64}) {
+            std::vector<Ray> alike, unlike;
+            for (std::size_t i = 0; i < count; ++i) {
+                alike.push_back({{-2, 0.5, 0}, {1, 0, 0}});
+                unlike.push_back({{i % 5 ? -0.7 : -2, i % 5 ? 0.1 : 0.7499, 0}, {1, 0, 0}});
+            }
+            for (const Root& root : first_roots(ball, alike)) {
+                CHECK(root.found && std::fabs(root.t - (2 - std::sqrt(0.75))) < 1e-5);
+            }
+            const std::vector<Root> together = first_roots(shell, unlike), alone = first_roots(shell, unlike, 1);
+            for (std::size_t i = 0; i < count; ++i) CHECK(together[i].found && together[i] == alone[i]);
+        }
+    });
+}
+
+TEST(slopes_that_are_known_change_nothing) {
+    // Of segments in a box in which slopes were bounded, as those of rays in cells are; to the bit where all is resolved.
+    int known = 0, settled = 0;
+    test::for_each_isa([&] {
+        const bob::FormulaKernels& kernels = bob::best_formula_kernels();
+        Random random(10);
+        for (int i = 0; i < 3000; ++i) {
+            const bob::Tape tape(test::random_formula(random));
+            bob::BoxBatch boxes{};
+            const float half = random(0.01f, 0.3f);
+            float center[3];
+            for (int axis = 0; axis < 3; ++axis) {
+                center[axis] = random(-1, 1);
+                std::fill_n(boxes.low[axis], bob::max_lanes, center[axis] - half);
+                std::fill_n(boxes.high[axis], bob::max_lanes, center[axis] + half);
+            }
+            std::vector<bob::Decision> decisions(tape.decisions().size());
+            kernels.bounds(tape.code(), boxes, decisions.data(), bob::scratch(tape.code().registers));
+            kernels.narrow(tape.code(), boxes, bob::scratch(tape.code().registers));
+            std::vector<Ray> rays;
+            std::vector<float> least, most;
+            for (int k = 0; k < 8; ++k) {
+                Ray& ray = rays.emplace_back();
+                ray = {{}, {}, 1, 1e-5};
+                least.push_back(0), most.push_back(0);
+                for (int axis = 0; axis < 3; ++axis) {
+                    const float a = center[axis] + random(-0.99f, 0.99f) * half;
+                    const float b = center[axis] + random(-0.99f, 0.99f) * half;
+                    ray.origin[axis] = a, ray.direction[axis] = b - a;
+                    const float p = boxes.least_slope[axis][0] * (b - a), q = boxes.most_slope[axis][0] * (b - a);
+                    const float slack = 1e-6f * (std::fabs(p) + std::fabs(q));
+                    least.back() += std::min(p, q) - slack, most.back() += std::max(p, q) + slack;
+                }
+                known += std::fabs(least.back()) + std::fabs(most.back()) < infinity;
+                settled += least.back() > 0 || most.back() < 0;
+            }
+            const std::vector<Root> plain = first_roots(tape, rays), quick = first_roots(tape, rays, 64, least, most);
+            for (std::size_t k = 0; k < rays.size(); ++k) {
+                if (plain[k].unresolved || quick[k].unresolved || plain[k] == quick[k]) continue;
+                test::fail(__FILE__, __LINE__, "found " + std::to_string(plain[k].t) + ", with slopes " +
+                                                   std::to_string(quick[k].t) + " of " + to_text(tape.expression()));
+            }
+        }
+    });
+    CHECK_LT(10000, known);
+    CHECK_LT(1000, settled);
+}
+
+TEST(values_that_overflow_and_are_left_out_leave_slopes_trusted) {
+    // Terms in x + 1 cancel each other but for 1e-5 of them, which slopes alone show.
+    test::for_each_isa([] {
+        CHECK_NO_ROOT(min((x + 1) - 0.99999 * (x + 1) + 1e-7, exp(100 + 10 * x)), -0.99, 1, silent);
+        CHECK_NO_ROOT(min((x + 1) - 0.99999 * (x + 1) + 1e-7, exp(100 + 10 * x) * 3 - 7), -0.99, 1, silent);
+        CHECK_ROOT(min(x - 0.3, log(exp(100 + 10 * x) + exp(95 - 10 * x))), -1, 2, 1.3);
     });
 }
 

@@ -357,5 +357,7 @@ TEST(batches_are_large_but_leave_work_for_every_thread) {
     CHECK_EQ(bob::batch_size(1), 512u);
     CHECK_EQ(bob::batch_size(16000), 2000u);
     CHECK_EQ(bob::batch_size(10'000'000), 8192u);
+    bob::set_thread_count(1);
+    CHECK_EQ(bob::batch_size(6000), 6000u);  // for one, nothing is gained by several
     bob::set_thread_count(threads);
 }

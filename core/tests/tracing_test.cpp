@@ -149,3 +149,28 @@ TEST(materials_shade_as_their_formula_says) {
     CHECK_EQ(bob::Material{}.luminance(), 1.f);
     CHECK_EQ(bob::blinn_phong(n, {{1, 1, 1}, 1, 1, 1, 0}), 1.f);
 }
+
+TEST(samples_do_not_depend_on_the_order_of_pixels) {
+    const auto sphere = test::sphere(4, 0.8f);
+    const bob::Scene scene = scene_of(sphere.vertices, sphere.triangles);
+    constexpr int height = 45, width = 70;
+    const Picture rows = render(scene, {}, height, width);
+    test::Random random(3);
+    for (const std::size_t count : {1, 40, 700, height * width}) {  // tiles of 64, 32, 8 pixels
+        std::vector<bob::Pixel> pixels;
+        for (int i = 0; i < height * width; ++i) pixels.push_back({i / width, i % width});
+        for (std::size_t i = pixels.size(); i-- > 1;) {
+            std::swap(pixels[i], pixels[std::min(i, static_cast<std::size_t>(random() * static_cast<float>(i + 1)))]);
+        }
+        pixels.resize(count);
+        std::vector<float> samples(5 * count, -1);
+        bob::trace(scene, {}, height, width, pixels, bob::gbuffer_layout(), samples.data());
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto at = static_cast<std::size_t>(pixels[i].row * width + pixels[i].column);
+            CHECK_EQ(samples[5 * i] != 0, rows.hit[at] != 0);
+            CHECK_EQ(samples[5 * i + 1], rows.gray[at]);
+            CHECK_EQ(samples[5 * i + 2], rows.depth[at]);
+            CHECK_EQ(samples[5 * i + 3], rows.normal[2 * at]);
+        }
+    }
+}

@@ -1,0 +1,140 @@
+/// Implicit surfaces met by many rays: their cells' codes, and that rays do not know of each other.
+#include "shapes/implicit.h"
+
+#include <algorithm>
+#include <map>
+#include <string_view>
+
+#include "formula/scratch.h"
+#include "formulas.h"
+
+namespace {
+
+using bob::Cells;
+using bob::Hit;
+using bob::Value;
+using test::Random;
+
+bob::Expression expression(Value (*build)(bob::Graph&, Value, Value, Value)) {
+    bob::Graph g;
+    const Value x = g.x(), y = g.y(), z = g.z();
+    return g.expression(build(g, x, y, z));
+}
+
+/// Formulas whose cells share many codes, few, none, and codes without instructions.
+std::vector<bob::Expression> formulas() {
+    return {
+        // Three faces of a cube's corner: in most cells the code is no more than x, y or z.
+        expression([](bob::Graph&, Value x, Value y, Value z) { return max(max(x, y), z); }),
+        expression([](bob::Graph&, Value x, Value y, Value z) {
+            const Value ball = sqrt(square(x) + square(y) + square(z)) - 0.9;
+            const Value hole = hypot(x, y) - 0.4;
+            return max(max(ball, abs(z) - 0.7), 0 - hole);
+        }),
+        expression([](bob::Graph& g, Value x, Value y, Value z) {
+            Value nearest = g.constant(1);
+            for (int i = 0; i < 12; ++i) {
+                const double a = std::sin(3 * i), b = std::sin(5 * i + 1), c = std::sin(7 * i + 2);
+                const Value far = square(x - 0.7 * a) + square(y - 0.7 * b);
+                nearest = min(nearest, sqrt(far + square(z - 0.7 * c)) - (0.1 + 0.01 * i));
+            }
+            return nearest;
+        }),
+        expression([](bob::Graph&, Value x, Value y, Value z) {
+            const Value waves = sin(9 * x) * cos(9 * y), more = sin(9 * z) * cos(9 * x);
+            return abs(waves + more) - 0.2;
+        }),
+        // A smooth union, whose exponentials overflow.
+        expression([](bob::Graph&, Value x, Value y, Value z) {
+            const Value a = 200 * (hypot(x, y) - 0.3), b = 200 * (hypot(y, z) - 0.2);
+            const Value both = exp(-1 * a) + exp(-1 * b);
+            return log(both) * -0.005;
+        }),
+    };
+}
+
+bob::Implicit surface(const bob::Expression& f) { return {f, bob::Bounds{{-1, -1, -1}, {1, 1, 1}}}; }
+
+/// Towards the surface from all around, along axes too, neighbours one after the other.
+std::vector<bob::Ray> rays_around(int count) {
+    Random random(11);
+    std::vector<bob::Ray> rays;
+    for (int i = 0; i < count; ++i) {
+        const bob::Vec3 from = normalized(bob::Vec3{random(-1, 1), random(-1, 1), random(-1, 1)});
+        const bob::Vec3 to{random(-0.8f, 0.8f), random(-0.8f, 0.8f), random(-0.8f, 0.8f)};
+        rays.push_back({2.f * from, (i % 3 ? 1.f : 0.5f) * (to - 2.f * from)});
+        if (i % 16 == 0) rays.back() = {{to.x, to.y, 2}, {0, 0, -1}};
+    }
+    return rays;
+}
+
+std::vector<Hit> closest_hits(const bob::Implicit& shape, const std::vector<bob::Ray>& rays) {
+    std::vector<Hit> hits(rays.size());
+    shape.closest_hits(rays, hits);
+    return hits;
+}
+
+bool same(const Hit& a, const Hit& b) { return a.t == b.t && a.primitive == b.primitive; }
+
+}  // namespace
+
+TEST(codes_of_cells_are_the_formula_there_and_stand_once) {
+    for (const bob::Expression& f : formulas()) {
+        const Cells cells(f);
+        const bob::Tape whole(f);
+        std::map<std::pair<std::string_view, int>, std::uint32_t> seen;
+        for (std::uint32_t number = 0; number < cells.codes(); ++number) {
+            const bob::Code code = cells.code(number);
+            const std::string_view bytes(reinterpret_cast<const char*>(code.instructions),
+                                         code.count * sizeof(bob::Instruction));
+            CHECK(seen.emplace(std::pair{bytes, code.result}, number).second);
+        }
+        CHECK_LT(cells.codes(), cells.cells().size());
+        Random random(12);
+        for (const Cells::Cell& cell : cells.cells()) {
+            const bob::Box box = Cells::box(cell);
+            std::vector<test::Point> points(4);
+            for (test::Point& p : points) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    p[static_cast<std::size_t>(axis)] = random(box.low[axis], box.high[axis]);
+                }
+            }
+            float at[3][4], value[4], gradient[3][4];
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                for (std::size_t i = 0; i < 4; ++i) at[axis][i] = points[i][axis];
+            }
+            const float* const axes[3] = {at[0], at[1], at[2]};
+            float* const slopes[3] = {gradient[0], gradient[1], gradient[2]};
+            bob::best_formula_kernels().gradients(cells.code(cell.code), axes, 4, value, slopes,
+                                                  bob::scratch(cells.max_registers()));
+            const std::vector<float> expected = test::values(whole, points);
+            for (std::size_t i = 0; i < 4; ++i) {
+                CHECK_NEAR(value[i], expected[i], 1e-5f);
+                for (int axis = 0; axis < 3; ++axis) {
+                    const float slope = gradient[axis][i], slack = 1e-4f * (1 + std::fabs(slope));
+                    CHECK(!(slope < cell.least_slope[axis] - slack) && !(slope > cell.most_slope[axis] + slack));
+                }
+            }
+        }
+    }
+}
+
+TEST(rays_meet_alone_what_they_meet_together) {
+    // To the bit, whatever else is traced with them, and with every instruction set.
+    const std::vector<bob::Ray> rays = rays_around(700);
+    for (const bob::Expression& f : formulas()) {
+        const bob::Implicit shape = surface(f);
+        const std::vector<Hit> together = closest_hits(shape, rays);
+        CHECK_LT(100, std::count_if(together.begin(), together.end(), [](const Hit& h) { return h.t < test::infinity; }));
+        test::for_each_isa([&] {
+            std::vector<bob::Ray> backwards(rays.rbegin(), rays.rend());
+            const std::vector<Hit> reversed = closest_hits(shape, backwards), again = closest_hits(shape, rays);
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+                CHECK(same(again[i], together[i]));
+                CHECK(same(reversed[rays.size() - 1 - i], together[i]));
+                if (i % 7 == 0) CHECK(same(closest_hits(shape, {rays[i]})[0], together[i]));
+            }
+        });
+        CHECK_EQ(shape.unresolved_rays(), 0u);
+    }
+}
