@@ -3,6 +3,8 @@
 The rivals see the same formula, written as a plain function of numpy's, through the same camera. Sphere tracing goes on
 by f / L, where L is the steepest slope of f; the mesh is what marching cubes make of f, as fine as its picture needs to
 be as good as the direct one. Quality stands beside speed: what sphere tracing gets wrong, and how far off the mesh is.
+
+Then sparse pictures: what a ray costs where few are traced, beside what it costs where all are.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from skimage.measure import marching_cubes
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.sdf import X, Y, box, cylinder, sphere
+from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
 
 Formula = Callable[[Any, Any, Any], Any]
 """f(x, y, z) of numpy arrays that can be broadcast, of their dtype."""
@@ -35,6 +38,9 @@ CAMERA = bob.Camera()
 PIXELS = SIZE[0] * SIZE[1]
 RUNS = 5
 RIVAL_RUNS = 3
+SPARSE_SIZE = (512, 512)
+SPARSE_RUNS = 5
+SHARES = (0.01, 0.05, 0.25, 1)
 GRIDS = (32, 48, 64, 96, 128, 192, 256)
 CUBE = np.array(((-1, -1, -1), (1, 1, 1)))
 EQUAL = 0.5 / 255
@@ -138,21 +144,37 @@ def cut(formula: Formula, bounds: NDArray[np.float64] | None) -> Formula:
     return within
 
 
-def examples() -> list[Example]:
+def vm_shape(name: str) -> bob.Implicit | None:
+    """A .vm file in the folder of shapes; skipped, with a reason, where it is missing."""
+    path = vm_path(name)
+    if not path.is_file():
+        print(f"skipped {name}: no {path}; name the folder of shapes in BOBROSSNET_MODELS")
+        return None
+    shape = bob.load(path).instances[0].shape
+    assert isinstance(shape, bob.Implicit)
+    return shape
+
+
+def vm_path(name: str) -> Path:
+    return MODELS / "implicit" / f"{name}.vm"
+
+
+def solid() -> bob.Implicit:
+    """What `csg` is, in the modelling language."""
     holes = cylinder(0.5)
-    solid = (sphere(1) & box(1.5)) - (holes | holes.orient(X) | holes.orient(Y))
+    result: bob.Implicit = (sphere(1) & box(1.5)) - (holes | holes.orient(X) | holes.orient(Y))
+    return result
+
+
+def examples() -> list[Example]:
     result = [
-        Example("CSG", solid, csg),
+        Example("CSG", solid(), csg),
         Example("gyroid", bob.implicit(gyroid), gyroid),
         Example("Mandelbulb", bob.implicit(mandelbulb, 1.25 * CUBE), mandelbulb, far=1),
     ]
-    path = MODELS / "implicit" / "colonnade.vm"
-    if path.is_file():
-        shape = bob.load(path).instances[0].shape
-        assert isinstance(shape, bob.Implicit)
-        result.append(Example("colonnade", shape, vm_formula(path)))
-    else:
-        print(f"skipped colonnade: no {path}; name the folder of shapes in BOBROSSNET_MODELS")
+    colonnade = vm_shape("colonnade")
+    if colonnade is not None:
+        result.append(Example("colonnade", colonnade, vm_formula(vm_path("colonnade"))))
     points = np.random.default_rng(0).uniform(-1, 1, (1000, 3))
     for example in result:
         assert np.allclose(example.formula(*points.T), example.shape.expression(points), 1e-9), example.name
@@ -365,6 +387,28 @@ def mesh_row(example: Example, scene: bob.Scene, trace: Callable[[], bob.GBuffer
     ]
 
 
+def sparse_row(name: str, shape: bob.Implicit) -> list[str]:
+    trace = SceneTracer(bob.Scene(shape), CAMERA, SPARSE_SIZE)
+    order = bob.pixel_order(SPARSE_SIZE, order="lattice")
+    pixels = {share: order[: round(share * len(order))] for share in SHARES}
+    pixels[1] = tiled_pixels(SPARSE_SIZE)  # as `bob.trace` hands out all of them
+    runs = {f"{share:.0%}": on_one_thread(partial(trace, some)) for share, some in pixels.items()}
+    seconds = in_turn(runs, SPARSE_RUNS)
+    each = {share: [1e6 * s / len(some) for s in seconds[f"{share:.0%}"]] for share, some in pixels.items()}
+    return [
+        name,
+        *(f"{statistics.median(each[share]):.2f}" for share in SHARES),
+        *(f"{median_ratio(each[share], each[1]):.2f}" for share in SHARES if share < 1),
+    ]
+
+
+def sparse_rows() -> list[list[str]]:
+    """Of shapes whose rays are dear, and of those whose are cheap."""
+    shapes = {name: vm_shape(name) for name in ("bear", "prospero", "tanglecube", "colonnade")}
+    shapes |= {"gyroid": bob.implicit(gyroid), "CSG": solid()}
+    return [sparse_row(name, shape) for name, shape in shapes.items() if shape is not None]
+
+
 def main() -> None:
     shapes = examples()
     scenes = [bob.Scene(example.shape) for example in shapes]
@@ -380,6 +424,10 @@ def main() -> None:
     rows = [trace_row(example, trace) for example, trace in zip(shapes, traces, strict=True)]
     table(columns, rows)
     print(f"\nCSG example, every pixel, {threads} threads: {rows[0][1]} ms; asked for: 60")
+
+    heading("Implicit surfaces, sparse and dense, 512x512, lattice order, one thread: microseconds a ray")
+    shares = [f"{share:.0%}" for share in SHARES]
+    table(["shape", *shares, *(f"{share} / 100%" for share in shares[:-1])], sparse_rows())
 
     heading("Implicit surfaces beside sphere tracing in numpy, one thread: millions of rays per second")
     ratios = [f"ours / numpy, {threads} threads", "1 thread"]

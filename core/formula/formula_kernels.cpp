@@ -412,7 +412,7 @@ struct Searches {
         unresolved |= given_up & ~at_jump;
         const M passed = empty | given_up, split = active & ~crossing & ~passed;
         pieces += 1;
-        const M spent = active & ~crossing & (pieces >= max_pieces) & ~(passed & (b >= t_end));
+        const M spent = active & ~crossing & (pieces >= all(max_pieces)) & ~(passed & (b >= t_end));
         unresolved |= spent;
         const M done = crossing | spent | (passed & (b >= t_end));
         if (any(done)) {
