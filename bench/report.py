@@ -25,7 +25,9 @@ def shape_files(*names: str) -> list[Path]:
     return [MODELS / name for name in names]
 
 
-def in_turn(rivals: Mapping[str, Callable[[], object]], runs: int) -> dict[str, list[float]]:
+def in_turn(
+    rivals: Mapping[str, Callable[[], object]], runs: int, clock: Callable[[], float] = time.perf_counter
+) -> dict[str, list[float]]:
     """Seconds of each rival's runs, one after the other in turn, after a warm-up: what else the machine does meanwhile
     falls on all alike."""
     for run in rivals.values():
@@ -33,9 +35,9 @@ def in_turn(rivals: Mapping[str, Callable[[], object]], runs: int) -> dict[str, 
     seconds: dict[str, list[float]] = {name: [] for name in rivals}
     for _ in range(runs):
         for name, run in rivals.items():
-            start = time.perf_counter()
+            start = clock()
             run()
-            seconds[name].append(time.perf_counter() - start)
+            seconds[name].append(clock() - start)
     return seconds
 
 
