@@ -314,7 +314,7 @@ struct Begun {
 };
 
 /// Prepares the search along `count` segments, at most `lanes`, and ends it where the values at both ends and the slopes
-/// that are known settle a whole segment: nine of ten.
+/// that are known settle a whole segment: 65 % of them in CSG, 77 in a tanglecube, 33 in prospero, none in smooth unions.
 void begin(const Code& code, bool may_jump, Segment* segments, int count, void* scratch, Begun& begun) {
     F t_end{}, least{}, most{};
     const Segment* some[lanes];
