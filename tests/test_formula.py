@@ -514,6 +514,7 @@ def test_implicit_surfaces_hold_their_formula_and_box() -> None:
         (3, r"^bounds: expected shape \(2, 3\), got \(\)"),
         (((0, 0, 0), (1, 1, math.inf)), "^bounds: expected finite numbers"),
         (((0, 0, 0), (1, 1, 0)), "^bounds: expected each low below its high"),
+        (((-1.5e308, 0, 0), (1.5e308, 1, 1)), r"^bounds: expected numbers of at most 1e\+100 in size, got 1\.5e\+308"),
         ("box", "^bounds: expected an array of numbers"),
     ],
 )

@@ -30,7 +30,7 @@ inline std::optional<bob::Bounds> bounds_of(const bob::Expression& f) {
 /// Builds the surface of a formula within a box, and meets it with some rays.
 inline void trace(const bob::Expression& f, const bob::Bounds& box, Source& source) {
     for (int axis = 0; axis < 3; ++axis) {
-        if (!(box.low[axis] < box.high[axis])) return;
+        if (!(in_range(box.low[axis]) && in_range(box.high[axis]) && box.low[axis] < box.high[axis])) return;
     }
     const bob::Interruption impatience(Patience{patience});
     try {

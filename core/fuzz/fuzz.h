@@ -5,6 +5,7 @@
 /// corpus/TARGET (core/tests/fuzz_test.cpp).
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -72,6 +73,9 @@ struct Broken {
 inline void expect(bool holds, const char* what) {
     if (!holds) throw Broken{what};
 }
+
+/// Whether readers let a coordinate pass; NaN is none.
+inline bool in_range(double value) { return std::fabs(value) <= 1e100; }
 
 /// Says yes so many times; then long work ends by Stopped. Counted, not timed, so that an input always does the same.
 struct Patience {

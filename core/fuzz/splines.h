@@ -12,9 +12,7 @@
 
 namespace fuzz {
 
-constexpr double max_coordinate = 1e100, max_weight_ratio = 1e10;
-
-inline bool in_range(double value) { return std::fabs(value) <= max_coordinate; }  // false for NaN
+constexpr double max_weight_ratio = 1e10;
 
 /// Knots for `count` control points: clamped, uniform, or any. Readers may refuse them.
 inline std::vector<double> knots(Source& source, int count, int degree) {

@@ -65,6 +65,13 @@ def rotation(angle: Any, vector: Any) -> Matrix:
     return matrix
 
 
+def check_size(name: str, array: NDArray[Any]) -> None:
+    """Refuse numbers above `MAX_COORDINATE` in size."""
+    largest = float(np.abs(array.astype(np.float64)).max(initial=0))
+    if largest > MAX_COORDINATE:
+        raise InputError(f"{name}: expected numbers of at most {MAX_COORDINATE:g} in size, got {largest:.6g}")
+
+
 def check_map(name: str, value: Any) -> Matrix:
     """Return `value` as a (4, 4) float64 matrix of its own if it is an invertible affine map."""
     matrix: Matrix = np.array(check_finite(name, check_array(name, value, (4, 4))), np.float64, order="C")

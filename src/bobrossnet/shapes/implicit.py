@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, warn_coarse
+from bobrossnet.shapes.affine import check_size
 from bobrossnet.shapes.shape import Shape, check_tensors
 
 
@@ -120,6 +121,7 @@ class Implicit(Shape):
 
 def _box(bounds: Any) -> NDArray[np.float64]:
     box = check_finite("bounds", check_array("bounds", bounds, (2, 3), hint="((x0, y0, z0), (x1, y1, z1))"))
+    check_size("bounds", box)
     if not (box[0] < box[1]).all():
         raise InputError(f"bounds: expected each low below its high, got {box[0].tolist()} and {box[1].tolist()}")
     return np.array(box, np.float64)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.shapes.affine import MAX_COORDINATE
+from bobrossnet.shapes.affine import check_size
 from bobrossnet.shapes.shape import frozen
 
 MAX_DEGREE = 9
@@ -30,7 +30,7 @@ def check_control_points(name: str, value: Any, shape: tuple[int | None, ...]) -
     points = check_finite(name, check_array(name, value, shape))
     if min(points.shape[:-1]) < 2:
         raise InputError(f"{name}: expected at least 2{' x 2' * (len(shape) - 2)} points, got shape {points.shape}")
-    _check_size(name, points)
+    check_size(name, points)
     return frozen(points, np.float64)
 
 
@@ -38,7 +38,7 @@ def check_knots(name: str, value: Any, count: int) -> Values:
     """Return `value` as a frozen float64 knot vector for `count` control points, n + p + 1 knots with a degree p in
     1..9."""
     knots = check_finite(name, check_array(name, value, (None,)))
-    _check_size(name, knots)
+    check_size(name, knots)
     lowest, highest = count + 2, count + 1 + min(MAX_DEGREE, count - 1)
     if not lowest <= len(knots) <= highest:
         wanted = f"{lowest}" if lowest == highest else f"{lowest} to {highest}"
@@ -84,7 +84,7 @@ def check_weights(name: str, value: Any, shape: tuple[int, ...]) -> Values | Non
 def check_above_zero(name: str, array: NDArray[Any]) -> None:
     """Raise InputError unless all are finite numbers above 0, and no larger than coordinates may be."""
     check_finite(name, array)
-    _check_size(name, array)
+    check_size(name, array)
     if not (array > 0).all():
         at = [int(i) for i in np.argwhere(~(array > 0))[0]]
         raise InputError(f"{name}: expected numbers above 0, got {array[tuple(at)]:.6g} at {name}{at}")
@@ -123,9 +123,3 @@ def check_tuple(name: str, value: Any, what: str) -> tuple[Any, ...]:
     except TypeError:
         pass
     raise InputTypeError(f"{name}: expected {what}, got {type(value).__name__}")
-
-
-def _check_size(name: str, array: NDArray[Any]) -> None:
-    largest = float(np.abs(array.astype(np.float64)).max(initial=0))
-    if largest > MAX_COORDINATE:
-        raise InputError(f"{name}: expected numbers of at most {MAX_COORDINATE:g} in size, got {largest:.6g}")

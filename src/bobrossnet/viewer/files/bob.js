@@ -7,7 +7,7 @@ import {
 import { sha256 } from "../core/sha256.js";
 import { isSingular } from "../shapes/affine.js";
 import { checkNodes } from "../shapes/implicit.js";
-import { checkBrep, checkTube } from "../shapes/splines.js";
+import { checkBrep, checkCoordinates, checkTube } from "../shapes/splines.js";
 import { checkCount } from "../tracing/description.js";
 import { readContainer, readTensor } from "./safetensors.js";
 
@@ -162,7 +162,8 @@ function checkShape(core, shape) {
       if (operands.length !== 3 * ops.length || values.length !== ops.length) {
         throw new CoreError("formula: expected ops, operands and values of one length");
       }
-      if (bounds && !(checkFinite("bounds", bounds) && [0, 1, 2].every((axis) => bounds[axis] < bounds[axis + 3]))) {
+      if (bounds) checkCoordinates("bounds", bounds);
+      if (bounds && ![0, 1, 2].every((axis) => bounds[axis] < bounds[axis + 3])) {
         throw new CoreError(`bounds: expected each low below its high, got ${bounds.join(", ")}`);
       }
       return placedErrors("formula", () => checkNodes(core, shape));

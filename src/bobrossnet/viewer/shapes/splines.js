@@ -130,8 +130,8 @@ function checkAboveZero(name, values) {
   if (wrong !== undefined) throw new CoreError(`${name}: expected numbers above 0, got ${wrong}`);
 }
 
-/** @param {string} name @param {Float64Array} values */
-function checkCoordinates(name, values) {
+/** @param {string} name @param {Float64Array} values finite, and not too large for their products */
+export function checkCoordinates(name, values) {
   checkFinite(name, values);
   const wrong = values.find((value) => Math.abs(value) > MAX_COORDINATE);
   if (wrong !== undefined) {
