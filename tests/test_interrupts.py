@@ -1,17 +1,23 @@
-"""Interrupts leave the block in which a package swallows them, and nothing half imported stays behind."""
+"""Interrupts are answered soon, and leave the block in which a package swallows them; nothing half imported stays."""
 
 from __future__ import annotations
 
+import gc
 import importlib
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+import bobrossnet as bob
+from bobrossnet.adapters.container import layout, sealed
 from bobrossnet.interrupts import heard
 
 SWALLOWING = """
@@ -141,3 +147,59 @@ def test_other_threads_are_left_alone(swallowed: list[type], monkeypatch: pytest
     thread.start()
     thread.join()
     assert seen == [True, True]
+
+
+# ---- Large files -----------------------------------------------------------------------------------------
+
+
+def grid(count: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """A wavy sheet of 2 · count² triangles."""
+    u, v = np.meshgrid(*2 * [np.linspace(0, 1, count + 1)], indexing="ij")
+    points = np.stack([u, v, 0.1 * np.sin(7 * u) * np.cos(9 * v)], axis=-1).reshape(-1, 3)
+    corner = np.arange(len(points)).reshape(count + 1, count + 1)
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    return points, np.concatenate([np.stack(three, -1).reshape(-1, 3) for three in ((a, b, c), (a, c, d))])
+
+
+def large_ply() -> bytes:
+    points, triangles = grid(250)
+    axes = "".join(f"property double {axis}\n" for axis in "xyz")
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n{axes}element face {len(triangles)}\n"
+    rows = [f"{x:.9f} {y:.9f} {z:.9f}" for x, y, z in points.tolist()] + [f"3 {a} {b} {c}" for a, b, c in triangles]
+    return "\n".join([f"{head}property list uchar int vertex_indices\nend_header", *rows, ""]).encode()
+
+
+def large_stl() -> bytes:
+    points, triangles = grid(600)
+    facets = np.zeros(len(triangles), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
+    facets["corners"] = points[triangles]
+    return bytes(80) + len(triangles).to_bytes(4, "little") + facets.tobytes()
+
+
+def large_scene() -> bytes:
+    places = np.tile(np.eye(4), (20_000, 1, 1))
+    places[:, :3, 3] = np.random.default_rng(0).standard_normal((len(places), 3))
+    material = vars(bob.Material())
+    instances = [{"shape": 0, "transform": p, "material": material, "name": None} for p in places.tolist()]
+    tensors = {"0.vertices": np.eye(3), "0.triangles": np.array([[0, 1, 2]], np.int32)}
+    return sealed(layout({"shapes": ["mesh"], "instances": instances}, tensors))
+
+
+@pytest.mark.parametrize(("name", "make"), [("a.ply", large_ply), ("a.stl", large_stl), ("a.bob", large_scene)])
+def test_large_files_are_read_in_pieces(name: str, make: Callable[[], bytes], tmp_path: Path) -> None:
+    """Signals are handled between Python's own steps, so no single one may take long. A file of 100 MB takes some
+    seconds of the processor, and should be left within 0.3 s."""
+    (tmp_path / name).write_bytes(make())
+    bob.load(tmp_path / name)  # once, with what it imports
+    gc.disable()
+    times = [time.thread_time()]
+    before = signal.signal(signal.SIGALRM, lambda sent, frame: times.append(time.thread_time()))
+    signal.setitimer(signal.ITIMER_REAL, 1e-3, 1e-3)
+    try:
+        bob.load(tmp_path / name)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+        gc.enable()
+    times.append(time.thread_time())
+    assert np.diff(times).max() < 0.14 * (times[-1] - times[0])

@@ -40,6 +40,9 @@ KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Brep, Implicit, Me
 MAX_HEADER = 100_000_000
 """Bytes of JSON that readers of safetensors take."""
 
+PIECE = 1 << 24
+"""Bytes that a checksum takes at once."""
+
 START = b'{"__metadata__":{"sha256":"'
 DIGITS = slice(8 + len(START), 8 + len(START) + 64)
 
@@ -211,5 +214,6 @@ def sealed(data: bytes) -> bytes:
 def _checksum(data: bytes) -> bytes:
     digest = hashlib.sha256(data[: DIGITS.start])
     digest.update(b"0" * 64)
-    digest.update(memoryview(data)[DIGITS.stop :])
+    for start in range(DIGITS.stop, len(data), PIECE):  # between them, Ctrl-C is noticed
+        digest.update(memoryview(data)[start : start + PIECE])
     return digest.hexdigest().encode()

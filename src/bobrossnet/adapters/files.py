@@ -29,7 +29,7 @@ from bobrossnet.adapters.grids import read_bpt, read_cpt
 from bobrossnet.adapters.messages import name_of, one_line
 from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.opencascade import read_iges, read_step
-from bobrossnet.adapters.part import Part, joined
+from bobrossnet.adapters.part import Part, concatenated, joined, pieces
 from bobrossnet.adapters.ply import read_ply
 from bobrossnet.adapters.rhino import read_3dm
 from bobrossnet.adapters.script import read_script
@@ -199,17 +199,22 @@ def _clean(parts: Sequence[Part]) -> tuple[Mesh, int, int]:
         raise InputError(f"expected triangles, got {got}")
 
     # Comparisons with NaN are false, so NaN is not usable either.
-    usable: NDArray[np.bool_] = np.asarray((np.abs(vertices) <= MAX_COORDINATE).all(axis=1))
-    triangles = triangles[(triangles >= 0).all(axis=1)]
-    triangles = triangles[usable[triangles].all(axis=1)]
+    usable = np.ones(len(vertices), dtype=bool)
+    for rows in pieces(len(vertices)):
+        usable[rows] = (np.abs(vertices[rows]) <= MAX_COORDINATE).all(axis=1)
+    some = (triangles[rows] for rows in pieces(total))
+    triangles = concatenated([corners[((corners >= 0) & usable[corners]).all(axis=1)] for corners in some])
     if len(triangles) == 0:
         raise InputError(f"expected triangles, got {total:,} that all touch a missing or non-finite vertex")
 
     # Only what is drawn may affect the scene's bounding sphere.
     used = np.zeros(len(vertices), dtype=bool)
-    used[triangles] = True
+    for rows in pieces(len(triangles)):
+        used[triangles[rows]] = True
     renumbered = np.cumsum(used) - 1
-    vertices, triangles = vertices[used], renumbered[triangles]
+    for rows in pieces(len(triangles)):
+        triangles[rows] = renumbered[triangles[rows]]
+    vertices = vertices[used]
     if not _any_area(vertices, triangles):
         raise InputError(f"expected triangles with an area, got {len(triangles):,} of zero area")
     return Mesh(vertices, triangles, None if normals is None else _unit(normals[used])), total - len(triangles), total
@@ -218,8 +223,11 @@ def _clean(parts: Sequence[Part]) -> tuple[Mesh, int, int]:
 def _any_area(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bool:
     """Whether a triangle has an area, in units in which the largest extent is 1."""
     extent = float(np.max(np.ptp(vertices, axis=0))) or 1.0
-    corners = ((vertices - vertices[0]) / extent)[triangles]
-    return bool(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).any())
+    for rows in pieces(len(triangles)):
+        a, b, c = (vertices[triangles[rows, corner]] for corner in range(3))
+        if np.cross((b - a) / extent, (c - a) / extent).any():
+            return True
+    return False
 
 
 def _unit(normals: NDArray[np.float64]) -> NDArray[np.float64] | None:

@@ -8,6 +8,11 @@ from typing import Any
 from bobrossnet.errors import InputError
 
 
+def _itself(value: dict[str, Any]) -> dict[str, Any]:
+    """Python's own code, in which Ctrl-C is noticed; json has none while it reads a text."""
+    return value
+
+
 def read_json(text: str | bytes) -> Any:
     """What a text holds.
 
@@ -17,7 +22,7 @@ def read_json(text: str | bytes) -> Any:
         If it is not JSON.
     """
     try:
-        return json.loads(text)
+        return json.loads(text, object_hook=_itself)
     except json.JSONDecodeError as error:
         where = f"line {error.lineno}, column {error.colno}"
         raise InputError(f"expected JSON, got something else at {where} ({error.msg})") from error

@@ -8,13 +8,15 @@ face.
 from __future__ import annotations
 
 import re
+from array import array
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.messages import one_line
-from bobrossnet.adapters.part import Part, fan
+from bobrossnet.adapters.part import Part, concatenated, fan, lines_of, pieces
 from bobrossnet.errors import InputError
 
 INDEX = re.compile(rb"[-+]?[0-9]+")
@@ -32,11 +34,10 @@ def read_obj(file: Path) -> list[Part]:
     """
     points: list[list[bytes]] = []
     normals: list[list[bytes]] = []
-    lengths: list[int] = []
-    corners: list[int] = []
+    lengths, corners = array("q"), array("q")
     corner_of: dict[tuple[int, int], int] = {}  # (point, normal) → vertex of the part
     seen: dict[bytes, int] = {}  # the same, by the word in the file: most words come six times
-    for line in re.sub(rb"\\\r?\n", b" ", file.read_bytes()).splitlines():
+    for line in lines_of(re.sub(rb"\\\r?\n", b" ", file.read_bytes())):
         words = line.partition(b"#")[0].split()
         kind = words[0] if words else b""
         if kind in (b"v", b"vn"):
@@ -53,7 +54,7 @@ def read_obj(file: Path) -> list[Part]:
                 corners.append(corner)
             lengths.append(len(words) - 1)
 
-    at, towards = np.array(list(corner_of), dtype=np.int64).reshape(-1, 2).T
+    at, towards = np.fromiter(chain.from_iterable(corner_of), np.int64).reshape(-1, 2).T
     triangles = fan(np.array(lengths, np.int64), np.array(corners, np.int64))
     return [Part(
         _picked(points, at) if len(triangles) else _numbers(points),
@@ -72,7 +73,7 @@ def _index(word: bytes, count: int) -> int:
 
 def _numbers(rows: list[list[bytes]]) -> NDArray[np.float64]:
     try:
-        return np.array(rows, dtype=np.float64).reshape(-1, 3)
+        return concatenated([np.array(rows[some], dtype=np.float64).reshape(-1, 3) for some in pieces(len(rows))])
     except ValueError as error:
         raise InputError(f"expected numbers, got others ({error})") from error
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import io
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,43 @@ from bobrossnet.errors import InputError
 
 # Instances can repeat one part without end; this many triangles and vertices still fit into a few GB.
 MAX_ITEMS = 100_000_000
+
+PIECE = 1 << 16
+"""Rows that are worked on in one go, since Ctrl-C is noticed only afterwards: some milliseconds."""
+
+
+def pieces(count: int) -> Iterator[slice]:
+    """Slices of at most `PIECE` rows that are all of `count`; an empty one of none."""
+    return (slice(start, start + PIECE) for start in range(0, max(count, 1), PIECE))
+
+
+def converted(values: NDArray[Any], dtype: type) -> NDArray[Any]:
+    """A copy of an array as another type."""
+    result: NDArray[Any] = np.empty(values.shape, dtype)
+    for rows in pieces(len(values)):
+        result[rows] = values[rows]
+    return result
+
+
+def concatenated(arrays: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """At least one array's rows, and those of the others behind them."""
+    result: NDArray[Any] = np.empty(
+        (sum(map(len, arrays)), *arrays[0].shape[1:]), np.result_type(*{array.dtype for array in arrays})
+    )
+    at = 0
+    for array in arrays:
+        for rows in pieces(len(array)):
+            some = array[rows]
+            result[at : at + len(some)] = some
+            at += len(some)
+    return result
+
+
+def lines_of(data: bytes) -> Iterator[bytes]:
+    """The lines of a text, whatever they end with. They are not all in memory at once."""
+    text = io.BytesIO(data)
+    while some := text.read(1 << 20) + text.readline():
+        yield from some.splitlines()
 
 
 class Part(NamedTuple):
@@ -29,8 +67,8 @@ def trimesh_part(stored: dict[str, Any]) -> Part:
     """A part from what trimesh's readers return, who have `vertex_normals` only where the file has them."""
     normals = stored.get("vertex_normals")
     return Part(
-        np.asarray(stored["vertices"], dtype=np.float64).reshape(-1, 3),
-        np.asarray(stored["faces"]).astype(np.int64).reshape(-1, 3),
+        converted(np.asarray(stored["vertices"]), np.float64).reshape(-1, 3),
+        converted(np.asarray(stored["faces"]), np.int64).reshape(-1, 3),
         None if normals is None else np.asarray(normals, dtype=np.float64),
     )
 
@@ -45,10 +83,16 @@ def fan(lengths: NDArray[np.int64], corners: NDArray[np.int64]) -> NDArray[np.in
     corners : (sum of lengths,) int64
         The corners of all polygons, one polygon after another.
     """
+    if (lengths == 3).all():
+        return corners.reshape(-1, 3)
     cuts = np.maximum(lengths - 2, 0)
     first = np.repeat(np.cumsum(lengths) - lengths, cuts)
     second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(cuts) - cuts, cuts)
-    return np.stack([corners[first], corners[second], corners[second + 1]], axis=1)
+    triangles = np.empty((len(first), 3), np.int64)
+    for rows in pieces(len(first)):
+        a, b = first[rows], second[rows]
+        triangles[rows] = np.stack([corners[a], corners[b], corners[b + 1]], axis=1)
+    return triangles
 
 
 def placed(part: Part, matrix: NDArray[np.float64]) -> Part:
@@ -73,19 +117,21 @@ def joined(parts: Sequence[Part]) -> Part:
     vertices, triangles, normals = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty((0, 3))]
     start = 0
     for part in parts:
-        # An index past the end of its part must not reach into the next one.
-        inside = (part.triangles >= 0) & (part.triangles < len(part.vertices))
-        triangles.append(np.where(inside, part.triangles + start, -1))
+        for rows in pieces(len(part.triangles)):
+            corners = part.triangles[rows]
+            # An index past the end of its part must not reach into the next one.
+            inside = (corners >= 0) & (corners < len(part.vertices))
+            triangles.append(np.where(inside, corners + start, -1))
         vertices.append(part.vertices)
         stored = part.normals
         if stored is None or stored.shape != part.vertices.shape:
             stored = np.full(part.vertices.shape, np.nan)
         normals.append(stored)
         start += len(part.vertices)
-    directions = np.concatenate(normals)
+    directions = concatenated(normals)
     return Part(
-        np.concatenate(vertices),
-        np.concatenate(triangles),
+        concatenated(vertices),
+        concatenated(triangles),
         None if np.isnan(directions).all() else directions,
     )
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.adapters.part import Part, fan
+from bobrossnet.adapters.part import PIECE, Part, concatenated, converted, fan, lines_of, pieces
 from bobrossnet.errors import InputError
 
 TYPES = {
@@ -75,13 +75,15 @@ def read_ply(file: Path) -> list[Part]:
         raise InputError("expected a PLY with vertices x, y, z, got none")
     vertices = _vectors(vertex, "x", "y", "z")
     normals = _vectors(vertex, "nx", "ny", "nz") if {"nx", "ny", "nz"} <= vertex.keys() else None
-    triangles = [np.empty((0, 3), np.int64)]
+    triangles: list[NDArray[np.int64]] = []
     for name, cut in (("face", fan), ("tristrips", _unstripped)):
         table = tables.get(name, {})
         corners = next((table[name] for name in CORNERS if name in table), None)
         if corners is not None and len(corners.values):
-            triangles.append(cut(corners.lengths, corners.values.astype(np.int64)))
-    return [Part(vertices, np.concatenate(triangles), normals)]
+            triangles.append(cut(corners.lengths, converted(corners.values, np.int64)))
+    if len(triangles) != 1:
+        triangles = [concatenated([np.empty((0, 3), np.int64), *triangles])]
+    return [Part(vertices, triangles[0], normals)]
 
 
 def _vectors(table: Table, *names: str) -> NDArray[np.float64]:
@@ -153,8 +155,9 @@ def _dtype(word: str, form: str) -> np.dtype[Any]:
 
 def _binary(text: bytes, elements: list[Element]) -> bytes:
     """The numbers that the header declares, as doubles. A line may hold more; some writers do that."""
-    lines = (words for words in map(bytes.split, text.splitlines()) if words)
+    lines = (words for words in map(bytes.split, lines_of(text)) if words)
     kept: list[bytes] = []
+    numbers: list[bytes] = []
     for element in elements:
         lists = [prop.length is not None for prop in element.properties]
         for row in range(element.rows):
@@ -166,8 +169,15 @@ def _binary(text: bytes, elements: list[Element]) -> bytes:
             if len(words) < end:
                 raise InputError(f"expected {element.rows:,} {element.name}, got {row:,} and a bit")
             kept += words[:end]
+            if len(kept) >= PIECE:
+                numbers.append(_doubles(kept))
+                kept.clear()
+    return b"".join([*numbers, _doubles(kept)])
+
+
+def _doubles(words: list[bytes]) -> bytes:
     try:
-        return np.array(kept, dtype="<f8").tobytes()
+        return np.array(words, dtype="<f8").tobytes()
     except ValueError as error:
         raise InputError(f"expected numbers, got others ({error})") from error
 
@@ -225,9 +235,14 @@ def _uneven_rows(data: bytes, at: int, element: Element) -> tuple[Table, int]:
             lengths[number].append(length)
             at += length * prop.dtype.itemsize
     return {
-        prop.name: Column(np.array(lengths[number], np.int64), np.concatenate(values[number]))
+        prop.name: Column(np.array(lengths[number], np.int64), _joined(values[number]))
         for number, prop in enumerate(element.properties)
     }, at
+
+
+def _joined(arrays: list[NDArray[Any]]) -> NDArray[Any]:
+    """A great many arrays as one, rows of them at a time."""
+    return concatenated([np.concatenate(arrays[rows]) for rows in pieces(len(arrays))])
 
 
 def _length(data: bytes, at: int, dtype: np.dtype[Any]) -> int:
