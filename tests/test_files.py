@@ -512,7 +512,8 @@ def test_gltf_deep_trees_load(tmp_path: Path) -> None:
         ({"buffers": [{"uri": "/dev/zero", "byteLength": 72}]}, "found no such file"),
         ({"buffers": [{"uri": "https://example.org/a.bin", "byteLength": 72}]}, "found no such file"),
         ({"asset": {"version": "1.0"}}, "asset: expected version 2.0, got 1.0"),
-        ({"meshes": []}, "expected triangles, got none"),
+        ({"meshes": []}, "nodes[0]: mesh: expected an integer in 0..-1, got 0"),
+        ({"scenes": [{"nodes": []}]}, "expected triangles, got none"),
         ({"meshes": 3}, "meshes: expected a list of objects, got another"),
     ],
 )

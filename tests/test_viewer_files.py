@@ -432,7 +432,7 @@ LOOP = [{"mesh": 1, "children": [1]}, {"children": [0]}]
         ("a.glb", box_glb([{"mesh": 1}])[:-9], "expected 932 bytes, as its head says, got 923"),
         ("a.glb", box_glb(LOOP), "expected nodes that form a tree, got one with two parents or inside itself"),
         ("a.glb", box_glb([{"mesh": 1}], buffers=[{"uri": "b.bin"}]), "expected its data within the file, got it"),
-        ("a.glb", box_glb([{"mesh": 7}]), "expected a .glb file, could not read it (TypeError"),
+        ("a.glb", glb({}), "expected triangles, got none"),
         ("a.json", b"[", "expected a .json file, could not read it (SyntaxError"),
         ("a.json", b"{}", "shape: expected one, got none"),
         ("a.json", geomdl(surface(size_u=5)).encode(), "surface 1: knotvector_u: expected 9 knots, got 8"),
@@ -470,6 +470,28 @@ def without_types():
     return box_glb([{"mesh": 1}]).replace(b'"type"', b'"kind"')
 
 
+def without_numbers(number, **fields):
+    """A file of a NURBS surface in which -7 is something that is not a number."""
+    return geomdl(surface(**fields)).replace("-7", number).encode()
+
+
+def damaged(at, content):
+    """A GLB with some bytes replaced."""
+    whole = box_glb([{"mesh": 1}])
+    at += len(whole) if at < 0 else 0
+    return whole[:at] + content + whole[at + len(content) :]
+
+
+def with_mode(mode):
+    return box_glb(
+        [{"mesh": 0}], meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "mode": mode}]}]
+    )
+
+
+KNOTS = [-7, 0, 0, 0, 1, 1, 1, 1]
+BUFFER = 8 + 8 * 12 + 36 * 2  # the second chunk of box_glb, from its head on
+
+
 @pytest.mark.parametrize(
     ("name", "content", "error"),
     [
@@ -487,6 +509,28 @@ def without_types():
         ("a.ply", ply_text(corners="property int vertex_indices"), "expected triangles, got a point cloud of 3 points"),
         ("a.glb", without_types(), "accessors[0]: expected a type such as VEC3 and a componentType such as 5126, got "),
         ("a.glb", glb({"asset": {}}), "asset: expected version 2.0, got "),
+        ("a.glb", damaged(4, b"\1"), "expected a GLB of version 2, got 1"),
+        ("a.glb", damaged(16, b"BIN\0"), "expected a first chunk of JSON, got one of "),
+        ("a.glb", damaged(12, b"\xff\xff"), "expected 65"),
+        ("a.glb", damaged(-BUFFER, b"\xff"), "expected 1"),
+        ("a.glb", damaged(-BUFFER + 4, b"NIB\0"), "expected "),
+        ("a.glb", box_glb([{"mesh": 7}]), "nodes[0]: mesh: expected an integer in 0..1, got 7"),
+        ("a.glb", box_glb([{"mesh": None}]), "nodes[0]: mesh: expected an integer, got "),
+        ("a.glb", box_glb([{"mesh": True}]), "nodes[0]: mesh: expected an integer, got "),
+        ("a.glb", box_glb([{"mesh": 1, "matrix": [1] * 15}]), "nodes[0]: matrix: expected shape (16,), got (15,)"),
+        ("a.glb", box_glb([{"mesh": 1, "scale": [1, 1, True]}]), "nodes[0]: scale: expected lists of numbers, "),
+        ("a.glb", box_glb([{"mesh": 1, "scale": None}]), "nodes[0]: scale: expected "),
+        ("a.glb", box_glb([{"mesh": 1, "children": [1]}]), "nodes[0]: children: expected an integer in 0..0, got 1"),
+        ("a.glb", with_mode(None), "meshes[0]: mode: expected an integer, got "),
+        ("a.glb", with_mode(7), "meshes[0]: mode: expected an integer in 0..6, got 7"),
+        ("a.glb", box_glb([{"mesh": 1}], extras=float("nan")), "expected "),
+        ("a.json", without_numbers("NaN", knotvector_u=KNOTS), "expected "),
+        ("a.json", without_numbers("-Infinity", knotvector_u=KNOTS), "expected "),
+        ("a.json", without_numbers("true", knotvector_u=KNOTS), "surface 1: knotvector_u: expected lists of numbers"),
+        ("a.json", without_numbers('"0"', knotvector_u=KNOTS), "surface 1: knotvector_u: expected lists of numbers"),
+        ("a.json", without_numbers("true", size_u=-7), "surface 1: size_u: expected an integer, got "),
+        ("a.json", geomdl(surface()).replace('"count": 1', '"count": true').encode(), "count: expected 1, the surf"),
+        ("a.json", geomdl(surface()).replace('"count": 1', '"count": null').encode(), "count: expected 1, the surf"),
     ],
 )  # fmt: skip
 def test_the_page_refuses_what_python_refuses(name, content, error, read, tmp_path):
@@ -496,6 +540,14 @@ def test_the_page_refuses_what_python_refuses(name, content, error, read, tmp_pa
         bob.load(path)
     assert str(refused.value).startswith(f"{name}: {error}")
     assert read(name, content)["error"].startswith(f"{name}: {error}")
+
+
+def test_chunks_of_other_kinds_do_not_matter(same):
+    whole = box_glb([{"mesh": 1}])
+    more = whole + struct.pack("<I4s", 4, b"MORE") + bytes(4)
+    same("a.glb", more[:8] + struct.pack("<I", len(more)) + more[12:])
+    same("a.glb", whole + b"behind its end")
+    same("a.glb", box_glb([{"children": [1]}, {"mesh": 1}]))  # a node without a mesh
 
 
 def test_numbers_of_texts_are_those_of_python(read, tmp_path):
@@ -531,6 +583,11 @@ def test_damaged_scenes_are_refused(read, viewer):
     assert told(material={**vars(bob.Material()), "ambient": 2}).startswith(
         "a.bob: instances[0].material.ambient: expected"
     )
+    place = [[True, 0, 0, 0], *np.eye(4).tolist()[1:]]
+    assert told(transform=place).startswith("a.bob: instances[0].transform: expected ")
+    formula = {"0.ops": np.array([1], np.uint8), "0.operands": np.zeros((1, 3), np.uint32), "0.values": np.zeros(1)}
+    wide = {**formula, "0.bounds": np.array([(-1e308,) * 3, (1e308,) * 3])}
+    assert "bounds: expected numbers of at most 1e+100 in size, got -1e+308" in told(kinds=["implicit"], tensors=wide)
     assert told(name=3) == "a.bob: instances[0].name: expected a string, got number 3"
     assert told(kinds=["ball"]).startswith("a.bob: shapes[0]: expected a kind among mesh, implicit, brep, tube")
     assert told(tensors={"0.vertices": np.eye(3)}) == "a.bob: shapes[0]: triangles: expected an array of I32, got none"

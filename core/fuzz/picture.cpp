@@ -103,7 +103,7 @@ void cameras(fuzz::Source& source, const std::vector<bob::Pixel>& pixels, int he
 }  // namespace
 
 FUZZ(picture) {
-    const std::uint32_t height = 1 + source.raw<std::uint16_t>() % 200, width = 1 + source.raw<std::uint16_t>() % (2000 / height + 1);
+    const std::uint32_t height = 1 + source.raw<std::uint16_t>() % 200, width = 1 + source.raw<std::uint16_t>() % (800 / height + 1);
     const std::vector<bob::Pixel> pixels = some_of(source, height, width);
     scatter(source, pixels, height, width);
     cameras(source, pixels, static_cast<int>(height), static_cast<int>(width));

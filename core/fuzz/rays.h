@@ -77,10 +77,10 @@ inline void meet(const bob::Shape& shape, const bob::Bounds& bounds, Source& sou
 }
 
 /// The same; measuring takes long, and so is done for some inputs only.
-inline void meet(const bob::Shape& shape, Source& source, int count) {
+inline void meet(const bob::Shape& shape, Source& source, int count, double tolerance = 1e-3) {
     constexpr double far = HUGE_VAL;
     const bool measured = source.below(8) == 0;
-    meet(shape, measured ? shape.bounds({}) : bob::Bounds{{-far, -far, -far}, {far, far, far}}, source, count);
+    meet(shape, measured ? shape.bounds({}) : bob::Bounds{{-far, -far, -far}, {far, far, far}}, source, count, tolerance);
 }
 
 }  // namespace fuzz

@@ -16,7 +16,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.beside import MAX_BYTES
-from bobrossnet.adapters.json import read_json
+from bobrossnet.adapters.json import numbers, read_json
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.errors import InputError, InputTypeError, check_integer
 from bobrossnet.shapes.implicit import Implicit
@@ -170,9 +170,12 @@ def _instance(place: str, item: Any, shapes: list[Shape], materials: dict[str, M
     number = check_integer(f"{place}.shape", fields["shape"], 0, len(shapes) - 1)
     transform = _list(f"{place}.transform", fields["transform"])
     material = _fields(f"{place}.material", fields["material"], *Material.__dataclass_fields__)
+    if any(isinstance(x, bool) for row in transform if isinstance(row, list) for x in row):
+        raise InputTypeError(f"{place}.transform: expected numbers, got true or false")
     text = repr(material)
     try:
         if text not in materials:
+            numbers("material.color", material["color"])
             materials[text] = Material(**material)
         return Instance(shapes[number], transform, materials[text], fields["name"])
     except InputError as error:

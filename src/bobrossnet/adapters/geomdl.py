@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.adapters.json import read_json
+from bobrossnet.adapters.json import numbers, read_json
 from bobrossnet.adapters.messages import errors_at, warn_of
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
@@ -43,8 +43,9 @@ def read_geomdl(file: Path) -> list[Instance]:
         raise InputError(f"type: expected surface, got {kind}")
     if not data:
         raise InputError("data: expected surfaces, got none")
-    if shape.get("count", len(data)) != len(data):
-        raise InputError(f"count: expected {len(data)}, the surfaces in data, got {shape['count']}")
+    count = shape.get("count", len(data))
+    if isinstance(count, bool) or count != len(data):
+        raise InputError(f"count: expected {len(data)}, the surfaces in data, got {count}")
 
     named: dict[str, list[Face]] = {}
     untrimmed = 0
@@ -103,7 +104,7 @@ def _widened(low: float, high: float) -> tuple[float, float]:
 def _curve(piece: Any) -> NDArray[np.float64] | TrimCurve:
     kind = _get(piece, "type", str)
     if kind == "freeform":
-        return check_array("points", _numbers("points", _get(piece, "points", list)), (None, 2))
+        return check_array("points", numbers("points", _get(piece, "points", list)), (None, 2))
     if kind != "spline":
         raise InputError(f"type: expected spline, freeform or a container of these, got {kind}")
     count = len(_get(_get(piece, "control_points", dict), "points", list))
@@ -115,8 +116,8 @@ def _curve(piece: Any) -> NDArray[np.float64] | TrimCurve:
 def _control_points(spline: Any, count: int, dimension: int) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """Control points (count, dimension), and weights (count,) where these are not all 1."""
     fields = _get(spline, "control_points", dict)
-    points = check_array("points", _numbers("points", _get(fields, "points", list)), (count, dimension))
-    weights = check_array("weights", _numbers("weights", fields.get("weights", [1] * count)), (count,))
+    points = check_array("points", numbers("points", _get(fields, "points", list)), (count, dimension))
+    weights = check_array("weights", numbers("weights", fields.get("weights", [1] * count)), (count,))
     return points, None if (weights == 1).all() else weights
 
 
@@ -124,14 +125,7 @@ def _knots(spline: Any, axis: str, count: int) -> NDArray[np.float64]:
     """The knots of `count` control points, whose number says the degree again."""
     degree = check_integer(f"degree{axis}", _get(spline, f"degree{axis}"), 1, MAX_DEGREE)
     name = f"knotvector{axis}"
-    return check_array(name, _numbers(name, _get(spline, name, list)), (count + degree + 1,))
-
-
-def _numbers(name: str, value: Any) -> NDArray[np.float64]:
-    try:
-        return np.array(value, dtype=np.float64)
-    except (ValueError, TypeError, OverflowError) as error:
-        raise InputTypeError(f"{name}: expected lists of numbers, all of one length, got others ({error})") from error
+    return check_array(name, numbers(name, _get(spline, name, list)), (count + degree + 1,))
 
 
 def _get(value: Any, name: str, kind: type = object) -> Any:

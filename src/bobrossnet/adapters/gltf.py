@@ -14,7 +14,7 @@ from urllib.parse import unquote
 import numpy as np
 
 from bobrossnet.adapters.beside import MAX_BYTES, Beside
-from bobrossnet.adapters.json import read_json
+from bobrossnet.adapters.json import numbers, read_json
 from bobrossnet.adapters.messages import errors_at
 from bobrossnet.adapters.part import Part, counted, placed, trimesh_part
 from bobrossnet.errors import InputError, check_array, check_integer
@@ -51,14 +51,25 @@ def read_glb(file: Path) -> list[Part]:
     data = file.read_bytes()
     if data[:4] != b"glTF" or len(data) < 20:
         raise InputError(f"expected a GLB, which starts with 'glTF', got {data[:4]!r}")
-    size, length = struct.unpack("<8x2I", data[:16])  # of the file, and of the JSON in it
+    version, size, length, kind = struct.unpack("<4x3I4s", data[:20])  # of the file, and of the JSON in it
+    if version != 2:
+        raise InputError(f"expected a GLB of version 2, got {version}")
     if size > len(data) or 20 + length > size:
         raise InputError(f"expected {max(size, 20 + length):,} bytes, as its head says, got {len(data):,}")
+    if kind != b"JSON":
+        raise InputError(f"expected a first chunk of JSON, got one of {kind!r}")
     tree = read_json(data[20 : 20 + length])
     _check_lists(tree)
     buffers = _Buffers(file)
-    # A buffer without a name is the chunk after the JSON, whose own head has eight bytes.
-    buffers[""] = data[28 + length : size]
+    # A buffer without a name is the chunk after the JSON, if that is of this kind; chunks of other kinds do not matter.
+    buffers[""] = b""
+    start = 28 + length
+    if start <= size:
+        length, kind = struct.unpack("<I4s", data[start - 8 : start])
+        if kind == b"BIN\0":
+            if start + length > size:
+                raise InputError(f"expected {start + length:,} bytes, as a chunk's head says, got {size:,}")
+            buffers[""] = data[start : start + length]
     for buffer in tree.get("buffers", []):
         buffer.setdefault("uri", "")
     return _parts(tree, buffers)
@@ -145,15 +156,17 @@ def _check_layout(tree: dict[str, Any]) -> None:
                     index(name, value, "accessors")
                 if index("POSITION", attributes["POSITION"], "accessors")["type"] != "VEC3":
                     raise InputError("POSITION: expected vectors of type VEC3, got another")
+                check_integer("mode", primitive.get("mode", 4), 0, FAN)
                 if "indices" in primitive:
                     index("indices", primitive["indices"], "accessors")
     for i, node in enumerate(tree.get("nodes", [])):
         with errors_at(f"nodes[{i}]"):
             for child in _integers(node, "children"):
                 index("children", child, "nodes")
-            check_integer("mesh", node.get("mesh", 0), 0, MAX_BYTES)  # one that isn't there is not seen
-            for name, length in PLACES.items():
-                check_array(name, node.get(name, [0] * length), (length,))
+            if "mesh" in node:
+                index("mesh", node["mesh"], "meshes")
+            for name in node.keys() & PLACES.keys():
+                check_array(name, numbers(name, node[name]), (PLACES[name],))
     if "scenes" in tree:
         for root in _integers(index("scene", tree.get("scene", 0), "scenes"), "nodes"):
             index("nodes", root, "nodes")

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import Any, NoReturn
 
-from bobrossnet.errors import InputError
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.errors import InputError, InputTypeError
 
 
 def _itself(value: dict[str, Any]) -> dict[str, Any]:
     """Python's own code, in which Ctrl-C is noticed; json has none while it reads a text."""
     return value
+
+
+def _refuse(word: str) -> NoReturn:
+    raise InputError(f"expected JSON, got {word}, which it has no numbers for")
 
 
 def read_json(text: str | bytes) -> Any:
@@ -22,11 +29,29 @@ def read_json(text: str | bytes) -> Any:
         If it is not JSON.
     """
     try:
-        return json.loads(text, object_hook=_itself)
+        return json.loads(text, object_hook=_itself, parse_constant=_refuse)
     except json.JSONDecodeError as error:
         where = f"line {error.lineno}, column {error.colno}"
         raise InputError(f"expected JSON, got something else at {where} ({error.msg})") from error
-    except UnicodeDecodeError:
+    except (UnicodeDecodeError, InputError):
         raise
     except ValueError as error:  # of integers with thousands of digits
         raise InputError("expected JSON of ordinary numbers, got one of thousands of digits") from error
+
+
+def numbers(name: str, value: Any) -> NDArray[np.float64]:
+    """Lists of numbers, or lists of lists of them, as an array.
+
+    Raises
+    ------
+    InputTypeError
+        Unless all are numbers: neither true nor "1", both of which numpy would take for 1.
+    """
+    try:
+        items = np.array(value, dtype=object)
+        others = {kind.__name__ for kind in map(type, items.reshape(-1))} - {"int", "float"}
+        if others:
+            raise ValueError(", ".join(sorted(others)))
+        return items.astype(np.float64)
+    except (ValueError, OverflowError) as error:
+        raise InputTypeError(f"{name}: expected lists of numbers, all of one length, got others ({error})") from error

@@ -29,7 +29,7 @@ export function readGeomdl(bytes, file) {
   if (kind === "curve") throw new CoreError("expected surfaces, got curves, which have no radius");
   if (kind !== "surface") throw new CoreError(`type: expected surface, got ${brief(kind)}`);
   if (!data.length) throw new CoreError("data: expected surfaces, got none");
-  if ((shape.count ?? data.length) !== data.length) {
+  if (shape.count !== undefined && shape.count !== data.length) {
     throw new CoreError(`count: expected ${data.length}, the surfaces in data, got ${brief(shape.count)}`);
   }
   /** @type {Map<string, Face[]>} */

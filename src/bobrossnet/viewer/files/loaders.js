@@ -1,17 +1,15 @@
 // @ts-check
 /** STL and GLB, parsed by loaders of three.js, which are only fetched for such files. */
 
-import { CoreError, brief, checkInteger } from "../core/errors.js";
+import { CoreError } from "../core/errors.js";
 import { IDENTITY, UPRIGHT, product } from "../shapes/affine.js";
+import { checkBuffers, checkGltf, checkTree, glbOf, prepareScenes } from "./gltf.js";
 import { textOf } from "./text.js";
 
 /** @typedef {import("./part.js").Part} Part */
 
 /** Copies of one mesh can be many; this many vertices and triangles still fit into the memory of a page. */
 const MAX_ITEMS = 50_000_000;
-
-const TYPES = ["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"];
-const COMPONENTS = [5120, 5121, 5122, 5123, 5125, 5126];
 
 /** A new loader of three.js. @param {"STLLoader" | "GLTFLoader"} name @returns {Promise<any>} */
 async function loaderOf(name) {
@@ -36,23 +34,18 @@ export async function readStl(bytes) {
  * @returns {Promise<Part[]>} the primitives that its scene shows, each where its nodes place it
  */
 export async function readGlb(bytes) {
-  const view = new DataView(bytes), magic = new TextDecoder().decode(bytes.slice(0, 4));
-  if (magic !== "glTF" || bytes.byteLength < 20) {
-    throw new CoreError(`expected a GLB, which starts with 'glTF', got ${brief(magic)}`);
-  }
-  const size = Math.max(view.getUint32(8, true), 20 + view.getUint32(12, true));
-  if (size > bytes.byteLength) throw new CoreError(`expected ${size} bytes, as its head says, got ${bytes.byteLength}`);
-  checkAsset(JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 20, view.getUint32(12, true)))));
+  const { json, glb } = glbOf(bytes);
+  checkGltf(json);
+  prepareScenes(json);
+  checkTree(json);
+  checkBuffers(json);
   const { Material } = await import("./three.js");
   const loader = await loaderOf("GLTFLoader");
   loader.register((/** @type {any} */ parser) => {
     prepareScenes(parser.json);
-    checkNodes(parser.json);
-    checkAccessors(parser.json);
-    checkBuffers(parser.json);
     return { name: "shapes alone", loadMaterial: async () => new Material() };  // so that no picture is fetched
   });
-  const { scene } = await loader.parseAsync(bytes, "");
+  const { scene } = await loader.parseAsync(glb, "");
   scene.updateMatrixWorld(true);
   let total = 0;
   return meshesOf(scene).flatMap((mesh) => {
@@ -66,63 +59,6 @@ export async function readGlb(bytes) {
       return partOf(geometry, mesh.isInstancedMesh ? product(place, rows(mesh.instanceMatrix.array, 16 * i)) : place);
     });
   });
-}
-
-/**
- * Refuses what is not in the file itself: a page has no files beside it, and should not fetch them from strangers.
- *
- * @param {any} json
- */
-function checkBuffers({ buffers = [] }) {
-  for (const { uri } of buffers) {
-    if (uri !== undefined) throw new CoreError(`expected its data within the file, got it at ${brief(uri)}`);
-  }
-}
-
-/** Refuses what three.js would end at before it asks. @param {any} json */
-function checkAsset({ asset }) {
-  if (!/^2\./.test(asset?.version)) throw new CoreError(`asset: expected version 2.0, got ${asset?.version}`);
-}
-
-/**
- * Shows all nodes where there is no scene, and leaves out cameras, which may be damaged.
- *
- * @param {any} json
- */
-function prepareScenes(json) {
-  const { nodes = [] } = json, children = new Set(nodes.flatMap((/** @type {any} */ node) => node.children ?? []));
-  json.scenes ??= [{ nodes: [...nodes.keys()].filter((node) => !children.has(node)) }];
-  for (const node of nodes) delete node.camera;
-}
-
-/**
- * Refuses what three.js would take for numbers of some kind.
- *
- * @param {any} json
- */
-function checkAccessors({ accessors = [] }) {
-  accessors.forEach((/** @type {any} */ { type, componentType, count }, /** @type {number} */ i) => {
-    if (!TYPES.includes(type) || !COMPONENTS.includes(componentType)) {
-      const got = `${brief(type)} and ${brief(componentType)}`;
-      throw new CoreError(
-        `accessors[${i}]: expected a type such as VEC3 and a componentType such as 5126, got ${got}`,
-      );
-    }
-    checkInteger(`accessors[${i}]: count`, count, 0, Number.MAX_SAFE_INTEGER);
-  });
-}
-
-/**
- * Refuses nodes that do not form a tree, as the specification requires: they could be reached in 2ⁿ ways.
- *
- * @param {any} json
- */
-function checkNodes({ nodes = [], scenes = [] }) {
-  const children = nodes.flatMap((/** @type {any} */ { children = [] }) => children);
-  const seen = new Set(children), roots = scenes.flatMap((/** @type {any} */ { nodes = [] }) => nodes);
-  if (seen.size < children.length || roots.some((/** @type {number} */ root) => seen.has(root))) {
-    throw new CoreError("expected nodes that form a tree, got one with two parents or inside itself");
-  }
 }
 
 /** @param {any} object @returns {any[]} the meshes in it */

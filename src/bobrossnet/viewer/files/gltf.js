@@ -1,0 +1,145 @@
+// @ts-check
+/** What a glTF has to be before three.js reads it, which would take some of what is wrong for something else. */
+
+import { CoreError, brief, checkInteger, checkList, placedErrors } from "../core/errors.js";
+
+const LISTS = ["buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes"];
+const TYPES = ["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"];
+const COMPONENTS = [5120, 5121, 5122, 5123, 5125, 5126];
+/** Numbers of what places a node. */
+const PLACES = { matrix: 16, translation: 3, rotation: 4, scale: 3 };
+const FAN = 6, MOST = 2 ** 32; // the last mode, and bytes of a file
+
+const HEAD = 12, CHUNK_HEAD = 8; // bytes
+
+/**
+ * A GLB without the chunks that do not matter: only its JSON, and its buffer if it has one.
+ *
+ * @param {ArrayBuffer} bytes
+ * @returns {{json: any, glb: ArrayBuffer}} the JSON, and the file of which it is a part
+ */
+export function glbOf(bytes) {
+  const view = new DataView(bytes), name = (/** @type {number} */ at) => new TextDecoder().decode(bytes.slice(at, at + 4));
+  if (bytes.byteLength < HEAD + CHUNK_HEAD || name(0) !== "glTF") {
+    throw new CoreError(`expected a GLB, which starts with 'glTF', got ${brief(name(0))}`);
+  }
+  const version = view.getUint32(4, true), size = view.getUint32(8, true), start = HEAD + CHUNK_HEAD;
+  if (version !== 2) throw new CoreError(`expected a GLB of version 2, got ${version}`);
+  let end = start + view.getUint32(12, true);
+  if (Math.max(size, end) > bytes.byteLength || end > size) {
+    throw new CoreError(`expected ${Math.max(size, end)} bytes, as its head says, got ${bytes.byteLength}`);
+  }
+  if (name(16) !== "JSON") throw new CoreError(`expected a first chunk of JSON, got one of ${brief(name(16))}`);
+  const json = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(new Uint8Array(bytes, start, end - start)));
+  if (end + CHUNK_HEAD <= size && name(end + 4) === "BIN\0") {
+    end += CHUNK_HEAD + view.getUint32(end, true);
+    if (end > size) throw new CoreError(`expected ${end} bytes, as a chunk's head says, got ${size}`);
+  }
+  const glb = bytes.slice(0, end);
+  new DataView(glb).setUint32(8, end, true);
+  return { json, glb };
+}
+
+/** Refuses a tree that is not as the specification says, or refers to something that isn't there. @param {any} json */
+export function checkGltf(json) {
+  if (!isObject(json)) throw new CoreError(`expected a glTF, which is an object, got ${brief(json)}`);
+  const { asset, scene = 0 } = json;
+  if (!(typeof asset?.version === "string" && asset.version.startsWith("2."))) {
+    throw new CoreError(`asset: expected version 2.0, got ${asset?.version}`);
+  }
+  for (const name of LISTS) if (name in json) checkObjects(name, json[name]);
+  const { buffers = [], bufferViews = [], accessors = [], meshes = [], nodes = [], scenes } = json;
+
+  /** @param {string} name @param {any} value @param {any[]} of @returns {any} */
+  const item = (name, value, of) => of[checkInteger(name, value, 0, of.length - 1)];
+  each("bufferViews", bufferViews, ({ buffer, byteLength, byteOffset = 0, byteStride = 4 }) => {
+    item("buffer", buffer, buffers);
+    checkInteger("byteLength", byteLength, 1, MOST);
+    checkInteger("byteOffset", byteOffset, 0, MOST);
+    checkInteger("byteStride", byteStride, 1, MOST);
+  });
+  each("accessors", accessors, ({ type, componentType, count, byteOffset = 0, bufferView }) => {
+    if (!TYPES.includes(type) || !COMPONENTS.includes(componentType)) {
+      const got = `${brief(type)} and ${brief(componentType)}`;
+      throw new CoreError(`expected a type such as VEC3 and a componentType such as 5126, got ${got}`);
+    }
+    checkInteger("count", count, 0, Number.MAX_SAFE_INTEGER);
+    checkInteger("byteOffset", byteOffset, 0, MOST);
+    if (bufferView !== undefined) item("bufferView", bufferView, bufferViews);
+  });
+  each("meshes", meshes, ({ primitives }) => checkObjects("primitives", primitives).forEach((primitive) => {
+    const { attributes, indices, mode = 4 } = primitive;
+    if (!isObject(attributes) || !("POSITION" in attributes)) throw new CoreError("attributes: expected a POSITION, got none");
+    for (const [name, value] of Object.entries(attributes)) item(name, value, accessors);
+    if (item("POSITION", attributes.POSITION, accessors).type !== "VEC3") {
+      throw new CoreError("POSITION: expected vectors of type VEC3, got another");
+    }
+    checkInteger("mode", mode, 0, FAN);
+    if (indices !== undefined) item("indices", indices, accessors);
+  }));
+  each("nodes", nodes, (node) => {
+    const { children = [], mesh } = node;
+    for (const child of checkList("children", children)) item("children", child, nodes);
+    if (mesh !== undefined) item("mesh", mesh, meshes);
+    for (const [name, length] of Object.entries(PLACES)) if (name in node) checkNumbers(name, node[name], length);
+  });
+  if (!scenes) return;
+  const { nodes: roots = [] } = item("scene", scene, scenes);
+  for (const root of checkList("nodes", roots)) item("nodes", root, nodes);
+}
+
+/**
+ * Shows all nodes where there is no scene, and leaves out cameras, which may be damaged.
+ *
+ * @param {any} json
+ */
+export function prepareScenes(json) {
+  const { nodes = [] } = json, children = new Set(nodes.flatMap((/** @type {any} */ node) => node.children ?? []));
+  json.scenes ??= [{ nodes: [...nodes.keys()].filter((node) => !children.has(node)) }];
+  for (const node of nodes) delete node.camera;
+}
+
+/**
+ * Refuses nodes that do not form a tree, as the specification requires: they could be reached in 2ⁿ ways.
+ *
+ * @param {any} json
+ */
+export function checkTree({ nodes = [], scenes = [] }) {
+  const children = nodes.flatMap((/** @type {any} */ { children = [] }) => children);
+  const seen = new Set(children), roots = scenes.flatMap((/** @type {any} */ { nodes = [] }) => nodes);
+  if (seen.size < children.length || roots.some((/** @type {number} */ root) => seen.has(root))) {
+    throw new CoreError("expected nodes that form a tree, got one with two parents or inside itself");
+  }
+}
+
+/**
+ * Refuses what is not in the file itself: a page has no files beside it, and should not fetch them from strangers.
+ *
+ * @param {any} json
+ */
+export function checkBuffers({ buffers = [] }) {
+  for (const { uri } of buffers) {
+    if (uri !== undefined) throw new CoreError(`expected its data within the file, got it at ${brief(uri)}`);
+  }
+}
+
+/** @param {string} name @param {any[]} items @param {(item: any) => void} check whose errors say which item */
+function each(name, items, check) {
+  items.forEach((item, i) => placedErrors(`${name}[${i}]`, () => check(item)));
+}
+
+/** @param {any} value */
+const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
+
+/** @param {string} name @param {any} value @returns {any[]} */
+function checkObjects(name, value) {
+  if (!(Array.isArray(value) && value.every(isObject))) throw new CoreError(`${name}: expected a list of objects, got another`);
+  return value;
+}
+
+/** @param {string} name @param {any} value @param {number} length */
+function checkNumbers(name, value, length) {
+  const other = checkList(name, value).find((item) => typeof item !== "number");
+  if (other !== undefined) throw new CoreError(`${name}: expected lists of numbers, got ${brief(other)}`);
+  if (value.length !== length) throw new CoreError(`${name}: expected shape (${length},), got (${value.length},)`);
+}
