@@ -358,6 +358,20 @@ def test_chosen_file_is_shown(page, name):
     assert_equal_pictures(page.exact(), expected(bob.load(MODELS / name)))
 
 
+def test_a_shape_beyond_its_budget_is_shown_with_a_warning(page, tmp_path):
+    """Python's warning. That of a formula would take a page a minute on a busy machine."""
+    rng, count, degree = np.random.default_rng(0), 20, 9
+    u, v = np.meshgrid(*2 * [np.linspace(0, 1, count)], indexing="ij")
+    knots = np.concatenate([np.zeros(degree), np.linspace(0, 1, count - degree + 1), np.ones(degree)])
+    points = np.stack([u, v, rng.standard_normal((count, count))], axis=-1)
+    face = bob.Face(points, knots, knots, 10 ** rng.uniform(-4, 4, (count, count)))
+    with pytest.warns(bob.InputWarning) as told:
+        bob.save_scene(bob.Brep([face]), tmp_path / "face.bob")
+    page.tab.set_input_files("#file", tmp_path / "face.bob")
+    page.opened()
+    assert page.text("#message") == str(told[0].message)
+
+
 @pytest.mark.parametrize(("name", "content"), BROKEN.items(), ids=BROKEN)
 def test_broken_file_leaves_the_scene(page, viewer, name, content):
     page.choose("csg.sdf")
