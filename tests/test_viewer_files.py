@@ -525,6 +525,7 @@ BUFFER = 8 + 8 * 12 + 36 * 2  # the second chunk of box_glb, from its head on
         ("a.glb", with_mode(7), "meshes[0]: mode: expected an integer in 0..6, got 7"),
         ("a.glb", box_glb([{"mesh": 1}], extras=float("nan")), "expected "),
         ("a.json", without_numbers("NaN", knotvector_u=KNOTS), "expected "),
+        ("a.json", geomdl(surface(name="??")).replace("??", "\xff").encode("latin-1"), "expected "),
         ("a.json", without_numbers("-Infinity", knotvector_u=KNOTS), "expected "),
         ("a.json", without_numbers("true", knotvector_u=KNOTS), "surface 1: knotvector_u: expected lists of numbers"),
         ("a.json", without_numbers('"0"', knotvector_u=KNOTS), "surface 1: knotvector_u: expected lists of numbers"),

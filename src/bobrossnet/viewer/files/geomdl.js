@@ -5,6 +5,7 @@ import { CoreError, brief, checkInteger, checkList, placedErrors } from "../core
 import { IDENTITY } from "../shapes/affine.js";
 import { WHITE } from "../tracing/description.js";
 import { checkBrep } from "../shapes/splines.js";
+import { jsonOf } from "./text.js";
 
 /**
  * @typedef {{size: number[], degrees: number[], knots: number[][], points: number[][], loops: Curve[][]}} Face
@@ -24,7 +25,7 @@ const MAX_DEGREE = 9, MOST = 2 ** 31 - 1;
  * @returns {import("../tracing/description.js").SceneDescription}
  */
 export function readGeomdl(bytes, file) {
-  const shape = field(JSON.parse(new TextDecoder().decode(bytes)), "shape");
+  const shape = field(jsonOf(bytes), "shape");
   const kind = field(shape, "type"), data = list(shape, "data");
   if (kind === "curve") throw new CoreError("expected surfaces, got curves, which have no radius");
   if (kind !== "surface") throw new CoreError(`type: expected surface, got ${brief(kind)}`);

@@ -2,6 +2,7 @@
 /** What a glTF has to be before three.js reads it, which would take some of what is wrong for something else. */
 
 import { CoreError, brief, checkInteger, checkList, placedErrors } from "../core/errors.js";
+import { jsonOf } from "./text.js";
 
 const LISTS = ["buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes"];
 const TYPES = ["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"];
@@ -30,7 +31,7 @@ export function glbOf(bytes) {
     throw new CoreError(`expected ${Math.max(size, end)} bytes, as its head says, got ${bytes.byteLength}`);
   }
   if (name(16) !== "JSON") throw new CoreError(`expected a first chunk of JSON, got one of ${brief(name(16))}`);
-  const json = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(new Uint8Array(bytes, start, end - start)));
+  const json = jsonOf(new Uint8Array(bytes, start, end - start));
   if (end + CHUNK_HEAD <= size && name(end + 4) === "BIN\0") {
     end += CHUNK_HEAD + view.getUint32(end, true);
     if (end > size) throw new CoreError(`expected ${end} bytes, as a chunk's head says, got ${size}`);

@@ -7,6 +7,7 @@
  *   metadata: texts by their names; entries: of the arrays, by their names; start: where the first one begins
  */
 import { CoreError, checkList } from "../core/errors.js";
+import { jsonOf } from "./text.js";
 
 /** @type {Record<string, {new (buffer: ArrayBuffer): any, BYTES_PER_ELEMENT: number}>} */
 const TYPES = { F64: Float64Array, F32: Float32Array, I32: Int32Array, U32: Uint32Array, U8: Uint8Array };
@@ -14,7 +15,7 @@ const TYPES = { F64: Float64Array, F32: Float32Array, I32: Int32Array, U32: Uint
 /** @param {ArrayBuffer} bytes @returns {Container} */
 export function readContainer(bytes) {
   const size = Number(new DataView(bytes).getBigUint64(0, true)), start = 8 + size;
-  const { __metadata__: metadata, ...entries } = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes).subarray(8, start)));
+  const { __metadata__: metadata, ...entries } = jsonOf(new Uint8Array(bytes).subarray(8, start));
   return { metadata, entries, start, bytes };
 }
 

@@ -13,6 +13,11 @@ export function textOf(bytes) {
   return text.includes("\r") ? text.replace(/\r\n?/g, "\n") : text;
 }
 
+/** What a text in JSON holds, which has to be UTF-8. @param {ArrayBuffer | Uint8Array} bytes @returns {any} */
+export function jsonOf(bytes) {
+  return JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(bytes));
+}
+
 const NINE = 57;
 
 /** A number, as Python reads them. @param {string} word */
