@@ -488,6 +488,10 @@ def with_mode(mode):
     )
 
 
+def with_normals(accessor):
+    return box_glb([{"mesh": 0}], meshes=[{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": accessor}}]}])
+
+
 KNOTS = [-7, 0, 0, 0, 1, 1, 1, 1]
 BUFFER = 8 + 8 * 12 + 36 * 2  # the second chunk of box_glb, from its head on
 
@@ -513,7 +517,9 @@ BUFFER = 8 + 8 * 12 + 36 * 2  # the second chunk of box_glb, from its head on
         ("a.glb", damaged(16, b"BIN\0"), "expected a first chunk of JSON, got one of "),
         ("a.glb", damaged(12, b"\xff\xff"), "expected 65"),
         ("a.glb", damaged(-BUFFER, b"\xff"), "expected 1"),
-        ("a.glb", damaged(-BUFFER + 4, b"NIB\0"), "expected "),
+        ("a.glb", damaged(-BUFFER + 4, b"NIB\0"), "expected buffers that hold what the bufferViews say"),
+        ("a.glb", damaged(-BUFFER, b"\xa7"), "expected buffers that hold what the bufferViews say"),
+        ("a.glb", with_normals(1), "meshes[0]: NORMAL: expected vectors of type VEC3, got another"),
         ("a.glb", box_glb([{"mesh": 7}]), "nodes[0]: mesh: expected an integer in 0..1, got 7"),
         ("a.glb", box_glb([{"mesh": None}]), "nodes[0]: mesh: expected an integer, got "),
         ("a.glb", box_glb([{"mesh": True}]), "nodes[0]: mesh: expected an integer, got "),
@@ -541,6 +547,13 @@ def test_the_page_refuses_what_python_refuses(name, content, error, read, tmp_pa
         bob.load(path)
     assert str(refused.value).startswith(f"{name}: {error}")
     assert read(name, content)["error"].startswith(f"{name}: {error}")
+
+
+def test_lines_are_left_out(same):
+    lines = {"attributes": {"POSITION": 0}, "mode": 1, "material": 0}
+    same(
+        "a.glb", box_glb([{"mesh": 0}], meshes=[{"primitives": [lines, {"attributes": {"POSITION": 0}, "indices": 1}]}])
+    )
 
 
 def test_chunks_of_other_kinds_do_not_matter(same):

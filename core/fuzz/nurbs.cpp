@@ -45,7 +45,7 @@ FUZZ(nurbs) {
     const bob::Interruption impatience(fuzz::Patience{source.rest().size() % 64 ? 500 : 20'000});
     try {
         const bob::Brep brep = bob::Brep::of_weighted_points(std::move(faces), tolerance);
-        fuzz::meet(brep, source, 6, 2e-3);  // a face pressed to a line, seen from its end, is met that far before it
+        fuzz::meet(brep, source, 6, 1e-2);  // a ray in a face meets it no more precisely than its pieces are long
     } catch (const std::invalid_argument&) {  // the trims leave nothing
     } catch (const bob::Stopped&) {
     }

@@ -60,14 +60,19 @@ inline std::vector<bob::Hit> hits(const bob::Shape& shape, const std::vector<bob
     return all;
 }
 
-/// Meets a shape with some rays; what they hit lies within bounds, but for `tolerance` of the shape's size.
-inline void meet(const bob::Shape& shape, const bob::Bounds& bounds, Source& source, int count, double tolerance = 1e-3) {
+/// Meets a shape with some rays; what they hit lies within bounds, but for a thousandth of the shape's size, or `along`
+/// where a ray runs along the surface.
+inline void meet(const bob::Shape& shape, const bob::Bounds& bounds, Source& source, int count, double along = 1e-3) {
     const auto& [center, radius] = shape.sphere();
     shape.prepare();
     const std::vector<bob::Ray> cast = rays(source, count);
     const std::vector<bob::Hit> found = hits(shape, cast);
     for (std::size_t i = 0; i < cast.size(); ++i) {
         if (found[i].primitive == bob::no_primitive) continue;
+        bob::Vec3 normal;
+        shape.normals({&cast[i], 1}, {&found[i], 1}, {&normal, 1});
+        const bool slanted = std::fabs(dot(normal, cast[i].direction)) > 0.05f * length(cast[i].direction);
+        const double tolerance = slanted ? 1e-3 : along;
         const bob::Vec3 point = cast[i].origin + found[i].t * cast[i].direction;
         for (int axis = 0; axis < 3; ++axis) {
             const double p = point[axis] * radius + center[axis], most = tolerance * radius + 1e-12 * std::fabs(center[axis]);
@@ -77,10 +82,10 @@ inline void meet(const bob::Shape& shape, const bob::Bounds& bounds, Source& sou
 }
 
 /// The same; measuring takes long, and so is done for some inputs only.
-inline void meet(const bob::Shape& shape, Source& source, int count, double tolerance = 1e-3) {
+inline void meet(const bob::Shape& shape, Source& source, int count, double along = 1e-3) {
     constexpr double far = HUGE_VAL;
     const bool measured = source.below(8) == 0;
-    meet(shape, measured ? shape.bounds({}) : bob::Bounds{{-far, -far, -far}, {far, far, far}}, source, count, tolerance);
+    meet(shape, measured ? shape.bounds({}) : bob::Bounds{{-far, -far, -far}, {far, far, far}}, source, count, along);
 }
 
 }  // namespace fuzz

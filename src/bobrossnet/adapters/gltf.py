@@ -154,8 +154,9 @@ def _check_layout(tree: dict[str, Any]) -> None:
                     raise InputError("attributes: expected a POSITION, got none")
                 for name, value in attributes.items():
                     index(name, value, "accessors")
-                if index("POSITION", attributes["POSITION"], "accessors")["type"] != "VEC3":
-                    raise InputError("POSITION: expected vectors of type VEC3, got another")
+                for name in attributes.keys() & {"POSITION", "NORMAL"}:
+                    if index(name, attributes[name], "accessors")["type"] != "VEC3":
+                        raise InputError(f"{name}: expected vectors of type VEC3, got another")
                 check_integer("mode", primitive.get("mode", 4), 0, FAN)
                 if "indices" in primitive:
                     index("indices", primitive["indices"], "accessors")

@@ -9,7 +9,7 @@ const TYPES = ["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"];
 const COMPONENTS = [5120, 5121, 5122, 5123, 5125, 5126];
 /** Numbers of what places a node. */
 const PLACES = { matrix: 16, translation: 3, rotation: 4, scale: 3 };
-const FAN = 6, MOST = 2 ** 32; // the last mode, and bytes of a file
+const TRIANGLES = 4, FAN = 6, MOST = 2 ** 32; // the first and last of the modes that draw some; bytes of a file
 
 const HEAD = 12, CHUNK_HEAD = 8; // bytes
 
@@ -17,7 +17,7 @@ const HEAD = 12, CHUNK_HEAD = 8; // bytes
  * A GLB without the chunks that do not matter: only its JSON, and its buffer if it has one.
  *
  * @param {ArrayBuffer} bytes
- * @returns {{json: any, glb: ArrayBuffer}} the JSON, and the file of which it is a part
+ * @returns {{json: any, glb: ArrayBuffer, size: number}} the JSON; the file of which it is a part; bytes of its buffer
  */
 export function glbOf(bytes) {
   const view = new DataView(bytes), name = (/** @type {number} */ at) => new TextDecoder().decode(bytes.slice(at, at + 4));
@@ -32,13 +32,15 @@ export function glbOf(bytes) {
   }
   if (name(16) !== "JSON") throw new CoreError(`expected a first chunk of JSON, got one of ${brief(name(16))}`);
   const json = jsonOf(new Uint8Array(bytes, start, end - start));
+  let buffer = end;
   if (end + CHUNK_HEAD <= size && name(end + 4) === "BIN\0") {
+    buffer += CHUNK_HEAD;
     end += CHUNK_HEAD + view.getUint32(end, true);
     if (end > size) throw new CoreError(`expected ${end} bytes, as a chunk's head says, got ${size}`);
   }
   const glb = bytes.slice(0, end);
   new DataView(glb).setUint32(8, end, true);
-  return { json, glb };
+  return { json, glb, size: end - buffer };
 }
 
 /** Refuses a tree that is not as the specification says, or refers to something that isn't there. @param {any} json */
@@ -69,11 +71,13 @@ export function checkGltf(json) {
     if (bufferView !== undefined) item("bufferView", bufferView, bufferViews);
   });
   each("meshes", meshes, ({ primitives }) => checkObjects("primitives", primitives).forEach((primitive) => {
-    const { attributes, indices, mode = 4 } = primitive;
+    const { attributes, indices, mode = TRIANGLES } = primitive;
     if (!isObject(attributes) || !("POSITION" in attributes)) throw new CoreError("attributes: expected a POSITION, got none");
     for (const [name, value] of Object.entries(attributes)) item(name, value, accessors);
-    if (item("POSITION", attributes.POSITION, accessors).type !== "VEC3") {
-      throw new CoreError("POSITION: expected vectors of type VEC3, got another");
+    for (const name of ["POSITION", "NORMAL"]) {
+      if (name in attributes && accessors[attributes[name]].type !== "VEC3") {
+        throw new CoreError(`${name}: expected vectors of type VEC3, got another`);
+      }
     }
     checkInteger("mode", mode, 0, FAN);
     if (indices !== undefined) item("indices", indices, accessors);
@@ -90,11 +94,15 @@ export function checkGltf(json) {
 }
 
 /**
- * Shows all nodes where there is no scene, and leaves out cameras, which may be damaged.
+ * Shows all nodes where there is no scene, and leaves out what makes no triangles: points and lines, and cameras, which
+ * may be damaged.
  *
  * @param {any} json
  */
 export function prepareScenes(json) {
+  for (const mesh of json.meshes ?? []) {
+    mesh.primitives = mesh.primitives.filter((/** @type {any} */ { mode = TRIANGLES }) => mode >= TRIANGLES);
+  }
   const { nodes = [] } = json, children = new Set(nodes.flatMap((/** @type {any} */ node) => node.children ?? []));
   json.scenes ??= [{ nodes: [...nodes.keys()].filter((node) => !children.has(node)) }];
   for (const node of nodes) delete node.camera;
@@ -117,10 +125,14 @@ export function checkTree({ nodes = [], scenes = [] }) {
  * Refuses what is not in the file itself: a page has no files beside it, and should not fetch them from strangers.
  *
  * @param {any} json
+ * @param {number} size bytes of the file's own buffer
  */
-export function checkBuffers({ buffers = [] }) {
+export function checkBuffers({ buffers = [], bufferViews = [] }, size) {
   for (const { uri } of buffers) {
     if (uri !== undefined) throw new CoreError(`expected its data within the file, got it at ${brief(uri)}`);
+  }
+  if (bufferViews.some((/** @type {any} */ { byteOffset = 0, byteLength }) => byteOffset + byteLength > size)) {
+    throw new CoreError("expected buffers that hold what the bufferViews say, got one that is shorter");
   }
 }
 

@@ -34,11 +34,11 @@ export async function readStl(bytes) {
  * @returns {Promise<Part[]>} the primitives that its scene shows, each where its nodes place it
  */
 export async function readGlb(bytes) {
-  const { json, glb } = glbOf(bytes);
+  const { json, glb, size } = glbOf(bytes);
   checkGltf(json);
   prepareScenes(json);
   checkTree(json);
-  checkBuffers(json);
+  checkBuffers(json, size);
   const { Material } = await import("./three.js");
   const loader = await loaderOf("GLTFLoader");
   loader.register((/** @type {any} */ parser) => {
