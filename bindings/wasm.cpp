@@ -24,6 +24,7 @@
 #include "shapes/mesh.h"
 #include "shapes/tube.h"
 #include "shapes/vm_solid.h"
+#include "picture/adaptive.h"
 #include "picture/order.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
@@ -77,6 +78,8 @@ bob::Bounds some(const std::optional<bob::Bounds>& bounds) {
     expect(bounds.has_value(), "shape: expected a formula that is negative somewhere within 1e9 of the origin, got one that never is");
     return *bounds;
 }
+
+std::uint64_t joined(std::uint32_t low, std::uint32_t high) { return std::uint64_t{high} << 32 | low; }
 
 }  // namespace
 
@@ -302,15 +305,34 @@ bool trace(const bob::Scene* scene, const bob::Camera* camera, std::int32_t heig
     });
 }
 
+// ---- Pixel orders ----------------------------------------------------------------------------------------
+
 /// Writes the pixels from the start-th on, (count, 2), of an order; the seed in halves, since a page's numbers have 53 bits.
 EXPORT(pixel_order)
 bool pixel_order(const char* name, std::size_t name_size, std::uint32_t seed_low, std::uint32_t seed_high,
                  std::uint32_t height, std::uint32_t width, std::uint32_t start, std::int32_t* pixels, std::uint32_t count) {
     return attempt([&] {
         expect(std::uint64_t{start} + count <= std::uint64_t{height} * width, "start: beyond the last pixel");
-        const std::uint64_t seed = std::uint64_t{seed_high} << 32 | seed_low;
-        const bob::Order order = bob::make_order({name, name_size}, seed, height, width);
+        const bob::Order order = bob::make_order({name, name_size}, joined(seed_low, seed_high), height, width);
         order(start, {reinterpret_cast<bob::Pixel*>(pixels), count});
         return true;
+    });
+}
+
+EXPORT(make_adaptive_order)
+bob::AdaptiveOrder* make_adaptive_order(std::uint32_t seed_low, std::uint32_t seed_high, std::uint32_t height, std::uint32_t width) {
+    return attempt([&] { return new bob::AdaptiveOrder(joined(seed_low, seed_high), height, width); });
+}
+EXPORT(free_adaptive_order) void free_adaptive_order(bob::AdaptiveOrder* order) { delete order; }
+
+/// The next round's pixels, (n, 2), which stay until the next call; n is written to `count`. planes: (C, height, width) of the
+/// G-buffer's layout; of pixels that were not in any round before, they are not read. Fails where all pixels were.
+EXPORT(next_round)
+const bob::Pixel* next_round(bob::AdaptiveOrder* order, const float* planes, std::uint32_t* count) {
+    return attempt([&] {
+        const std::span<const bob::Pixel> round = order->next(bob::gbuffer_layout(), planes);
+        expect(!round.empty(), "order: expected pixels that are left, got none");
+        *count = static_cast<std::uint32_t>(round.size());
+        return round.data();
     });
 }

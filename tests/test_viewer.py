@@ -172,7 +172,8 @@ def test_movement_ends_what_is_traced_at_rest(browser, viewer):
                                                                               { once: true }));
           const stale = [];
           for (let azimuth = 31; azimuth < 35; ++azimuth) {
-            while ((await next()).from === 0);  // refined once
+            let view = 0;
+            for (let batch = await next(); batch.view !== view; batch = await next()) ({ view } = batch);  // refined once
             bobrossnet.look({ azimuth });
             stale.push(0);
             while ((await next()).camera.azimuth !== azimuth) ++stale[stale.length - 1];

@@ -11,15 +11,27 @@ function rows(height, width) {
   return pixels;
 }
 
-/** Traces pixels into a G-buffer; milliseconds after each slice. */
-function timed(scene, gbuffer, pixels, camera) {
-  const milliseconds = [], begin = performance.now();
+/** Traces all pixels row by row into a G-buffer; how many milliseconds that took. */
+function traced(scene, gbuffer, camera) {
+  const pixels = rows(gbuffer.height, gbuffer.width), begin = performance.now();
   for (let first = 0; first < pixels.length; first += 2 * SLICE) {
     const slice = pixels.subarray(first, first + 2 * SLICE);
     gbuffer.add(slice, scene.trace(slice, gbuffer, camera));
-    milliseconds.push(performance.now() - begin);
   }
-  return milliseconds;
+  return performance.now() - begin;
+}
+
+/** Traces pixels of a sequence, into a G-buffer as well, until a time is over; the slices, with the milliseconds after each. */
+function slices(scene, gbuffer, sequence, camera, time = Infinity) {
+  const found = [], begin = performance.now();
+  for (let left; (left = sequence.available()) > 0;) {
+    const pixels = sequence.next(Math.min(left, SLICE)), samples = scene.trace(pixels, gbuffer, camera);
+    sequence.add(pixels, samples), gbuffer.add(pixels, samples);
+    const milliseconds = performance.now() - begin;
+    found.push({ pixels, samples, milliseconds });
+    if (milliseconds > time) break;
+  }
+  return found;
 }
 
 /** 8-bit grays in base64. */
@@ -28,38 +40,43 @@ const bytes = (image) => new Uint8Array(Uint8ClampedArray.from(image, (value) =>
 async function compare({ file, height, width, cameras, times, levels }) {
   const modules = ["core/load", "completion/network", "completion/weights", "files/read", "picture/gbuffer", "picture/order",
                    "tracing/scene"];
-  const [{ loadCore }, { Network }, { readWeights }, { readFile }, { GBuffer }, { pixelOrder }, { buildScene }] =
+  const [{ loadCore }, { Network }, { readWeights }, { readFile }, { GBuffer }, { PixelSequence }, { buildScene }] =
     await Promise.all(modules.map((module) => import(`./${module}.js`)));
   const core = await loadCore();
   const fetched = async (path) => (await fetch(path)).arrayBuffer();
   const scene = buildScene(core, await readFile(core, file, await fetched(file)));
   const network = new Network(core, readWeights(await fetched("weights/default.safetensors")));
-  const order = pixelOrder(core, "lattice", { height, width });
   const whole = new GBuffer(core, height, width), part = new GBuffer(core, height, width);
   const complete = () => {
     const begin = performance.now();
     network.complete(part);
     return performance.now() - begin;
   };
-  for (let i = 0; i < 20; ++i) timed(scene, whole, order.subarray(0, 20 * SLICE), cameras[0]), complete();  // compiled by now
+  const sequenced = (camera, time) => {
+    const sequence = new PixelSequence(core, { height, width });
+    whole.clear();
+    const found = slices(scene, whole, sequence, camera, time);
+    sequence.free();
+    return found;
+  };
+  for (let i = 0; i < 20; ++i) sequenced(cameras[0], 50), complete();  // compiled by now
   const frames = [];
   for (const camera of cameras) {
-    const milliseconds = timed(scene, whole, order, camera), completing = Math.min(complete(), complete(), complete());
+    const all = sequenced(camera), completing = Math.min(complete(), complete(), complete());
     const ours = times.map((time) => {
-      if (milliseconds[milliseconds.length - 1] <= time) return { fraction: 1, image: bytes(whole.plane("gray")) };
-      const slices = milliseconds.filter((spent) => spent + completing <= time).length;
-      if (slices === 0) return null;
+      if (all[all.length - 1].milliseconds <= time) return { fraction: 1, image: bytes(whole.plane("gray")) };
+      const fitting = all.filter(({ milliseconds }) => milliseconds + completing <= time);
+      if (fitting.length === 0) return null;
       part.clear();
-      const pixels = order.subarray(0, 2 * SLICE * slices);
-      part.add(pixels, scene.trace(pixels, part, camera));
-      return { fraction: SLICE * slices / (height * width), image: bytes(network.complete(part)) };
+      for (const { pixels, samples } of fitting) part.add(pixels, samples);
+      return { fraction: part.traced / (height * width), image: bytes(network.complete(part)) };
     });
     const theirs = Array.from({ length: levels }, (_, level) => {
       const gbuffer = new GBuffer(core, height >> level, width >> level);
-      const spent = timed(scene, gbuffer, rows(gbuffer.height, gbuffer.width), camera);
+      const milliseconds = traced(scene, gbuffer, camera);
       const image = bytes(gbuffer.plane("gray"));
       gbuffer.free();
-      return { milliseconds: spent[spent.length - 1], image };
+      return { milliseconds, image };
     });
     frames.push({ exact: bytes(whole.plane("gray")), completing, ours, theirs });
   }

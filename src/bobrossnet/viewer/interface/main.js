@@ -152,7 +152,7 @@ const editor = new Editor({
 
 function createPool() {
   const isShown = () => made === state.pools.shown;
-  const made = new Pool(workers, module, completing, (parts) => isShown() && schedule.traced(parts),
+  const made = new Pool(workers, module, completing, (traced) => isShown() && schedule.traced(traced),
                         (text) => isShown() && (message.textContent = text));
   return made;
 }

@@ -40,8 +40,6 @@ const starting = new Promise((resolve) => (start = resolve));
 let view;
 /** @type {Picture | undefined} */
 let picture;
-/** Samples of the newest batch that have come. @type {{id: number, parts: number}} */
-let gathered = { id: 0, parts: 0 };
 /** @type {{mode: import("../picture/paint.js").Mode, divider: number}} */
 let showing = { mode: "completed", divider: 0.5 };
 /** Messages are handled one after the other, even if that means waiting. */
@@ -65,8 +63,7 @@ async function begin(module, weights) {
 
 /** @param {import("./tracer.js").Samples} part */
 async function gather({ batch, count, pixels, samples }) {
-  if (batch.id < gathered.id) return;
-  if (batch.id > gathered.id) gathered = { id: batch.id, parts: 0 };
+  if (view && batch.id < view.batch.id) return;
   const { core, completer } = await starting;
   const begun = performance.now(), { height, width } = batch;
   if (view?.gbuffer.height !== height || view.gbuffer.width !== width) {
@@ -78,7 +75,6 @@ async function gather({ batch, count, pixels, samples }) {
   }
   view.batch = batch;
   view.gbuffer.add(pixels.subarray(0, 2 * count), samples.subarray(0, WIDTH * count));
-  if (++gathered.parts < batch.parts) return;
 
   const { traced } = view.gbuffer;
   const completing = performance.now();

@@ -1,9 +1,6 @@
 // @ts-check
 /** How many rays fit into a time, from what rays took: a mean that fades, since cameras and machines change. */
 
-/** Pixels of the order that go to one tracer at once: few, so that all parts are alike, and slow shapes can be cancelled. */
-export const CHUNK = 32;
-
 const FADE = 0.7; // weight of all that was measured before, against the last measurement
 
 export class Pace {

@@ -19,12 +19,12 @@ export class Pool {
   #tracers = [];
   /** @type {{resolve: (warnings: string[]) => void, reject: (error: Error) => void}[]} */
   #waiting = [];
-  /** @type {Batch | undefined} the newest */
+  /** @type {Batch | undefined} that is being traced */
   #batch;
-  /** @type {Set<Tracer>} that have not finished their part of it */
-  #tracing = new Set();
-  /** @type {Traced[]} */
-  #traced = [];
+  /** @type {Tracer | undefined} that leads it, or led the last one */
+  #leader;
+  /** @type {Tracer[]} */
+  #others = [];
   #reader = new Worker(new URL("reader.js", import.meta.url), { type: "module" });
   /** Starts the workers that are missing, and gives them the scene. */
   #share = nothing;
@@ -38,7 +38,7 @@ export class Pool {
    * @param {number} count of workers
    * @param {Promise<WebAssembly.Module>} module of the core
    * @param {Worker} completing where samples go
-   * @param {(traced: Traced[]) => void} done called once all parts of a batch are traced
+   * @param {(traced: Traced) => void} done called once a batch is traced
    * @param {(message: string) => void} lost called when no worker is left
    */
   constructor(count, module, completing, done, lost) {
@@ -162,18 +162,24 @@ export class Pool {
     return new Promise((resolve, reject) => this.#waiting.push({ resolve, reject }));
   }
 
-  /** @param {Batch} batch of which each of the first `parts` ready tracers has a part */
+  /** @param {Batch} batch for `parts` of the tracers that are ready */
   trace(batch) {
+    // The tracer that led the last batch has what is known of the view.
+    const ready = this.ready, leader = this.#leader && ready.includes(this.#leader) ? this.#leader : ready[0];
     this.#batch = batch;
-    this.#traced = [];
-    const tracers = this.ready.slice(0, batch.parts);
-    this.#tracing = new Set(tracers);
-    tracers.forEach((tracer, part) => tracer.worker.postMessage({ kind: "trace", batch, part }));
+    this.#leader = leader;
+    this.#others = ready.filter((tracer) => tracer !== leader).slice(0, batch.parts - 1);
+    const ports = this.#others.map(({ worker }) => {
+      const { port1, port2 } = new MessageChannel();
+      worker.postMessage({ kind: "help", leader: port1 }, [port1]);
+      return port2;
+    });
+    leader.worker.postMessage({ kind: "lead", batch, others: ports }, ports);
   }
 
-  /** Ends the batch; its parts are done soon, and its samples are not sent. */
+  /** Ends the batch; it is done soon, and its samples are not sent. */
   cancel() {
-    for (const tracer of this.#tracing) tracer.worker.postMessage({ kind: "cancel" });
+    if (this.#batch) this.#leader?.worker.postMessage({ kind: "cancel" });
   }
 
   /** Ends the workers; what is being opened fails. */
@@ -187,7 +193,7 @@ export class Pool {
   /** @param {Tracer} tracer @param {import("./tracer.js").Reply} reply */
   #receive(tracer, reply) {
     if (reply.kind === "traced") {
-      this.#finish(tracer, reply);
+      this.#finish(reply);
     } else if (reply.kind === "opened") {
       --tracer.pending;
       tracer.hasScene = true;
@@ -198,11 +204,10 @@ export class Pool {
     }
   }
 
-  /** @param {Tracer} tracer @param {Traced} part */
-  #finish(tracer, part) {
-    if (!this.#tracing.delete(tracer)) return;
-    this.#traced.push(part);
-    if (this.#tracing.size === 0) this.#done(this.#traced);
+  /** @param {Traced} traced */
+  #finish(traced) {
+    this.#batch = undefined;
+    this.#done(traced);
   }
 
   /** @param {Tracer} tracer @param {string} message @param {boolean} broken */
@@ -211,9 +216,12 @@ export class Pool {
       tracer.worker.terminate();
       this.#tracers = this.#tracers.filter((other) => other !== tracer);
       if (this.ended) this.#lost(message);
-      // The others trace its part again.
-      if (this.#batch) {
-        this.#finish(tracer, { kind: "traced", batch: this.#batch, cancelled: true, reached: 0, rays: 0, milliseconds: 0 });
+      // The others trace the batch again.
+      const batch = this.#batch;
+      if (batch && tracer === this.#leader) {
+        this.#finish({ kind: "traced", batch, cancelled: true, reached: 0, rays: 0, milliseconds: 0 });
+      } else if (this.#others.includes(tracer)) {
+        this.cancel();
       }
     }
     this.#settle(({ reject }) => reject(new Error(message)));

@@ -9,11 +9,12 @@
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {import("../picture/camera.js").Size} Size
  */
-import { CHUNK, Pace } from "./pace.js";
+import { Pace } from "./pace.js";
 
 const REST_MS = 80; // without a change, until a view is refined: less, and moving on would often have to end that first
 const LONGEST_MS = 250; // of tracing between two pictures at rest
 const SHARE = 0.8; // of a picture's time that is for tracing: with more, the page itself and messages make all pictures late
+const LEAST = 32; // pixels for each tracer
 const MARGIN = 1.5; // times its planned time, after which a batch ends that takes longer than was measured
 const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // by which moving pictures are smaller
 const UNMEASURED_MS = 1e-4; // to complete a pixel, before that is measured
@@ -42,7 +43,7 @@ export class Schedule {
   #view = 0;
   /** @type {Size} of the view */
   #viewSize = this.#size;
-  #reached = 0; // pixels of the order that the view has
+  #reached = 0; // pixels of its sequence that the view has
   #step = 0; // milliseconds of the last refinement; 0 while the camera moves
 
   #batch = 0;
@@ -81,15 +82,14 @@ export class Schedule {
     this.next();
   }
 
-  /** @param {import("./pool.js").Traced[]} parts of the batch */
-  traced(parts) {
+  /** @param {import("./pool.js").Traced} traced */
+  traced({ batch, cancelled, reached, rays, milliseconds }) {
     this.#tracing = false;
-    for (const { rays, milliseconds } of parts) if (rays > 0) this.#pace.measured(rays, milliseconds);
-    if (!parts.some((part) => part.cancelled)) {
-      this.#waiting.push(parts[0].batch.id);
-      this.#reached = Math.min(...parts.map((part) => part.reached));
-      const rays = parts.reduce((sum, part) => sum + part.rays, 0);
-      this.raysPerSecond = 1000 * rays / Math.max(...parts.map((part) => part.milliseconds));
+    if (rays > 0) this.#pace.measured(rays, batch.parts * milliseconds);
+    if (!cancelled) {
+      this.#waiting.push(batch.id);
+      this.#reached = reached;
+      this.raysPerSecond = 1000 * rays / milliseconds;
     }
     this.next();
   }
@@ -150,12 +150,11 @@ export class Schedule {
   /** @param {number} time in milliseconds @param {number} parts */
   #trace(time, parts) {
     const total = this.#viewSize.height * this.#viewSize.width;
-    const count = this.#pace.known ? Math.max(CHUNK * parts, this.#pace.rate * time * parts) : total;
-    const to = Math.min(total, CHUNK * Math.round((this.#reached + count) / CHUNK));
+    const count = this.#pace.known ? Math.max(LEAST * parts, Math.round(this.#pace.rate * time * parts)) : total;
     this.#tracing = true;
     this.#pool?.trace({
       id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize,
-      from: this.#reached, to, milliseconds: this.#pace.known ? MARGIN * time : time,
+      to: Math.min(total, this.#reached + count), milliseconds: this.#pace.known ? MARGIN * time : time,
     });
   }
 }

@@ -1,46 +1,55 @@
 // @ts-check
 /**
- * A worker that traces pixels of a scene: some of each batch's, the others are other workers' part.
+ * A worker that traces pixels of a scene.
  *
- * It works in slices of a few milliseconds, between which it looks for messages, so that a batch that nobody waits for any more
- * ends at once. Samples go straight to the worker that completes the picture.
+ * Which pixels are next depends on what those before show. So one tracer leads each batch: it has the sequence of the view's
+ * pixels and what they show so far, deals slices of a few milliseconds to the others and to itself, and sends all samples of
+ * the batch to the worker that completes the picture. Between slices it looks for messages, so that a batch that nobody
+ * waits for any more ends at once.
+ *
+ * @typedef {import("../picture/camera.js").Size} Size
+ * @typedef {import("../picture/camera.js").Camera} Camera
  *
  * @typedef {{
- *   id: number, view: number, parts: number, camera: import("../picture/camera.js").Camera, height: number, width: number,
- *   from: number, to: number, milliseconds: number
+ *   id: number, view: number, parts: number, camera: Camera, height: number, width: number, to: number, milliseconds: number
  * }} Batch
- *   The pixels `from` to `to` of the order, multiples of CHUNK or the order's end; chunks go in turn to each of `parts` tracers,
- *   which stop after so many milliseconds. Batches of one view have one camera and size, and add to one picture.
+ *   What `parts` tracers add to a view: the pixels of its sequence up to the place `to`, or as many as they trace in so many
+ *   milliseconds. Batches of one view have one camera and size, and add to one picture.
  *
  * @typedef {{kind: "samples", batch: Batch, count: number, pixels: Int32Array, samples: Float32Array}} Samples
- *   to the completing worker: pixels (n, 2), row and column; samples (n, C), as Scene.trace returns them; of both the first
- *   `count` rows, since they are sent in the memory that they were written to
+ *   to the completing worker, once for a batch: pixels (n, 2), row and column; samples (n, C), as Scene.trace returns them; of
+ *   both the first `count` rows, since they are sent in the memory that they were written to
+ *
+ * @typedef {{camera: Camera, size: Size, pixels: Int32Array}} Slice from the tracer that leads to another: pixels (n, 2)
+ * @typedef {{pixels: Int32Array, samples: Float32Array, milliseconds: number}} TracedSlice its answer: samples (n, C)
  *
  * @typedef {{kind: "start", module: WebAssembly.Module}
  *   | {kind: "connect", completing: MessagePort, reading: MessagePort}
  *   | {kind: "open", scene: import("../tracing/description.js").SceneDescription}
- *   | {kind: "trace", batch: Batch, part: number}
+ *   | {kind: "lead", batch: Batch, others: MessagePort[]}
+ *   | {kind: "help", leader: MessagePort}
  *   | {kind: "cancel"}} Request
  *   "start" and "connect" come once; "open", which may also come through the port `reading`, is answered by "opened" or
- *   "failed", in which case the previous scene stays; "trace" is answered by "traced", after "cancel" at once, or by
- *   "failed".
+ *   "failed", in which case the previous scene stays; "lead", with a port to each other tracer of the batch, is answered by
+ *   "traced", after "cancel" at once; "help" is not answered, but for "failed"
  *
  * @typedef {{kind: "opened", warnings: string[]}
  *   | {kind: "failed", message: string, broken: boolean}
  *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number}} Reply
- *   warnings: a line each; broken: the core is unusable; cancelled: no samples were sent; reached: this tracer's part of the order is traced up to
- *   there
+ *   warnings: a line each; broken: the core is unusable; cancelled: no samples were sent, and the view has to begin again;
+ *   reached: how many pixels of the view's sequence are traced; rays: by all tracers of the batch
  */
 import { Core } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
 import { WIDTH } from "../picture/channels.js";
-import { pixelOrder } from "../picture/order.js";
+import { PixelSequence } from "../picture/order.js";
 import { buildScene } from "../tracing/scene.js";
-import { CHUNK, Pace } from "./pace.js";
+import { Pace } from "./pace.js";
 
 const SLICE_MS = 5;
 const FIRST_SLICE = 32; // pixels, while nothing is known
-const GROWTH = 8; // times the last slice's pixels, at most: a small slice says little about a large one
+const GROWTH = 8; // times the largest slice so far, at most: a small slice says little about a large one
+const AHEAD = 2; // slices that another tracer has, so that it need not wait while this one traces its own
 
 /** @type {(core: Core) => void} */
 let start;
@@ -48,12 +57,16 @@ let start;
 const starting = new Promise((resolve) => (start = resolve));
 /** @type {MessagePort} */
 let completing;
+/** To the tracer that leads, where another one does. @type {MessagePort | undefined} */
+let leading;
 /** @type {import("../tracing/scene.js").Scene | undefined} */
 let scene;
-/** Pixel orders by size: of the two that pictures have last had, in motion and at rest. @type {Map<string, Int32Array>} */
-const orders = new Map();
+/** What is traced of the view where this tracer leads. @type {{id: number, sequence: PixelSequence} | undefined} */
+let view;
 let pace = new Pace();
 let cancelled = false;
+/** Ends the waiting for other tracers. */
+let wake = () => {};
 
 /** @param {Reply} message */
 const reply = (message) => postMessage(message);
@@ -73,64 +86,125 @@ async function open(description) {
     const built = buildScene(core, description);
     scene?.free();
     scene = built;
+    forgetView();
     pace = new Pace();
     reply({ kind: "opened", warnings: built.warnings });
   } catch (error) {
-    fail(error);
+    fail(error, !(error instanceof CoreError)); // what the core does not report itself is fatal: mostly, it ran out of memory
   }
 }
 
-/** Any error that the core does not report itself is fatal: mostly, it ran out of memory. @param {unknown} error */
-function fail(error) {
+/** @param {unknown} error @param {boolean} broken */
+function fail(error, broken = true) {
   const message = error instanceof Error ? error.message : String(error);
-  reply(error instanceof CoreError ? { kind: "failed", message, broken: false }
-                                   : { kind: "failed", message: `the scene is too much for this page: ${message}`, broken: true });
+  reply({ kind: "failed", message: broken ? `the scene is too much for this page: ${message}` : message, broken });
 }
 
-/** @param {Core} core @param {Batch} batch @returns {Int32Array} all pixels of its size, (n, 2), as they are traced */
-function orderOf(core, { height, width }) {
-  const size = `${height}x${width}`, order = orders.get(size) ?? pixelOrder(core, "lattice", { height, width });
-  orders.delete(size);
-  for (const other of [...orders.keys()].slice(0, -1)) orders.delete(other);
-  orders.set(size, order);
-  return order;
+function cancel() {
+  cancelled = true;
+  wake();
 }
 
-/** @param {Batch} batch @param {number} part */
-async function trace(batch, part) {
-  cancelled = false;
-  const core = await starting;
+function forgetView() {
+  view?.sequence.free();
+  view = undefined;
+}
+
+/** @param {Int32Array} pixels (n, 2) @param {Size} size @param {Camera} camera @returns {TracedSlice} */
+function traceSlice(pixels, size, camera) {
   if (!scene) throw new Error("trace: expected an open scene");
-  const { camera, from, to, parts } = batch, order = orderOf(core, batch);
-  const begin = performance.now(), end = begin + batch.milliseconds;
-  const stride = CHUNK * parts;
-  let chunk = CHUNK * (Math.ceil((from / CHUNK - part) / parts) * parts + part); // the first of this part
-  const most = CHUNK * Math.ceil(Math.max(0, to - chunk) / stride);
-  const pixels = new Int32Array(2 * most), samples = new Float32Array(WIDTH * most);
-  let count = 0, last = FIRST_SLICE / GROWTH;
-  while (chunk < to && !cancelled) {
-    const begun = performance.now();
-    if (begun >= end) break;
-    const wanted = pace.known ? Math.min(pace.rate * Math.min(SLICE_MS, end - begun), GROWTH * last) : FIRST_SLICE;
-    const first = count;
-    do {
-      const stop = Math.min(chunk + CHUNK, to);
-      pixels.set(order.subarray(2 * chunk, 2 * stop), 2 * count);
-      count += stop - chunk, chunk += stride;
-    } while (chunk < to && count - first < wanted);
-    last = count - first;
-    const written = samples.subarray(WIDTH * first, WIDTH * count);
-    scene.trace(pixels.subarray(2 * first, 2 * count), batch, camera, written);
-    pace.measured(last, performance.now() - begun);
-    await messages();
+  const begin = performance.now(), samples = scene.trace(pixels, size, camera);
+  return { pixels, samples, milliseconds: performance.now() - begin };
+}
+
+/** @param {Batch} batch @param {MessagePort[]} ports to the other tracers */
+async function lead(batch, ports) {
+  cancelled = false;
+  const core = await starting, begin = performance.now(), end = begin + batch.milliseconds;
+  if (view?.id !== batch.view) {
+    forgetView();
+    view = { id: batch.view, sequence: new PixelSequence(core, batch) };
   }
-  if (!cancelled) {
+  const { sequence } = view, { camera, height, width, to, parts } = batch, size = { height, width };
+  const most = to - sequence.done, all = { pixels: new Int32Array(2 * most), samples: new Float32Array(WIDTH * most) };
+  let count = 0, largest = FIRST_SLICE / GROWTH;
+
+  const deal = () => {
+    const time = end - performance.now();
+    if (cancelled || time <= 0 || sequence.done === to) return;
+    const left = Math.min(sequence.available(), to - sequence.done);
+    if (left === 0) return;
+    const wanted = pace.known ? Math.min(pace.rate * Math.min(SLICE_MS, time), GROWTH * largest) : FIRST_SLICE;
+    // Towards the end of a round, after which all wait for each other, slices are smaller.
+    const share = parts > 1 ? left / (AHEAD * parts) : left;
+    return sequence.next(Math.min(left, Math.ceil(Math.max(FIRST_SLICE, Math.min(wanted, share)))));
+  };
+
+  /** @param {TracedSlice} slice */
+  const keep = ({ pixels, samples, milliseconds }) => {
+    const rays = pixels.length / 2;
+    sequence.add(pixels, samples);
+    all.pixels.set(pixels, 2 * count), all.samples.set(samples, WIDTH * count);
+    count += rays;
+    largest = Math.max(largest, rays);
+    pace.measured(rays, milliseconds);
+  };
+
+  const others = ports.map((port) => ({ port, slices: 0 }));
+  for (const other of others) {
+    other.port.onmessage = ({ data }) => {
+      if (cancelled) return;
+      --other.slices;
+      keep(data);
+      wake();
+    };
+  }
+  while (!cancelled) {
+    for (let slices = 0; slices < AHEAD; ++slices) {
+      for (const other of others) {
+        const pixels = other.slices === slices && deal();
+        if (!pixels) continue;
+        ++other.slices;
+        other.port.postMessage({ camera, size, pixels }, [pixels.buffer]);
+      }
+    }
+    const pixels = deal();
+    if (pixels) {
+      keep(traceSlice(pixels, size, camera));
+      await messages();
+    } else if (others.some(({ slices }) => slices > 0)) {
+      await new Promise((resolve) => (wake = () => resolve(undefined)));
+    } else {
+      break;
+    }
+  }
+  for (const { port } of others) port.close();
+  if (cancelled) {
+    forgetView();
+  } else {
     /** @type {Samples} */
-    const message = { kind: "samples", batch, count, pixels, samples };
-    completing.postMessage(message, [pixels.buffer, samples.buffer]);
+    const message = { kind: "samples", batch, count, ...all };
+    completing.postMessage(message, [all.pixels.buffer, all.samples.buffer]);
   }
   const milliseconds = performance.now() - begin;
-  reply({ kind: "traced", batch, cancelled, reached: Math.min(chunk, to), rays: count, milliseconds });
+  reply({ kind: "traced", batch, cancelled, reached: sequence.done, rays: count, milliseconds });
+}
+
+/** @param {MessagePort | undefined} port to the tracer that leads now */
+function help(port) {
+  leading?.close();
+  leading = port;
+  if (!port) return;
+  /** @param {MessageEvent<Slice>} event */
+  port.onmessage = ({ data: { camera, size, pixels } }) => {
+    if (port !== leading) return; // of a batch that has ended
+    try {
+      const traced = traceSlice(pixels, size, camera);
+      port.postMessage(traced, [traced.pixels.buffer, traced.samples.buffer]);
+    } catch (error) {
+      fail(error);
+    }
+  };
 }
 
 /** @param {MessageEvent<Request>} event */
@@ -141,12 +215,15 @@ function receive({ data }) {
     completing = data.completing;
     data.reading.onmessage = receive;
   } else if (data.kind === "open") {
-    cancelled = true;
+    cancel();
+    help(undefined);
     open(data.scene);
-  } else if (data.kind === "trace") {
-    trace(data.batch, data.part).catch(fail);
+  } else if (data.kind === "lead") {
+    lead(data.batch, data.others).catch(fail);
+  } else if (data.kind === "help") {
+    help(data.leader);
   } else {
-    cancelled = true;
+    cancel();
   }
 }
 
