@@ -34,9 +34,10 @@ async ({ address, name }) => {
 class Page:
     """The page as a person has it."""
 
-    def __init__(self, browser, address, **context):
+    def __init__(self, browser, address, script="", **context):
         self.context = browser.new_context(**context)
         self.tab = self.context.new_page()
+        self.tab.add_init_script(script)
         self.wrong = []
         self.asked = set()
         self.tab.on("pageerror", lambda error: self.wrong.append(str(error)))
@@ -172,8 +173,8 @@ def test_movement_ends_what_is_traced_at_rest(browser, viewer):
                                                                               { once: true }));
           const stale = [];
           for (let azimuth = 31; azimuth < 35; ++azimuth) {
-            let view = 0;
-            for (let batch = await next(); batch.view !== view; batch = await next()) ({ view } = batch);  // refined once
+            let before, batch = await next();
+            do [before, batch] = [batch, await next()]; while (batch.view !== before.view);  // refined once
             bobrossnet.look({ azimuth });
             stale.push(0);
             while ((await next()).camera.azimuth !== azimuth) ++stale[stale.length - 1];
@@ -182,6 +183,81 @@ def test_movement_ends_what_is_traced_at_rest(browser, viewer):
         }
     """)
     assert max(stale) <= 1
+    page.close()
+
+
+def buffers(page):
+    """The G-buffer, (C, H, W), of the last picture that was completed."""
+    found = page.tab.evaluate("""
+        async () => {
+          const { height, width, planes } = await bobrossnet.buffers();
+          return { size: [height, width], planes: new Uint8Array(planes.buffer).toBase64() };
+        }
+    """)
+    return np.frombuffer(base64.b64decode(found["planes"]), np.float32).reshape(-1, *found["size"])
+
+
+NEXT = "() => new Promise((shown) => document.addEventListener('picture', shown, { once: true }))"
+
+
+@pytest.mark.parametrize("workers", [1, 4])
+def test_pixels_are_those_of_the_adaptive_order(browser, viewer, workers):
+    """Whatever the pace and the number of workers, in motion and as a view is refined."""
+    page = Page(browser, f"{viewer.url}?size=320x240&workers={workers}#scene=gear.sdf")
+    page.tab.fill("#budget", "10")
+    partial = []
+    for azimuth in (40, 41):
+        page.tab.evaluate("(azimuth) => bobrossnet.look({ azimuth })", azimuth)
+        page.tab.evaluate(NEXT)
+    for _ in range(4):
+        page.tab.evaluate(NEXT)
+        partial.append(buffers(page))
+    page.tab.evaluate("() => bobrossnet.converged()")
+    full = bob.GBuffer.from_stack(buffers(page))
+    for planes in partial:
+        part = full.sample(planes[0].mean(), order="adaptive")
+        np.testing.assert_array_equal(planes, part.stack())
+    # The same pixels as Python's, but for what highlights in another instruction set may change.
+    scene, share = bob.load(viewer.files["gallery/gear.sdf"]), partial[0][0].mean()
+    mask = bob.trace(scene, page.camera(), size=(240, 320), fraction=share, order="adaptive").mask
+    assert (mask != partial[0][0]).mean() < 0.01
+    assert partial[0][0].mean() < partial[-1][0].mean()
+    page.close()
+
+
+WORKERS = """
+window.workers = [];
+window.Worker = class extends Worker {
+  constructor(url, options) {
+    super(url, options);
+    this.leads = false, this.file = url.pathname;
+    workers.push(this);
+  }
+  postMessage(message, transfer) {
+    if (message.kind === "lead") this.leads = true;
+    if (message.kind === "help") this.helps = true;
+    super.postMessage(message, transfer);
+  }
+};
+"""
+
+
+@pytest.mark.parametrize("role", ["leads", "helps"])
+def test_others_go_on_where_a_worker_ends(browser, viewer, role):
+    page = Page(browser, f"{viewer.url}?size=640x480&workers=3#scene=gear.sdf", WORKERS)
+    page.wait_until(lambda: page.tab.evaluate("() => workers.filter((worker) => worker.helps).length") > 1)
+    page.tab.evaluate(
+        """
+        (role) => {
+          const worker = workers.find((worker) => worker[role]);
+          worker.terminate();
+          worker.dispatchEvent(new ErrorEvent("error", { message: "it ended" }));
+        }
+        """,
+        role,
+    )
+    expected = bob.trace(bob.load(viewer.files["gallery/gear.sdf"]), size=(480, 640))
+    assert_equal_pictures(page.exact(), to_8_bit(expected.gray))
     page.close()
 
 

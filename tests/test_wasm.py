@@ -132,6 +132,15 @@ def test_pixel_orders_are_those_of_python(core, order):
             np.testing.assert_array_equal(core.pixel_order(order, seed, size, start, count), expected)
 
 
+@pytest.mark.parametrize("size", [(1, 1), (5, 7), (130, 67), (240, 320)])
+def test_the_adaptive_order_is_that_of_python(core, size):
+    traced = bob.trace(bob.happy_tree(), size=size).stack()
+    for seed, planes in ((0, traced), (2**64 - 1, noise(size, 1))):
+        order = _core.AdaptiveOrder(seed, *size)
+        for found in core.adaptive_order(seed, planes):
+            np.testing.assert_array_equal(found, order.next(_core.gbuffer_layout(), planes))
+
+
 # ---- Scenes ----------------------------------------------------------------------------------------------
 
 

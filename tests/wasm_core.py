@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pytest
 import wasmtime
 
 import bobrossnet
@@ -114,9 +115,22 @@ class WasmCore:
 
     def pixel_order(self, order, seed, size, start, count):
         pixels = np.full((count, 2), -1, np.int32)
-        low, high = np.array([seed & 0xFFFFFFFF, seed >> 32], np.uint32).view(np.int32).tolist()
-        self.made("pixel_order", order, low, high, *size, start, pixels, count)
+        self.made("pixel_order", order, *halves(seed), *size, start, pixels, count)
         return pixels
+
+    def adaptive_order(self, seed, planes):
+        """All pixels in this order, round by round."""
+        size = planes.shape[1:]
+        order, count = self.made("make_adaptive_order", *halves(seed), *size), np.zeros(1, np.uint32)
+        left = size[0] * size[1]
+        while left > 0:
+            address = self.made("next_round", order, planes, count)
+            found = self._memory.read(self._store, address, address + 8 * int(count[0]))
+            yield np.frombuffer(found, np.int32).reshape(-1, 2)
+            left -= int(count[0])
+        with pytest.raises(CoreError, match="pixels that are left"):
+            self.made("next_round", order, planes, count)
+        self.call("free_adaptive_order", order)
 
     def expression(self, expression):
         return self.made("make_expression", expression.ops, expression.operands, expression.values, len(expression))
@@ -184,6 +198,11 @@ class WasmCore:
         self.made("add_samples", pixels, samples, len(pixels), planes, *size, added)
         assert added[0] == len(pixels)
         return planes
+
+
+def halves(seed):
+    """A seed as the module takes it: low and high, as wasmtime has numbers."""
+    return np.array([seed & 0xFFFFFFFF, seed >> 32], np.uint32).view(np.int32).tolist()
 
 
 def recorded(monkeypatch):
