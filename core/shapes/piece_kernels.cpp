@@ -517,24 +517,26 @@ void closest_hits(const Pieces& pieces, std::span<const Ray> rays, Hit* hits) {
     }
 }
 
-/// dS/du x dS/dv, of any length; 0 at a pole, and where dS/du and dS/dv are parallel but for rounding.
-inline Float4 normal_at(const Pieces& pieces, const Patch& patch, float u, float v) {
+/// dS/du x dS/dv, of any length; 0 at a pole, and where the squared sine of the angle between the two is not above `parallel`.
+inline Float4 normal_at(const Pieces& pieces, const Patch& patch, float u, float v, float parallel) {
     const Jet jet = evaluate(pieces, patch, u, v);
     const Float4 x = jet.x / broadcast<Float4>(jet.x[3]);
     const Float4 s_u = from_ray(jet.u, x), s_v = from_ray(jet.v, x);
     const Float4 n = cross(s_u, s_v);
-    return dot(n, n) > 1e-9f * dot(s_u, s_u) * dot(s_v, s_v) ? n : Float4{};
+    return dot(n, n) > parallel * dot(s_u, s_u) * dot(s_v, s_v) ? n : Float4{};
 }
 
 void normals(const Pieces& pieces, std::span<const Ray> rays, const Hit* hits, Vec3* normals) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const Patch& patch = pieces.patches[hits[i].primitive];
         float u = hits[i].u, v = hits[i].v;
-        Float4 n = normal_at(pieces, patch, u, v);
+        constexpr float but_for_rounding = 1e-9f;
+        Float4 n = normal_at(pieces, patch, u, v, but_for_rounding);
         // At a pole it is that of a point near it, towards the middle of the patch.
         for (float nearer = 1e-3f; dot(n, n) == 0 && nearer < 0.5f; nearer *= 4) {
-            n = normal_at(pieces, patch, u + nearer * (0.5f - u), v + nearer * (0.5f - v));
+            n = normal_at(pieces, patch, u + nearer * (0.5f - u), v + nearer * (0.5f - v), but_for_rounding);
         }
+        if (dot(n, n) == 0) n = normal_at(pieces, patch, u, v, 0);  // a needle's
         const Vec3 normal = normalized({n[0], n[1], n[2]});
         normals[i] = bob::dot(normal, rays[i].direction) > 0 ? -normal : normal;
     }
