@@ -48,9 +48,15 @@ TEST(parallel_for_inside_parallel_for) {
 TEST(parallel_for_stops_when_told) {
     with_threads([] {
         for (const int answered : {0, 1, 50}) {
-            std::atomic<int> pieces = 0;
-            CHECK(stops_after(answered, [&] { bob::parallel_for(100000, 1, [&](std::size_t, std::size_t) { ++pieces; }); }));
-            CHECK_LT(pieces.load(), 100000);
+            const auto caller = std::this_thread::get_id();
+            std::atomic<int> by_caller = 0;
+            CHECK(stops_after(answered, [&] {
+                bob::parallel_for(100000, 1, [&](std::size_t, std::size_t) {
+                    by_caller += std::this_thread::get_id() == caller;
+                    while (std::this_thread::get_id() != caller) bob::Interruption::check(), std::this_thread::yield();
+                });
+            }));
+            CHECK_EQ(by_caller.load(), answered);
         }
     });
 }

@@ -415,17 +415,15 @@ TEST(a_hundred_holes_cost_little_more_than_one) {
         CHECK_EQ(many.contains(p[0], p[1]), r > 0.3);
     }
     const auto seconds = [&](const bob::TrimRegion& shape) {
-        double best = 1e300;
-        for (int round = 0; round < 40; ++round) {
-            const auto start = std::chrono::steady_clock::now();
-            std::size_t inside = 0;
-            for (const Point p : points) inside += shape.contains(p[0], p[1]);
-            best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-            CHECK_LT(std::size_t{0}, inside);
-        }
-        return best;
+        const auto start = std::chrono::steady_clock::now();
+        std::size_t inside = 0;
+        for (const Point p : points) inside += shape.contains(p[0], p[1]);
+        CHECK_LT(std::size_t{0}, inside);
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     };
-    CHECK_LT(seconds(many), 5 * seconds(one));
+    double ratio = 1e300;  // at best, since other work may get in the way of either
+    for (int round = 0; round < 20; ++round) ratio = std::min(ratio, seconds(many) / seconds(one));
+    CHECK_LT(ratio, 5);
     CHECK_LT(many.bytes(), 100 * one.bytes());
 }
 
