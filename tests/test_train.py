@@ -420,7 +420,7 @@ def test_the_configuration_is_saved_and_printed(
         assert cli.main(["info", str(what)]) == 0
         printed = [line.split() for line in capsys.readouterr().out.splitlines()]
         for name, value in asdict(config).items():
-            assert [name, str(value)] in printed
+            assert [name, *str(value).split()] in printed
     (tmp_path / CONFIG).write_text("[1]")
     assert cli.main(["info", str(tmp_path)]) == 2
     assert "expected a training's configuration, got other JSON" in capsys.readouterr().err
@@ -434,7 +434,11 @@ NAN = math.nan
     [
         ("loss", "l3", r"loss: expected one of l1, l2, ssim, ssim\+l1, ssim\+l2, got 'l3'"),
         ("network", "papper", "network: expected one of paper, pyramid, got 'papper'"),
-        ("order", ["uniform"], r"order: expected one of uniform, r2, lattice, blue-noise, or several joined by \+"),
+        (
+            "order",
+            ["uniform"],
+            r"order: expected one of uniform, r2, lattice, blue-noise, adaptive, or several joined by \+",
+        ),
         ("optimizer", None, "optimizer: expected one of adadelta, adamw, muon, got None"),
         ("fractions", "all", "fractions: expected one of stages, log-uniform, sparse, got 'all'"),
         ("precision", "16", "precision: expected one of 32-true, bf16-mixed, got '16'"),
@@ -479,7 +483,7 @@ def test_settings() -> None:
     assert config == TrainConfig(epochs=20, keep_known=True, learning_rate=1.0, loss="l1")
     assert config_from_settings([]) == TrainConfig()
     for setting, message in {
-        "epoch=20": "epoch=20: expected NAME=VALUE with a name of network, groups, seed",
+        "epoch=20": "epoch=20: expected NAME=VALUE with a name of network, start, groups, seed",
         "epochs=2e3": "epochs=2e3: expected a value of type int",
         "keep_known=1": "keep_known=1: expected true or false",
         "batch=0": "batch: expected an integer in 1..2147483647, got 0",

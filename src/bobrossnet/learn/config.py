@@ -143,7 +143,9 @@ def _checked(name: str, value: Any) -> Any:
             raise InputError(f"order: expected one of {', '.join(ORDERS)}, or several joined by +, got {value!r}")
         return value
     if name == "start":
-        return str(value)
+        if not isinstance(value, str):
+            raise InputTypeError(f"{name}: expected a name or a path, got {value!r}")
+        return value
     if name in _NAMES:
         if value not in list(_NAMES[name]):
             raise InputError(f"{name}: expected one of {', '.join(_NAMES[name])}, got {value!r}")
