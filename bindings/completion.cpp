@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bindings.h"
+#include "completion/error_predictor.h"
 #include "completion/incremental.h"
 #include "completion/known.h"
 #include "completion/network.h"
@@ -24,8 +25,9 @@ struct Network {
     std::unique_ptr<const bob::Network> core;
 };
 
-void init_network(Network* self, std::string_view name, const nb::dict& tensors, const bob::Layout& inputs,
-                  const bob::Layout& outputs) {
+/// Calls `make` with the weights of a dict of arrays.
+template <class Make>
+void with_weights(const nb::dict& tensors, const bob::Layout& inputs, const bob::Layout& outputs, Make make) {
     bob::Weights weights{inputs, outputs, {}};
     std::vector<Tensor> arrays;  // keeps converted values alive
     for (const auto& [key, value] : tensors) {
@@ -34,10 +36,21 @@ void init_network(Network* self, std::string_view name, const nb::dict& tensors,
         for (std::size_t axis = 0; axis < array.ndim(); ++axis) tensor.shape.push_back(static_cast<int>(array.shape(axis)));
         weights.tensors.emplace(nb::cast<std::string_view>(key), std::move(tensor));
     }
-    new (self) Network{bob::make_network(name, weights)};
+    make(weights);
 }
 
-void check_planes(const bob::Layout& layout, const ConstPlanes& planes, const bob::Layout& completed, const Planes& output) {
+void init_network(Network* self, std::string_view name, const nb::dict& tensors, const bob::Layout& inputs,
+                  const bob::Layout& outputs) {
+    with_weights(tensors, inputs, outputs, [&](const bob::Weights& weights) { new (self) Network{bob::make_network(name, weights)}; });
+}
+
+void init_predictor(bob::ErrorPredictor* self, const nb::dict& tensors) {
+    with_weights(tensors, bob::gbuffer_layout(), {bob::channels::gray},
+                 [&](const bob::Weights& weights) { new (self) bob::ErrorPredictor(weights); });
+}
+
+template <class Output>
+void check_planes(const bob::Layout& layout, const ConstPlanes& planes, const bob::Layout& completed, const Output& output) {
     expect(planes.shape(0) == static_cast<std::size_t>(layout.width()), "planes: expected the layout's width");
     expect(output.shape(0) == static_cast<std::size_t>(completed.width()), "output: expected the outputs' width");
     expect(output.shape(1) == planes.shape(1) && output.shape(2) == planes.shape(2), "output: expected the planes' size");
@@ -61,6 +74,19 @@ void keep_known(const bob::Layout& known, const ConstPlanes& planes, const bob::
     bob::keep_known(known, planes.data(), completed, output.data(), planes.shape(1) * planes.shape(2));
 }
 
+/// `predict` writes `output`, (channels, H, W), from a G-buffer and what a network made of it, (1, H, W).
+template <class Predict>
+void from_completed(const bob::Layout& layout, const ConstPlanes& planes, const ConstPlanes& gray, const Planes& output,
+                    int channels, Predict predict) {
+    check_planes(layout, planes, bob::Layout{bob::channels::gray}, gray);
+    expect(output.shape(0) == static_cast<std::size_t>(channels), "output: expected as many planes as are written");
+    expect(output.shape(1) == planes.shape(1) && output.shape(2) == planes.shape(2), "output: expected the planes' size");
+    interruptible([&] {
+        predict(layout, planes.data(), gray.data(), static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)),
+                output.data());
+    });
+}
+
 }  // namespace
 
 void bind_completion(nb::module_& m) {
@@ -77,5 +103,15 @@ void bind_completion(nb::module_& m) {
         .def_prop_ro("outputs", [](const Network& self) { return self.core->outputs(); })
         .def("incremental", [](const Network& self) { return new bob::Incremental(*self.core); },
              nb::rv_policy::take_ownership, nb::keep_alive<0, 1>());
+    nb::class_<bob::ErrorPredictor>(m, "ErrorPredictor")
+        .def("__init__", &init_predictor, "tensors"_a)
+        .def("__call__", [](const bob::ErrorPredictor& self, const bob::Layout& layout, const ConstPlanes& planes,
+                            const ConstPlanes& gray, const Planes& error) {
+            from_completed(layout, planes, gray, error, 1, self);
+        }, "layout"_a, "planes"_a.noconvert(), "gray"_a.noconvert(), "error"_a.noconvert());
+    m.def("error_features", [](const bob::Layout& layout, const ConstPlanes& planes, const ConstPlanes& gray,
+                               const Planes& features) {
+        from_completed(layout, planes, gray, features, bob::error_features::count, bob::ErrorPredictor::features);
+    }, "layout"_a, "planes"_a.noconvert(), "gray"_a.noconvert(), "features"_a.noconvert());
     m.def("keep_known", &keep_known, "known"_a, "planes"_a.noconvert(), "completed"_a, "output"_a.noconvert());
 }

@@ -28,7 +28,6 @@ def test_it_is_nested(full):
 
 @pytest.mark.parametrize(("fraction", "most"), [(0.05, 0.75), (0.1, 0.6), (0.25, 0.25)])
 def test_errors_are_fewer_than_with_the_lattice(fraction, most, full):
-    """Of the network that was never trained on such masks."""
     errors = []
     for order in ("adaptive", "lattice"):
         image = bob.complete(full.sample(fraction, order=order))
@@ -88,8 +87,9 @@ def test_a_tracer_that_fails_leaves_the_last_picture():
 
 
 def test_what_it_shows_has_to_be_traced_first():
-    with pytest.raises(bob.InputError, match="known before anything is traced"):
-        bob.pixel_order((8, 8), order="adaptive")
+    for order in ("adaptive", "default"):
+        with pytest.raises(bob.InputError, match="known before anything is traced"):
+            bob.pixel_order((8, 8), order=order)
     with pytest.raises(bob.InputError, match="order: expected one of"):
         bob.trace(bob.happy_tree(), order="adapt")
 

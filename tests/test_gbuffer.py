@@ -69,7 +69,7 @@ def test_equality_and_pickle():
 
 def test_sample_of_a_partial_gbuffer_keeps_what_both_have():
     gbuffer = bob.GBuffer(**arrays())
-    part = gbuffer.sample(0.5, seed=1)
+    part = gbuffer.sample(0.5, order="lattice", seed=1)
     rows, columns = bob.pixel_order((H, W), seed=1, count=27).T
     picked = np.zeros((H, W), bool)
     picked[rows, columns] = True

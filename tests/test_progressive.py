@@ -55,9 +55,9 @@ def test_any_tracer_can_be_plugged_in():
         asked.append(pixels)
         return flat_tracer(pixels)
 
-    *_, last = bob.progressive(tracer=tracer, size=SIZE, fraction=0.4)
+    *_, last = bob.progressive(tracer=tracer, size=SIZE, fraction=0.4, order="lattice")
     assert np.allclose(last.image, np.arange(SIZE[1]) / SIZE[1])
-    assert np.array_equal(np.concatenate(asked), bob.pixel_order(SIZE))
+    assert np.array_equal(np.concatenate(asked), bob.pixel_order(SIZE, order="lattice"))
 
 
 class Clock:
@@ -104,6 +104,27 @@ def test_a_budget_below_the_time_of_completing_comes_to_an_end(clock):
     assert frames[-1].fraction == 1
 
 
+@pytest.mark.parametrize("pace", [{"fraction": 0.02}, {"frame_ms": 5}])
+def test_it_ends_where_little_error_is_expected(pace, tree):
+    full = bob.trace(tree, size=(120, 160))
+    *frames, last = bob.progressive(tree, size=(120, 160), until=0.004, **pace)
+    assert last.error <= 0.004
+    assert all(frame.error > 0.004 for frame in frames)
+    assert 0.05 < last.fraction < 0.6
+    assert np.abs(last.image - full.gray).mean() < 0.004
+
+
+def test_predicting_errors_is_part_of_a_frame(clock, monkeypatch):
+    def mean_error(gbuffer, model):
+        clock.now += 5e-3
+        return 1.0
+
+    monkeypatch.setattr(import_module("bobrossnet.progressive"), "mean_error", mean_error)
+    *frames, last = bob.progressive(tracer=clock.tracer(0, 20e-6), size=SIZE, frame_ms=20, until=0.01)
+    assert all(0.7 * 20 < 1000 * frame.seconds < 1.02 * 20 for frame in frames)
+    assert last.fraction == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -118,6 +139,7 @@ def test_a_budget_below_the_time_of_completing_comes_to_an_end(clock):
         ),
         ({"tracer": flat_tracer, "frame_ms": 0}, "frame_ms: expected a number above 0, got 0"),
         ({"tracer": flat_tracer, "fraction": 2}, "fraction"),
+        ({"tracer": flat_tracer, "until": -1}, "until: expected a number"),
         ({"tracer": flat_tracer, "size": (0, 0)}, "height"),
         ({"tracer": flat_tracer, "order": "spiral"}, "order"),
         ({"tracer": flat_tracer, "model": "oil"}, "model"),
@@ -144,7 +166,7 @@ def test_bad_arguments_are_named_at_once(arguments, message):
 )
 def test_bad_tracers_are_named(tracer, message):
     with pytest.raises(bob.InputError) as error:
-        next(bob.progressive(tracer=tracer, size=SIZE, fraction=0.4))
+        next(bob.progressive(tracer=tracer, size=SIZE, fraction=0.4, order="lattice"))
     assert str(error.value) == message
 
 

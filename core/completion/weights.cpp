@@ -19,9 +19,14 @@ const Tensor& find(const Weights& weights, const std::string& name) {
 
 }  // namespace
 
+std::span<const float> tensor(const Weights& weights, const std::string& name, const std::vector<int>& shape) {
+    const Tensor& found = find(weights, name);
+    if (found.shape != shape) throw std::invalid_argument(name + ": expected shape " + text(shape) + ", got " + text(found.shape));
+    return found.values;
+}
+
 Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out) {
     const Tensor& weight = find(weights, name + ".weight");
-    const Tensor& bias = find(weights, name + ".bias");
     const auto& shape = weight.shape;
     const int inputs = shape.size() == 4 ? shape[1] : 0;
     const int groups = inputs > 0 ? in / inputs : 0;
@@ -31,11 +36,7 @@ Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out
         throw std::invalid_argument(name + ".weight: expected shape (" + std::to_string(out) + ", " +
                                     std::to_string(in) + " / groups, 3, 3), got " + text(shape));
     }
-    if (bias.shape != std::vector<int>{out}) {
-        throw std::invalid_argument(name + ".bias: expected shape (" + std::to_string(out) + "), got " +
-                                    text(bias.shape));
-    }
-    return {weight.values, bias.values, in, groups};
+    return {weight.values, tensor(weights, name + ".bias", {out}), in, groups};
 }
 
 Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in) {

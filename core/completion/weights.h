@@ -21,6 +21,9 @@ struct Weights {
     std::map<std::string, Tensor, std::less<>> tensors;  // by name
 };
 
+/// The values of a tensor. Throws std::invalid_argument, naming it, if it is missing or of another shape.
+[[nodiscard]] std::span<const float> tensor(const Weights& weights, const std::string& name, const std::vector<int>& shape);
+
 /// The convolution `name` from the tensors `name.weight` (out, in / groups, 3, 3) and `name.bias` (out,); its groups
 /// follow from the shapes. Throws std::invalid_argument, naming the tensor, if one is missing or does not fit.
 [[nodiscard]] Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out);

@@ -13,6 +13,7 @@ from bobrossnet._core import set_thread_count, thread_count
 from bobrossnet.adapters.container import save_scene
 from bobrossnet.adapters.files import load, load_mesh
 from bobrossnet.completion.network import Completer, complete
+from bobrossnet.completion.uncertainty import uncertainty
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.metrics import psnr, ssim
 from bobrossnet.onnx import export
@@ -70,6 +71,7 @@ __all__ = [
     "ssim",
     "thread_count",
     "trace",
+    "uncertainty",
 ]
 
 __version__: str

@@ -35,6 +35,7 @@ USAGE_ERROR = 2
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """What writing fails with where there is no more space."""
 
+STEP = 0.01  # of the pixels: after each the expected error is looked at
 LARGE = 3840 * 2160
 """Pixels from which on completing is no matter of milliseconds, and is not done twice to be timed."""
 
@@ -123,12 +124,19 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument(
         "--size", type=arguments.size, default=(480, 640), metavar="WIDTHxHEIGHT", help="default: 640x480"
     )
-    render.add_argument(
+    amount = render.add_mutually_exclusive_group()
+    amount.add_argument(
         "--fraction",
         type=arguments.fraction,
         default=0.1,
         metavar="PERCENT",
         help="share of the pixels to trace, 5%% or 0.05; 100%% is the exact picture (default: 10%%)",
+    )
+    amount.add_argument(
+        "--error",
+        type=arguments.positive,
+        metavar="GRAY",
+        help="trace as many pixels instead as it takes to expect this mean error, in gray of 0 to 1, such as 0.002",
     )
     render.add_argument(
         "--order",
@@ -203,21 +211,22 @@ def _render(options: argparse.Namespace) -> None:
     ready_ms = 1000 * (time.perf_counter() - start)
     height, width = options.size
 
+    view: dict[str, Any] = {"size": options.size, "order": options.order, "seed": options.seed}
+
     def timed_trace(what: str, fraction: float) -> tuple[bob.GBuffer, float]:
         start = time.perf_counter()
         with progress(what) as report:
-            gbuffer = bob.trace(
-                scene,
-                camera,
-                size=options.size,
-                fraction=fraction,
-                order=options.order,
-                seed=options.seed,
-                progress=report,
-            )
+            gbuffer = bob.trace(scene, camera, fraction=fraction, progress=report, **view)
         return gbuffer, 1000 * (time.perf_counter() - start)
 
-    part, trace_ms = timed_trace("tracing", options.fraction)
+    if options.error is None:
+        part, trace_ms = timed_trace("tracing", options.fraction)
+    else:
+        start = time.perf_counter()
+        with progress("tracing") as report:
+            for frame in bob.progressive(scene, camera, fraction=STEP, until=options.error, model=model, **view):
+                report(frame.fraction)
+        part, trace_ms = frame.gbuffer, 1000 * (time.perf_counter() - start)
     if height * width <= LARGE:
         bob.complete(part, model=model)  # the first run fetches memory
     start = time.perf_counter()
@@ -227,9 +236,10 @@ def _render(options: argparse.Namespace) -> None:
     rays = int(part.mask.sum())
     print(f"scene      {scene.describe()}, loaded and built in {ready_ms:.0f} ms")
     print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {rays:,} rays in {trace_ms:.1f} ms")
-    print(f"completed  in {complete_ms:.1f} ms")
+    expected = f", expected error {frame.error:.2g} of gray 0..1" if options.error is not None else ""
+    print(f"completed  in {complete_ms:.1f} ms{expected}")
     if options.panels:
-        whole = options.fraction == 1
+        whole = part.fraction == 1
         full, full_ms = (part, trace_ms) if whole else timed_trace("tracing the reference", 1.0)
         quality = f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
         print(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.completion.weights import WEIGHTS, read_weights
+from bobrossnet.completion.weights import UNCERTAINTY, WEIGHTS, read_weights
 from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.picture.gbuffer import GBuffer
 
@@ -167,7 +167,7 @@ def weights_path(model: str | os.PathLike[str]) -> Path:
         raise InputTypeError(f"model: expected a name or a path, got {type(model).__name__}")
     path = find_weights(model)
     if path is None:
-        names = ", ".join(sorted(file.stem for file in WEIGHTS.glob("*.safetensors")))
+        names = ", ".join(sorted(file.stem for file in WEIGHTS.glob("*.safetensors") if file != UNCERTAINTY))
         raise InputError(f"model: expected one of {names} or a .safetensors file, got {os.fspath(model)!r}")
     return path
 

@@ -13,6 +13,9 @@ from bobrossnet.errors import InputError
 WEIGHTS = Path(__file__).parent.parent / "weights"
 """The folder of the shipped weights."""
 
+UNCERTAINTY = WEIGHTS / "uncertainty.safetensors"
+"""What predicts errors of completed pictures; it completes none."""
+
 FORMAT = "bobrossnet-1"
 """Stands in each file's metadata under "format", beside "network", the network's name, and "inputs" and "outputs", the
 names of its channels with commas between them."""

@@ -1,4 +1,4 @@
-"""The commands of the command line for learning: `bobrossnet dataset | train | evaluate | figures`.
+"""The commands of the command line for learning: `bobrossnet dataset | train | calibrate | evaluate | figures`.
 
 Nothing slow is imported up here, so that --help is answered at once.
 """
@@ -94,6 +94,16 @@ def add_commands(commands: Any) -> None:
     evaluate.add_argument("--csv", metavar="FILE", help="write the scores of each picture there")
     evaluate.add_argument("--markdown", metavar="FILE", help="write the tables there")
 
+    calibrate = commands.add_parser(
+        "calibrate",
+        help="learn how wrong completed pictures are",
+        description="Learn to predict how wrong completed pictures are, from shapes that the package makes itself.",
+    )
+    calibrate.set_defaults(run=_calibrate)
+    calibrate.add_argument("out", metavar="FILE.safetensors", help="the file to write")
+    calibrate.add_argument("--model", default="default", metavar="NAME", help="whose pictures (default: default)")
+    calibrate.add_argument("--shapes", type=int, default=100, help="how many (default: 100)")
+
     figures = commands.add_parser(
         "figures", help="draw the report's figures", description="Draw the report's figures from data, as SVG and PNG."
     )
@@ -180,6 +190,19 @@ def _evaluate(options: argparse.Namespace) -> None:
         if file:
             write_whole(file, content.encode())
             print(f"wrote {file}")
+
+
+def _calibrate(options: argparse.Namespace) -> None:
+    import numpy as np
+
+    from bobrossnet.learn.calibrate import calibrate
+
+    ratios = np.array(calibrate(options.out, model=options.model, shapes=options.shapes))
+    sure, alike = (ratios <= 1).mean(), (abs(np.log2(ratios)) <= 1).mean()
+    print(
+        f"wrote {options.out}: of {len(ratios)} pictures that were not learned from, {100 * sure:.0f} % are at most as "
+        f"wrong as predicted, {100 * alike:.0f} % within a factor of two"
+    )
 
 
 def _figures(options: argparse.Namespace) -> None:

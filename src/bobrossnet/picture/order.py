@@ -21,16 +21,16 @@ FIXED_ORDERS = ("uniform", "r2", "lattice", "blue-noise")
 """Functions of the seed and the size."""
 
 ADAPTIVE = "adaptive"
-"""Goes where the pixels before differ: what comes next depends on what they show."""
+"""Goes where those before differ: what comes next depends on what they show."""
 
 ORDERS = (*FIXED_ORDERS, ADAPTIVE)
 
-DEFAULT_ORDER = "lattice"
+DEFAULT_ORDER = ADAPTIVE
 """What the name "default" means."""
 
 
 def pixel_order(
-    size: SizeLike, *, order: str = "default", seed: int = 0, start: int = 0, count: int | None = None
+    size: SizeLike, *, order: str = "lattice", seed: int = 0, start: int = 0, count: int | None = None
 ) -> NDArray[np.int32]:
     """Pixels in the sequence in which they are traced, of an order that does not depend on what they show.
 
@@ -40,11 +40,11 @@ def pixel_order(
     Parameters
     ----------
     size : (height, width) or "WIDTHxHEIGHT"
-    order : "uniform", "r2", "lattice", "blue-noise" or "default"
+    order : "uniform", "r2", "lattice" or "blue-noise"
         "uniform": at random, all sequences alike. The others keep the pixels apart, so that gaps are smaller; they
         repeat a tile of 64 x 64 pixels. "r2": Roberts' sequence (2018), by the plastic number. "lattice": square
         lattices, each half of the next; the seed does not move them. "blue-noise": irregular and even, Ulichney's
-        void-and-cluster method (1993). "default": "lattice".
+        void-and-cluster method (1993).
     seed : int, 0..2**64 - 1
     start, count : int
         Which part of the sequence; by default all.
@@ -54,17 +54,16 @@ def pixel_order(
     (count, 2) int32, row and column
     """
     height, width = check_size(size)
-    check_order(order, seed)
-    if order == ADAPTIVE:
+    if check_order(order, seed) == ADAPTIVE:
         raise InputError(
-            "order: expected one that is known before anything is traced, got 'adaptive'; "
+            f"order: expected one that is known before anything is traced, {', '.join(FIXED_ORDERS)}, got {order!r}; "
             "trace, progressive and GBuffer.sample follow that"
         )
     total = height * width
     start = check_integer("start", start, 0, total)
     count = total - start if count is None else check_integer("count", count, 0, total - start)
     pixels = np.empty((count, 2), np.int32)
-    _core.pixel_order(DEFAULT_ORDER if order == "default" else order, int(seed), height, width, start, pixels)
+    _core.pixel_order(order, int(seed), height, width, start, pixels)
     return pixels
 
 
@@ -88,11 +87,12 @@ def check_size(size: Any) -> Size:
     return height, width
 
 
-def check_order(order: Any, seed: Any) -> None:
-    """Raise InputError unless `order` is known, or "default", and `seed` usable."""
+def check_order(order: Any, seed: Any) -> str:
+    """Return the name of an order, which "default" stands for one of; InputError unless it is known and `seed` usable."""
     if order not in (*ORDERS, "default"):
         raise InputError(f"order: expected one of {', '.join(ORDERS)}, default, got {order!r}")
     check_integer("seed", seed, 0, 2**64 - 1)
+    return DEFAULT_ORDER if order == "default" else str(order)
 
 
 def pixel_count(fraction: Any, size: Size) -> int:

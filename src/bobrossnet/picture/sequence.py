@@ -26,11 +26,10 @@ class PixelSequence:
     """
 
     def __init__(self, size: Size, order: str, seed: int) -> None:
-        check_order(order, seed)
-        self.size, self.order, self.seed = size, order, int(seed)
+        self.size, self.order, self.seed = size, check_order(order, seed), int(seed)
         self.done = 0
         """How many were handed out."""
-        self._adaptive = _core.AdaptiveOrder(self.seed, *size) if order == ADAPTIVE else None
+        self._adaptive = _core.AdaptiveOrder(self.seed, *size) if self.order == ADAPTIVE else None
         self._round = np.empty((0, 2), np.int32)  # what is left of it
 
     def next(self, count: int, planes: NDArray[np.float32], layout: Layout) -> NDArray[np.int32]:

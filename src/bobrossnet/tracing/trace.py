@@ -12,7 +12,7 @@ from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import TRACED
 from bobrossnet.picture.gbuffer import GBuffer, Samples, scatter, untraced_planes
-from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
+from bobrossnet.picture.order import Size, SizeLike, check_order, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
@@ -66,9 +66,9 @@ def trace(
     fraction : float in (0, 1]
         Share of the pixels; 1 traces them all.
     order : "uniform", "r2", "lattice", "blue-noise", "adaptive" or "default"
-        Which pixels: the first ones of `pixel_order(size, order=order, seed=seed)`. "adaptive" goes where they are
-        needed: in rounds, 8 to 5 % and 16 to 25 % of the pixels, along silhouettes and creases that the rounds before
-        have found, and a share of them everywhere else.
+        Which pixels. "adaptive", the default, goes where they are needed: in rounds, 8 to 5 % and 16 to 25 % of the
+        pixels, along silhouettes and creases that the rounds before have found, and a share of them everywhere else.
+        With the others they are the first ones of `pixel_order(size, order=order, seed=seed)`.
     seed : int, 0..2**64 - 1
     progress : callable, optional
         Called now and then with the share of the work done, 0..1.
@@ -91,12 +91,13 @@ def trace(
     960
     """
     tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
-    sequence = PixelSequence(tracer.size, order, seed)
+    check_order(order, seed)
     count = pixel_count(fraction, tracer.size)
     planes = untraced_planes(tracer.size, TRACED)
+    sequence = PixelSequence(tracer.size, order, seed) if count < planes[0].size else None
     done = 0
     while done < count:
-        if count < planes[0].size:
+        if sequence is not None:
             pixels = sequence.next(min(BATCH, count - done), planes, TRACED)
         else:
             pixels = _band(tracer.size, done)

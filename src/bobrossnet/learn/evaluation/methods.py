@@ -96,12 +96,11 @@ def own_output(model: Network, part: bob.GBuffer) -> NDArray[np.float32]:
 
 
 def check_orders(orders: Sequence[str]) -> tuple[str, ...]:
-    """Return pixel orders if there are some, each known and only once."""
-    for order in orders:
-        check_order(order, 0)
-    if not orders or len(set(orders)) < len(orders):
+    """Return the names of pixel orders if there are some, each known and only once."""
+    names = tuple(check_order(order, 0) for order in orders)
+    if not names or len(set(names)) < len(names):
         raise InputError(f"orders: expected one or more, each once, got {', '.join(orders) or 'none'}")
-    return tuple(orders)
+    return names
 
 
 def _filled(name: str, part: bob.GBuffer) -> NDArray[np.float32]:

@@ -42,9 +42,9 @@ def scenes_of_dataset(path: str | os.PathLike[str] | Dataset, limit: int | None 
     return {source: partial(scene_of, source) for source in spread(sources, limit)}
 
 
-def own_scenes(count: int) -> Scenes:
-    """Return shapes that the package makes itself, for testing alone."""
-    sources = [f"{MADE}{FIRST + i}" for i in range(count)]
+def own_scenes(count: int, first: int = FIRST) -> Scenes:
+    """Return shapes that the package makes itself; by default those for testing alone."""
+    sources = [f"{MADE}{first + i}" for i in range(count)]
     return {source: partial(scene_of, source) for source in sources}
 
 

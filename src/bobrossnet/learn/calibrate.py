@@ -1,0 +1,159 @@
+"""Learning how wrong completed pictures are: the weights of core/completion/error_predictor.h.
+
+The pictures are one network's; the predictions do for others that complete as well or worse, since they see how wrong a
+network is at the traced pixels.
+
+Its output is the logarithm of the expected error, so it is fitted by the likelihood of a Poisson variable of that mean,
+which asks for the right mean and for nothing else. The error's square would be learned from the few worst pixels, its
+logarithm from the many that are almost right.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+import bobrossnet as bob
+from bobrossnet import _core
+from bobrossnet.atomic import check_writable
+from bobrossnet.completion.network import load_network
+from bobrossnet.completion.weights import FORMAT
+from bobrossnet.errors import check_integer
+from bobrossnet.learn.checkpoint import write_tensors
+from bobrossnet.learn.evaluation.scenes import Scenes, each_scene, own_scenes
+from bobrossnet.picture.order import ADAPTIVE
+from bobrossnet.progress import progress
+
+F32 = NDArray[np.float32]
+
+FEATURES = 13
+HIDDEN = 16
+ORDERS = ("uniform", "lattice", ADAPTIVE)
+FRACTIONS = (0.0005, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5)
+SIZE = (256, 256)
+EVERY = 16  # of so many pixels one is learned from
+STEPS, BATCH, RATE = 6000, 8192, 5e-3
+LOWEST, HIGHEST = -14.0, 0.0  # as in the core
+NEGLIGIBLE = 5e-5  # mean errors of pictures below it weigh no more
+CHECKED = 5  # one shape in so many is not learned from; they say how far to stay on the safe side
+SURE = 0.9  # of their pictures are to be no more wrong than is predicted
+
+
+class Picture(NamedTuple):
+    """What a completed picture tells: of P of its pixels, and of the whole."""
+
+    features: F32  # (P, FEATURES)
+    errors: F32  # (P,), the absolute ones
+    mean: float  # of the errors of all pixels
+    untraced: float  # share of the pixels
+
+
+def calibrate(
+    out: str | os.PathLike[str], *, model: str = "default", shapes: int = 100, steps: int = STEPS, seed: int = 0
+) -> list[float]:
+    """Learn how wrong completed pictures are, of shapes that the package makes itself, and write the weights.
+
+    Parameters
+    ----------
+    out : path ending in .safetensors
+    model : name of shipped weights, or a .safetensors file
+        Which completes the pictures.
+    shapes : int, at least 2
+        A fifth of them is set aside. Predictions are raised so far that none but one in ten of those is more wrong
+        than predicted.
+    steps : of training
+    seed : of which pixels are looked at, and of the first weights
+
+    Returns
+    -------
+    list of float
+        The true mean error as a share of the predicted one, for each picture set aside.
+
+    Raises
+    ------
+    InputError
+        If an argument can't be used or the file not be written.
+    """
+    check_writable(out)
+    check_integer("shapes", shapes, 2, 10**6)
+    torch.manual_seed(seed)
+    learned, checked = [], []
+    with progress("completing") as report:
+        for number, picture in _pictures(own_scenes(shapes, first=0), model, np.random.default_rng(seed)):
+            (checked if number % CHECKED == CHECKED - 1 or number == shapes - 1 else learned).append(picture)
+            report((number + 1) / shapes)
+    layers = _fit(learned, steps)
+    ratios = np.array([picture.mean / _mean(layers, picture) for picture in checked if picture.mean > 0])
+    margin = float(np.quantile(ratios, SURE))
+    with torch.no_grad():
+        layers[2].bias += float(np.log(margin))
+    tensors = {
+        f"{name}.{kind}": getattr(layer, kind) for name, layer in (("hidden", layers[0]), ("output", layers[2]))
+        for kind in ("weight", "bias")
+    }
+    header = {"format": FORMAT, "network": "uncertainty", "model": Path(model).stem, "shapes": str(shapes)}
+    write_tensors(Path(out), tensors, header)
+    return (ratios / margin).tolist()
+
+
+def _pictures(scenes: Scenes, model: str, rng: np.random.Generator) -> Iterator[tuple[int, Picture]]:
+    """Completed pictures, with the numbers of their scenes."""
+    network = load_network(model)
+    for number, _, scene in each_scene(scenes, stacklevel=3):
+        full = bob.trace(scene, bob.Camera(azimuth=37 * number % 360, elevation=(20, 45)[number % 2]), size=SIZE)
+        for order in ORDERS:
+            for fraction in FRACTIONS:
+                part = full.sample(fraction, order=order, seed=number)
+                untraced = np.flatnonzero(part.mask == 0)
+                chosen = rng.choice(untraced, max(1, len(untraced) // EVERY), replace=False)
+                predicted = network.predict(part)
+                features = np.empty((FEATURES, *SIZE), np.float32)
+                _core.error_features(part.layout.core, part.planes, predicted[None], features)
+                errors = np.where(part.mask == 0, np.abs(np.clip(predicted, 0, 1) - full.gray), 0).astype(np.float32)
+                yield number, Picture(
+                    np.ascontiguousarray(features.reshape(FEATURES, -1)[:, chosen].T),
+                    errors.ravel()[chosen],
+                    float(errors.mean()),
+                    len(untraced) / part.mask.size,
+                )
+
+
+def _fit(pictures: Sequence[Picture], steps: int) -> nn.Sequential:
+    """Train the two layers; each picture counts alike, however wrong it is."""
+    features = torch.from_numpy(np.concatenate([picture.features for picture in pictures]))
+    errors = torch.from_numpy(np.concatenate([picture.errors for picture in pictures]))
+    weights = torch.cat([torch.full((len(p.errors),), 1 / max(p.mean, NEGLIGIBLE)) for p in pictures])
+    weights /= weights.mean()
+    middle, spread = features.mean(0), features.std(0) + 1e-6
+    layers = nn.Sequential(nn.Linear(FEATURES, HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, 1))
+    nn.init.constant_(layers[2].bias, -4.0)  # 0.02
+    optimizer = torch.optim.Adam(layers.parameters(), RATE)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps)
+    with progress("learning") as report:
+        for step in range(steps):
+            chosen = torch.randint(len(errors), (BATCH,))
+            logarithms = layers((features[chosen] - middle) / spread)[:, 0].clamp(LOWEST, HIGHEST)
+            loss = (weights[chosen] * (logarithms.exp() - errors[chosen] * logarithms)).mean()
+            optimizer.zero_grad()
+            loss.backward()
+            optimizer.step()
+            schedule.step()
+            report((step + 1) / steps)
+    with torch.no_grad():  # so that the features need not be normalised any more
+        layers[0].weight /= spread
+        layers[0].bias -= layers[0].weight @ middle
+    return layers
+
+
+def _mean(layers: nn.Sequential, picture: Picture) -> float:
+    """The predicted mean error of a whole picture."""
+    with torch.no_grad():
+        logarithms: Tensor = layers(torch.from_numpy(picture.features))[:, 0].clamp(LOWEST, HIGHEST)
+    return float(logarithms.exp().mean()) * picture.untraced
