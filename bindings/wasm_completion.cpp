@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "completion/error_predictor.h"
 #include "completion/known.h"
 #include "completion/network.h"
 #include "picture/gbuffer.h"
@@ -87,6 +88,24 @@ EXPORT(keep_known)
 bool keep_known(const bob::Network* network, const float* planes, std::size_t pixels, float* output) {
     return attempt([&] {
         bob::keep_known(bob::gbuffer_layout(), planes, network->outputs(), output, pixels);
+        return true;
+    });
+}
+
+// ---- Uncertainty -----------------------------------------------------------------------------------------
+
+EXPORT(make_predictor)
+const bob::ErrorPredictor* make_predictor(const bob::Weights* weights) {
+    return attempt([&] { return new bob::ErrorPredictor(*weights); });
+}
+EXPORT(free_predictor) void free_predictor(const bob::ErrorPredictor* predictor) { delete predictor; }
+
+/// planes: (C, height, width) of a G-buffer; gray: a network's own output; error: what is expected, both (height, width).
+EXPORT(predict_error)
+bool predict_error(const bob::ErrorPredictor* predictor, const float* planes, const float* gray, std::int32_t height,
+                   std::int32_t width, float* error) {
+    return attempt([&] {
+        (*predictor)(bob::gbuffer_layout(), planes, gray, height, width, error);
         return true;
     });
 }

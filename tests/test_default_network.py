@@ -16,8 +16,8 @@ SHARES = 0.02, 0.1, 0.25
 
 def evaluate(scenes):
     return evaluate_scenes(
-        scenes, ["default", "paper"], orders=["uniform", "lattice", "adaptive"], fillings=["delaunay-linear"], fractions=SHARES,
-        size=(128, 128), repainting=False,
+        scenes, ["default", "paper"], orders=["uniform", "lattice", "adaptive"], fillings=["delaunay-linear"],
+        fractions=SHARES, size=(128, 128), repainting=False,
     )  # fmt: skip
 
 

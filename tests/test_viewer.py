@@ -379,6 +379,26 @@ def test_difference_is_that_of_the_first_picture(page):
     assert "4 times as bright" in page.text("#note")
 
 
+def test_uncertain_is_where_errors_are_expected(page):
+    page.choose("gear.sdf")
+    page.tab.uncheck("#refines")
+    page.tab.fill("#budget", "10")
+    page.tab.check("[value=uncertain]", force=True)
+    page.tab.evaluate("() => bobrossnet.look({ azimuth: 31 })")
+    page.wait_until(lambda: "is expected to be" in page.text("#note") and "NaN" not in page.text("#note"))
+    planes, shown = None, None
+    while planes is None or (shown != page.pixels()).any():
+        shown = page.pixels()
+        planes = page.tab.evaluate("async () => Array.from((await bobrossnet.buffers()).planes)")
+    mask, gray, depth, x, y = np.reshape(np.array(planes, np.float32), (5, HEIGHT, WIDTH))
+    part = bob.GBuffer(mask=mask, gray=gray, depth=depth, normal=np.stack([x, y], -1))
+    assert 0 < part.fraction < 1
+    assert_equal_pictures(shown, to_8_bit(np.minimum(4 * bob.uncertainty(part), 1)))
+    page.tab.check("#refines")
+    page.wait_until(lambda: "exact" in page.text("#note"))
+    assert not page.pixels()[..., :3].any()
+
+
 # ---- Files -----------------------------------------------------------------------------------------------
 
 FORMULA = (

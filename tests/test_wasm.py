@@ -15,7 +15,7 @@ import pytest
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.completion.network import make_network
-from bobrossnet.completion.weights import DEFAULTS, WEIGHTS, read_weights
+from bobrossnet.completion.weights import DEFAULTS, UNCERTAINTY, WEIGHTS, read_weights
 from bobrossnet.sdf.words import WORDS
 
 wasmtime = pytest.importorskip("wasmtime", reason="wasmtime, which runs WebAssembly, is not installed")
@@ -120,6 +120,18 @@ def test_known_pixels_are_kept(core):
     np.testing.assert_array_equal(gray, expected)
 
 
+def test_errors_are_predicted_as_in_python(core, baseline):
+    _, tensors = read_weights(UNCERTAINTY)
+    predictor = core.predictor(tensors)
+    for size in SIZES:
+        stack = noise(size, 0.1)
+        gray = noise(size, 1)[1]
+        expected = np.empty_like(gray)
+        _core.ErrorPredictor(tensors)(_core.gbuffer_layout(), stack, gray[None], expected[None])
+        np.testing.assert_allclose(core.predict_error(predictor, stack, gray), expected, rtol=0, atol=1e-5)
+    core.call("free_predictor", predictor)
+
+
 # ---- Pixel orders ----------------------------------------------------------------------------------------
 
 
@@ -171,7 +183,7 @@ def test_scenes_are_traced_as_in_python(core, kind, baseline, monkeypatch):
     made = recorded(monkeypatch)
     scene, camera, size = bob.Scene(SCENES[kind]()), bob.Camera(azimuth=50, elevation=25, roll=10, zoom=1.1), (61, 90)
     pixels = bob.pixel_order(size, count=3000)
-    expected = bob.trace(scene, camera, size=size, fraction=3000 / (61 * 90)).stack()
+    expected = bob.trace(scene, camera, size=size, fraction=3000 / (61 * 90), order="lattice").stack()
     planes = core.trace(core.scene(made, scene._arrangement), camera, size, pixels)
     assert expected[2].any()
     np.testing.assert_array_equal(planes[0], expected[0])

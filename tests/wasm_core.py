@@ -92,6 +92,12 @@ class WasmCore:
     # ---- Networks ----------------------------------------------------------------------------------------
 
     def network(self, name, tensors):
+        return self._made_of(tensors, lambda weights: self.made("make_network", name, weights))
+
+    def predictor(self, tensors):
+        return self._made_of(tensors, lambda weights: self.made("make_predictor", weights))
+
+    def _made_of(self, tensors, make):
         weights = self.made("make_weights", "mask,gray,depth,normal", "gray")
         addresses = []
         for key, tensor in tensors.items():
@@ -99,7 +105,7 @@ class WasmCore:
             shape = np.array(tensor.shape, np.int32)
             self.made("add_tensor", weights, key, shape, tensor.ndim, addresses[-1])
         try:
-            return self.made("make_network", name, weights)
+            return make(weights)
         finally:
             self.call("free_weights", weights)
             for address in addresses:

@@ -102,14 +102,19 @@ Run: TypeAlias = Callable[[_core.Layout, NDArray[np.float32], NDArray[np.float32
 
 
 def _completed(gbuffer: GBuffer, run: Run, outputs: _core.Layout) -> NDArray[np.float32]:
-    if not isinstance(gbuffer, GBuffer):
-        hint = "bobrossnet.GBuffer(mask=, gray=, depth=, normal=) makes one of arrays"
-        raise InputTypeError(f"gbuffer: expected a GBuffer, got {type(gbuffer).__name__}; {hint}")
+    check_gbuffer(gbuffer)
     if gbuffer.mask.all():
         return gbuffer.gray.copy()
     image = _predicted(gbuffer, run)
     _core.keep_known(gbuffer.layout.core, gbuffer.planes, outputs, image[None])
     return image
+
+
+def check_gbuffer(gbuffer: object) -> None:
+    """Raise InputTypeError unless it is one."""
+    if not isinstance(gbuffer, GBuffer):
+        hint = "bobrossnet.GBuffer(mask=, gray=, depth=, normal=) makes one of arrays"
+        raise InputTypeError(f"gbuffer: expected a GBuffer, got {type(gbuffer).__name__}; {hint}")
 
 
 def _predicted(gbuffer: GBuffer, run: Run) -> NDArray[np.float32]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.completion.network import NetworkLike, load_network
+from bobrossnet.completion.network import NetworkLike, check_gbuffer, load_network
 from bobrossnet.completion.weights import UNCERTAINTY, read_weights
 from bobrossnet.picture.gbuffer import GBuffer
 
@@ -46,6 +46,7 @@ def uncertainty(gbuffer: GBuffer, *, model: NetworkLike = "default") -> NDArray[
     >>> bool(bob.uncertainty(few).mean() > bob.uncertainty(more).mean())
     True
     """
+    check_gbuffer(gbuffer)
     predicted = load_network(model).predict(gbuffer)
     error = np.empty(gbuffer.size, np.float32)
     _predictor()(gbuffer.layout.core, gbuffer.planes, predicted[None], error[None])

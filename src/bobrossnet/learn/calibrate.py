@@ -46,6 +46,21 @@ CHECKED = 5  # one shape in so many is not learned from; they say how far to sta
 SURE = 0.9  # of their pictures are to be no more wrong than is predicted
 
 
+class Layers(nn.Module):
+    """The predictor, under the names of its tensors."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.hidden = nn.Linear(FEATURES, HIDDEN)
+        self.output = nn.Linear(HIDDEN, 1)
+        nn.init.constant_(self.output.bias, -4.0)  # 0.02
+
+    def forward(self, features: Tensor) -> Tensor:
+        """From (P, FEATURES) to the logarithms of the errors, (P,)."""
+        logarithms: Tensor = self.output(self.hidden(features).relu())[:, 0]
+        return logarithms.clamp(LOWEST, HIGHEST)
+
+
 class Picture(NamedTuple):
     """What a completed picture tells: of P of its pixels, and of the whole."""
 
@@ -84,7 +99,8 @@ def calibrate(
     check_writable(out)
     check_integer("shapes", shapes, 2, 10**6)
     torch.manual_seed(seed)
-    learned, checked = [], []
+    learned: list[Picture] = []
+    checked: list[Picture] = []
     with progress("completing") as report:
         for number, picture in _pictures(own_scenes(shapes, first=0), model, np.random.default_rng(seed)):
             (checked if number % CHECKED == CHECKED - 1 or number == shapes - 1 else learned).append(picture)
@@ -93,14 +109,10 @@ def calibrate(
     ratios = np.array([picture.mean / _mean(layers, picture) for picture in checked if picture.mean > 0])
     margin = float(np.quantile(ratios, SURE))
     with torch.no_grad():
-        layers[2].bias += float(np.log(margin))
-    tensors = {
-        f"{name}.{kind}": getattr(layer, kind) for name, layer in (("hidden", layers[0]), ("output", layers[2]))
-        for kind in ("weight", "bias")
-    }
+        layers.output.bias.add_(float(np.log(margin)))
     header = {"format": FORMAT, "network": "uncertainty", "model": Path(model).stem, "shapes": str(shapes)}
-    write_tensors(Path(out), tensors, header)
-    return (ratios / margin).tolist()
+    write_tensors(Path(out), layers.state_dict(), header)
+    return [float(ratio) for ratio in ratios / margin]
 
 
 def _pictures(scenes: Scenes, model: str, rng: np.random.Generator) -> Iterator[tuple[int, Picture]]:
@@ -117,29 +129,31 @@ def _pictures(scenes: Scenes, model: str, rng: np.random.Generator) -> Iterator[
                 features = np.empty((FEATURES, *SIZE), np.float32)
                 _core.error_features(part.layout.core, part.planes, predicted[None], features)
                 errors = np.where(part.mask == 0, np.abs(np.clip(predicted, 0, 1) - full.gray), 0).astype(np.float32)
-                yield number, Picture(
-                    np.ascontiguousarray(features.reshape(FEATURES, -1)[:, chosen].T),
-                    errors.ravel()[chosen],
-                    float(errors.mean()),
-                    len(untraced) / part.mask.size,
+                yield (
+                    number,
+                    Picture(
+                        np.ascontiguousarray(features.reshape(FEATURES, -1)[:, chosen].T),
+                        errors.ravel()[chosen],
+                        float(errors.mean()),
+                        len(untraced) / part.mask.size,
+                    ),
                 )
 
 
-def _fit(pictures: Sequence[Picture], steps: int) -> nn.Sequential:
+def _fit(pictures: Sequence[Picture], steps: int) -> Layers:
     """Train the two layers; each picture counts alike, however wrong it is."""
     features = torch.from_numpy(np.concatenate([picture.features for picture in pictures]))
     errors = torch.from_numpy(np.concatenate([picture.errors for picture in pictures]))
     weights = torch.cat([torch.full((len(p.errors),), 1 / max(p.mean, NEGLIGIBLE)) for p in pictures])
     weights /= weights.mean()
     middle, spread = features.mean(0), features.std(0) + 1e-6
-    layers = nn.Sequential(nn.Linear(FEATURES, HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, 1))
-    nn.init.constant_(layers[2].bias, -4.0)  # 0.02
+    layers = Layers()
     optimizer = torch.optim.Adam(layers.parameters(), RATE)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps)
     with progress("learning") as report:
         for step in range(steps):
             chosen = torch.randint(len(errors), (BATCH,))
-            logarithms = layers((features[chosen] - middle) / spread)[:, 0].clamp(LOWEST, HIGHEST)
+            logarithms = layers((features[chosen] - middle) / spread)
             loss = (weights[chosen] * (logarithms.exp() - errors[chosen] * logarithms)).mean()
             optimizer.zero_grad()
             loss.backward()
@@ -147,13 +161,12 @@ def _fit(pictures: Sequence[Picture], steps: int) -> nn.Sequential:
             schedule.step()
             report((step + 1) / steps)
     with torch.no_grad():  # so that the features need not be normalised any more
-        layers[0].weight /= spread
-        layers[0].bias -= layers[0].weight @ middle
+        layers.hidden.weight.div_(spread)
+        layers.hidden.bias.sub_(layers.hidden.weight @ middle)
     return layers
 
 
-def _mean(layers: nn.Sequential, picture: Picture) -> float:
+def _mean(layers: Layers, picture: Picture) -> float:
     """The predicted mean error of a whole picture."""
     with torch.no_grad():
-        logarithms: Tensor = layers(torch.from_numpy(picture.features))[:, 0].clamp(LOWEST, HIGHEST)
-    return float(logarithms.exp().mean()) * picture.untraced
+        return float(layers(torch.from_numpy(picture.features)).exp().mean()) * picture.untraced

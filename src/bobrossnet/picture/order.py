@@ -88,7 +88,7 @@ def check_size(size: Any) -> Size:
 
 
 def check_order(order: Any, seed: Any) -> str:
-    """Return the name of an order, which "default" stands for one of; InputError unless it is known and `seed` usable."""
+    """Return the name of an order, also of "default"; raise InputError unless it is known and `seed` usable."""
     if order not in (*ORDERS, "default"):
         raise InputError(f"order: expected one of {', '.join(ORDERS)}, default, got {order!r}")
     check_integer("seed", seed, 0, 2**64 - 1)

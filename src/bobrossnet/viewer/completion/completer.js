@@ -34,7 +34,6 @@ const createLater = async (weights) => (await import("./gpu.js")).createGpuNetwo
 export class Completer {
   /** What completed the latest picture. @type {"wasm" | "gpu"} */
   backend = "wasm";
-  #network;
   #createRival;
   /** Undefined until it was requested, null if there is none. @type {Rival | null | undefined} */
   #rival;
@@ -47,7 +46,7 @@ export class Completer {
    * @param {(weights: Weights) => Promise<Rival | null>} [createRival]
    */
   constructor(core, weights, createRival = createLater) {
-    this.#network = new Network(core, weights);
+    this.network = new Network(core, weights);
     this.#createRival = () => createRival(weights);
   }
 
@@ -64,7 +63,7 @@ export class Completer {
     if (trial.state === "gpu" && await this.#completeOnGpu(gbuffer, trial)) return gbuffer.image;
 
     const begin = performance.now();
-    this.#network.complete(gbuffer);
+    this.network.complete(gbuffer);
     const milliseconds = performance.now() - begin;
     this.backend = "wasm";
     ++trial.pictures;
@@ -79,7 +78,7 @@ export class Completer {
   }
 
   free() {
-    this.#network.free();
+    this.network.free();
     this.#rival?.free();
   }
 

@@ -1,5 +1,6 @@
 // @ts-check
 /** Networks, which complete what was traced in part. */
+import { withWeights } from "./weights.js";
 
 /**
  * @typedef {import("../core/core.js").Core} Core
@@ -8,36 +9,21 @@
 
 export class Network {
   /** @param {Core} core @param {import("./weights.js").Weights} weights */
-  constructor(core, { network, inputs, outputs, tensors }) {
+  constructor(core, weights) {
     this.core = core;
-    const weights = core.made("make_weights", inputs.join(), outputs.join());
-    /** @type {number[]} */
-    const addresses = [];
-    try {
-      for (const [name, { shape, values }] of tensors) {
-        const address = core.put(values);
-        addresses.push(address);
-        core.made("add_tensor", weights, name, Int32Array.from(shape), shape.length, address);
-      }
-      this.handle = core.made("make_network", network, weights);
-    } finally {
-      core.call("free_weights", weights);
-      for (const address of addresses) core.release(address);
-    }
+    this.handle = withWeights(core, weights, (handle) => core.made("make_network", weights.network, handle));
   }
 
   /** Fills in what was not traced. @param {GBuffer} gbuffer @returns {Float32Array} its `image` */
   complete(gbuffer) {
-    this.predict(gbuffer);
+    this.predict(gbuffer, gbuffer.imageAddress);
     this.core.made("keep_known", this.handle, gbuffer.address, gbuffer.height * gbuffer.width, gbuffer.imageAddress);
     return gbuffer.image;
   }
 
-  /** The network's own output at every pixel. @param {GBuffer} gbuffer @returns {Float32Array} its `image` */
-  predict(gbuffer) {
-    const { address, height, width, imageAddress } = gbuffer;
-    this.core.made("run_network", this.handle, address, height, width, imageAddress);
-    return gbuffer.image;
+  /** The network's own output at every pixel. @param {GBuffer} gbuffer @param {number} output where it is written, (height, width) */
+  predict({ address, height, width }, output) {
+    this.core.made("run_network", this.handle, address, height, width, output);
   }
 
   free() {

@@ -15,6 +15,31 @@ import { readContainer, readTensor } from "../files/safetensors.js";
 const DEFAULTS = { inputs: "mask,gray,depth,normal", outputs: "gray" };
 
 /**
+ * Has something made of weights in the core's memory.
+ *
+ * @param {import("../core/core.js").Core} core
+ * @param {Weights} weights
+ * @param {(handle: number) => number} make given the core's weights, which are freed then
+ * @returns {number} what it returned
+ */
+export function withWeights(core, { inputs, outputs, tensors }, make) {
+  const handle = core.made("make_weights", inputs.join(), outputs.join());
+  /** @type {number[]} */
+  const addresses = [];
+  try {
+    for (const [name, { shape, values }] of tensors) {
+      const address = core.put(values);
+      addresses.push(address);
+      core.made("add_tensor", handle, name, Int32Array.from(shape), shape.length, address);
+    }
+    return make(handle);
+  } finally {
+    core.call("free_weights", handle);
+    for (const address of addresses) core.release(address);
+  }
+}
+
+/**
  * Reads weights: a safetensors file as bobrossnet writes it.
  *
  * @param {ArrayBuffer} bytes which the tensors may be views of

@@ -46,10 +46,11 @@ const { schedule, statistics } = state;
 
 /** One for all workers. */
 const module = compileCore();
-const weights = fetch(new URL("../weights/default.safetensors", import.meta.url)).then((response) => response.arrayBuffer());
+/** @param {string} name */
+const bytesOf = async (name) => (await fetch(new URL(`../weights/${name}.safetensors`, import.meta.url))).arrayBuffer();
 const completing = new Worker(new URL("../workers/completing.js", import.meta.url), { type: "module" });
-Promise.all([module, weights]).then(
-  ([module, weights]) => completing.postMessage({ kind: "start", module, weights }, [weights]),
+Promise.all([module, bytesOf("default"), bytesOf("uncertainty")]).then(
+  ([module, weights, uncertainty]) => completing.postMessage({ kind: "start", module, weights, uncertainty }, [weights, uncertainty]),
   (error) => (message.textContent = error.message));
 
 /** @param {MessageEvent<import("../workers/completing.js").Reply>} event */
@@ -65,6 +66,7 @@ function showPicture(picture, repainted) {
   if (canvas.width !== bitmap.width) canvas.width = bitmap.width;
   if (canvas.height !== bitmap.height) canvas.height = bitmap.height;
   context.transferFromImageBitmap(bitmap);
+  statistics.expected = picture.expected;
   if (repainted) return;
   state.pools.shown?.grow();
   countPicture(state, picture);

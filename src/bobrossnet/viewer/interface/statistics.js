@@ -11,9 +11,10 @@
  * @property {number} raysPerSecond
  * @property {boolean} exact whether the picture is the exact one of what is wanted
  * @property {number} error of the first completed picture, on average, once the picture is exact; else NaN
+ * @property {number} expected error of the picture, on average, where that is shown; else NaN
  * @property {number} workers that trace
  */
-import { DIFFERENCE_GAIN } from "../picture/paint.js";
+import { ERROR_GAIN } from "../picture/paint.js";
 
 /** @typedef {import("./state.js").State} State */
 
@@ -65,9 +66,12 @@ function textsOf({ fraction, raysPerSecond, completing, backend, exact, framesPe
 }
 
 /** @param {State} state */
-function noteOf({ showing, statistics: { exact, error } }) {
-  if (showing.mode !== "difference") return "";
+function noteOf({ showing: { mode }, statistics: { exact, error, expected } }) {
+  /** @param {number} mean */
+  const onAverage = (mean) => `${ERROR_GAIN} times as bright; on average ${(255 * mean).toFixed(1)} of 255.`;
+  if (mode === "uncertain" && exact) return "Nothing is uncertain: the picture is exact.";
+  if (mode === "uncertain") return `How wrong the picture is expected to be, ${onAverage(expected)}`;
+  if (mode !== "difference") return "";
   if (!exact) return "The difference is shown once the picture is exact.";
-  const mean = `on average ${(255 * error).toFixed(1)} of 255`;
-  return `First completed picture against the exact one, ${DIFFERENCE_GAIN} times as bright; ${mean}.`;
+  return `First completed picture against the exact one, ${onAverage(error)}`;
 }

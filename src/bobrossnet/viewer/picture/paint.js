@@ -1,13 +1,13 @@
 // @ts-check
 /** From a G-buffer and completed pictures to pixels of a screen. */
 
-/** @typedef {"completed" | "traced" | "split" | "difference"} Mode */
+/** @typedef {"completed" | "traced" | "split" | "difference" | "uncertain"} Mode */
 
 /** Green where no pixel was traced: a colour that no shade of gray is; as in bobrossnet/picture/files.py. */
 const UNTRACED = pack(0, 150, 70);
 
-/** By how much differences are magnified. */
-export const DIFFERENCE_GAIN = 4;
+/** By how much errors are magnified. */
+export const ERROR_GAIN = 4;
 
 /** @param {number} red @param {number} green @param {number} blue each 0..255 @returns {number} as ImageData has them, little-endian */
 function pack(red, green, blue) {
@@ -28,16 +28,18 @@ function shade(gray) {
 /**
  * @param {{
  *   mode: Mode, divider: number, height: number, width: number, mask: Float32Array, gray: Float32Array, image: Float32Array,
- *   first: Float32Array, exact: boolean
+ *   first: Float32Array, expected: Float32Array | null, exact: boolean
  * }} look
- *   arrays (height, width), 0..1; first: the picture as it was first completed; divider: 0..1, left of which a split picture has
+ *   arrays (height, width), 0..1; first: the picture as it was first completed; expected: its errors; divider: 0..1, left of which a split picture has
  *   traced pixels; where the picture is not yet exact, a difference shows the completed picture
  * @returns {ImageData}
  */
-export function paint({ mode, divider, height, width, mask, gray, image, first, exact }) {
+export function paint({ mode, divider, height, width, mask, gray, image, first, expected, exact }) {
   const pixels = new Uint32Array(height * width);
   if (mode === "difference" && exact) {
-    for (let i = 0; i < pixels.length; ++i) pixels[i] = shade(DIFFERENCE_GAIN * Math.abs(first[i] - image[i]));
+    for (let i = 0; i < pixels.length; ++i) pixels[i] = shade(ERROR_GAIN * Math.abs(first[i] - image[i]));
+  } else if (mode === "uncertain" && expected) {
+    for (let i = 0; i < pixels.length; ++i) pixels[i] = shade(ERROR_GAIN * expected[i]);
   } else {
     const border = mode === "traced" ? width : mode === "split" ? Math.round(divider * width) : 0;
     for (let row = 0, i = 0; row < height; ++row) {

@@ -2,24 +2,26 @@
 /**
  * The worker that gathers samples, completes pictures and paints them.
  *
- * @typedef {{kind: "start", module: WebAssembly.Module, weights: ArrayBuffer}
+ * @typedef {{kind: "start", module: WebAssembly.Module, weights: ArrayBuffer, uncertainty: ArrayBuffer}
  *   | {kind: "connect", tracer: MessagePort}
  *   | {kind: "show", mode: import("../picture/paint.js").Mode, divider: number}
  *   | {kind: "buffers"}} Request
- *   "start" comes once; weights: a safetensors file; "show" paints the last picture anew; "buffers" is answered by "buffers"
+ *   "start" comes once; weights, uncertainty: safetensors files; "show" paints the last picture anew; "buffers" is answered by "buffers"
  *
  * @typedef {{
  *   batch: import("./tracer.js").Batch, bitmap: ImageBitmap, traced: number, completing: number, total: number,
- *   backend: "wasm" | "gpu", error: number
+ *   backend: "wasm" | "gpu", error: number, expected: number
  * }} Picture
  *   batch: the newest in it; traced: how many pixels; completing: milliseconds of the network, on `backend`; total: of
- *   everything this worker did; error: mean of |first - image| of an exact picture, else NaN
+ *   everything this worker did; error: mean of |first - image| of an exact picture, else NaN; expected: mean error
+ *   that is expected of the image, where that is shown, else NaN
  * @typedef {{height: number, width: number, planes: Float32Array, image: Float32Array, first: Float32Array}} Buffers
  *   planes (C, height, width), a G-buffer's; image, and first, the view's first completed picture (height, width)
  * @typedef {{kind: "picture", picture: Picture, repainted: boolean} | {kind: "buffers", buffers: Buffers | null}
  *   | {kind: "failed", message: string}} Reply
  */
 import { Completer } from "../completion/completer.js";
+import { ErrorPredictor } from "../completion/predictor.js";
 import { readWeights } from "../completion/weights.js";
 import { Core } from "../core/core.js";
 import { WIDTH } from "../picture/channels.js";
@@ -28,9 +30,10 @@ import { paint } from "../picture/paint.js";
 
 const WARM_UPS = 3;
 
-/** @type {(parts: {core: Core, completer: Completer}) => void} */
+/** @typedef {{core: Core, completer: Completer, predictor: ErrorPredictor}} Parts */
+/** @type {(parts: Parts) => void} */
 let start;
-/** @type {Promise<{core: Core, completer: Completer}>} */
+/** @type {Promise<Parts>} */
 const starting = new Promise((resolve) => (start = resolve));
 /**
  * @typedef {{batch: import("./tracer.js").Batch, gbuffer: GBuffer, completed: boolean, first: Float32Array}} View
@@ -48,14 +51,14 @@ let queue = Promise.resolve();
 /** @param {Reply} message @param {Transferable[]} [transfer] */
 const reply = (message, transfer = []) => postMessage(message, { transfer });
 
-/** @param {WebAssembly.Module} module @param {ArrayBuffer} weights */
-async function begin(module, weights) {
+/** @param {WebAssembly.Module} module @param {ArrayBuffer} weights @param {ArrayBuffer} uncertainty */
+async function begin(module, weights, uncertainty) {
   try {
     const core = new Core(new WebAssembly.Instance(module)), completer = new Completer(core, readWeights(weights));
     const small = new GBuffer(core, 64, 64); // browsers compile functions when they are called: do it before anyone waits
     for (let i = 0; i < WARM_UPS; ++i) await completer.complete(small);
     small.free();
-    start({ core, completer });
+    start({ core, completer, predictor: new ErrorPredictor(core, readWeights(uncertainty)) });
   } catch (error) {
     fail(error);
   }
@@ -83,21 +86,22 @@ async function gather({ batch, count, pixels, samples }) {
   if (!view.completed) view.first.set(image);
   view.completed = true;
   const error = traced === height * width ? meanDifference(view.first, image) : NaN;
-  const bitmap = await painted(view);
   picture = {
-    batch, bitmap, traced, completing: completed - completing, total: performance.now() - begun,
+    batch, ...await painted(view), traced, completing: completed - completing, total: performance.now() - begun,
     backend: completer.backend, error,
   };
-  reply({ kind: "picture", picture, repainted: false }, [bitmap]);
+  reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
 }
 
 /** @param {View} view */
-function painted({ gbuffer, first }) {
-  const { image, height, width, traced } = gbuffer;
-  return createImageBitmap(paint({
-    ...showing, height, width, image, first, mask: gbuffer.plane("mask"), gray: gbuffer.plane("gray"),
-    exact: traced === height * width,
+async function painted({ gbuffer, first }) {
+  const { completer, predictor } = await starting, { height, width, traced } = gbuffer;
+  const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, completer.network) : null;
+  const bitmap = await createImageBitmap(paint({
+    ...showing, height, width, image: gbuffer.image, first, expected: errors, mask: gbuffer.plane("mask"),
+    gray: gbuffer.plane("gray"), exact: traced === height * width,
   }));
+  return { bitmap, expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
 }
 
 /** @param {Float32Array} a @param {Float32Array} b */
@@ -114,7 +118,7 @@ async function answer(request) {
   } else if (request.kind === "show") {
     showing = { mode: request.mode, divider: request.divider };
     if (!picture || !view?.completed) return;
-    picture = { ...picture, bitmap: await painted(view) };
+    picture = { ...picture, ...await painted(view) };
     reply({ kind: "picture", picture, repainted: true }, [picture.bitmap]);
   } else {
     if (!view?.completed) return reply({ kind: "buffers", buffers: null });
@@ -128,7 +132,7 @@ const fail = (error) => reply({ kind: "failed", message: error instanceof Error 
 
 /** @param {MessageEvent<Request | import("./tracer.js").Samples>} event */
 function receive({ data }) {
-  if (data.kind === "start") begin(data.module, data.weights);
+  if (data.kind === "start") begin(data.module, data.weights, data.uncertainty);
   else queue = queue.then(() => (data.kind === "samples" ? gather(data) : answer(data))).catch(fail);
 }
 
