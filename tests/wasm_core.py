@@ -117,6 +117,11 @@ class WasmCore:
         self.made("run_network", network, stack, height, width, gray)
         return gray
 
+    def predict_error(self, predictor, stack, gray):
+        error = np.full(gray.shape, np.nan, np.float32)
+        self.made("predict_error", predictor, stack, gray, *gray.shape, error)
+        return error
+
     # ---- Scenes ------------------------------------------------------------------------------------------
 
     def pixel_order(self, order, seed, size, start, count):
