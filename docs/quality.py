@@ -24,8 +24,10 @@ import bobrossnet as bob
 from bobrossnet.atomic import write_whole
 from bobrossnet.completion.filling import FILLINGS
 from bobrossnet.completion.network import weights_path
+from bobrossnet.completion.weights import UNCERTAINTY
 from bobrossnet.learn.evaluation.costs import Cost, cost_table, measure_costs
 from bobrossnet.learn.evaluation.evaluate import FRACTIONS, evaluate_scenes
+from bobrossnet.learn.evaluation.known_error import KnownError, measure_known_error
 from bobrossnet.learn.evaluation.methods import kept
 from bobrossnet.learn.evaluation.runs import Run, label
 from bobrossnet.learn.evaluation.scenes import Scenes, own_scenes, scenes_of_folder
@@ -44,6 +46,7 @@ LINEAR = "delaunay-linear"
 PACKAGES = ("bobrossnet", "numpy", "scipy", "torch")
 STEADY_FILLINGS = (LINEAR, "pull-push")
 SHOWN = (0.01, 0.02, 0.05, 0.1)  # shares of the pixels in the pictures
+SHOWN_OF_ORDERS = (0.02, 0.05, 0.1)
 SHOWN_OF_FAILURES = (0.05, 0.25)
 COST_AT = 0.05  # the share for which quality stands beside milliseconds
 PANELS = (
@@ -53,8 +56,12 @@ PANELS = (
 CREDITS = "The world of blocks is *Lost Empire* from Morgan McGuire's Computer Graphics Archive, CC BY 3.0."
 ERRORS = {"ssim": "1 - SSIM", "psnr": "mean squared error", "flip": "FLIP"}
 
-BY_NEED = {0.02: -0.28, 0.05: -0.42, 0.1: -0.62, 0.25: -0.87}
-"""Changes of 1 - SSIM from the lattice that are to be reached by the adaptive order, by the share of traced pixels."""
+BY_NEED = {
+    256: {0.02: -0.28, 0.05: -0.42, 0.1: -0.62, 0.25: -0.87},
+    512: {0.02: -0.40, 0.05: -0.62, 0.1: -0.86, 0.25: -0.98},
+}
+"""By the size of pictures: changes of 1 - SSIM from the lattice that are to be reached by the adaptive order, by the
+share of traced pixels."""
 WORSE = 0.005  # of SSIM, by which a single picture may be worse
 GOOD = (0.95, 0.99)  # SSIM that takes so many rays
 
@@ -79,6 +86,19 @@ SUBJECTS = (
     Subject("architecture/ferris_wheel.ply", "thin parts", bob.Camera(azimuth=60, elevation=15), True),
     Subject("nurbs/newell_teapot.bpt", "NURBS", bob.Camera(azimuth=30, elevation=25)),
 )
+THIN = (
+    "animals/grey_snapper_fish.ply",
+    "anatomy_bio/coronavirus.ply",
+    "architecture/ferris_wheel.ply",
+    "architecture/wind_turbine.ply",
+    "furniture_household/acoustic_guitar.ply",
+    "furniture_household/wire_chair.ply",
+    "scans/arming_sword.ply",
+    "scans/stanford_drill_bit.ply",
+    "vehicles/pirate_ship.ply",
+)
+"""Shapes with thin parts, which the first pixels may miss."""
+
 FAILURES = (
     Subject("anatomy_bio/coronavirus.ply", "thin spikes", bob.Camera(azimuth=30, elevation=20)),
     Subject("implicit/prospero.vm", "text", bob.Camera(azimuth=270, elevation=90)),
@@ -97,13 +117,16 @@ class Scale:
     steady_real: int = 16  # of which stability is measured
     steady_own: int = 8
     size: int = 256  # of pictures that are measured
+    large: int = 512  # of those in which orders are compared once more
+    large_real: int = 96  # shapes in them
+    known_real: int = 96  # shapes of which the expected errors are compared with the true ones
     panel: int = 176  # of those that are shown
     fractions: tuple[float, ...] = FRACTIONS
     frames: int = 20
     runs: int = 11  # to measure milliseconds
 
 
-SCALES = {"full": Scale(), "small": Scale(3, 2, 1, 1, 48, 48, (0.01, 0.05, 0.25), 3, 1)}
+SCALES = {"full": Scale(), "small": Scale(3, 2, 1, 1, 48, 64, 2, 2, 48, (0.01, 0.05, 0.25), 3, 1)}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -130,6 +153,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
         real = shapes and measure_quality(
             work.folder, "real", scenes_of_folder(shapes, scale.real), options.weights, scale
         )
+        large = shapes and measure_orders(
+            work.folder, scenes_of_folder(shapes, scale.large_real), options.weights, scale
+        )
+    with work.timed("known errors"):
+        known = known_errors(
+            work.folder,
+            scenes_of_folder(shapes, scale.known_real) if shapes else own_scenes(scale.own),
+            options.weights,
+            scale,
+        )
     with work.timed("stability"):
         steady = {
             "our own shapes": steadiness(work.folder, "own", own_scenes(scale.steady_own), options.weights, scale)
@@ -141,6 +174,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         costs = measure_costs([options.weights, REPORT], runs=scale.runs)
         draw = partial(draw_pictures, pictures, shapes, options.weights, scale.panel)
         panels = picture_sections(draw, scale.panel) if shapes else []
+        if shapes:
+            beside = partial(draw_orders, pictures, shapes, options.weights, scale.panel)
+            panels += order_sections(beside, scale.panel)
         for name, result in (("real", real), ("own", own)):
             if result:
                 draw_curves(pictures / f"curves-{name}", result, ours)
@@ -156,6 +192,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         *work.circumstances(PACKAGES),
         *targets(real or own, next(iter(steady)), next(iter(steady.values())), ours),
         *(quality("Real shapes", "real", real, ours) if real else []),
+        *(placed_by_need(real, large, scale, ours) if real and large else []),
+        "## Known error",
+        f"{len(known.shapes)} pictures of {scale.size}x{scale.size} pixels, traced a hundredth after the other until "
+        "the expected error (`frame.error`, the mean of `uncertainty`, in gray of 0 to 1) is below a limit: how many "
+        "pixels that takes, and in how many of the pictures the true error is then below the expected one, 90 % asked "
+        "for, or both are within a factor of two, 80 % asked for.",
+        known.table(),
         *quality("Our own shapes", "own", own, ours),
         "## What it costs",
         "The built-in scene from 5 % of its pixels, in the core; medians of runs in turn.",
@@ -187,6 +230,24 @@ def measure_quality(folder: Path, name: str, scenes: Scenes, weights: str, scale
         recall("fillings", " ".join(others), [UNIFORM], partial(fill, fillings=others)),
     ]
     return reduce(Evaluation.beside, parts)
+
+
+def measure_orders(folder: Path, scenes: Scenes, weights: str, scale: Scale) -> Evaluation:
+    """Measure the network with two orders in larger pictures."""
+    recall = partial(recalled, Evaluation, folder, f"quality-{scale.large}", scenes)
+    fractions = [fraction for fraction in scale.fractions if fraction <= max(BY_NEED[512])]
+    measure = partial(evaluate_scenes, scenes, [weights], size=(scale.large, scale.large), fractions=fractions)
+    result: Evaluation = recall(*content(weights), (LATTICE, ADAPTIVE), partial(measure, fillings=[], repainting=False))
+    return result
+
+
+def known_errors(folder: Path, scenes: Scenes, weights: str, scale: Scale) -> KnownError:
+    """Measure how well the errors of the network's pictures are known, with three orders."""
+    name, version = content(weights)
+    version += sha256(UNCERTAINTY.read_bytes()).hexdigest()
+    measure = partial(measure_known_error, scenes, weights, size=(scale.size, scale.size))
+    result: KnownError = recalled(KnownError, folder, "known-error", scenes, name, version, COMPARED, measure)
+    return result
 
 
 def steadiness(folder: Path, name: str, scenes: Scenes, weights: str, scale: Scale) -> Stability:
@@ -298,7 +359,6 @@ def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
         f"{len(result.pictures)} pictures of {len(set(result.shapes))} shapes.",
         f"![SSIM against the share of traced pixels, and 1 - SSIM beside {LINEAR}](quality/curves-{name}.png)",
         *(part for metric in METRICS for part in (f"{METRICS[metric].label}:", result.table(metric))),
-        *by_need(result, ours),
         *(
             part
             for run in compared
@@ -312,29 +372,45 @@ def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
     ]
 
 
-def by_need(result: Evaluation, ours: str) -> list[str]:
-    """What placing rays by need gains, and how many rays it takes to a good picture."""
-    stages = [fraction for fraction in result.fractions if fraction < 1]
+def placed_by_need(real: Evaluation, large: Evaluation, scale: Scale, ours: str) -> list[str]:
+    """What placing rays by need gains: on all real shapes, on those with thin parts, in large pictures."""
+    thin = [shape for shape in THIN if shape in real.shapes]
+    return [
+        "## Rays where they are needed",
+        f"Change of errors of {ours} from order {LATTICE} to order {ADAPTIVE}, in percent, what is asked for of "
+        f"1 - SSIM, and how many single pictures lose more than {WORSE:g} of SSIM.",
+        f"All real shapes, {scale.size}x{scale.size}:",
+        by_need(real, ours, scale.size),
+        *([f"{len(thin)} shapes with thin parts:", by_need(real.of_shapes(thin), ours, scale.size)] if thin else []),
+        f"{len(large.pictures)} real shapes, {scale.large}x{scale.large}:",
+        by_need(large, ours, scale.large),
+        f"Pixels to trace for a mean SSIM of {' and '.join(map(str, GOOD))}, {scale.size}x{scale.size}, read off "
+        "between the shares measured:",
+        table(
+            ["method, order", *(f"{good:g}" for good in GOOD)],
+            [
+                [label(real.scores, run), *(rays_to(real, run, good) for good in GOOD)]
+                for run in real.scores
+                if is_kept_or_filled(run, ours)
+            ],
+        ),
+    ]
+
+
+def by_need(result: Evaluation, ours: str, size: int) -> str:
+    """The changes from the lattice, as a table."""
+    stages, limits = [fraction for fraction in result.fractions if fraction < 1], BY_NEED.get(size, {})
     adaptive, lattice = (ours, ADAPTIVE), (ours, LATTICE)
     rows = []
     for metric, error in ERRORS.items():
         changes = 100 * result.change_of_error(adaptive, lattice, metric)[: len(stages)]
         rows.append([error, *(plus_minus(middle, half, 1) for middle, half in changes.tolist())])
-    asked = [f"{100 * BY_NEED[stage]:+.0f}" if stage in BY_NEED else "" for stage in stages]
+    asked = [f"{100 * limits[stage]:+.0f}" if stage in limits else "" for stage in stages]
     ssim = list(METRICS).index("ssim")
     lost = result.scores[lattice][..., ssim] - result.scores[adaptive][..., ssim]
     worse = [f"{100 * share:.1f} %" for share in (lost > WORSE).mean(0)[: len(stages)].tolist()]
-    runs = [run for run in result.scores if is_kept_or_filled(run, ours)]
-    return [
-        f"Change of errors of {ours} from order {LATTICE} to order {ADAPTIVE}, in percent, what is asked for of "
-        f"1 - SSIM, and how many single pictures lose more than {WORSE:g} of SSIM:",
-        table(["change of", *map(percent, stages)], [*rows, ["asked for", *asked], [f"worse by {WORSE:g}", *worse]]),
-        f"Pixels to trace for a mean SSIM of {' and '.join(map(str, GOOD))}, read off between the shares measured:",
-        table(
-            ["method, order", *(f"{good:g}" for good in GOOD)],
-            [[label(result.scores, run), *(rays_to(result, run, good) for good in GOOD)] for run in runs],
-        ),
-    ]
+    asked_for = [["asked for", *asked]] if any(asked) else []
+    return table(["change of", *map(percent, stages)], [*rows, *asked_for, [f"worse by {WORSE:g}", *worse]])
 
 
 def is_kept_or_filled(run: Run, ours: str) -> bool:
@@ -445,6 +521,50 @@ def picture_sections(draw: Callable[..., list[str]], size: int) -> list[str]:
     return [*parts, CREDITS] if parts else []
 
 
+def order_sections(draw: Callable[..., list[str]], size: int) -> list[str]:
+    """Draw lattice and adaptive pixels beside each other, and return the section."""
+    links = draw(SUBJECTS, SHOWN_OF_ORDERS)
+    at = ", ".join(map(percent, SHOWN_OF_ORDERS))
+    what = (
+        f"At {at} of {size}x{size} pixels. From the left: the pixels traced in order {LATTICE}, the completed picture "
+        f"and its error, four times as bright; the same in order {ADAPTIVE}; all pixels. Numbers are SSIM."
+    )
+    return ["## Pixels of two orders", what, *links] if links else []
+
+
+def whole_view(folder: Path, subject: Subject, size: int) -> bob.GBuffer:
+    """All pixels of a subject."""
+    scene = bob.Scene(bob.load(folder / subject.file))
+    return bob.trace(scene.turned_upright() if subject.upright else scene, subject.camera, size=(size, size))
+
+
+def draw_orders(
+    folder: Path, shapes: Path, weights: str, size: int, subjects: Sequence[Subject], shares: Sequence[float]
+) -> list[str]:
+    """Draw a sheet of two orders for each subject, a row for each share of traced pixels, and return links to them."""
+    links = []
+    for subject in subjects:
+        if not (shapes / subject.file).exists():
+            continue
+        full = whole_view(shapes, subject, size)
+        rows = []
+        for fraction in shares:
+            panels = []
+            for order in (LATTICE, ADAPTIVE):
+                part = full.sample(fraction, order=order)
+                image = bob.complete(part, model=weights)
+                panels += [
+                    (traced_on_green(part), f"{percent(fraction)}, {order}"),
+                    (to_8_bit(image), f"{bob.ssim(image, full.gray):.3f}"),
+                    (to_8_bit(np.minimum(4 * np.abs(image - full.gray), 1)), "error x 4"),
+                ]
+            rows.append(side_by_side([*panels, (to_8_bit(full.gray), "all pixels")]))
+        name = Path(subject.file).name.split(".")[0] + "-orders"
+        write_picture(folder / f"{name}.png", np.vstack(rows))
+        links.append(f"![{subject.what}, two orders](quality/{name}.png)")
+    return links
+
+
 def draw_pictures(
     folder: Path, shapes: Path, weights: str, size: int, subjects: Sequence[Subject], shares: Sequence[float]
 ) -> list[str]:
@@ -453,8 +573,7 @@ def draw_pictures(
     for subject in subjects:
         if not (shapes / subject.file).exists():
             continue
-        scene = bob.Scene(bob.load(shapes / subject.file))
-        full = bob.trace(scene.turned_upright() if subject.upright else scene, subject.camera, size=(size, size))
+        full = whole_view(shapes, subject, size)
         rows = []
         for fraction in shares:
             uniform, ours = (full.sample(fraction, order=order) for order in (UNIFORM, DEFAULT_ORDER))

@@ -23,7 +23,7 @@ FRAMES = 36
 TURN = 360 / 5  # degrees; the knot looks the same after a fifth of a turn, so the loop has no seam
 FRAME_MS = 60
 UNTRACED = 44  # dark enough for the traced pixels to stand out, lighter than the background that rays found black
-QUALITY = 72  # the traced pixels smear below 65; above 80 the file passes 600 kB
+QUALITY = 68  # the traced pixels smear below 65; above 70 the file passes 600 kB
 
 
 def frame(scene: bob.Scene, azimuth: float) -> U8:

@@ -52,7 +52,12 @@ def test_the_page(done, quality):
         "| default kept, lattice",
         "| default kept, adaptive",
         "| worse by 0.005",
+        "## Rays where they are needed",
+        "2 real shapes, 64x64:",
         "Pixels to trace for a mean SSIM of 0.95 and 0.99",
+        "## Known error",
+        "| adaptive |   0.002 |",
+        "quality/a-orders.png",
         "2 pictures of 2 shapes.",
         "| delaunay-linear, uniform",
         "| delaunay-linear, lattice",
@@ -64,7 +69,7 @@ def test_the_page(done, quality):
         "quality/curves-own.png",
     ):
         assert part in page
-    for name in ("curves-real", "curves-own", "costs", "a"):
+    for name in ("curves-real", "curves-own", "costs", "a", "a-orders"):
         assert (done / "quality" / f"{name}.png").exists()
     assert np.asarray(Image.open(done / "quality" / "a.png")).shape[1] == 6 * (48 + 4) - 4
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -216,6 +216,16 @@ class Evaluation:
         """Return the runs with one of the orders."""
         scores = {run: values for run, values in self.scores.items() if run[1] == order}
         return Evaluation(self.pictures, self.shapes, self.fractions, scores)
+
+    def of_shapes(self, names: Collection[str]) -> Evaluation:
+        """Return the scores of some of the shapes, those of the names. InputError if there is none of them."""
+        chosen = np.array([shape in names for shape in self.shapes])
+        if not chosen.any():
+            raise InputError(f"names: expected some of the shapes, got {', '.join(names)}")
+        pictures, shapes = (tuple(np.array(values)[chosen].tolist()) for values in (self.pictures, self.shapes))
+        return Evaluation(
+            pictures, shapes, self.fractions, {run: values[chosen] for run, values in self.scores.items()}
+        )
 
     def __str__(self) -> str:
         parts = [f"Means over {len(self.pictures):,} pictures of {len(set(self.shapes)):,} shapes."]

@@ -313,7 +313,8 @@ def measure_stability(
     check_integer("frames", frames, 2, 10_000)
     check_integer("orbit_frames", orbit_frames, 2, 10_000)
     methods = all_methods(models, fillings, repainting=repainting)
-    runs = [(method, order) for method in methods for order in check_orders(orders)]
+    orders = check_orders(orders)
+    runs = [(method, order) for method in methods for order in orders]
     fractions = np.linspace(FIRST_FRACTION, 1, frames)
     shapes = []
     converging: dict[Run, list[F64]] = {run: [] for run in runs}

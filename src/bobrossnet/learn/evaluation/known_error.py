@@ -1,0 +1,154 @@
+"""How well the expected error of a picture is known: where pictures that stop by it stop, and how wrong they are there.
+
+Letters: P pictures, L limits.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+import bobrossnet as bob
+from bobrossnet.completion.uncertainty import mean_error
+from bobrossnet.errors import InputError, check_number
+from bobrossnet.learn.evaluation.methods import Weights, check_orders
+from bobrossnet.learn.evaluation.scenes import Scenes, each_scene
+from bobrossnet.progress import progress
+from bobrossnet.tables import table
+
+LIMITS = (0.02, 0.01, 0.005, 0.002)
+"""Mean absolute errors in gray at which pictures stop."""
+
+STEP = 0.01  # of the pixels, from one look at a picture to the next
+MEASURES = ("fraction", "expected", "true")
+
+
+@dataclass(frozen=True)
+class KnownError:
+    """What `measure_known_error` found.
+
+    Attributes
+    ----------
+    shapes : of each picture what it shows, (P,)
+    limits : (L,), falling
+    stops : by pixel order: (P, L, 3) float64
+        The share of the pixels at the first look that expected an error of at most the limit, that expected error, and
+        the true one.
+    """
+
+    shapes: tuple[str, ...]
+    limits: tuple[float, ...]
+    stops: Mapping[str, NDArray[np.float64]] = field(repr=False)
+
+    def table(self) -> str:
+        """Return, as markdown, for each order and limit: the mean share of the pixels, of how many pictures the true
+        error is below the expected one, and of how many both are within a factor of two."""
+        rows = []
+        for order, stops in self.stops.items():
+            for limit, (fraction, expected, true) in zip(self.limits, stops.transpose(1, 2, 0), strict=True):
+                below, alike = true <= expected, np.abs(np.log2((true + 1e-9) / (expected + 1e-9))) <= 1
+                shares = (fraction.mean(), below.mean(), alike.mean())
+                rows.append([order, f"{limit:g}", *(f"{100 * share:.1f} %" for share in shares)])
+        return table(["order", "stop at", "traced", "true error below", "within a factor of two"], rows)
+
+    def csv(self) -> str:
+        """Return a row for each order, picture and limit: order, shape, limit, fraction, expected, true."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["order", "shape", "limit", *MEASURES])
+        for order, stops in self.stops.items():
+            for shape, of_shape in zip(self.shapes, stops.tolist(), strict=True):
+                for limit, row in zip(self.limits, of_shape, strict=True):
+                    writer.writerow([order, shape, limit, *row])
+        return text.getvalue()
+
+    @classmethod
+    def from_csv(cls, text: str) -> KnownError:
+        """Return the result whose `csv` this is. InputError if it isn't one's."""
+        stops: dict[str, dict[str, dict[float, list[float]]]] = {}
+        try:
+            for row in csv.DictReader(io.StringIO(text)):
+                by_limit = stops.setdefault(row["order"], {}).setdefault(row["shape"], {})
+                by_limit[float(row["limit"])] = [float(row[measure]) for measure in MEASURES]
+            by_shape = next(iter(stops.values()))
+            limits = tuple(next(iter(by_shape.values())))
+            arrays = {
+                order: np.array([[found[shape][limit] for limit in limits] for shape in by_shape])
+                for order, found in stops.items()
+            }
+        except (KeyError, ValueError, StopIteration) as error:
+            raise InputError(f"text: expected known errors, got {error!r}") from error
+        return cls(tuple(by_shape), limits, arrays)
+
+    def beside(self, other: KnownError) -> KnownError:
+        """Return these orders and, after them, another result's of the same pictures. InputError if it has others."""
+        if (self.shapes, self.limits) != (other.shapes, other.limits):
+            raise InputError("other: expected known errors of the same pictures at the same limits, got others")
+        return KnownError(self.shapes, self.limits, {**self.stops, **other.stops})
+
+    def of_order(self, order: str) -> KnownError:
+        """Return what was measured with one of the orders."""
+        return KnownError(self.shapes, self.limits, {order: self.stops[order]})
+
+
+def measure_known_error(
+    scenes: Scenes,
+    model: Weights = "default",
+    *,
+    limits: Sequence[float] = LIMITS,
+    size: tuple[int, int] = (256, 256),
+    orders: Sequence[str] = ("default",),
+) -> KnownError:
+    """Trace pictures until their expected error is below limits, and compare it with the true one.
+
+    Parameters
+    ----------
+    scenes : by their names, what makes them; a view of each
+    model : name of shipped weights, or a .safetensors file
+    limits : of the expected error, above 0
+    size : (height, width)
+    orders : of the pixels
+
+    Raises
+    ------
+    InputError
+        If an argument can't be used, or no scene can be made.
+
+    Warns
+    -----
+    InputWarning
+        If a scene was left out because its file can't be loaded.
+    """
+    orders = check_orders(orders)
+    limits = tuple(sorted((check_number("limits", limit, 0, above=True) for limit in limits), reverse=True))
+    shapes: list[str] = []
+    stops: dict[str, list[list[list[float]]]] = {order: [] for order in orders}
+    with progress("measuring known errors") as report:
+        for number, name, scene in each_scene(scenes, stacklevel=3):
+            shapes.append(name)
+            camera = bob.Camera(azimuth=(30 * number) % 360, elevation=(20, 45)[number % 2])
+            full = bob.trace(scene, camera, size=size)
+            for order in orders:
+                stops[order].append(_stops(full, order, number, model, limits))
+            report((number + 1) / len(scenes), name)
+    if not shapes:
+        raise InputError("scenes: expected at least one that can be loaded, got none")
+    return KnownError(tuple(shapes), limits, {order: np.array(found) for order, found in stops.items()})
+
+
+def _stops(full: bob.GBuffer, order: str, seed: int, model: Weights, limits: Sequence[float]) -> list[list[float]]:
+    """The measures where each limit is met: at the last all pixels are traced and nothing is wrong."""
+    found: list[list[float]] = []
+    for fraction in np.arange(1, round(1 / STEP) + 1) * STEP:
+        part = full.sample(float(min(fraction, 1)), order=order, seed=seed)
+        expected = mean_error(part, model)
+        while len(found) < len(limits) and expected <= limits[len(found)]:
+            found.append([part.fraction, expected, float(np.abs(bob.complete(part, model=model) - full.gray).mean())])
+        if len(found) == len(limits):
+            break
+    return found
