@@ -224,6 +224,7 @@ def test_export(tmp_path, capsys):
         "gallery/happy_tree.bob",
         "weights/default.safetensors",
         "weights/paper.safetensors",
+        "weights/uncertainty.safetensors",
     }
     for name in written:
         file = folder / name
