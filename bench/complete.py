@@ -30,7 +30,7 @@ from bobrossnet.completion.weights import read_weights
 from bobrossnet.learn.checkpoint import load, save
 from bobrossnet.learn.networks import NETWORKS
 from bobrossnet.machine import extra_memory
-from bobrossnet.picture.order import ORDERS
+from bobrossnet.picture.order import FIXED_ORDERS
 
 THREADS = 2
 SIZES = ((240, 320), (480, 640), (720, 1280), (1080, 1920), (2160, 3840))
@@ -233,7 +233,8 @@ def order_times() -> None:
     rows = []
     for fraction in (0.05, 0.25, 1.0):
         first = round(fraction * size[0] * size[1])
-        seconds = in_turn({order: partial(bob.pixel_order, size, order=order, count=first) for order in ORDERS}, 7)
+        orders = {order: partial(bob.pixel_order, size, order=order, count=first) for order in FIXED_ORDERS}
+        seconds = in_turn(orders, 7)
         for order, values in seconds.items():
             rows.append([f"order.{order}.{100 * fraction:g}%", spread(values, 1e3, 2)])
     table(["what", "ms"], rows)

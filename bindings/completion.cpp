@@ -10,6 +10,7 @@
 #include "bindings.h"
 #include "completion/error_predictor.h"
 #include "completion/incremental.h"
+#include "completion/interpolation.h"
 #include "completion/known.h"
 #include "completion/network.h"
 #include "picture/gbuffer.h"
@@ -74,6 +75,14 @@ void keep_known(const bob::Layout& known, const ConstPlanes& planes, const bob::
     bob::keep_known(known, planes.data(), completed, output.data(), planes.shape(1) * planes.shape(2));
 }
 
+void interpolate_lattice(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& completed, const Planes& output) {
+    check_planes(known, planes, completed, output);
+    interruptible([&] {
+        bob::interpolate_lattice(known, planes.data(), completed, output.data(), static_cast<int>(planes.shape(1)),
+                                 static_cast<int>(planes.shape(2)));
+    });
+}
+
 /// `predict` writes `output`, (channels, H, W), from a G-buffer and what a network made of it, (1, H, W).
 template <class Predict>
 void from_completed(const bob::Layout& layout, const ConstPlanes& planes, const ConstPlanes& gray, const Planes& output,
@@ -113,5 +122,7 @@ void bind_completion(nb::module_& m) {
                                const Planes& features) {
         from_completed(layout, planes, gray, features, bob::error_features::count, bob::ErrorPredictor::features);
     }, "layout"_a, "planes"_a.noconvert(), "gray"_a.noconvert(), "features"_a.noconvert());
+    m.def("interpolate_lattice", &interpolate_lattice, "known"_a, "planes"_a.noconvert(), "completed"_a,
+          "output"_a.noconvert());
     m.def("keep_known", &keep_known, "known"_a, "planes"_a.noconvert(), "completed"_a, "output"_a.noconvert());
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "completion/error_predictor.h"
+#include "completion/interpolation.h"
 #include "completion/known.h"
 #include "completion/network.h"
 #include "picture/gbuffer.h"
@@ -83,6 +84,15 @@ bool run_network(const bob::Network* network, const float* planes, std::int32_t 
     });
 }
 
+/// Improves what a network made of a G-buffer where traced pixels of the lattice agree.
+EXPORT(interpolate_lattice)
+bool interpolate_lattice(const bob::Network* network, const float* planes, std::int32_t height, std::int32_t width, float* output) {
+    return attempt([&] {
+        bob::interpolate_lattice(bob::gbuffer_layout(), planes, network->outputs(), output, height, width);
+        return true;
+    });
+}
+
 /// Puts the traced pixels of a G-buffer back into what a network made of it.
 EXPORT(keep_known)
 bool keep_known(const bob::Network* network, const float* planes, std::size_t pixels, float* output) {
@@ -100,7 +110,7 @@ const bob::ErrorPredictor* make_predictor(const bob::Weights* weights) {
 }
 EXPORT(free_predictor) void free_predictor(const bob::ErrorPredictor* predictor) { delete predictor; }
 
-/// planes: (C, height, width) of a G-buffer; gray: a network's own output; error: what is expected, both (height, width).
+/// planes: (C, height, width) of a G-buffer; gray: completed, at traced pixels the network's own output; error: what is expected, both (height, width).
 EXPORT(predict_error)
 bool predict_error(const bob::ErrorPredictor* predictor, const float* planes, const float* gray, std::int32_t height,
                    std::int32_t width, float* error) {

@@ -18,7 +18,8 @@ SIZE = (60, 83)
 def by_the_layers(gbuffer, model, weights):
     """The prediction from its features, in numpy."""
     features = np.empty((FEATURES, *gbuffer.size), np.float32)
-    _core.error_features(gbuffer.layout.core, gbuffer.planes, load_network(model).predict(gbuffer)[None], features)
+    completed = load_network(model).predict_between_known(gbuffer)
+    _core.error_features(gbuffer.layout.core, gbuffer.planes, completed[None], features)
     hidden = np.einsum("jk,kyx->jyx", weights["hidden.weight"], features) + weights["hidden.bias"][:, None, None]
     output = np.einsum("j,jyx->yx", weights["output.weight"][0], np.maximum(hidden, 0)) + weights["output.bias"]
     return np.where(gbuffer.mask > 0, 0, np.exp(np.clip(output, LOWEST, HIGHEST)))
@@ -70,7 +71,8 @@ def test_it_is_calibrated_on_real_models():
         for order in ("uniform", "lattice", "adaptive"):
             for fraction in (0.01, 0.05, 0.25):
                 part = full.sample(fraction, order=order, seed=number)
-                ratios.append(np.abs(bob.complete(part) - full.gray).mean() / bob.uncertainty(part).mean())
+                wrong = np.abs(bob.complete(part) - full.gray).mean()
+                ratios.append((wrong + 1e-6) / (bob.uncertainty(part).mean() + 1e-6))
     assert np.mean(np.array(ratios) <= 1) >= 0.85
     assert np.mean(np.abs(np.log2(ratios)) <= 1) >= 0.8
 

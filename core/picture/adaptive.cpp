@@ -50,9 +50,8 @@ AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint
       known_(total_) {}
 
 AdaptiveOrder::Place AdaptiveOrder::place(Pixel pixel) {
-    const auto& [row, column] = lattice_tile().places[0];
     const auto zeros = [](std::int32_t x) { return std::min(std::countr_zero(static_cast<std::uint32_t>(x)), Tile::bits); };
-    const int down = zeros(pixel.row - row), right = zeros(pixel.column - column);
+    const int down = zeros(pixel.row - lattice_first), right = zeros(pixel.column - lattice_first);
     return {1 << std::min(down, right), down == right};
 }
 

@@ -37,10 +37,8 @@ Tile::Place place_at(std::uint32_t index) {
 }
 
 Tile make_lattice_tile() {
-    // Never at the corner of a block of 64, 32, 16, ... pixels but near its third: 21 is 5 mod 16 and mod 8, 1 mod 4 and mod 2.
-    constexpr std::uint32_t first = 21;
     Tile tile{{}, false};
-    tile.places[0] = {first, first};
+    tile.places[0] = {lattice_first, lattice_first};
     std::uint32_t count = 1;
     const auto repeat = [&](std::uint32_t rows, std::uint32_t columns) {
         for (std::uint32_t i = 0; i < count; ++i) {

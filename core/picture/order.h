@@ -51,6 +51,10 @@ struct Tile {
     bool seeded;  ///< the seed shifts the tile
 };
 
+/// The row and the column from which the lattices go. Never at the corner of a block of 64, 32, 16, ... pixels but near its
+/// third: 21 is 5 mod 16 and mod 8, 1 mod 4 and mod 2.
+inline constexpr int lattice_first = 21;
+
 /// Square lattices, each the half of the next one, every second of them turned by 45 degrees: quincunx refinement. The
 /// seed does not shift it, so that a completing network can know where its pixels are.
 const Tile& lattice_tile();

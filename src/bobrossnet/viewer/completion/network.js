@@ -16,6 +16,13 @@ export class Network {
 
   /** Fills in what was not traced. @param {GBuffer} gbuffer @returns {Float32Array} its `image` */
   complete(gbuffer) {
+    this.fill(gbuffer);
+    this.interpolate(gbuffer, gbuffer.imageAddress);
+    return gbuffer.image;
+  }
+
+  /** By the network alone. @param {GBuffer} gbuffer @returns {Float32Array} its `image` */
+  fill(gbuffer) {
     this.predict(gbuffer, gbuffer.imageAddress);
     this.core.made("keep_known", this.handle, gbuffer.address, gbuffer.height * gbuffer.width, gbuffer.imageAddress);
     return gbuffer.image;
@@ -24,6 +31,11 @@ export class Network {
   /** The network's own output at every pixel. @param {GBuffer} gbuffer @param {number} output where it is written, (height, width) */
   predict({ address, height, width }, output) {
     this.core.made("run_network", this.handle, address, height, width, output);
+  }
+
+  /** Improves what was filled in where traced pixels around agree. @param {GBuffer} gbuffer @param {number} output as of `predict` */
+  interpolate({ address, height, width }, output) {
+    this.core.made("interpolate_lattice", this.handle, address, height, width, output);
   }
 
   free() {
