@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "completion/interpolation.h"
 #include "parallel.h"
 
 namespace bob {
@@ -52,6 +53,8 @@ public:
             known_.push_back({row, static_cast<std::int32_t>(i) - row * width, traced_gray[i], depth[i], normal[i],
                               normal[i + pixels], std::abs(clamped(gray[i]) - traced_gray[i]), depth[i] > 0});
         }
+        agreement_.resize(pixels);
+        weigh_lattice(layout, planes, channels::gray, agreement_.data(), height, width);
         parallel_for(4, 1, [&](std::size_t begin, std::size_t end) {
             for (std::size_t quadrant = begin; quadrant < end; ++quadrant) search(static_cast<int>(quadrant));
         });
@@ -95,6 +98,7 @@ public:
         set(error_features::greatest_change, greatest_change);
         set(error_features::mean_change, weight > 0 ? change / weight : 0);
         set(error_features::gray, completed);
+        set(error_features::agreement, agreement_[at]);
     }
 
 private:
@@ -143,6 +147,7 @@ private:
     int height_, width_;
     const float* completed_;
     std::vector<Known> known_;
+    std::vector<float> agreement_;
     std::array<std::vector<std::int32_t>, 4> nearest_;  // of each pixel, by quadrant
     const std::vector<float>& logarithms_ = logarithms_of_squares();
 };

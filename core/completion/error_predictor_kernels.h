@@ -24,6 +24,7 @@ enum : int {
     greatest_change,  // from them to the completed gray
     mean_change,      // weighted likewise
     gray,             // completed
+    agreement,        // how far it was interpolated (`weigh_lattice`)
     count
 };
 }

@@ -1,6 +1,7 @@
 #include "completion/interpolation.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <vector>
@@ -31,15 +32,18 @@ public:
         });
     }
 
-    void operator()(float* output) {
+    /// Calls use(i, mean, weight) for each pixel i that lies between corners that agree.
+    template <class Use>
+    void operator()(Use use) {
         for (int step = static_cast<int>(Tile::side) / 2; step > 0; step /= 2) {
-            for (const bool diagonal : {true, false}) level(step, diagonal, output);
+            for (const bool diagonal : {true, false}) level(step, diagonal, use);
         }
     }
 
 private:
     /// The pixels of which the corners lie at a step along both axes, or along one.
-    void level(int step, bool diagonal, float* output) {
+    template <class Use>
+    void level(int step, bool diagonal, Use use) {
         const int first = lattice_first % step;  // rows and columns of the lattices so far lie at multiples from there
         const int rows = height_ > first ? (height_ - first - 1) / step + 1 : 0;
         for_rows(0, rows, width_ / step + 1, [&](int k) {
@@ -48,25 +52,48 @@ private:
             if (diagonal && !odd_row) return;
             const bool odd_column = diagonal || !odd_row;
             const int begin = first + (is_odd(first, step) == odd_column ? 0 : step);
-            for (int column = begin; column < width_; column += 2 * step) {
-                const std::size_t i = index(row, column);
-                if (traced_[i] > 0) continue;
-                const Node node = diagonal ? mean({{{row - step, column - step}, {row - step, column + step},
-                                                    {row + step, column - step}, {row + step, column + step}}})
-                                           : mean({{{row - step, column}, {row + step, column},
-                                                    {row, column - step}, {row, column + step}}});
+            const auto pixel = [&](int column, const Node& node) {
                 const float weight = 1 - node.contrast * weight_per_contrast_;
-                if (!(weight > 0)) continue;
-                nodes_[i] = node;
-                output[i] += (node.value - output[i]) * weight;
+                if (!(weight > 0)) return;
+                nodes_[index(row, column)] = node;
+                use(index(row, column), node.value, weight);
+            };
+            const auto at_border = [&](int column) {
+                if (traced_[index(row, column)] > 0) return;
+                pixel(column, diagonal ? mean_inside({{{row - step, column - step}, {row - step, column + step},
+                                                       {row + step, column - step}, {row + step, column + step}}})
+                                       : mean_inside({{{row - step, column}, {row + step, column},
+                                                       {row, column - step}, {row, column + step}}}));
+            };
+            int column = begin;
+            if (row >= step && row + step < height_) {
+                for (; column < width_ && column < step; column += 2 * step) at_border(column);
+                const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(step) * width_;
+                const std::ptrdiff_t corners[] = {diagonal ? -down - step : -down, diagonal ? -down + step : down,
+                                                  diagonal ? down - step : -step, diagonal ? down + step : step};
+                for (; column + step < width_; column += 2 * step) {
+                    const std::size_t i = index(row, column);
+                    if (traced_[i] > 0) continue;
+                    const Node* const here = nodes_.data() + i;
+                    pixel(column, mean(here[corners[0]], here[corners[1]], here[corners[2]], here[corners[3]]));
+                }
             }
+            for (; column < width_; column += 2 * step) at_border(column);
         });
     }
 
     /// Whether a place lies an odd number of steps from the lattice's first.
     static bool is_odd(int place, int step) { return ((place - lattice_first) / step) % 2 != 0; }
 
-    [[nodiscard]] Node mean(const std::array<Pixel, 4>& corners) const {
+    static Node mean(const Node& a, const Node& b, const Node& c, const Node& d) {
+        const float low = std::min(std::min(a.value, b.value), std::min(c.value, d.value));
+        const float high = std::max(std::max(a.value, b.value), std::max(c.value, d.value));
+        const float contrast = std::max(std::max(a.contrast, b.contrast), std::max(c.contrast, d.contrast));
+        return {(((a.value + b.value) + c.value) + d.value) / 4, std::max(contrast, high - low)};
+    }
+
+    /// The same of those corners that lie inside the picture.
+    [[nodiscard]] Node mean_inside(const std::array<Pixel, 4>& corners) const {
         float sum = 0, low = unknown, high = -unknown, contrast = 0;
         int count = 0;
         for (const auto [row, column] : corners) {
@@ -97,9 +124,18 @@ void interpolate_lattice(const Layout& known, const float* planes, const Layout&
         const int place = known.place_of(channel);
         for (int component = 0; component < channel.components; ++component, output += pixels) {
             const float* const traced = planes + static_cast<std::size_t>(place + component) * pixels;
-            Interpolation(planes, traced, channel.high - channel.low, height, width)(output);
+            Interpolation(planes, traced, channel.high - channel.low, height, width)(
+                [=](std::size_t i, float mean, float weight) { output[i] += (mean - output[i]) * weight; });
         }
     }
+}
+
+void weigh_lattice(const Layout& known, const float* planes, const Channel& channel, float* weights, int height, int width) {
+    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+    std::fill_n(weights, pixels, 0.f);
+    const float* const traced = planes + static_cast<std::size_t>(known.place_of(channel)) * pixels;
+    Interpolation(planes, traced, channel.high - channel.low, height, width)(
+        [=](std::size_t i, float, float weight) { weights[i] = weight; });
 }
 
 }  // namespace bob

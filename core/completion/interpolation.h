@@ -15,4 +15,7 @@ namespace bob {
 /// Throws std::invalid_argument if the G-buffer lacks a completed channel.
 void interpolate_lattice(const Layout& known, const float* planes, const Layout& completed, float* output, int height, int width);
 
+/// How far the mean of the corners counts: `weights`, (height, width), of 0..1 for a channel of one component, 0 where traced.
+void weigh_lattice(const Layout& known, const float* planes, const Channel& channel, float* weights, int height, int width);
+
 }  // namespace bob

@@ -84,6 +84,7 @@ TEST(features_are_of_the_nearest_pixel_in_each_quadrant) {
     CHECK_NEAR(feature(features::greatest_change), 0.35, 1e-6);
     CHECK_NEAR(feature(features::mean_change), (near * 0.05 + right * 0.35 + far * 0.25) / total, 1e-6);
     CHECK_NEAR(feature(features::gray), 0.25, 1e-6);
+    CHECK(feature(features::agreement) == 0);
     for (int k = 0; k < features::count; ++k) CHECK(found[static_cast<std::size_t>(k) * picture.size() + picture.at(4, 3)] == 0);
 }
 

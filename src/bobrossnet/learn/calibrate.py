@@ -33,8 +33,8 @@ from bobrossnet.progress import progress
 
 F32 = NDArray[np.float32]
 
-FEATURES = 13
-HIDDEN = 16
+FEATURES = 14
+HIDDEN = 32
 ORDERS = ("uniform", "lattice", ADAPTIVE)
 FRACTIONS = (0.0005, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5)
 SIZE = (256, 256)
@@ -43,7 +43,7 @@ STEPS, BATCH, RATE = 6000, 8192, 5e-3
 LOWEST, HIGHEST = -14.0, 0.0  # as in the core
 NEGLIGIBLE = 5e-5  # mean errors of pictures below it weigh no more
 CHECKED = 5  # one shape in so many is not learned from; they say how far to stay on the safe side
-SURE = 0.94  # of their pictures are to be no more wrong than is predicted: some stop early by luck
+SURE = 0.95  # of their pictures are to be no more wrong than is predicted: some stop early by luck
 
 
 class Layers(nn.Module):
@@ -71,7 +71,7 @@ class Picture(NamedTuple):
 
 
 def calibrate(
-    out: str | os.PathLike[str], *, model: str = "default", shapes: int = 100, steps: int = STEPS, seed: int = 0
+    out: str | os.PathLike[str], *, model: str = "default", shapes: int = 250, steps: int = STEPS, seed: int = 0
 ) -> list[float]:
     """Learn how wrong completed pictures are, of shapes that the package makes itself, and write the weights.
 

@@ -102,7 +102,7 @@ def add_commands(commands: Any) -> None:
     calibrate.set_defaults(run=_calibrate)
     calibrate.add_argument("out", metavar="FILE.safetensors", help="the file to write")
     calibrate.add_argument("--model", default="default", metavar="NAME", help="whose pictures (default: default)")
-    calibrate.add_argument("--shapes", type=int, default=100, help="how many (default: 100)")
+    calibrate.add_argument("--shapes", type=int, default=250, help="how many (default: 250)")
 
     figures = commands.add_parser(
         "figures", help="draw the report's figures", description="Draw the report's figures from data, as SVG and PNG."
