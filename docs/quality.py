@@ -186,8 +186,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "# How good the pictures are",
         "Networks and fillings, with each pixel order and at every share of traced pixels, on the same pictures: real "
         "shapes, which nothing was trained on, and shapes that the package makes itself, which are in no data set. "
-        "Networks' pictures are those of `complete`: traced pixels are kept, and where traced pixels of the lattice agree, "
-        "what lies between them is interpolated. Rows are named by method and order; the default order is "
+        "Networks' pictures are those of `complete`: traced pixels are kept, and where traced pixels of the lattice "
+        "agree, what lies between them is interpolated. Rows are named by method and order; the default order is "
         f"**{DEFAULT_ORDER}**. Intervals are 95 % confidence intervals for other shapes of the same kind. "
         f"`make quality{' SCALE=small' * small}` wrote this page.",
         *work.circumstances(PACKAGES),
