@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import argparse
 import gc
+import statistics
 import subprocess
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from importlib import import_module
@@ -25,11 +27,13 @@ from numpy.typing import NDArray
 from report import heading, in_turn, median_ratio, spread, table
 
 import bobrossnet as bob
+from bobrossnet import _core
 from bobrossnet.completion.network import find_weights, make_network
 from bobrossnet.completion.weights import read_weights
 from bobrossnet.learn.checkpoint import load, save
 from bobrossnet.learn.networks import NETWORKS
 from bobrossnet.machine import extra_memory
+from bobrossnet.picture.channels import TRACED
 from bobrossnet.picture.order import FIXED_ORDERS
 
 THREADS = 2
@@ -133,6 +137,7 @@ def main() -> None:
         plot(rows, arguments.plot)
     change_times()
     order_times()
+    deciding_times()
 
 
 def plot(rows: list[list[str]], path: Path) -> None:
@@ -238,6 +243,41 @@ def order_times() -> None:
         for order, values in seconds.items():
             rows.append([f"order.{order}.{100 * fraction:g}%", spread(values, 1e3, 2)])
     table(["what", "ms"], rows)
+
+
+def deciding_times() -> None:
+    """Print how long the adaptive order takes to decide which pixels are next, reading those before included."""
+    heading("Adaptive order: deciding, one thread, on the built-in scene; medians of 7")
+    rows = []
+    for height, width in ((480, 640), (2160, 3840)):
+        planes = bob.trace(bob.happy_tree(), size=(height, width)).planes
+        for fraction in (0.05, 0.25, 1.0):
+            runs = [deciding(planes, fraction) for _ in range(7)]
+            pixels = sum(length for _, length in runs[0])
+            total = statistics.median(sum(seconds for seconds, _ in run) for run in runs)
+            longest = statistics.median(max(seconds for seconds, _ in run) for run in runs)
+            rows.append(
+                [
+                    f"{100 * fraction:g} % of {width}x{height}",
+                    f"{1e3 * total:.2f}",
+                    str(len(runs[0])),
+                    f"{1e3 * longest:.2f}",
+                    f"{1e9 * total / pixels:.0f}",
+                ]
+            )
+    table(["pixels", "ms in all", "rounds", "ms of the longest", "ns a pixel"], rows)
+
+
+def deciding(planes: NDArray[np.float32], fraction: float) -> list[tuple[float, int]]:
+    """Seconds and pixels of each round."""
+    size = planes.shape[1:]
+    order, rounds, pixels = _core.AdaptiveOrder(0, *size), [], 0
+    while pixels < round(fraction * size[0] * size[1]):
+        start = time.perf_counter()
+        length = len(order.next(TRACED.core, planes))
+        rounds.append((time.perf_counter() - start, length))
+        pixels += length
+    return rounds
 
 
 if __name__ == "__main__":

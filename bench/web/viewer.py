@@ -250,8 +250,8 @@ def enlarged(small: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(Image.fromarray(small).resize((WIDTH, HEIGHT), Image.Resampling.BILINEAR))
 
 
-def compared(page: Page, file: str, views: int) -> tuple[list[Any], list[Any], float]:
-    """SSIM by the time of a frame: of our pictures and the rival's, NaN where there is none, and ms to complete."""
+def compared(page: Page, file: str, views: int) -> tuple[list[Any], list[Any], dict[str, float]]:
+    """SSIM by the time of a frame: of our pictures and the rival's, NaN where there is none; ms that ours cost."""
     cameras = [{"azimuth": 360 * i / views, "elevation": 20} for i in range(views)]
     settings = {"file": file, "height": HEIGHT, "width": WIDTH, "cameras": cameras, "times": TIMES_MS, "levels": LEVELS}
     ours: list[list[float]] = [[] for _ in TIMES_MS]
@@ -270,7 +270,11 @@ def compared(page: Page, file: str, views: int) -> tuple[list[Any], list[Any], f
                 score for score, small in zip(scores, frame["theirs"], strict=True) if small["milliseconds"] <= limit
             ]
             theirs[i].append(fitting[0] if fitting else float("nan"))
-    return ours, theirs, statistics.median(frame["completing"] for frame in found)
+    return (
+        ours,
+        theirs,
+        {part: statistics.median(frame[part] for frame in found) for part in ("completing", "deciding")},
+    )
 
 
 def beside_the_rival(browser: Browser, url: str, scenes: dict[str, str], views: int, figure: Path | None) -> None:
@@ -280,13 +284,15 @@ def beside_the_rival(browser: Browser, url: str, scenes: dict[str, str], views: 
     page.goto(url + "rival.html")
     rows, curves = [], {}
     for file, name in scenes.items():
-        ours, theirs, completing = compared(page, file, views)
+        ours, theirs, costs = compared(page, file, views)
         # A mean of all views or of none: a frame that is missing for one is missing.
         means = [[float(np.mean(column)) for column in scores] for scores in (ours, theirs)]
         curves[name] = means
         for label, mean in zip(("completed", "half resolution"), means, strict=True):
             rows.append((name, label, *("–" if np.isnan(value) else f"{value:.3f}" for value in mean)))
-        print(f"{name}: the network takes {completing:.0f} ms", flush=True)
+        print(
+            f"{name}: completing {costs['completing']:.1f} ms, deciding on 5 % of the pixels {costs['deciding']:.1f} ms"
+        )
     table(("scene", "picture", *(f"{limit} ms" for limit in TIMES_MS)), rows)
     if figure is not None:
         draw(curves, figure)
