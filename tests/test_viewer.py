@@ -376,7 +376,7 @@ def test_difference_is_that_of_the_first_picture(page):
     """)
     difference = 4 * np.abs(np.subtract(first, image)).reshape(HEIGHT, WIDTH)
     assert_equal_pictures(page.pixels(), to_8_bit(difference.astype(np.float32)), pixels=0)
-    assert "4 times as bright" in page.text("#note")
+    page.wait_until(lambda: "4 times as bright" in page.text("#note"))
 
 
 def test_uncertain_is_where_errors_are_expected(page):
