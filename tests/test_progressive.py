@@ -110,7 +110,8 @@ def test_it_ends_where_little_error_is_expected(pace, tree):
     *frames, last = bob.progressive(tree, size=(120, 160), until=0.004, **pace)
     assert last.error <= 0.004
     assert all(frame.error > 0.004 for frame in frames)
-    assert 0.05 < last.fraction < 0.6
+    assert last.fraction > 0.05
+    assert last.fraction < 0.6 or "frame_ms" in pace  # a frame may have time for all of them
     assert np.abs(last.image - full.gray).mean() < 0.004
 
 

@@ -29,10 +29,12 @@ def by_the_layers(gbuffer, model, weights):
 @pytest.mark.parametrize("fraction", [0.001, 0.05, 0.6])
 def test_it_is_what_was_learned(fraction, model, tree, every_instruction_set):
     part = bob.trace(tree, size=SIZE, fraction=fraction)
-    error = bob.uncertainty(part, model=model)
-    assert error.dtype == np.float32
-    expected = by_the_layers(part, model, read_weights(UNCERTAINTY)[1])
-    np.testing.assert_allclose(error, expected, rtol=1e-4, atol=1e-6)
+    for name in every_instruction_set:
+        _core.set_isa(name)
+        error = bob.uncertainty(part, model=model)
+        assert error.dtype == np.float32
+        expected = by_the_layers(part, model, read_weights(UNCERTAINTY)[1])
+        np.testing.assert_allclose(error, expected, rtol=1e-4, atol=1e-6, err_msg=name)
 
 
 def test_what_is_traced_is_certain(tree):
