@@ -15,9 +15,10 @@ from dataclasses import dataclass, replace
 from functools import partial, reduce
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 from work import MODELS, ROOT, Work
 
 import bobrossnet as bob
@@ -172,11 +173,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
             steady = {"real shapes": steadiness(work.folder, "real", scenes, options.weights, scale)} | steady
     with work.timed("costs and pictures"):
         costs = measure_costs([options.weights, REPORT], runs=scale.runs)
-        draw = partial(draw_pictures, pictures, shapes, options.weights, scale.panel)
-        panels = picture_sections(draw, scale.panel) if shapes else []
+        panels = []
         if shapes:
-            beside = partial(draw_orders, pictures, shapes, options.weights, scale.panel)
-            panels += order_sections(beside, scale.panel)
+            draw = partial(draw_sheets, pictures, shapes, scale.panel)
+            panels += picture_sections(partial(draw, partial(panels_of_methods, options.weights), ""), scale.panel)
+            panels += order_sections(partial(draw, partial(panels_of_orders, options.weights), "-orders"), scale.panel)
         for name, result in (("real", real), ("own", own)):
             if result:
                 draw_curves(pictures / f"curves-{name}", result, ours)
@@ -533,64 +534,67 @@ def order_sections(draw: Callable[..., list[str]], size: int) -> list[str]:
     return ["## Pixels of two orders", what, *links] if links else []
 
 
-def whole_view(folder: Path, subject: Subject, size: int) -> bob.GBuffer:
-    """All pixels of a subject."""
-    scene = bob.Scene(bob.load(folder / subject.file))
-    return bob.trace(scene.turned_upright() if subject.upright else scene, subject.camera, size=(size, size))
+Panels: TypeAlias = list[tuple[NDArray[np.uint8], str]]
 
 
-def draw_orders(
-    folder: Path, shapes: Path, weights: str, size: int, subjects: Sequence[Subject], shares: Sequence[float]
+def draw_sheets(
+    folder: Path,
+    shapes: Path,
+    size: int,
+    panels_of: Callable[[bob.GBuffer, float], Panels],
+    ending: str,
+    subjects: Sequence[Subject],
+    shares: Sequence[float],
 ) -> list[str]:
-    """Draw a sheet of two orders for each subject, a row for each share of traced pixels, and return links to them."""
+    """Draw a sheet for each subject, a row for each share of traced pixels, and return links to them.
+
+    Parameters
+    ----------
+    folder : of the sheets
+    shapes : folder of the subjects' files; subjects whose file is not there are left out
+    size : of a panel
+    panels_of : from all pixels and the share that is traced to a row's panels, but for the last, of all pixels
+    ending : of the sheets' names
+    """
     links = []
     for subject in subjects:
         if not (shapes / subject.file).exists():
             continue
-        full = whole_view(shapes, subject, size)
-        rows = []
-        for fraction in shares:
-            panels = []
-            for order in (LATTICE, ADAPTIVE):
-                part = full.sample(fraction, order=order)
-                image = bob.complete(part, model=weights)
-                panels += [
-                    (traced_on_green(part), f"{percent(fraction)}, {order}"),
-                    (to_8_bit(image), f"{bob.ssim(image, full.gray):.3f}"),
-                    (to_8_bit(np.minimum(4 * np.abs(image - full.gray), 1)), "error x 4"),
-                ]
-            rows.append(side_by_side([*panels, (to_8_bit(full.gray), "all pixels")]))
-        name = Path(subject.file).name.split(".")[0] + "-orders"
-        write_picture(folder / f"{name}.png", np.vstack(rows))
-        links.append(f"![{subject.what}, two orders](quality/{name}.png)")
-    return links
-
-
-def draw_pictures(
-    folder: Path, shapes: Path, weights: str, size: int, subjects: Sequence[Subject], shares: Sequence[float]
-) -> list[str]:
-    """Draw a sheet for each subject, a row for each share of traced pixels, and return links to them."""
-    links = []
-    for subject in subjects:
-        if not (shapes / subject.file).exists():
-            continue
-        full = whole_view(shapes, subject, size)
-        rows = []
-        for fraction in shares:
-            uniform, ours = (full.sample(fraction, order=order) for order in (UNIFORM, DEFAULT_ORDER))
-            images = {
-                "linear": FILLINGS[LINEAR](uniform.gray, uniform.mask),
-                "report": bob.complete(uniform, model=REPORT),
-                "ours, uniform": bob.complete(uniform, model=weights),
-                "ours": bob.complete(ours, model=weights),
-            }
-            panels = [(traced_on_green(ours), f"{percent(fraction)}, {DEFAULT_ORDER}")]
-            panels += [(to_8_bit(image), f"{name}: {bob.ssim(image, full.gray):.3f}") for name, image in images.items()]
-            rows.append(side_by_side([*panels, (to_8_bit(full.gray), "all pixels")]))
-        name = Path(subject.file).name.split(".")[0]
+        scene = bob.Scene(bob.load(shapes / subject.file))
+        full = bob.trace(scene.turned_upright() if subject.upright else scene, subject.camera, size=(size, size))
+        last = (to_8_bit(full.gray), "all pixels")
+        rows = [side_by_side([*panels_of(full, fraction), last]) for fraction in shares]
+        name = Path(subject.file).name.split(".")[0] + ending
         write_picture(folder / f"{name}.png", np.vstack(rows))
         links.append(f"![{subject.what}](quality/{name}.png)")
     return links
+
+
+def panels_of_methods(weights: str, full: bob.GBuffer, fraction: float) -> Panels:
+    """Linear filling and the networks, in order uniform and in the default one."""
+    uniform, ours = (full.sample(fraction, order=order) for order in (UNIFORM, DEFAULT_ORDER))
+    images = {
+        "linear": FILLINGS[LINEAR](uniform.gray, uniform.mask),
+        "report": bob.complete(uniform, model=REPORT),
+        "ours, uniform": bob.complete(uniform, model=weights),
+        "ours": bob.complete(ours, model=weights),
+    }
+    completed = [(to_8_bit(image), f"{name}: {bob.ssim(image, full.gray):.3f}") for name, image in images.items()]
+    return [(traced_on_green(ours), f"{percent(fraction)}, {DEFAULT_ORDER}"), *completed]
+
+
+def panels_of_orders(weights: str, full: bob.GBuffer, fraction: float) -> Panels:
+    """Two orders: traced pixels, completed picture and its error."""
+    panels: Panels = []
+    for order in (LATTICE, ADAPTIVE):
+        part = full.sample(fraction, order=order)
+        image = bob.complete(part, model=weights)
+        panels += [
+            (traced_on_green(part), f"{percent(fraction)}, {order}"),
+            (to_8_bit(image), f"{bob.ssim(image, full.gray):.3f}"),
+            (to_8_bit(np.minimum(4 * np.abs(image - full.gray), 1)), "error x 4"),
+        ]
+    return panels
 
 
 if __name__ == "__main__":
