@@ -110,7 +110,7 @@ const bob::ErrorPredictor* make_predictor(const bob::Weights* weights) {
 }
 EXPORT(free_predictor) void free_predictor(const bob::ErrorPredictor* predictor) { delete predictor; }
 
-/// planes: (C, height, width) of a G-buffer; gray: completed, at traced pixels the network's own output; error: what is expected, both (height, width).
+/// planes: (C, height, width) of a G-buffer; gray: a network's own output; error: what is expected, both (height, width).
 EXPORT(predict_error)
 bool predict_error(const bob::ErrorPredictor* predictor, const float* planes, const float* gray, std::int32_t height,
                    std::int32_t width, float* error) {

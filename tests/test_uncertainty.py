@@ -18,8 +18,8 @@ SIZE = (60, 83)
 def by_the_layers(gbuffer, model, weights):
     """The prediction from its features, in numpy."""
     features = np.empty((FEATURES, *gbuffer.size), np.float32)
-    completed = load_network(model).predict_between_known(gbuffer)
-    _core.error_features(gbuffer.layout.core, gbuffer.planes, completed[None], features)
+    predicted = load_network(model).predict(gbuffer)
+    _core.error_features(gbuffer.layout.core, gbuffer.planes, predicted[None], features)
     hidden = np.einsum("jk,kyx->jyx", weights["hidden.weight"], features) + weights["hidden.bias"][:, None, None]
     output = np.einsum("j,jyx->yx", weights["output.weight"][0], np.maximum(hidden, 0)) + weights["output.bias"]
     return np.where(gbuffer.mask > 0, 0, np.exp(np.clip(output, LOWEST, HIGHEST)))

@@ -40,7 +40,7 @@ const std::vector<float>& logarithms_of_squares() {
 class Surroundings {
 public:
     Surroundings(const Layout& layout, const float* planes, const float* gray, int height, int width)
-        : height_(height), width_(width), completed_(gray) {
+        : height_(height), width_(width) {
         const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
         const auto plane = [&](const Channel& channel) { return planes + static_cast<std::size_t>(layout.place_of(channel)) * pixels; };
         const float *mask = plane(channels::mask), *traced_gray = plane(channels::gray), *depth = plane(channels::depth),
@@ -53,8 +53,8 @@ public:
             known_.push_back({row, static_cast<std::int32_t>(i) - row * width, traced_gray[i], depth[i], normal[i],
                               normal[i + pixels], std::abs(clamped(gray[i]) - traced_gray[i]), depth[i] > 0});
         }
-        agreement_.resize(pixels);
-        weigh_lattice(layout, planes, channels::gray, agreement_.data(), height, width);
+        completed_.assign(gray, gray + pixels), agreement_.resize(pixels);
+        interpolate_lattice(layout, planes, channels::gray, completed_.data(), agreement_.data(), height, width);
         parallel_for(4, 1, [&](std::size_t begin, std::size_t end) {
             for (std::size_t quadrant = begin; quadrant < end; ++quadrant) search(static_cast<int>(quadrant));
         });
@@ -145,9 +145,8 @@ private:
     }
 
     int height_, width_;
-    const float* completed_;
     std::vector<Known> known_;
-    std::vector<float> agreement_;
+    std::vector<float> completed_, agreement_;  // gray after interpolation, and how far that was interpolated
     std::array<std::vector<std::int32_t>, 4> nearest_;  // of each pixel, by quadrant
     const std::vector<float>& logarithms_ = logarithms_of_squares();
 };

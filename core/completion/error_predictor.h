@@ -22,9 +22,9 @@ public:
     /// std::invalid_argument if one is missing or does not fit.
     explicit ErrorPredictor(const Weights& weights);
 
-    /// planes: (layout.width(), height, width) of a G-buffer; gray: (height, width), what was completed, but the network's own
-    /// output at the traced pixels; error: (height, width), at least 0, and 0 where traced. Throws std::invalid_argument if
-    /// the layout lacks a channel.
+    /// planes: (layout.width(), height, width) of a G-buffer; gray: (height, width), a network's own output, which is
+    /// interpolated here as where it is shown; error: (height, width), at least 0, and 0 where traced. Throws
+    /// std::invalid_argument if the layout lacks a channel.
     void operator()(const Layout& layout, const float* planes, const float* gray, int height, int width, float* error) const;
 
     /// What the prediction is made from, (features, height, width), for those who learn; 0 where traced.

@@ -24,7 +24,7 @@ enum : int {
     greatest_change,  // from them to the completed gray
     mean_change,      // weighted likewise
     gray,             // completed
-    agreement,        // how far it was interpolated (`weigh_lattice`)
+    agreement,        // how far it was interpolated (`interpolate_lattice`)
     count
 };
 }

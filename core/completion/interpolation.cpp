@@ -130,12 +130,16 @@ void interpolate_lattice(const Layout& known, const float* planes, const Layout&
     }
 }
 
-void weigh_lattice(const Layout& known, const float* planes, const Channel& channel, float* weights, int height, int width) {
+void interpolate_lattice(const Layout& known, const float* planes, const Channel& channel, float* output, float* weights,
+                         int height, int width) {
     const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
     std::fill_n(weights, pixels, 0.f);
     const float* const traced = planes + static_cast<std::size_t>(known.place_of(channel)) * pixels;
     Interpolation(planes, traced, channel.high - channel.low, height, width)(
-        [=](std::size_t i, float, float weight) { weights[i] = weight; });
+        [=](std::size_t i, float mean, float weight) {
+            output[i] += (mean - output[i]) * weight;
+            weights[i] = weight;
+        });
 }
 
 }  // namespace bob

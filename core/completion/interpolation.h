@@ -7,15 +7,17 @@ namespace bob {
 
 /// Improves what a network made of the pixels that were not traced, where they lie in squares of the lattice
 /// (`lattice_tile`) whose corners agree: there the mean of the corners is closer than a network comes, as in the smooth parts
-/// of a picture whose order goes where pixels differ. From the coarsest square to the finest, a corner that was not traced is the mean of
-/// its own corners; the more any of them differ, the less the mean counts, and beyond `most_contrast` not at all. Where
-/// the traced pixels do not lie in the lattice, hardly a pixel changes.
+/// of a picture whose order goes where pixels differ. From the coarsest square to the finest, a corner that was not traced
+/// is the mean of its own corners; the more any of them differ, the less the mean counts, and beyond `most_contrast` not
+/// at all. Where the traced pixels do not lie in the lattice, hardly a pixel changes.
 ///
 /// planes: (known.width(), height, width) of a G-buffer, beginning with the mask; output: (completed.width(), height, width).
 /// Throws std::invalid_argument if the G-buffer lacks a completed channel.
 void interpolate_lattice(const Layout& known, const float* planes, const Layout& completed, float* output, int height, int width);
 
-/// How far the mean of the corners counts: `weights`, (height, width), of 0..1 for a channel of one component, 0 where traced.
-void weigh_lattice(const Layout& known, const float* planes, const Channel& channel, float* weights, int height, int width);
+/// The same of a channel of one component; `weights`, (height, width), says how far the mean counts, 0..1, and 0 where
+/// traced.
+void interpolate_lattice(const Layout& known, const float* planes, const Channel& channel, float* output, float* weights,
+                         int height, int width);
 
 }  // namespace bob

@@ -109,10 +109,10 @@ FUZZ(weights) {
         bob::Incremental incremental(*network);
         for (int i = 0; i < 2; ++i) incremental(inputs, height, width, again.data());
         fuzz::expect(same(output, again), "the same picture again");
-        bob::interpolate_lattice(bob::gbuffer_layout(), planes.data(), network->outputs(), output.data(), height, width);
         std::vector<float> features(pixels * bob::error_features::count);
         bob::ErrorPredictor::features(bob::gbuffer_layout(), planes.data(), output.data(), height, width, features.data());
         fuzz::expect(std::ranges::all_of(features, [](float value) { return std::isfinite(value); }), "finite features");
+        bob::interpolate_lattice(bob::gbuffer_layout(), planes.data(), network->outputs(), output.data(), height, width);
         bob::keep_known(bob::gbuffer_layout(), planes.data(), network->outputs(), output.data(), pixels);
         for (std::size_t i = 0; i < pixels; ++i) {
             fuzz::expect(planes[i] > 0 ? output[i] == planes[pixels + i] : output[i] >= 0 && output[i] <= 1, "known pixels, and a range");

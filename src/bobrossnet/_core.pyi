@@ -195,8 +195,8 @@ class ErrorPredictor:
 
     def __init__(self, tensors: Mapping[str, F32]) -> None: ...
     def __call__(self, layout: Layout, planes: F32, gray: F32, error: F32) -> None:
-        """From a G-buffer's planes (C, H, W) and what was completed, but the network's own output at traced pixels,
-        (1, H, W), to the expected absolute error of the completed gray (1, H, W)."""
+        """From a G-buffer's planes (C, H, W) and a network's own output (1, H, W) to the expected absolute error of the
+        completed gray (1, H, W)."""
 
 def error_features(layout: Layout, planes: F32, gray: F32, features: F32) -> None:
     """What an error predictor predicts from, (14, H, W)."""

@@ -29,10 +29,6 @@ class Network:
         """The network's own output at every pixel, known ones too: (H, W) float32, of any value."""
         return _predicted(gbuffer, self.core)
 
-    def predict_between_known(self, gbuffer: GBuffer) -> NDArray[np.float32]:
-        """The same, of what was not traced as `complete` has it: improved where traced pixels around agree."""
-        return _between_known(gbuffer, self.core, self.core.outputs)
-
 
 NetworkLike: TypeAlias = str | os.PathLike[str] | Network
 
@@ -109,14 +105,9 @@ def _completed(gbuffer: GBuffer, run: Run, outputs: _core.Layout) -> NDArray[np.
     check_gbuffer(gbuffer)
     if gbuffer.mask.all():
         return gbuffer.gray.copy()
-    image = _between_known(gbuffer, run, outputs)
-    _core.keep_known(gbuffer.layout.core, gbuffer.planes, outputs, image[None])
-    return image
-
-
-def _between_known(gbuffer: GBuffer, run: Run, outputs: _core.Layout) -> NDArray[np.float32]:
     image = _predicted(gbuffer, run)
     _core.interpolate_lattice(gbuffer.layout.core, gbuffer.planes, outputs, image[None])
+    _core.keep_known(gbuffer.layout.core, gbuffer.planes, outputs, image[None])
     return image
 
 

@@ -47,7 +47,7 @@ def uncertainty(gbuffer: GBuffer, *, model: NetworkLike = "default") -> NDArray[
     True
     """
     check_gbuffer(gbuffer)
-    predicted = load_network(model).predict_between_known(gbuffer)
+    predicted = load_network(model).predict(gbuffer)
     error = np.empty(gbuffer.size, np.float32)
     _predictor()(gbuffer.layout.core, gbuffer.planes, predicted[None], error[None])
     return error

@@ -125,10 +125,10 @@ def _pictures(scenes: Scenes, model: str, rng: np.random.Generator) -> Iterator[
                 part = full.sample(fraction, order=order, seed=number)
                 untraced = np.flatnonzero(part.mask == 0)
                 chosen = rng.choice(untraced, max(1, len(untraced) // EVERY), replace=False)
-                predicted = network.predict_between_known(part)
+                predicted = network.predict(part)
                 features = np.empty((FEATURES, *SIZE), np.float32)
                 _core.error_features(part.layout.core, part.planes, predicted[None], features)
-                errors = np.where(part.mask == 0, np.abs(np.clip(predicted, 0, 1) - full.gray), 0).astype(np.float32)
+                errors = np.abs(bob.complete(part, model=network) - full.gray)
                 yield (
                     number,
                     Picture(

@@ -58,7 +58,7 @@ export class Completer {
    */
   async complete(gbuffer) {
     await this.#fill(gbuffer);
-    this.network.interpolate(gbuffer, gbuffer.imageAddress);
+    this.network.interpolate(gbuffer);
     return gbuffer.image;
   }
 

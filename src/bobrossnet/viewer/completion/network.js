@@ -17,7 +17,7 @@ export class Network {
   /** Fills in what was not traced. @param {GBuffer} gbuffer @returns {Float32Array} its `image` */
   complete(gbuffer) {
     this.fill(gbuffer);
-    this.interpolate(gbuffer, gbuffer.imageAddress);
+    this.interpolate(gbuffer);
     return gbuffer.image;
   }
 
@@ -33,9 +33,9 @@ export class Network {
     this.core.made("run_network", this.handle, address, height, width, output);
   }
 
-  /** Improves what was filled in where traced pixels around agree. @param {GBuffer} gbuffer @param {number} output as of `predict` */
-  interpolate({ address, height, width }, output) {
-    this.core.made("interpolate_lattice", this.handle, address, height, width, output);
+  /** Improves what was filled in where traced pixels around agree. @param {GBuffer} gbuffer */
+  interpolate({ address, height, width, imageAddress }) {
+    this.core.made("interpolate_lattice", this.handle, address, height, width, imageAddress);
   }
 
   free() {

@@ -26,7 +26,6 @@ export class ErrorPredictor {
     const { height, width } = gbuffer, size = height * width, memory = this.core.allocate(2 * 4 * size);
     try {
       network.predict(gbuffer, memory);
-      network.interpolate(gbuffer, memory);
       this.core.made("predict_error", this.handle, gbuffer.address, memory, height, width, memory + 4 * size);
       return new Float32Array(this.core.memory, memory + 4 * size, size).slice();
     } finally {

@@ -30,8 +30,8 @@ function shade(gray) {
  *   mode: Mode, divider: number, height: number, width: number, mask: Float32Array, gray: Float32Array, image: Float32Array,
  *   first: Float32Array, expected: Float32Array | null, exact: boolean
  * }} look
- *   arrays (height, width), 0..1; first: the picture as it was first completed; expected: its errors; divider: 0..1, left of which a split picture has
- *   traced pixels; where the picture is not yet exact, a difference shows the completed picture
+ *   arrays (height, width), 0..1; first: the picture as it was first completed; expected: the errors of `image`; divider:
+ *   0..1, left of which a split picture has traced pixels; where the picture is not yet exact, a difference shows the completed picture
  * @returns {ImageData}
  */
 export function paint({ mode, divider, height, width, mask, gray, image, first, expected, exact }) {
