@@ -1,8 +1,8 @@
 #include "completion/conv3x3.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
+#include <memory>
 #include <numeric>
 #include <stdexcept>
 
@@ -11,92 +11,90 @@
 namespace bob {
 namespace {
 
-/// Winograd's F(2, 3): the three taps of a column as four factors. With pixels d0..d3 of the column and the products m0..m3
-/// of these factors and d0 - d2, d1 + d2, d2 - d1, d1 - d3, the two results are m0 + m1 + m2 and m1 - m2 - m3.
-std::array<float, 4> winograd_taps(const float (&g)[3]) {
-    return {g[0], (g[0] + g[1] + g[2]) / 2, (g[0] - g[1] + g[2]) / 2, g[2]};
+/// Winograd's factors of the three taps of a column, for two rows or four: what the kernels multiply by the differences.
+std::vector<double> winograd_taps(int rows, double g0, double g1, double g2) {
+    if (rows == 2) return {g0, (g0 + g1 + g2) / 2, (g0 - g1 + g2) / 2, g2};
+    constexpr double a = winograd_near, b = winograd_far;
+    const auto at = [&](double x, double other) {
+        return (g0 + x * g1 + x * x * g2) / (2 * x * x * (x * x - other * other));
+    };
+    return {g0 / (a * a * b * b), at(a, b), at(-a, b), at(b, a), at(-b, a), g2};
 }
 
 }  // namespace
 
-Conv3x3::Conv3x3(std::span<const float> weight, std::span<const float> bias, int in, int groups)
-    : in_(in), out_(static_cast<int>(bias.size())), groups_(groups), bias_(bias.begin(), bias.end()) {
+Conv3x3::Conv3x3(std::span<const float> weight, std::span<const float> bias, int in, int groups, int rows)
+    : in_(in), out_(static_cast<int>(bias.size())), groups_(groups), rows_(rows), bias_(bias.begin(), bias.end()) {
     const int inputs = in / groups, outputs = out_ / groups;
     if (inputs * groups != in || outputs * groups != out_ ||
         weight.size() != static_cast<std::size_t>(out_ * inputs * 9)) {
         throw std::invalid_argument("Conv3x3: weight and bias do not fit the channels and groups");
     }
     block_ = outputs % 4 == 0 ? 4 : outputs % 5 == 0 ? 5 : 1;
-    weight_.reserve(weight.size());
-    weight_pair_.reserve(weight.size() / 9 * 12);
+    const auto products = static_cast<std::size_t>(rows + 2);
+    weight_.resize(weight.size() / 3 * products);
     const auto tap = [&](int channel, int input, int ky, int kx) {
-        return weight[static_cast<std::size_t>(((channel * inputs + input) * 3 + ky) * 3 + kx)];
+        return double{weight[static_cast<std::size_t>(((channel * inputs + input) * 3 + ky) * 3 + kx)]};
     };
-    for (int first = 0; first < out_; first += block_) {
-        for (int input = 0; input < inputs; ++input) {
-            for (int k = 0; k < 9; ++k) {
-                for (int c = first; c < first + block_; ++c) weight_.push_back(tap(c, input, k / 3, k % 3));
-            }
-            for (int k = 0; k < 12; ++k) {
-                for (int c = first; c < first + block_; ++c) {
-                    const float g[3] = {tap(c, input, 0, k / 4), tap(c, input, 1, k / 4), tap(c, input, 2, k / 4)};
-                    weight_pair_.push_back(winograd_taps(g)[static_cast<std::size_t>(k % 4)]);
+    for (int c = 0; c < out_; ++c) {
+        for (int i = 0; i < inputs; ++i) {
+            for (int kx = 0; kx < 3; ++kx) {
+                const auto taps = winograd_taps(rows, tap(c, i, 0, kx), tap(c, i, 1, kx), tap(c, i, 2, kx));
+                for (std::size_t k = 0; k < products; ++k) {
+                    const std::size_t row = static_cast<std::size_t>(c / block_) * products + k;
+                    weight_[((row * static_cast<std::size_t>(inputs) + static_cast<std::size_t>(i)) * 3 + static_cast<std::size_t>(kx)) *
+                                static_cast<std::size_t>(block_) + static_cast<std::size_t>(c % block_)] = static_cast<float>(taps[k]);
                 }
             }
         }
     }
 }
 
-void Conv3x3::operator()(const Planes& input, int first_input, Planes& output, std::span<const int> output_channel,
+void Conv3x3::operator()(const Channels& input, const Channels& more, Planes& output, std::span<const int> output_channel,
                          Then then, int begin, int end) const {
     const int inputs = in_ / groups_, outputs = out_ / groups_;
-    const auto& kernels = best_conv_kernels();
-    const auto kernel = block_ == 5 ? kernels.conv5 : block_ == 4 ? kernels.conv4 : kernels.conv1;
+    const auto& kernels = rows_ == 4 ? best_conv_kernels().quads : best_conv_kernels().pairs;
+    const auto kernel = block_ == 5 ? kernels.five : block_ == 4 ? kernels.four : kernels.one;
     const bool enlarged = then == Then::relu_upsample || then == Then::shuffle;
     const int merged = then == Then::shuffle ? 4 : 1;  // channels of the convolution in one of the output
-    const auto pair = [&](int y, float** rows_written, float* scratch) {
-        const int rows = std::min(2, end - y);
+    const auto channels_of = [&](const Channels& from, int first, int count, int y) {
+        ConvInput result{from.planes.row(from.first + first, y) + from.column, {}, from.planes.plane_stride(), count};
+        for (int i = 0; i < rows_ + 2; ++i) result.rows[i] = from.planes.offset(y, y - 1 + i);
+        return result;
+    };
+    const auto convolve = [&](int y, float** rows_written, float* scratch) {
+        const int rows = std::min(rows_, end - y);
         const int out_y = then == Then::relu_pool ? y / 2 : enlarged ? 2 * y : y;
-        const int out_rows = then == Then::relu_pool ? 1 : enlarged ? 2 * rows : rows;
+        const int out_rows = then == Then::relu_pool ? rows / 2 : enlarged ? 2 * rows : rows;
         for (int first = 0; first < out_; first += outputs) {
-            ConvRow row{};
-            row.input = input.row(first_input + first / outputs * inputs, y);
-            for (int i = 0; i < rows + 2; ++i) row.rows[i] = input.offset(y, y - 1 + i);
-            row.plane_stride = input.plane_stride();
-            row.inputs = inputs;
-            row.width = input.width();
-            row.blocks = outputs / block_;
-            row.weight = weight_.data() + first * inputs * 9;
-            row.weight_pair = weight_pair_.data() + first * inputs * 12;
-            row.bias = bias_.data() + first;
-            row.output_row_stride = output.row_stride();
-            row.output = rows_written;
-            row.scratch = scratch;
             const auto channels = output_channel.subspan(static_cast<std::size_t>(first / merged),
                                                          static_cast<std::size_t>(outputs / merged));
             std::transform(channels.begin(), channels.end(), rows_written, [&](int c) { return output.row(c, out_y); });
-            kernel(row, rows, then);
+            const int first_input = first / outputs * inputs;
+            kernel({{channels_of(input, first_input, inputs - more.count, y), channels_of(more, 0, more.count, y)},
+                    input.planes.width(), rows, outputs / block_, weight_.data() + first * inputs * 3 * (rows_ + 2),
+                    bias_.data() + first, rows_written, output.row_stride(), scratch}, then);
             for (const int c : channels) {
                 for (int r = 0; r < out_rows; ++r) output.clear_tail(c, out_y + r);
             }
         }
     };
     // Pieces of some tens of microseconds: enough for the threads to share, few enough to hand out.
-    const auto grain = static_cast<std::size_t>(1 + 1'000'000 / (std::int64_t{36} * inputs * out_ * input.width()));
-    parallel_for(static_cast<std::size_t>((end - begin + 1) / 2), grain, [&](std::size_t first, std::size_t last) {
+    const auto grain = static_cast<std::size_t>(1 + 500'000 / (std::int64_t{9} * rows_ * inputs * out_ * input.planes.width()));
+    parallel_for(static_cast<std::size_t>((end - begin + rows_ - 1) / rows_), grain, [&](std::size_t first, std::size_t last) {
         std::vector<float*> rows_written(static_cast<std::size_t>(outputs / merged));
-        std::vector<float> scratch(static_cast<std::size_t>(inputs * conv_scratch));
+        const auto scratch = std::make_unique_for_overwrite<float[]>(static_cast<std::size_t>((rows_ + 2) * inputs * conv_scratch));
         for (std::size_t i = first; i < last; ++i) {
-            pair(begin + 2 * static_cast<int>(i), rows_written.data(), scratch.data());
+            convolve(begin + rows_ * static_cast<int>(i), rows_written.data(), scratch.get());
         }
     });
 }
 
-void Conv3x3::operator()(const Planes& input, int first_input, Planes& output, int first_output, Then then, int begin,
+void Conv3x3::operator()(const Channels& input, const Channels& more, Planes& output, int first_output, Then then, int begin,
                          int end) const {
     std::vector<int> channels(static_cast<std::size_t>(then == Then::shuffle ? out_ / 4 : out_));
     std::iota(channels.begin(), channels.end(), first_output);
-    (*this)(input, first_input, output, channels, then, begin, end);
+    (*this)(input, more, output, channels, then, begin, end);
 }
 
 }  // namespace bob

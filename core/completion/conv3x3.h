@@ -1,6 +1,7 @@
 /// 3x3 convolutions with zero padding: the arithmetic of every network here.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -9,31 +10,44 @@
 
 namespace bob {
 
+/// Channels of an image that a convolution reads, from a column on.
+struct Channels {
+    const Planes& planes;
+    int first, count, column = 0;
+};
+
 /// The weights of a convolution in groups, as PyTorch's Conv2d has them, rearranged for the kernels.
 class Conv3x3 {
 public:
-    /// weight: (out, in / groups, 3, 3); bias: (out,).
-    Conv3x3(std::span<const float> weight, std::span<const float> bias, int in, int groups);
+    /// weight: (out, in / groups, 3, 3); bias: (out,). `rows` of the result are computed at once, 2 or 4, from a multiple of
+    /// that on: four are faster, two depend on fewer of the rows around them.
+    Conv3x3(std::span<const float> weight, std::span<const float> bias, int in, int groups, int rows);
 
-    /// Convolves the rows `begin` to `end` of `input`, in its channels from `first_input` on; `begin` is even, `end` too or
-    /// the height. Output channel c is written to the channel `output_channel[c]` of `output`; shuffled, channels 4c to
-    /// 4c + 3 are. Uses all threads.
-    void operator()(const Planes& input, int first_input, Planes& output, std::span<const int> output_channel, Then then,
+    /// Convolves the rows `begin` to `end` of one image's channels followed by another's, which may be none; with groups, of one
+    /// image. They are as high as the output and, in their columns, at least as wide as the first. `begin` is a multiple of `rows`, `end` too or the height. Output channel c is written to the
+    /// channel `output_channel[c]` of `output`; shuffled, channels 4c to 4c + 3 are. Uses all threads.
+    void operator()(const Channels& input, const Channels& more, Planes& output, std::span<const int> output_channel, Then then,
                     int begin, int end) const;
     /// The same with the output's channels in order, from `first_output` on.
-    void operator()(const Planes& input, int first_input, Planes& output, int first_output, Then then, int begin,
+    void operator()(const Channels& input, const Channels& more, Planes& output, int first_output, Then then, int begin,
                     int end) const;
+    void operator()(const Planes& input, int first_input, Planes& output, int first_output, Then then, int begin,
+                    int end) const {
+        (*this)({input, first_input, in_}, {input, 0, 0}, output, first_output, then, begin, end);
+    }
 
     [[nodiscard]] int in() const { return in_; }
     [[nodiscard]] int out() const { return out_; }
     [[nodiscard]] int groups() const { return groups_; }
+    [[nodiscard]] int rows() const { return rows_; }
+    /// So many rows and the rest of those that are computed together with the last, of an image of that height.
+    [[nodiscard]] int whole(int rows, int height) const { return std::min((rows + rows_ - 1) / rows_ * rows_, height); }
 
 private:
-    int in_, out_, groups_;
+    int in_, out_, groups_, rows_;
     int block_;                  // output channels that a kernel computes at once: 4, 5 or 1
-    std::vector<float> weight_;       // (out / block, in / groups, 3, 3, block)
-    std::vector<float> weight_pair_;  // (out / block, in / groups, 3, 4, block)
-    std::vector<float> bias_;         // (out,)
+    std::vector<float> weight_;  // (out / block, rows + 2, in / groups, 3, block)
+    std::vector<float> bias_;    // (out,)
 };
 
 }  // namespace bob

@@ -16,32 +16,46 @@ enum class Then {
     shuffle,        // each four channels become the 2x2 pixels of one, row by row
 };
 
-/// The output channels of a group over a pair of rows, or over the last row alone. They are computed in blocks.
-struct ConvRow {
-    const float* input;  // first pixel of the upper row in the first input channel of the group
-    std::ptrdiff_t rows[4];  // from there to the row above, itself, the lower row and the one below
+/// Winograd's F(4, 3) evaluates polynomials at 0, infinity and, of either sign, these. They are numbers that float32 holds, and
+/// near enough to 1 that rounding costs no more than summing in turn does: over 51 channels both err by 2.2e-7 (root mean
+/// square); from the usual 1 and 2 it would be 3.1e-7.
+constexpr float winograd_near = 0.75f, winograd_far = 1.5f;
+
+/// Channels that a convolution reads from one image.
+struct ConvInput {
+    const float* row;        // first pixel of the first row of the results, in the first channel
+    std::ptrdiff_t rows[6];  // from there to the row above, itself and those below: as many as the results have, and one more
     std::size_t plane_stride;
-    int inputs;  // channels
-    int width;
-    int blocks;
-    const float* weight;       // (blocks, inputs, 3, 3, block)
-    const float* weight_pair;  // (blocks, inputs, 3, 4, block): for two rows at once, see `winograd_taps`
-    const float* bias;         // (blocks, block)
-    float* const* output;      // first pixel of the first row written of each channel, or shuffled of each four
-    std::size_t output_row_stride;
-    float* scratch;  // conv_scratch floats for each input
+    int channels;
 };
 
-/// Pixels of a row whose differences are kept to be used for all output channels: those of 32 channels fit the cache.
-constexpr int conv_tile = 96;
-constexpr int conv_scratch = 4 * (conv_tile + 16);
+/// The output channels of a group over the rows that are computed at once. They are computed in blocks.
+struct ConvRows {
+    ConvInput inputs[2];  // the second may have no channels
+    int width;
+    int rows;  // of the results, which the image has: at the end fewer than are computed
+    int blocks;
+    const float* weight;   // (blocks, products, inputs, 3, block): see `winograd_taps`
+    const float* bias;     // (blocks, block)
+    float* const* output;  // first pixel of the first row written of each channel, or shuffled of each four
+    std::size_t output_row_stride;
+    float* scratch;  // conv_scratch floats for each product and input
+};
+
+/// Pixels of a row whose differences are kept to be used for all output channels, and what that takes.
+constexpr int conv_tile = 160;
+constexpr int conv_scratch = conv_tile + 16;
+
+using ConvKernel = void (*)(const ConvRows& rows, Then then);
 
 struct ConvKernels {
-    /// Computes in blocks of five channels, of four and of one; writes whole vectors, beyond the width if need be. `rows` is
-    /// 2, or 1 at the image's end. `Then::shuffle` needs blocks of four.
-    void (*conv5)(const ConvRow& row, int rows, Then then);
-    void (*conv4)(const ConvRow& row, int rows, Then then);
-    void (*conv1)(const ConvRow& row, int rows, Then then);
+    /// Compute in blocks of one channel, of four and of five; write whole vectors, beyond the width if need be. `Then::shuffle`
+    /// needs blocks of four.
+    struct Blocks {
+        ConvKernel one, four, five;
+    };
+    /// Two rows at once, and four.
+    Blocks pairs, quads;
 };
 
 BOB_DECLARE_KERNELS(ConvKernels, conv_kernels)

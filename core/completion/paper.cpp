@@ -22,23 +22,26 @@ struct Progress {
     int input, encode1, encode2, encoded, decode1, decode2, output;
 };
 
+// Rows that convolutions compute at once: four where most of the arithmetic is, two where four would keep many more waiting.
+constexpr int pair = 2, quad = 4;
+
 /// How far the layers must come for `output` rows of a picture. Each sees the row below those that it convolves, and takes
-/// rows in pairs; pooling halves the rows, upsampling doubles them.
+/// several rows at once; pooling halves the rows, upsampling doubles them.
 Progress needed(int output, int height) {
-    const auto pairs = [](int rows, int height) { return std::min((rows + 1) / 2 * 2, height); };
+    const auto rounded_up = [](int rows, int multiple, int height) { return std::min((rows + multiple - 1) / multiple * multiple, height); };
     Progress p{};
     p.output = output;
-    p.decode2 = pairs((p.output + 2) / 2, height / 2);
-    p.decode1 = pairs((p.decode2 + 2) / 2, height / 4);
-    p.encoded = pairs(p.decode1 + 1, height / 4);
-    p.encode2 = pairs(2 * (p.encoded + 1), height / 2);
-    p.encode1 = pairs(2 * (p.encode2 + 1), height);
+    p.decode2 = rounded_up((p.output + 2) / 2, pair, height / 2);
+    p.decode1 = rounded_up((p.decode2 + 2) / 2, pair, height / 4);
+    p.encoded = rounded_up(p.decode1 + 1, pair, height / 4);
+    p.encode2 = rounded_up(2 * (p.encoded + 1), quad, height / 2);
+    p.encode1 = rounded_up(2 * (p.encode2 + 1), quad, height);
     p.input = std::min(p.encode1 + 1, height);
     return p;
 }
 
-constexpr int least_rows = 8;  // so that all layers take pairs of rows
-constexpr int ahead = 24;      // rows that the input is ahead of the output, and one behind
+constexpr int least_rows = 8;  // so that all layers take whole pairs and quads
+constexpr int ahead = 30;      // rows that the input is ahead of the output, and one behind
 
 }  // namespace
 
@@ -72,12 +75,12 @@ struct Paper::Images {
 
 Paper::Paper(const Weights& weights, std::size_t memory)
     : Network(weights, weights.inputs, {channels::gray}),
-      encode1(conv3x3(weights, "encode1", inputs().width(), 20)),
-      encode2(conv3x3(weights, "encode2", 20, 80)),
-      encoded(conv3x3(weights, "encoded", 80, 20)),
-      decode1(conv3x3(weights, "decode1", 20, 5)),
-      decode2(conv3x3(weights, "decode2", 20 + 5, 5)),
-      output(conv3x3(weights, "output", 5 + inputs().width(), 1)),
+      encode1(conv3x3(weights, "encode1", inputs().width(), 20, quad)),
+      encode2(conv3x3(weights, "encode2", 20, 80, quad)),
+      encoded(conv3x3(weights, "encoded", 80, 20, pair)),
+      decode1(conv3x3(weights, "decode1", 20, 5, pair)),
+      decode2(conv3x3(weights, "decode2", 20 + 5, 5, pair)),
+      output(conv3x3(weights, "output", 5 + inputs().width(), 1, quad)),
       memory_(memory) {}
 
 Paper::~Paper() = default;
@@ -101,7 +104,7 @@ void Paper::operator()(const float* gbuffer, int height, int width, float* gray)
             }
         });
         encode1(full, 5, half, 5, Then::relu_pool, done.encode1, next.encode1);
-        encode2(half, 5, quarter, shuffle, Then::relu_pool, done.encode2, next.encode2);
+        encode2({half, 5, 20}, {half, 0, 0}, quarter, shuffle, Then::relu_pool, done.encode2, next.encode2);
         encoded(quarter, 0, code, 0, Then::relu, done.encoded, next.encoded);
         decode1(code, 0, half, 0, Then::relu_upsample, done.decode1, next.decode1);
         decode2(half, 0, full, 0, Then::relu_upsample, done.decode2, next.decode2);

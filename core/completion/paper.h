@@ -15,12 +15,12 @@ public:
     /// What lies between the layers is kept in windows of rows that move down a large picture, so that at most `memory` bytes
     /// are needed; very wide pictures need more. The output is the same for any `memory`. Throws std::invalid_argument if a
     /// tensor is missing or does not fit.
-    explicit Paper(const Weights& weights, std::size_t memory = spare_memory());
+    explicit Paper(const Weights& weights, std::size_t memory = spare_memory);
     ~Paper() override;
 
     void operator()(const float* gbuffer, int height, int width, float* gray) const override;
 
-    [[nodiscard]] int reach() const override { return 20; }
+    [[nodiscard]] int reach() const override { return 36; }
     /// Pairs of rows of a quarter of the picture's.
     [[nodiscard]] int grid() const override { return 8; }
 

@@ -10,20 +10,28 @@ namespace bob {
 
 /// `channels` planes of float32 with a border of zeros around each, so that convolutions need no special case at the
 /// edges. Rows are padded to whole vectors: kernels may write beyond the width as far as `row_end` and then call
-/// `clear_tail`; the border before a row is also the border after the row above.
+/// `clear_tail`; the border before a row is also the border after the row above. What was not written is not set, but zero beyond
+/// the width.
 ///
-/// Of a large image only a window of rows is kept, which moves down it: row y lies where row y - `window` lay. Two rows
-/// from a multiple of 2 on, and four from a multiple of 4 on, follow each other in memory.
+/// Of a large image only a window of rows is kept, which moves down it: row y lies where row y - `window` lay. Two, four or eight
+/// rows from a multiple of their number on follow each other in memory.
 class Planes {
 public:
     /// Of all rows, or of at least `window` of them.
     Planes(int channels, int height, int width, int window)
-        : channels_(channels), height_(height), width_(width), window_(std::min((window + 3) / 4 * 4, height)),
-          row_end_((width + 63) / 64 * 64), stride_(static_cast<std::size_t>(border + row_end_)),
+        : channels_(channels), height_(height), width_(width), window_(std::min((window + 7) / 8 * 8, height)),
+          row_end_((width + 31) / 32 * 32), stride_(static_cast<std::size_t>(border + row_end_)),
           plane_(stride_ * static_cast<std::size_t>(window_ + 1)) {
         const std::size_t size = plane_ * static_cast<std::size_t>(channels) + border;
         data_.reset(new (std::align_val_t{64}) float[size]);
-        std::fill_n(data_.get(), size, 0.f);
+        for (int c = 0; c < channels; ++c) {
+            for (int y = 0; y < window_; ++y) {
+                std::fill(row(c, y) - border, row(c, y), 0.f);
+                clear_tail(c, y);
+            }
+            std::fill_n(row(c, -1) - border, stride_, 0.f);
+        }
+        std::fill_n(data_.get() + size - border, border, 0.f);
     }
     Planes(int channels, int height, int width) : Planes(channels, height, width, height) {}
 

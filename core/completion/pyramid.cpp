@@ -24,6 +24,20 @@ constexpr int known_at(int level) { return level == 1 ? known_finest : known; }
 /// Blocks of two in so many pixels; the last one may have one alone.
 constexpr int half(int size) { return (size + 1) / 2; }
 
+// Level 1 is completed in tiles of at most so many columns, some rows at a time: what lies between its layers stays in the
+// second-level cache of a core, .6 MB for 320 columns.
+constexpr int tile_width = 512, tile_rows = 4;
+// How far beyond a tile the next pixels have an effect: columns that are computed twice, in whole vectors, and rows.
+constexpr int halo_columns = 16, halo_rows = 6;
+// Tiles of fewer rows cost more to compute twice than threads gain.
+constexpr int least_tile_rows = 16;
+
+/// How many rows the convolutions of a level compute at once: four where most of the arithmetic is, two where their rows are so
+/// high that four would make pixels depend on others far away.
+constexpr int rows_at_once(int level) { return level <= 3 ? 4 : 2; }
+
+constexpr int rounded_up(int size, int multiple) { return (size + multiple - 1) / multiple * multiple; }
+
 ConstRows rows_of(const Planes& planes, int channel, int y) {
     return {planes.row(channel, y), planes.offset(y, y - 1), planes.offset(y, y + 1), planes.plane_stride()};
 }
@@ -31,8 +45,9 @@ Rows rows_of(Planes& planes, int channel, int y) {
     return {planes.row(channel, y), planes.offset(y, y - 1), planes.offset(y, y + 1), planes.plane_stride()};
 }
 
-Doubled doubled(const Planes& planes, int y) {
-    return {planes.row(0, std::max(y - 1, 0)), planes.row(0, y), planes.row(0, std::min(y + 1, planes.height() - 1))};
+Doubled doubled(const Planes& planes, int y, int column = 0) {
+    const auto row = [&](int at) { return planes.row(0, std::clamp(at, 0, planes.height() - 1)) + column; };
+    return {row(y - 1), row(y), row(y + 1)};
 }
 
 void repeat_edges(float* row, int width) {
@@ -42,37 +57,40 @@ void repeat_edges(float* row, int width) {
 
 }  // namespace
 
+/// Rows and columns of level 1 that are completed by themselves.
+struct Pyramid::Tile {
+    int top, bottom, left, right;
+};
+
 struct Pyramid::Pixels {
     const float* gbuffer;
     int height, width;
 
-    /// The pixels of a row of level 1.
-    [[nodiscard]] PixelRows rows(int y) const {
+    /// The pixels of a row of level 1, from a column on.
+    [[nodiscard]] PixelRows rows(int y, int column = 0) const {
         const auto stride = static_cast<std::ptrdiff_t>(width);
         const int known_rows = std::clamp(height - 2 * y, 0, 2);
-        return {{gbuffer + (known_rows > 0 ? 2 * y * stride : 0), -stride, stride, static_cast<std::size_t>(height * stride)},
-                known_rows, width};
+        return {{gbuffer + (known_rows > 0 ? 2 * y * stride : 0) + 2 * column, -stride, stride, static_cast<std::size_t>(height * stride)},
+                known_rows, width - 2 * column};
     }
 };
 
 /// How far the steps of a level have come, in its rows.
 struct Pyramid::Progress {
-    int sums, known;
-    int compared;  // of level 1: pixels
-    int features, finer;
+    int sums, known, features, finer;
 };
 
-/// How far the steps of all levels must come for `finished` rows of level 1, of `height`; of level 1 first. A step sees the row
-/// below those that it makes; convolutions take rows in pairs, and so does what doubles the coarser picture.
-std::vector<Pyramid::Progress> Pyramid::needed(int finished, int height, int levels) {
+/// How far the steps of level 2 and coarser ones must come for `finished` rows of level 1, of `height`; of level 2 first. A step
+/// sees the row below those that it makes; convolutions take several rows at once, and what doubles the coarser picture takes two.
+std::vector<Pyramid::Progress> Pyramid::needed(int finished, int height) const {
     std::vector<Progress> result;
-    for (int level = 1, asked = finished; level <= levels; ++level, height = half(height)) {
-        const auto pairs = [&](int rows) { return std::min((rows + 1) / 2 * 2, height); };
+    int asked = half(std::min(layers(1).features.whole(finished + 1, height) + 2, height));
+    for (int level = 2; level <= levels(); ++level) {
+        height = half(height);
         Progress p{};
-        p.finer = pairs(asked);
-        p.features = pairs(p.finer + 1);
-        p.compared = std::min(p.features + 1, height);
-        p.known = pairs(level == 1 ? p.compared + 1 : p.compared);
+        p.finer = layers(level).finer.whole(asked, height);
+        p.features = layers(level).features.whole(p.finer + 1, height);
+        p.known = std::min(rounded_up(p.features + 1, 2), height);
         p.sums = std::min(p.known + 1, height);
         asked = half(p.known);
         result.push_back(p);
@@ -80,84 +98,122 @@ std::vector<Pyramid::Progress> Pyramid::needed(int finished, int height, int lev
     return result;
 }
 
+/// What lies between the layers of level 1, in a tile.
+struct Pyramid::Finest {
+    int height, width;
+    Planes known;       // of `features`, before what is handed on
+    Planes features;
+    Planes corrected;   // gray + surprise (1)
+    Planes shown;       // (1)
+    Planes surface;     // (1)
+    Planes correction;  // finer, in phases (4)
+
+    Finest(int height, int width, const Layers& layers)
+        : height(height), width(width), known(known_finest, height, width, window), features(layers.features.out(), height, width, window),
+          corrected(1, height, width, window), shown(1, height, width, window), surface(1, height, width, tile_rows),
+          correction(4, height, width, tile_rows) {}
+
+    static std::size_t bytes(int width, const Layers& layers) {
+        const int rows = window * (known_finest + layers.features.out() + 2) + 2 * tile_rows * 5;
+        return sizeof(float) * static_cast<std::size_t>(rows) * static_cast<std::size_t>(width + 32);
+    }
+
+private:
+    static constexpr int window = halo_rows + tile_rows + halo_rows;
+};
+
+/// What lies between the layers of the coarser levels.
 struct Pyramid::Images {
     struct Level {
         Planes sums;       // sums::channels
-        Planes inputs;     // of `features`: gray, known | handed on
+        Planes known;      // of `features`: gray, and what is known
         Planes features;
+        Planes handed;     // to the finer level, of its size
         Planes corrected;  // gray + surprise (1)
         Planes surface;    // (1)
     };
-    /// Rows of a level that must be kept at once.
+    /// Rows of a level that must be kept at once, and of what it hands on.
     struct Windows {
-        int sums = 0, others = 0;
+        int sums = 0, handed = 0, others = 0;
     };
 
     int height, width;
     int rows;                   // of level 1 that are finished at once
-    std::vector<Level> levels;  // level 1 first
+    int tiles, tile_columns;    // beside each other
+    std::vector<Level> levels;  // level 2 first
     Planes everywhere;          // ones: the surface of a level coarser than all (1)
-    Planes correction;          // finer, of level 1, in phases (4)
+    mutable Spare<Finest> finest;
 
-    Images(int height, int width, const std::vector<Layers>& layers, std::size_t memory)
-        : Images(height, width, layers, rows_within(memory, half(height), half(width), layers), 0) {}
+    Images(int height, int width, const Pyramid& network)
+        : height(height), width(width), tiles((half(width) + tile_width - 1) / tile_width),
+          tile_columns(rounded_up((half(width) + tiles - 1) / tiles, halo_columns)),
+          everywhere(1, 1, (half(width) >> network.levels()) + 1), finest(static_cast<std::size_t>(thread_count())) {
+        std::fill_n(everywhere.row(0, 0), everywhere.width(), 1.f);
+        const auto windows = plan(network);
+        height = half(height), width = half(width);
+        for (int level = 2; level <= network.levels(); ++level) {
+            const Layers& layers = network.layers(level);
+            const auto [sum_rows, handed_rows, rows] = windows[static_cast<std::size_t>(level - 2)];
+            Planes handed(layers.finer.out() / 4, height, width, handed_rows);
+            height = half(height), width = half(width);
+            levels.push_back({{sums::channels, height, width, sum_rows}, {bob::known, height, width, rows},
+                              {layers.features.out(), height, width, rows}, std::move(handed),
+                              {1, height, width, rows}, {1, height, width, rows}});
+        }
+    }
 
-    Level& level(int number) { return levels[static_cast<std::size_t>(number - 1)]; }
-    const Level& level(int number) const { return levels[static_cast<std::size_t>(number - 1)]; }
+    Level& level(int number) { return levels[static_cast<std::size_t>(number - 2)]; }
+    const Level& level(int number) const { return levels[static_cast<std::size_t>(number - 2)]; }
+
+    /// Columns of a tile and beside it.
+    [[nodiscard]] int columns() const {
+        const int all = half(width);
+        return std::min(all, tile_columns + 2 * halo_columns + all % 2);  // what remains is even
+    }
 
 private:
-    Images(int height, int width, const std::vector<Layers>& layers, int rows, int)
-        : height(height),
-          width(width),
-          rows(rows),
-          everywhere(1, 1, (width >> layers.size()) + 1),
-          correction(4, half(height), half(width), rows + 2) {
-        levels.reserve(layers.size());
-        const auto windows = windows_of(rows, half(height), static_cast<int>(layers.size()));
-        for (std::size_t i = 0; i < layers.size(); ++i) {
-            height = half(height), width = half(width);
-            const int in = layers[i].features.in(), out = layers[i].features.out();
-            levels.push_back({{sums::channels, height, width, windows[i].sums}, {in, height, width, windows[i].others},
-                              {out, height, width, windows[i].others}, {1, height, width, windows[i].others},
-                              {1, height, width, windows[i].others}});
-        }
-        std::fill_n(everywhere.row(0, 0), everywhere.width(), 1.f);
+    /// Chooses `rows`, as many as fit the network's memory, and returns the windows of each level.
+    std::vector<Windows> plan(const Pyramid& network) {
+        std::vector<Windows> windows;
+        const std::size_t of_tiles = static_cast<std::size_t>(thread_count()) * Finest::bytes(columns(), network.layers(1));
+        int parts = 1;
+        do {
+            rows = rounded_up(half(height) / parts, tile_rows);
+            windows = windows_of(rows, half(height), network);
+        } while (rows > tile_rows && ++parts && of_tiles + bytes(windows, half(width), network) > network.memory_);
+        return windows;
     }
 
     /// The windows of each level if `rows` rows of level 1, of `height`, are finished at once.
-    static std::vector<Windows> windows_of(int rows, int height, int levels) {
-        std::vector<Windows> result(static_cast<std::size_t>(levels));
+    static std::vector<Windows> windows_of(int rows, int height, const Pyramid& network) {
+        std::vector<Windows> result(network.layers_.size() - 1);
         std::vector<Progress> done(result.size(), Progress{});
         for (int finished = 0; finished < height; finished += rows) {
-            const auto next = needed(std::min(finished + rows, height), height, levels);
-            int seen = finished - 1;  // the first row that the finer level still looks at
+            const auto next = network.needed(std::min(finished + rows, height), height);
+            // The first rows of the finer level that have yet to be made, and that see what is handed on.
+            int unknown = std::max(0, finished - halo_rows), convolved = unknown;
             for (std::size_t i = 0; i < next.size(); ++i) {
-                const int pulled = i == 0 ? next[0].sums : next.back().sums << (next.size() - 1 - i);
-                const int handed = i + 1 < next.size() ? 2 * next[i + 1].finer : 0;
+                const int pulled = next.back().sums << (next.size() - 1 - i);
                 result[i].sums = std::max(result[i].sums, pulled - (done[i].known - 1));
-                result[i].others = std::max(result[i].others, std::max(next[i].known, handed) - seen);
-                seen = half(done[i].known) - 1;
+                result[i].handed = std::max(result[i].handed, 2 * next[i].finer - convolved);
+                result[i].others = std::max(result[i].others, next[i].known - (half(unknown) - 1));
+                unknown = done[i].known, convolved = std::max(0, done[i].features - 1);
             }
             done = next;
         }
         return result;
     }
 
-    /// As many rows of level 1 as fit.
-    static int rows_within(std::size_t memory, int height, int width, const std::vector<Layers>& layers) {
-        const auto bytes = [&](int rows) {
-            const auto windows = windows_of(rows, height, static_cast<int>(layers.size()));
-            std::size_t floats = 0;
-            for (std::size_t i = 0; i < layers.size(); ++i) {
-                const int others = layers[i].features.in() + layers[i].features.out() + (i == 0 ? 4 + 2 : 2);
-                floats += static_cast<std::size_t>(sums::channels * windows[i].sums + others * windows[i].others) *
-                          static_cast<std::size_t>((width >> i) + 64);
-            }
-            return 4 * floats;
-        };
-        int rows = 4;
-        while (rows < height && bytes(2 * rows) <= memory) rows *= 2;
-        return rows;
+    static std::size_t bytes(const std::vector<Windows>& windows, int width, const Pyramid& network) {
+        std::size_t floats = 0;
+        for (std::size_t i = 0; i < windows.size(); ++i) {
+            const Layers& layers = network.layers_[i + 1];
+            const auto row = [&](int level) { return static_cast<std::size_t>((width >> level) + 48); };
+            floats += static_cast<std::size_t>(layers.finer.out() / 4 * windows[i].handed) * row(static_cast<int>(i)) +
+                      static_cast<std::size_t>(sums::channels * windows[i].sums + (bob::known + layers.features.out() + 2) * windows[i].others) *
+                          row(static_cast<int>(i) + 1);
+        }
+        return sizeof(float) * floats;
     }
 };
 
@@ -173,51 +229,71 @@ Pyramid::Pyramid(const Weights& weights, std::size_t memory)
     int handed = 0;
     for (int level = count; level >= 1; --level) {
         const std::string number = std::to_string(level);
-        auto features = conv3x3(weights, "features" + number, known_at(level) + handed);
-        auto finer = level > 1 ? conv3x3(weights, "finer" + number, features.out())
-                               : conv3x3(weights, "finer" + number, features.out(), 4);
+        const int rows = rows_at_once(level);
+        auto features = conv3x3(weights, "features" + number, known_at(level) + handed, rows);
+        auto finer = level > 1 ? conv3x3(weights, "finer" + number, features.out(), rows)
+                               : conv3x3(weights, "finer" + number, features.out(), 4, rows);
         handed = finer.out() / 4;
         layers_.push_back({std::move(features), std::move(finer)});
     }
     std::reverse(layers_.begin(), layers_.end());
+
+    for (int level = 1; level <= count; ++level) grid_ = std::max(grid_, rows_at_once(level) << level);
+    for (int y = 64 * grid_; y < 65 * grid_; ++y) reach_ = std::max(reach_, y - first_seen(y));
+}
+
+int Pyramid::first_seen(int y) const {
+    int finer = y / 2, known = y / 2;  // the first rows of a level that are seen of what it makes, and of what it knows
+    for (int level = 1; level <= levels(); ++level) {
+        const int rows = rows_at_once(level);
+        const int features = (finer / rows * rows - 1) / rows * rows;
+        known = std::min(known, features - 1) - (level == 1 ? 1 : 0);
+        y = std::min(y, (known - 1) << level);
+        finer = known / 2, known = known / 2 - 1;
+    }
+    return y;
 }
 
 Pyramid::~Pyramid() = default;
 
 void Pyramid::operator()(const float* gbuffer, int height, int width, float* gray) const {
-    auto images = spare_.take(height, width, layers_, memory_);
+    auto images = spare_.take(height, width, *this);
     const Pixels pixels{gbuffer, height, width};
+    const int rows = half(height), columns = half(width);
 
-    std::vector<Progress> done(layers_.size(), Progress{});
-    int finished = 0;
-    while (finished < half(height)) {
-        const int until = std::min(finished + images->rows, half(height));
-        const auto next = needed(until, half(height), levels());
-        pull(pixels, *images, done.back().sums, next.back().sums);
-        for (int level = levels(); level >= 1; --level) {
-            auto& [sums, inputs, features, corrected, surface] = images->level(level);
-            const auto index = static_cast<std::size_t>(level - 1);
-            const Layers& layers = layers_[index];
+    std::vector<Progress> done(static_cast<std::size_t>(levels() - 1), Progress{});
+    for (int finished = 0; finished < rows; finished += images->rows) {
+        const int until = std::min(finished + images->rows, rows);
+        const auto next = needed(until, rows);
+        if (levels() > 1) pull(pixels, *images, done.back().sums, next.back().sums);
+        for (int level = levels(); level >= 2; --level) {
+            const auto index = static_cast<std::size_t>(level - 2);
             const Progress &from = done[index], &to = next[index];
-            know(level, pixels, *images, from, to);
-            if (level == 1) compare_pixels(pixels, *images, from.compared, to.compared);
-            layers.features(inputs, 0, features, 0, Then::relu, from.features, to.features);
-            if (level > 1) {
-                layers.finer(features, 0, images->level(level - 1).inputs, known_at(level - 1), Then::shuffle, from.finer,
-                             to.finer);
-            } else {
-                layers.finer(features, 0, images->correction, 0, Then::nothing, from.finer, to.finer);
-            }
+            auto& here = images->level(level);
+            know(level, *images, from, to);
+            const Planes& handed = level < levels() ? images->level(level + 1).handed : here.known;
+            layers(level).features({here.known, 0, bob::known}, {handed, 0, layers(level).features.in() - bob::known},
+                                   here.features, 0, Then::relu, from.features, to.features);
+            layers(level).finer(here.features, 0, here.handed, 0, Then::shuffle, from.finer, to.finer);
         }
-        finish(*images, finished, until, height, width, gray);
-        finished = until;
         done = next;
+
+        // Tiles for all threads alike.
+        int bands = 1;
+        while (images->tiles * bands % thread_count() != 0 && (bands + 1) * least_tile_rows <= until - finished) ++bands;
+        const int tile_height = rounded_up((until - finished + bands - 1) / bands, rows_at_once(1));
+        parallel_for(static_cast<std::size_t>(images->tiles * bands), 1, [&](std::size_t first, std::size_t last) {
+            for (int i = static_cast<int>(first); i < static_cast<int>(last); ++i) {
+                const int top = finished + i / images->tiles * tile_height, left = i % images->tiles * images->tile_columns;
+                complete({top, std::min(top + tile_height, until), left, std::min(left + images->tile_columns, columns)}, pixels,
+                         *images, gray);
+            }
+        });
     }
     spare_.give_back(std::move(images));
 }
 
 void Pyramid::pull(const Pixels& pixels, Images& images, int begin, int end) const {
-    if (levels() == 1) return;
     const auto& kernels = best_pyramid_kernels();
     const int width = half(images.width);
     // All levels of a row of the coarsest level's blocks, while they are in the cache.
@@ -240,58 +316,84 @@ void Pyramid::pull(const Pixels& pixels, Images& images, int begin, int end) con
     });
 }
 
-void Pyramid::know(int level, const Pixels& pixels, Images& images, const Progress& done, const Progress& next) const {
+void Pyramid::know(int level, Images& images, const Progress& done, const Progress& next) const {
     const auto& kernels = best_pyramid_kernels();
-    auto& to = images.level(level);
-    const int height = to.sums.height(), width = to.sums.width();
+    auto& here = images.level(level);
+    const int height = here.sums.height(), width = here.sums.width();
     const bool coarsest = level == levels();
-    if (level == 1) {  // cheaper to sum again than to keep since `pull`
-        for_rows(done.sums, next.sums, 2 * width, [&](int y) {
-            kernels.pull_pixels(pixels.rows(y), rows_of(to.sums, 0, y), width);
-            to.sums.clear_tail(sums::shown, y);
-        });
-    }
-    const auto know_row = [&](int y) {
-        const ConstRows sums = rows_of(std::as_const(to.sums), 0, y);
-        const Rows inputs = rows_of(to.inputs, 0, y);
-        float* corrected = to.corrected.row(0, y);
-        if (level > 1) {
-            kernels.know(sums, inputs, corrected, static_cast<float>(1 << level), width);
+    for_rows(half(done.known), half(next.known), 2 * width, [&](int pair) {
+        if (coarsest) {
+            for (int y = 2 * pair; y < std::min(2 * pair + 2, height); ++y) std::fill_n(here.known.row(0, y), width, 0.f);
         } else {
-            kernels.know_finest(sums, inputs, corrected, width);
+            const auto& coarser = images.level(level + 1);
+            kernels.enlarge(doubled(coarser.corrected, pair), rows_of(coarser.handed, 0, 2 * pair), rows_of(here.known, 0, 2 * pair),
+                            half(width));
+            if (2 * pair + 1 == height) here.known.clear_tail(0, height);
         }
-        repeat_edges(corrected, width);
-        for (int c = 0; c < (level > 1 ? known : first_mask); ++c) to.inputs.clear_tail(c, y);
-        const float* coarser = coarsest ? images.everywhere.row(0, 0) : images.level(level + 1).surface.row(0, y / 2);
-        kernels.spread(rows_of(std::as_const(to.sums), sums::shown, y), coarser, to.surface.row(0, y), width);
-    };
-    for_rows(half(done.known), half(next.known), 2 * width, [&](int y) {
-        if (!coarsest) {
-            kernels.enlarge(doubled(images.level(level + 1).corrected, y),
-                            rows_of(std::as_const(to.inputs), known_at(level), 2 * y), rows_of(to.inputs, 0, 2 * y), half(width));
-            if (2 * y + 1 == height) to.inputs.clear_tail(0, height);
+        for (int y = 2 * pair; y < std::min(2 * pair + 2, next.known); ++y) {
+            const ConstRows sums = rows_of(std::as_const(here.sums), 0, y);
+            float* const corrected = here.corrected.row(0, y);
+            kernels.know(sums, rows_of(here.known, 0, y), corrected, static_cast<float>(1 << level), width);
+            repeat_edges(corrected, width);
+            for (int c = 0; c < bob::known; ++c) here.known.clear_tail(c, y);
+            const float* coarser = coarsest ? images.everywhere.row(0, 0) : images.level(level + 1).surface.row(0, pair);
+            kernels.spread(rows_of(std::as_const(here.sums), sums::shown, y), coarser, here.surface.row(0, y), width);
         }
-        for (int i = 2 * y; i < std::min(2 * y + 2, next.known); ++i) know_row(i);
     });
 }
 
-void Pyramid::compare_pixels(const Pixels& pixels, Images& images, int begin, int end) const {
-    auto& [sums, inputs, features, corrected, surface] = images.level(1);
-    for_rows(begin, end, 4 * inputs.width(), [&](int y) {
-        best_pyramid_kernels().compare(doubled(corrected, y), pixels.rows(y), rows_of(inputs, first_mask, y),
-                                       rows_of(inputs, first_surprise, y), inputs.width());
-        for (int c = first_mask; c < known_finest; ++c) inputs.clear_tail(c, y);
-    });
-}
+void Pyramid::complete(const Tile& tile, const Pixels& pixels, const Images& images, float* gray) const {
+    const auto& kernels = best_pyramid_kernels();
+    const Images::Level* const coarser = levels() > 1 ? &images.level(2) : nullptr;
+    const int height = half(images.height), width = images.columns();
+    const int column = std::min(std::max(0, tile.left - halo_columns), half(images.width) - width);  // the first computed
+    auto finest = images.finest.take(height, width, layers(1));
+    auto& [finest_height, finest_width, known, features, corrected, shown, surface, correction] = *finest;
 
-void Pyramid::finish(const Images& images, int begin, int end, int height, int width, float* gray) const {
-    const auto& [sums, inputs, features, corrected, surface] = images.level(1);
-    for_rows(begin, end, 4 * inputs.width(), [&](int y) {
-        best_pyramid_kernels().finish(doubled(corrected, y), rows_of(inputs, first_mask, y), rows_of(inputs, first_surprise, y),
-                                      rows_of(images.correction, 0, y), surface.row(0, y),
-                                      gray + static_cast<std::size_t>(2 * y) * static_cast<std::size_t>(width),
-                                      std::min(2, height - 2 * y), width);
-    });
+    // How far the steps have come: what a tile sees of the rows above it is computed anew.
+    struct { int known, compared, features; } done{std::max(0, tile.top - 6), std::max(0, tile.top - 5), std::max(0, tile.top - 4)};
+    for (int finished = tile.top; finished < tile.bottom; finished += tile_rows) {
+        const int until = std::min(finished + tile_rows, tile.bottom);
+        auto next = done;
+        next.features = layers(1).features.whole(until + 1, height);
+        next.compared = std::min(next.features + 1, height);
+        next.known = std::min(next.compared + 1, height);
+
+        for (int y = done.known; y < next.known; ++y) {
+            if (!coarser) {
+                std::fill_n(known.row(0, y), width, 0.f);
+            } else if (y % 2 == 0) {
+                ConstRows handed = rows_of(coarser->handed, 0, y);
+                handed.row += column;
+                kernels.enlarge(doubled(coarser->corrected, y / 2, column / 2), handed, rows_of(known, 0, y), half(width));
+                if (y + 1 == height) known.clear_tail(0, height);
+            }
+            kernels.know_finest(pixels.rows(y, column), rows_of(known, 0, y), corrected.row(0, y), shown.row(0, y), width);
+            repeat_edges(corrected.row(0, y), width);
+            shown.clear_tail(0, y);
+            for (int c = 0; c < first_surprise; ++c) known.clear_tail(c, y);
+        }
+        for (int y = done.compared; y < next.compared; ++y) {
+            kernels.compare(doubled(corrected, y), pixels.rows(y, column), rows_of(std::as_const(known), first_mask, y),
+                            rows_of(known, first_surprise, y), width);
+            for (int c = first_surprise; c < known_finest; ++c) known.clear_tail(c, y);
+        }
+        layers(1).features({known, 0, known_finest},
+                           {coarser ? coarser->handed : known, 0, layers(1).features.in() - known_finest, coarser ? column : 0}, features, 0,
+                           Then::relu, done.features, next.features);
+        layers(1).finer(features, 0, correction, 0, Then::nothing, finished, until);
+        for (int y = finished; y < until; ++y) {
+            const float* const of_coarser = coarser ? coarser->surface.row(0, y / 2) + column / 2 : images.everywhere.row(0, 0) + column / 2;
+            kernels.spread(rows_of(std::as_const(shown), 0, y), of_coarser, surface.row(0, y), width);
+            const std::ptrdiff_t stride = images.width;
+            kernels.finish(doubled(corrected, y), rows_of(std::as_const(known), first_mask, y),
+                           rows_of(std::as_const(known), first_surprise, y), rows_of(std::as_const(correction), 0, y), surface.row(0, y),
+                           {gray + 2 * y * stride + 2 * column, stride, std::min(2, images.height - 2 * y), images.width - 2 * column},
+                           tile.left - column, tile.right - column);
+        }
+        done = next;
+    }
+    images.finest.give_back(std::move(finest));
 }
 
 }  // namespace bob

@@ -16,18 +16,18 @@ public:
     /// As many levels, and as many channels between them, as the tensors say. What lies between the layers is kept in windows
     /// of rows that move down a large picture, so that at most `memory` bytes are needed; very wide pictures need more. The output is
     /// the same for any `memory`. Throws std::invalid_argument if a tensor is missing or does not fit the others.
-    explicit Pyramid(const Weights& weights, std::size_t memory = spare_memory());
+    explicit Pyramid(const Weights& weights, std::size_t memory = spare_memory);
     ~Pyramid() override;
 
     void operator()(const float* gbuffer, int height, int width, float* gray) const override;
 
-    /// Four blocks of the coarsest level, taken in pairs.
-    [[nodiscard]] int reach() const override { return 6 << levels(); }
-    /// Pairs of blocks of the coarsest level.
-    [[nodiscard]] int grid() const override { return 2 << levels(); }
+    [[nodiscard]] int reach() const override { return reach_; }
+    [[nodiscard]] int grid() const override { return grid_; }
 
 private:
     struct Images;
+    struct Finest;
+    struct Tile;
     struct Pixels;
     struct Progress;
     struct Layers {
@@ -35,20 +35,24 @@ private:
     };
 
     [[nodiscard]] int levels() const { return static_cast<int>(layers_.size()); }
+    [[nodiscard]] const Layers& layers(int level) const { return layers_[static_cast<std::size_t>(level - 1)]; }
 
-    [[nodiscard]] static std::vector<Progress> needed(int finished, int height, int levels);
+    [[nodiscard]] std::vector<Progress> needed(int finished, int height) const;
 
-    // Each goes on from `done` to `next`, which are of the level; rows are the level's.
+    /// The first row of pixels that one far from the edges depends on; what is below it is symmetrical.
+    [[nodiscard]] int first_seen(int y) const;
+
+    // Rows are those of the level.
 
     /// What the traced pixels say about the blocks of level 2 and coarser, for rows of the coarsest.
     void pull(const Pixels& pixels, Images& images, int begin, int end) const;
-    /// The gray, the inputs and the surface of a level, of the coarser level's if there is one.
-    void know(int level, const Pixels& pixels, Images& images, const Progress& done, const Progress& next) const;
-    /// What is known of each pixel, for level 1.
-    void compare_pixels(const Pixels& pixels, Images& images, int begin, int end) const;
-    void finish(const Images& images, int begin, int end, int height, int width, float* gray) const;
+    /// The gray, what is known, and the surface of level 2 or a coarser one; goes on from `done` to `next`.
+    void know(int level, Images& images, const Progress& done, const Progress& next) const;
+    /// The picture in a tile of level 1, from the coarser levels.
+    void complete(const Tile& tile, const Pixels& pixels, const Images& images, float* gray) const;
 
     std::vector<Layers> layers_;  // of level 1 first
+    int reach_ = 0, grid_ = 0;
     std::size_t memory_;
     mutable Spare<Images> spare_;
 };

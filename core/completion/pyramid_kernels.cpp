@@ -30,10 +30,12 @@ inline Phases blocks(const float* upper, const float* lower, int x) {
     return {{even(a, b), odd(a, b), even(c, d), odd(c, d)}};
 }
 
+/// 0 where all traced pixels of a block are background, else 1.
+inline F shown_where(F count, F gray) { return where((count <= F{}) | (gray != F{}), constant(1)); }
+
 inline void write_sums(const Rows& sums, int x, const F (&sum)[sums::shown]) {
     for (int c = 0; c < sums::shown; ++c) store(sums.at(c) + x, sum[c]);
-    const F zero{};
-    store(sums.at(sums::shown) + x, where((sum[sums::count] <= zero) | (sum[sums::gray] != zero), constant(1)));
+    store(sums.at(sums::shown) + x, shown_where(sum[sums::count], sum[sums::gray]));
 }
 
 /// The same of a channel of the G-buffer, 0 where there are no pixels.
@@ -99,19 +101,18 @@ struct Known {
     F per_pixel, surprise;
 };
 
-inline Known compare_blocks(const ConstRows& sums, F gray, int x) {
-    const F count = load<F>(sums.at(sums::count) + x), one = constant(1);
-    const F per_pixel = one / max(count, one);
-    return {per_pixel, where(count > F{}, load<F>(sums.at(sums::gray) + x) * per_pixel - gray)};
+inline Known compare_blocks(F count, F sum, F gray) {
+    const F one = constant(1), per_pixel = one / max(count, one);
+    return {per_pixel, where(count > F{}, sum * per_pixel - gray)};
 }
 
 void know(ConstRows sums, Rows inputs, float* corrected, float side, int width) {
     const F per_side = constant(1 / side), one = constant(1);
     for (int x = 0; x < width; x += lanes) {
         const F gray = load<F>(inputs.at(0) + x);
-        const auto [per_pixel, surprise] = compare_blocks(sums, gray, x);
-        const auto mean = [&](int channel) { return load<F>(sums.at(channel) + x) * per_pixel; };
         const F count = load<F>(sums.at(sums::count) + x);
+        const auto [per_pixel, surprise] = compare_blocks(count, load<F>(sums.at(sums::gray) + x), gray);
+        const auto mean = [&](int channel) { return load<F>(sums.at(channel) + x) * per_pixel; };
         const F known[] = {surprise, mean(sums::depth), mean(sums::normal_x), mean(sums::normal_y), count / (count + one),
                            mean(sums::right) * per_side, mean(sums::down) * per_side};
         int channel = 1;
@@ -120,13 +121,17 @@ void know(ConstRows sums, Rows inputs, float* corrected, float side, int width) 
     }
 }
 
-void know_finest(ConstRows sums, Rows inputs, float* corrected, int width) {
+void know_finest(PixelRows pixels, Rows inputs, float* corrected, float* shown, int width) {
     for (int x = 0; x < width; x += lanes) {
-        const F gray = load<F>(inputs.at(0) + x);
-        const auto [per_pixel, surprise] = compare_blocks(sums, gray, x);
-        store(inputs.at(1) + x, load<F>(sums.at(sums::normal_x) + x) * per_pixel);
-        store(inputs.at(2) + x, load<F>(sums.at(sums::normal_y) + x) * per_pixel);
-        store(corrected + x, gray + surprise);
+        const auto sum = [&](int channel) { return total(blocks(pixels, channel, x)); };
+        const Phases mask = blocks(pixels, 0, x);
+        const F count = total(mask), gray = sum(1), guess = load<F>(inputs.at(0) + x);
+        const auto [per_pixel, surprise] = compare_blocks(count, gray, guess);
+        store(inputs.at(1) + x, sum(3) * per_pixel);
+        store(inputs.at(2) + x, sum(4) * per_pixel);
+        for (int i = 0; i < 4; ++i) store(inputs.at(3 + i) + x, mask.at[i]);
+        store(corrected + x, guess + surprise);
+        store(shown + x, shown_where(count, gray));
     }
 }
 
@@ -145,12 +150,11 @@ void spread(ConstRows shown, const float* coarser, float* surface, int width) {
     }
 }
 
-void compare(Doubled coarse, PixelRows pixels, Rows mask, Rows surprise, int width) {
+void compare(Doubled coarse, PixelRows pixels, ConstRows mask, Rows surprise, int width) {
     for (int x = 0; x < width; x += lanes) {
-        const Phases expected = doubled(coarse, x), traced = blocks(pixels, 0, x), gray = blocks(pixels, 1, x);
+        const Phases expected = doubled(coarse, x), gray = blocks(pixels, 1, x);
         for (int i = 0; i < 4; ++i) {
-            store(mask.at(i) + x, traced.at[i]);
-            store(surprise.at(i) + x, traced.at[i] * (gray.at[i] - expected.at[i]));
+            store(surprise.at(i) + x, load<F>(mask.at(i) + x) * (gray.at[i] - expected.at[i]));
         }
     }
 }
@@ -171,10 +175,10 @@ inline Phases gaussian_sums(const ConstRows& phases, int x) {
              across(lower[0], lower[1], lower[2]), across(lower[1], lower[2], lower[3])}};
 }
 
-void finish(Doubled coarse, ConstRows mask, ConstRows surprise, ConstRows correction, const float* surface, float* gray,
-            int rows, int columns) {
+void finish(Doubled coarse, ConstRows mask, ConstRows surprise, ConstRows correction, const float* surface,
+            PictureRows picture, int begin, int end) {
     const F least = constant(16 * softness);
-    for (int x = 0; 2 * x < columns; x += lanes) {
+    for (int x = begin; x < end; x += lanes) {
         const Phases start = doubled(coarse, x);
         const Phases total = gaussian_sums(surprise, x), weight = gaussian_sums(mask, x);
         const F present = load<F>(surface + x);
@@ -183,17 +187,17 @@ void finish(Doubled coarse, ConstRows mask, ConstRows surprise, ConstRows correc
             value[i] = start.at[i] + total.at[i] / (weight.at[i] + least) + load<F>(correction.at(i) + x);
             value[i] *= present;
         }
-        for (int y = 0; y < rows; ++y) {
-            float* to = gray + static_cast<std::ptrdiff_t>(columns) * y + 2 * x;
+        for (int y = 0; y < picture.rows; ++y) {
+            float* to = picture.row + picture.stride * y + 2 * x;
             const F first = zip_low(value[2 * y], value[2 * y + 1]), second = zip_high(value[2 * y], value[2 * y + 1]);
-            if (2 * x + 2 * lanes <= columns) {
+            if (2 * x + 2 * lanes <= picture.columns) {
                 store(to, first);
                 store(to + lanes, second);
             } else {
                 float pixels[2 * lanes];
                 store(pixels, first);
                 store(pixels + lanes, second);
-                std::copy_n(pixels, columns - 2 * x, to);
+                std::copy_n(pixels, picture.columns - 2 * x, to);
             }
         }
     }

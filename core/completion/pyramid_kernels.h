@@ -37,6 +37,13 @@ struct PixelRows {
     int rows, columns;
 };
 
+/// Two rows of the completed picture, of which `rows` and `columns` exist.
+struct PictureRows {
+    float* row;
+    std::ptrdiff_t stride;
+    int rows, columns;
+};
+
 /// Three rows of a picture to be doubled: that above, this one and that below; pixels -1 and width repeat the edges.
 struct Doubled {
     const float *above, *here, *below;
@@ -52,15 +59,15 @@ struct PyramidKernels {
     /// What is known of blocks with sides of `side` pixels: inputs 1 to 7, given the gray in input 0, which is written to
     /// `corrected` with the means in the place of what they tell better.
     void (*know)(ConstRows sums, Rows inputs, float* corrected, float side, int width);
-    /// The same for level 1: inputs 1 and 2.
-    void (*know_finest)(ConstRows sums, Rows inputs, float* corrected, int width);
+    /// The same for level 1: inputs 1 and 2, and the phases of the mask, inputs 3 to 6. `shown` as in the sums.
+    void (*know_finest)(PixelRows pixels, Rows inputs, float* corrected, float* shown, int width);
     /// The maxima of 3x3 pixels of a plane with zeros around it, times the coarser level's row, each pixel twice.
     void (*spread)(ConstRows shown, const float* coarser, float* surface, int width);
-    /// The phases of the mask, and of what the gray of traced pixels is more than the doubled picture.
-    void (*compare)(Doubled coarse, PixelRows pixels, Rows mask, Rows surprise, int width);
-    /// The output of a row of blocks: `rows` rows of `columns` pixels. `correction` in phases.
+    /// The phases of what the gray of traced pixels is more than the doubled picture, given those of the mask.
+    void (*compare)(Doubled coarse, PixelRows pixels, ConstRows mask, Rows surprise, int width);
+    /// The picture in a row of blocks, from column `begin` to `end`. `correction` in phases.
     void (*finish)(Doubled coarse, ConstRows mask, ConstRows surprise, ConstRows correction, const float* surface,
-                   float* gray, int rows, int columns);
+                   PictureRows picture, int begin, int end);
 };
 
 BOB_DECLARE_KERNELS(PyramidKernels, pyramid_kernels)

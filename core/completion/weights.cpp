@@ -25,7 +25,7 @@ std::span<const float> tensor(const Weights& weights, const std::string& name, c
     return found.values;
 }
 
-Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out) {
+Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out, int rows) {
     const Tensor& weight = find(weights, name + ".weight");
     const auto& shape = weight.shape;
     const int inputs = shape.size() == 4 ? shape[1] : 0;
@@ -36,16 +36,16 @@ Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out
         throw std::invalid_argument(name + ".weight: expected shape (" + std::to_string(out) + ", " +
                                     std::to_string(in) + " / groups, 3, 3), got " + text(shape));
     }
-    return {weight.values, tensor(weights, name + ".bias", {out}), in, groups};
+    return {weight.values, tensor(weights, name + ".bias", {out}), in, groups, rows};
 }
 
-Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in) {
+Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int rows) {
     const auto& shape = find(weights, name + ".weight").shape;
     if (shape.size() != 4 || shape[0] <= 0 || shape[0] % 4 != 0 || shape[1] != in) {
         throw std::invalid_argument(name + ".weight: expected shape (a multiple of 4, " + std::to_string(in) +
                                     ", 3, 3), got " + text(shape));
     }
-    return conv3x3(weights, name, in, shape[0]);
+    return conv3x3(weights, name, in, shape[0], rows);
 }
 
 }  // namespace bob

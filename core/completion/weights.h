@@ -24,11 +24,11 @@ struct Weights {
 /// The values of a tensor. Throws std::invalid_argument, naming it, if it is missing or of another shape.
 [[nodiscard]] std::span<const float> tensor(const Weights& weights, const std::string& name, const std::vector<int>& shape);
 
-/// The convolution `name` from the tensors `name.weight` (out, in / groups, 3, 3) and `name.bias` (out,); its groups
-/// follow from the shapes. Throws std::invalid_argument, naming the tensor, if one is missing or does not fit.
-[[nodiscard]] Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out);
+/// The convolution `name` from the tensors `name.weight` (out, in / groups, 3, 3) and `name.bias` (out,), of so many rows at once;
+/// its groups follow from the shapes. Throws std::invalid_argument, naming the tensor, if one is missing or does not fit.
+[[nodiscard]] Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int out, int rows);
 
 /// The same in one group, to as many channels as the tensors have, a multiple of 4.
-[[nodiscard]] Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in);
+[[nodiscard]] Conv3x3 conv3x3(const Weights& weights, const std::string& name, int in, int rows);
 
 }  // namespace bob
