@@ -83,7 +83,7 @@ void Conv3x3::operator()(const Channels& input, const Channels& more, Planes& ou
     const auto grain = static_cast<std::size_t>(1 + 500'000 / (std::int64_t{9} * rows_ * inputs * out_ * input.planes.width()));
     parallel_for(static_cast<std::size_t>((end - begin + rows_ - 1) / rows_), grain, [&](std::size_t first, std::size_t last) {
         std::vector<float*> rows_written(static_cast<std::size_t>(outputs / merged));
-        const auto scratch = std::make_unique_for_overwrite<float[]>(static_cast<std::size_t>((rows_ + 2) * inputs * conv_scratch));
+        const AlignedFloats scratch = aligned_floats(static_cast<std::size_t>((rows_ + 2) * inputs * conv_scratch));
         for (std::size_t i = first; i < last; ++i) {
             convolve(begin + rows_ * static_cast<int>(i), rows_written.data(), scratch.get());
         }

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 
+#include "completion/interpolation_kernels.h"
 #include "parallel.h"
 #include "picture/channels.h"
 
@@ -17,11 +18,8 @@ inline void keep_known(const Layout& known, const float* planes, const Layout& c
         const float low = channel.low, high = channel.high;
         for (int component = 0; component < channel.components; ++component, output += pixels) {
             const float* const traced = planes + static_cast<std::size_t>(place + component) * pixels;
-            parallel_for(pixels, 65536, [=](std::size_t begin, std::size_t end) {
-                for (std::size_t i = begin; i < end; ++i) {
-                    const float clamped = output[i] > low ? (output[i] < high ? output[i] : high) : low;
-                    output[i] = planes[i] > 0 ? traced[i] : clamped;
-                }
+            parallel_for(pixels, 32768, [=](std::size_t begin, std::size_t end) {
+                best_interpolation_kernels().keep(planes + begin, traced + begin, low, high, output + begin, end - begin);
             });
         }
     }

@@ -8,6 +8,14 @@
 
 namespace bob {
 
+struct FreeAligned {
+    void operator()(float* p) const { ::operator delete[](p, std::align_val_t{64}); }
+};
+using AlignedFloats = std::unique_ptr<float[], FreeAligned>;
+
+/// Memory for so many floats, from the begin of a cache line on, not set.
+inline AlignedFloats aligned_floats(std::size_t count) { return AlignedFloats(new (std::align_val_t{64}) float[count]); }
+
 /// `channels` planes of float32 with a border of zeros around each, so that convolutions need no special case at the
 /// edges. Rows are padded to whole vectors: kernels may write beyond the width as far as `row_end` and then call
 /// `clear_tail`; the border before a row is also the border after the row above. What was not written is not set, but zero beyond
@@ -23,7 +31,7 @@ public:
           row_end_((width + 31) / 32 * 32), stride_(static_cast<std::size_t>(border + row_end_)),
           plane_(stride_ * static_cast<std::size_t>(window_ + 1)) {
         const std::size_t size = plane_ * static_cast<std::size_t>(channels) + border;
-        data_.reset(new (std::align_val_t{64}) float[size]);
+        data_ = aligned_floats(size);
         for (int c = 0; c < channels; ++c) {
             for (int y = 0; y < window_; ++y) {
                 std::fill(row(c, y) - border, row(c, y), 0.f);
@@ -60,13 +68,9 @@ public:
 private:
     static constexpr int border = 16;  // floats: one is needed, more keep rows aligned
 
-    struct Free {
-        void operator()(float* p) const { ::operator delete[](p, std::align_val_t{64}); }
-    };
-
     int channels_, height_, width_, window_, row_end_;
     std::size_t stride_, plane_;
-    std::unique_ptr<float[], Free> data_;
+    AlignedFloats data_;
 };
 
 }  // namespace bob

@@ -29,8 +29,8 @@ constexpr int half(int size) { return (size + 1) / 2; }
 constexpr int tile_width = 512, tile_rows = 4;
 // How far beyond a tile the next pixels have an effect: columns that are computed twice, in whole vectors, and rows.
 constexpr int halo_columns = 16, halo_rows = 6;
-// Tiles of fewer rows cost more to compute twice than threads gain.
-constexpr int least_tile_rows = 16;
+// Tiles of fewer rows cost more to compute twice than threads gain; all tiles beside each other than the memory is worth.
+constexpr int least_tile_rows = 16, least_rows = 32;
 
 /// How many rows the convolutions of a level compute at once: four where most of the arithmetic is, two where their rows are so
 /// high that four would make pixels depend on others far away.
@@ -172,15 +172,15 @@ struct Pyramid::Images {
     }
 
 private:
-    /// Chooses `rows`, as many as fit the network's memory, and returns the windows of each level.
+    /// Chooses `rows`, as many as fit the network's memory in equal parts of the picture, and returns the windows of each level.
     std::vector<Windows> plan(const Pyramid& network) {
         std::vector<Windows> windows;
         const std::size_t of_tiles = static_cast<std::size_t>(thread_count()) * Finest::bytes(columns(), network.layers(1));
         int parts = 1;
         do {
-            rows = rounded_up(half(height) / parts, tile_rows);
+            rows = rounded_up(std::max(half(height) / parts, least_rows), tile_rows);
             windows = windows_of(rows, half(height), network);
-        } while (rows > tile_rows && ++parts && of_tiles + bytes(windows, half(width), network) > network.memory_);
+        } while (rows > least_rows && ++parts && of_tiles + bytes(windows, half(width), network) > network.memory_);
         return windows;
     }
 

@@ -14,7 +14,7 @@ namespace bob {
 class Pyramid : public Network {
 public:
     /// As many levels, and as many channels between them, as the tensors say. What lies between the layers is kept in windows
-    /// of rows that move down a large picture, so that at most `memory` bytes are needed; very wide pictures need more. The output is
+    /// of rows that move down a large picture, so that at most `memory` bytes are needed; wide pictures need more. The output is
     /// the same for any `memory`. Throws std::invalid_argument if a tensor is missing or does not fit the others.
     explicit Pyramid(const Weights& weights, std::size_t memory = spare_memory);
     ~Pyramid() override;

@@ -10,6 +10,7 @@
 #include "completion/pyramid.h"
 #include "interrupted.h"
 #include "meshes.h"
+#include "parallel.h"
 
 using bob::Planes;
 using bob::Then;
@@ -92,7 +93,7 @@ bob::Weights paper_weights(std::vector<std::vector<float>>& storage, int groups)
     return weights;
 }
 
-bob::Weights pyramid_weights(std::vector<std::vector<float>>& storage) {
+bob::Weights pyramid_weights(std::vector<std::vector<float>>& storage, int levels = 6) {
     bob::Weights weights = no_tensors();
     storage.reserve(24);
     test::Random random(4);
@@ -102,8 +103,8 @@ bob::Weights pyramid_weights(std::vector<std::vector<float>>& storage) {
         weights.tensors[name + ".weight"] = {{out, in, 3, 3}, weight};
         weights.tensors[name + ".bias"] = {{out}, storage.emplace_back(static_cast<std::size_t>(out), 0.1f)};
     };
-    for (int level = 1; level <= 6; ++level) {
-        const int handed = level == 6 ? 0 : 8, features = level == 1 ? 8 : 20;
+    for (int level = 1; level <= levels; ++level) {
+        const int handed = level == levels ? 0 : 8, features = level == 1 ? 8 : 20;
         add("features" + std::to_string(level), (level == 1 ? 11 : 8) + handed, features);
         add("finer" + std::to_string(level), features, level == 1 ? 4 : 32);
     }
@@ -195,15 +196,53 @@ TEST(large_pictures_are_completed_in_windows_of_rows) {
     });
 }
 
+/// Threads share the finest level in bands of rows; wide pictures are cut into tiles of columns too. Beside a seam, all that a
+/// pixel depends on must be computed on both sides.
+TEST(threads_and_tiles_leave_no_seams) {
+    const int threads = bob::thread_count();
+    test::for_each_isa([&] {
+        std::vector<std::vector<float>> of_six, of_two, of_paper;
+        const bob::Pyramid six(pyramid_weights(of_six)), two(pyramid_weights(of_two, 2));
+        const bob::Paper paper(paper_weights(of_paper, 4));
+        for (const auto& [height, width] : {std::pair{300, 33}, {131, 1101}, {66, 2090}}) {
+            bob::set_thread_count(1);
+            const auto of_pyramid = completed(six, height, width), of_paper = completed(paper, height, width);
+            for (const int count : {2, 3, 8, 16}) {
+                bob::set_thread_count(count);
+                CHECK(completed(six, height, width) == of_pyramid);
+                CHECK(completed(paper, height, width) == of_paper);
+            }
+            bob::set_thread_count(threads);
+
+            // A piece that is too narrow to be cut.
+            const auto values = noise(height, width), whole = completed(two, values, height, width);
+            const int reach = two.reach(), columns = std::min(width, 400);
+            for (int left = 0; left + columns <= width; left += two.grid() * 9) {
+                std::vector<float> piece;
+                for (int row = 0; row < 5 * height; ++row) {
+                    const auto from = values.begin() + row * width + left;
+                    piece.insert(piece.end(), from, from + columns);
+                }
+                const auto gray = completed(two, piece, height, columns);
+                for (int y = 0; y < height; ++y) {
+                    for (int x = left == 0 ? 0 : reach; x < columns - (left + columns == width ? 0 : reach); ++x) {
+                        CHECK_EQ(gray[static_cast<std::size_t>(y * columns + x)], whole[static_cast<std::size_t>(y * width + left + x)]);
+                    }
+                }
+            }
+        }
+    });
+}
+
 TEST(what_is_no_number_stays_within_reach) {
     const float nan = std::nanf(""), infinity = INFINITY;
     test::for_each_isa([&] {
         std::vector<std::vector<float>> of_paper, of_pyramid;
         const bob::Paper paper(paper_weights(of_paper, 4));
         const bob::Pyramid pyramid(pyramid_weights(of_pyramid));
-        const int height = 700, width = 9, place = 601;
+        const int height = 1100, width = 9;
         const auto values = noise(height, width);
-        const auto check = [&](const auto& network, int reach) {
+        const auto check = [&](const auto& network, int reach, int place) {
             const auto expected = completed(network, values, height, width);
             for (const float strange : {nan, infinity, -infinity, 3e38f, 1e-42f}) {
                 auto changed = values;
@@ -215,8 +254,11 @@ TEST(what_is_no_number_stays_within_reach) {
                 }
             }
         };
-        check(paper, paper.reach());
-        check(pyramid, pyramid.reach());
+        // Where rows computed at once begin and end, at the coarsest levels too.
+        for (const int place : {511, 512, 601, 639, 640}) {
+            check(paper, paper.reach(), place);
+            check(pyramid, pyramid.reach(), place);
+        }
     });
 }
 
