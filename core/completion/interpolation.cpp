@@ -36,6 +36,7 @@ struct Nodes {
 };
 
 Spare<Nodes> spare;
+constexpr std::size_t most_spare = 1 << 20;  // pixels of those kept from call to call
 
 class Interpolation {
 public:
@@ -49,7 +50,7 @@ public:
         });
     }
     ~Interpolation() {
-        if (2 * sizeof(float) * nodes_->pixels() <= spare_memory) spare.give_back(std::move(nodes_));
+        if (nodes_->pixels() <= most_spare) spare.give_back(std::move(nodes_));
     }
     Interpolation(const Interpolation&) = delete;
     Interpolation& operator=(const Interpolation&) = delete;

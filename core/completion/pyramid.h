@@ -16,7 +16,7 @@ public:
     /// As many levels, and as many channels between them, as the tensors say. What lies between the layers is kept in windows
     /// of rows that move down a large picture, so that at most `memory` bytes are needed; wide pictures need more. The output is
     /// the same for any `memory`. Throws std::invalid_argument if a tensor is missing or does not fit the others.
-    explicit Pyramid(const Weights& weights, std::size_t memory = spare_memory);
+    explicit Pyramid(const Weights& weights, std::size_t memory = 8 << 20);
     ~Pyramid() override;
 
     void operator()(const float* gbuffer, int height, int width, float* gray) const override;

@@ -11,9 +11,6 @@
 
 namespace bob {
 
-/// Bytes that a network may keep, unless told otherwise.
-constexpr std::size_t spare_memory = 16 << 20;
-
 /// Lends images of any size, to several threads at once; keeps `most` of those that were given back last.
 template <class Images>
 class Spare {
