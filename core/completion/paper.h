@@ -20,7 +20,7 @@ public:
 
     void operator()(const float* gbuffer, int height, int width, float* gray) const override;
 
-    [[nodiscard]] int reach() const override { return 36; }
+    [[nodiscard]] int reach() const override { return 20; }
     /// Pairs of rows of a quarter of the picture's.
     [[nodiscard]] int grid() const override { return 8; }
 

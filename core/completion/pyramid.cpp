@@ -243,15 +243,14 @@ Pyramid::Pyramid(const Weights& weights, std::size_t memory)
 }
 
 int Pyramid::first_seen(int y) const {
-    int finer = y / 2, known = y / 2;  // the first rows of a level that are seen of what it makes, and of what it knows
+    int result = y, finer = y / 2, known = y / 2;  // the first rows of a level that are seen of what it makes, and of what it knows
     for (int level = 1; level <= levels(); ++level) {
-        const int rows = rows_at_once(level);
-        const int features = (finer / rows * rows - 1) / rows * rows;
-        known = std::min(known, features - 1) - (level == 1 ? 1 : 0);
-        y = std::min(y, (known - 1) << level);
+        known = std::min(known, layers(level).features.first_seen(layers(level).finer.first_seen(finer))) - (level == 1 ? 1 : 0);
+        const int surface = (y >> level) - 1;
+        result = std::min(result, std::min(known, surface) << level);
         finer = known / 2, known = known / 2 - 1;
     }
-    return y;
+    return result;
 }
 
 Pyramid::~Pyramid() = default;
