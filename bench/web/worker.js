@@ -15,7 +15,8 @@ async function ours(viewer, weights, stack, height, width, relaxed) {
   const network = new viewer.Network(core, weights), gbuffer = new viewer.GBuffer(core, height, width);
   return () => {
     gbuffer.planes.set(stack);
-    return network.predict(gbuffer);
+    network.predict(gbuffer, gbuffer.imageAddress);
+    return gbuffer.image;
   };
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 /// Vectors side by side, at most: the sums of a block, the pixels and a weight lie in registers.
 template <int Block>
-constexpr int most_vectors = Block == 1 ? 8 : lanes == 16 ? 20 / Block : 2;
+constexpr int most_vectors = Block == 1 ? 4 : lanes == 16 ? 20 / Block : 2;
 
 /// Sums of a block of output channels, in some rows.
 template <int Rows, int Block, int Vectors>

@@ -113,9 +113,9 @@ bob::Weights pyramid_weights(std::vector<std::vector<float>>& storage, int level
 
 }  // namespace
 
-/// Widths of less than a vector, of every number of vectors in a step of AVX-512, and of a tile and a bit. The tolerance is four times
-/// what summing 25 x 9 products of up to .3 in turn may be off by at random, sqrt(225) .3 2^-24: rounding the differences and results of
-/// Winograd's schemes at points near 1 costs no more than that (`winograd_near`).
+/// Widths of less than a vector, of every number of vectors in a step, and of a tile and a bit; heights that end anywhere among the
+/// rows computed at once. 180 products of up to .3 are summed, which in turn rounds by up to 180 x .3 x 2^-24 = 3e-6; differences and
+/// results of Winograd's schemes at points near 1 round no worse (`winograd_near`), and twice is left to them.
 TEST(convolutions_follow_their_definition) {
     test::for_each_isa([] {
         for (const int rows : {2, 4}) {
