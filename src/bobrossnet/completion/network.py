@@ -69,7 +69,7 @@ class Completer:
     """Completes a picture again and again, and recomputes only what may have changed since the last time.
 
     Those are the tiles of the G-buffer that differ, and what the network reaches around them: 20 pixels with "paper",
-    384 with "default", whose coarsest level sees far, so that it pays only in large pictures. Where much has changed,
+    345 with "default", whose coarsest level sees far, so that it pays only in large pictures. Where much has changed,
     everything is recomputed. The last G-buffer and its picture are kept, 24 bytes a pixel.
 
     Parameters
