@@ -349,8 +349,8 @@ void Pyramid::complete(const Tile& tile, const Pixels& pixels, const Images& ima
     auto finest = images.finest.take(height, width, layers(1));
     auto& [finest_height, finest_width, known, features, corrected, shown, surface, correction] = *finest;
 
-    // How far the steps have come: what a tile sees of the rows above it is computed anew.
-    struct { int known, compared, features; } done{std::max(0, tile.top - 6), std::max(0, tile.top - 5), std::max(0, tile.top - 4)};
+    // How far the steps have come: what a tile sees of the rows above it is computed anew, four rows of features from those around.
+    struct { int known, compared, features; } done{std::max(0, tile.top - halo_rows), std::max(0, tile.top - 5), std::max(0, tile.top - 4)};
     for (int finished = tile.top; finished < tile.bottom; finished += tile_rows) {
         const int until = std::min(finished + tile_rows, tile.bottom);
         auto next = done;
