@@ -52,6 +52,17 @@ inline Interval share(Interval a, Interval h) {
     return choose(is_nan(h.high), unknown(), choose(apart, meet(quotient, -1, 1), all));
 }
 
+/// What part of a's slope is a corner's, outside of both a and b: a / hypot(a, b), neither below zero.
+inline F share_of_corner(F a, F b) { return share(a, hypot(a, b)); }
+inline Interval share_of_corner(Interval a, Interval b) {
+    const Interval beyond_a = maximum(a, interval(0)), beyond_b = maximum(b, interval(0));
+    return share(beyond_a, hypot(beyond_a, beyond_b));
+}
+
+/// x where neither a nor b is negative, else y; both where it may be either.
+inline F where_outside(F a, F b, F x, F y) { return minimum(a, b) < F{} ? y : x; }
+inline Interval where_outside(Interval a, Interval b, Interval x, Interval y) { return by_sign(minimum(a, b), y, x); }
+
 /// The slope s / root; 0 where s is 0 throughout, even if the root is.
 inline F over_root(F s, F root) { return s == F{} ? F{} : s / root; }
 inline Interval over_root(Interval s, Interval root) {
@@ -149,6 +160,13 @@ template <class N, int K>
 inline Dual<N, K> maximum(const Dual<N, K>& a, const Dual<N, K>& b) {
     const N order = b.value - a.value;
     return chain(maximum(a.value, b.value), a, b, [&](N s, N t) { return by_sign(order, s, t); });
+}
+template <class N, int K>
+inline Dual<N, K> corner(const Dual<N, K>& a, const Dual<N, K>& b) {
+    const N order = b.value - a.value, p = share_of_corner(a.value, b.value), q = share_of_corner(b.value, a.value);
+    return chain(corner(a.value, b.value), a, b, [&](N s, N t) {
+        return where_outside(a.value, b.value, p * s + q * t, by_sign(order, s, t));
+    });
 }
 template <class N, int K>
 inline Dual<N, K> select(const Dual<N, K>& a, const Dual<N, K>& b, const Dual<N, K>& c) {

@@ -12,6 +12,10 @@ namespace bob {
 /// scale * a + offset: sums and products with constants, negation.
 constexpr Op affine = static_cast<Op>(op_count);
 
+/// Where two things meet at right angles, a and b being the distances from each: the larger where either is negative,
+/// else hypot(a, b). A select, but one that does not jump.
+constexpr Op corner_distance = static_cast<Op>(op_count + 1);
+
 /// 20 bytes, without gaps: code that is the same is the same in memory.
 struct Instruction {
     Op op;
@@ -38,8 +42,8 @@ constexpr std::size_t register_bytes = 512;
 
 /// The outcome of one decision (see is_decision) in each of several boxes: bit i is for box i.
 ///
-/// A minimum or maximum is always a (first) or always b (second); a select always b or always c; an absolute always a or
-/// always -a. A rounding always gives `value` (first), or that or the next number (second). An atan2 jumps in the box, and
+/// A minimum or maximum is always a (first) or always b (second); a select always b or always c; a corner always the larger
+/// or always the hypotenuse; an absolute always a or always -a. A rounding always gives `value` (first), or that or the next number (second). An atan2 jumps in the box, and
 /// its x is negative there (first).
 struct Decision {
     std::uint32_t first = 0, second = 0;
@@ -53,7 +57,7 @@ constexpr bool may_jump(Op op) { return op == Op::select || op == Op::atan2 || i
 
 /// Whether a box may decide something about an op.
 constexpr bool is_decision(Op op) {
-    return op == Op::minimum || op == Op::maximum || op == Op::absolute || may_jump(op);
+    return op == Op::minimum || op == Op::maximum || op == Op::absolute || op == corner_distance || may_jump(op);
 }
 
 /// Axis-aligned boxes and what a formula's values are in them.
@@ -95,7 +99,8 @@ struct FormulaKernels {
     void (*gradients)(const Code& code, const float* const point[3], int count, float* value, float* const gradient[3],
                       void* scratch);
 
-    /// Bounds of f in each box, and what the boxes decide: one Decision for each op that is one, in the code's order.
+    /// Bounds of f in each box, and what the boxes decide: one Decision for each op that is one, in the code's order; for
+    /// a corner two, the first of which is its maximum's.
     void (*bounds)(const Code& code, BoxBatch& boxes, Decision* decisions, void* scratch);
 
     /// Narrows `least` and `most` of boxes that `bounds` was called for: f is no farther from its value at the box's

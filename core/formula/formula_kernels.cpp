@@ -31,6 +31,10 @@ inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domai
             watch(out, domain);
             continue;
         }
+        if (i->op == corner_distance) {
+            out = decided(i->op, a, b, corner(a, b));
+            continue;
+        }
         switch (i->op) {  // `continue` where numbers have a number, or the op itself tells the domain
             case Op::constant: set(out, i->offset); break;
             case Op::absolute: out = decided(i->op, a, a, abs(a)); continue;
@@ -107,6 +111,15 @@ struct Record {
 
     Interval operator()(Op op, const Interval& a, const Interval& b, const Interval& result) {
         Decision& d = *next++;
+        if (op == corner_distance) {
+            const M inside = (a.high < F{}) | (b.high < F{});
+            d.first = bits(inside & (a.low > b.high));
+            d.second = bits(inside & (b.low > a.high));
+            Decision& which = *next++;
+            which.first = bits(inside);
+            which.second = bits((a.low >= F{}) & (b.low >= F{}));
+            return result;
+        }
         switch (op) {
             case Op::minimum:
                 d.first = bits(a.high < b.low);

@@ -138,6 +138,10 @@ inline F acos(F x) { return atan2(sqrt((1.f - x) * (1.f + x)), x); }
 
 inline F square(F a) { return a * a; }
 inline F hypot(F a, F b) { return sqrt(a * a + b * b); }
+inline F corner(F a, F b) {
+    const F least = minimum(a, b);
+    return is_nan(least) ? least : (least < F{} ? maximum(a, b) : hypot(a, b));
+}
 /// The remainder of a / b with the sign of b.
 inline F modulo(F a, F b) { return a - b * floor(a / b); }
 

@@ -93,6 +93,7 @@ inline Interval hypot(Interval a, Interval b) {
 }
 inline Interval minimum(Interval a, Interval b) { return {minimum(a.low, b.low), minimum(a.high, b.high)}; }
 inline Interval maximum(Interval a, Interval b) { return {maximum(a.low, b.low), maximum(a.high, b.high)}; }
+inline Interval corner(Interval a, Interval b) { return {corner(a.low, b.low), corner(a.high, b.high)}; }
 inline Interval floor(Interval a) { return {floor(a.low), floor(a.high)}; }
 inline Interval ceil(Interval a) { return {ceil(a.low), ceil(a.high)}; }
 inline Interval round(Interval a) { return {round(a.low), round(a.high)}; }

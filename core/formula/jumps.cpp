@@ -32,13 +32,12 @@ struct Survey {
 };
 
 /// The jumps that a box leaves open.
-void find_jumps(const std::vector<Node>& nodes, const std::vector<Decision>& decisions, Survey& survey) {
+void find_jumps(const Tape& tape, const std::vector<Decision>& decisions, Survey& survey) {
     std::optional<Jump> of_select;
-    std::size_t next = 0;
-    for (std::uint32_t i = 0; i < nodes.size(); ++i) {
-        const Op op = nodes[i].op;
-        if (!is_decision(op)) continue;
-        const Decision& decision = decisions[next++];
+    for (std::size_t at = 0; at < decisions.size(); ++at) {
+        const Op op = tape.decisions()[at];
+        const std::uint32_t i = tape.decision_nodes()[at];
+        const Decision& decision = decisions[at];
         const bool first = decision.first & 1, second = decision.second & 1;
         if (op == Op::select && !first && !second) {
             if (!of_select) of_select = Jump{i};
@@ -67,9 +66,14 @@ Survey survey(const Tape& tape, BoxBatch box, Work& work) {
     Survey result{Sign::mixed, f, {}};
     if (!(box.partly & 1)) {
         result.simpler = tape.specialised(decisions, 0);
-        if (!(result.simpler == f)) decide(Tape(result.simpler));
+        if (!(result.simpler == f)) {
+            const Tape simpler(result.simpler);
+            decide(simpler);
+            find_jumps(simpler, decisions, result);
+            return result;
+        }
     }
-    find_jumps(result.simpler.nodes(), decisions, result);
+    find_jumps(tape, decisions, result);
     return result;
 }
 

@@ -1,7 +1,9 @@
 #include "formula/tape.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -19,7 +21,31 @@ struct Lowered {
     double scale = 0, offset = 0;
 };
 
-/// Sums and products with a constant become one affine step, also one after the other.
+/// The distances whose corner a node is, as the modelling words write it (modelling/words.h), and as boxes simplify that:
+/// select(min(a, b), max(a, b), hypot(max(a, 0), max(b, 0))), or a or b in the place of their maxima with 0.
+std::optional<std::array<std::uint32_t, 2>> corner_of(const std::vector<Node>& nodes, const Node& node) {
+    if (node.op != Op::select) return std::nullopt;
+    const Node &least = nodes[node.operand[0]], &most = nodes[node.operand[1]], &far = nodes[node.operand[2]];
+    if (least.op != Op::minimum || most.op != Op::maximum || far.op != Op::hypot) return std::nullopt;
+    const std::uint32_t a = most.operand[0], b = most.operand[1];  // in the order in which decisions name them
+    const auto are = [](const Node& pair, std::uint32_t p, std::uint32_t q) {
+        return pair.operand[0] == p && pair.operand[1] == q;
+    };
+    if (!are(least, a, b) && !are(least, b, a)) return std::nullopt;
+    const auto beyond_zero = [&](std::uint32_t of, std::uint32_t i) {
+        const Node& half = nodes[i];
+        const auto zero = [&](int k) {
+            const Node& other = nodes[half.operand[k]];
+            return other.op == Op::constant && other.value == 0;
+        };
+        return i == of || (half.op == Op::maximum && ((half.operand[0] == of && zero(1)) || (half.operand[1] == of && zero(0))));
+    };
+    const std::uint32_t u = far.operand[0], v = far.operand[1];
+    const bool is_corner = (beyond_zero(a, u) && beyond_zero(b, v)) || (beyond_zero(b, u) && beyond_zero(a, v));
+    return is_corner ? std::optional(std::array{a, b}) : std::nullopt;
+}
+
+/// Sums and products with a constant become one affine step, also one after the other; corners one step.
 Lowered lower(const std::vector<Node>& nodes, std::uint32_t i) {
     const Node& node = nodes[i];
     const auto constant = [&](int k) { return nodes[node.operand[k]].op == Op::constant; };
@@ -43,6 +69,9 @@ Lowered lower(const std::vector<Node>& nodes, std::uint32_t i) {
                 return {affine, {node.operand[0]}, 1, value(1)};
             }
             break;
+        case Op::select:
+            if (const auto sides = corner_of(nodes, node)) return {corner_distance, {(*sides)[0], (*sides)[1]}};
+            break;
         default: break;
     }
     return {node.op, {node.operand[0], node.operand[1], node.operand[2]}, 0, 0};
@@ -56,7 +85,7 @@ Expression without_low_powers(Expression f) {
     return graph.expression(graph.copy(f));
 }
 
-int operands_of(const Lowered& step) { return step.op == affine ? 1 : operands(step.op); }
+int operands_of(const Lowered& step) { return step.op == affine ? 1 : step.op == corner_distance ? 2 : operands(step.op); }
 
 /// Hands out registers and takes them back.
 class Registers {
@@ -122,7 +151,9 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
         }
         instruction.out = place[i] = registers.take();
         code_.push_back(instruction);
-        if (is_decision(step.op)) decisions_.push_back(step.op), decision_nodes_.push_back(i);
+        const auto decides = [&](Op op, std::uint32_t node) { decisions_.push_back(op), decision_nodes_.push_back(node); };
+        if (step.op == corner_distance) decides(Op::maximum, nodes[i].operand[1]);
+        if (is_decision(step.op)) decides(step.op, i);
     }
     registers_ = registers.count();
     result_ = place[count - 1];
@@ -160,7 +191,7 @@ Expression Tape::specialised(std::span<const Decision> decisions, int lane) cons
         } else if (op == Op::absolute) {
             if (first || second) known = first ? first_operand : negative;
         } else if (op != Op::atan2 && (first || second)) {
-            known = static_cast<Outcome>(first_operand + (op == Op::select ? 1 : 0) + (second ? 1 : 0));
+            known = static_cast<Outcome>(first_operand + (op == Op::select || op == corner_distance ? 1 : 0) + (second ? 1 : 0));
         }
     }
 

@@ -20,12 +20,14 @@ public:
     [[nodiscard]] Code code() const { return {code_.data(), code_.size(), registers_, result_}; }
     /// The ops that are decisions, in the order in which evaluation comes to them.
     [[nodiscard]] const std::vector<Op>& decisions() const { return decisions_; }
+    /// And which nodes of the expression they are.
+    [[nodiscard]] const std::vector<std::uint32_t>& decision_nodes() const { return decision_nodes_; }
 
 private:
     Expression expression_;
     std::vector<Instruction> code_;
     std::vector<Op> decisions_;
-    std::vector<std::uint32_t> decision_nodes_;  // their numbers in the expression
+    std::vector<std::uint32_t> decision_nodes_;
     int registers_ = 3;
     int result_ = 0;
 };

@@ -57,14 +57,17 @@ std::vector<std::uint8_t> signature(const Tape& tape, std::span<const Decision> 
 std::vector<bool> certain_selects(const Tape& tape) {
     const std::vector<Node>& nodes = tape.expression().nodes();
     std::vector<bool> total(nodes.size());  // whether numbers give a number
-    std::vector<bool> result;
-    result.reserve(tape.decisions().size());
     for (std::size_t i = 0; i < nodes.size(); ++i) {
         const Op op = nodes[i].op;
         total[i] = op != Op::sqrt && op != Op::log && op != Op::asin && op != Op::acos && op != Op::divide &&
                    op != Op::modulo;
         for (int k = 0; k < operands(op); ++k) total[i] = total[i] && total[nodes[i].operand[k]];
-        if (is_decision(op)) result.push_back(op == Op::select && total[nodes[i].operand[0]]);
+    }
+    std::vector<bool> result;
+    result.reserve(tape.decisions().size());
+    for (std::size_t at = 0; at < tape.decisions().size(); ++at) {
+        const Node& node = nodes[tape.decision_nodes()[at]];
+        result.push_back(node.op == Op::select && total[node.operand[0]]);
     }
     return result;
 }
