@@ -47,7 +47,7 @@ inline M may_cut(Interval y, Interval x) { return crosses_cut(y, x); }
 inline F share(F a, F h) { return h > F{} ? a / h : (is_nan(h) ? h : F{}); }
 inline Interval share(Interval a, Interval h) {
     const M apart = h.low > F{};
-    const Interval all = {constant(-1.f), constant(1.f)};
+    const Interval all = {a.low < F{} ? constant(-1.f) : F{}, a.high > F{} ? constant(1.f) : F{}};
     const Interval quotient = {a.low / (a.low < F{} ? h.low : h.high), a.high / (a.high < F{} ? h.high : h.low)};
     return choose(is_nan(h.high), unknown(), choose(apart, meet(quotient, -1, 1), all));
 }
@@ -55,8 +55,7 @@ inline Interval share(Interval a, Interval h) {
 /// What part of a's slope is a corner's, outside of both a and b: a / hypot(a, b), neither below zero.
 inline F share_of_corner(F a, F b) { return share(a, hypot(a, b)); }
 inline Interval share_of_corner(Interval a, Interval b) {
-    const Interval beyond_a = maximum(a, interval(0)), beyond_b = maximum(b, interval(0));
-    return share(beyond_a, hypot(beyond_a, beyond_b));
+    return share(beyond_zero(a), hypot(beyond_zero(a), beyond_zero(b)));
 }
 
 /// x where neither a nor b is negative, else y; both where it may be either.

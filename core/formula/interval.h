@@ -93,7 +93,6 @@ inline Interval hypot(Interval a, Interval b) {
 }
 inline Interval minimum(Interval a, Interval b) { return {minimum(a.low, b.low), minimum(a.high, b.high)}; }
 inline Interval maximum(Interval a, Interval b) { return {maximum(a.low, b.low), maximum(a.high, b.high)}; }
-inline Interval corner(Interval a, Interval b) { return {corner(a.low, b.low), corner(a.high, b.high)}; }
 inline Interval floor(Interval a) { return {floor(a.low), floor(a.high)}; }
 inline Interval ceil(Interval a) { return {ceil(a.low), ceil(a.high)}; }
 inline Interval round(Interval a) { return {round(a.low), round(a.high)}; }
@@ -181,6 +180,12 @@ inline Interval modulo(Interval a, Interval b, Domain& domain) {
 
 inline Interval select(Interval a, Interval b, Interval c) {
     return choose(a.high < F{}, b, choose(a.low >= F{}, c, choose(is_nan(a.low + a.high), unknown(), hull(b, c))));
+}
+
+/// a from 0 on: what counts where it is not negative.
+inline Interval beyond_zero(Interval a) { return maximum(a, interval(0)); }
+inline Interval corner(Interval a, Interval b) {
+    return select(minimum(a, b), maximum(a, b), hypot(beyond_zero(a), beyond_zero(b)));
 }
 
 }  // namespace bob::BOB_ISA

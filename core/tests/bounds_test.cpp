@@ -66,7 +66,9 @@ void for_random_boxes(std::uint64_t seed, int count, Body body) {
         Random random(seed);
         const bob::FormulaKernels& kernels = bob::best_formula_kernels();
         for (int i = 0; i < count; ++i) {
-            const bob::Tape tape(test::simplified(test::random_expression(random, 1 + i % 20)));
+            const bob::Expression f = test::simplified(test::random_expression(random, 1 + i % 20));
+            Random another(seed + static_cast<std::uint64_t>(i));
+            const bob::Tape tape(i % 8 == 7 ? test::corner(f, test::simplified(test::random_expression(another, 8))) : f);
             BoxBatch boxes = random_boxes(random);
             std::vector<Decision> decisions(tape.decisions().size());
             kernels.bounds(tape.code(), boxes, decisions.data(), bob::scratch(tape.code().registers));
@@ -204,7 +206,8 @@ TEST(specialised_formulas_have_the_same_values_within_their_box) {
                 ++judged;
                 identical += test::same(got[k], expected[k]);
                 if (test::same(got[k], expected[k])) continue;
-                const double error = estimate(tape.expression(), points[k]).error;
+                const double error = std::max(estimate(tape.expression(), points[k]).error,
+                                              estimate(special.expression(), points[k]).error);
                 if (std::fabs(got[k] - expected[k]) > 2 * error) {
                     test::fail(__FILE__, __LINE__, told(tape.expression(), boxes, lane, points[k], expected[k]) +
                                                        " became " + std::to_string(got[k]) + " of " +
@@ -249,6 +252,54 @@ TEST(boxes_decide) {
                 kernels.bounds(tape.code(), boxes, &decision, bob::scratch(tape.code().registers));
                 CHECK_EQ(decision.first >> lane & 1, c.first ? 1u : 0u);
                 CHECK_EQ(decision.second >> lane & 1, c.second ? 1u : 0u);
+            }
+        }
+    });
+}
+
+TEST(corners_are_one_step_that_does_not_jump) {
+    bob::Graph g;
+    const bob::Expression x = g.expression(g.x()), y = g.expression(g.y());
+    const bob::Tape tape(test::corner(x, y));
+    CHECK_EQ(tape.code().count, 1u);
+    CHECK(tape.decisions() == std::vector<Op>({Op::maximum, bob::corner_distance}));
+    CHECK(std::none_of(tape.decisions().begin(), tape.decisions().end(), bob::may_jump));
+    CHECK_LT(1u, bob::Tape(test::corner(x, y, 0.5)).code().count);  // is none
+
+    struct Case {
+        float x[2], y[2];
+        const char* becomes;
+        float least, most, slope_of_x[2], slope_of_y[2];
+    };
+    const Case cases[] = {
+        {{3, 4}, {-2, -1}, "x", 3, 4, {1, 1}, {0, 0}},
+        {{-2, -1}, {3, 4}, "y", 3, 4, {0, 0}, {1, 1}},
+        {{-4, -1}, {-3, -2}, "maximum(x, y)", -3, -1, {0, 1}, {0, 1}},
+        {{3, 3}, {4, 4}, "hypot(maximum(y, 0), maximum(x, 0))", 5, 5, {0.6f, 0.6f}, {0.8f, 0.8f}},
+        {{4, 4}, {-1, 3}, "", 4, 5, {0.8f, 1}, {0, 0.75f}},
+        {{-1, 3}, {-1, 4}, "", -1, 5, {0, 1}, {0, 1}},
+    };
+    test::for_each_isa([&] {
+        const bob::FormulaKernels& kernels = bob::best_formula_kernels();
+        for (const Case& c : cases) {
+            BoxBatch boxes{};
+            std::fill_n(boxes.low[0], bob::max_lanes, c.x[0]), std::fill_n(boxes.high[0], bob::max_lanes, c.x[1]);
+            std::fill_n(boxes.low[1], bob::max_lanes, c.y[0]), std::fill_n(boxes.high[1], bob::max_lanes, c.y[1]);
+            Decision decisions[2];
+            void* const memory = bob::scratch(tape.code().registers);
+            kernels.bounds(tape.code(), boxes, decisions, memory);
+            for (int lane = 0; lane < kernels.lanes; ++lane) {
+                const bob::Expression special = tape.specialised(decisions, lane);
+                if (*c.becomes && to_text(special) != c.becomes) test::fail(__FILE__, __LINE__, to_text(special));
+                if (!*c.becomes) CHECK(special == tape.expression());
+                CHECK_EQ(boxes.least[lane], c.least);
+                CHECK_EQ(boxes.most[lane], c.most);
+            }
+            kernels.narrow(tape.code(), boxes, memory);
+            for (int end = 0; end < 2; ++end) {
+                const auto& slopes = end ? boxes.most_slope : boxes.least_slope;
+                CHECK_NEAR(slopes[0][0], c.slope_of_x[end], 1e-5f);
+                CHECK_NEAR(slopes[1][0], c.slope_of_y[end], 1e-5f);
             }
         }
     });

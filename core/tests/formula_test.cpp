@@ -285,3 +285,36 @@ TEST(gradients_match_differences_of_values) {
         CHECK_LT(1500 * kernels.lanes, judged);
     });
 }
+
+TEST(corners_have_the_values_and_gradients_of_their_steps) {
+    test::for_each_isa([] {
+        Random random(9);
+        const bob::FormulaKernels& kernels = bob::best_formula_kernels();
+        int compared = 0;
+        for (int i = 0; i < 2000; ++i) {
+            const bob::Expression a = test::random_formula(random), b = test::random_formula(random);
+            const bob::Tape corner(test::corner(a, b)), steps(test::corner(a, b, 1e-300));
+            float p[3][bob::max_lanes], value[2][bob::max_lanes], slope[2][3][bob::max_lanes];
+            for (auto& axis : p) {
+                for (float& x : axis) x = random() < 0.1f ? 0 : random(-2, 2);
+            }
+            const float* const points[3] = {p[0], p[1], p[2]};
+            for (int k = 0; k < 2; ++k) {
+                const bob::Tape& tape = k ? steps : corner;
+                float* const slopes[3] = {slope[k][0], slope[k][1], slope[k][2]};
+                kernels.gradients(tape.code(), points, kernels.lanes, value[k], slopes, bob::scratch(tape.code().registers));
+            }
+            for (int lane = 0; lane < kernels.lanes; ++lane) {
+                CHECK(same(value[0][lane], value[1][lane]));
+                if (value[0][lane] == 0) continue;  // no one slope
+                for (int axis = 0; axis < 3; ++axis) {
+                    const float whole = slope[0][axis][lane], by_steps = slope[1][axis][lane];
+                    if (std::isnan(whole) || std::isnan(by_steps)) continue;  // where a or b has no slope and is 0
+                    CHECK_EQ(whole, by_steps);
+                    ++compared;
+                }
+            }
+        }
+        CHECK_LT(2000 * kernels.lanes, compared);
+    });
+}

@@ -56,6 +56,15 @@ inline bob::Expression simplified(const bob::Expression& f) {
     return g.expression(g.substitute(f, g.x(), g.y(), g.z()));
 }
 
+/// What modelling words write for the distance to a right angle, and tapes find again if `zero` is 0: a number that is 0 only
+/// as a float keeps it several steps of the same values.
+inline bob::Expression corner(const bob::Expression& a, const bob::Expression& b, double zero = 0) {
+    bob::Graph g;
+    const bob::Value p = g.copy(a), q = g.copy(b), beyond_q = max(q, zero), outside = hypot(max(p, zero), beyond_q);
+    const bob::Value inside = max(q, p);
+    return g.expression(select(min(p, q), inside, outside));
+}
+
 /// Most of them simplified, some as they stand.
 inline bob::Expression random_formula(Random& random) {
     const bob::Expression plain = random_expression(random, 1 + static_cast<int>(pick(random, 16)));
