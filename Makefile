@@ -23,6 +23,7 @@ test: $(VENV)/installed-test $(VENV)/chromium clang
 bench: $(VENV)/installed-test
 	$(BIN)/python bench/trace.py
 	$(BIN)/python bench/implicit.py
+	$(BIN)/python bench/libfive.py
 	$(BIN)/python bench/nurbs.py
 	$(BIN)/python bench/complete.py
 	$(BIN)/python bench/progressive.py

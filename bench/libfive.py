@@ -1,18 +1,15 @@
-"""Implicit surfaces, traced directly, beside libfive's heightmaps: intervals rule out blocks of voxels, and what is left is
-evaluated at each, so that depths are those of voxels and thin sheets may be stepped over.
+"""Implicit surfaces, traced directly, beside libfive's heightmaps, on one thread.
 
-LIBFIVE names the folder of a libfive that is there, with `include/` and its library; without it, this is skipped. Both
-run on one thread and give depths and normals; in turns.
+There, intervals rule out blocks of voxels, and the formula is evaluated at each voxel that is left: depths are those of
+voxels, and what is thinner may be stepped over. Both give depths and normals. LIBFIVE names the folder of a libfive,
+with `include/` and its library; without it, this is skipped.
 """
 
 from __future__ import annotations
 
 import os
-import statistics
 import subprocess
-import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,14 +23,18 @@ from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
 
 SIZE = 512
 RUNS = 7
-CAMERAS = {"straight": bob.Camera(azimuth=270, elevation=90), "oblique": bob.Camera()}
-FLAGS = ("-std=c++17", "-O3", "-march=native", "-DNDEBUG", "-DEIGEN_NO_DEBUG", "-I/usr/include/eigen3")
+CAMERAS = {"straight down": bob.Camera(azimuth=270, elevation=90), "oblique": bob.Camera()}
+FLAGS = ("-std=c++17", "-O3", "-march=native", "-DNDEBUG", "-DEIGEN_NO_DEBUG", "-I/usr/include/eigen3", "-rdynamic")
 
-# Of the core's operations, in its order (core/formula/expression.h).
-NAMES = (
-    "const var-x var-y var-z neg abs square sqrt sin cos tan asin acos atan exp ln floor ceil round power "
-    "add sub mul div min max hypot atan2 mod select"
-).split()
+# fmt: off
+NAMES = (  # in .vm files, of the core's operations in their order (core/formula/expression.h)
+    "const", "var-x", "var-y", "var-z",
+    "neg", "abs", "square", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "exp", "ln",
+    "floor", "ceil", "round", "power",
+    "add", "sub", "mul", "div", "min", "max", "hypot", "atan2", "mod", "select",
+)
+# fmt: on
+UNARY = NAMES[4:20]
 
 
 def main() -> None:
@@ -53,15 +54,14 @@ def main() -> None:
             for view, camera in CAMERAS.items()
         ]
     heading(f"Implicit surfaces beside libfive's heightmaps, {SIZE}x{SIZE}, one thread: milliseconds")
-    table(["shape", "seen", "ours", "libfive", "ours / libfive", "pixels that differ", "unresolved rays"], rows)
+    table(["shape", "seen", "ours", "libfive", "ours / libfive", "hits that differ", "unresolved rays"], rows)
 
 
 def build(home: Path, folder: Path) -> Path:
     """Compile the program beside this script against that libfive."""
-    program = folder / "libfive"
+    program, source = folder / "libfive", Path(__file__).with_suffix(".cpp")
     library = next(home.rglob("libfive.so"))
-    source = Path(__file__).with_suffix(".cpp")
-    link = [str(library), f"-Wl,-rpath,{library.parent}", "-rdynamic"]
+    link = [str(library), f"-Wl,-rpath,{library.parent}"]
     subprocess.run(["c++", *FLAGS, f"-I{home / 'include'}", str(source), *link, "-o", str(program)], check=True)
     return program
 
@@ -72,48 +72,47 @@ def row(name: str, view: str, scene: bob.Scene, camera: bob.Camera, program: Pat
     trace, pixels = SceneTracer(scene, camera, (SIZE, SIZE)), tiled_pixels((SIZE, SIZE))
     formula = program.with_name(f"{name}.vm")
     formula.write_text("\n".join(lines_of(instance.shape, scene, camera)) + "\n")
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    with subprocess.Popen([program, str(SIZE), formula], **pipes) as rival:  # type: ignore[call-overload]
-        last = ""
+    command = [str(program), str(SIZE), str(formula)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as rival:
+        assert rival.stdin
+        assert rival.stdout
 
-        def theirs() -> None:
-            nonlocal last
+        def theirs() -> int:
             print(file=rival.stdin, flush=True)
-            last = rival.stdout.readline()
+            return int(rival.stdout.readline())  # type: ignore[union-attr]
 
-        seconds = in_turn({"ours": lambda: trace(pixels), "libfive": theirs}, RUNS, clock=time.perf_counter)
+        seconds = in_turn({"ours": lambda: trace(pixels), "libfive": theirs}, RUNS)
+        hits, found = np.count_nonzero(trace(pixels).hit), theirs()
+        before = instance.shape.unresolved_rays
+        trace(pixels)
         rival.stdin.close()
-    full = bob.trace(scene, camera, size=(SIZE, SIZE))
-    hits = (full.depth > 0).sum()
     return [
         name,
         view,
         spread(seconds["ours"], 1e3),
         spread(seconds["libfive"], 1e3),
         f"{median_ratio(seconds['ours'], seconds['libfive']):.2f}",
-        f"{abs(int(last) - int(hits)) / hits:.2%}",
-        str(instance.shape.unresolved_rays),
+        f"{abs(found - hits) / hits:.2%}",
+        f"{instance.shape.unresolved_rays - before:,}",
     ]
 
 
 def lines_of(shape: bob.Implicit, scene: bob.Scene, camera: bob.Camera) -> Iterator[str]:
     """A shape as a .vm file: turned so that the camera looks along -z, its bounding sphere within the cube -1..1."""
-    numbers = (f"const {value:.9g}" for value in (*scene.center, scene.radius))
-    yield from (f"{name} {number}" for name, number in zip(("cx", "cy", "cz", "r"), numbers, strict=True))
-    for axis in "xyz":
+    for axis, center in zip("xyz", scene.center, strict=True):
         yield f"v{axis} var-{axis}"
-    for i, axis in enumerate("xyz"):  # p = center + radius * (the camera's axes as columns) @ (x, y, z)
-        for j, across in enumerate("xyz"):
-            yield f"m{axis}{across} const {axes_of(camera)[i, j]:.9g}"
+        yield f"c{axis} const {center:.9g}"
+    yield f"r const {scene.radius:.9g}"
+    for axis, turned in zip("xyz", axes_of(camera), strict=True):  # p = center + radius * turned @ (x, y, z)
+        for across, share in zip("xyz", turned, strict=True):
+            yield f"m{axis}{across} const {share:.9g}"
             yield f"t{axis}{across} mul m{axis}{across} v{across}"
         yield f"s{axis} add t{axis}x t{axis}y"
         yield f"u{axis} add s{axis} t{axis}z"
         yield f"w{axis} mul u{axis} r"
         yield f"p{axis} add w{axis} c{axis}"
-    expression = shape.expression
-    for i, (op, operands, value) in enumerate(
-        zip(expression.ops, expression.operands, expression.values, strict=True)
-    ):
+    nodes = shape.expression
+    for i, (op, operands, value) in enumerate(zip(nodes.ops, nodes.operands, nodes.values, strict=True)):
         name = NAMES[op]
         a, b, _ = (f"n{operand}" for operand in operands)
         if name == "const":
@@ -123,9 +122,9 @@ def lines_of(shape: bob.Implicit, scene: bob.Scene, camera: bob.Camera) -> Itera
         elif name == "hypot":
             yield from (f"a{i} square {a}", f"b{i} square {b}", f"c{i} add a{i} b{i}", f"n{i} sqrt c{i}")
         else:
-            yield f"n{i} {name} {a} {b}" if name in NAMES[20:] else f"n{i} {name} {a}"
+            yield f"n{i} {name} {a}" if name in UNARY else f"n{i} {name} {a} {b}"
     if shape.bounds is not None:
-        yield from within(shape.bounds, f"n{len(expression) - 1}")
+        yield from within(shape.bounds, f"n{len(nodes) - 1}")
 
 
 def within(bounds: NDArray[np.float64], formula: str) -> Iterator[str]:
@@ -142,12 +141,14 @@ def within(bounds: NDArray[np.float64], formula: str) -> Iterator[str]:
 
 def axes_of(camera: bob.Camera) -> NDArray[np.float64]:
     """The camera's axes as columns: to the right and up in the picture, and towards the camera."""
-    pixels = np.array(((1, 1), (1, 2), (0, 1)), np.int32)
-    _, origin, direction = camera.core().rays(3, 3, pixels)
+    _, origin, direction = camera.core().rays(3, 3, np.array(((1, 1), (1, 2), (0, 1)), np.int32))
     back = -direction[0].astype(np.float64)
     across = (origin[1:] - origin[0]).astype(np.float64)
     across -= (across @ back)[:, None] * back
-    return np.column_stack([*(across / np.linalg.norm(across, axis=1, keepdims=True)), back])
+    axes = np.column_stack([*(across / np.linalg.norm(across, axis=1, keepdims=True)), back])
+    return np.where(
+        np.abs(axes) < 1e-6, 0, axes
+    )  # exact where the camera looks along an axis, which libfive simplifies
 
 
 if __name__ == "__main__":
