@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from limits import section
 from work import MODELS, ROOT, Work
 
 import bobrossnet as bob
@@ -96,12 +97,17 @@ def main() -> None:
         if scan:
             sources = replace(sources, scene=bob.load(scan).turned_upright(), camera=SCAN_CAMERA)
         captions = draw(docs / "report", sources, work.folder / "captions.json")
+    limits = []
+    if shapes:
+        less = {"epochs": 1, "limit": 2} if small else {}
+        limits = section(work, dataset, weights, shapes, **less)
     parts = [
         *heading(options.scale, work),
         *data_set(dataset, comparison),
         *training(scale.config, run),
         *test_split(own, dataset),
         *real_shapes(real),
+        *limits,
         *losses(docs / "report" / "figure-5.1.csv"),
         *figures(captions, scan is not None),
     ]

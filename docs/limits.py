@@ -1,0 +1,135 @@
+"""What limits the report's network: the same network trained by other recipes and on other data, a section of
+docs/report.md. docs/report.py writes it there; by itself this prints it.
+
+    python docs/limits.py [--shapes FOLDER] [--work DIR]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from work import MODELS, ROOT, Work
+
+from bobrossnet.atomic import write_whole
+from bobrossnet.learn import reference
+from bobrossnet.learn.config import TrainConfig
+from bobrossnet.learn.dataset.build import build
+from bobrossnet.learn.dataset.plan import STAGES
+from bobrossnet.learn.dataset.store import Dataset
+from bobrossnet.learn.evaluation.evaluate import evaluate_dataset
+from bobrossnet.learn.evaluation.methods import kept, raw
+from bobrossnet.learn.evaluation.scores import Evaluation
+from bobrossnet.learn.shape_files import shape_files
+from bobrossnet.learn.train import WEIGHTS, train
+from bobrossnet.tables import table
+
+MESHES = (
+    "anatomy_bio animals architecture characters furniture_household math_shapes mechanical nature_food robots scans "
+    "vehicles"
+)
+"""Folders of real meshes, which the report's shapes were as well."""
+
+FILLINGS = ("nearest", "pull-push", "delaunay-linear")
+
+
+@dataclass(frozen=True)
+class Recipe:
+    name: str  # of the weights
+    what: str
+    config: TrainConfig
+    on_real_meshes: bool = False
+
+
+RECIPES = (
+    Recipe(
+        "paper-best",
+        "Muon, SSIM + L1 of the picture with its traced pixels, any share of them, in three orders, patches by detail",
+        TrainConfig(
+            optimizer="muon",
+            learning_rate=0.02,
+            epochs=7,
+            patience=7,
+            loss="ssim+l1",
+            keep_known=True,
+            draw="by-detail",
+            fractions="log-uniform",
+            order="adaptive+lattice+uniform",
+            precision="bf16-mixed",
+        ),
+    ),
+    Recipe(
+        "paper-real",
+        "the report's recipe on real meshes",
+        TrainConfig(epochs=25, patience=25, precision="bf16-mixed"),
+        on_real_meshes=True,
+    ),
+)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--shapes", type=Path, default=MODELS, help="folder of real shapes")
+    parser.add_argument("--work", type=Path, default=ROOT / "out" / "report", help="folder of docs/report.py")
+    options = parser.parse_args()
+    own = Dataset.open(options.work / "data")
+    print("\n\n".join(section(Work(options.work), own, options.work / "paper.safetensors", options.shapes)))
+
+
+def section(
+    work: Work, own: Dataset, paper: Path, shapes: Path, *, epochs: int | None = None, limit: int | None = 31
+) -> list[str]:
+    """Train what is missing of the recipes, measure all of them on test samples of both kinds, and tell.
+
+    Parameters
+    ----------
+    own : the data set of shapes that the package makes
+    paper : weights of the report's recipe
+    shapes : folder with folders of real meshes
+    epochs : at most, of each recipe
+    limit : how many real shapes are tested with
+    """
+    files = [place for name in MESHES.split() if (place := shapes / name).is_dir()]
+    with work.timed("data set of real meshes"):
+        count = sum(len(shape_files(place)) for place in files)
+        real = build(work.folder / "real-data", files=files, test_shapes=round(0.45 * count))
+    weights = [paper]
+    for recipe in RECIPES:
+        run = work.folder / recipe.name
+        with work.timed(f"training of {recipe.name}"):
+            config = recipe.config if epochs is None else replace(recipe.config, epochs=epochs, precision="32-true")
+            train(config, real if recipe.on_real_meshes else own, run)
+        weights.append(work.folder / f"{recipe.name}.safetensors")
+        write_whole(weights[-1], (run / WEIGHTS).read_bytes())
+    with work.timed("evaluation of recipes"):
+        of_own = evaluate_dataset(own, weights, fractions=STAGES, fillings=FILLINGS)
+        of_real = evaluate_dataset(real, weights, fractions=STAGES, fillings=FILLINGS, limit=limit)
+    return [
+        "## What limits the network",
+        "The same network by other recipes, on samples of other shapes: patches of views of 128², 256², 512² pixels, "
+        "as the report's were. Raw is the network's own output at each pixel; kept has traced pixels put back, and "
+        "what `complete` interpolates.",
+        "\n".join(
+            [
+                "- **paper**: the report's recipe, as above.",
+                *(f"- **{recipe.name}**: {recipe.what}; {recipe.config.epochs} epochs." for recipe in RECIPES),
+            ]
+        ),
+        told("The test samples of our own shapes", of_own, weights),
+        told(f"Test samples of {len(set(of_real.shapes))} real meshes that none was trained on", of_real, weights),
+    ]
+
+
+def told(what: str, result: Evaluation, weights: Sequence[Path]) -> str:
+    """A table of SSIM: what networks make of all pixels, and then with traced pixels kept, beside fillings."""
+    names = [path.stem for path in weights]
+    rows = [["the report, on its own shapes", *(f"{value:.4f}" for value in reference.SSIM.values())]]
+    methods = (*map(raw, names), *map(kept, names), *FILLINGS)
+    rows += [[method, *(f"{value:.4f}" for value in result.mean(method))] for method in methods]
+    return f"{what}:\n\n" + table(["SSIM", *(f"{100 * stage:g} %" for stage in STAGES)], rows, left=True)
+
+
+if __name__ == "__main__":
+    main()
