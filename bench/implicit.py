@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from rays import camera_rays
 from report import MODELS, heading, in_turn, median_ratio, spread, table
 from skimage.measure import marching_cubes
+from sparse import on_one_thread, sparse_table
 
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.sdf import X, Y, box, cylinder, sphere
-from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
 
 Formula = Callable[[Any, Any, Any], Any]
 """f(x, y, z) of numpy arrays that can be broadcast, of their dtype."""
@@ -38,9 +38,6 @@ CAMERA = bob.Camera()
 PIXELS = SIZE[0] * SIZE[1]
 RUNS = 5
 RIVAL_RUNS = 3
-SPARSE_SIZE = (512, 512)
-SPARSE_RUNS = 9
-SHARES = (0.01, 0.05, 0.25, 1)
 GRIDS = (32, 48, 64, 96, 128, 192, 256)
 CUBE = np.array(((-1, -1, -1), (1, 1, 1)))
 EQUAL = 0.5 / 255
@@ -326,16 +323,6 @@ def build_row(example: Example) -> list[str]:
     ]
 
 
-def on_one_thread(run: Callable[[], object]) -> Callable[[], object]:
-    def alone() -> None:
-        threads = bob.thread_count()
-        bob.set_thread_count(1)
-        run()
-        bob.set_thread_count(threads)
-
-    return alone
-
-
 def trace_row(example: Example, trace: Callable[[], object]) -> list[str]:
     before = example.shape.unresolved_rays
     trace()
@@ -387,26 +374,11 @@ def mesh_row(example: Example, scene: bob.Scene, trace: Callable[[], bob.GBuffer
     ]
 
 
-def sparse_row(name: str, shape: bob.Implicit) -> list[str]:
-    trace = SceneTracer(bob.Scene(shape), CAMERA, SPARSE_SIZE)
-    order = bob.pixel_order(SPARSE_SIZE, order="lattice")
-    pixels = {share: order[: round(share * len(order))] for share in SHARES}
-    pixels[1] = tiled_pixels(SPARSE_SIZE)  # as `bob.trace` hands out all of them
-    runs = {f"{share:.0%}": on_one_thread(partial(trace, some)) for share, some in pixels.items()}
-    seconds = in_turn(runs, SPARSE_RUNS, clock=time.thread_time)
-    each = {share: [1e6 * s / len(some) for s in seconds[f"{share:.0%}"]] for share, some in pixels.items()}
-    return [
-        name,
-        *(f"{statistics.median(each[share]):.2f}" for share in SHARES),
-        *(f"{median_ratio(each[share], each[1]):.2f}" for share in SHARES if share < 1),
-    ]
-
-
-def sparse_rows() -> list[list[str]]:
+def sparse_scenes() -> dict[str, bob.Scene]:
     """Of shapes whose rays are dear, and of those whose are cheap."""
     shapes = {name: vm_shape(name) for name in ("bear", "prospero", "tanglecube", "colonnade")}
     shapes |= {"gyroid": bob.implicit(gyroid), "CSG": solid()}
-    return [sparse_row(name, shape) for name, shape in shapes.items() if shape is not None]
+    return {name: bob.Scene(shape) for name, shape in shapes.items() if shape is not None}
 
 
 def main() -> None:
@@ -425,9 +397,7 @@ def main() -> None:
     table(columns, rows)
     print(f"\nCSG example, every pixel, {threads} threads: {rows[0][1]} ms; asked for: 60")
 
-    heading("Implicit surfaces, sparse and dense, 512x512, lattice order, one thread: microseconds of its time a ray")
-    shares = [f"{share:.0%}" for share in SHARES]
-    table(["shape", *shares, *(f"{share} / 100%" for share in shares[:-1])], sparse_rows())
+    sparse_table("Implicit surfaces", sparse_scenes(), CAMERA)
 
     heading("Implicit surfaces beside sphere tracing in numpy, one thread: millions of rays per second")
     ratios = [f"ours / numpy, {threads} threads", "1 thread"]
