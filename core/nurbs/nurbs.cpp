@@ -76,20 +76,20 @@ std::vector<Point> bezier_points(int degree, std::span<const double> knots, std:
     return result;
 }
 
-/// The control points of the part from a to b of a Bezier curve, blossom by blossom: each end depends on its own
-/// parameter alone, so parts that meet share their ends to the bit.
+/// The control points of the part from a to b of a Bezier curve, `step` apart, blossom by blossom: each end depends on its
+/// own parameter alone, so parts that meet share their ends to the bit.
 template <class Point>
-std::vector<Point> part_points(std::span<const Point> control_points, double a, double b) {
-    std::vector<Point> at_a(control_points.begin(), control_points.end()), result(control_points.size());
+void part_points(std::span<const Point> control_points, double a, double b, Point* result, std::size_t step = 1) {
+    std::array<Point, max_degree + 1> at_a, at_b;
+    for (std::size_t i = 0; i < control_points.size(); ++i) at_a[i] = control_points[i];
     for (std::size_t j = control_points.size(); j-- > 0;) {  // at_a[0..j] has had a put in, j times b are left
-        std::vector<Point> at_b(at_a.begin(), at_a.begin() + static_cast<std::ptrdiff_t>(j + 1));
+        for (std::size_t i = 0; i <= j; ++i) at_b[i] = at_a[i];
         for (std::size_t count = j; count > 0; --count) {
             for (std::size_t i = 0; i < count; ++i) at_b[i] = mix(at_b[i], at_b[i + 1], b);
         }
-        result[j] = at_b[0];
+        result[j * step] = at_b[0];
         for (std::size_t i = 0; i < j; ++i) at_a[i] = mix(at_a[i], at_a[i + 1], a);
     }
-    return result;
 }
 
 /// Maps each row of a grid, `size` points, and turns the grid over its diagonal. Done twice, this maps the rows, then
@@ -252,20 +252,25 @@ std::vector<BezierPatch> decompose(const NurbsSurface& surface) {
 
 template <std::size_t N>
 BezierCurve<N> part(const BezierCurve<N>& curve, double a, double b) {
-    return {std::lerp(curve.low, curve.high, a), std::lerp(curve.low, curve.high, b),
-            part_points(std::span(curve.control_points), a, b)};
+    BezierCurve<N> result{std::lerp(curve.low, curve.high, a), std::lerp(curve.low, curve.high, b), curve.control_points};
+    part_points(std::span(curve.control_points), a, b, result.control_points.data());
+    return result;
 }
 
 BezierPatch part(const BezierPatch& patch, double a_u, double b_u, double a_v, double b_v) {
     const auto size_u = static_cast<std::size_t>(patch.degree_u) + 1;
     const auto size_v = static_cast<std::size_t>(patch.degree_v) + 1;
-    using Points = std::span<const Homogeneous<3>>;
-    const auto rows = map_rows_and_turn(patch.control_points, size_v,
-                                        [&](Points row) { return part_points(row, a_v, b_v); });
-    return {std::lerp(patch.low_u, patch.high_u, a_u), std::lerp(patch.low_u, patch.high_u, b_u),
-            std::lerp(patch.low_v, patch.high_v, a_v), std::lerp(patch.low_v, patch.high_v, b_v),
-            patch.degree_u, patch.degree_v,
-            map_rows_and_turn(rows, size_u, [&](Points column) { return part_points(column, a_u, b_u); })};
+    std::array<Homogeneous<3>, (max_degree + 1) * (max_degree + 1)> columns;  // of the parts of rows
+    const std::span<const Homogeneous<3>> points = patch.control_points;
+    for (std::size_t i = 0; i < size_u; ++i) part_points(points.subspan(i * size_v, size_v), a_v, b_v, &columns[i], size_u);
+    BezierPatch result{std::lerp(patch.low_u, patch.high_u, a_u), std::lerp(patch.low_u, patch.high_u, b_u),
+                       std::lerp(patch.low_v, patch.high_v, a_v), std::lerp(patch.low_v, patch.high_v, b_v),
+                       patch.degree_u, patch.degree_v, patch.control_points};
+    for (std::size_t j = 0; j < size_v; ++j) {
+        const auto column = std::span<const Homogeneous<3>>(columns).subspan(j * size_u, size_u);
+        part_points(column, a_u, b_u, &result.control_points[j], size_v);
+    }
+    return result;
 }
 
 template std::array<double, 2> curve_point(const NurbsCurve<2>&, double);

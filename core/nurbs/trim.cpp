@@ -400,6 +400,34 @@ TrimRegion::Coverage TrimRegion::coverage(const Domain& rectangle, std::size_t* 
     return contains((low_u + high_u) / 2, (low_v + high_v) / 2) ? Coverage::all : Coverage::none;
 }
 
+Domain TrimRegion::extent(const Domain& rectangle, std::size_t* visited) const {
+    const auto& [low_u, high_u, low_v, high_v] = rectangle;
+    Domain found{HUGE_VAL, -HUGE_VAL, HUGE_VAL, -HUGE_VAL};
+    const auto extend = [&](double u, double v) {
+        found.low_u = std::min(found.low_u, u), found.high_u = std::max(found.high_u, u);
+        found.low_v = std::min(found.low_v, v), found.high_v = std::max(found.high_v, v);
+    };
+    // What is inside reaches farthest at a curve, or at a corner of the rectangle.
+    for (std::size_t i = 0; i < nodes_.size();) {
+        const Node& node = nodes_[i];
+        if (visited) ++*visited;
+        const double from_u = std::max(low_u, double{node.low_u}), to_u = std::min(high_u, double{node.high_u});
+        const double from_v = std::max(low_v, double{node.low_v}), to_v = std::min(high_v, double{node.high_v});
+        if (from_u > to_u || from_v > to_v) {
+            i = node.next;
+        } else {
+            if (node.degree && passes(node, rectangle)) extend(from_u, from_v), extend(to_u, to_v);
+            ++i;
+        }
+    }
+    for (const double u : {low_u, high_u}) {
+        for (const double v : {low_v, high_v}) {
+            if (contains(u, v)) extend(u, v);
+        }
+    }
+    return found;
+}
+
 std::size_t TrimRegion::bytes() const {
     return nodes_.capacity() * sizeof(Node) + coefficients_.capacity() * sizeof(double);
 }

@@ -38,6 +38,10 @@ public:
     /// the domain's size of it. Adds how many nodes were visited.
     [[nodiscard]] Coverage coverage(const Domain& rectangle, std::size_t* visited = nullptr) const;
 
+    /// A rectangle around what of another is inside, as tight as boxes of monotone pieces of the curves are; low > high
+    /// where nothing is. Adds how many nodes were visited.
+    [[nodiscard]] Domain extent(const Domain& rectangle, std::size_t* visited = nullptr) const;
+
     [[nodiscard]] std::size_t bytes() const;
 
 private:

@@ -37,6 +37,16 @@ BezierPatch bezier_patch(const Pieces& pieces, const Patch& patch) {
     return result;
 }
 
+/// The part of a patch around what of it is seen.
+BezierPatch around_seen(const BezierPatch& bezier, const Patch& patch) {
+    const auto& [low_u, high_u, low_v, high_v] = patch.domain;
+    const Domain seen = patch.extent(patch.domain);
+    if (seen.low_u > seen.high_u || seen.low_v > seen.high_v) return bezier;
+    const double size_u = high_u - low_u, size_v = high_v - low_v;
+    return part(bezier, (seen.low_u - low_u) / size_u, (seen.high_u - low_u) / size_u, (seen.low_v - low_v) / size_v,
+                (seen.high_v - low_v) / size_v);
+}
+
 const Homogeneous<3>& corner(const BezierPatch& patch, bool u, bool v) {
     const auto rows = static_cast<std::size_t>(patch.degree_u), columns = static_cast<std::size_t>(patch.degree_v);
     return patch.control_points[(u ? rows * (columns + 1) : 0) + (v ? columns : 0)];
@@ -129,7 +139,7 @@ double Brep::Search::maximum(const Pieces& pieces, const std::function<double(Ve
         const std::lock_guard lock(kept_->making);
         if (kept_->parts.empty()) {
             std::vector<Part> parts;
-            for (const Patch& patch : pieces.patches) parts.emplace_back(bezier_patch(pieces, patch), patch);
+            for (const Patch& patch : pieces.patches) parts.emplace_back(around_seen(bezier_patch(pieces, patch), patch), patch);
             kept_->parts = std::move(parts);
         }
     }

@@ -1,6 +1,8 @@
 /// Rays through a bounding volume hierarchy, whatever its packets hold. Included by *_kernels.cpp files alone.
 #pragma once
 
+#include <limits>
+
 #include "shapes/bvh.h"
 #include "shapes/shape.h"
 #include "simd.h"
@@ -21,23 +23,36 @@ struct RayThroughBoxes {
     using Float4 = Vector<4>;
     using Int4 = IntVector<4>;
 
-    Float4 origin, direction, size, reciprocal;  // size: of the direction's components
-    Floats inverse[3], shift[3];                 // t of a slab = inverse * plane - shift
-    int near_side[3];                            // 0 where the ray meets the lower plane first
+    /// What planes across the axes need of it: t of one is plane * reciprocal - shift.
+    struct Slabs {
+        Float4 origin, direction, size, reciprocal, shift;  // size: of the direction's components
+        Int4 sign;
 
-    explicit RayThroughBoxes(const Ray& ray)
-        : origin{ray.origin.x, ray.origin.y, ray.origin.z}, direction{ray.direction.x, ray.direction.y, ray.direction.z} {
-        const Int4 sign = (Int4)direction & INT32_MIN;
-        size = (Float4)((Int4)direction ^ sign);
-        // A bound instead of 1/0 = inf, which would turn every slab into NaN: still correct, but nothing would be
-        // culled.
-        const Float4 safe = (Float4)((Int4)max(size, broadcast<Float4>(1e-18f)) | sign);
-        reciprocal = 1.f / safe;
-        const Float4 slab_shift = origin * reciprocal;
+        explicit Slabs(const Ray& ray)
+            : origin{ray.origin.x, ray.origin.y, ray.origin.z}, direction{ray.direction.x, ray.direction.y, ray.direction.z} {
+            sign = (Int4)direction & INT32_MIN;
+            size = (Float4)((Int4)direction ^ sign);
+            // A bound instead of 1/0 = inf, which would turn every slab into NaN: still correct, but nothing would be
+            // culled.
+            const Float4 safe = (Float4)((Int4)max(size, broadcast<Float4>(1e-18f)) | sign);
+            reciprocal = 1.f / safe;
+            shift = origin * reciprocal;
+        }
+    };
+
+    Float4 origin, direction, size, reciprocal;
+    Floats inverse[3], shift[3];
+    int near_side[3];  // 0 where the ray meets the lower plane first
+
+    explicit RayThroughBoxes(const Ray& ray) : RayThroughBoxes(Slabs(ray)) {}
+
+private:
+    explicit RayThroughBoxes(const Slabs& slabs)
+        : origin(slabs.origin), direction(slabs.direction), size(slabs.size), reciprocal(slabs.reciprocal) {
         for (int axis = 0; axis < 3; ++axis) {
             inverse[axis] = broadcast<Floats>(reciprocal[axis]);
-            shift[axis] = broadcast<Floats>(slab_shift[axis]);
-            near_side[axis] = static_cast<int>(bits(sign) >> axis & 1);
+            shift[axis] = broadcast<Floats>(slabs.shift[axis]);
+            near_side[axis] = static_cast<int>(bits(slabs.sign) >> axis & 1);
         }
     }
 };
@@ -100,32 +115,57 @@ inline ChildRef take_nearest(const BvhNode& node, unsigned entered, const float*
     return child_of(nearest);
 }
 
+/// A ray's way from leaf to leaf, near ones first.
+class Traversal {
+public:
+    /// Begins with the children of a node, which may be of the caller's own.
+    void begin(const BvhNode& root, const RayThroughBoxes& ray) {
+        top_ = stack_;
+        alignas(32) float t[8];
+        const unsigned entered = enter_boxes(root, ray, std::numeric_limits<float>::infinity(), t);
+        if (!entered) return;
+        const ChildRef nearest = take_nearest(root, entered, t, top_);
+        *top_++ = entry(0, nearest);
+    }
+
+    /// False where no leaf is left that can hold a hit before t_max, which must not grow.
+    bool next_leaf(const BvhNode* nodes, const RayThroughBoxes& ray, float t_max, ChildRef& leaf) {
+        const Entry farthest = entry(t_max, {UINT32_MAX});
+        while (true) {
+            do {
+                if (top_ == stack_) return false;
+                --top_;
+            } while (*top_ > farthest);
+            ChildRef current = child_of(*top_);
+            while (true) {
+                if (current.is_leaf()) {
+                    leaf = current;
+                    return true;
+                }
+                const BvhNode& node = nodes[current.node_index()];
+                alignas(32) float t[8];
+                const unsigned entered = enter_boxes(node, ray, t_max, t);
+                if (!entered) break;
+                current = take_nearest(node, entered, t, top_);
+            }
+        }
+    }
+
+private:
+    Entry stack_[7 * Bvh::max_depth + 24];
+    Entry* top_;
+};
+
 /// Calls intersect(packet), which may lower hit.t, for each packet on the ray's way, near ones first, as long as one can
 /// hold a nearer hit.
 template <class Intersect>
 inline void traverse(const BvhNode* nodes, const RayThroughBoxes& ray, Hit& hit, Intersect&& intersect) {
-    Entry stack[7 * Bvh::max_depth + 24];
-    Entry* top = stack;
-    Entry farthest = entry(hit.t, {UINT32_MAX});  // of those that can hold a nearer hit
-    ChildRef current = ChildRef::node(0);
-    while (true) {
-        if (current.is_leaf()) {
-            const std::uint32_t first = current.first_packet(), end = first + current.packets();
-            for (std::uint32_t packet = first; packet != end; ++packet) intersect(packet);
-            farthest = entry(hit.t, {UINT32_MAX});
-        } else {
-            const BvhNode& node = nodes[current.node_index()];
-            alignas(32) float t[8];
-            if (const unsigned entered = enter_boxes(node, ray, hit.t, t)) {
-                current = take_nearest(node, entered, t, top);
-                continue;
-            }
-        }
-        do {
-            if (top == stack) return;
-            --top;
-        } while (*top > farthest);
-        current = child_of(*top);
+    Traversal way;
+    way.begin(nodes[0], ray);
+    ChildRef leaf;
+    while (way.next_leaf(nodes, ray, hit.t, leaf)) {
+        const std::uint32_t first = leaf.first_packet(), end = first + leaf.packets();
+        for (std::uint32_t packet = first; packet != end; ++packet) intersect(packet);
     }
 }
 

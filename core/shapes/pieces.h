@@ -22,6 +22,7 @@ struct Patch {
     float center[3];
     std::uint32_t control_points;  // where they begin: (w x, w y, w z, w) each, v fastest
     std::uint16_t degree_u, degree_v;
+    std::uint32_t degrees;  // which pair of degrees that is, among all that the pieces' patches have
     std::uint32_t face;
     const TrimRegion* region;  // of the face, in its own parameters
     Domain domain;             // of the face's parameters that are the patch's 0..1
@@ -34,28 +35,48 @@ struct Patch {
     /// How much of a rectangle of the face's parameters is seen. Adds how many nodes of the region that took.
     [[nodiscard]] TrimRegion::Coverage coverage(const Domain& rectangle, std::size_t* visited = nullptr) const;
 
+    /// A rectangle of the face's parameters around what of another is seen; low > high where nothing is.
+    [[nodiscard]] Domain extent(const Domain& rectangle, std::size_t* visited = nullptr) const;
+
     /// Whether the point at parameters 0..1 of the patch is seen: `some` where that is beyond the region.
     [[nodiscard]] TrimRegion::Coverage coverage(double u, double v) const;
 };
 
-/// 640 bytes. A piece lies in a box whose x and y axes follow its u and v: to_box * (p, 1) has |x| and |y| up to `half`,
-/// |z| up to 1, and is about at the parameters low + (0.5 + 0.5 (x, y)) size of the patch. An absent piece repeats the
-/// packet's first.
+/// What is seen of a piece that a trim crosses: a grid of squares in its parameters.
+struct TrimCells {
+    static constexpr int side = 8;
+
+    std::uint64_t seen = 0, crossed = 0;  // bit side * v + u: all of the square is seen; only a look at the curves can tell
+
+    /// Whether a point of the piece is seen, at parameters 0..1 of it; `some` where the curves decide.
+    [[nodiscard]] TrimRegion::Coverage at(float u, float v) const {
+        const auto index = [](float x) { return static_cast<std::uint64_t>(x * side); };
+        if (!(u >= 0 && u < 1 && v >= 0 && v < 1)) return TrimRegion::Coverage::some;
+        const std::uint64_t bit = std::uint64_t{1} << (side * index(v) + index(u));
+        return crossed & bit ? TrimRegion::Coverage::some : seen & bit ? TrimRegion::Coverage::all : TrimRegion::Coverage::none;
+    }
+};
+
+/// 704 bytes. A piece lies in a box whose x and y axes follow its u and v: to_box * (p, 1) has |x| and |y| up to `half`,
+/// |z| up to 1, and is about at the parameters low + (0.5 + 0.5 (x, y)) size of the patch. An absent piece's box is entered
+/// by no ray.
 struct alignas(32) PiecePacket {
-    static constexpr std::uint32_t trimmed = 0x80000000;
+    static constexpr std::uint32_t no_trim = 0xffffffff;
 
     float to_box[3][4][8];
     float half[2][8];
-    float fold[8];  // only a ray whose direction has |z| <= fold * its length may meet the piece twice
+    float lean[2][8];  // only a ray whose direction has |z| <= lean[0] |x| + lean[1] |y| may meet the piece twice
     float low[2][8], size[2][8];
-    std::uint32_t patch[8];  // and `trimmed`, where the face's region has the last word
+    std::uint32_t patch[8], trim[8];  // and, where the face's region crosses the piece, its cells
 };
 
 struct Pieces {
     std::vector<Patch> patches;
     std::vector<std::array<float, 4>> control_points;
+    std::uint32_t pairs_of_degrees = 0;
     std::vector<BvhNode> nodes;
     std::vector<PiecePacket> packets;
+    std::vector<TrimCells> trims;
     std::size_t count = 0;
     bool is_coarse = false;  // the budget of work was spent: rays are as exact, but take longer
     float tolerance = 0;  // how far beyond their regions faces are seen, in units

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "work.h"
 #include "shapes/pieces.h"
@@ -12,9 +13,9 @@ namespace {
 constexpr float node_cost = 0.25f;
 
 // How far a piece's control points may lie from those of the bilinear patch between its corners, in half sizes of the
-// piece, and the sine of the angle that its normals may turn. Of turns from 0.2 to 0.8, tried on the teapot, larger ones
-// leave more rays to subdivision, and smaller ones take more memory and gain nothing.
-constexpr double max_curve = 0.5, max_turn = 0.35;
+// piece, and the tangent of the angle that its normals may lean. Of 0.25 to 0.4, tried on the teapot and on a head, smaller
+// ones are faster by a tenth and take a quarter more memory and time to build; larger ones leave more rays to be looked at.
+constexpr double max_curve = 0.5, max_lean = 0.3;
 
 // Rays closer to tangent than this sine are not left to Newton's method, whatever the piece.
 constexpr double least_slant = 0.05;
@@ -50,11 +51,11 @@ Vec3d cross(const Vec3d& a, const Vec3d& b) {
 struct Piece {
     double to_box[3][4];
     double half[2];
-    double fold;
+    double lean[2];
     double low[2], size[2];
-    bool trimmed;
+    std::optional<TrimCells> trim;
     Box bounds;
-    std::uint32_t patch = 0;  // among those that are seen
+    std::uint32_t patch = 0, trim_index = PiecePacket::no_trim;  // among those that are seen
 };
 
 /// A part of a patch: its parameters, and its control points.
@@ -85,18 +86,17 @@ struct Part {
 /// A part as a bilinear patch, center + x along_u + y along_v + x y twist with x and y from -1 to 1, and what of it is
 /// not flat.
 struct Fit {
-    static constexpr double no_bound = 2;
-
     Vec3d center, along_u, along_v, twist;
     Vec3d normal{};         // unit length, or 0 where the piece has no area to speak of
     Vec3d dual_u, dual_v;   // their products with p - center are x and y
     double deviation[2] = {0, 0}, height = 0;  // of the control points: in x, in y, and along the normal
     double curve = 0;                          // of the control points, in x and y, from the bilinear patch
     double bend[2] = {0, 0};                   // what a cut of u, or of v, would straighten
-    double turn = no_bound;                    // sine of the angle to the normal, if it is at most max_turn
+    bool is_flat = false;                      // normals lean by max_lean at most
+    double lean[2] = {HUGE_VAL, HUGE_VAL};     // then: their products with along_u and along_v, at most; that with `normal` is 1
 
-    /// Without `turns`, not how far its normals turn, which takes longest.
-    Fit(const Part& part, bool turns, Work& work) {
+    /// Without `leans`, not how far its normals lean, which takes longest.
+    Fit(const Part& part, bool leans, Work& work) {
         const std::size_t last_column = part.columns - 1, last_row = part.points.size() - part.columns;
         const Vec3d &a = part.points[0], &b = part.points[last_column];
         const Vec3d &c = part.points[last_row], &d = part.points[last_row + last_column];
@@ -114,10 +114,9 @@ struct Fit {
             use_axes(part);
         }
         measure(part);
-        if (has_area() && curve <= max_curve && turns) measure_turn(part, work);
+        if (has_area() && curve <= max_curve && leans) measure_lean(part, work);
     }
 
-    [[nodiscard]] bool is_flat() const { return turn <= max_turn; }
     [[nodiscard]] bool has_area() const { return dot(normal, normal) > 0; }
     [[nodiscard]] double size() const { return std::max(length(along_u), length(along_v)); }
 
@@ -159,62 +158,65 @@ private:
         bend[0] = p * p * bend[0] + u * twisted, bend[1] = q * q * bend[1] + v * twisted;
     }
 
-    /// Bounds the angle between the normal and du x dv, for any du and dv out of the cones of the control points'
-    /// differences. While a direction d has one sign with all of these, no line along d meets the piece twice: between
-    /// two points of the piece lies (mean of dS/du) a + (mean of dS/dv) b, and both means are in the cones, so that the
-    /// projection along d has a determinant with that sign.
+    /// Bounds how far du x dv leans from the normal, for any du and dv out of the cones of the control points' differences.
+    /// While a direction d has one sign with all of these, no line along d meets the piece twice: between two points of the
+    /// piece lies (mean of dS/du) a + (mean of dS/dv) b, and both means are in the cones, so that the projection along d has
+    /// a determinant with that sign. With d = x along_u + y along_v + z normal it has the sign of z while
+    /// |z| > lean[0] |x| + lean[1] |y|.
     ///
     /// Derivatives are in these cones for polynomial pieces, and for rational ones whose weights are products of one
     /// for u and one for v, such as surfaces of revolution: of rational curves it is so (Floater, "Derivatives of
     /// rational Bezier curves", 1992). For others it is of w (S - o), for every o on the ray: those near the piece are
-    /// as far from its centre as its points, which leaves a little more for the angle.
-    void measure_turn(const Part& part, Work& work) {
+    /// as far from its centre as its points, which leaves a little more to lean.
+    void measure_lean(const Part& part, Work& work) {
         double radius = 0;
         for (const Vec3d& x : part.points) radius = std::max(radius, length(x - center));
-        struct Difference {
-            Vec3d d;
-            double length, slack;
-        };
         const bool products = part.weights_are_products();
-        const auto difference = [&](std::size_t from, std::size_t to) {
-            const Homogeneous<3>&a = part.homogeneous[from], &b = part.homogeneous[to];
-            const double dw = products ? 0 : b[3] - a[3];
-            Vec3d d = part.points[to] - part.points[from];
-            if (!products) {
-                for (std::size_t k = 0; k < 3; ++k) d[k] = b[k] - a[k] - center[k] * dw;
-            }
-            return Difference{d, length(d), radius * std::fabs(dw)};
-        };
-        struct Differences {
-            std::array<Difference, max_degree*(max_degree + 1)> items;
+        struct Differences {  // coordinates, lengths and slacks
+            double x[3][max_degree * (max_degree + 1)];
+            double length[max_degree * (max_degree + 1)], slack[max_degree * (max_degree + 1)];
             std::size_t count = 0;
-
-            void add(const Difference& d) { items[count++] = d; }
-            [[nodiscard]] std::span<const Difference> all() const { return {items.data(), count}; }
         } du, dv;
-        for (std::size_t i = 0; i < part.points.size(); ++i) {
-            if (i + part.columns < part.points.size()) du.add(difference(i, i + part.columns));
-            if ((i + 1) % part.columns != 0) dv.add(difference(i, i + 1));
-        }
-        double least_cosine_squared = 1;
-        for (const Difference& a : du.all()) {
-            work.spend(units_of_angle * dv.all().size());
-            for (const Difference& b : dv.all()) {
-                const Vec3d n = cross(a.d, b.d);
-                const double slack = a.slack * b.length + b.slack * a.length + a.slack * b.slack;
-                const double along = dot(n, normal);
-                if (along <= slack) return;  // as at poles
-                double cosine_squared = along * along / dot(n, n);
-                if (slack > 0) {
-                    const double size = length(n), across = std::sqrt(std::max(0., size * size - along * along));
-                    const double sine = (across + slack) / (size - slack);
-                    cosine_squared = 1 - sine * sine;
-                }
-                least_cosine_squared = std::min(least_cosine_squared, cosine_squared);
-                if (least_cosine_squared < 1 - max_turn * max_turn) return;
+        const auto add = [&](Differences& to, std::size_t from, std::size_t end) {
+            const Homogeneous<3>&a = part.homogeneous[from], &b = part.homogeneous[end];
+            Vec3d d = part.points[end] - part.points[from];
+            if (!products) {
+                for (std::size_t k = 0; k < 3; ++k) d[k] = b[k] - a[k] - center[k] * (b[3] - a[3]);
             }
+            for (std::size_t k = 0; k < 3; ++k) to.x[k][to.count] = d[k];
+            to.length[to.count] = products ? 0 : std::sqrt(dot(d, d));
+            to.slack[to.count++] = products ? 0 : radius * std::fabs(b[3] - a[3]);
+        };
+        for (std::size_t i = 0; i < part.points.size(); ++i) {
+            if (i + part.columns < part.points.size()) add(du, i, i + part.columns);
+            if ((i + 1) % part.columns != 0) add(dv, i, i + 1);
         }
-        turn = std::sqrt(1 - least_cosine_squared);
+        const double sizes[2] = {std::sqrt(dot(along_u, along_u)), std::sqrt(dot(along_v, along_v))};
+        double leaning[2] = {0, 0};
+        for (std::size_t i = 0; i < du.count; ++i) {
+            work.spend(units_of_angle * dv.count);
+            // The normal du x dv times a direction is dv times direction x du.
+            const Vec3d a{du.x[0][i], du.x[1][i], du.x[2][i]};
+            const Vec3d by_normal = cross(normal, a), by_u = cross(along_u, a), by_v = cross(along_v, a);
+            const double length = du.length[i], slack = du.slack[i];
+            double upright[max_degree * (max_degree + 1)], leans[2][max_degree * (max_degree + 1)];
+            for (std::size_t j = 0; j < dv.count; ++j) {
+                const double x = dv.x[0][j], y = dv.x[1][j], z = dv.x[2][j];
+                const double more = slack * dv.length[j] + dv.slack[j] * length + slack * dv.slack[j];
+                upright[j] = x * by_normal[0] + y * by_normal[1] + z * by_normal[2] - more;
+                const double inverse = 1 / upright[j];
+                leans[0][j] = (std::fabs(x * by_u[0] + y * by_u[1] + z * by_u[2]) + more * sizes[0]) * inverse;
+                leans[1][j] = (std::fabs(x * by_v[0] + y * by_v[1] + z * by_v[2]) + more * sizes[1]) * inverse;
+            }
+            for (std::size_t j = 0; j < dv.count; ++j) {
+                if (!(upright[j] > 0)) return;  // as at poles
+                for (const std::size_t k : {0, 1}) leaning[k] = std::max(leaning[k], leans[k][j]);
+            }
+            const double tangents[2] = {leaning[0] / sizes[0], leaning[1] / sizes[1]};
+            if (!(tangents[0] * tangents[0] + tangents[1] * tangents[1] <= max_lean * max_lean)) return;
+        }
+        std::copy_n(leaning, 2, lean);
+        is_flat = true;
     }
 };
 
@@ -245,17 +247,18 @@ private:
     }
 
     void cut_next(bool is_last) {
-        const Part part = std::move(open_.back());
+        Part part = std::move(open_.back());
         open_.pop_back();
         std::size_t visited = 0;
         const TrimRegion::Coverage coverage = is_last ? TrimRegion::Coverage::some : patch_->coverage(domain(part), &visited);
         work_.spend(units_of_part + units_of_trim * visited + part.points.size() * (part.rows * part.rows + part.columns * part.columns));
         if (coverage == TrimRegion::Coverage::none) return;
+        if (coverage == TrimRegion::Coverage::some && !is_last && !shrink(part)) return;
         const Fit fit(part, !is_last, work_);
         if (!is_last && !fit.has_area() && width(part) < narrowest) return;
         int along = fit.bend[1] > fit.bend[0];
         if (part.halvings[along] == max_halvings) along = 1 - along;
-        if (is_last || fit.is_flat() || fit.size() < smallest || part.halvings[along] == max_halvings ||
+        if (is_last || fit.is_flat || fit.size() < smallest || part.halvings[along] == max_halvings ||
             pieces_.size() >= max_pieces) {
             return emit(part, fit, coverage == TrimRegion::Coverage::some);
         }
@@ -267,6 +270,29 @@ private:
             (upper ? half.low : half.high)[along] = (part.low[along] + part.high[along]) / 2;
             half.set_net(bob::part(*bezier_, half.low[0], half.high[0], half.low[1], half.high[1]));
         }
+    }
+
+    /// Cuts off what is not seen, up to multiples of a step, so that parameters and their halves stay exact in float32.
+    /// False where nothing is left.
+    bool shrink(Part& part) {
+        constexpr double step = 0x1p-12, slack = 1e-6, worth_it = 0.9;
+        std::size_t visited = 0;
+        const Domain seen = patch_->extent(domain(part), &visited);
+        work_.spend(units_of_trim * visited);
+        const auto& [low_u, high_u, low_v, high_v] = patch_->domain;
+        const double low[2] = {(seen.low_u - low_u) / (high_u - low_u), (seen.low_v - low_v) / (high_v - low_v)};
+        const double high[2] = {(seen.high_u - low_u) / (high_u - low_u), (seen.high_v - low_v) / (high_v - low_v)};
+        double from[2], to[2];
+        for (std::size_t k = 0; k < 2; ++k) {
+            if (low[k] > high[k]) return false;
+            from[k] = std::max(part.low[k], step * std::floor((low[k] - slack) / step));
+            to[k] = std::min(part.high[k], step * std::ceil((high[k] + slack) / step));
+        }
+        const double left = (to[0] - from[0]) * (to[1] - from[1]);
+        if (left > worth_it * (part.high[0] - part.low[0]) * (part.high[1] - part.low[1])) return true;
+        std::copy_n(from, 2, part.low), std::copy_n(to, 2, part.high);
+        part.set_net(bob::part(*bezier_, from[0], to[0], from[1], to[1]));
+        return true;
     }
 
     /// An upper bound of a part's extent across its longest.
@@ -299,13 +325,38 @@ private:
             piece.half[k] = 1 + fit.deviation[k] + box_margin + rounding * length(axes[k]);
             piece.low[k] = part.low[k];
             piece.size[k] = part.high[k] - part.low[k];
+            const double along = length(k == 0 ? fit.along_u : fit.along_v);
+            piece.lean[k] = std::max(fit.lean[k], least_slant * along) / height;
         }
-        piece.fold = fit.turn == Fit::no_bound ? HUGE_VAL : std::max(fit.turn, least_slant) / height;
-        piece.trimmed = trimmed;
+        if (trimmed) classify(part, piece.trim.emplace(), 0, 0, TrimCells::side);
         for (const auto& [x, y, z] : part.points) {
             piece.bounds.extend(Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
         }
         pieces_.push_back(piece);
+    }
+
+    /// Of the cells u.. and v.., `count` each way. They are taken a little larger, so that rounding does not matter.
+    void classify(const Part& part, TrimCells& cells, int u, int v, int count) {
+        constexpr double beyond = 1e-3 / TrimCells::side, rounding = 2e-7;  // in sizes of the piece, and in parameters of the patch
+        const auto at = [&](std::size_t k, int cell, double sign) {
+            const double size = part.high[k] - part.low[k];
+            return part.low[k] + size * cell / TrimCells::side + sign * (beyond * size + rounding);
+        };
+        std::size_t visited = 0;
+        const TrimRegion::Coverage coverage = patch_->coverage(
+            {patch_->face_u(at(0, u, -1)), patch_->face_u(at(0, u + count, 1)), patch_->face_v(at(1, v, -1)),
+             patch_->face_v(at(1, v + count, 1))}, &visited);
+        work_.spend(units_of_trim * visited);
+        if (coverage == TrimRegion::Coverage::some && count > 1) {
+            for (const int below : {0, count / 2}) {
+                for (const int left : {0, count / 2}) classify(part, cells, u + left, v + below, count / 2);
+            }
+        } else if (coverage != TrimRegion::Coverage::none) {
+            auto& bits = coverage == TrimRegion::Coverage::all ? cells.seen : cells.crossed;
+            for (int row = v; row < v + count; ++row) {
+                for (int column = u; column < u + count; ++column) bits |= std::uint64_t{1} << (TrimCells::side * row + column);
+            }
+        }
     }
 
     const BezierPatch* bezier_;
@@ -345,6 +396,7 @@ Patch patch_of(const BezierPatch& bezier, std::uint32_t face, const TrimRegion* 
             0,
             static_cast<std::uint16_t>(bezier.degree_u),
             static_cast<std::uint16_t>(bezier.degree_v),
+            0,
             face,
             region,
             {bezier.low_u, bezier.high_u, bezier.low_v, bezier.high_v},
@@ -364,6 +416,10 @@ void append(Pieces& pieces, Patch patch, const BezierPatch& bezier) {
         pieces.control_points.push_back({moved(x, patch.center[0]), moved(y, patch.center[1]),
                                          moved(z, patch.center[2]), static_cast<float>(w / heaviest)});
     }
+    const auto same = std::find_if(pieces.patches.begin(), pieces.patches.end(), [&](const Patch& other) {
+        return other.degree_u == patch.degree_u && other.degree_v == patch.degree_v;
+    });
+    patch.degrees = same == pieces.patches.end() ? pieces.pairs_of_degrees++ : same->degrees;
     pieces.patches.push_back(patch);
 }
 
@@ -378,11 +434,18 @@ PiecePacket packed(std::span<const Piece> pieces, const Packet& indices) {
         }
         for (int k = 0; k < 2; ++k) {
             packet.half[k][lane] = static_cast<float>(piece.half[k]);
+            packet.lean[k][lane] = static_cast<float>(piece.lean[k]);
             packet.low[k][lane] = static_cast<float>(piece.low[k]);
             packet.size[k][lane] = static_cast<float>(piece.size[k]);
         }
-        packet.fold[lane] = static_cast<float>(piece.fold);
-        packet.patch[lane] = piece.patch | (piece.trimmed ? PiecePacket::trimmed : 0);
+        packet.patch[lane] = piece.patch;
+        packet.trim[lane] = piece.trim_index;
+        if (lane > 0 && indices[lane] == indices[0]) {  // absent: every ray is beside its box
+            for (auto& row : packet.to_box) {
+                for (auto& column : row) column[lane] = 0;
+            }
+            packet.to_box[0][3][lane] = 2 * packet.half[0][lane];
+        }
     }
     return packet;
 }
@@ -391,6 +454,13 @@ PiecePacket packed(std::span<const Piece> pieces, const Packet& indices) {
 
 TrimRegion::Coverage Patch::coverage(const Domain& d, std::size_t* visited) const {
     return region->coverage({d.low_u - margin_u, d.high_u + margin_u, d.low_v - margin_v, d.high_v + margin_v}, visited);
+}
+
+Domain Patch::extent(const Domain& d, std::size_t* visited) const {
+    const auto [low_u, high_u, low_v, high_v] =
+        region->extent({d.low_u - margin_u, d.high_u + margin_u, d.low_v - margin_v, d.high_v + margin_v}, visited);
+    return {std::max(d.low_u, low_u - margin_u), std::min(d.high_u, high_u + margin_u),
+            std::max(d.low_v, low_v - margin_v), std::min(d.high_v, high_v + margin_v)};
 }
 
 TrimRegion::Coverage Patch::coverage(double u, double v) const {
@@ -402,7 +472,7 @@ TrimRegion::Coverage Patch::coverage(double u, double v) const {
 
 std::size_t Pieces::bytes() const {
     return patches.size() * sizeof(Patch) + control_points.size() * sizeof(control_points[0]) +
-           nodes.size() * sizeof(BvhNode) + packets.size() * sizeof(PiecePacket);
+           nodes.size() * sizeof(BvhNode) + packets.size() * sizeof(PiecePacket) + trims.size() * sizeof(TrimCells);
 }
 
 Pieces build_pieces(std::span<const FacePatches> faces, double tolerance) {
@@ -431,6 +501,10 @@ Pieces build_pieces(std::span<const FacePatches> faces, double tolerance) {
         append(result, source.patch, *source.bezier);
         for (Piece piece : own) {
             piece.patch = index;
+            if (piece.trim) {
+                piece.trim_index = static_cast<std::uint32_t>(result.trims.size());
+                result.trims.push_back(*piece.trim);
+            }
             pieces.push_back(piece);
         }
     }

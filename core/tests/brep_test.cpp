@@ -227,6 +227,19 @@ std::vector<Hit> trace(const Brep& brep, std::span<const Ray> rays) {
     return hits;
 }
 
+/// Of an orthographic picture, row by row: neighbours go the same way.
+std::vector<Ray> picture_rays(Vec3 direction, int side) {
+    const Vec3 right = bob::normalized(Vec3{direction.y, -direction.x, 0}), up = cross(right, direction);
+    std::vector<Ray> rays;
+    for (int row = 0; row < side; ++row) {
+        for (int column = 0; column < side; ++column) {
+            const auto at = [&](int i) { return 2.f * (static_cast<float>(i) + 0.5f) / static_cast<float>(side) - 1; };
+            rays.push_back({at(column) * right + at(row) * up - 2 * direction, direction});
+        }
+    }
+    return rays;
+}
+
 Hit trace(const Brep& brep, const Ray& ray) { return trace(brep, {&ray, 1})[0]; }
 
 Vec3 normal(const Brep& brep, const Ray& ray, const Hit& hit) {
@@ -474,7 +487,8 @@ TEST(brep_hits_do_not_depend_on_batches) {
     faces.push_back({moved(unit_sphere(), {0.1, 0.2, 0.8}, 0.3), {}});
     faces.push_back({sheet(3, 3, clamped(3, 9), clamped(3, 8), 1), {circle(3, 2, 1.5)}});
     const Brep brep(faces);
-    const auto rays = random_rays(3, 1000);
+    auto rays = random_rays(3, 1000);
+    for (const Ray& ray : picture_rays(bob::normalized(Vec3{-1, -0.7f, -0.4f}), 60)) rays.push_back(ray);
     test::for_each_isa([&] {
         const auto hits = trace(brep, rays);
         for (std::size_t i = rays.size(); i-- > 0;) {
@@ -656,6 +670,33 @@ TEST(brep_trims_leave_what_they_enclose) {
             expect(outside < 3e-6, what, ": outside by ", outside);
             expect(above < near_surface, what, ": above by ", above);
             expect(met > 300, what, ": met ", met);
+        });
+    }
+}
+
+TEST(brep_pictures_of_trims_are_what_their_regions_say) {
+    const NurbsSurface plane = square(0.1);
+    std::vector<bob::TrimLoop> holes{circle(0, 0, 0.95)};
+    Random random(12);
+    for (int i = 0; i < 12; ++i) holes.push_back(circle(random(-0.6f, 0.6f), random(-0.6f, 0.6f), random(0.01f, 0.2f)));
+    const std::vector<bob::TrimLoop> corner{circle(1.1, 1.2, 0.6)};  // a small part of the plane
+    for (const auto& loops : {holes, corner}) {
+        const bob::TrimRegion region(loops, domain(plane));
+        const Brep brep(std::vector<Face>{{plane, loops}});
+        std::vector<Ray> rays;
+        for (const Ray& ray : picture_rays({0.01f, 0, -1}, 250)) rays.push_back(ray);
+        test::for_each_isa([&] {
+            const auto hits = trace(brep, rays);
+            int wrong = 0, met = 0;
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+                const auto x = along(rays[i], (0.1 - rays[i].origin.z) / rays[i].direction.z);
+                const bool inside = std::fabs(x[0]) < 1 && std::fabs(x[1]) < 1 && region.contains(x[0], x[1]);
+                met += inside;
+                const bob::Domain near{x[0] - 1e-6, x[0] + 1e-6, x[1] - 1e-6, x[1] + 1e-6};
+                wrong += inside != found(hits[i]) && region.coverage(near) != bob::TrimRegion::Coverage::some;
+            }
+            expect(wrong == 0, "wrong ", wrong, " of ", met);
+            expect(met > 1000, "met ", met);
         });
     }
 }

@@ -406,6 +406,44 @@ TEST(coverage_is_never_wrong_and_rarely_unsure) {
     CHECK(region({rectangle({0, 1, 0, 1})}).coverage({0.2, 0.8, -0.1, 0.1}) == Coverage::some);
 }
 
+TEST(extents_hold_what_is_inside_and_little_more) {
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> coordinate(-1.1, 1.1), size(0, 0.6), within(0, 1);
+    int outside = 0, held = 0;
+    for (int round = 0; round < 100; ++round) {
+        const auto shape = region({random_loop(1 + round % bob::max_degree, random)});
+        for (int k = 0; k < 20; ++k) {
+            const double u = coordinate(random), v = coordinate(random);
+            const bob::Domain r{u, u + size(random), v, v + size(random)}, e = shape.extent(r);
+            for (int i = 0; i < 200; ++i) {
+                const double x = r.low_u + (r.high_u - r.low_u) * within(random);
+                const double y = r.low_v + (r.high_v - r.low_v) * within(random);
+                if (!shape.contains(x, y)) continue;
+                ++held;
+                outside += !(e.low_u <= x && x <= e.high_u && e.low_v <= y && y <= e.high_v);
+            }
+        }
+    }
+    CHECK_EQ(outside, 0);
+    CHECK_LT(10000, held);
+
+    const auto disk = region({circle({0, 0}, 1, 0.3)});
+    const auto is = [&](const bob::Domain& of, const bob::Domain& expected) {
+        const bob::Domain found = disk.extent(of);
+        CHECK_NEAR(found.low_u, expected.low_u, 1e-6);
+        CHECK_NEAR(found.high_u, expected.high_u, 1e-6);
+        CHECK_NEAR(found.low_v, expected.low_v, 1e-6);
+        CHECK_NEAR(found.high_v, expected.high_v, 1e-6);
+    };
+    is({-2, 2, -2, 2}, {-1, 1, -1, 1});
+    is({-0.1, 0.2, -0.3, 0.4}, {-0.1, 0.2, -0.3, 0.4});
+    const bob::Domain part = disk.extent({0.5, 2, -2, 2});  // of the arcs' boxes, not of the arcs
+    CHECK(part.low_u == 0.5 && std::fabs(part.high_u - 1) < 1e-6);
+    CHECK(part.low_v >= -1.000001 && part.low_v < -0.866 && part.high_v > 0.866 && part.high_v <= 1.000001);
+    const bob::Domain beside = disk.extent({1.5, 2, -2, 2});
+    CHECK(beside.low_u > beside.high_u);
+}
+
 TEST(a_hundred_holes_cost_little_more_than_one) {
     const auto one = region(plate(1)), many = region(plate(10));
     std::mt19937_64 random(7);
