@@ -54,7 +54,7 @@ class TrainConfig:
     average: float = 0.999
     # "bf16-mixed" has the convolutions in bfloat16, for devices that are faster at it: with AVX-512's own a step took
     # 0.6 times as long; on a processor with AVX2 alone, which emulates it, more than ten times. It does not reach the
-    # last ten-thousandths of SSIM: the report's recipe gained 0.0002 in epoch 19, and lost 0.0001 in the next in bfloat16.
+    # last ten-thousandths of SSIM: the report's recipe gained 0.0002 in epoch 19, and lost 0.0001 after it in bfloat16.
     precision: str = "32-true"
     accelerator: str = "auto"  # "cpu" or "cuda"; "auto" takes the GPU if there is one
     devices: int = 1  # processes, each with a share of every mini-batch
