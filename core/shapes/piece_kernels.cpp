@@ -125,10 +125,7 @@ inline Normals normals_at(const PatchLanes<lanes>& patches, F u, F v, float para
 }
 
 void normals(const Pieces& pieces, std::span<const Ray> rays, const Hit* hits, Vec3* normals) {
-    const auto degrees = [&](std::size_t i) {
-        const Patch& patch = pieces.patches[hits[i].primitive];
-        return 16 * patch.degree_u + patch.degree_v;
-    };
+    const auto degrees = [&](std::size_t i) { return pieces.patches[hits[i].primitive].degrees; };
     PatchLanes<lanes> patches;
     for (std::size_t begin = 0, end; begin < rays.size(); begin = end) {
         F u{}, v{};
