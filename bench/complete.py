@@ -28,10 +28,10 @@ from report import heading, in_turn, median_ratio, spread, table
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.completion.network import find_weights, make_network
+from bobrossnet.completion.network import find_weights, make_network, shipped_names
 from bobrossnet.completion.weights import read_weights
 from bobrossnet.learn.checkpoint import load, save
-from bobrossnet.learn.networks import NETWORKS
+from bobrossnet.learn.networks import LEARNT, NETWORKS
 from bobrossnet.machine import extra_memory
 from bobrossnet.picture.channels import TRACED
 from bobrossnet.picture.order import FIXED_ORDERS
@@ -119,7 +119,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         peaks = [peak(folder)]
-        for network in NETWORKS:
+        for network in LEARNT:
             weights, onnx = weights_of(network, folder), folder / f"{network}.onnx"
             bob.export(weights, onnx)
             for size in SIZES:
@@ -135,6 +135,7 @@ def main() -> None:
     table(["what", "with", "ms", "/ core", "GFLOP/s", "of peak", "MB", "difference"], rows)
     if arguments.plot:
         plot(rows, arguments.plot)
+    ladder_times(scene)
     change_times()
     order_times()
     deciding_times()
@@ -142,13 +143,13 @@ def main() -> None:
 
 def plot(rows: list[list[str]], path: Path) -> None:
     """Draw how the time of each rival grows with the pixels."""
-    figure, axes = plt.subplots(1, len(NETWORKS), figsize=(9, 4), sharey=True, layout="constrained")
+    figure, axes = plt.subplots(1, len(LEARNT), figsize=(9, 4), sharey=True, layout="constrained")
     points: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for what, name, milliseconds, *_ in rows:
         _, network, size = what.split(".")
         width, height = map(int, size.split("x"))
         points.setdefault((network, name), []).append((width * height / 1e6, float(milliseconds.split()[0])))
-    for ax, network in zip(axes, NETWORKS, strict=True):
+    for ax, network in zip(axes, LEARNT, strict=True):
         for (of, name), values in points.items():
             if of == network:
                 ax.loglog(
@@ -198,6 +199,19 @@ def compare(what: str, weights: Path, onnx: Path, gbuffer: bob.GBuffer, peak: fl
             ]
         )
     return rows
+
+
+def ladder_times(scene: bob.Scene) -> None:
+    """Print what all of `complete` takes with each of the shipped networks, in turn."""
+    heading("Completing 640x480 with each network, all of bob.complete: milliseconds")
+    part = bob.trace(scene, size=(480, 640), fraction=0.05)
+    rows = {name: [name] for name in shipped_names()}
+    for threads in (1, THREADS):
+        bob.set_thread_count(threads)
+        runs: dict[str, Run] = {name: partial(bob.complete, part, model=name) for name in rows}
+        for name, seconds in in_turn(runs, 41).items():
+            rows[name].append(spread(seconds, 1e3, 2))
+    table(["model", "1 thread", f"{THREADS} threads"], list(rows.values()))
 
 
 def change_times() -> None:

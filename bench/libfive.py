@@ -141,7 +141,7 @@ def within(bounds: NDArray[np.float64], formula: str) -> Iterator[str]:
 
 def axes_of(camera: bob.Camera) -> NDArray[np.float64]:
     """The camera's axes as columns: to the right and up in the picture, and towards the camera."""
-    _, origin, direction = camera.core().rays(3, 3, np.array(((1, 1), (1, 2), (0, 1)), np.int32))
+    _, origin, direction = camera.core((0, 0, 0), 1).rays(3, 3, np.array(((1, 1), (1, 2), (0, 1)), np.int32))
     back = -direction[0].astype(np.float64)
     across = (origin[1:] - origin[0]).astype(np.float64)
     across -= (across @ back)[:, None] * back

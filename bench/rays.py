@@ -31,7 +31,7 @@ def camera_rays(camera: bob.Camera, size: tuple[int, int]) -> tuple[NDArray[np.i
     """Which pixels' rays meet the unit sphere, row by row, (n,); their origins, just outside of it, and directions,
     (n, 3) each."""
     pixels = np.indices(size, np.int32).reshape(2, -1).T
-    return camera.core().rays(*size, np.ascontiguousarray(pixels))
+    return camera.core((0, 0, 0), 1).rays(*size, np.ascontiguousarray(pixels))
 
 
 def build_embree(vertices: F32, triangles: NDArray[np.int32], device: Any = None) -> EmbreeScene:

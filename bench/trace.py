@@ -2,21 +2,26 @@
 
 Rays are orthographic, of random directions, spread evenly over the disc that the bounding sphere fills: the worst case
 for caches, and no ray is like its neighbour. Also the time that each takes to build its BVH, with all threads; then
-what sparse pictures cost, ray by ray and as a whole.
+what sparse pictures cost, ray by ray and as a whole, and what pictures in perspective cost beside orthographic ones.
 """
 
 from __future__ import annotations
 
 import statistics
+import time
+from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from rays import build_embree, random_rays
 from report import heading, in_turn, median_ratio, shape_files, spread, table
-from sparse import SHARES, sparse_table
+from sparse import SHARES, SIZE, on_one_thread, sparse_table
 
 import bobrossnet as bob
 from bobrossnet import _core
+from bobrossnet.sdf import X, Y, Z, box, cylinder, sphere
+from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
 
 FILES = (
     "scans/stanford_bunny.ply",
@@ -26,6 +31,7 @@ FILES = (
 )
 RAYS = 200_000
 RUNS = 7
+FOVS = (0, 35, 60, 90)
 INSTANCES = 4096
 
 
@@ -61,6 +67,34 @@ def whole_pictures() -> None:
         rows.append([order, *(spread(s, 1e3) for s in each), *(f"{median_ratio(s, each[-1]):.1%}" for s in each[:-1])])
     shares = [f"{share:.0%}" for share in SHARES]
     table(["order", *shares, *(f"{share} / 100%" for share in shares[:-1])], rows)
+
+
+def perspective_table(scenes: Mapping[str, bob.Scene]) -> None:
+    """Print what a pixel takes in perspective, beside one of an orthographic picture."""
+    columns = [f"{fov}°" if fov else "orthographic" for fov in FOVS]
+    pixels = tiled_pixels(SIZE)
+    rows = []
+    for name, scene in scenes.items():
+        tracers = [SceneTracer(scene, bob.Camera(fov=fov), SIZE) for fov in FOVS]
+        runs = {column: on_one_thread(partial(trace, pixels)) for column, trace in zip(columns, tracers, strict=True)}
+        each = list(in_turn(runs, RUNS, clock=time.thread_time).values())
+        hits = [trace(pixels).hit.mean() for trace in tracers]
+        took = [f"{1e6 * statistics.median(s) / len(pixels):.3f}" for s in each]
+        rows.append(
+            [
+                name,
+                *(f"{taken} ({100 * hit:.0f} %)" for taken, hit in zip(took, hits, strict=True)),
+                *(f"{median_ratio(s, each[0]):.2f}" for s in each[1:]),
+            ]
+        )
+    heading("Perspective, every pixel of 512x512, one thread: microseconds of its time a pixel (and pixels that hit)")
+    table(["shape", *columns, *(f"{column} / orthographic" for column in columns[1:])], rows)
+
+
+def carved() -> bob.Scene:
+    """The formula of the README."""
+    drill = cylinder(0.5)
+    return bob.Scene((sphere(1) & box(1.5)) - (drill.orient(X) | drill.orient(Y) | drill.orient(Z)))
 
 
 def main() -> None:
@@ -122,6 +156,9 @@ def main() -> None:
     scenes |= {"built-in": bob.Scene(bob.happy_tree()), f"{INSTANCES:,} small ones": crowd(bob.happy_tree())}
     sparse_table("Meshes and scenes", scenes, bob.Camera())
     whole_pictures()
+    kinds = {name: scenes[name] for name in (*(Path(file).stem for file in (FILES[0], FILES[-1])), "built-in")}
+    (teapot,) = shape_files("nurbs/newell_teapot.bpt")
+    perspective_table(kinds | {"CSG, a formula": carved(), "newell_teapot, NURBS": bob.load(teapot)})
 
 
 if __name__ == "__main__":

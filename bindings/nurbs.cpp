@@ -2,9 +2,12 @@
 #include <nanobind/stl/pair.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
+#include <vector>
 
 #include "bindings.h"
+#include "nurbs/delaunay.h"
 #include "nurbs/nurbs.h"
 #include "parallel.h"
 
@@ -83,6 +86,17 @@ Array<double, -1, -1, -1, 3> surface_derivatives(const Array<const double, -1, -
     return result;
 }
 
+Array<std::int32_t, -1, 3> triangulate(const Array<const std::int32_t, -1, 2>& points,
+                                       const Array<const std::int32_t, -1, 2>& edges) {
+    std::vector<std::array<std::int32_t, 3>> triangles;
+    interruptible([&] {
+        triangles = bob::triangulate(items<bob::PlanePoint>(points), items<std::array<std::int32_t, 2>>(edges));
+    });
+    auto result = make_array<std::int32_t, -1, 3>(triangles.size(), 3);
+    std::copy_n(triangles.data()->data(), 3 * triangles.size(), result.data());
+    return result;
+}
+
 template <std::size_t N>
 void make_homogeneous(const Array<double, -1, -1>& points) {
     bob::make_homogeneous<N>({reinterpret_cast<bob::Homogeneous<N>*>(points.data()), points.shape(0)});
@@ -100,6 +114,7 @@ Array<double, -1, -1> homogeneous(const Array<const double, -1, -1>& points) {
 }  // namespace
 
 void bind_nurbs(nb::module_& m) {
+    m.def("triangulate", &triangulate, "points"_a.noconvert(), "edges"_a.noconvert());
     m.def("homogeneous", &homogeneous, "points"_a);
     m.def("basis_derivatives", &basis_derivatives, "degree"_a, "knots"_a.noconvert(), "u"_a.noconvert(), "order"_a);
     m.def("surface_derivatives", &surface_derivatives, "control_points"_a.noconvert(), "knots_u"_a.noconvert(),

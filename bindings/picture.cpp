@@ -1,11 +1,15 @@
 /// What tracing and completion share: channels, cameras, pixel orders, and samples on their way into planes.
 #include <nanobind/operators.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
 #include <nanobind/stl/tuple.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <tuple>
@@ -17,7 +21,9 @@
 #include "picture/camera.h"
 #include "picture/channels.h"
 #include "picture/gbuffer.h"
+#include "picture/history.h"
 #include "picture/order.h"
+#include "picture/refresh.h"
 
 using namespace nb::literals;
 
@@ -58,6 +64,30 @@ Rays rays(const bob::Camera& camera, int height, int width, const Pixels& pixels
     return {which, origins, directions};
 }
 
+/// Row, column and depth at which each point is seen.
+Array<float, -1, 3> seen(const bob::Camera& camera, int height, int width, const Points& points) {
+    const bob::Projection projection(camera, height, width);
+    auto result = make_array<float, -1, 3>(points.shape(0), 3);
+    float* to = result.data();
+    for (const bob::Vec3 point : items<bob::Vec3>(points)) {
+        const auto [row, column, depth] = projection.seen(point);
+        *to++ = row, *to++ = column, *to++ = depth;
+    }
+    return result;
+}
+
+/// The points that are seen at rows, columns and depths.
+Array<float, -1, 3> points(const bob::Camera& camera, int height, int width, const Points& seen) {
+    const bob::Projection projection(camera, height, width);
+    auto result = make_array<float, -1, 3>(seen.shape(0), 3);
+    float* to = result.data();
+    for (const bob::Vec3 at : items<bob::Vec3>(seen)) {
+        const bob::Vec3 point = projection.point(at.x, at.y, at.z);
+        *to++ = point.x, *to++ = point.y, *to++ = point.z;
+    }
+    return result;
+}
+
 void pixel_order(std::string_view name, std::uint64_t seed, std::uint32_t height, std::uint32_t width,
                  std::uint32_t start, const Array<std::int32_t, -1, 2>& pixels) {
     expect(std::uint64_t{start} + pixels.shape(0) <= std::uint64_t{height} * width, "start: beyond the last pixel");
@@ -70,18 +100,43 @@ void pixel_order(std::string_view name, std::uint64_t seed, std::uint32_t height
     });
 }
 
-Array<std::int32_t, -1, 2> next_round(bob::AdaptiveOrder& order, const bob::Layout& layout, const ConstPlanes& planes) {
-    expect(planes.shape(0) == static_cast<std::size_t>(layout.width()) && planes.shape(1) == order.height() &&
-               planes.shape(2) == order.width(),
-           "planes: expected one for each component, of the order's size");
+using Plane = Array<float, -1, -1>;
+using ConstPlane = Array<const float, -1, -1>;
+
+template <class AnyPlane>
+void check_plane(const AnyPlane& plane, std::size_t height, std::size_t width) {
+    expect(plane.shape(0) == height && plane.shape(1) == width, "off_center: expected one number for each pixel");
+}
+
+template <class AnyPlanes>
+void check_planes(const bob::Layout& layout, const AnyPlanes& planes, std::size_t height, std::size_t width) {
+    expect(planes.shape(0) == static_cast<std::size_t>(layout.width()) && planes.shape(1) == height && planes.shape(2) == width,
+           "planes: expected one for each component, of the right size");
+}
+
+/// What next() returns, which runs without the GIL.
+template <class Next>
+Array<std::int32_t, -1, 2> pixels_of(Next next) {
     std::span<const bob::Pixel> round;
     {
         const nb::gil_scoped_release release;
-        round = order.next(layout, planes.data());
+        round = next();
     }
     auto pixels = make_array<std::int32_t, -1, 2>(round.size(), 2);
     std::copy(round.begin(), round.end(), reinterpret_cast<bob::Pixel*>(pixels.data()));
     return pixels;
+}
+
+Array<std::int32_t, -1, 2> next_round(bob::AdaptiveOrder& order, const bob::Layout& layout, const ConstPlanes& planes) {
+    check_planes(layout, planes, order.height(), order.width());
+    return pixels_of([&] { return order.next(layout, planes.data()); });
+}
+
+Array<std::int32_t, -1, 2> next_refresh(bob::RefreshOrder& order, const bob::Layout& layout, const ConstPlanes& traced,
+                                        const ConstPlanes& picture, const ConstPlane& off_center, std::size_t count) {
+    check_plane(off_center, order.height(), order.width());
+    check_planes(layout, traced, order.height(), order.width()), check_planes(layout, picture, order.height(), order.width());
+    return pixels_of([&] { return order.next(layout, traced.data(), picture.data(), off_center.data(), count); });
 }
 
 void scatter(const bob::Layout& layout, const Pixels& pixels, const Samples& samples, const Planes& planes) {
@@ -115,10 +170,14 @@ void bind_picture(nb::module_& m) {
     m.def("gbuffer_layout", &bob::gbuffer_layout, nb::rv_policy::copy);
 
     nb::class_<bob::Camera>(m, "Camera")
-        .def("__init__", [](bob::Camera* self, float azimuth, float elevation, float roll, float zoom) {
-            new (self) bob::Camera{azimuth, elevation, roll, zoom};
-        }, "azimuth"_a, "elevation"_a, "roll"_a, "zoom"_a)
-        .def("rays", &rays, "height"_a, "width"_a, "pixels"_a.noconvert());
+        .def("__init__", [](bob::Camera* self, float azimuth, float elevation, float roll, float zoom, std::array<float, 2> pan,
+                            float fov, const std::optional<std::array<std::array<double, 3>, 3>>& standpoint) {
+            new (self) bob::Camera{azimuth, elevation, roll, zoom, pan[0], pan[1], fov};
+            if (standpoint) self->standpoint = {(*standpoint)[0], (*standpoint)[1], (*standpoint)[2]};
+        }, "azimuth"_a, "elevation"_a, "roll"_a, "zoom"_a, "pan"_a, "fov"_a, "standpoint"_a)
+        .def("rays", &rays, "height"_a, "width"_a, "pixels"_a.noconvert())
+        .def("seen", &seen, "height"_a, "width"_a, "points"_a.noconvert())
+        .def("points", &points, "height"_a, "width"_a, "seen"_a.noconvert());
 
     m.def("pixel_order", &pixel_order, "order"_a, "seed"_a, "height"_a, "width"_a, "start"_a, "pixels"_a.noconvert());
     nb::class_<bob::AdaptiveOrder>(m, "AdaptiveOrder")
@@ -126,4 +185,24 @@ void bind_picture(nb::module_& m) {
         .def("next", &next_round, "layout"_a, "planes"_a.noconvert())
         .def_prop_ro("bytes", &bob::AdaptiveOrder::bytes);
     m.def("scatter", &scatter, "layout"_a, "pixels"_a.noconvert(), "samples"_a.noconvert(), "planes"_a.noconvert());
+
+    nb::class_<bob::History>(m, "History")
+        .def(nb::init<const bob::Layout&, std::uint32_t, std::uint32_t>(), "layout"_a, "height"_a, "width"_a)
+        .def("add", [](bob::History& history, const bob::Camera& camera, const ConstPlanes& planes) {
+            check_planes(history.layout(), planes, history.height(), history.width());
+            const nb::gil_scoped_release release;
+            history.add(camera, planes.data());
+        }, "camera"_a, "planes"_a.noconvert())
+        .def("expect", [](bob::History& history, const bob::Camera& camera, const Planes& planes, const Plane& off_center) {
+            check_planes(history.layout(), planes, history.height(), history.width());
+            check_plane(off_center, history.height(), history.width());
+            const nb::gil_scoped_release release;
+            return history.expect(camera, planes.data(), off_center.data());
+        }, "camera"_a, "planes"_a.noconvert(), "off_center"_a.noconvert())
+        .def("clear", &bob::History::clear)
+        .def_prop_ro("bytes", &bob::History::bytes);
+    nb::class_<bob::RefreshOrder>(m, "RefreshOrder")
+        .def(nb::init<std::uint64_t, std::uint32_t, std::uint32_t>(), "seed"_a, "height"_a, "width"_a)
+        .def("next", &next_refresh, "layout"_a, "traced"_a.noconvert(), "picture"_a.noconvert(), "off_center"_a.noconvert(),
+             "count"_a);
 }

@@ -11,6 +11,7 @@
 
 #include "bindings.h"
 #include "shapes/brep.h"
+#include "shapes/contouring.h"
 #include "shapes/implicit.h"
 #include "shapes/mesh.h"
 #include "shapes/tube.h"
@@ -54,6 +55,20 @@ void init_implicit(bob::Implicit* self, const bob::Expression& formula, const Co
         expect(box.low[axis] < box.high[axis], "bounds: expected each low below its high");
     }
     interruptible([&] { new (self) bob::Implicit(formula, box); });
+}
+
+using NewVertices = Array<double, -1, 3>;
+using NewTriangles = Array<std::int32_t, -1, 3>;
+
+std::tuple<NewVertices, NewTriangles> dual_contour(const bob::Implicit& shape, double step) {
+    expect(step > 0, "step: expected a number above 0");
+    bob::Triangulation mesh;
+    interruptible([&] { mesh = bob::dual_contour(shape, step); });
+    auto vertices = make_array<double, -1, 3>(mesh.vertices.size(), 3);
+    auto triangles = make_array<std::int32_t, -1, 3>(mesh.triangles.size(), 3);
+    std::copy_n(mesh.vertices.data()->data(), 3 * mesh.vertices.size(), vertices.data());
+    std::copy_n(mesh.triangles.data()->data(), 3 * mesh.triangles.size(), triangles.data());
+    return {std::move(vertices), std::move(triangles)};
 }
 
 /// None where the formula is positive everywhere.
@@ -149,7 +164,8 @@ void bind_shapes(nb::module_& m) {
         .def("__init__", &init_implicit, "formula"_a, "bounds"_a.noconvert())
         .def_prop_ro("cells", [](const bob::Implicit& s) { return s.cells().cells().size(); })
         .def_prop_ro("is_coarse", [](const bob::Implicit& s) { return s.cells().is_coarse(); })
-        .def_prop_ro("unresolved_rays", &bob::Implicit::unresolved_rays);
+        .def_prop_ro("unresolved_rays", &bob::Implicit::unresolved_rays)
+        .def("dual_contour", &dual_contour, "step"_a);
     m.def("find_bounds", &find_bounds, "formula"_a);
     m.def("vm_solid", &vm_solid, "formula"_a);
 

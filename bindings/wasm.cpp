@@ -294,13 +294,15 @@ bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const doub
 }
 EXPORT(free_scene) void free_scene(bob::Scene* scene) { delete scene; }
 
-/// Traces pixels, (count, 2). camera: its numbers in the order of bob::Camera; samples: (count, C) of the G-buffer's layout.
+/// Traces pixels, (count, 2). camera: the 7 numbers of one that orbits, in the order of bob::Camera; samples: (count, C) of
+/// the G-buffer's layout.
 EXPORT(trace)
-bool trace(const bob::Scene* scene, const bob::Camera* camera, std::int32_t height, std::int32_t width,
+bool trace(const bob::Scene* scene, const float* camera, std::int32_t height, std::int32_t width,
            const std::int32_t* pixels, std::size_t count, float* samples) {
     return attempt([&] {
+        const bob::Camera orbiting{camera[0], camera[1], camera[2], camera[3], camera[4], camera[5], camera[6]};
         const std::span all(reinterpret_cast<const bob::Pixel*>(pixels), count);
-        bob::trace(*scene, *camera, height, width, all, bob::gbuffer_layout(), samples);
+        bob::trace(*scene, orbiting, height, width, all, bob::gbuffer_layout(), samples);
         return true;
     });
 }

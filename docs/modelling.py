@@ -20,9 +20,9 @@ LINE = 120
 HEAD = """# The modelling language
 
 Shapes as formulas that are negative inside, after fogleman/sdf (github.com/fogleman/sdf): a program written
-for it runs once its first line says `from bobrossnet.sdf import *`. Text, images and meshes as shapes are missing, and
-`save` draws a picture (`f.save("part.png", camera=bob.Camera(azimuth=30))`) where that package writes triangles. Shapes
-are traced like any others: `bob.trace(f)`.
+for it runs once its first line says `from bobrossnet.sdf import *`. Text, images and meshes as shapes are missing.
+`f.save("part.stl")` writes triangles, which keep sharp edges sharp; `f.save("part.png", camera=bob.Camera(azimuth=30))`
+draws a picture without any. Shapes are traced like any others: `bob.trace(f)`.
 
 `a | b`, `a & b` and `a - b` are union, intersection and difference. `b.k(0.1)` is b with a radius for the edge that the
 next of them leaves where it joins b to something: `a - b.k(0.1)`; b itself stays as it is, as shapes always do. Angles

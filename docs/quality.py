@@ -64,6 +64,7 @@ BY_NEED = {
 """By the size of pictures: changes of 1 - SSIM from the lattice that are to be reached by the adaptive order, by the
 share of traced pixels."""
 WORSE = 0.005  # of SSIM, by which a single picture may be worse
+FOVS = (0, 35, 60)  # degrees in which perspective is compared; 0 is orthographic
 GOOD = (0.95, 0.99)  # SSIM that takes so many rays
 
 AT_MOST_UNIFORM = dict.fromkeys(SHOWN, -0.15) | dict.fromkeys((0.25, 0.5, 0.75), 0.0)
@@ -120,6 +121,7 @@ class Scale:
     size: int = 256  # of pictures that are measured
     large: int = 512  # of those in which orders are compared once more
     large_real: int = 96  # shapes in them
+    perspective_real: int = 20  # shapes that are seen in perspective
     known_real: int = 96  # shapes of which the expected errors are compared with the true ones
     panel: int = 176  # of those that are shown
     fractions: tuple[float, ...] = FRACTIONS
@@ -127,7 +129,7 @@ class Scale:
     runs: int = 11  # to measure milliseconds
 
 
-SCALES = {"full": Scale(), "small": Scale(3, 2, 1, 1, 48, 64, 2, 2, 48, (0.01, 0.05, 0.25), 3, 1)}
+SCALES = {"full": Scale(), "small": Scale(3, 2, 1, 1, 48, 64, 2, 2, 2, 48, (0.01, 0.05, 0.25), 3, 1)}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -157,6 +159,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         large = shapes and measure_orders(
             work.folder, scenes_of_folder(shapes, scale.large_real), options.weights, scale
         )
+    with work.timed("perspective"):
+        scenes = scenes_of_folder(shapes, scale.perspective_real) if shapes else own_scenes(scale.own)
+        by_fov = measure_perspective(work.folder, scenes, options.weights, scale)
     with work.timed("known errors"):
         known = known_errors(
             work.folder,
@@ -195,6 +200,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         *targets(real or own, next(iter(steady)), next(iter(steady.values())), ours),
         *(quality("Real shapes", "real", real, ours) if real else []),
         *(placed_by_need(real, large, scale, ours) if real and large else []),
+        *in_perspective(by_fov, scale, ours),
         "## Known error",
         f"{len(known.shapes)} pictures of {scale.size}x{scale.size} pixels, traced a hundredth after the other until "
         "the expected error (`frame.error`, the mean of `uncertainty`, in gray of 0 to 1) is below a limit: how many "
@@ -241,6 +247,19 @@ def measure_orders(folder: Path, scenes: Scenes, weights: str, scale: Scale) -> 
     measure = partial(evaluate_scenes, scenes, [weights], size=(scale.large, scale.large), fractions=fractions)
     result: Evaluation = recall(*content(weights), (LATTICE, ADAPTIVE), partial(measure, fillings=[], repainting=False))
     return result
+
+
+def measure_perspective(folder: Path, scenes: Scenes, weights: str, scale: Scale) -> dict[float, Evaluation]:
+    """Measure the network with two orders in pictures of each field of view."""
+    fractions = [fraction for fraction in scale.fractions if fraction <= max(SHOWN)]
+    size = (scale.size, scale.size)
+    results = {}
+    for fov in FOVS:
+        recall = partial(recalled, Evaluation, folder, f"perspective-{fov}", scenes)
+        measure = partial(evaluate_scenes, scenes, [weights], size=size, fractions=fractions, fov=fov)
+        measure = partial(measure, fillings=[], repainting=False)
+        results[fov] = recall(*content(weights), (LATTICE, ADAPTIVE), measure)
+    return results
 
 
 def known_errors(folder: Path, scenes: Scenes, weights: str, scale: Scale) -> KnownError:
@@ -413,6 +432,27 @@ def by_need(result: Evaluation, ours: str, size: int) -> str:
     worse = [f"{100 * share:.1f} %" for share in (lost > WORSE).mean(0)[: len(stages)].tolist()]
     asked_for = [["asked for", *asked]] if any(asked) else []
     return table(["change of", *map(percent, stages)], [*rows, *asked_for, [f"worse by {WORSE:g}", *worse]])
+
+
+def in_perspective(by_fov: Mapping[float, Evaluation], scale: Scale, ours: str) -> list[str]:
+    """How good pictures in perspective are beside orthographic ones."""
+    first = next(iter(by_fov.values()))
+    rows = [
+        [
+            label(result.scores, run),
+            f"{fov:g}°" if fov else "orthographic",
+            *(f"{ssim:.4f}" for ssim in result.mean(run)),
+        ]
+        for run in first.scores
+        for fov, result in by_fov.items()
+    ]
+    return [
+        "## Perspective",
+        f"Mean SSIM of {len(first.pictures)} real shapes, {scale.size}x{scale.size}, seen from the same sides with "
+        "each field of view. The network learned from orthographic pictures alone. The wider the view, the less of the "
+        "picture a shape fills, which is a part of why completing is easier.",
+        table(["method, order", "fov", *map(percent, first.fractions)], rows),
+    ]
 
 
 def is_kept_or_filled(run: Run, ours: str) -> bool:

@@ -21,7 +21,7 @@ def traced(scene, names, size=SIZE):
     layout = _core.Layout(names)
     pixels = bob.pixel_order(size)
     samples = np.full((len(pixels), layout.width), np.nan, np.float32)
-    scene.core.trace(bob.Camera().core(), *size, pixels, layout, samples)
+    scene.core.trace(bob.Camera().core((0, 0, 0), 1), *size, pixels, layout, samples)
     return pixels, samples
 
 
@@ -44,8 +44,11 @@ def test_unknown_channels_are_named(names):
 
 
 def test_channels_are_within_their_ranges(scene):
-    gbuffer = bob.trace(scene, size=SIZE)
-    _, samples = traced(scene, TRACED.names)
+    layout = Layout(",".join(CHANNELS))
+    pixels, samples = traced(scene, layout.names)
+    planes = np.zeros((layout.width, *SIZE), np.float32)
+    _core.scatter(layout.core, pixels, samples, planes)
+    gbuffer = bob.GBuffer.from_stack(planes, layout)
     missed = samples[:, 0] == 0
     assert missed.any()
     assert not missed.all()
@@ -53,7 +56,21 @@ def test_channels_are_within_their_ranges(scene):
         values = gbuffer.channel(name)
         assert values.shape == (SIZE if channel.components == 1 else (*SIZE, channel.components))
         assert channel.low <= values.min() <= values.max() <= channel.high
-        assert (samples[missed, TRACED.places[name]] == channel.missed).all()
+        assert (samples[missed, layout.places[name]] == channel.missed).all()
+
+
+def test_instances_are_found_by_their_places_in_the_canonical_order():
+    ball = bob.implicit(lambda x, y, z: x * x + y * y + z * z - 1, bounds=((-1, -1, -1), (1, 1, 1)))
+    grays = (0.2, 0.5, 0.9)
+    balls = [
+        bob.Instance(ball, material=bob.Material(color=(g, g, g), ambient=1, diffuse=0, specular=0)) for g in grays
+    ]
+    scene = bob.Scene([each.translate((0, 3 * i, 0)) for i, each in enumerate(balls)])
+    _, samples = traced(scene, "mask,gray,instance")
+    found = {(round(float(gray), 3), int(instance)) for hit, gray, instance in samples if hit}
+    assert {gray for gray, _ in found} == set(grays)
+    assert {instance for _, instance in found} == {0, 1, 2}
+    assert len(found) == 3
 
 
 def test_any_channels_are_traced_and_scattered(scene):
@@ -93,7 +110,7 @@ def test_what_a_network_lacks_is_named(scene):
 def test_arrays_of_another_width_are_refused(scene):
     pixels, samples = traced(scene, "mask,gray")
     with pytest.raises(ValueError, match=r"^samples: expected the layout's width$"):
-        scene.core.trace(bob.Camera().core(), *SIZE, pixels, TRACED.core, samples)
+        scene.core.trace(bob.Camera().core((0, 0, 0), 1), *SIZE, pixels, TRACED.core, samples)
     with pytest.raises(ValueError, match=r"^samples: expected the layout's width$"):
         _core.scatter(TRACED.core, pixels, samples, np.zeros((TRACED.width, *SIZE), np.float32))
     with pytest.raises(ValueError, match=r"^planes: expected one for each component$"):
@@ -102,12 +119,12 @@ def test_arrays_of_another_width_are_refused(scene):
 
 def test_cameras_and_materials_travel_as_objects(scene):
     pixels = bob.pixel_order(SIZE)
-    met, origins, directions = bob.Camera(azimuth=0, elevation=0).core().rays(*SIZE, pixels)
+    met, origins, directions = bob.Camera(azimuth=0, elevation=0).core((0, 0, 0), 1).rays(*SIZE, pixels)
     assert 0 < len(met) < len(pixels)
     assert len(origins) == len(directions) == len(met)
     assert np.allclose(directions, (-1, 0, 0), atol=1e-7)
     assert np.allclose(np.linalg.norm(origins, axis=1), 1, atol=3e-3)
-    assert len(bob.Camera(zoom=2).core().rays(*SIZE, pixels)[0]) == len(pixels)
+    assert len(bob.Camera(zoom=2).core((0, 0, 0), 1).rays(*SIZE, pixels)[0]) == len(pixels)
 
     material = bob.Material("#ff0000", ambient=0.25, shininess=8)
     core = material.core()

@@ -61,6 +61,20 @@ def test_the_whole_picture_is_exact(tmp_path):
     assert np.array_equal(pixels(out), np.rint(full.gray * 255))
 
 
+def test_perspective(tmp_path):
+    out = tmp_path / "near.png"
+    options = ["--size", "96x64", "--fraction", "100%", "-o", str(out)]
+    stands = bob.Camera(position=(-1.2, -1, 0.3), target=(0, 0, 0.8), fov=70, roll=5)
+    for camera, given in (
+        (bob.Camera(azimuth=70, fov=35, pan=(0.1, -0.2)), ["--azimuth", "70", "--fov", "35", "--pan", "0.1,-0.2"]),
+        (stands, ["--position", "-1.2,-1,0.3", "--target=0,0,.8", "--fov", "70", "--roll", "5"]),
+        (bob.Camera(pan=(-0.5, 0)), ["--pan", "-.5,0"]),
+    ):
+        assert cli.main(["render", *options, *given]) == 0
+        full = bob.trace(bob.happy_tree(), camera, size=(64, 96))
+        assert np.array_equal(pixels(out), np.rint(full.gray * 255))
+
+
 def test_panels(tmp_path, capsys):
     out = tmp_path / "panels.png"
     assert cli.main(["render", "--size", "320x240", "--fraction", "0.05", "--panels", "-o", str(out)]) == 0
@@ -227,6 +241,8 @@ def test_pack_the_built_in_scene(tmp_path):
     [
         ("paper", ["10,346", "(80, 5, 3, 3)", "adadelta"]),
         ("default", ["59,600", "(32, 8, 3, 3)", "lattice+uniform", "by-detail"]),
+        ("small", ["16,060", "features    4,8,8,16,16,16", "(4, 14, 3, 3)"]),
+        ("filling", ["network     filling", "mask,gray"]),
     ],
 )
 def test_info_on_weights(name, told, capsys):
@@ -273,6 +289,15 @@ def test_evaluate(tmp_path, capsys, monkeypatch):
         (["render", "--azimuth", "inf"], "azimuth: expected a finite number"),
         (["render", "--elevation", "100"], "elevation: expected a number in [-90, 90]"),
         (["render", "--zoom", "0"], "zoom"),
+        (["render", "--fov", "200"], "fov: expected degrees in [0.1, 175], or 0, which is orthographic, got 200"),
+        (["render", "--pan", "left"], "--pan: expected numbers with commas between them, got 'left'"),
+        (["render", "--position", "3,0,1"], "position: expected a fov above 0 beside it, such as fov=35"),
+        (["render", "--position", "3,0", "--fov", "35"], "position: expected shape (3,), got (2,)"),
+        (["render", "--target", "-3,0,1"], "target: expected none without a position"),
+        (
+            ["render", "--position", "-3,0,1", "--fov", "35", "--azimuth", "5"],
+            "azimuth: expected none beside a position",
+        ),
         (["render", "--up", "x"], "--up"),
         (["render", "--model", "oil"], "model: expected one of"),
         (["render", "-o", "no/such/folder.png"], "there is no folder"),

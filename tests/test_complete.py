@@ -5,7 +5,6 @@ import re
 import shutil
 import time
 from concurrent.futures import ThreadPoolExecutor
-from importlib import import_module
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from bobrossnet import _core
 from bobrossnet.completion.network import load_network, make_network
 from bobrossnet.completion.weights import DEFAULTS, WEIGHTS, read_weights
 from bobrossnet.learn import checkpoint
-from bobrossnet.learn.networks import Paper, Pyramid
+from bobrossnet.learn.networks import Filling, Paper, Pyramid
 from bobrossnet.picture.channels import CHANNELS
 
 PAPER = WEIGHTS / "paper.safetensors"
@@ -92,13 +91,21 @@ def test_pyramid_equals_pytorch(size, pyramid, every_instruction_set):
             assert np.array_equal(gray == 0, expected == 0), (name, density)
 
 
-def test_pyramid_of_other_widths(tmp_path, monkeypatch, tree):
+@pytest.mark.parametrize("size", [(480, 640), *SIZES])
+def test_filling_equals_pytorch(size, every_instruction_set):
+    network, core = Filling(), load_network("filling")
+    for density in (0, 0.001, 0.01, 0.1, 1):
+        stack = noise(size, density)
+        expected = network(torch.from_numpy(stack)[None, :2])[0, 0].numpy()
+        for name in every_instruction_set:
+            _core.set_isa(name)
+            gray = core.predict(bob.GBuffer.from_stack(stack))
+            assert np.abs(gray - expected).max() < 1e-5, (name, density)
+
+
+def test_pyramid_of_other_widths(tmp_path, tree):
     """The core takes levels and channels from the tensors."""
-    python = import_module("bobrossnet.learn.networks.pyramid")
-    monkeypatch.setattr(python, "LEVELS", 3)
-    monkeypatch.setattr(python, "FEATURES", {1: 4, 2: 12, 3: 16})
-    monkeypatch.setattr(python, "HANDED_ON", {1: 1, 2: 5, 3: 2, 4: 0})
-    network = Pyramid().eval()
+    network = Pyramid("4,12,16", "5,2").eval()
     checkpoint.save(tmp_path / "small.safetensors", network)
     model = load_network(tmp_path / "small.safetensors")
     part = bob.trace(tree, size=(60, 81), fraction=0.1)
@@ -134,7 +141,7 @@ def test_more_pixels_make_a_better_picture(tree):
 def test_threads_do_not_matter(tree, pyramid):
     part = bob.trace(tree, size=(123, 217), fraction=0.1)
     threads = bob.thread_count()
-    for model in ("paper", pyramid):
+    for model in ("filling", "paper", pyramid):
         try:
             images = []
             for count in (1, 2, 5):
@@ -148,7 +155,7 @@ def test_threads_do_not_matter(tree, pyramid):
 
 def test_from_several_threads_at_once(tree, pyramid):
     parts = [bob.trace(tree, size=size, fraction=0.1) for size in ((123, 217), (123, 217), (60, 80))]
-    for model in ("paper", pyramid):
+    for model in ("filling", "paper", pyramid):
         expected = [bob.complete(part, model=model) for part in parts]
         with ThreadPoolExecutor(3) as pool:
             images = list(pool.map(lambda part, model=model: bob.complete(part, model=model), 5 * parts))
@@ -156,12 +163,12 @@ def test_from_several_threads_at_once(tree, pyramid):
 
 
 def test_nothing_known_or_everything_extreme_is_finite(pyramid):
-    model = load_network(pyramid)
-    stack = np.zeros((5, 70, 90), np.float32)
-    assert np.isfinite(model.predict(bob.GBuffer.from_stack(stack.copy()))).all()
-    stack[:] = 1
-    stack[3:] = -1
-    assert np.isfinite(model.predict(bob.GBuffer.from_stack(stack))).all()
+    for model in map(load_network, ("filling", pyramid)):
+        stack = np.zeros((5, 70, 90), np.float32)
+        assert np.isfinite(model.predict(bob.GBuffer.from_stack(stack.copy()))).all()
+        stack[:] = 1
+        stack[3:] = -1
+        assert np.isfinite(model.predict(bob.GBuffer.from_stack(stack))).all()
 
 
 def test_models_by_name_and_path(tree, tmp_path):
@@ -274,7 +281,10 @@ def test_a_pyramid_that_does_not_fit_is_named(changed, message, pyramid, tmp_pat
     ("arguments", "message"),
     [
         ({"gbuffer": np.zeros((5, 8, 8), np.float32)}, "gbuffer: expected a GBuffer, got ndarray"),
-        ({"model": "oil"}, "model: expected one of default, paper or a .safetensors file, got 'oil'"),
+        (
+            {"model": "oil"},
+            "model: expected one of default, filling, paper, small or a .safetensors file, got 'oil'",
+        ),
         ({"model": 3}, "model: expected a name or a path, got int"),
         ({"model": "../paper"}, "model: expected one of"),
     ],
@@ -286,7 +296,13 @@ def test_bad_arguments_are_named(arguments, message):
     assert str(error.value).startswith(message)
 
 
-@pytest.mark.parametrize("model", ["paper", "default"])
+def test_arrays_in_the_place_of_a_gbuffer_are_answered_with_how_to_make_one():
+    part = bob.trace(bob.happy_tree(), size=(16, 16), fraction=0.5)
+    with pytest.raises(bob.InputTypeError, match=r"ndarray; bobrossnet.GBuffer\(mask=, gray=, depth=, normal=\) makes"):
+        bob.complete(part.gray, part.mask)
+
+
+@pytest.mark.parametrize("model", ["filling", "paper", "default"])
 def test_a_completer_gives_the_same_as_complete(model):
     full = bob.trace(bob.happy_tree(), size=(90, 500))
     completer = bob.Completer(model=model)

@@ -18,7 +18,7 @@ from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.loader import Batches
 from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
 from bobrossnet.learn.evaluation.costs import cost_table, measure_costs
-from bobrossnet.learn.evaluation.evaluate import evaluate_dataset, evaluate_folder
+from bobrossnet.learn.evaluation.evaluate import evaluate_dataset, evaluate_folder, evaluate_scenes
 from bobrossnet.learn.evaluation.runs import rivals
 from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.networks import NETWORKS, Paper
@@ -285,6 +285,15 @@ def test_evaluation_of_a_folder(shapes: Path) -> None:
     painted = np.clip(load_network("paper").predict(part), 0, 1)
     np.testing.assert_array_equal(painted[part.mask == 0], image[part.mask == 0])
     assert result.scores["paper raw", "uniform"][3, 0, 0] == bob.ssim(painted, full.gray)
+
+
+def test_evaluation_in_perspective() -> None:
+    scenes = {"ball": bob.sdf.sphere, "box": lambda: bob.sdf.box(1)}
+    options: dict[str, Any] = {"fractions": [0.1], "orders": ["uniform"], "fillings": [], "repainting": False}
+    result = evaluate_scenes(scenes, ["paper"], size=(16, 20), fov=60, **options)
+    full = bob.trace(bob.sdf.box(1), bob.Camera(azimuth=30, fov=60), size=(16, 20))
+    image = bob.complete(full.sample(0.1, order="uniform", seed=1), model="paper")
+    assert result.scores["paper kept", "uniform"][1, 0, 0] == bob.ssim(image, full.gray)
 
 
 def test_several_models_and_a_limit(shapes: Path, tmp_path: Path) -> None:

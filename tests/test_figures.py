@@ -255,7 +255,7 @@ def test_command(tmp_path, data, capsys):
     [
         (["--only", "2.1,7.5"], "only: expected some of 2.1, 4.1"),
         (["--data", "nowhere"], "expected a data set"),
-        (["--weights", "nothing"], "expected one of default, paper"),
+        (["--weights", "nothing"], "expected one of default, filling, paper"),
         (["--shape", "nowhere.obj"], "nowhere.obj"),
     ],
 )

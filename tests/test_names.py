@@ -33,7 +33,14 @@ def public(module):
             yield member
         elif inspect.isclass(member):
             yield member
-            yield from (method for method in vars(member).values() if inspect.isfunction(method))
+            yield from filter(inspect.isfunction, map(function_of, vars(member).values()))
+
+
+def function_of(member):
+    """What is behind a property, a class method or a static method."""
+    for attribute in ("fget", "func", "__func__"):
+        member = getattr(member, attribute, member)
+    return member
 
 
 @pytest.mark.parametrize("name", MODULES)

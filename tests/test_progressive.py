@@ -83,9 +83,10 @@ class Clock:
 
 @pytest.fixture
 def clock(monkeypatch):
-    clock, module = Clock(), import_module("bobrossnet.progressive")
-    monkeypatch.setattr(module, "time", clock)
-    monkeypatch.setattr(module, "complete", clock.complete)
+    clock = Clock()
+    for module in ("progressive", "frame"):
+        monkeypatch.setattr(import_module(f"bobrossnet.{module}"), "time", clock)
+    monkeypatch.setattr(import_module("bobrossnet.frame"), "complete", clock.complete)
     return clock
 
 
@@ -120,7 +121,7 @@ def test_predicting_errors_is_part_of_a_frame(clock, monkeypatch):
         clock.now += 5e-3
         return 1.0
 
-    monkeypatch.setattr(import_module("bobrossnet.progressive"), "mean_error", mean_error)
+    monkeypatch.setattr(import_module("bobrossnet.frame"), "mean_error", mean_error)
     *frames, last = bob.progressive(tracer=clock.tracer(0, 20e-6), size=SIZE, frame_ms=20, until=0.01)
     assert all(0.7 * 20 < 1000 * frame.seconds < 1.02 * 20 for frame in frames)
     assert last.fraction == 1

@@ -9,9 +9,12 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from bobrossnet.completion.weights import DEFAULTS
+from bobrossnet.errors import InputError
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.networks import Pyramid
-from bobrossnet.learn.networks.pyramid import FEATURES, HANDED_ON, KNOWN, LEVELS
+from bobrossnet.learn.networks.pyramid import FEATURES, HANDED_ON, KNOWN, KNOWN_FINEST
+
+LEVELS = 6
 
 
 def sparse(size: tuple[int, int], density: float, seed: int = 0) -> Tensor:
@@ -35,10 +38,13 @@ def test_parameters() -> None:
     names = [f"{kind}{level}" for level in range(LEVELS, 0, -1) for kind in ("features", "finer")]
     assert [name for name, _ in network.named_children()] == names
     expected = 0
+    widths = [int(width) for width in FEATURES.split(",")]
+    handed_on = [1, *(int(width) for width in HANDED_ON.split(",")), 0]
     for level in range(1, LEVELS + 1):
         features, finer = network.layer("features", level), network.layer("finer", level)
-        assert features.weight.shape == (FEATURES[level], KNOWN[level] + HANDED_ON[level + 1], 3, 3)
-        assert finer.weight.shape == (4 * HANDED_ON[level], FEATURES[level], 3, 3)
+        known = KNOWN_FINEST if level == 1 else KNOWN
+        assert features.weight.shape == (widths[level - 1], known + handed_on[level], 3, 3)
+        assert finer.weight.shape == (4 * handed_on[level - 1], widths[level - 1], 3, 3)
         expected += sum(layer.weight.numel() + layer.out_channels for layer in (features, finer))
     assert sum(parameter.numel() for parameter in network.parameters()) == expected
 
@@ -168,11 +174,21 @@ def test_receptive_field() -> None:
 
 
 def test_weight_file_round_trip(tmp_path: Path) -> None:
-    path, network = tmp_path / "weights.safetensors", with_biases(Pyramid())
+    path, network = tmp_path / "weights.safetensors", with_biases(Pyramid("4,12,16", "5,2"))
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     checkpoint.save(path, network, {"training": "{}", **DEFAULTS})
     again, header = checkpoint.load(path)
-    assert header == {"format": "bobrossnet-1", "network": "pyramid", "training": "{}", **DEFAULTS}
+    widths = {"features": "4,12,16", "handed_on": "5,2"}
+    assert header == {"format": "bobrossnet-1", "network": "pyramid", "training": "{}", **DEFAULTS, **widths}
     gbuffer = sparse((9, 70), 0.1)
     torch.testing.assert_close(again(gbuffer), network(gbuffer))
-    assert again.settings() == {}
+    assert again.settings() == widths
+
+
+@pytest.mark.parametrize(
+    ("features", "handed_on"),
+    [("", ""), ("4,8", ""), ("4,8", "2,2"), ("4,6", "2"), ("4,0", "2"), ("4;8", "2"), ("4,8", "-1"), ("4,8", "2048")],
+)
+def test_widths_that_are_none(features: str, handed_on: str) -> None:
+    with pytest.raises(InputError, match=r"(features|handed_on): expected"):
+        Pyramid(features, handed_on)

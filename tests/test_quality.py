@@ -55,6 +55,8 @@ def test_the_page(done, quality):
         "## Rays where they are needed",
         "2 real shapes, 64x64:",
         "Pixels to trace for a mean SSIM of 0.95 and 0.99",
+        "## Perspective",
+        "60°",
         "## Known error",
         "| adaptive |   0.002 |",
         "quality/a-orders.png",

@@ -928,13 +928,3 @@ def test_programs_are_traced():
     exec("from bobrossnet.sdf import *\n" + PROGRAMS["solids"], names)
     seen = bob.trace(names["f"], bob.Camera(azimuth=30, elevation=20), size=(40, 60))
     assert 0.1 < (seen.gray > 0).mean() < 0.5
-
-
-def test_what_is_no_picture_is_refused(tmp_path):
-    for path in ("out.stl", "out", "out.obj"):
-        with pytest.raises(InputError, match=r"expected a picture's ending \(\.png"):
-            d3.sphere().save(tmp_path / path, step=0.1)
-    with pytest.raises(InputError, match=r"shape\.save\('picture\.png'\)"):
-        d3.sphere().generate()
-    with pytest.raises(InputError, match=r"shape\(points\)"):
-        d3.sphere().show_slice(z=0)

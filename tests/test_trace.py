@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from models import MODELS, needs_models
@@ -247,6 +248,12 @@ def test_progress_ends_at_one(tree):
         (lambda: bob.trace(cube(), size=(0, 10)), "height"),
         (lambda: bob.trace(cube(), fraction=0), "fraction: expected a number in (0, 1], got 0"),
         (lambda: bob.trace(cube(), fraction=5), "fraction: expected a number in (0, 1], got 5; 5 % is 0.05"),
+        (lambda: bob.trace(cube(), fraction="5%"), "fraction: expected a number, got str '5%'; 5 % is 0.05"),
+        (
+            lambda: bob.trace(trimesh.creation.box()),
+            "shapes: expected a shape or several, got Trimesh; bobrossnet.Mesh(mesh.vertices, mesh.faces) makes one",
+        ),
+        (lambda: bob.ssim(bob.trace(cube(), size=(20, 20)), 0), "image: expected an array of numbers, got GBuffer"),
         (lambda: bob.trace(cube(), fraction=5), "fraction"),
         (lambda: bob.trace(cube(), order="zigzag"), "order"),
         (lambda: bob.load(3), "source: expected a path, a shape or several, got int"),

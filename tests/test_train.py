@@ -272,7 +272,7 @@ def test_it_begins_with_given_weights(whole: Path, dataset: Dataset, tmp_path: P
     for wrong, message in (({"network": "pyramid"}, "network=pyramid"), ({"groups": 1}, "these settings")):
         with pytest.raises(InputError, match=message):
             train(replace(TOY, start=str(start), **wrong), dataset, tmp_path / "wrong")
-    with pytest.raises(InputError, match=r"expected one of default, paper or a \.safetensors file"):
+    with pytest.raises(InputError, match=r"expected one of default, filling, paper, small or a \.safetensors file"):
         train(replace(TOY, start="nothing"), dataset, tmp_path / "wrong")
 
 
@@ -483,7 +483,7 @@ def test_settings() -> None:
     assert config == TrainConfig(epochs=20, keep_known=True, learning_rate=1.0, loss="l1")
     assert config_from_settings([]) == TrainConfig()
     for setting, message in {
-        "epoch=20": "epoch=20: expected NAME=VALUE with a name of network, start, groups, seed",
+        "epoch=20": "epoch=20: expected NAME=VALUE with a name of network, start, groups, features, handed_on, seed",
         "epochs=2e3": "epochs=2e3: expected a value of type int",
         "keep_known=1": "keep_known=1: expected true or false",
         "batch=0": "batch: expected an integer in 1..2147483647, got 0",

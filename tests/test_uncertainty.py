@@ -98,7 +98,7 @@ def test_it_can_be_learned_again(tmp_path, tree, monkeypatch):
 def test_bad_arguments_are_named(tmp_path):
     with pytest.raises(bob.InputError, match="gbuffer: expected a GBuffer, got list"):
         bob.uncertainty([])
-    with pytest.raises(bob.InputError, match="model: expected one of default, paper or"):
+    with pytest.raises(bob.InputError, match="model: expected one of default, filling, paper, small or"):
         bob.uncertainty(bob.trace(bob.happy_tree(), size=(8, 8), fraction=0.5), model="oil")
     with pytest.raises(bob.InputError, match="shapes: expected an integer in 2"):
         calibrate(tmp_path / "x.safetensors", shapes=1)

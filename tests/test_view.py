@@ -9,7 +9,6 @@ import socket
 import sys
 import time
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from subprocess import PIPE
 
@@ -223,7 +222,9 @@ def test_export(tmp_path, capsys):
         "files/a part.bob",
         "gallery/happy_tree.bob",
         "weights/default.safetensors",
+        "weights/filling.safetensors",
         "weights/paper.safetensors",
+        "weights/small.safetensors",
         "weights/uncertainty.safetensors",
     }
     for name in written:
@@ -348,12 +349,15 @@ def test_what_the_page_knows_is_what_python_knows():
     assert set(READ_IN_PAGE) < set(ALL_ENDINGS)
     (home,) = re.findall(r"HOME = Object\.freeze\(\{(.+?)\}\)", (VIEWER / "picture/camera.js").read_text())
     values = {name: float(value) for name, value in re.findall(r"(\w+): ([-.\d]+)", home)}
-    assert values == {**dict.fromkeys(values, 0), **asdict(bob.Camera())}
+    camera = bob.Camera()
+    pan_x, pan_y = camera.pan
+    known = {name: getattr(camera, name) for name in ("azimuth", "elevation", "roll", "zoom", "fov")}
+    assert values == {**known, "panX": pan_x, "panY": pan_y}
 
 
 def test_the_page_gives_cameras_numbers_in_the_order_of_the_core():
     header = (Path(__file__).parent.parent / "core/picture/camera.h").read_text()
-    (members,) = re.findall(r"struct Camera \{(.+?)\};", header, re.DOTALL)
+    (members,) = re.findall(r"struct Camera \{(.+?)std::optional.+?\};", header, re.DOTALL)
     types = re.findall(r"^ *(\w+) .+;", members, re.MULTILINE)
     names = re.findall(r"(\w+) = [-\d]", members)
     assert set(types) == {"float"}

@@ -1,6 +1,7 @@
 """The viewer's page in Chromium: what a person does there, and that its exact pictures are Python's."""
 
 import base64
+import itertools
 import json
 import re
 import threading
@@ -83,8 +84,8 @@ class Page:
 
     def camera(self):
         found = self.tab.evaluate("() => bobrossnet.camera()")
-        assert found.pop("panX") == found.pop("panY") == 0
-        return bob.Camera(**found)
+        pan = found.pop("panX"), found.pop("panY")
+        return bob.Camera(**found, pan=pan)
 
     def text(self, selector):
         return self.tab.locator(selector).text_content()
@@ -103,6 +104,7 @@ def page(shared):
     yield shared
     shared.tab.check("#refines")
     shared.tab.check("[value=completed]", force=True)
+    shared.tab.uncheck("#perspective")
     shared.tab.click("#home")
 
 
@@ -244,6 +246,54 @@ window.Worker = class extends Worker {
 """
 
 
+COMPLETE = """
+async ({ address, models, height, width, pixels, samples }) => {
+  const part = (path) => import(new URL(path, address).href);
+  const bytesOf = async (name) => (await fetch(new URL(`weights/${name}.safetensors`, address))).arrayBuffer();
+  const worker = new Worker(new URL("workers/completing.js", address), { type: "module" });
+  const reply = (kind) => new Promise((resolve, reject) => {
+    worker.onmessage = ({ data }) => {
+      if (data.kind === "failed") reject(new Error(data.message));
+      if (data.kind === kind) resolve(data);
+    };
+  });
+  const module = await (await part("core/compile.js")).compileCore(), { port1, port2 } = new MessageChannel();
+  const weights = await bytesOf("default"), uncertainty = await bytesOf("uncertainty");
+  worker.postMessage({ kind: "start", module, weights, uncertainty });
+  worker.postMessage({ kind: "network", name: "filling", weights: await bytesOf("filling") });
+  worker.postMessage({ kind: "connect", tracer: port2 }, [port2]);
+  const result = [];
+  for (const [id, model] of models.entries()) {
+    const batch = { id, view: id, parts: 1, height, width, model: model || undefined }, picture = reply("picture");
+    const values = { pixels: Int32Array.from(pixels), samples: Float32Array.from(samples) };
+    port1.postMessage({ kind: "samples", batch, count: pixels.length / 2, ...values });
+    const name = (await picture).picture.model, buffers = reply("buffers");
+    worker.postMessage({ kind: "buffers" });
+    result.push([name, [...(await buffers).buffers.image]]);
+  }
+  worker.terminate();
+  return result;
+}
+"""
+
+
+def test_a_batch_names_the_network_that_completes_it(page, viewer):
+    """The default where it names none, or one that the worker does not have."""
+    part = bob.trace(bob.happy_tree(), size=(60, 80), fraction=0.1)
+    places = np.argwhere(part.mask > 0)
+    samples = part.stack()[:, places[:, 0], places[:, 1]].T.copy()
+    samples[:, 0] = samples[:, 1] > 0  # what was hit
+    found = page.tab.evaluate(
+        COMPLETE,
+        {"address": viewer.url, "models": ["", "filling", "default", "paper"], "height": 60, "width": 80,
+         "pixels": places.ravel().tolist(), "samples": samples.ravel().tolist()},
+    )  # fmt: skip
+    assert [name for name, _ in found] == ["default", "filling", "default", "default"]
+    for name, image in found:  # which clamps before it interpolates, where Python does after
+        ours, other = (bob.complete(part, model=model) for model in (name, {"default": "filling"}.get(name, "default")))
+        assert np.abs(np.reshape(image, ours.shape) - ours).mean() < 1e-4 < np.abs(ours - other).mean(), name
+
+
 @pytest.mark.parametrize("role", ["leads", "helps"])
 def test_others_go_on_where_a_worker_ends(browser, viewer, role):
     page = Page(browser, f"{viewer.url}?size=640x480&workers=3#scene=gear.sdf", WORKERS)
@@ -295,6 +345,55 @@ def test_keys_orbit_zoom_and_reset(page):
     assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "csg.sdf"), page.camera()))
     page.tab.keyboard.press("Home")
     assert page.camera() == bob.Camera()
+
+
+def test_perspective_is_switched(page):
+    page.choose("csg.sdf")
+    scene = bob.load(VIEWER / "gallery" / "csg.sdf")
+    page.tab.check("#perspective")
+    assert page.camera() == bob.Camera(fov=35)
+    assert_equal_pictures(page.exact(), expected(scene, bob.Camera(fov=35)))
+    drag(page, 60, 30)
+    drag(page, 20, 10, button="right")
+    turned = page.camera()
+    assert turned.azimuth != 30
+    assert turned.pan[0] < 0 < turned.pan[1]
+    assert_equal_pictures(page.exact(), expected(scene, turned))
+    page.tab.focus("#picture")
+    page.tab.keyboard.press("Home")  # which leaves the lens
+    assert page.camera() == bob.Camera(fov=35)
+    page.tab.keyboard.press("p")
+    assert page.camera() == bob.Camera()
+    assert not page.tab.is_checked("#perspective")
+    assert_equal_pictures(page.exact(), expected(scene))
+
+
+@pytest.mark.parametrize("fov", [35, 90])
+def test_zooming_in_perspective_keeps_what_is_under_the_pointer(page, fov):
+    """Of what lies as far away as the scene's centre."""
+    page.choose("csg.sdf")
+    page.tab.evaluate("(fov) => bobrossnet.look({ fov })", fov)
+    box = page.tab.locator("#picture").bounding_box()
+    page.tab.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 0.25 * box["height"])
+
+    def under_pointer():
+        camera = page.camera()
+        core = camera.core((0, 0, 0), 1)
+        half = np.tan(np.radians(camera.fov) / 2)
+        toward = np.array([np.cos(a := np.radians(30)) * np.cos(e := np.radians(20)), np.sin(a) * np.cos(e), np.sin(e)])
+        right, up = np.array([-np.sin(a), np.cos(a), 0]), np.cross(toward, [-np.sin(a), np.cos(a), 0])
+        distance = 1 / np.sin(np.arctan(half * min(WIDTH, HEIGHT) / HEIGHT))
+        side = 2 * half * distance / (HEIGHT * camera.zoom)
+        x, y = camera.pan[0] + 0.25 * WIDTH * side, camera.pan[1] + 0.25 * HEIGHT * side
+        point = (x * right + y * up).astype(np.float32)
+        row, column, _ = core.seen(HEIGHT, WIDTH, point[None])[0]
+        assert (column + 0.5, row + 0.5) == pytest.approx((0.75 * WIDTH, 0.25 * HEIGHT), abs=0.01)
+        return point
+
+    before = under_pointer()
+    page.tab.mouse.wheel(0, -400)
+    page.wait_until(lambda: page.camera().zoom > 1.5)
+    assert under_pointer() == pytest.approx(before, abs=0.01)
 
 
 def test_dragging_with_the_other_button_moves_the_picture(page):
@@ -393,10 +492,24 @@ def test_uncertain_is_where_errors_are_expected(page):
     mask, gray, depth, x, y = np.reshape(np.array(planes, np.float32), (5, HEIGHT, WIDTH))
     part = bob.GBuffer(mask=mask, gray=gray, depth=depth, normal=np.stack([x, y], -1))
     assert 0 < part.fraction < 1
-    assert_equal_pictures(shown, to_8_bit(np.minimum(4 * bob.uncertainty(part), 1)))
+    model = page.tab.evaluate("() => bobrossnet.statistics.model")
+    assert_equal_pictures(shown, to_8_bit(np.minimum(4 * bob.uncertainty(part, model=model), 1)))
     page.tab.check("#refines")
     page.wait_until(lambda: "exact" in page.text("#note"))
     assert not page.pixels()[..., :3].any()
+
+
+def test_dense_pictures_are_completed_by_the_filling(page):
+    page.choose("csg.sdf")
+    page.tab.uncheck("#refines")
+    page.tab.fill("#budget", "100")  # time for many of 96x128 pixels
+    azimuths = itertools.count(40)
+
+    def is_filled():  # once that network has come
+        page.tab.evaluate("(azimuth) => bobrossnet.look({ azimuth })", next(azimuths))
+        return page.tab.evaluate("() => bobrossnet.statistics.model") == "filling"
+
+    page.wait_until(is_filled)
 
 
 # ---- Files -----------------------------------------------------------------------------------------------
@@ -552,11 +665,15 @@ def test_script_can_be_written_from_nothing(page):
 
 def test_link_restores_gallery_and_camera(page, browser):
     page.choose("knot.bob")
-    page.tab.evaluate("() => bobrossnet.look({ azimuth: 100, elevation: -12.5, zoom: 1.25, panX: 0.1, panY: -0.2 })")
+    page.tab.evaluate(
+        "() => bobrossnet.look({ azimuth: 100, elevation: -12.5, zoom: 1.25, panX: 0.1, panY: -0.2, fov: 50 })"
+    )
     before, link = page.exact(), page.tab.evaluate("() => bobrossnet.link()")
     other = Page(browser, link)
     np.testing.assert_array_equal(other.exact(), before)
     assert other.text("#gallery option:checked") == "Knot"
+    assert other.camera() == bob.Camera(100, -12.5, zoom=1.25, pan=(0.1, -0.2), fov=50)
+    assert other.tab.is_checked("#perspective")
     other.close()
 
 

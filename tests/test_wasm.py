@@ -15,7 +15,7 @@ import pytest
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.completion.network import make_network
-from bobrossnet.completion.weights import DEFAULTS, UNCERTAINTY, WEIGHTS, read_weights
+from bobrossnet.completion.weights import UNCERTAINTY, WEIGHTS, read_weights
 from bobrossnet.sdf.words import WORDS
 
 wasmtime = pytest.importorskip("wasmtime", reason="wasmtime, which runs WebAssembly, is not installed")
@@ -69,10 +69,6 @@ def noise(size, density=0.1):
     return np.ascontiguousarray(stack * (random.random(size) < density))
 
 
-def python_network(network, tensors, stack):
-    return make_network({"network": network, **DEFAULTS}, tensors).predict(bob.GBuffer.from_stack(stack))
-
-
 # ---- Modules ---------------------------------------------------------------------------------------------
 
 
@@ -94,15 +90,18 @@ def test_networks_need_little(set_):
 # ---- Networks --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["paper", "default"])
+@pytest.mark.parametrize("name", ["filling", "small", "paper", "default"])
 @pytest.mark.parametrize("set_", SETS, ids=["simd128", "relaxed-simd"])
 def test_networks_complete_as_in_python(name, set_, baseline):
     metadata, tensors = read_weights(WEIGHTS / f"{name}.safetensors")
     core = WasmCore(f"complete{set_}")
-    network = core.network(metadata["network"], tensors)
+    network = core.network(metadata["network"], tensors, metadata["inputs"])
     for size in SIZES:
         stack = noise(size)
-        expected, gray = python_network(metadata["network"], tensors, stack), core.run(network, stack)
+        expected, gray = (
+            make_network(metadata, tensors).predict(bob.GBuffer.from_stack(stack)),
+            core.run(network, stack),
+        )
         if set_ == "":
             np.testing.assert_array_equal(gray, expected, err_msg=str(size))
         else:
@@ -178,10 +177,12 @@ SCENES = {
 }
 
 
+@pytest.mark.parametrize("fov", [0, 40])
 @pytest.mark.parametrize("kind", SCENES)
-def test_scenes_are_traced_as_in_python(core, kind, baseline, monkeypatch):
+def test_scenes_are_traced_as_in_python(core, kind, fov, baseline, monkeypatch):
     made = recorded(monkeypatch)
-    scene, camera, size = bob.Scene(SCENES[kind]()), bob.Camera(azimuth=50, elevation=25, roll=10, zoom=1.1), (61, 90)
+    camera = bob.Camera(azimuth=50, elevation=25, roll=10, zoom=1.1, fov=fov, pan=(0.1, -0.05))
+    scene, size = bob.Scene(SCENES[kind]()), (61, 90)
     pixels = bob.pixel_order(size, count=3000)
     expected = bob.trace(scene, camera, size=size, fraction=3000 / (61 * 90), order="lattice").stack()
     planes = core.trace(core.scene(made, scene._arrangement), camera, size, pixels)
@@ -229,7 +230,7 @@ def test_errors_are_those_of_python_and_the_module_goes_on(core):
         assert str(found.value) == str(expected.value)
     with pytest.raises(CoreError, match=r"encode1\.weight: expected in the weights, not found"):
         core.network("paper", {})
-    with pytest.raises(CoreError, match="expected weights of one of the networks paper, pyramid, got 'x'"):
+    with pytest.raises(CoreError, match="expected weights of one of the networks filling, paper, pyramid, got 'x'"):
         core.network("x", {})
     with pytest.raises(CoreError, match="order: expected one of"):
         core.pixel_order("x", 0, (2, 2), 0, 1)

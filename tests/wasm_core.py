@@ -11,6 +11,7 @@ import wasmtime
 
 import bobrossnet
 from bobrossnet import _core
+from bobrossnet.completion.weights import DEFAULTS
 
 FOLDER = Path(bobrossnet.__file__).parent / "viewer"
 
@@ -91,14 +92,14 @@ class WasmCore:
 
     # ---- Networks ----------------------------------------------------------------------------------------
 
-    def network(self, name, tensors):
-        return self._made_of(tensors, lambda weights: self.made("make_network", name, weights))
+    def network(self, name, tensors, inputs=DEFAULTS["inputs"]):
+        return self._made_of(tensors, lambda weights: self.made("make_network", name, weights), inputs)
 
     def predictor(self, tensors):
         return self._made_of(tensors, lambda weights: self.made("make_predictor", weights))
 
-    def _made_of(self, tensors, make):
-        weights = self.made("make_weights", "mask,gray,depth,normal", "gray")
+    def _made_of(self, tensors, make, inputs=DEFAULTS["inputs"]):
+        weights = self.made("make_weights", inputs, DEFAULTS["outputs"])
         addresses = []
         for key, tensor in tensors.items():
             addresses.append(self._put(tensor.tobytes()))
@@ -203,7 +204,8 @@ class WasmCore:
 
     def trace(self, scene, camera, size, pixels):
         planes, samples = np.zeros((5, *size), np.float32), np.full((len(pixels), 5), np.nan, np.float32)
-        placed = np.array([camera.azimuth, camera.elevation, camera.roll, camera.zoom, 0, 0], np.float32)
+        angles = camera.azimuth, camera.elevation, camera.roll
+        placed = np.array([*angles, camera.zoom, *camera.pan, camera.fov], np.float32)
         self.made("trace", scene, placed, *size, pixels, len(pixels), samples)
         added = np.zeros(1, np.uint32)
         self.made("add_samples", pixels, samples, len(pixels), planes, *size, added)

@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "completion/filling.h"
 #include "completion/paper.h"
 #include "completion/pyramid.h"
 
@@ -20,6 +21,7 @@ struct Entry {
 };
 
 constexpr Entry networks[] = {
+    {"filling", make<Filling>},
     {"paper", make<Paper>},
     {"pyramid", make<Pyramid>},
 };

@@ -34,7 +34,7 @@ private:
     Layout inputs_, outputs_;
 };
 
-/// The network of a name, "paper" or "pyramid". Throws std::invalid_argument if there is no such network, or a tensor is
+/// The network of a name, "filling", "paper" or "pyramid". Throws std::invalid_argument if there is no such network, or a tensor is
 /// missing or does not fit.
 [[nodiscard]] std::unique_ptr<const Network> make_network(std::string_view name, const Weights& weights);
 

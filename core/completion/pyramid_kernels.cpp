@@ -1,34 +1,15 @@
 #include "completion/pyramid_kernels.h"
 
-#include <algorithm>
-
-#include "simd.h"
+#include "completion/blocks.h"
 
 namespace bob::BOB_ISA {
 namespace {
 
 constexpr float softness = 0.05f;  // SOFTNESS in pyramid.py
 
-/// a where the condition holds, else 0.
-inline F where(M condition, F a) { return (F)(condition & (M)a); }
-
-/// The four pixels of each block.
-struct Phases {
-    F at[4];
-};
-
-inline F total(const Phases& p) { return (p.at[0] + p.at[1]) + (p.at[2] + p.at[3]); }
-
 /// How far the phases' sum lies to the right of the middle, in halves of their distance.
 inline F rightwards(const Phases& p) { return (p.at[1] + p.at[3]) - (p.at[0] + p.at[2]); }
 inline F downwards(const Phases& p) { return (p.at[2] + p.at[3]) - (p.at[0] + p.at[1]); }
-
-/// The blocks from column x on of two rows of pixels.
-inline Phases blocks(const float* upper, const float* lower, int x) {
-    const F a = load<F>(upper + 2 * x), b = load<F>(upper + 2 * x + lanes);
-    const F c = load<F>(lower + 2 * x), d = load<F>(lower + 2 * x + lanes);
-    return {{even(a, b), odd(a, b), even(c, d), odd(c, d)}};
-}
 
 /// 0 where all traced pixels of a block are background, else 1.
 inline F shown_where(F count, F gray) { return where((count <= F{}) | (gray != F{}), constant(1)); }
@@ -36,15 +17,6 @@ inline F shown_where(F count, F gray) { return where((count <= F{}) | (gray != F
 inline void write_sums(const Rows& sums, int x, const F (&sum)[sums::shown]) {
     for (int c = 0; c < sums::shown; ++c) store(sums.at(c) + x, sum[c]);
     store(sums.at(sums::shown) + x, shown_where(sum[sums::count], sum[sums::gray]));
-}
-
-/// The same of a channel of the G-buffer, 0 where there are no pixels.
-inline Phases blocks(const PixelRows& pixels, int channel, int x) {
-    const int known = std::clamp(pixels.columns - 2 * x, 0, 2 * lanes);
-    if (pixels.rows == 2 && known == 2 * lanes) return blocks(pixels.from.at(channel), pixels.from.at(channel, 1), x);
-    float padded[2][2 * lanes] = {};
-    for (int y = 0; y < pixels.rows; ++y) std::copy_n(pixels.from.at(channel, y) + 2 * x, known, padded[y]);
-    return blocks(padded[0], padded[1], 0);
 }
 
 void pull_pixels(PixelRows pixels, Rows sums, int width) {
@@ -68,19 +40,6 @@ void pull(ConstRows finer, Rows sums, float quarter, int width) {
         sum[sums::down] = fma(q, downwards(count), sum[sums::down]);
         write_sums(sums, x, sum);
     }
-}
-
-/// The doubled picture's phases. Weights are 3/4 for a pixel and 1/4 for the nearer neighbour, in each direction.
-inline Phases doubled(const Doubled& coarse, int x) {
-    const F near = constant(0.75f), far = constant(0.25f);
-    F upper[3], lower[3];
-    for (int i = 0; i < 3; ++i) {
-        const F here = near * load<F>(coarse.here + x + i - 1);
-        upper[i] = fma(far, load<F>(coarse.above + x + i - 1), here);
-        lower[i] = fma(far, load<F>(coarse.below + x + i - 1), here);
-    }
-    return {{fma(far, upper[0], near * upper[1]), fma(far, upper[2], near * upper[1]),
-             fma(far, lower[0], near * lower[1]), fma(far, lower[2], near * lower[1])}};
 }
 
 void enlarge(Doubled coarse, ConstRows added, Rows gray, int width) {
@@ -159,22 +118,6 @@ void compare(Doubled coarse, PixelRows pixels, ConstRows mask, Rows surprise, in
     }
 }
 
-/// 3x3 sums in phases by the Gaussian's weights 1, 2, 1 in each direction, not divided by 16.
-inline Phases gaussian_sums(const ConstRows& phases, int x) {
-    F upper[4], lower[4];  // down the columns 2x - 1, 2x, 2x + 1 and 2x + 2
-    for (int i = 0; i < 4; ++i) {
-        const int column = 1 - i % 2, at = x + (i + 1) / 2 - 1;
-        const F above = load<F>(phases.at(2 + column, -1) + at), a = load<F>(phases.at(column) + at);
-        const F b = load<F>(phases.at(2 + column) + at), below = load<F>(phases.at(column, 1) + at);
-        const F both = a + b;
-        upper[i] = (above + a) + both;
-        lower[i] = both + (b + below);
-    }
-    const auto across = [](F left, F here, F right) { return (left + here) + (here + right); };
-    return {{across(upper[0], upper[1], upper[2]), across(upper[1], upper[2], upper[3]),
-             across(lower[0], lower[1], lower[2]), across(lower[1], lower[2], lower[3])}};
-}
-
 void finish(Doubled coarse, ConstRows mask, ConstRows surprise, ConstRows correction, const float* surface,
             PictureRows picture, int begin, int end) {
     const F least = constant(16 * softness);
@@ -187,19 +130,7 @@ void finish(Doubled coarse, ConstRows mask, ConstRows surprise, ConstRows correc
             value[i] = start.at[i] + total.at[i] / (weight.at[i] + least) + load<F>(correction.at(i) + x);
             value[i] *= present;
         }
-        for (int y = 0; y < picture.rows; ++y) {
-            float* to = picture.row + picture.stride * y + 2 * x;
-            const F first = zip_low(value[2 * y], value[2 * y + 1]), second = zip_high(value[2 * y], value[2 * y + 1]);
-            if (2 * x + 2 * lanes <= picture.columns) {
-                store(to, first);
-                store(to + lanes, second);
-            } else {
-                float pixels[2 * lanes];
-                store(pixels, first);
-                store(pixels + lanes, second);
-                std::copy_n(pixels, picture.columns - 2 * x, to);
-            }
-        }
+        store_blocks(picture, x, value);
     }
 }
 

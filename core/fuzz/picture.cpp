@@ -88,8 +88,17 @@ void scatter(fuzz::Source& source, const std::vector<bob::Pixel>& pixels, std::s
 
 void cameras(fuzz::Source& source, const std::vector<bob::Pixel>& pixels, int height, int width) {
     const auto number = [&](double low, double high) { return static_cast<float>(std::clamp(source.number(), low, high)); };
-    const bob::Camera camera{number(-1e6, 1e6), number(-90, 90), number(-1e6, 1e6), number(1e-3, 1e6), number(-1e3, 1e3), number(-1e3, 1e3)};
-    if (std::isnan(camera.azimuth_degrees + camera.elevation_degrees + camera.roll_degrees + camera.zoom + camera.pan_x + camera.pan_y)) return;
+    bob::Camera camera{number(-1e6, 1e6), number(-90, 90), number(-1e6, 1e6), number(1e-3, 1e6), number(-1e3, 1e3), number(-1e3, 1e3)};
+    float sum = camera.azimuth_degrees + camera.elevation_degrees + camera.roll_degrees + camera.zoom + camera.pan_x + camera.pan_y;
+    if (source.flag()) {
+        sum += camera.fov_degrees = number(0.1, 175);
+        if (source.flag()) {  // it looks along an axis at most half across
+            const double at[3] = {number(-1e6, 1e6), number(-1e6, 1e6), number(-1e6, 1e6)};
+            camera.standpoint = {{at[0], at[1], at[2]}, {at[0] + 1, at[1] + number(-1, 1), at[2] + number(-1, 1)}, {0, 0, 1}};
+            for (const double x : camera.standpoint->target) sum += static_cast<float>(x);
+        }
+    }
+    if (std::isnan(sum)) return;
     const bob::Projection projection(camera, height, width);
     for (const bob::Pixel pixel : pixels) {
         bob::Ray ray;
@@ -97,6 +106,8 @@ void cameras(fuzz::Source& source, const std::vector<bob::Pixel>& pixels, int he
         fuzz::expect(std::fabs(length(ray.direction) - 1) < 1e-5f && length(ray.origin) < 1.01f, "a ray from the unit sphere");
         const bob::Projection::Seen seen = projection.seen(ray.origin);
         fuzz::expect(seen.depth >= 0 && seen.depth <= 1, "a depth within 0..1");
+        const bob::Vec3 point = projection.point(static_cast<float>(pixel.row), static_cast<float>(pixel.column), source.byte() / 255.f);
+        fuzz::expect(std::isfinite(dot(point, point)), "a point");
     }
 }
 

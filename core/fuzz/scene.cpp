@@ -80,6 +80,13 @@ FUZZ(scene) {
     camera.elevation_degrees = static_cast<float>(source.within(-90, 90));
     camera.zoom = static_cast<float>(std::pow(10, source.within(-1, 4)));
     if (source.flag()) camera.pan_x = static_cast<float>(source.within(-1, 1)), camera.pan_y = static_cast<float>(source.within(-1, 1));
+    if (source.flag()) {
+        camera.fov_degrees = static_cast<float>(source.within(1, 150));
+        if (source.flag()) {
+            const double x = source.within(-2, 2), y = source.within(-2, 2), z = source.within(-2, 2);
+            camera.standpoint = {{x, y, z}, {x + 1, y + source.within(-1, 1), z + source.within(-1, 1)}, {0, 0, 1}};
+        }
+    }
     constexpr int side = 6;
     std::vector<bob::Pixel> pixels;
     for (int i = 0; i < side * side; ++i) pixels.push_back({i / side, i % side});

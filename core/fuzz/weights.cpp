@@ -24,7 +24,7 @@ struct File {
     std::vector<std::vector<float>> values;  // of the tensors
 
     explicit File(fuzz::Source& source)
-        : network(source.flag() ? "pyramid" : "paper"),
+        : network(std::array{"paper", "pyramid", "filling"}[source.below(3)]),
           weights{layout(source, bob::gbuffer_layout().names()), layout(source, "gray"), {}} {
         values.reserve(64);
         const std::uint32_t changed = source.below(64);  // often none of the tensors
@@ -36,7 +36,7 @@ struct File {
             add(source, "decode1", 5, 20, 1, changed);
             add(source, "decode2", 5, 25, 1, changed);
             add(source, "output", 1, 5 + inputs, 1, changed);
-        } else {
+        } else if (network == "pyramid") {
             int handed = 0;
             for (int level = source.between(1, 4); level > 0; --level) {
                 const std::string number = std::to_string(level);

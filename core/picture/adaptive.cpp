@@ -22,8 +22,6 @@ constexpr std::uint32_t floor = 1;
 /// children. So one round refines by several levels where much differs.
 constexpr std::uint32_t expected = 30;
 
-constexpr std::uint32_t most = 255;
-
 /// A pixel that differs by more from its corners is followed: this much of it, in percent, is expected beside it.
 constexpr std::uint32_t surprising = 32, beside_a_surprise = 20;
 
@@ -36,11 +34,6 @@ std::array<Pixel, 4> around(Pixel pixel, std::int32_t step, bool diagonal) {
     const std::int32_t h = step;
     if (diagonal) return {{{row - h, column - h}, {row - h, column + h}, {row + h, column - h}, {row + h, column + h}}};
     return {{{row - h, column}, {row + h, column}, {row, column - h}, {row, column + h}}};
-}
-
-std::uint8_t step_of(float value, const Channel& channel) {
-    const float share = (value - channel.low) / (channel.high - channel.low);
-    return share > 0 ? static_cast<std::uint8_t>(std::min(share, 1.f) * 255 + 0.5f) : 0;  // also of what is no number
 }
 
 }  // namespace
@@ -113,36 +106,25 @@ void AdaptiveOrder::follow_lattice(std::size_t until) {
 }
 
 void AdaptiveOrder::read(const Layout& layout, const float* planes) {
-    const auto plane = [&](const Channel& channel, int component = 0) -> const float* {
-        const int at = layout.place(channel);
-        return at < 0 ? nullptr : planes + static_cast<std::size_t>(at + component) * total_;
-    };
-    const float *gray = plane(channels::gray), *depth = plane(channels::depth), *x = plane(channels::normal),
-                *y = plane(channels::normal, 1);
+    const LookReader look_at(layout, planes, total_);
     surprises_.clear();
     for (std::size_t k = 0; k < round_.size(); ++k) {
         if (k + ahead < round_.size()) {
             const std::uint32_t i = index_of(round_[k + ahead]);
-            for (const float* const values : {gray, depth, x, y}) {
-                if (values) __builtin_prefetch(values + i);
-            }
+            look_at.prefetch(i);
             __builtin_prefetch(&known_[i]);
         }
         const std::uint32_t i = index_of(round_[k]);
-        Look look{};
-        if (gray) look.shade[0] = step_of(gray[i], channels::gray);
-        if (x) look.shade[1] = step_of(x[i], channels::normal);
-        if (y) look.shade[2] = step_of(y[i], channels::normal);
-        look.seen = depth && !(depth[i] > 0) ? missed : hit;
+        const Look look = look_at(i);
         Known& known = known_[i];
         const bool has_corners = known.seen != 0;
         known.add(look);
         surprises_.push_back(has_corners ? known.contrast() : 0);
-        known = {{look.shade[0], look.shade[1], look.shade[2]}, look.seen, {}, traced};
+        known = {look, traced};
     }
     for (std::size_t k = 0; k < round_.size(); ++k) {
         if (k + ahead < round_.size()) prefetch_children(round_[k + ahead]);
-        const Look look = known_[index_of(round_[k])].look();
+        const Look look = known_[index_of(round_[k])];
         look_around(round_[k], &look, 0);
         if (surprises_[k] > surprising) look_beside(round_[k], surprises_[k]);
     }
@@ -196,20 +178,8 @@ void AdaptiveOrder::add_corners(Known& known, Pixel pixel, Place at) const {
     for (const Pixel corner : around(pixel, at.step, at.diagonal)) {
         if (!is_inside(corner)) continue;
         const Known& other = known_[index_of(corner)];
-        if (other.where == traced) known.add(other.look());
+        if (other.where == traced) known.add(other);
     }
-}
-
-void AdaptiveOrder::Known::add(const Look& look) {
-    seen |= look.seen;
-    for (int i = 0; i < 3; ++i) low[i] = std::min(low[i], look.shade[i]), high[i] = std::max(high[i], look.shade[i]);
-}
-
-std::uint32_t AdaptiveOrder::Known::contrast() const {
-    if (seen == 0) return 0;
-    if (seen == (missed | hit)) return most;  // silhouette
-    const auto range = [&](int i) { return static_cast<std::uint32_t>(high[i] - low[i]); };
-    return std::min(most, range(0) + (range(1) + range(2)) * 5 / 8);
 }
 
 std::size_t AdaptiveOrder::bytes() const {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "picture/channels.h"
+#include "picture/contrast.h"
 #include "picture/gbuffer.h"
 #include "picture/order.h"
 
@@ -50,26 +51,12 @@ private:
     };
     static Children children(Pixel pixel);
 
-    static constexpr std::uint8_t missed = 1, hit = 2;
-    /// What a pixel shows.
-    struct Look {
-        std::uint8_t shade[3];  // gray, normal x, normal y, in 256 steps each
-        std::uint8_t seen;      // missed or hit
-    };
-
-    /// What is known of a pixel, in one place, since finding it in memory is what takes time.
-    struct Known {
-        /// Of a traced pixel what it shows, of others the range of their corners, as far as they were looked at.
-        std::uint8_t low[3] = {255, 255, 255};
-        std::uint8_t seen = 0;  // missed, hit, or both
-        std::uint8_t high[3] = {};
+    /// What is known of a pixel, in one place, since finding it in memory is what takes time: of a traced pixel what it shows,
+    /// of others the range of their corners, as far as they were looked at.
+    struct Known : Look {
         std::uint8_t where = nowhere;  // in which queue it waits, if it does
-
-        [[nodiscard]] Look look() const { return {{low[0], low[1], low[2]}, seen}; }
-        void add(const Look& look);
-        /// How much differs what was added.
-        [[nodiscard]] std::uint32_t contrast() const;
     };
+    static_assert(sizeof(Known) == 8);
     static constexpr std::uint8_t nowhere = 0, chosen = 254, traced = 255;
 
     /// Takes what the last round shows.

@@ -1,49 +1,66 @@
-/// The orthographic camera that orbits the unit sphere, and its projection: the only place that knows how pixels and points
-/// of the scene belong together.
+/// The camera, orthographic or in perspective, and its projection: the only place that knows how pixels and points of the
+/// scene belong together.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "picture/gbuffer.h"
 #include "ray.h"
 
 namespace bob {
 
+/// Where a camera stands that does not orbit, and where it looks, in the coordinates of the unit sphere.
+struct Standpoint {
+    std::array<double, 3> position{}, target{};
+    std::array<double, 3> up{0, 0, 1};  // not along the line of sight; of any length
+
+    bool operator==(const Standpoint&) const = default;
+};
+
+/// A camera that orbits the unit sphere, or stands anywhere. viewer/picture/camera.js has the numbers in this order.
 struct Camera {
     float azimuth_degrees = 30;   // 0 looks along -x from +x, growing anticlockwise seen from +z
     float elevation_degrees = 20; // 90 looks straight down
     float roll_degrees = 0;       // turns the camera anticlockwise about its line of sight: the picture turns clockwise
-    float zoom = 1;               // 1 fits the unit sphere exactly into the shorter side of the image
-    float pan_x = 0, pan_y = 0;   // what the image's centre shows: radii of the unit sphere right of and above its centre
+    float zoom = 1;               // enlarges the picture about its centre; at 1 an orbiting camera fits the unit sphere
+    float pan_x = 0, pan_y = 0;   // how far the camera, and all that it looks at, is moved right and up, in radii
+    float fov_degrees = 0;        // the angle of the picture's height at zoom 1; 0 is orthographic
+    std::optional<Standpoint> standpoint{};  // instead of azimuth and elevation, with a fov above 0
+
+    bool operator==(const Camera&) const = default;
 };
 
-static_assert(sizeof(Camera) == 6 * sizeof(float), "viewer/picture/camera.js has these numbers in this order");
-
 /// A camera and the size of its picture: from pixels to rays, and from points back to pixels and depths.
+///
+/// An orthographic camera that orbits fits the unit sphere exactly into the shorter side of the picture at zoom 1. One in
+/// perspective stands where it does so too.
 class Projection {
 public:
     Projection(const Camera& camera, int height, int width)
-        : rows_(static_cast<float>(height)), columns_(static_cast<float>(width)),
+        : rows_(static_cast<float>(height)), columns_(static_cast<float>(width)), in_perspective_(camera.fov_degrees > 0),
           pixel_(2 / (camera.zoom * static_cast<float>(height < width ? height : width))), pan_x_(camera.pan_x),
           pan_y_(camera.pan_y) {
-        constexpr double degree = 3.14159265358979323846 / 180;
-        const double a = camera.azimuth_degrees * degree, e = camera.elevation_degrees * degree;
         const double r = camera.roll_degrees * degree;
-        const double x[3] = {-std::sin(a), std::cos(a), 0};
-        const double y[3] = {-std::sin(e) * std::cos(a), -std::sin(e) * std::sin(a), std::cos(e)};
-        toward_ = {static_cast<float>(std::cos(e) * std::cos(a)), static_cast<float>(std::cos(e) * std::sin(a)),
-                   static_cast<float>(std::sin(e))};
+        Axis x, y;
+        camera.standpoint ? look(*camera.standpoint, x, y) : orbit(camera, x, y);
         for (int axis = 0; axis < 3; ++axis) {
-            right_[axis] = static_cast<float>(std::cos(r) * x[axis] + std::sin(r) * y[axis]);
-            up_[axis] = static_cast<float>(std::cos(r) * y[axis] - std::sin(r) * x[axis]);
+            right_in_double_[axis] = std::cos(r) * x[axis] + std::sin(r) * y[axis];
+            up_in_double_[axis] = std::cos(r) * y[axis] - std::sin(r) * x[axis];
         }
+        right_ = rounded(right_in_double_), up_ = rounded(up_in_double_), toward_ = rounded(toward_in_double_);
+        if (in_perspective_) stand(camera, height, width);
     }
 
-    /// The ray through a pixel's centre, from just before it enters the unit sphere; false where it passes by.
+    /// The ray through a pixel's centre, from where the camera stands, or from just before it enters the unit sphere if that
+    /// is later; false where it passes the sphere by.
     [[nodiscard]] bool ray(Pixel pixel, Ray& ray) const {
-        const float x = (static_cast<float>(pixel.column) + 0.5f - 0.5f * columns_) * pixel_ + pan_x_;
-        const float y = (0.5f * rows_ - 0.5f - static_cast<float>(pixel.row)) * pixel_ + pan_y_;
+        const float row = static_cast<float>(pixel.row), column = static_cast<float>(pixel.column);
+        if (in_perspective_) return ray_from_eye(direction(row, column), ray);
+        const float x = x_of(column), y = y_of(row);
         const float z2 = 1 - x * x - y * y;
         if (z2 < -start_margin) return false;
         const float z = std::sqrt(std::max(0.f, z2)) + start_margin;
@@ -53,28 +70,163 @@ public:
 
     /// Where a point of the scene is seen.
     struct Seen {
-        float row, column;  // pixels' centres are at whole numbers
-        float depth;        // 1 at the point of the unit sphere nearest the camera, 0 at the farthest
+        float row, column;  // pixels' centres are at whole numbers; NaN where the point is not in front of the camera
+        float depth;        // 1 where the unit sphere is nearest the camera, 0 where it is farthest
     };
     [[nodiscard]] Seen seen(Vec3 point) const {
-        const float x = dot(point, right_) - pan_x_, y = dot(point, up_) - pan_y_;
+        if (in_perspective_) {
+            const Axis from_eye = {point.x - eye_[0], point.y - eye_[1], point.z - eye_[2]};
+            const double before = -dot(from_eye, toward_in_double_), scale = 1 / (before * slope_);
+            if (!(before > 0)) return {nowhere, nowhere, depth(point)};
+            return {static_cast<float>(0.5 * rows_ - 0.5 - dot(from_eye, up_in_double_) * scale),
+                    static_cast<float>(dot(from_eye, right_in_double_) * scale - 0.5 + 0.5 * columns_), depth(point)};
+        }
+        const float x = bob::dot(point, right_) - pan_x_, y = bob::dot(point, up_) - pan_y_;
         return {0.5f * rows_ - 0.5f - y / pixel_, x / pixel_ - 0.5f + 0.5f * columns_, depth(point)};
     }
-    [[nodiscard]] float depth(Vec3 point) const { return std::clamp(0.5f + 0.5f * dot(point, toward_), 0.f, 1.f); }
-
-    /// A direction of the scene in screen space: x right, y up, z towards the camera.
-    [[nodiscard]] Vec3 on_screen(Vec3 direction) const {
-        return {dot(direction, right_), dot(direction, up_), dot(direction, toward_)};
+    /// The point that is seen there: the inverse of `seen`.
+    [[nodiscard]] Vec3 point(float row, float column, float depth) const {
+        if (in_perspective_) {
+            const double distance = nearest_ + (1 - static_cast<double>(depth)) * range_;
+            const Axis d = direction(row, column);
+            return rounded({eye_[0] + distance * d[0], eye_[1] + distance * d[1], eye_[2] + distance * d[2]});
+        }
+        return x_of(column) * right_ + y_of(row) * up_ + (2 * depth - 1) * toward_;
+    }
+    /// Along the line of sight; in perspective by the distance from the camera.
+    [[nodiscard]] float depth(Vec3 point) const {
+        if (in_perspective_) {
+            const Axis from_eye = {point.x - eye_[0], point.y - eye_[1], point.z - eye_[2]};
+            const double nearness = 1 - (std::sqrt(dot(from_eye, from_eye)) - nearest_) / range_;
+            return static_cast<float>(std::clamp(nearness, 0., 1.));
+        }
+        return std::clamp(0.5f + 0.5f * bob::dot(point, toward_), 0.f, 1.f);
     }
 
+    /// A direction of the scene in the screen space of a place in the picture: x right, y up, z towards the camera along the
+    /// ray through that place. In perspective these are the camera's axes, turned the shortest way.
+    [[nodiscard]] Vec3 on_screen(Vec3 direction, float row, float column) const {
+        return turned({bob::dot(direction, right_), bob::dot(direction, up_), bob::dot(direction, toward_)}, row, column);
+    }
+    /// Its inverse.
+    [[nodiscard]] Vec3 in_scene(Vec3 direction, float row, float column) const {
+        if (in_perspective_) {
+            const Vec3 eye = toward_eye(row, column);
+            direction = turn(direction, {-eye.x, -eye.y, eye.z});
+        }
+        return direction.x * right_ + direction.y * up_ + direction.z * toward_;
+    }
+    /// The same of a direction along the camera's own axes, which are those of every place but in perspective.
+    [[nodiscard]] Vec3 turned(Vec3 direction, float row, float column) const {
+        return in_perspective_ ? turn(direction, toward_eye(row, column)) : direction;
+    }
+
+    /// The side of a pixel at a depth, as a difference of depths.
+    [[nodiscard]] float pixel_side(float depth) const {
+        if (!in_perspective_) return 0.5f * pixel_;
+        return static_cast<float>((nearest_ / range_ + (1 - static_cast<double>(depth))) * slope_);
+    }
+
+    [[nodiscard]] bool in_perspective() const { return in_perspective_; }
+
 private:
+    using Axis = std::array<double, 3>;
+    static double dot(const Axis& a, const Axis& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+    static Axis cross(const Axis& a, const Axis& b) {
+        return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    }
+    static Axis normalized(const Axis& a) {
+        const double size = std::sqrt(dot(a, a));
+        return {a[0] / size, a[1] / size, a[2] / size};
+    }
+    static Vec3 rounded(const Axis& a) {
+        return {static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])};
+    }
+
+    // The camera's axes before it is rolled.
+    void orbit(const Camera& camera, Axis& x, Axis& y) {
+        const double a = camera.azimuth_degrees * degree, e = camera.elevation_degrees * degree;
+        x = {-std::sin(a), std::cos(a), 0};
+        y = {-std::sin(e) * std::cos(a), -std::sin(e) * std::sin(a), std::cos(e)};
+        toward_in_double_ = {std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)};
+    }
+    void look(const Standpoint& at, Axis& x, Axis& y) {
+        const Axis back{at.position[0] - at.target[0], at.position[1] - at.target[1], at.position[2] - at.target[2]};
+        toward_in_double_ = normalized(back);
+        x = normalized(cross(normalized(at.up), toward_in_double_));
+        y = cross(toward_in_double_, x);
+    }
+
+    /// Puts a camera in perspective in its place.
+    void stand(const Camera& camera, int height, int width) {
+        const double high = std::tan(0.5 * camera.fov_degrees * degree), rows = height;
+        slope_ = 2 * high / (camera.zoom * rows);
+        const double shorter = high * std::min(height, width) / rows;
+        const double orbit = std::sqrt(1 + shorter * shorter) / shorter;  // 1 / sin of the shorter side's half angle
+        for (int k = 0; k < 3; ++k) {
+            const auto axis = static_cast<std::size_t>(k);
+            const double stands = camera.standpoint ? camera.standpoint->position[axis] : orbit * toward_in_double_[axis];
+            eye_[axis] = stands + pan_x_ * right_in_double_[axis] + pan_y_ * up_in_double_[axis];
+        }
+        const double distance = std::sqrt(dot(eye_, eye_));
+        nearest_ = std::max(0., distance - 1), range_ = distance + 1 - nearest_;
+    }
+
+    bool ray_from_eye(const Axis& d, Ray& ray) const {
+        const double before = -dot(eye_, d);  // from the eye to where the ray is nearest the sphere's centre
+        const Axis middle{eye_[0] + before * d[0], eye_[1] + before * d[1], eye_[2] + before * d[2]};
+        const double z2 = 1 - dot(middle, middle);
+        if (z2 < -start_margin) return false;
+        const double z = std::sqrt(std::max(0., z2)) + start_margin;
+        if (before + z < 0) return false;
+        const double back = std::min(before, z);
+        ray = {rounded({middle[0] - back * d[0], middle[1] - back * d[1], middle[2] - back * d[2]}), rounded(d)};
+        return true;
+    }
+
+    // Where a place in the picture lies: in radii right of and above the sphere's centre, and in perspective at a distance of 1.
+    [[nodiscard]] float x_of(float column) const { return (column + 0.5f - 0.5f * columns_) * pixel_ + pan_x_; }
+    [[nodiscard]] float y_of(float row) const { return (0.5f * rows_ - 0.5f - row) * pixel_ + pan_y_; }
+    [[nodiscard]] double across(float column) const { return (column + 0.5 - 0.5 * columns_) * slope_; }
+    [[nodiscard]] double above(float row) const { return (0.5 * rows_ - 0.5 - row) * slope_; }
+
+    /// From the eye through a place in the picture, at length 1.
+    [[nodiscard]] Axis direction(float row, float column) const {
+        const double x = across(column), y = above(row), scale = 1 / std::sqrt(1 + x * x + y * y);
+        Axis result;
+        for (std::size_t k = 0; k < 3; ++k) {
+            result[k] = (x * right_in_double_[k] + y * up_in_double_[k] - toward_in_double_[k]) * scale;
+        }
+        return result;
+    }
+    /// The way back, along the camera's axes.
+    [[nodiscard]] Vec3 toward_eye(float row, float column) const {
+        const double x = across(column), y = above(row), scale = 1 / std::sqrt(1 + x * x + y * y);
+        return rounded({-x * scale, -y * scale, scale});
+    }
+
+    /// Turns a direction as `from`, a unit vector of z >= 0, is turned to (0, 0, 1) the shortest way.
+    static Vec3 turn(Vec3 direction, Vec3 from) {
+        const float along = bob::dot(direction, from), k = (direction.z + along) / (1 + from.z);
+        return {direction.x - k * from.x, direction.y - k * from.y, along};
+    }
+
+    static constexpr double degree = 3.14159265358979323846 / 180;
+    static constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();
     // Rays start outside the unit sphere by this much, so that surfaces on it are in front of them.
     static constexpr float start_margin = 1e-3f;
 
     Vec3 right_, up_, toward_;  // the camera's axes in the scene
     float rows_, columns_;
+    bool in_perspective_;
     float pixel_;  // its side, in radii of the unit sphere
     float pan_x_, pan_y_;
+    Axis right_in_double_, up_in_double_, toward_in_double_;
+    // In perspective alone: the side of a pixel at a distance of 1, where the camera stands, the distance from there to the
+    // nearest point of the unit ball, and from that to the farthest.
+    double slope_ = 0;
+    Axis eye_{};
+    double nearest_ = 0, range_ = 0;
 };
 
 }  // namespace bob

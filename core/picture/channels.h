@@ -2,11 +2,14 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "vec.h"
 
 namespace bob {
 
@@ -30,9 +33,15 @@ inline constexpr Channel depth{"depth", 1, 0, 1};
 /// x right and y up, in screen space; of unit length together with a z >= 0 towards the camera.
 inline constexpr Channel normal{"normal", 2, -1, 1};
 
-inline constexpr Channel all[] = {mask, gray, depth, normal};
+/// Which of the scene's instances was hit: its place in the canonical order.
+inline constexpr Channel instance{"instance", 1, 0, 100000};
+
+inline constexpr Channel all[] = {mask, gray, depth, normal, instance};
 
 }  // namespace channels
+
+/// Of the two components of the channel `normal`.
+inline Vec3 whole_normal(float x, float y) { return {x, y, std::sqrt(std::max(0.f, 1 - x * x - y * y))}; }
 
 /// Which channels an array holds, in which order: planes (width, H, W), or samples (n, width).
 class Layout {

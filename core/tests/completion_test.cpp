@@ -4,6 +4,7 @@
 
 #include "check.h"
 #include "completion/conv3x3.h"
+#include "completion/filling.h"
 #include "completion/incremental.h"
 #include "completion/known.h"
 #include "completion/paper.h"
@@ -111,6 +112,13 @@ bob::Weights pyramid_weights(std::vector<std::vector<float>>& storage, int level
     return weights;
 }
 
+/// Those of tests/test_complete.py, and tall ones, of even and odd levels.
+const std::pair<int, int> sizes[] = {{1, 1},    {2, 3},     {5, 7},     {1, 258},   {61, 47},  {64, 64},  {100, 70},
+                                     {130, 257}, {17, 1000}, {1000, 17}, {700, 40}, {203, 21}, {1155, 3}};
+
+/// The filling, of mask and gray; tests hand it the other channels too, which come after.
+bob::Filling filling() { return bob::Filling({{bob::channels::mask, bob::channels::gray}, {bob::channels::gray}, {}}); }
+
 }  // namespace
 
 /// Widths of less than a vector, of every number of vectors in a step, and of a tile and a bit; heights that end anywhere among the
@@ -174,12 +182,12 @@ TEST(networks_give_the_same_from_call_to_call_and_size_to_size) {
         for (const auto& [height, width] : {std::pair{37, 51}, {64, 64}, {1, 1}, {33, 63}, {50, 130}, {100, 60}}) {
             CHECK(completed(used, height, width) == completed(bob::Pyramid(weights), height, width));
         }
+        const bob::Filling filled = filling();
+        for (const auto& [height, width] : sizes) {
+            CHECK(completed(filled, height, width) == completed(filling(), height, width));
+        }
     });
 }
-
-/// Those of tests/test_complete.py, and tall ones, of even and odd levels.
-const std::pair<int, int> sizes[] = {{1, 1},    {2, 3},     {5, 7},     {1, 258},   {61, 47},  {64, 64},  {100, 70},
-                                     {130, 257}, {17, 1000}, {1000, 17}, {700, 40}, {203, 21}, {1155, 3}};
 
 TEST(large_pictures_are_completed_in_windows_of_rows) {
     test::for_each_isa([] {
@@ -204,15 +212,18 @@ TEST(threads_and_tiles_leave_no_seams) {
         std::vector<std::vector<float>> of_six, of_two, of_paper;
         const bob::Pyramid six(pyramid_weights(of_six)), two(pyramid_weights(of_two, 2));
         const bob::Paper paper(paper_weights(of_paper, 4));
+        const bob::Filling filled = filling();
         for (const auto& [height, width] : {std::pair{300, 33}, {131, 1101}, {66, 2090}}) {
             bob::set_thread_count(1);
             const auto of_pyramid = completed(six, height, width), of_paper = completed(paper, height, width);
+            const auto of_filling = completed(filled, height, width);
             for (const int count : {2, 3, 8, 16}) {
                 bob::set_thread_count(count);
                 // What another picture leaves behind must not stand in for what is missing.
                 completed(six, std::vector<float>(static_cast<std::size_t>(5 * height * width), 0.5f), height, width);
                 CHECK(completed(six, height, width) == of_pyramid);
                 CHECK(completed(paper, height, width) == of_paper);
+                CHECK(completed(filled, height, width) == of_filling);
             }
             bob::set_thread_count(threads);
 
@@ -242,6 +253,7 @@ TEST(what_is_no_number_stays_within_reach) {
         std::vector<std::vector<float>> of_paper, of_pyramid;
         const bob::Paper paper(paper_weights(of_paper, 4));
         const bob::Pyramid pyramid(pyramid_weights(of_pyramid));
+        const bob::Filling filled = filling();
         const int height = 1100, width = 9;
         const auto values = noise(height, width);
         const auto check = [&](const auto& network, int reach, int place) {
@@ -260,6 +272,7 @@ TEST(what_is_no_number_stays_within_reach) {
         for (const int place : {511, 512, 601, 639, 640}) {
             check(paper, paper.reach(), place);
             check(pyramid, pyramid.reach(), place);
+            check(filled, filled.reach(), place);
         }
     });
 }
@@ -291,6 +304,8 @@ TEST(what_changed_alone_is_completed_again) {
         const bob::Pyramid pyramid(pyramid_weights(of_pyramid));
         for (const auto& [height, width] : {std::pair{1, 1}, {7, 300}, {203, 210}}) check_incremental(paper, height, width);
         for (const auto& [height, width] : {std::pair{3, 3}, {33, 1500}, {1700, 65}}) check_incremental(pyramid, height, width);
+        const bob::Filling filled = filling();
+        for (const auto& [height, width] : {std::pair{1, 1}, {70, 1100}, {1300, 65}}) check_incremental(filled, height, width);
 
         // An interrupted call leaves nothing behind.
         bob::Incremental incremental(paper);
@@ -336,6 +351,17 @@ TEST(weights_that_do_not_fit_are_refused_by_name) {
     CHECK(refused([](auto& w) { w.tensors["encode1.weight"].shape = {20, 5, 9}; }, "encode1.weight"));
     CHECK(refused([](auto& w) { w.tensors["output.bias"].shape = {2}; }, "output.bias"));
     CHECK(refused([](auto& w) { w.tensors["encode2.weight"].shape = {80, 0, 3, 3}; }, "encode2.weight"));
+    const auto refused_by_filling = [](const bob::Weights& weights, const char* name) {
+        try {
+            const bob::Filling network(weights);
+        } catch (const std::invalid_argument& error) {
+            return std::string(error.what()).find(name) != std::string::npos;
+        }
+        return false;
+    };
+    const bob::Layout gray{bob::channels::gray}, both{bob::channels::mask, bob::channels::gray};
+    CHECK(refused_by_filling({both, gray, {{"output.bias", {{0}, {}}}}}, "output.bias"));
+    CHECK(refused_by_filling({bob::gbuffer_layout(), gray, {}}, "inputs"));
 }
 
 TEST(known_pixels_are_kept_and_the_others_clamped) {

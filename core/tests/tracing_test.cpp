@@ -45,7 +45,7 @@ TEST(sphere_matches_the_analytic_one) {
     const auto sphere = test::sphere(6, 1);
     const bob::Scene scene = scene_of(sphere.vertices, sphere.triangles);
     constexpr int height = 90, width = 121;
-    for (const bob::Camera camera : {bob::Camera{}, bob::Camera{200, -70, 33, 1}, bob::Camera{0, 90, 0, 0.7f},
+    for (const bob::Camera& camera : {bob::Camera{}, bob::Camera{200, -70, 33, 1}, bob::Camera{0, 90, 0, 0.7f},
                                     bob::Camera{30, 20, 10, 1.5f, 0.25f, -0.5f}}) {
         const auto picture = render(scene, camera, height, width);
         for (int row = 0; row < height; ++row) {
@@ -137,6 +137,21 @@ TEST(blinn_phong_worked_values) {
     CHECK_NEAR(bob::blinn_phong({0, 0, 1}, {}), 0.1 + 0.7 * n_l + 0.2 * std::pow(n_h, 32), 1e-5);
     CHECK_NEAR(bob::blinn_phong(bob::normalized(bob::light_direction), {}), 0.8 + 0.2 * std::pow(n_h, 32), 1e-5);
     CHECK_NEAR(bob::blinn_phong(bob::normalized({0.3f, -0.4f, -1}), {}), 0.1, 1e-6);
+}
+
+TEST(highlights_lie_between_light_and_eye) {
+    // A face that an eye sees at 45 degrees from the right: the light, and half of the way from it to the eye.
+    const bob::Vec3 l = bob::normalized(bob::light_direction), eye = bob::normalized({1, 0, 1});
+    const bob::Vec3 h = bob::normalized(l + eye), n = bob::normalized({0.1f, 0.2f, 1});
+    bob::Camera camera{0, 0, 0, 1};
+    camera.fov_degrees = 90;
+    const bob::Projection projection(camera, 2, 2);  // a place one pixel left of the centre is 45 degrees off
+    const float row = 0.5f, column = -0.5f;
+    const bob::Vec3 direction = projection.turned(l, row, column);
+    const bob::Light light{direction, bob::normalized(direction + bob::Vec3{0, 0, 1})};
+    CHECK_NEAR(bob::blinn_phong(projection.turned(n, row, column), {}, light),
+               0.1 + 0.7 * dot(n, l) + 0.2 * std::pow(dot(n, h), 32), 1e-6);
+    CHECK_NEAR(projection.turned(eye, row, column).z, 1.f, 1e-6f);
 }
 
 TEST(materials_shade_as_their_formula_says) {

@@ -23,17 +23,27 @@ struct Material {
     [[nodiscard]] static float rounded(double value) { return static_cast<float>(value); }
 };
 
-/// Direction to the light in the camera's frame before it is normalised: slightly up and left of the camera.
+/// Direction to the light along the camera's axes before it is normalised: slightly up and left of the camera.
 constexpr Vec3 light_direction{-0.3f, 0.4f, 1};
 
-/// Shade in 0..1 of a surface with unit `normal` in the camera's frame (z towards the camera, which is far away). The
-/// highlight is the light's, white whatever the surface's colour.
-inline float blinn_phong(Vec3 normal, const Material& material) {
-    static const Vec3 light = normalized(light_direction);
-    static const Vec3 half = normalized(light + Vec3{0, 0, 1});
+/// The light as a surface has it: unit directions in its screen space, z towards the eye.
+struct Light {
+    Vec3 direction = normalized(light_direction);
+    Vec3 half = normalized(direction + Vec3{0, 0, 1});  // between that and the eye
+
+    /// As it is for eyes far away, and everywhere in orthographic pictures.
+    static const Light& of_the_camera() {
+        static const Light light;
+        return light;
+    }
+};
+
+/// Shade in 0..1 of a surface with unit `normal` in screen space. The highlight is the light's, white whatever the surface's
+/// colour.
+inline float blinn_phong(Vec3 normal, const Material& material, const Light& light = Light::of_the_camera()) {
     const auto rounded = Material::rounded;
-    const float d = std::max(0.f, dot(normal, light));
-    const float s = std::pow(std::max(0.f, dot(normal, half)), rounded(material.shininess));
+    const float d = std::max(0.f, dot(normal, light.direction));
+    const float s = std::pow(std::max(0.f, dot(normal, light.half)), rounded(material.shininess));
     const float body = material.luminance() * (rounded(material.ambient) + rounded(material.diffuse) * d);
     return std::clamp(body + rounded(material.specular) * s, 0.f, 1.f);
 }

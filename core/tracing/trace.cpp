@@ -19,7 +19,9 @@ namespace {
 struct Surface {
     Vec3 normal;  // unit length, in screen space, not turned away from the camera
     float depth;
+    std::uint32_t instance;
     const Material* material;
+    const Light* light;
 };
 
 Vec3 facing_normal(Vec3 normal) {
@@ -29,6 +31,12 @@ Vec3 facing_normal(Vec3 normal) {
     return dot(normal, normal) == 0 ? Vec3{0, 0, 1} : normal;
 }
 
+/// The light, which is at infinity and stands still before the camera, as it is on the screen there.
+Light light_at(const Projection& projection, float row, float column) {
+    const Vec3 direction = projection.turned(Light::of_the_camera().direction, row, column);
+    return {direction, normalized(direction + Vec3{0, 0, 1})};
+}
+
 /// Rays to trace together, what they meet, and which samples they are for.
 struct Batch {
     std::vector<std::size_t> sample;
@@ -36,6 +44,7 @@ struct Batch {
     std::vector<SceneHit> hits;
     std::vector<Vec3> normals;
     std::vector<Surface> surfaces;  // of those that hit
+    std::vector<Light> lights;      // of these, where they differ
 
     /// Each thread keeps one from call to call.
     static Batch& of_this_thread(std::size_t most_rays) {
@@ -43,6 +52,7 @@ struct Batch {
         if (batch.rays.size() < most_rays) {
             batch.sample.resize(most_rays), batch.rays.resize(most_rays), batch.hits.resize(most_rays);
             batch.normals.resize(most_rays), batch.surfaces.resize(most_rays);
+            batch.lights.resize(most_rays);
         }
         return batch;
     }
@@ -59,9 +69,10 @@ void write_all(const Batch& batch, std::size_t count, float* samples, std::size_
 Write writer_of(const Channel& channel) {
     constexpr std::pair<Channel, Write> writers[] = {
         {channels::mask, write_all<[](const Surface&, float* to) { *to = 1; }>},
-        {channels::gray, write_all<[](const Surface& s, float* to) { *to = blinn_phong(s.normal, *s.material); }>},
+        {channels::gray, write_all<[](const Surface& s, float* to) { *to = blinn_phong(s.normal, *s.material, *s.light); }>},
         {channels::depth, write_all<[](const Surface& s, float* to) { *to = s.depth; }>},
         {channels::normal, write_all<[](const Surface& s, float* to) { to[0] = s.normal.x, to[1] = s.normal.y; }>},
+        {channels::instance, write_all<[](const Surface& s, float* to) { *to = static_cast<float>(s.instance); }>},
     };
     for (const auto& [written, write] : writers) {
         if (written == channel) return write;
@@ -120,11 +131,42 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
             const SceneHit& hit = batch.hits[j];
             if (hit.instance == no_instance) continue;
             const Vec3 point = rays[j].origin + hit.t * rays[j].direction;
-            const Vec3 normal = facing_normal(projection.on_screen(batch.normals[j]));
-            batch.surfaces[found] = {normal, projection.depth(point), &scene[hit.instance].material};
+            const Pixel at = pixels[batch.sample[j]];
+            const auto row = static_cast<float>(at.row), column = static_cast<float>(at.column);
+            const Vec3 normal = facing_normal(projection.on_screen(batch.normals[j], row, column));
+            const Light* light = &Light::of_the_camera();
+            if (projection.in_perspective()) {
+                batch.lights[found] = light_at(projection, row, column);
+                light = &batch.lights[found];
+            }
+            batch.surfaces[found] = {normal, projection.depth(point), hit.instance, &scene[hit.instance].material, light};
             batch.sample[found++] = batch.sample[j];
         }
         for (const auto& [place, write] : writers) write(batch, found, samples, components, place);
+    });
+}
+
+void shade(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout, float* planes) {
+    const Projection projection(camera, height, width);
+    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+    const auto plane = [&](const Channel& channel, int component) {
+        return planes + static_cast<std::size_t>(layout.place_of(channel) + component) * pixels;
+    };
+    const float *const mask = plane(channels::mask, 0), *const depth = plane(channels::depth, 0),
+                *const instance = plane(channels::instance, 0), *const x = plane(channels::normal, 0),
+                *const y = plane(channels::normal, 1);
+    float* const gray = plane(channels::gray, 0);
+    for_rows(0, height, width, [&](int row) {
+        const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
+        for (int column = 0; column < width; ++column) {
+            const std::size_t i = first + static_cast<std::size_t>(column);
+            if (mask[i] == 0 || depth[i] == 0) continue;
+            const Vec3 normal = whole_normal(x[i], y[i]);
+            const Material& material = scene[static_cast<std::uint32_t>(instance[i])].material;
+            gray[i] = projection.in_perspective()
+                          ? blinn_phong(normal, material, light_at(projection, static_cast<float>(row), static_cast<float>(column)))
+                          : blinn_phong(normal, material);
+        }
     });
 }
 

@@ -17,4 +17,8 @@ namespace bob {
 void trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
            const Layout& layout, float* samples);
 
+/// Shades anew, for a camera, what was found with another: writes gray, of the normal and the instance, wherever the planes,
+/// (layout.width(), height, width), hold a hit.
+void shade(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout, float* planes);
+
 }  // namespace bob

@@ -15,12 +15,14 @@ from bobrossnet.adapters.files import load, load_mesh
 from bobrossnet.completion.network import Completer, complete
 from bobrossnet.completion.uncertainty import uncertainty
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
+from bobrossnet.frame import Frame
 from bobrossnet.metrics import psnr, ssim
+from bobrossnet.motion import View
 from bobrossnet.onnx import export
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.gbuffer import GBuffer, Samples
 from bobrossnet.picture.order import pixel_order
-from bobrossnet.progressive import Frame, progressive
+from bobrossnet.progressive import progressive
 from bobrossnet.sdf.formula import implicit
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
@@ -54,6 +56,7 @@ __all__ = [
     "Shape",
     "TrimCurve",
     "Tube",
+    "View",
     "complete",
     "export",
     "happy_tree",

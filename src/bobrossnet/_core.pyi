@@ -45,6 +45,8 @@ class Implicit(Shape):
     def is_coarse(self) -> bool: ...
     @property
     def unresolved_rays(self) -> int: ...
+    def dual_contour(self, step: float) -> tuple[F64, I32]:
+        """Vertices (v, 3) and triangles (t, 3), anticlockwise seen from outside. ValueError if there are too many."""
 
 Curve = tuple[F64, F64]
 """Control points (n, 3), each (u, v, weight); knots."""
@@ -129,6 +131,8 @@ class Scene:
     ) -> None: ...
     def trace(self, camera: Camera, height: int, width: int, pixels: I32, layout: Layout, samples: F32) -> None:
         """Writes samples (n, C): the first number of each says whether the ray hit."""
+    def shade(self, camera: Camera, layout: Layout, planes: F32) -> None:
+        """Writes gray wherever planes (C, H, W) hold a hit, of its normal and instance."""
 
     @property
     def bytes(self) -> int: ...
@@ -150,12 +154,26 @@ def gbuffer_layout() -> Layout:
     """What the tracer finds and a G-buffer holds; the mask comes first."""
 
 class Camera:
-    """`numbers` are the fields of bobrossnet.Camera."""
+    """The fields of bobrossnet.Camera; `standpoint`: its position, target and up in the unit sphere's coordinates."""
 
-    def __init__(self, **numbers: float) -> None: ...
+    def __init__(
+        self,
+        azimuth: float,
+        elevation: float,
+        roll: float,
+        zoom: float,
+        pan: tuple[float, float],
+        fov: float,
+        standpoint: tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]] | None,
+    ) -> None: ...
     def rays(self, height: int, width: int, pixels: I32) -> tuple[NDArray[np.int64], F32, F32]:
-        """Which of the pixels' rays meet the unit sphere, (k,); their origins, just outside of it, and directions,
-        (k, 3) each."""
+        """Which of the pixels' rays meet the unit sphere, (k,); their origins, just outside of it or where the camera
+        stands, and directions, (k, 3) each."""
+    def seen(self, height: int, width: int, points: F32) -> F32:
+        """Row, column and depth at which each of the points (n, 3) of the unit sphere is seen, (n, 3); NaN for row and
+        column of what is not in front of the camera."""
+    def points(self, height: int, width: int, seen: F32) -> F32:
+        """The points, (n, 3), that are seen at rows, columns and depths (n, 3)."""
 
 def pixel_order(order: str, seed: int, height: int, width: int, start: int, pixels: I32) -> None: ...
 
@@ -167,6 +185,25 @@ class AdaptiveOrder:
         """The next round, (n, 2) rows and columns; all pixels of the rounds before are in planes (C, H, W)."""
     @property
     def bytes(self) -> int: ...
+
+class History:
+    """What earlier pictures say about the next one."""
+
+    def __init__(self, layout: Layout, height: int, width: int) -> None: ...
+    def add(self, camera: Camera, planes: F32) -> None:
+        """Takes over what was traced, planes (C, H, W)."""
+    def expect(self, camera: Camera, planes: F32, off_center: F32) -> int:
+        """Writes what is expected, planes (C, H, W) and (H, W); returns at how many pixels a surface is."""
+    def clear(self) -> None: ...
+    @property
+    def bytes(self) -> int: ...
+
+class RefreshOrder:
+    """Which pixels come next where something is expected."""
+
+    def __init__(self, seed: int, height: int, width: int) -> None: ...
+    def next(self, layout: Layout, traced: F32, picture: F32, off_center: F32, count: int) -> I32:
+        """So many, (n, 2) rows and columns, or all that are left; traced and picture are planes (C, H, W)."""
 
 def scatter(layout: Layout, pixels: I32, samples: F32, planes: F32) -> None:
     """Writes samples (n, C) to their pixels in planes (C, H, W)."""
@@ -301,3 +338,7 @@ def surface_derivatives(
 ) -> F64:
     """The partial derivatives (k, order + 1, order + 1, 3) of a surface of homogeneous control points (n, m, 4) at
     parameters (k,): [:, i, j] is the i-th in u, the j-th in v. Those with i + j > order are zero."""
+
+def triangulate(points: I32, edges: I32) -> I32:
+    """Triangles (t, 3) between points (n, 2), in 0..2**25, that differ, of what an odd number of loops of edges (m, 2)
+    surround. ValueError if edges cross."""

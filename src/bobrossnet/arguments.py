@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
+from collections.abc import Sequence
 
 
 def add_up(parser: argparse.ArgumentParser) -> None:
@@ -42,6 +44,25 @@ def positive(text: str) -> float:
     if not 0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"expected a number above 0, got {text!r}")
     return value
+
+
+def numbers(text: str) -> tuple[float, ...]:
+    """Coordinates from a list such as 1,-0.5,2."""
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected numbers with commas between them, got {text!r}") from None
+
+
+def with_lists_joined(arguments: Sequence[str]) -> list[str]:
+    """The same with lists that begin with a minus joined to their options, since argparse takes them for options."""
+    joined: list[str] = []
+    for argument in arguments:
+        if joined and re.fullmatch(r"--\w+", joined[-1]) and re.match(r"-[\d.]+,", argument):
+            joined[-1] += f"={argument}"
+        else:
+            joined.append(argument)
+    return joined
 
 
 def fractions(text: str) -> tuple[float, ...]:

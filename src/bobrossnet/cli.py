@@ -1,4 +1,4 @@
-"""The command line: `bobrossnet render | view | pack | info`, and those of learn/commands.py.
+"""The command line: `bobrossnet render | view | mesh | pack | info`, and those of learn/commands.py.
 
 Nothing slow is imported up here, so that --help and mistakes are answered at once.
 """
@@ -22,10 +22,12 @@ from urllib.parse import quote
 
 from bobrossnet import __version__, arguments, starting
 from bobrossnet.adapters.files import KINDS
+from bobrossnet.arguments import with_lists_joined
 from bobrossnet.learn.commands import add_commands
 from bobrossnet.machine import limit_memory
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
+from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 
 if TYPE_CHECKING:
     import bobrossnet as bob
@@ -82,7 +84,7 @@ def _run(arguments: Sequence[str] | None) -> None:
     from bobrossnet.errors import InputWarning
 
     try:
-        options = _parser().parse_args(arguments)
+        options = _parser().parse_args(with_lists_joined(sys.argv[1:] if arguments is None else arguments))
         with warnings.catch_warnings():
             warnings.simplefilter("always", InputWarning)
             warnings.showwarning = _print_warning
@@ -150,6 +152,20 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument(
         "--zoom", type=float, default=home.zoom, help=f"1 fits the bounding sphere (default: {home.zoom:g})"
     )
+    render.add_argument(
+        "--fov",
+        type=float,
+        default=home.fov,
+        metavar="DEGREES",
+        help="perspective: the angle of the picture's height, such as 35 (default: 0, orthographic)",
+    )
+    for name, metavar, what in (
+        ("pan", "X,Y", "moves the camera right and up, in radii of the bounding sphere"),
+        ("position", "X,Y,Z", "with --fov: where the camera stands, in the shapes' units, instead of an orbit"),
+        ("target", "X,Y,Z", "with --position: where it looks (default: the centre of the shapes)"),
+    ):
+        default = getattr(home, name)
+        render.add_argument(f"--{name}", type=arguments.numbers, default=default, metavar=metavar, help=what)
     arguments.add_up(render)
     render.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
     render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
@@ -166,6 +182,23 @@ def _parser() -> argparse.ArgumentParser:
     view.add_argument("--no-browser", action="store_true", help="only print the page's address")
     arguments.add_up(view)
     view.add_argument("--export", metavar="DIR", help="write the page to a folder for any web server, and show nothing")
+
+    mesh = commands.add_parser(
+        "mesh",
+        help="write shapes as triangles",
+        description="Write shapes as triangles, for printers and other programs.",
+    )
+    mesh.set_defaults(run=_mesh)
+    mesh.add_argument("files", nargs="*", metavar="FILE", help=FILES)
+    mesh.add_argument(
+        "--step",
+        type=arguments.positive,
+        metavar="LENGTH",
+        help="how long their sides are, in the files' unit (default: 1/128 of each shape's longest side)",
+    )
+    arguments.add_up(mesh)
+    endings = ", ".join(MESH_FORMATS)
+    mesh.add_argument("-o", "--out", default="out.stl", metavar="MESH", help=f"{endings} (default: out.stl)")
 
     pack = commands.add_parser("pack", help="write a scene of shapes", description="Write shapes to one scene file.")
     pack.set_defaults(run=_pack)
@@ -203,7 +236,9 @@ def _render(options: argparse.Namespace) -> None:
 
     limit_memory()
     out = check_picture_path(options.out)
-    camera = bob.Camera(options.azimuth, options.elevation, options.roll, options.zoom)
+    orbit = options.azimuth, options.elevation, options.roll, options.zoom
+    place = {"position": options.position, "target": options.target}
+    camera = bob.Camera(*orbit, fov=options.fov, pan=options.pan, **place)
     model = load_network(options.model)
     start = time.perf_counter()
     scene = _scene(options)
@@ -291,6 +326,19 @@ def _view(options: argparse.Namespace) -> None:
                 server.serve_forever()
 
 
+def _mesh(options: argparse.Namespace) -> None:
+    from bobrossnet.shapes.mesh import check_mesh_path
+
+    limit_memory()
+    out = check_mesh_path(options.out)
+    scene = _scene(options)
+    start = time.perf_counter()
+    mesh = scene.mesh(options.step)
+    seconds = time.perf_counter() - start
+    mesh.save(out)
+    print(f"wrote {out}: {len(mesh.triangles):,} triangles of {scene.describe()}, made in {seconds:.1f} s")
+
+
 def _pack(options: argparse.Namespace) -> None:
     import bobrossnet as bob
     from bobrossnet.adapters.container import check_scene_path
@@ -367,7 +415,7 @@ def _vector(numbers: Iterable[float]) -> str:
 
 
 def _print_table(rows: dict[str, Any], indent: str = "") -> None:
-    width = max(map(len, rows))
+    width = max(map(len, rows), default=0)
     for name, value in rows.items():
         print(f"{indent}{name:{width}}  {value}")
 

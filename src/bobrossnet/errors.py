@@ -38,7 +38,7 @@ def check_number(
 ) -> float:
     """Return `value` as a float if it is a finite real number in [low, high], or (low, high] if `above`."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
-        raise InputTypeError(f"{name}: expected a number, got {_brief(value)}")
+        raise InputTypeError(f"{name}: expected a number, got {_brief(value)}{'; ' + hint if hint else ''}")
     number = float(value)
     inside = (low < number if above else low <= number) and number <= high
     if not (math.isfinite(number) and inside):
@@ -62,7 +62,8 @@ def check_array(name: str, value: Any, shape: tuple[int | None, ...], *, hint: s
     except (ValueError, TypeError) as error:
         raise InputTypeError(f"{name}: expected an array of numbers, got {_brief(value)}") from error
     if array.dtype.kind not in "biuf":
-        raise InputTypeError(f"{name}: expected an array of numbers, got dtype {array.dtype}")
+        got = type(value).__name__ if array.ndim == 0 else f"dtype {array.dtype}"
+        raise InputTypeError(f"{name}: expected an array of numbers, got {got}")
     fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
     if not fits:
         wanted = "(" + ", ".join("n" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"

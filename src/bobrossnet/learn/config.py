@@ -14,7 +14,8 @@ from bobrossnet.errors import InputError, InputTypeError, check_integer, check_n
 from bobrossnet.learn.dataset.loader import DRAWS, FRACTIONS
 from bobrossnet.learn.losses import LOSSES
 from bobrossnet.learn.muon import Muon
-from bobrossnet.learn.networks import NETWORKS
+from bobrossnet.learn.networks import LEARNT
+from bobrossnet.learn.networks.pyramid import FEATURES, HANDED_ON
 from bobrossnet.picture.order import ORDERS
 
 ACCELERATORS = ("auto", "cpu", "cuda")
@@ -32,9 +33,11 @@ class TrainConfig:
         If a value has another type than its default, is out of range, or is an unknown name.
     """
 
-    network: str = "paper"  # a name in `NETWORKS`
+    network: str = "paper"  # a name in `LEARNT`
     start: str = ""  # what it begins with: shipped weights' name or a .safetensors file; by default new weights
-    groups: int = 4  # of the network's grouped layers
+    groups: int = 4  # of the grouped layers of paper
+    features: str = FEATURES  # of pyramid: channels between the two convolutions of each level, from the finest on
+    handed_on: str = HANDED_ON  # of pyramid: channels that each level but the finest hands on to the finer one
     seed: int = 0  # of the first weights and of the shuffle
     epochs: int = 40  # at most; 0 gives the first weights
     patience: int = 5  # epochs without a better SSIM in validation, after which the training ends
@@ -111,7 +114,7 @@ OPTIMIZERS: dict[str, tuple[Make, Schedule]] = {
 """By name: what makes the optimizer, and its learning rate by the share of all steps done, 0..1, and their number."""
 
 _NAMES: dict[str, Collection[str]] = {
-    "network": NETWORKS,
+    "network": LEARNT,
     "draw": DRAWS,
     "fractions": FRACTIONS,
     "loss": LOSSES,
@@ -119,6 +122,8 @@ _NAMES: dict[str, Collection[str]] = {
     "precision": PRECISIONS,
     "accelerator": ACCELERATORS,
 }
+
+_STRINGS = {"start": "a name or a path", "features": "numbers with commas", "handed_on": "numbers with commas"}
 
 _MANY = 2**31 - 1
 _INTEGERS = {  # least and most
@@ -143,9 +148,9 @@ def _checked(name: str, value: Any) -> Any:
         if not isinstance(value, str) or not set(value.split("+")) <= set(ORDERS):
             raise InputError(f"order: expected one of {', '.join(ORDERS)}, or several joined by +, got {value!r}")
         return value
-    if name == "start":
+    if name in _STRINGS:
         if not isinstance(value, str):
-            raise InputTypeError(f"{name}: expected a name or a path, got {value!r}")
+            raise InputTypeError(f"{name}: expected {_STRINGS[name]}, got {value!r}")
         return value
     if name in _NAMES:
         if value not in list(_NAMES[name]):

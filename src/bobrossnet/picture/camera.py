@@ -2,24 +2,47 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from bobrossnet import _core
-from bobrossnet.errors import check_number
+from bobrossnet.errors import InputError, check_array, check_finite, check_number
 
 MAX_ANGLE = 1e6
 """Degrees either way; there float32 still tells angles apart that differ by a sixteenth of a degree."""
 
+MIN_FOV, MAX_FOV = 0.1, 175.0
+"""Degrees; beyond, a picture is nearly orthographic, or nearly all of it lies at its edges."""
+
+MAX_DISTANCE = 1e6
+"""Radii of the scene from which it can be seen: far less than a pixel's width is rounded there."""
+
+Triple: TypeAlias = tuple[float, float, float]
+
 
 @dataclass(frozen=True)
 class Camera:
-    """An orthographic camera that orbits the scene's bounding sphere.
+    """A camera that orbits the scene's bounding sphere, orthographic or, with a `fov`, in perspective; or one that
+    stands anywhere, also within the scene, at a `position`.
 
     Raises
     ------
     InputError
         If a value is not a finite number, azimuth or roll are beyond `MAX_ANGLE`, the elevation lies beyond the poles,
-        or the zoom is not above 0.
+        the zoom is not above 0, the fov neither 0 nor within `MIN_FOV` and `MAX_FOV`, or the pan beyond a million; if a
+        position comes without a fov or with an orbit, target or up without a position, the target is the position, or
+        up is along the line of sight. Where there is no target, this is known, and raised, once there is a scene.
+
+    Examples
+    --------
+    >>> import bobrossnet as bob
+    >>> bob.Camera(azimuth=60, fov=35)
+    Camera(azimuth=60.0, elevation=20.0, fov=35.0)
+    >>> bob.Camera(position=(3, 0, 1), target=(0, 0, 1), fov=50)
+    Camera(fov=50.0, position=(3.0, 0.0, 1.0), target=(0.0, 0.0, 1.0))
     """
 
     azimuth: float = 30.0
@@ -29,16 +52,118 @@ class Camera:
     roll: float = 0.0
     """Degrees; turns the camera anticlockwise about its line of sight, so that the picture turns clockwise."""
     zoom: float = 1.0
-    """1 fits the bounding sphere exactly into the shorter side of the image, 2 shows half as much."""
+    """1 fits the bounding sphere exactly into the shorter side of the image, 2 shows half as much. In perspective 2 is
+    a lens of twice the focal length: the camera stays where it is."""
+    fov: float = field(default=0.0, kw_only=True)
+    """Degrees from the lower to the upper border of the image at zoom 1. The camera then stands where the bounding
+    sphere fits exactly into the shorter side, or at its position. 0, or None, is orthographic."""
+    pan: tuple[float, float] = field(default=(0.0, 0.0), kw_only=True)
+    """How far the camera is moved right and up, together with what it looks at, in radii of the bounding sphere."""
+    position: Triple | None = field(default=None, kw_only=True)
+    """Where the camera stands, (3,) in the scene's units, instead of azimuth and elevation."""
+    target: Triple | None = field(default=None, kw_only=True)
+    """What a camera at a position looks at, (3,) in the scene's units; by default the bounding sphere's centre."""
+    up: Triple = field(default=(0.0, 0.0, 1.0), kw_only=True)
+    """What is up for a camera at a position: a direction (3,) of any length but zero, not along the line of sight."""
 
     def __post_init__(self) -> None:
+        if self.fov is None:
+            object.__setattr__(self, "fov", 0.0)
         for name, angle in (("azimuth", self.azimuth), ("roll", self.roll)):
             check_number(name, check_number(name, angle), -MAX_ANGLE, MAX_ANGLE)
         check_number("elevation", self.elevation, -90, 90)
         check_number("zoom", self.zoom, 1e-3, 1e6)
-        for field in fields(self):
-            object.__setattr__(self, field.name, float(getattr(self, field.name)))
+        if check_number("fov", self.fov) and not MIN_FOV <= self.fov <= MAX_FOV:
+            raise InputError(
+                f"fov: expected degrees in [{MIN_FOV:g}, {MAX_FOV:g}], or 0, which is orthographic, got {self.fov:g}"
+            )
+        for name in ("azimuth", "elevation", "roll", "zoom", "fov"):
+            object.__setattr__(self, name, float(getattr(self, name)))
+        pan = _vector("pan", self.pan, 2)
+        check_number("pan", max(map(abs, pan)), 0, MAX_DISTANCE)
+        object.__setattr__(self, "pan", pan)
+        for name in ("position", "target", "up"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _vector(name, getattr(self, name), 3))
+        self._check_place()
 
-    def core(self) -> _core.Camera:
-        """The camera in the core."""
-        return _core.Camera(**asdict(self))
+    def _check_place(self) -> None:
+        default = {each.name: each.default for each in fields(self)}
+        if self.position is None:
+            for name in ("target", "up"):
+                if getattr(self, name) != default[name]:
+                    raise InputError(f"{name}: expected none without a position, as the camera then orbits the scene")
+            return
+        for name in ("azimuth", "elevation"):
+            if getattr(self, name) != default[name]:
+                raise InputError(
+                    f"{name}: expected none beside a position, got {getattr(self, name):g}; its target says the rest"
+                )
+        if not self.fov:
+            raise InputError("position: expected a fov above 0 beside it, such as fov=35, got 0, which is orthographic")
+        if self.target is not None:
+            self._check_sight(self.target)
+
+    def _check_sight(self, target: ArrayLike) -> None:
+        assert self.position is not None
+        position, at, up = np.array(self.position), np.asarray(target, float), np.array(self.up)
+        sight = at - position
+        distance = np.linalg.norm(sight)
+        if not distance > 1e-12 * np.linalg.norm(position):
+            default = "" if self.target is not None else ", the centre of the bounding sphere"
+            raise InputError(f"target: expected another place than the position, got {_text(at)}{default}, for both")
+        length = np.linalg.norm(up)
+        if not np.linalg.norm(np.cross(up / (length or 1), sight / distance)) > 1e-6:
+            other = "(0, 0, 1)" if abs(sight[1]) > abs(sight[2]) else "(0, 1, 0)"
+            raise InputError(f"up: expected a direction across the line of sight, such as {other}, got {_text(up)}")
+
+    def __repr__(self) -> str:
+        shown = [
+            f"{each.name}={getattr(self, each.name)!r}"
+            for each in fields(self)
+            if getattr(self, each.name) != each.default
+            or (self.position is None and each.name in ("azimuth", "elevation"))
+        ]
+        return f"Camera({', '.join(shown)})"
+
+    def core(self, center: ArrayLike, radius: float) -> _core.Camera:
+        """The camera in the core, which sees a scene in the unit sphere.
+
+        Parameters
+        ----------
+        center : (3,) float
+            Of the scene's bounding sphere.
+        radius : float
+            Of the same.
+        """
+        standpoint = None
+        if self.position is not None:
+            middle = np.asarray(center, float)
+            target = middle if self.target is None else np.array(self.target)
+            if self.target is None:
+                self._check_sight(target)
+            place, at = (np.array(self.position) - middle) / radius, (target - middle) / radius
+            if not np.linalg.norm(place) <= MAX_DISTANCE:
+                raise InputError(
+                    f"position: expected at most {MAX_DISTANCE:,.0f} radii from the scene, whose bounding sphere has"
+                    f" centre {_text(middle)} and radius {radius:g}, got {_text(self.position)}"
+                )
+            standpoint = (tuple(place), tuple(at), self.up)
+        return _core.Camera(
+            azimuth=self.azimuth,
+            elevation=self.elevation,
+            roll=self.roll,
+            zoom=self.zoom,
+            pan=self.pan,
+            fov=self.fov,
+            standpoint=standpoint,
+        )
+
+
+def _vector(name: str, value: Any, count: int) -> tuple[float, ...]:
+    array = check_finite(name, check_array(name, value, (count,)))
+    return tuple(float(x) for x in array)
+
+
+def _text(vector: ArrayLike) -> str:
+    return "(" + ", ".join(f"{x:g}" for x in np.asarray(vector, float)) + ")"

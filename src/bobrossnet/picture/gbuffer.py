@@ -47,9 +47,11 @@ class GBuffer(Channels):
         1 where a ray was traced, else 0.
     gray : (H, W) float32 in 0..1
     depth : (H, W) float32 in 0..1
-        1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest.
+        1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest; between them along the
+        line of sight, in perspective by the distance from the camera, which may stand within the sphere.
     normal : (H, W, 2) float32 in -1..1
-        In screen space, x right and y up; of unit length together with a z >= 0 towards the camera.
+        In screen space, x right and y up; of unit length together with a z >= 0 towards the camera. In perspective
+        relative to each pixel's own ray, which z points back along.
 
     Values where the mask is 0 are discarded: all arrays are 0 there. Where a ray missed, the mask is 1 and the
     others are 0: known background.
@@ -172,7 +174,8 @@ class Samples(Channels):
     ----------
     gray : (n,) numbers in 0..1
     depth : (n,) numbers in 0..1
-        1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest.
+        1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest; between them along the
+        line of sight, in perspective by the distance from the camera, which may stand within the sphere.
     normal : (n, 2) numbers in -1..1
         In screen space, x right and y up.
     hit : (n,) bool

@@ -97,6 +97,10 @@ def check_order(order: Any, seed: Any) -> str:
 
 def pixel_count(fraction: Any, size: Size) -> int:
     """How many pixels a fraction in (0, 1] of an image is: the nearest whole number, at least one."""
-    percent = isinstance(fraction, int | float) and 1 < fraction <= 100
-    hint = f"{fraction:g} % is {fraction / 100:g}" if percent else ""
+    number = fraction.rstrip(" %") if isinstance(fraction, str) else fraction
+    try:
+        percent = float(number)
+    except (TypeError, ValueError):
+        percent = 0
+    hint = f"{percent:g} % is {percent / 100:g}" if 1 < percent <= 100 else ""
     return max(1, round(check_number("fraction", fraction, 0, 1, above=True, hint=hint) * size[0] * size[1]))

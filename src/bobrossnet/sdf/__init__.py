@@ -15,9 +15,10 @@ dimensions; `d2` and `d3` have both meanings, and `ease` the easing functions. d
 
 import math
 import os
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bobrossnet.sdf import custom, d2, d3, ease
 from bobrossnet.sdf.custom import *  # noqa: F403
@@ -31,19 +32,26 @@ radians = math.radians
 
 
 def save(path: str | os.PathLike[str], shape: SDF3, *args: Any, **kwargs: Any) -> None:
-    """Write a picture of a shape, as its method `save` does."""
+    """Write a shape as a mesh, or a picture of it, as its method `save` does."""
     shape.save(path, *args, **kwargs)
 
 
-def generate(shape: SDF3, *args: Any, **kwargs: Any) -> NoReturn:
-    """Not possible: shapes are traced, not turned into triangles."""
-    shape.generate(*args, **kwargs)
+def generate(shape: SDF3, *args: Any, **kwargs: Any) -> NDArray[np.float64]:
+    """The corners of a mesh's triangles, as the shape's method `generate` gives them."""
+    return shape.generate(*args, **kwargs)
 
 
-def show_slice(shape: SDF3, *args: Any, **kwargs: Any) -> NoReturn:
-    """Not possible: ``shape(points)`` gives the distances to plot."""
+def sample_slice(
+    shape: SDF3, *args: Any, **kwargs: Any
+) -> tuple[NDArray[np.float64], tuple[float, float, float, float], str]:
+    """Distances on a plane, as the shape's method `sample_slice` gives them."""
+    return shape.sample_slice(*args, **kwargs)
+
+
+def show_slice(shape: SDF3, *args: Any, **kwargs: Any) -> None:
+    """Show the distances on a plane, as the shape's method `show_slice` does."""
     shape.show_slice(*args, **kwargs)
 
 
-__all__ = ["d2", "d3", "degrees", "ease", "generate", "np", "pi", "radians", "save", "show_slice"]
+__all__ = ["d2", "d3", "degrees", "ease", "generate", "np", "pi", "radians", "sample_slice", "save", "show_slice"]
 __all__ += [*custom.__all__, *d2.__all__, *d3.__all__]

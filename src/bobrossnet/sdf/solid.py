@@ -1,18 +1,27 @@
-"""What solids can do besides the language's operations: be traced and drawn."""
+"""What solids can do besides the language's operations: be traced, drawn and made meshes."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
-from bobrossnet.errors import InputError
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.errors import InputError, check_array, check_integer, check_number
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import FORMATS, check_picture_path, to_8_bit, write_picture
 from bobrossnet.picture.order import SizeLike
 from bobrossnet.sdf import words
+from bobrossnet.shapes.affine import IDENTITY
 from bobrossnet.shapes.implicit import Implicit
+from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
+from bobrossnet.shapes.mesh import Mesh, check_mesh_path
 from bobrossnet.tracing.trace import trace
+
+SAMPLES = 2**22
+"""As in fogleman/sdf."""
 
 
 class Solid(words.SDF, Implicit):
@@ -32,7 +41,7 @@ class Solid(words.SDF, Implicit):
         path: str | os.PathLike[str],
         step: Any = None,
         bounds: Any = None,
-        samples: Any = None,
+        samples: float | None = SAMPLES,
         workers: Any = None,
         batch_size: Any = None,
         verbose: Any = None,
@@ -41,43 +50,135 @@ class Solid(words.SDF, Implicit):
         size: SizeLike = (480, 640),
         camera: Camera | None = None,
     ) -> None:
-        """Write a picture of the shape.
+        """Write the shape as a mesh, or a picture of it.
 
         Parameters
         ----------
         path : str or path
-            Ends in that of a picture, such as ``.png``.
-        bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
-            The box to look in; by default the shape's own, or the one that is found.
-        step, samples, workers, batch_size, verbose, sparse
-            Of programs that write meshes; a picture doesn't need them.
+            Ends in that of a mesh, .stl, .ply, .obj or .glb, or of a picture, such as ``.png``.
+        step, bounds, samples
+            As of `generate`; a picture needs the bounds alone.
+        workers, batch_size, verbose, sparse
+            Of fogleman/sdf, and not needed.
         size : (height, width) or "WIDTHxHEIGHT"
+            Of a picture.
         camera : Camera, optional
+            Of a picture.
 
         Raises
         ------
         InputError
-            If the path isn't that of a picture, or the shape can't be traced.
+            If the ending is another, or the shape can't be traced or made a mesh.
         """
-        if Path(path).suffix.lower() not in FORMATS:
-            raise InputError(
-                f"{path}: expected a picture's ending ({' '.join(FORMATS)}), got {Path(path).suffix or 'none'}; "
-                "shapes are traced, not turned into triangles"
-            )
-        path = check_picture_path(path)
+        ending = Path(path).suffix.lower()
+        if ending in MESH_FORMATS:
+            check_mesh_path(path)
+            self._within(bounds, step, samples).save(path)
+        elif ending in FORMATS:
+            path = check_picture_path(path)
+            shape = self if bounds is None else Implicit(self.expression, bounds)
+            write_picture(path, to_8_bit(trace(shape, camera, size=size).gray))
+        else:
+            endings = " ".join([*MESH_FORMATS, *FORMATS])
+            raise InputError(f"{path}: expected the ending of a mesh or a picture ({endings}), got {ending or 'none'}")
+
+    def generate(
+        self,
+        step: Any = None,
+        bounds: Any = None,
+        samples: float | None = SAMPLES,
+        workers: Any = None,
+        batch_size: Any = None,
+        verbose: Any = None,
+        sparse: Any = None,
+    ) -> NDArray[np.float64]:
+        """The corners of the triangles of a mesh, as fogleman/sdf has them; `mesh` gives vertices and triangles.
+
+        Parameters
+        ----------
+        step : number above 0, or 3 of them, of which the least counts, optional
+            How long the triangles' sides are.
+        bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
+            The box to look in; by default the shape's own, or the one that is found. It cuts the shape, which is closed
+            there.
+        samples : number above 0, optional
+            Without a step, the step with which so many points fill the bounds.
+        workers, batch_size, verbose, sparse
+            Of fogleman/sdf, and not needed.
+
+        Returns
+        -------
+        (3 t, 3) float64
+            Three for each triangle, anticlockwise seen from outside.
+        """
+        mesh = self._within(bounds, step, samples)
+        return mesh.vertices[mesh.triangles].reshape(-1, 3)
+
+    def _within(self, bounds: Any, step: Any, samples: float | None) -> Mesh:
+        """The mesh for what `generate` is given."""
         shape = self if bounds is None else Implicit(self.expression, bounds)
-        write_picture(path, to_8_bit(trace(shape, camera, size=size).gray))
+        if step is not None and np.ndim(step):
+            step = float(check_array("step", step, (3,)).min())
+        if step is None and samples is not None:
+            low, high = shape.bounding_box(IDENTITY)
+            step = (float(np.prod(high - low)) / check_number("samples", samples, 1)) ** (1 / 3)
+        return shape.mesh(step)
 
-    def generate(self, *args: Any, **kwargs: Any) -> NoReturn:
-        """Not possible: shapes are traced, not turned into triangles."""
-        raise InputError(
-            "generate: expected a picture, got a request for triangles, which shapes are not turned into; "
-            "shape.save('picture.png') draws it, bobrossnet.trace(shape) gives its G-buffer"
-        )
+    def sample_slice(
+        self, w: int = 1024, h: int = 1024, x: Any = None, y: Any = None, z: Any = None, bounds: Any = None
+    ) -> tuple[NDArray[np.float64], tuple[float, float, float, float], str]:
+        """Distances on a plane across an axis.
 
-    def show_slice(self, *args: Any, **kwargs: Any) -> NoReturn:
-        """Not possible: ``shape(points)`` gives the distances to plot."""
-        raise InputError(
-            "show_slice: expected a picture of the surface, got a request for a plot of distances; "
-            "shape(points) gives them, shape.slice() the section at z = 0, shape.save('picture.png') the surface"
-        )
+        Parameters
+        ----------
+        w, h : int, 2..8192
+            How many points along the first and the second of the other two axes.
+        x, y or z : number
+            Where the plane is; the first of them that is given.
+        bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
+            By default those of the shape.
+
+        Returns
+        -------
+        distances : (w, h) float64
+        extent : (low, high, low, high)
+            Of the second of these axes and of the first, for matplotlib's imshow.
+        axes : str
+            The names of both in this order, such as "YX".
+        """
+        size = check_integer("w", w, 2, 8192), check_integer("h", h, 2, 8192)
+        shape = self if bounds is None else Implicit(self.expression, bounds)
+        low, high = shape.bounding_box(IDENTITY) if bounds is None or shape.bounds is None else shape.bounds
+        across = next((axis for axis, at in enumerate((x, y, z)) if at is not None), None)
+        if across is None:
+            raise InputError("show_slice: expected a plane, x=, y= or z=, got none")
+        at = check_number("xyz"[across], (x, y, z)[across])
+        first, second = (axis for axis in range(3) if axis != across)
+        lines = [np.linspace(low[axis], high[axis], n) for axis, n in zip((first, second), size, strict=True)]
+        points = np.full((*size, 3), at)
+        points[..., first], points[..., second] = np.meshgrid(*lines, indexing="ij")
+        extent = (float(low[second]), float(high[second]), float(low[first]), float(high[first]))
+        return self(points.reshape(-1, 3)).reshape(size), extent, "XYZ"[second] + "XYZ"[first]
+
+    def show_slice(self, *args: Any, **kwargs: Any) -> None:
+        """Show how far the points of a plane are from the surface, by matplotlib.
+
+        Parameters
+        ----------
+        As of `sample_slice`, such as ``z=0``.
+
+        Raises
+        ------
+        InputError
+            If an argument can't be used, or there is no matplotlib.
+        """
+        distances, extent, axes = self.sample_slice(*args, **kwargs)
+        try:
+            import matplotlib.pyplot as plt
+        except ModuleNotFoundError:
+            raise InputError("show_slice: expected matplotlib, found none: pip install matplotlib") from None
+        plt.imshow(np.abs(distances), extent=extent, origin="lower")
+        plt.xlabel(axes[0])
+        plt.ylabel(axes[1])
+        plt.colorbar()
+        plt.show()

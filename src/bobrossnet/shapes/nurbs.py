@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer, check_number, warn_coarse
+from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape, check_tensors
 from bobrossnet.shapes.splines import (
     MAX_DEGREE,
@@ -241,6 +242,31 @@ class Brep(Shape):
         if surfaces.is_coarse:
             warn_coarse("surface")
         return surfaces
+
+    def mesh(self, step: float | None = None) -> Mesh:
+        """The faces as triangles, whose corners lie on them; those on trims lie on the trim.
+
+        Parameters
+        ----------
+        step : number above 0, optional
+            How long sides are on average, in the shape's units; by default 1/128 of its longest side. They are shorter
+            where the surface or a trim would leave them by more than 1/30 of the step.
+
+        Returns
+        -------
+        Mesh
+            Edges that faces share are sampled alike and welded where their ends agree, within 1/50 of the step or twice
+            the tolerance. So it is closed if the faces are, and then anticlockwise seen from outside.
+
+        Raises
+        ------
+        InputError
+            If the step is below 1/4000 of the longest side, or there would be more than 33 million triangles. A face
+            whose trims cross is left out with an `InputWarning`.
+        """
+        from bobrossnet.shapes.tessellation import tessellated  # which needs this module
+
+        return tessellated(self, self.check_step(step))
 
     def describe(self) -> dict[str, str]:
         trimmed = sum(bool(face.trims) for face in self.faces)

@@ -11,10 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.shapes.affine import Matrix, Point
+from bobrossnet.errors import InputError, InputTypeError, check_number
+from bobrossnet.shapes.affine import IDENTITY, Matrix, Point
 
 Number = TypeVar("Number", bound=np.generic)
+
+DEFAULT_CELLS = 128
+"""Steps along the longest side of a shape that becomes a mesh."""
+
+MAX_CELLS = 4000
+"""At most: a little fewer than the core takes, since its lattice is a little larger than the shape."""
 
 
 class Shape(ABC):
@@ -59,6 +65,35 @@ class Shape(ABC):
         InputError
             If an array is missing, of another dtype or shape, or holds what no such shape has.
         """
+
+    @abstractmethod
+    def mesh(self, step: float | None = None) -> Shape:
+        """The surface as triangles.
+
+        Parameters
+        ----------
+        step : number above 0, optional
+            How long their sides are, in the shape's units; by default 1/128 of its longest side. Time and memory grow
+            with its square.
+
+        Returns
+        -------
+        Mesh
+            Anticlockwise seen from outside where there is one.
+
+        Raises
+        ------
+        InputError
+            If the step is out of range, or there would be too many triangles.
+        """
+
+    def check_step(self, step: float | None) -> float:
+        """Return the step of `mesh` as a float, the default for None; raise InputError if it is out of range."""
+        low, high = self.bounding_box(IDENTITY)
+        size = float((high - low).max())
+        if step is None:
+            return size / DEFAULT_CELLS
+        return check_number("step", step, size / MAX_CELLS, hint=f"{MAX_CELLS} steps are the most along a side")
 
     @property
     def unresolved_rays(self) -> int:

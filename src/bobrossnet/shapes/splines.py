@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
 from bobrossnet.shapes.affine import check_size
 from bobrossnet.shapes.shape import frozen
@@ -104,6 +105,19 @@ def with_weights(points: Values, weights: Values | None) -> Values:
     """Control points (..., N) as (..., N + 1), with their weights behind them."""
     w = np.ones(points.shape[:-1]) if weights is None else weights
     return np.concatenate([points, w[..., None]], axis=-1)
+
+
+def curve_derivatives(points: Values, weights: Values | None, knots: Values, u: Values) -> tuple[Values, Values]:
+    """Points C(u) and derivatives C'(u), (k, N) each, of a curve of control points (n, N) at parameters (k,): equation
+    4.8 of *The NURBS Book*."""
+    degree = degree_of(knots, len(points))
+    spans, basis = _core.basis_derivatives(degree, knots, np.ascontiguousarray(u, np.float64), 1)
+    w = np.ones(len(points)) if weights is None else weights / weights.max()
+    homogeneous = np.concatenate([points * w[:, None], w[:, None]], axis=1)
+    local = homogeneous[spans[:, None] - degree + np.arange(degree + 1)]  # (k, p + 1, N + 1)
+    value, slope = np.moveaxis((basis[..., None] * local[:, None]).sum(axis=2), 1, 0)
+    point = value[:, :-1] / value[:, -1:]
+    return point, (slope[:, :-1] - slope[:, -1:] * point) / value[:, -1:]
 
 
 @contextmanager

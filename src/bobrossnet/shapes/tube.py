@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.errors import InputError, check_array, check_number
 from bobrossnet.shapes.affine import MAX_COORDINATE
+from bobrossnet.shapes.mesh import MAX_TRIANGLES, Mesh
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
 from bobrossnet.shapes.splines import (
     Values,
@@ -19,6 +21,7 @@ from bobrossnet.shapes.splines import (
     check_control_points,
     check_knots,
     check_weights,
+    curve_derivatives,
     degree_of,
     domain_of,
     with_weights,
@@ -80,6 +83,30 @@ class Tube(Shape):
         balls = np.concatenate([self.control_points, self.radii[:, None]], axis=1)
         return _core.Tube(with_weights(balls, self.weights), self.knots)
 
+    def mesh(self, step: float | None = None) -> Mesh:
+        """The surface as triangles between circles on it, whose corners are exact.
+
+        Parameters
+        ----------
+        step : number above 0, optional
+            How far apart the circles are at most, and their corners; by default 1/128 of the tube's longest side. They
+            are closer where the curve bends or the tube is thin: circles have at least 12 corners, and turn by at most
+            15° from one to the next.
+
+        Returns
+        -------
+        Mesh
+            Closed, with every edge in exactly two triangles, anticlockwise seen from outside. Where the tube is bent
+            more sharply than it is thick, or meets itself, the mesh passes through itself.
+
+        Raises
+        ------
+        InputError
+            If the step is below 1/4000 of the longest side, or there would be more than 33 million triangles.
+        """
+        circles = Circles(self, self.check_step(step))
+        return Mesh.owning(circles.vertices(), circles.triangles())
+
     def describe(self) -> dict[str, str]:
         low, high = self.radii.min(), self.radii.max()
         return {
@@ -134,6 +161,144 @@ def polyline(points: Any, radius: Any) -> Tube:
     path = _check_path("points", points)
     last = len(path) - 1
     return Tube(path, [0, *range(last + 1), last], radius)
+
+
+class Circles:
+    """The circles along which a moving ball touches the tube that it sweeps, as polygons of as many corners each.
+
+    A ball of radius r at c touches it where the direction from c is at right angles to the motion of its surface: on
+    the circle of radius r sqrt(1 - s^2) around c - r s t, where t is the unit tangent and s = dr/ds along the curve. At
+    the ends and at corners the ball stays, and the circle turns over it.
+    """
+
+    def __init__(self, tube: Tube, step: float) -> None:
+        self.step = step
+        self.corners = max(12, int(np.ceil(2 * np.pi * tube.radii.max() / step)))
+        self.turn = min(np.radians(15), step / tube.radii.max())
+        center, radius, tangent, slope = self._balls(tube)
+        start, end = (self._cap(center[i], radius[i], tangent[i], slope[i], side) for i, side in ((0, -1), (-1, 1)))
+        self.center, self.radius, self.tangent, self.slope = (
+            np.concatenate(parts) for parts in zip(start, (center, radius, tangent, slope), end, strict=True)
+        )
+        self._check_count(len(self.center))
+
+    def _check_count(self, circles: float) -> None:
+        if 2 * self.corners * circles > MAX_TRIANGLES:
+            raise InputError(
+                f"step: expected a larger one than {self.step:g}, which makes more than {MAX_TRIANGLES} triangles"
+            )
+
+    def _balls(self, tube: Tube) -> tuple[Values, Values, Values, Values]:
+        """Centres, radii, tangents and slopes along the curve, close enough together; at corners the tangent turns."""
+        balls = np.concatenate([tube.control_points, tube.radii[:, None]], axis=1)
+        u0, u1 = tube.domain
+        knots = np.unique(tube.knots[(u0 <= tube.knots) & (tube.knots <= u1)])
+        parts: list[tuple[Values, Values, Values, Values]] = []
+        for low, high in pairwise(knots):
+            # Inside of a span, since at its ends the derivatives are those of one side.
+            inset = 1e-9 * (high - low)
+            u = np.linspace(low + inset, high - inset, 65)
+            for _ in range(2):  # the second time close enough
+                point, by = curve_derivatives(balls, tube.weights, tube.knots, u)
+                speed = np.linalg.norm(by[:, :3], axis=1)
+                tangent = by[:, :3] / np.where(speed > 0, speed, 1)[:, None]
+                length = np.linalg.norm(np.diff(point[:, :3], axis=0), axis=1)
+                turn = _angle(tangent[1:], tangent[:-1])
+                cost = np.cumsum([0, *np.maximum(length / self.step, turn / self.turn)])
+                self._check_count(cost[-1])
+                wanted = max(2, int(np.ceil(cost[-1])) + 1)
+                u = np.interp(np.linspace(0, cost[-1], wanted), cost, u) if cost[-1] > 0 else u[[0, -1]]
+            keep = speed > 1e-12 * speed.max()
+            if not keep.any():
+                continue
+            slope = np.clip(by[:, 3] / np.where(keep, speed, 1), -1, 1)
+            part = tuple(values[keep] for values in (point[:, :3], point[:, 3], tangent, slope))
+            if parts:
+                parts.append(self._turn(parts[-1], part))
+            parts.append(part)
+        center, radius, tangent, slope = (np.concatenate(values) for values in zip(*parts, strict=True))
+        return center, radius, tangent, slope
+
+    def _turn(self, before: Any, after: Any) -> tuple[Values, Values, Values, Values]:
+        """Between the last ball of a span and the first of the next: the same, as its circle turns over it."""
+        (center, radius, a, s), (b, t) = (values[-1] for values in before), (after[2][0], after[3][0])
+        angle = float(_angle(a[None], b[None])[0])
+        count = int(np.ceil(max(angle, abs(np.arcsin(s) - np.arcsin(t))) / self.turn))
+        share = np.linspace(0, 1, count + 1)[1:-1] if count > 1 else np.empty(0)
+        side = b - (a @ b) * a
+        if np.linalg.norm(side) < 1e-9:
+            side = _across(a)  # back the way it came, on any side; or straight on
+        side = side / np.linalg.norm(side)
+        tangent = np.cos(angle * share)[:, None] * a + np.sin(angle * share)[:, None] * side
+        slope = np.sin(np.arcsin(s) + share * (np.arcsin(t) - np.arcsin(s)))
+        return np.tile(center, (len(share), 1)), np.full(len(share), radius), tangent, slope
+
+    def _cap(
+        self, center: Values, radius: float, tangent: Values, slope: float, side: int
+    ) -> tuple[Values, Values, Values, Values]:
+        """From the pole to the first circle, or from the last one to the pole: slopes from 1 at the one's end."""
+        first, pole = np.arcsin(slope), -side * np.pi / 2
+        count = max(1, int(np.ceil(abs(pole - first) / self.turn)))
+        angles = (first + (pole - first) * np.linspace(0, 1, count + 1))[1:]
+        slopes = np.sin(angles)[:: -1 if side < 0 else 1]
+        return np.tile(center, (count, 1)), np.full(count, radius), np.tile(tangent, (count, 1)), slopes
+
+    def vertices(self) -> Values:
+        """The first pole, the circles' corners, and the last pole."""
+        x = _frames(self.center, self.tangent)
+        y = np.cross(self.tangent, x)
+        angle = 2 * np.pi * np.arange(self.corners) / self.corners
+        middle = self.center - (self.radius * self.slope)[:, None] * self.tangent
+        around = x[:, None] * np.cos(angle)[:, None] + y[:, None] * np.sin(angle)[:, None]
+        across = self.radius * np.sqrt(np.maximum(1 - self.slope**2, 0))
+        rings = middle[:, None] + across[:, None, None] * around
+        return np.concatenate([middle[:1], rings[1:-1].reshape(-1, 3), middle[-1:]])
+
+    def triangles(self) -> NDArray[np.int32]:
+        n, rings = self.corners, len(self.center) - 2
+        here = np.arange(n, dtype=np.int32)
+        there = np.roll(here, -1)
+        first = np.stack([np.zeros(n, np.int32), there + 1, here + 1], axis=1)
+        base = 1 + n * np.arange(rings - 1, dtype=np.int32)[:, None]
+        a, b, c, d = base + here, base + there, base + n + here, base + n + there
+        sides = np.stack([np.stack([a, b, d], axis=-1), np.stack([a, d, c], axis=-1)], axis=2).reshape(-1, 3)
+        last, pole = 1 + n * (rings - 1), 1 + n * rings
+        end = np.stack([last + here, last + there, np.full(n, pole)], axis=1)
+        return np.concatenate([first, sides, end]).astype(np.int32)
+
+
+def _angle(a: Values, b: Values) -> Values:
+    """Between unit vectors, (k,); exact for small ones, unlike the arc cosine."""
+    angle: Values = 2 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))
+    return angle
+
+
+def _across(direction: Values) -> Values:
+    """A vector at right angles to another."""
+    axis = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    across: Values = np.cross(direction, axis)
+    return across
+
+
+def _frames(center: Values, tangent: Values) -> Values:
+    """Unit vectors at right angles to the tangents that turn as little as they can from one to the next, by double
+    reflection (Wang et al., "Computation of rotation minimizing frames", 2008)."""
+    x = np.empty_like(tangent)
+    x[0] = _across(tangent[0]) / np.linalg.norm(_across(tangent[0]))
+    for i in range(len(tangent) - 1):
+        along = center[i + 1] - center[i]
+        square = along @ along
+        moved, turned = x[i], tangent[i]
+        if square > 0:
+            moved = moved - 2 / square * (along @ moved) * along
+            turned = turned - 2 / square * (along @ turned) * along
+        mirror = tangent[i + 1] - turned
+        square = mirror @ mirror
+        if square > 0:
+            moved = moved - 2 / square * (mirror @ moved) * mirror
+        moved = moved - (moved @ tangent[i + 1]) * tangent[i + 1]
+        x[i + 1] = moved / np.linalg.norm(moved)
+    return x
 
 
 def _check_path(name: str, value: Any) -> Values:

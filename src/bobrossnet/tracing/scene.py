@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.shapes.affine import UPRIGHT, Point
+from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, check_number
+from bobrossnet.shapes.affine import UPRIGHT, Point, mapped
+from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.tracing.instance import Instance
 
@@ -113,6 +114,32 @@ class Scene:
         """The same scene with what is stored as y up, the habit of games and films, turned to z up."""
         return Scene(instance.transformed(UPRIGHT) for instance in self.instances)
 
+    def mesh(self, step: float | None = None) -> Mesh:
+        """All shapes as one mesh, each in its place, without normals. What overlaps stays so.
+
+        Parameters
+        ----------
+        step : number above 0, optional
+            As of `Shape.mesh`, in the scene's units; by default each shape's own.
+        """
+        vertices, triangles, count = [], [], 0
+        meshes: dict[tuple[int, float | None], Shape] = {}
+        for instance in self.instances:
+            matrix = instance.transform
+            own_step = step
+            if step is not None:
+                own_step = check_number("step", step, 0, above=True) / _core.singular_values(matrix)[0]
+            key = id(instance.shape), own_step
+            if key not in meshes:
+                meshes[key] = instance.shape.mesh(own_step)
+            mesh = meshes[key]
+            assert isinstance(mesh, Mesh)
+            vertices.append(mapped(matrix, mesh.vertices))
+            mirrored = np.linalg.det(matrix[:3, :3]) < 0
+            triangles.append((mesh.triangles[:, ::-1] if mirrored else mesh.triangles) + np.int32(count))
+            count += len(mesh.vertices)
+        return Mesh(np.concatenate(vertices), np.concatenate(triangles))
+
     @cached_property
     def core(self) -> _core.Scene:
         """The scene as rays meet it, in the unit sphere, built when first asked for. Of surfaces that coincide, the
@@ -174,5 +201,9 @@ def _instances(shapes: SceneLike, among: str = "") -> Iterator[Instance]:
         for shape in shapes:
             yield from _instances(shape, " among them")
     else:
-        hint = "; bobrossnet.load reads files" if isinstance(shapes, str | os.PathLike) else ""
+        hint = ""
+        if isinstance(shapes, str | os.PathLike):
+            hint = "; bobrossnet.load reads files"
+        elif hasattr(shapes, "vertices") and hasattr(shapes, "faces"):
+            hint = "; bobrossnet.Mesh(mesh.vertices, mesh.faces) makes one"
         raise InputTypeError(f"shapes: expected a shape or several, got {type(shapes).__name__}{among}{hint}")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.channels import TRACED
+from bobrossnet.picture.channels import TRACED, Layout
 from bobrossnet.picture.gbuffer import GBuffer, Samples, scatter, untraced_planes
 from bobrossnet.picture.order import Size, SizeLike, check_order, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
@@ -31,19 +31,29 @@ class SceneTracer:
     scene : Scene, Shape, Instance or iterable of these
     camera : Camera
     size : (height, width) or "WIDTHxHEIGHT"
+    layout : Layout, optional
+        What it finds.
     """
 
-    def __init__(self, scene: SceneLike, camera: Camera, size: SizeLike) -> None:
+    def __init__(self, scene: SceneLike, camera: Camera, size: SizeLike, layout: Layout = TRACED) -> None:
         if not isinstance(camera, Camera):
             raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
         self.size = check_size(size)
         self.camera = camera
-        self._core = as_scene(scene).core
+        self.layout = layout
+        scene = as_scene(scene)
+        self.camera_in_core = camera.core(scene.center, scene.radius)
+        self._core = scene.core
 
     def __call__(self, pixels: NDArray[np.int32]) -> Samples:
-        values = np.empty((len(pixels), TRACED.width), np.float32)
-        self._core.trace(self.camera.core(), *self.size, pixels, TRACED.core, values)
-        return Samples.from_values(values, TRACED)
+        values = np.empty((len(pixels), self.layout.width), np.float32)
+        self._core.trace(self.camera_in_core, *self.size, pixels, self.layout.core, values)
+        return Samples.from_values(values, self.layout)
+
+    def shade(self, planes: NDArray[np.float32]) -> None:
+        """Write the gray of surfaces as this camera sees them, by their normals and instances; `planes` is (C, H, W) of
+        the layout."""
+        self._core.shade(self.camera_in_core, self.layout.core, planes)
 
 
 def trace(
@@ -62,7 +72,8 @@ def trace(
     ----------
     scene : Scene, Shape, Instance or iterable of these
     camera : Camera, optional
-    size : (height, width) or "WIDTHxHEIGHT"
+    size : (height, width), as arrays have it, or "WIDTHxHEIGHT", as people say it
+        (480, 640) and "640x480" are the same.
     fraction : float in (0, 1]
         Share of the pixels; 1 traces them all.
     order : "uniform", "r2", "lattice", "blue-noise", "adaptive" or "default"

@@ -117,6 +117,7 @@ def evaluate_scenes(
     orders: Sequence[str] = ORDERS,
     fillings: Sequence[str] = tuple(FILLINGS),
     repainting: bool = True,
+    fov: float = 0,
 ) -> Evaluation:
     """Measure models on views of scenes.
 
@@ -130,6 +131,7 @@ def evaluate_scenes(
         Azimuths spread round it, 30° apart from one scene to the next; elevations 20° and 45° in turn.
     orders : pixel orders, as in `evaluate_dataset`
         Their seed is the picture's number.
+    fov : of the cameras, in degrees; 0 is orthographic
 
     Returns
     -------
@@ -149,7 +151,7 @@ def evaluate_scenes(
         raise InputError(f"size: expected at least {WINDOW}x{WINDOW} pixels, the SSIM window, got {tuple(size)}")
     check_integer("views", views, 1, 1000)
     methods = all_methods(models, fillings, repainting=repainting)
-    result = _evaluate(_pictures_of_scenes(scenes, size, views), methods, fractions, orders)
+    result = _evaluate(_pictures_of_scenes(scenes, size, views, fov), methods, fractions, orders)
     if not result.pictures:
         raise InputError("scenes: expected at least one that can be loaded, got none")
     return result
@@ -181,10 +183,11 @@ def _part_of_patch(
     return part_of(whole, plan.mask(number, fraction, order=order))
 
 
-def _pictures_of_scenes(scenes: Scenes, size: tuple[int, int], views: int) -> Iterator[_Picture]:
+def _pictures_of_scenes(scenes: Scenes, size: tuple[int, int], views: int, fov: float) -> Iterator[_Picture]:
     for number, name, scene in each_scene(scenes, stacklevel=5):  # at the call of evaluate_scenes
         for view in range(views):
-            camera = bob.Camera(azimuth=(30 * number + 360 * view / views) % 360, elevation=(20, 45)[view % 2])
+            azimuth = (30 * number + 360 * view / views) % 360
+            camera = bob.Camera(azimuth=azimuth, elevation=(20, 45)[view % 2], fov=fov)
             full = bob.trace(scene, camera, size=size)
             yield _Picture(
                 name=f"view {view}",

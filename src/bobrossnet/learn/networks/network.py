@@ -42,7 +42,7 @@ class Network(nn.Module):
         """
         raise NotImplementedError
 
-    def settings(self) -> dict[str, int]:
+    def settings(self) -> Mapping[str, int | str]:
         """Return what `from_settings` needs to make this network again."""
         raise NotImplementedError
 

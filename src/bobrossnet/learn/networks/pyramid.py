@@ -19,18 +19,33 @@ from torch import Tensor, nn
 from torch.nn import functional
 from torch.nn.functional import relu
 
+from bobrossnet.errors import InputError
 from bobrossnet.learn.networks.network import Network
 from bobrossnet.learn.networks.paper import pad
 
-LEVELS = 6  # blocks of the coarsest have 64 x 64 pixels
-FEATURES = {1: 12, 2: 16, 3: 28, 4: 32, 5: 32, 6: 32}  # channels between a level's two convolutions
-HANDED_ON = {1: 1, 2: 6, 3: 8, 4: 8, 5: 8, 6: 8, 7: 0}  # channels for the next finer level; the first corrects the gray
-KNOWN = {1: 11, 2: 8, 3: 8, 4: 8, 5: 8, 6: 8}  # channels of what a level knows without the coarser one
+FEATURES = "12,16,28,32,32,32"  # those of the default network, whose weight file doesn't say
+HANDED_ON = "6,8,8,8,8"
+KNOWN, KNOWN_FINEST = 8, 11  # channels of what a level knows without the coarser one; level 1
+MOST = 1024  # channels
 SOFTNESS = 0.05  # of the Gaussian mean: how little of its weight must be known to count for half
 
 
 class Pyramid(Network):
     """Complete the gray picture of a partial G-buffer.
+
+    Parameters
+    ----------
+    features : str
+        Channels between the two convolutions of each level, from level 1 on, with commas between them: multiples of 4.
+        Six levels have blocks of up to 64 x 64 pixels.
+    handed_on : str
+        Channels that each level hands on to the finer one, from level 2 on: one number fewer. The first corrects the
+        gray.
+
+    Raises
+    ------
+    InputError
+        If they aren't such numbers.
 
     Notes
     -----
@@ -43,26 +58,34 @@ class Pyramid(Network):
     super-resolution using an efficient sub-pixel convolutional neural network*, 2016, for convolving before enlarging.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, features: str = FEATURES, handed_on: str = HANDED_ON) -> None:
         super().__init__()
-        for level in range(LEVELS, 0, -1):
-            features = nn.Conv2d(KNOWN[level] + HANDED_ON[level + 1], FEATURES[level], 3, padding=1)
-            finer = nn.Conv2d(FEATURES[level], 4 * HANDED_ON[level], 3, padding=1)
-            nn.init.kaiming_normal_(features.weight, nonlinearity="relu")
+        of_levels, handed = channels("features", features), [1, *channels("handed_on", handed_on)]
+        if len(handed) != len(of_levels) or any(count % 4 for count in of_levels):
+            raise InputError(
+                "features, handed_on: expected a multiple of 4 for each level, and a number for each but the first, "
+                f"got {features} and {handed_on}"
+            )
+        self.features, self.handed_on, self.levels = features, handed_on, len(of_levels)
+        for level in range(self.levels, 0, -1):
+            known = (KNOWN if level > 1 else KNOWN_FINEST) + (handed[level] if level < self.levels else 0)
+            widen = nn.Conv2d(known, of_levels[level - 1], 3, padding=1)
+            finer = nn.Conv2d(of_levels[level - 1], 4 * handed[level - 1], 3, padding=1)
+            nn.init.kaiming_normal_(widen.weight, nonlinearity="relu")
             nn.init.kaiming_normal_(finer.weight, nonlinearity="linear")
             finer.weight.data *= 0.3  # corrections begin small
-            for name, layer in ((f"features{level}", features), (f"finer{level}", finer)):
+            for name, layer in ((f"features{level}", widen), (f"finer{level}", finer)):
                 nn.init.zeros_(layer.bias)  # type: ignore[arg-type]
                 self.add_module(name, layer)
 
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Pyramid:
-        """Return a new network: there is nothing to set."""
-        return cls()
+        """Return the network of a weight file's header or a configuration; the default's where that doesn't say."""
+        return cls(settings.get("features", FEATURES), settings.get("handed_on", HANDED_ON))
 
-    def settings(self) -> dict[str, int]:
+    def settings(self) -> dict[str, str]:
         """Return what `from_settings` needs to make this network again."""
-        return {}
+        return {"features": self.features, "handed_on": self.handed_on}
 
     def forward(self, gbuffer: Tensor) -> Tensor:
         """Return the gray picture, (N, 1, H, W), linear and not clamped; 0 where there is background for sure.
@@ -75,13 +98,13 @@ class Pyramid(Network):
         pixels = pad(gbuffer, 2)  # (N, 5, H, W)
 
         sums = [torch.cat([pixels, torch.zeros_like(pixels[:, :2])], 1)]  # of each level
-        for level in range(1, LEVELS + 1):
+        for level in range(1, self.levels + 1):
             sums.append(pull(pad(sums[-1], 2), level))
 
-        gray = torch.zeros_like(sums[LEVELS][:, :1])  # (N, 1, h, w), guessed from the coarser levels
+        gray = torch.zeros_like(sums[self.levels][:, :1])  # (N, 1, h, w), guessed from the coarser levels
         surface = torch.ones_like(gray)  # 0 where there is none for sure
-        handed: list[Tensor] = []  # (N, HANDED_ON, h, w)
-        for level in range(LEVELS, 0, -1):
+        handed: list[Tensor] = []  # (N, handed_on, h, w)
+        for level in range(self.levels, 0, -1):
             count, mean, position = means(sums[level], level)
             known = (count > 0).to(count)
             surface = surface * spread(1 - known * (mean[:, :1] == 0))
@@ -104,6 +127,20 @@ class Pyramid(Network):
     def layer(self, name: str, level: int) -> nn.Conv2d:
         """Return a level's convolution, "features" or "finer"."""
         return cast(nn.Conv2d, getattr(self, f"{name}{level}"))
+
+
+def channels(name: str, text: str) -> list[int]:
+    """Return the numbers of channels in a setting, at least 1 each.
+
+    Raises
+    ------
+    InputError
+        If it has anything else.
+    """
+    numbers = text.split(",") if text else []
+    if not all(number.isascii() and number.isdecimal() and 0 < int(number) <= MOST for number in numbers):
+        raise InputError(f"{name}: expected numbers of 1 to {MOST} with commas between them, got {text!r}")
+    return [int(number) for number in numbers]
 
 
 def pull(sums: Tensor, level: int) -> Tensor:

@@ -6,12 +6,12 @@
  * pixels, and `?workers=1` the number of workers that trace.
  */
 import { compileCore } from "../core/compile.js";
-import { HOME, valid } from "../picture/camera.js";
+import { PERSPECTIVE, valid } from "../picture/camera.js";
 import { Pool } from "../workers/pool.js";
 import { Editor } from "./editor.js";
 import { fromFragment, toFragment } from "./link.js";
 import { Opening, capitalised, fileName } from "./opening.js";
-import { orbit } from "./orbit.js";
+import { home, orbit } from "./orbit.js";
 import { createState } from "./state.js";
 import { countPicture, display } from "./statistics.js";
 
@@ -32,6 +32,7 @@ const message = element("message", HTMLElement), status = element("status", HTML
 const divider = element("divider", HTMLInputElement), line = element("line", HTMLElement), drop = element("drop", HTMLElement);
 const yUp = element("y-up", HTMLInputElement);
 const budget = element("budget", HTMLInputElement), refines = element("refines", HTMLInputElement);
+const perspective = element("perspective", HTMLInputElement);
 const copy = element("link", HTMLButtonElement);
 const context = /** @type {ImageBitmapRenderingContext} */ (canvas.getContext("bitmaprenderer"));
 
@@ -50,8 +51,13 @@ const module = compileCore();
 const bytesOf = async (name) => (await fetch(new URL(`../weights/${name}.safetensors`, import.meta.url))).arrayBuffer();
 const completing = new Worker(new URL("../workers/completing.js", import.meta.url), { type: "module" });
 Promise.all([module, bytesOf("default"), bytesOf("uncertainty")]).then(
-  ([module, weights, uncertainty]) => completing.postMessage({ kind: "start", module, weights, uncertainty }, [weights, uncertainty]),
-  (error) => (message.textContent = error.message));
+  ([module, weights, uncertainty]) => {
+    completing.postMessage({ kind: "start", module, weights, uncertainty }, [weights, uncertainty]);
+    return Promise.all(["filling", "small"].map(async (name) => { // once the first picture need not wait for them
+      const weights = await bytesOf(name);
+      completing.postMessage({ kind: "network", name, weights }, [weights]);
+    }));
+  }).catch((error) => (message.textContent = error.message));
 
 /** @param {MessageEvent<import("../workers/completing.js").Reply>} event */
 completing.onmessage = ({ data }) => {
@@ -77,6 +83,7 @@ function showPicture(picture, repainted) {
 function look(camera) {
   statistics.exact = false;
   schedule.change({ camera });
+  perspective.checked = schedule.camera.fov > 0;
 }
 
 /** The size of the picture at rest: device pixels. */
@@ -95,6 +102,7 @@ function fit() {
 
 new ResizeObserver(fit).observe(stage);
 orbit(canvas, () => schedule.camera, look);
+perspective.addEventListener("change", () => look({ fov: perspective.checked ? PERSPECTIVE : 0 }));
 
 // ---- What is shown of them -------------------------------------------------------------------------------
 
@@ -223,7 +231,7 @@ addEventListener("drop", (event) => {
 
 // ---- What is taken along ---------------------------------------------------------------------------------
 
-element("home", HTMLButtonElement).addEventListener("click", () => look(HOME));
+element("home", HTMLButtonElement).addEventListener("click", () => look(home(schedule.camera)));
 
 element("save", HTMLButtonElement).addEventListener("click", () => canvas.toBlob((blob) => {
   if (!blob) return;

@@ -1,9 +1,9 @@
 // @ts-check
 /**
  * From gestures and keys to the camera: one finger or the mouse orbits, two fingers or the other button pan, wheel and
- * pinch zoom about the place under them; arrows, + and - do the same.
+ * pinch zoom about the place under them; arrows, + and - do the same. P switches perspective.
  */
-import { HOME, panned, valid, zoomed } from "../picture/camera.js";
+import { HOME, PERSPECTIVE, panned, valid, zoomed } from "../picture/camera.js";
 
 /** @typedef {import("../picture/camera.js").Camera} Camera */
 
@@ -12,6 +12,9 @@ const KEY_DEGREES = 5;
 const KEY_PAN = 0.1; // of half the shorter side
 const KEY_ZOOM = 1.15;
 const WHEEL_ZOOM = 0.0015; // logarithm of the zoom for each pixel of a wheel
+
+/** The view from the front, through the same lens. @param {Camera} camera */
+export const home = ({ fov }) => ({ ...HOME, fov });
 
 /**
  * @param {HTMLElement} element that shows the picture
@@ -82,7 +85,7 @@ export function orbit(element, camera, move) {
 
   element.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const before = camera(), { azimuth, elevation, roll, zoom } = before, step = KEY_PAN * shorterSide() / 2;
+    const before = camera(), { azimuth, elevation, roll, zoom, fov } = before, step = KEY_PAN * shorterSide() / 2;
     const panKey = (/** @type {number} */ right, /** @type {number} */ down) => panned(before, size(), right, down);
     /** @type {Record<string, Partial<Camera>>} */
     const changes = event.shiftKey ? {
@@ -90,10 +93,11 @@ export function orbit(element, camera, move) {
     } : {
       ArrowLeft: { azimuth: azimuth - KEY_DEGREES }, ArrowRight: { azimuth: azimuth + KEY_DEGREES },
       ArrowDown: { elevation: elevation - KEY_DEGREES }, ArrowUp: { elevation: elevation + KEY_DEGREES },
-      "[": { roll: roll - KEY_DEGREES }, "]": { roll: roll + KEY_DEGREES }, Home: HOME, 0: HOME,
+      "[": { roll: roll - KEY_DEGREES }, "]": { roll: roll + KEY_DEGREES }, Home: home(before), 0: home(before),
     };
     Object.assign(changes, {
       "+": { zoom: zoom * KEY_ZOOM }, "=": { zoom: zoom * KEY_ZOOM }, "-": { zoom: zoom / KEY_ZOOM },
+      p: { fov: fov ? 0 : PERSPECTIVE },
     });
     if (!(event.key in changes)) return;
     event.preventDefault();

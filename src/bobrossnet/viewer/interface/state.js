@@ -36,7 +36,7 @@ export function createState({ workers, scales }) {
     schedule: new Schedule(HOME, scales),
     showing: { mode: "completed", divider: 0.5 },
     statistics: {
-      pictures: 0, fraction: 0, completing: 0, backend: "wasm", framesPerSecond: 0, raysPerSecond: 0, exact: false, error: NaN, expected: NaN,
+      pictures: 0, fraction: 0, completing: 0, backend: "wasm", model: "default", framesPerSecond: 0, raysPerSecond: 0, exact: false, error: NaN, expected: NaN,
       workers,
     },
     times: [],

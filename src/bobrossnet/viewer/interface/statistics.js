@@ -6,6 +6,7 @@
  * @property {number} pictures so far
  * @property {number} fraction of the pixels that are traced
  * @property {number} completing milliseconds of the network, on `backend`
+ * @property {import("../workers/schedule.js").Model} model the network's name
  * @property {"wasm" | "gpu"} backend
  * @property {number} framesPerSecond
  * @property {number} raysPerSecond
@@ -22,12 +23,12 @@ const EVERY_MS = 250; // a few times a second, which can be read
 
 /** Takes in a picture that is shown now. @param {State} state @param {import("../workers/completing.js").Picture} picture */
 export function countPicture(state, picture) {
-  const { statistics, schedule } = state, { batch, traced, completing, backend, error } = picture;
+  const { statistics, schedule } = state, { batch, traced, completing, model, backend, error } = picture;
   const exact = schedule.completed(picture), now = performance.now();
   state.times = [...lastSecond(state.times, now), now];
   Object.assign(statistics, {
-    pictures: statistics.pictures + 1, fraction: traced / (batch.height * batch.width), completing, backend,
-    raysPerSecond: schedule.raysPerSecond, exact, error,
+    pictures: statistics.pictures + 1, fraction: traced / (batch.height * batch.width), completing, model,
+    backend, raysPerSecond: schedule.raysPerSecond, exact, error,
   });
 }
 

@@ -1,14 +1,18 @@
 // @ts-check
 /**
- * The camera: its numbers, and the only place of the page that knows its projection, which is orthographic.
+ * The camera: its numbers, and the only place of the page that knows its projection, which is orthographic or, with a fov, in
+ * perspective.
  *
- * @typedef {{azimuth: number, elevation: number, roll: number, zoom: number, panX: number, panY: number}} Camera
- *   as bobrossnet.Camera, in degrees; the picture's centre is panX radii of the scene right of the scene's, and panY above it
+ * @typedef {{azimuth: number, elevation: number, roll: number, zoom: number, panX: number, panY: number, fov: number}} Camera
+ *   as bobrossnet.Camera, in degrees; it is moved panX radii of the scene to the right, and panY up
  * @typedef {{height: number, width: number}} Size of a picture, in pixels
  */
 
 /** The view from the front; a camera's numbers in the order in which the core and links have them. @type {Readonly<Camera>} */
-export const HOME = Object.freeze({ azimuth: 30, elevation: 20, roll: 0, zoom: 1, panX: 0, panY: 0 });
+export const HOME = Object.freeze({ azimuth: 30, elevation: 20, roll: 0, zoom: 1, panX: 0, panY: 0, fov: 0 });
+
+/** Degrees of the height, where perspective is switched on. */
+export const PERSPECTIVE = 35;
 
 export const FIELDS = /** @type {(keyof Camera)[]} */ (Object.keys(HOME));
 
@@ -19,15 +23,19 @@ export const cameraValues = (camera) => Float32Array.from(FIELDS, (name) => came
 const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
 /** @param {Camera} camera @returns {Camera} with angles as links have them, and within what can be traced */
-export function valid({ azimuth, elevation, roll, zoom, panX, panY }) {
+export function valid({ azimuth, elevation, roll, zoom, panX, panY, fov }) {
   return {
     azimuth: ((azimuth % 360) + 360) % 360, elevation: clamp(elevation, -90, 90), roll: ((roll % 360) + 360) % 360,
     zoom: clamp(zoom, 0.2, 1000), panX: clamp(panX, -2, 2), panY: clamp(panY, -2, 2),
+    fov: fov > 0 ? clamp(fov, 0.1, 175) : 0,
   };
 }
 
-/** Radii of the scene for a pixel. @param {Camera} camera @param {Size} size */
-const pixelSize = ({ zoom }, { height, width }) => 2 / (zoom * Math.min(width, height));
+/** Radii of the scene for a pixel, in perspective at the scene's centre. @param {Camera} camera @param {Size} size */
+function pixelSize({ zoom, fov }, { height, width }) {
+  const shorter = Math.min(width, height), slope = Math.tan(fov * Math.PI / 360) * shorter / height;
+  return 2 * Math.hypot(1, slope) / (zoom * shorter);
+}
 
 /**
  * The camera that shows everything so many pixels farther right and down.

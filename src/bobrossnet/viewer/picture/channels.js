@@ -7,7 +7,7 @@
  */
 
 /** How many components each channel has. @type {Readonly<Record<string, number>>} */
-const COMPONENTS = { mask: 1, gray: 1, depth: 1, normal: 2 };
+const COMPONENTS = { mask: 1, gray: 1, depth: 1, normal: 2, instance: 1 };
 
 /** Of a G-buffer, and of samples, in which the mask says whether the ray hit. @type {Layout} */
 export const GBUFFER = ["mask", "gray", "depth", "normal"];

@@ -3,18 +3,23 @@
  * The worker that gathers samples, completes pictures and paints them.
  *
  * @typedef {{kind: "start", module: WebAssembly.Module, weights: ArrayBuffer, uncertainty: ArrayBuffer}
+ *   | {kind: "network", name: Model, weights: ArrayBuffer}
  *   | {kind: "connect", tracer: MessagePort}
  *   | {kind: "show", mode: import("../picture/paint.js").Mode, divider: number}
  *   | {kind: "buffers"}} Request
- *   "start" comes once; weights, uncertainty: safetensors files; "show" paints the last picture anew; "buffers" is answered by "buffers"
+ *   "start" comes once, with the network "default"; "network" brings another one, which batches may name from then on; weights,
+ *   uncertainty: safetensors files; "show" paints the last picture anew; "buffers" is answered by "buffers"
+ *
+ * @typedef {import("./tracer.js").Batch} Batch
+ * @typedef {import("./schedule.js").Model} Model the name of a network; until one has come, "default" stands in for it
  *
  * @typedef {{
- *   batch: import("./tracer.js").Batch, bitmap: ImageBitmap, traced: number, completing: number, total: number,
- *   backend: "wasm" | "gpu", error: number, expected: number
+ *   batch: Batch, bitmap: ImageBitmap, traced: number, completing: number, total: number,
+ *   backend: "wasm" | "gpu", model: Model, error: number, expected: number
  * }} Picture
- *   batch: the newest in it; traced: how many pixels; completing: milliseconds of the network, on `backend`; total: of
- *   everything this worker did; error: mean of |first - image| of an exact picture, else NaN; expected: mean error
- *   that is expected of the image, where that is shown, else NaN
+ *   batch: the newest in it; model: the name of the network that completed it; traced: how many pixels; completing:
+ *   milliseconds of that network, on `backend`; total: of everything this worker did; error: mean of |first - image| of an
+ *   exact picture, else NaN; expected: mean error that is expected of the image, where that is shown, else NaN
  * @typedef {{height: number, width: number, planes: Float32Array, image: Float32Array, first: Float32Array}} Buffers
  *   planes (C, height, width), a G-buffer's; image, and first, the view's first completed picture (height, width)
  * @typedef {{kind: "picture", picture: Picture, repainted: boolean} | {kind: "buffers", buffers: Buffers | null}
@@ -30,14 +35,17 @@ import { paint } from "../picture/paint.js";
 
 const WARM_UPS = 3;
 
-/** @typedef {{core: Core, completer: Completer, predictor: ErrorPredictor}} Parts */
+/** The network that is always there. @type {Model} */
+const DEFAULT = "default";
+
+/** @typedef {{core: Core, completers: Map<Model, Completer>, predictor: ErrorPredictor}} Parts completers: by the networks' names */
 /** @type {(parts: Parts) => void} */
 let start;
 /** @type {Promise<Parts>} */
 const starting = new Promise((resolve) => (start = resolve));
 /**
- * @typedef {{batch: import("./tracer.js").Batch, gbuffer: GBuffer, completed: boolean, first: Float32Array}} View
- *   batch: the newest in it
+ * @typedef {{batch: Batch, gbuffer: GBuffer, model: Model, completed: boolean, first: Float32Array}} View
+ *   batch: the newest in it; model: the network that completed it last
  */
 /** @type {View | undefined} */
 let view;
@@ -54,29 +62,39 @@ const reply = (message, transfer = []) => postMessage(message, { transfer });
 /** @param {WebAssembly.Module} module @param {ArrayBuffer} weights @param {ArrayBuffer} uncertainty */
 async function begin(module, weights, uncertainty) {
   try {
-    const core = new Core(new WebAssembly.Instance(module)), completer = new Completer(core, readWeights(weights));
-    const small = new GBuffer(core, 64, 64); // browsers compile functions when they are called: do it before anyone waits
-    for (let i = 0; i < WARM_UPS; ++i) await completer.complete(small);
-    small.free();
-    start({ core, completer, predictor: new ErrorPredictor(core, readWeights(uncertainty)) });
+    const core = new Core(new WebAssembly.Instance(module)), completer = await completerOf(core, weights);
+    const predictor = new ErrorPredictor(core, readWeights(uncertainty));
+    start({ core, completers: new Map([[DEFAULT, completer]]), predictor });
   } catch (error) {
     fail(error);
   }
 }
 
+/** @param {Core} core @param {ArrayBuffer} weights */
+async function completerOf(core, weights) {
+  const completer = new Completer(core, readWeights(weights));
+  const small = new GBuffer(core, 64, 64); // browsers compile functions when they are called: do it before anyone waits
+  for (let i = 0; i < WARM_UPS; ++i) await completer.complete(small);
+  small.free();
+  return completer;
+}
+
 /** @param {import("./tracer.js").Samples} part */
 async function gather({ batch, count, pixels, samples }) {
   if (view && batch.id < view.batch.id) return;
-  const { core, completer } = await starting;
+  const { core, completers } = await starting;
   const begun = performance.now(), { height, width } = batch;
   if (view?.gbuffer.height !== height || view.gbuffer.width !== width) {
     view?.gbuffer.free();
-    view = { batch, gbuffer: new GBuffer(core, height, width), completed: false, first: new Float32Array(height * width) };
+    const gbuffer = new GBuffer(core, height, width);
+    view = { batch, gbuffer, model: DEFAULT, completed: false, first: new Float32Array(height * width) };
   } else if (view.batch.view !== batch.view) {
     view.gbuffer.clear();
     view.completed = false;
   }
   view.batch = batch;
+  view.model = completers.has(batch.model) ? batch.model : DEFAULT;
+  const completer = /** @type {Completer} */ (completers.get(view.model));
   view.gbuffer.add(pixels.subarray(0, 2 * count), samples.subarray(0, WIDTH * count));
 
   const { traced } = view.gbuffer;
@@ -88,15 +106,15 @@ async function gather({ batch, count, pixels, samples }) {
   const error = traced === height * width ? meanDifference(view.first, image) : NaN;
   picture = {
     batch, ...await painted(view), traced, completing: completed - completing, total: performance.now() - begun,
-    backend: completer.backend, error,
+    backend: completer.backend, model: view.model, error,
   };
   reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
 }
 
 /** @param {View} view */
-async function painted({ gbuffer, first }) {
-  const { completer, predictor } = await starting, { height, width, traced } = gbuffer;
-  const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, completer.network) : null;
+async function painted({ gbuffer, model, first }) {
+  const { completers, predictor } = await starting, { height, width, traced } = gbuffer;
+  const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, /** @type {Completer} */ (completers.get(model)).network) : null;
   const bitmap = await createImageBitmap(paint({
     ...showing, height, width, image: gbuffer.image, first, expected: errors, mask: gbuffer.plane("mask"),
     gray: gbuffer.plane("gray"), exact: traced === height * width,
@@ -115,6 +133,9 @@ function meanDifference(a, b) {
 async function answer(request) {
   if (request.kind === "connect") {
     request.tracer.onmessage = receive;
+  } else if (request.kind === "network") {
+    const { core, completers } = await starting;
+    completers.set(request.name, await completerOf(core, request.weights));
   } else if (request.kind === "show") {
     showing = { mode: request.mode, divider: request.divider };
     if (!picture || !view?.completed) return;

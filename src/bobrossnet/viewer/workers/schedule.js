@@ -3,8 +3,8 @@
  * Which pixels are traced next: while the camera moves, as many of a new view as the budget has time for; while it rests, more
  * of the same view, until every pixel is exact.
  *
- * Batch n + 1 is traced while batch n is completed, so that the slower of the two sets the pace. Where
- * completing alone would take longer than the budget, moving pictures are smaller.
+ * Batch n + 1 is traced while batch n is completed, so that the slower of the two sets the pace. Pictures are completed by the
+ * cheapest network that is as good for them; where that alone would take longer than the budget, moving pictures are smaller.
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {import("../picture/camera.js").Size} Size
@@ -19,6 +19,17 @@ const MARGIN = 1.5; // times its planned time, after which a batch ends that tak
 const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // by which moving pictures are smaller
 const UNMEASURED_MS = 1e-4; // to complete a pixel, before that is measured
 
+/** Share of the pixels from which on the filling is as good as any network (docs/benchmarks.md). */
+export const DENSE = 0.05;
+
+/**
+ * What completes pictures: how long the others take beside the default network, before that is measured.
+ *
+ * @typedef {"default" | "small" | "filling"} Model
+ * @type {Record<Model, number>}
+ */
+const MODELS = { default: 1, small: 0.5, filling: 0.3 };
+
 export class Schedule {
   /** Milliseconds between two pictures while the camera moves. */
   budget = 33;
@@ -30,7 +41,8 @@ export class Schedule {
   /** @type {import("./pool.js").Pool | undefined} */
   #pool;
   #pace = new Pace();
-  #pixelMs = UNMEASURED_MS;
+  /** Milliseconds to complete a pixel, where measured. @type {Partial<Record<Model, number>>} */
+  #pixelMs = {};
   /** @type {Camera} */
   #camera;
   /** @type {Size} at rest */
@@ -95,8 +107,8 @@ export class Schedule {
   }
 
   /** @param {import("./completing.js").Picture} picture @returns {boolean} whether it is the exact one of what is wanted */
-  completed({ batch, traced, total }) {
-    this.#pixelMs = total / (batch.height * batch.width);
+  completed({ batch, traced, total, model }) {
+    this.#pixelMs[model] = total / (batch.height * batch.width);
     this.#waiting = this.#waiting.filter((id) => id > batch.id);
     this.next();
     return !this.#stale && batch.view === this.#view && traced === this.#size.height * this.#size.width;
@@ -112,12 +124,7 @@ export class Schedule {
       this.#scale = this.#scales ? this.#movingScale() : 1;
       this.#begin(this.#scale);
       this.#step = 0;
-      // One core completes meanwhile; where there is only one, both share it.
-      const completing = this.#pixelMs * this.#viewSize.height * this.#viewSize.width;
-      const time = !this.#pace.known ? this.budget // of a scene's first picture: soon
-        : navigator.hardwareConcurrency === 1 ? Math.max(this.budget - completing, completing / 4)
-        : Math.max(this.budget, completing);
-      this.#trace(SHARE * time, Math.max(1, ready - 1));
+      this.#trace((model) => SHARE * this.#movingTime(model), Math.max(1, ready - 1));
     } else if (this.refines && (this.#reached < this.#viewSize.height * this.#viewSize.width || this.#scale > 1)) {
       const left = this.#changedAt + REST_MS - performance.now();
       if (left > 0) {
@@ -125,16 +132,31 @@ export class Schedule {
       } else {
         if (this.#scale > 1) this.#begin(this.#scale = 1);
         this.#step = Math.min(2 * (this.#step || this.budget), LONGEST_MS);
-        this.#trace(this.#step, ready);
+        this.#trace(() => this.#step, ready);
       }
     }
+  }
+
+  /** Milliseconds that completing takes. @param {Model} model @param {Size} size */
+  #completing(model, { height, width }) {
+    const pixelMs = this.#pixelMs[model] ?? (this.#pixelMs.default ?? UNMEASURED_MS) * MODELS[model];
+    return pixelMs * height * width;
+  }
+
+  /** Milliseconds between two moving pictures in which one thread can trace. @param {Model} model */
+  #movingTime(model) {
+    const completing = this.#completing(model, this.#viewSize);
+    if (!this.#pace.known) return this.budget; // of a scene's first picture: soon
+    // One core completes meanwhile; where there is only one, both share it.
+    if (navigator.hardwareConcurrency === 1) return Math.max(this.budget - completing, completing / 4);
+    return Math.max(this.budget, completing);
   }
 
   /** The least scale at which completing takes no longer than the budget; a picture grows only where that is sure. */
   #movingScale() {
     const { height, width } = this.#size;
     return SCALES.find((scale) => {
-      const completing = this.#pixelMs * height * width / scale ** 2;
+      const completing = this.#completing("small", { height: height / scale, width: width / scale });
       return completing < (scale < this.#scale ? 0.8 : 1) * this.budget;
     }) ?? SCALES[SCALES.length - 1];
   }
@@ -147,14 +169,18 @@ export class Schedule {
     this.#reached = 0;
   }
 
-  /** @param {number} time in milliseconds @param {number} parts */
-  #trace(time, parts) {
+  /** @param {(model: Model) => number} timeOf milliseconds, where that model completes the picture @param {number} parts */
+  #trace(timeOf, parts) {
     const total = this.#viewSize.height * this.#viewSize.width;
-    const count = this.#pace.known ? Math.max(LEAST * parts, Math.round(this.#pace.rate * time * parts)) : total;
+    /** @param {Model} model */
+    const reachedBy = (model) => this.#reached + Math.max(LEAST * parts, Math.round(this.#pace.rate * timeOf(model) * parts));
+    const model = this.#pace.known && reachedBy("filling") >= DENSE * total ? "filling"
+      : this.#completing("default", this.#viewSize) < this.budget ? "default" : "small";
+    const time = timeOf(model);
     this.#tracing = true;
     this.#pool?.trace({
-      id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize,
-      to: Math.min(total, this.#reached + count), milliseconds: this.#pace.known ? MARGIN * time : time,
+      id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, model,
+      to: this.#pace.known ? Math.min(total, reachedBy(model)) : total, milliseconds: this.#pace.known ? MARGIN * time : time,
     });
   }
 }

@@ -1,0 +1,41 @@
+/// Rows of images, as the kernels of networks see them.
+#pragma once
+
+#include <cstddef>
+
+namespace bob {
+
+/// A row of a plane, or of several, and those beside it.
+template <class T>
+struct RowsIn {
+    T* row;  // its first pixel in the first channel
+    std::ptrdiff_t above, below;  // floats from there to the rows above and below
+    std::size_t plane_stride;
+
+    /// The row above for y = -1, that below for 1.
+    T* at(int channel, int y = 0) const {
+        return row + static_cast<std::ptrdiff_t>(plane_stride) * channel + (y < 0 ? above : y > 0 ? below : 0);
+    }
+};
+using Rows = RowsIn<float>;
+using ConstRows = RowsIn<const float>;
+
+/// Two rows of the G-buffer, of which `rows` and `columns` exist; the others count as not traced.
+struct PixelRows {
+    ConstRows from;
+    int rows, columns;
+};
+
+/// Two rows of the completed picture, of which `rows` and `columns` exist.
+struct PictureRows {
+    float* row;
+    std::ptrdiff_t stride;
+    int rows, columns;
+};
+
+/// Three rows of a picture to be doubled: that above, this one and that below; pixels -1 and width repeat the edges.
+struct Doubled {
+    const float *above, *here, *below;
+};
+
+}  // namespace bob

@@ -1,0 +1,209 @@
+"""One picture as it converges: traced piece by piece, and completed for each frame."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.completion.network import Network, complete
+from bobrossnet.completion.uncertainty import mean_error
+from bobrossnet.picture.channels import Layout
+from bobrossnet.picture.gbuffer import GBuffer, scatter, untraced_planes
+from bobrossnet.picture.order import Size
+from bobrossnet.tracing.trace import Tracer, check_samples
+
+MIN_TRACING = 0.25
+"""Least time for tracing in a frame, as a share of the time for completing, so that every budget makes progress."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One step of a converging picture."""
+
+    image: NDArray[np.float32]
+    """(H, W) in 0..1: traced pixels as traced, the others completed."""
+    gbuffer: GBuffer
+    """Everything traced so far."""
+    fraction: float
+    """Share of the pixels traced so far, 1 in the last frame."""
+    seconds: float
+    """What this frame took to trace and complete."""
+    network: Network = field(repr=False, compare=False)
+    """What completed it."""
+
+    @property
+    def error(self) -> float:
+        """The mean absolute error of the image that is expected, in gray; in about nine of ten pictures the true one is
+        below it. 0 in the last frame. Each use predicts it anew, which takes as long as two completions."""
+        return mean_error(self.gbuffer, self.network)
+
+
+class Sequence(Protocol):
+    """Which pixels are traced next."""
+
+    def next(self, count: int, planes: NDArray[np.float32], layout: Layout) -> NDArray[np.int32]:
+        """As `PixelSequence.next`."""
+
+
+class Picture:
+    """What one camera sees so far, and the pixels still to come.
+
+    Parameters
+    ----------
+    tracer : Tracer
+        Of one camera.
+    size : (height, width)
+    layout : Layout
+        What it is to find.
+    sequence : Sequence
+    network : Network
+        What completes it.
+    pace : Pace
+        Learns what tracing and completing cost.
+    expected : (C, H, W) float32 of the layout, optional
+        What to show where nothing was traced yet and its mask is 1. What is traced is written over it.
+    """
+
+    def __init__(
+        self,
+        tracer: Tracer,
+        size: Size,
+        layout: Layout,
+        sequence: Sequence,
+        network: Network,
+        pace: Pace,
+        expected: NDArray[np.float32] | None = None,
+    ) -> None:
+        self.tracer, self.sequence, self.network, self.layout, self.pace = tracer, sequence, network, layout, pace
+        self.expected = expected
+        self.planes = untraced_planes(size, layout)
+        self.total = size[0] * size[1]
+        self.traced = 0
+        self.finished = False
+
+    @property
+    def left(self) -> int:
+        return self.total - self.traced
+
+    def trace(self, count: int) -> int:
+        """Call the tracer once, with as many pixels or as many as are decided; return how many those were."""
+        pixels = self.sequence.next(min(count, self.left), self.planes, self.layout)
+        samples = check_samples(self.tracer(pixels), len(pixels))
+        scatter(samples, pixels, self.planes, self.layout)
+        if self.expected is not None:
+            scatter(samples, pixels, self.expected, self.layout)
+        self.traced += len(pixels)
+        return len(pixels)
+
+    def warm_up(self, until: float = 0) -> None:
+        """Complete it before anyone waits: the first run also allocates memory."""
+        for _ in range(3):
+            self._frame(0, until)
+
+    def frame(self, start: float, count: int | None, budget: float, until: float = 0) -> Frame:
+        """Trace on, and complete the picture.
+
+        Parameters
+        ----------
+        start : float
+            When the frame began, of `time.perf_counter`.
+        count : int or None
+            How many pixels to trace, or as many as there is time for.
+        budget : float
+            Seconds for the frame, where there is no count.
+        until : float
+            The picture is `finished` with all pixels, or where the expected error is at most this.
+        """
+        if count is None:
+            self._trace_for(start, budget)
+        else:
+            self._trace_share(count)
+        return self._frame(start, until)
+
+    def _trace_share(self, count: int) -> None:
+        """Trace so many pixels, or all that are left."""
+        until = min(self.traced + count, self.total)
+        while self.traced < until:
+            self.trace(until - self.traced)
+
+    def _trace_for(self, start: float, budget: float) -> None:
+        """Trace as many pixels as leave time to complete the picture."""
+        to_complete = self.pace.to_complete
+        deadline = start + max(budget - to_complete, MIN_TRACING * to_complete)
+        traced_before = self.traced
+        while self.left:
+            called = time.perf_counter()
+            remaining = deadline - called
+            last_call = remaining < 0.15 * budget
+            wanted = min(self.left, self.pace.pixels_in(remaining if last_call else remaining / 2))
+            if wanted == 0:
+                if self.traced > traced_before:
+                    break
+                wanted = min(self.left, self.pace.worthwhile())
+            count = self.trace(wanted)
+            self.pace.measured(count, time.perf_counter() - called)
+            if last_call and count == wanted:
+                break
+
+    def _frame(self, start: float, until: float) -> Frame:
+        traced = time.perf_counter()
+        gbuffer = GBuffer.from_stack(self.planes.copy(), self.layout)
+        shown = gbuffer if self.expected is None else GBuffer.from_stack(self.expected.copy(), self.layout)
+        image = complete(shown, model=self.network)
+        self.finished = self.left == 0 or (until > 0 and mean_error(gbuffer, self.network) <= until)
+        now = time.perf_counter()
+        self.pace.completed = [*self.pace.completed[-7:], now - traced]
+        return Frame(image, gbuffer, self.traced / self.total, now - start, self.network)
+
+
+class Pace:
+    """How many pixels a call of the tracer can take in a given time, and how long completing takes, as measured.
+
+    A call costs something, however few its pixels, and something for each: a line through the last calls, fitted with
+    weights that fade. Within a frame each call is given half of the time that remains, so that an error of the
+    estimate shrinks from call to call before it can overrun the frame, and so that the calls' sizes differ enough for
+    the fit.
+    """
+
+    FIRST = 32  # pixels of the first call, when nothing is known: 1 ms of a tracer of 30,000 rays a second
+    GROWTH = 8  # a call has at most this many times the pixels of the largest: small calls say little about a large one
+    FADE = 0.8  # weight of the call before, against this one
+
+    def __init__(self) -> None:
+        self.sums = np.zeros(5)  # of 1, n, t, n * n and n * t
+        self.largest = 0
+        self.completed: list[float] = []  # seconds, of the last frames
+
+    @property
+    def to_complete(self) -> float:
+        """Seconds: the second longest of the last eight, as one outlier should not make all frames short."""
+        return sorted(self.completed[-8:])[-2] if len(self.completed) > 1 else sum(self.completed)
+
+    def measured(self, pixels: int, seconds: float) -> None:
+        self.sums = self.FADE * self.sums + (1, pixels, seconds, pixels**2, pixels * seconds)
+        self.largest = max(self.largest, pixels)
+
+    def pixels_in(self, seconds: float) -> int:
+        """How many pixels fit into a call of so many seconds; 0 if less than a call costs."""
+        if not self.largest:
+            return self.FIRST
+        per_call, per_pixel = self._costs()
+        return int(max(0, min((seconds - per_call) / per_pixel, self.GROWTH * self.largest)))
+
+    def worthwhile(self) -> int:
+        """How many pixels take as long as the call around them: with fewer, most of the time is lost."""
+        per_call, per_pixel = self._costs()
+        return int(max(1, min(per_call / per_pixel, self.GROWTH * self.largest)))
+
+    def _costs(self) -> tuple[float, float]:
+        """Seconds for a call and for each of its pixels."""
+        weight, n, t, nn, nt = map(float, self.sums)
+        spread = weight * nn - n * n
+        per_pixel = (weight * nt - n * t) / spread if spread > 1e-6 * n * n else t / n
+        per_pixel = max(per_pixel, 1e-10)
+        per_call = (t - per_pixel * n) / weight
+        return (per_call, per_pixel) if per_call >= 0 else (0.0, t / n)

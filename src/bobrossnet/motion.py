@@ -1,0 +1,182 @@
+"""A picture whose camera moves: samples outlive their frame."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet import _core
+from bobrossnet.completion.network import NetworkLike, load_network
+from bobrossnet.errors import InputError, InputTypeError, check_number
+from bobrossnet.frame import Frame, Pace, Picture
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.channels import GIVEN, Layout
+from bobrossnet.picture.gbuffer import Samples, untraced_planes
+from bobrossnet.picture.order import ADAPTIVE, SizeLike, check_order, check_size, pixel_count
+from bobrossnet.picture.sequence import PixelSequence
+from bobrossnet.tracing.scene import SceneLike, as_scene
+from bobrossnet.tracing.trace import SceneTracer, Tracer
+
+CameraTracer: TypeAlias = Callable[[Camera, NDArray[np.int32]], Samples]
+"""From a camera and pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds."""
+
+SHADED_ANEW = Layout("mask,gray,depth,normal,instance")
+"""What is remembered of the core's scenes: gray follows from it for any camera."""
+
+ROUNDS = 64
+"""At most about so many, however few pixels each call is to trace."""
+
+
+class View:
+    """A scene seen by a camera that moves from frame to frame.
+
+    What earlier frames have found is carried along: surfaces to where the new camera sees them, shaded anew, and empty
+    places. It is shown where this camera has not traced a pixel yet, and new rays go where it is missing or may be
+    wrong. A camera that stands still ends with every pixel exact, as `progressive` does.
+
+    Parameters
+    ----------
+    scene : Scene, Shape, Instance or iterable of these, optional
+    size : (height, width) or "WIDTHxHEIGHT"
+    tracer : callable, optional
+        Instead of a scene: from a `Camera` and pixels, (n, 2) int32 rows and columns, to `Samples` of the same
+        length. Their depth is over the unit sphere, which the camera sees; their gray is carried along as it is.
+    model : str or path
+        As in `complete`.
+    seed : int, 0..2**64 - 1
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import bobrossnet as bob
+    >>> view = bob.View(bob.happy_tree(), size=(120, 160))
+    >>> for azimuth in (30, 32, 34):
+    ...     frame = view.frame(bob.Camera(azimuth=azimuth), fraction=0.05)
+    >>> frame.image.shape, round(frame.fraction, 2)
+    ((120, 160), 0.05)
+    """
+
+    def __init__(
+        self,
+        scene: SceneLike | None = None,
+        *,
+        size: SizeLike = (480, 640),
+        tracer: CameraTracer | None = None,
+        model: NetworkLike = "default",
+        seed: int = 0,
+    ) -> None:
+        if (scene is None) == (tracer is None):
+            got = "both" if scene is not None else "neither"
+            raise InputError(f"View: expected either a scene or a tracer, got {got}")
+        if tracer is not None and not callable(tracer):
+            raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
+        self.size = check_size(size)
+        self._scene = None if scene is None else as_scene(scene)
+        self._tracer = tracer
+        self._layout = GIVEN if scene is None else SHADED_ANEW
+        self._network = load_network(model)
+        check_order(ADAPTIVE, seed)
+        self._seed = int(seed)
+        self._pace = Pace()
+        self._history = _core.History(self._layout.core, *self.size)
+        self._moves = 0
+        self._seen = self._seen_by(Camera())
+        self._picture = self._unknown()
+        self._picture.warm_up()
+
+    def frame(self, camera: Camera | None = None, *, ms: float | None = None, fraction: float | None = None) -> Frame:
+        """Trace some pixels and complete the picture.
+
+        Parameters
+        ----------
+        camera : Camera, optional
+            By default the one of the frame before, at first `Camera()`.
+        ms : float above 0, optional
+            Time for the frame in milliseconds, as `frame_ms` of `progressive`; 33 if neither this nor `fraction` is
+            given.
+        fraction : float in (0, 1], optional
+            Share of the pixels that this frame traces.
+
+        Returns
+        -------
+        Frame
+            `gbuffer` and `fraction` are of what was traced with this camera; `image` also shows what is expected from
+            earlier frames. `error` is predicted as if only the former was known.
+
+        Raises
+        ------
+        InputError
+            If an argument is out of range, or the tracer does not return what it was asked for.
+        """
+        if ms is not None and fraction is not None:
+            raise InputError("frame: expected ms or fraction, got both")
+        budget = check_number("ms", 33 if ms is None else ms, 0, above=True) / 1000
+        count = None if fraction is None else pixel_count(fraction, self.size)
+        if camera is not None and not isinstance(camera, Camera):
+            raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
+        start = time.perf_counter()
+        if camera is not None and camera != self._seen.camera:
+            self._move(camera)
+        return self._picture.frame(start, count, budget)
+
+    def forget(self) -> None:
+        """Begin anew: for tracers whose shapes or lights have changed."""
+        self._history.clear()
+        self._picture = self._unknown()
+
+    def _move(self, camera: Camera) -> None:
+        seen = self._seen_by(camera)
+        expected, off_center = untraced_planes(self.size, self._layout), np.empty(self.size, np.float32)
+        self._history.add(self._seen.in_core, self._picture.planes)
+        surfaces = self._history.expect(seen.in_core, expected, off_center)
+        self._seen = seen
+        self._moves += 1
+        if not surfaces:
+            self._picture = self._unknown()
+            return
+        if isinstance(seen.tracer, SceneTracer):
+            seen.tracer.shade(expected)
+        sequence = _Refreshing((self._seed + self._moves) % 2**64, expected, off_center)
+        self._picture = Picture(seen.tracer, self.size, self._layout, sequence, self._network, self._pace, expected)
+
+    def _unknown(self) -> Picture:
+        """A picture of which nothing is expected."""
+        sequence = PixelSequence(self.size, ADAPTIVE, self._seed)
+        return Picture(self._seen.tracer, self.size, self._layout, sequence, self._network, self._pace)
+
+    def _seen_by(self, camera: Camera) -> _Seen:
+        if self._scene is not None:
+            tracer = SceneTracer(self._scene, camera, self.size, self._layout)
+            return _Seen(camera, tracer, tracer.camera_in_core)
+        assert self._tracer is not None
+        return _Seen(camera, partial(self._tracer, camera), camera.core((0, 0, 0), 1))
+
+
+class _Seen(NamedTuple):
+    """What a camera sees."""
+
+    camera: Camera
+    tracer: Tracer
+    in_core: _core.Camera
+
+
+class _Refreshing:
+    """The `Sequence` of a picture of which something is expected, (C, H, W), with what was traced over it."""
+
+    def __init__(self, seed: int, picture: NDArray[np.float32], off_center: NDArray[np.float32]) -> None:
+        self._order = _core.RefreshOrder(seed, *off_center.shape)
+        self._picture, self._off_center = picture, off_center
+
+    def next(self, count: int, planes: NDArray[np.float32], layout: Layout) -> NDArray[np.int32]:
+        # What the first rays find says where the others should go; each round looks at all of the picture.
+        count = max(-(-count // 2), min(count, self._off_center.size // ROUNDS))
+        return self._order.next(layout.core, planes, self._picture, self._off_center, count)

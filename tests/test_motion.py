@@ -1,0 +1,176 @@
+"""Pictures whose camera moves: what earlier frames have found is carried along, and exactness is kept."""
+
+import time
+
+import numpy as np
+import pytest
+
+import bobrossnet as bob
+
+SIZE = (96, 128)
+
+
+def orbit(step: float, count: int, **more: float) -> list[bob.Camera]:
+    return [bob.Camera(azimuth=30 + step * k, **more) for k in range(count)]
+
+
+@pytest.fixture(scope="module")
+def scene(tree):
+    return bob.Scene(
+        [tree, bob.Instance(bob.happy_tree(), material=bob.Material(color="#553311")).translate((0.5, 0, 0))]
+    )
+
+
+def test_a_camera_that_stands_still_ends_exact(scene):
+    view = bob.View(scene, size=SIZE)
+    full = bob.trace(scene, size=SIZE)
+    for k in range(4):
+        frame = view.frame(fraction=0.25)
+        assert frame.fraction == pytest.approx((k + 1) / 4, abs=1e-3)
+        assert frame.gbuffer.stack().tobytes() == full.sample(frame.fraction).stack().tobytes()
+    assert np.array_equal(frame.image, full.gray)
+    assert np.array_equal(view.frame(fraction=0.1).image, full.gray)
+
+
+@pytest.mark.parametrize("fov", [0, 50])
+def test_pixels_of_a_camera_that_moved_are_exact(scene, fov):
+    view = bob.View(scene, size=SIZE)
+    for camera in orbit(3, 4, fov=fov):
+        frame = view.frame(camera, fraction=0.1)
+        full = bob.trace(scene, camera, size=SIZE)
+        traced = frame.gbuffer.mask > 0
+        assert traced.mean() == pytest.approx(0.1, abs=1e-3)
+        assert np.array_equal(frame.gbuffer.stack()[:, traced], full.stack()[:, traced])
+        assert np.array_equal(frame.image[traced], full.gray[traced])
+    while frame.fraction < 1:
+        frame = view.frame(fraction=0.3)
+    assert np.array_equal(frame.image, full.gray)
+    assert np.array_equal(frame.gbuffer.stack(), full.stack())
+
+
+@pytest.mark.parametrize("fov", [0, 50])
+def test_what_was_seen_is_not_lost(scene, fov):
+    size = (192, 256)
+    view = bob.View(scene, size=size)
+    for camera in orbit(2, 8, fov=fov):
+        frame = view.frame(camera, fraction=0.04)
+    full = bob.trace(scene, camera, size=size)
+    anew = bob.ssim(bob.complete(full.sample(0.04)), full.gray)
+    assert 1 - bob.ssim(frame.image, full.gray) < 0.75 * (1 - anew)
+
+
+def test_what_is_carried_along_is_shaded_anew():
+    ball = bob.implicit(lambda x, y, z: x * x + y * y + z * z - 1, bounds=((-1, -1, -1), (1, 1, 1)))
+    view = bob.View(ball, size=SIZE)
+    while view.frame(bob.Camera(azimuth=0), fraction=1).fraction < 1:
+        pass
+    frame = view.frame(bob.Camera(azimuth=40), fraction=0.01)
+    full = bob.trace(ball, bob.Camera(azimuth=40), size=SIZE)
+    seen_before = np.zeros(SIZE, bool)
+    seen_before[20:76, 60:84] = True  # well inside what both cameras see; a ball looks the same from everywhere
+    assert np.abs(frame.image - full.gray)[seen_before].max() < 0.03
+
+
+def test_zoom_and_pan(scene):
+    view = bob.View(scene, size=SIZE)
+    camera = bob.Camera()
+    frame = view.frame(camera, fraction=1)
+    for camera in (bob.Camera(zoom=1.1), bob.Camera(zoom=1.1, pan=(0.1, -0.05)), bob.Camera(zoom=0.9, roll=5)):
+        frame = view.frame(camera, fraction=0.03)
+        full = bob.trace(scene, camera, size=SIZE)
+        anew = bob.ssim(bob.complete(full.sample(0.03)), full.gray)
+        assert bob.ssim(frame.image, full.gray) > anew
+
+
+def test_a_jump_is_no_worse_than_a_new_picture(scene):
+    view = bob.View(scene, size=SIZE)
+    for camera in (bob.Camera(azimuth=170), bob.Camera(azimuth=60, zoom=30), bob.Camera(azimuth=90, elevation=-80)):
+        view.frame(bob.Camera(azimuth=0), fraction=1)
+        frame = view.frame(camera, fraction=0.05)
+        full = bob.trace(scene, camera, size=SIZE)
+        anew = bob.ssim(bob.complete(full.sample(0.05)), full.gray)
+        assert bob.ssim(frame.image, full.gray) > anew - 0.03
+
+
+def test_any_number_of_threads(scene):
+    pictures = []
+    threads = bob.thread_count()
+    for count in (1, 3):
+        bob.set_thread_count(count)
+        view = bob.View(scene, size=SIZE, seed=5)
+        pictures.append([view.frame(camera, fraction=0.03).image for camera in orbit(4, 3)])
+    bob.set_thread_count(threads)
+    assert np.array_equal(*pictures)
+
+
+def test_by_time(scene):
+    def slow(camera, pixels):
+        time.sleep(20e-6 * len(pixels))
+        return bob.SceneTracer(scene, camera, SIZE)(pixels)
+
+    view = bob.View(tracer=slow, size=SIZE)
+    frames = [view.frame(camera, ms=20) for camera in orbit(2, 8)]
+    pixels = [frame.fraction * SIZE[0] * SIZE[1] for frame in frames]
+    assert max(pixels) < 2 * 20e-3 / 20e-6
+    assert min(pixels) >= 1
+
+
+def test_a_tracer_of_ones_own(scene):
+    calls = []
+
+    def tracer(camera, pixels):
+        calls.append(camera)
+        return bob.SceneTracer(scene, camera, SIZE)(pixels)
+
+    view = bob.View(tracer=tracer, size=SIZE)
+    for camera in orbit(2, 3):
+        frame = view.frame(camera, fraction=0.05)
+        assert calls[-1] == camera
+    full = bob.trace(scene, camera, size=SIZE)
+    traced = frame.gbuffer.mask > 0
+    assert np.array_equal(frame.image[traced], full.gray[traced])
+    anew = bob.ssim(bob.complete(full.sample(0.05)), full.gray)
+    assert bob.ssim(frame.image, full.gray) > anew
+    view.forget()
+    again = view.frame(fraction=0.05)
+    assert np.array_equal(again.image, bob.complete(full.sample(0.05)))
+
+
+def test_frames_keep_what_they_were(scene):
+    view = bob.View(scene, size=SIZE)
+    view.frame(bob.Camera(azimuth=0), fraction=0.1)
+    frame = view.frame(bob.Camera(azimuth=2), fraction=0.1)
+    before = frame.image.copy(), frame.gbuffer.stack().copy()
+    view.frame(fraction=0.2)
+    view.frame(bob.Camera(azimuth=4), fraction=0.2)
+    assert np.array_equal(frame.image, before[0])
+    assert np.array_equal(frame.gbuffer.stack(), before[1])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "either a scene or a tracer"),
+        ({"tracer": 3}, "tracer: expected a callable"),
+        ({"tracer": print, "size": (0, 3)}, "height: expected an integer"),
+        ({"tracer": print, "seed": -1}, "seed"),
+    ],
+)
+def test_wrong_views(arguments, message):
+    with pytest.raises(bob.InputError, match=message):
+        bob.View(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"camera": 30}, "camera: expected a Camera, got int"),
+        ({"ms": 33, "fraction": 0.1}, "ms or fraction"),
+        ({"fraction": 5}, "fraction"),
+        ({"ms": 0}, "ms"),
+    ],
+)
+def test_wrong_frames(scene, arguments, message):
+    view = bob.View(scene, size=SIZE)
+    with pytest.raises(bob.InputError, match=message):
+        view.frame(**arguments)
