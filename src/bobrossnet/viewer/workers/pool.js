@@ -8,11 +8,14 @@
  *
  * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {Extract<import("./tracer.js").Reply, {kind: "traced"}>} Traced
- * @typedef {{worker: Worker, port: MessagePort, pending: number, hasScene: boolean}} Tracer
- *   port: for the reader of the scene; pending: scenes that it was given and has not answered yet
+ * @typedef {{worker: Worker, port: MessagePort, pending: number, edition: number}} Tracer
+ *   port: for the reader of the scene; pending: scenes that the pool gave it and it has not answered yet; edition: of the
+ *   scene that it has, NONE without one
  */
 
 const nothing = () => {};
+const NONE = -1;
+const READ = 0; // edition of the scene that the reader gives
 
 export class Pool {
   /** @type {Tracer[]} */
@@ -28,6 +31,8 @@ export class Pool {
   #reader = new Worker(new URL("reader.js", import.meta.url), { type: "module" });
   /** Starts the workers that are missing, and gives them the scene. */
   #share = nothing;
+  #asked = READ; // edition of the newest scene that tracers were given
+  #edition = NONE; // of the newest scene that a tracer has
   #count;
   #module;
   #completing;
@@ -56,7 +61,7 @@ export class Pool {
     const samples = new MessageChannel(), scenes = new MessageChannel();
     this.#completing.postMessage({ kind: "connect", tracer: samples.port2 }, [samples.port2]);
     worker.postMessage({ kind: "connect", completing: samples.port1, reading: scenes.port1 }, [samples.port1, scenes.port1]);
-    const tracer = { worker, port: scenes.port2, pending: 0, hasScene: false };
+    const tracer = { worker, port: scenes.port2, pending: 0, edition: NONE };
     this.#module.then((module) => worker.postMessage({ kind: "start", module }),
                       (error) => this.#failed(tracer, error.message, true));
     worker.onmessage = ({ data }) => this.#receive(tracer, data);
@@ -67,16 +72,12 @@ export class Pool {
 
   /** Starts all workers that are missing, for the scene that the others have. @returns {Tracer[]} */
   #addOthers() {
-    return Array.from({ length: this.#count - this.#tracers.length }, () => {
-      const tracer = this.#add();
-      ++tracer.pending;
-      return tracer;
-    });
+    return Array.from({ length: this.#count - this.#tracers.length }, () => this.#add());
   }
 
   /** Tracers that have the newest scene. */
   get ready() {
-    return this.#tracers.filter((tracer) => tracer.hasScene && tracer.pending === 0);
+    return this.#tracers.filter((tracer) => tracer.edition === this.#edition && tracer.edition !== NONE && tracer.pending === 0);
   }
 
   /** Whether no worker is left. */
@@ -91,9 +92,14 @@ export class Pool {
    * @returns {Promise<string[]>} warnings, a line each, once a tracer has it
    */
   async open(scene) {
-    const shareBefore = this.#share;
+    const shareBefore = this.#share, edition = ++this.#asked;
+    /** @param {Tracer} tracer */
+    const give = (tracer) => {
+      ++tracer.pending;
+      tracer.worker.postMessage({ kind: "open", scene, edition });
+    };
     this.#share = nothing;
-    for (const tracer of this.#tracers) tracer.worker.postMessage({ kind: "open", scene });
+    this.#tracers.forEach(give);
     let warnings;
     try {
       warnings = await this.#opened();
@@ -102,9 +108,7 @@ export class Pool {
       throw error;
     }
     this.#reader.terminate();
-    this.#share = () => {
-      for (const tracer of this.#addOthers()) tracer.worker.postMessage({ kind: "open", scene });
-    };
+    this.#share = () => this.#addOthers().forEach(give);
     return warnings;
   }
 
@@ -156,9 +160,8 @@ export class Pool {
     for (const { worker } of this.#tracers.splice(count)) worker.terminate();
   }
 
-  /** @returns {Promise<string[]>} */
+  /** @returns {Promise<string[]>} warnings, once a tracer has the scene that was asked for last */
   #opened() {
-    for (const tracer of this.#tracers) ++tracer.pending;
     return new Promise((resolve, reject) => this.#waiting.push({ resolve, reject }));
   }
 
@@ -195,11 +198,12 @@ export class Pool {
     if (reply.kind === "traced") {
       this.#finish(reply);
     } else if (reply.kind === "opened") {
-      --tracer.pending;
-      tracer.hasScene = true;
-      if (tracer.pending === 0) this.#settle(({ resolve }) => resolve(reply.warnings));
+      if (reply.edition) --tracer.pending;
+      tracer.edition = reply.edition;
+      this.#edition = Math.max(this.#edition, reply.edition);
+      if (reply.edition === this.#asked) this.#settle(({ resolve }) => resolve(reply.warnings));
     } else {
-      --tracer.pending;
+      if (reply.edition) --tracer.pending;
       this.#failed(tracer, reply.message, reply.broken);
     }
   }

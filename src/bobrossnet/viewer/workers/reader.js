@@ -47,7 +47,7 @@ async function read({ name, source, yUp, port, module }) {
     const core = new Core(new WebAssembly.Instance(module));
     scene = await readFile(core, name, await bytesOf(source));
     if (yUp) scene = inCanonicalOrder(core, turnedUpright(scene));
-    port.postMessage({ kind: "open", scene });
+    port.postMessage({ kind: "open", scene, edition: 0 });
     const [shape] = scene.shapes;
     const script = scene.shapes.length === 1 && shape.kind === "script" && !yUp ? shape.source : null;
     reply({ kind: "read", summary: { script, warnings: scene.warnings ?? [] } });
@@ -62,7 +62,7 @@ onmessage = ({ data }) => {
     read(data);
   } else {
     const others = data.ports.slice(0, Math.max(0, Math.floor(MOST / weight(scene)) - 1));
-    for (const port of others) port.postMessage({ kind: "open", scene });
+    for (const port of others) port.postMessage({ kind: "open", scene, edition: 0 });
     reply({ kind: "shared", tracers: 1 + others.length });
   }
 };

@@ -11,10 +11,11 @@
  * @typedef {import("../picture/camera.js").Camera} Camera
  *
  * @typedef {{
- *   id: number, view: number, parts: number, camera: Camera, height: number, width: number, to: number, milliseconds: number
+ *   id: number, view: number, parts: number, camera: Camera, height: number, width: number, to: number, milliseconds: number,
+ *   model: import("./schedule.js").Model
  * }} Batch
  *   What `parts` tracers add to a view: the pixels of its sequence up to the place `to`, or as many as they trace in so many
- *   milliseconds. Batches of one view have one camera and size, and add to one picture.
+ *   milliseconds. Batches of one view have one camera and size, and add to one picture, which `model` completes.
  *
  * @typedef {{kind: "samples", batch: Batch, count: number, pixels: Int32Array, samples: Float32Array}} Samples
  *   to the completing worker, once for a batch: pixels (n, 2), row and column; samples (n, C), as Scene.trace returns them; of
@@ -25,19 +26,21 @@
  *
  * @typedef {{kind: "start", module: WebAssembly.Module}
  *   | {kind: "connect", completing: MessagePort, reading: MessagePort}
- *   | {kind: "open", scene: import("../tracing/description.js").SceneDescription}
+ *   | {kind: "open", scene: import("../tracing/description.js").SceneDescription, edition: number}
  *   | {kind: "lead", batch: Batch, others: MessagePort[]}
  *   | {kind: "help", leader: MessagePort}
  *   | {kind: "cancel"}} Request
  *   "start" and "connect" come once; "open", which may also come through the port `reading`, is answered by "opened" or
- *   "failed", in which case the previous scene stays; "lead", with a port to each other tracer of the batch, is answered by
+ *   "failed", in which case the previous scene stays, but not at all where that is of a later edition: what comes through the
+ *   port, of edition 0, may have been overtaken; "lead", with a port to each other tracer of the batch, is answered by
  *   "traced", after "cancel" at once; "help" is not answered, but for "failed"
  *
- * @typedef {{kind: "opened", warnings: string[]}
- *   | {kind: "failed", message: string, broken: boolean}
+ * @typedef {{kind: "opened", edition: number, warnings: string[]}
+ *   | {kind: "failed", edition?: number, message: string, broken: boolean}
  *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number}} Reply
- *   warnings: a line each; broken: the core is unusable; cancelled: no samples were sent, and the view has to begin again;
- *   reached: how many pixels of the view's sequence are traced; rays: by all tracers of the batch
+ *   edition: of the scene that was to be opened; warnings: a line each; broken: the core is unusable; cancelled: no samples
+ *   were sent, and the view has to begin again; reached: how many pixels of the view's sequence are traced; rays: by all
+ *   tracers of the batch
  */
 import { Core } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
@@ -61,6 +64,7 @@ let completing;
 let leading;
 /** @type {import("../tracing/scene.js").Scene | undefined} */
 let scene;
+let edition = -1; // of the scene
 /** What is traced of the view where this tracer leads. @type {{id: number, sequence: PixelSequence} | undefined} */
 let view;
 let pace = new Pace();
@@ -79,25 +83,30 @@ const messages = () => new Promise((resolve) => {
   resume.postMessage(0);
 });
 
-/** @param {import("../tracing/description.js").SceneDescription} description */
-async function open(description) {
+/** @param {Extract<Request, {kind: "open"}>} request */
+async function open(request) {
+  const core = await starting;
+  if (request.edition < edition) return;
+  cancel();
+  help(undefined);
   try {
-    const core = await starting;
-    const built = buildScene(core, description);
+    const built = buildScene(core, request.scene);
     scene?.free();
     scene = built;
+    edition = request.edition;
     forgetView();
     pace = new Pace();
-    reply({ kind: "opened", warnings: built.warnings });
+    reply({ kind: "opened", edition, warnings: built.warnings });
   } catch (error) {
-    fail(error, !(error instanceof CoreError)); // what the core does not report itself is fatal: mostly, it ran out of memory
+    const broken = !(error instanceof CoreError); // what the core does not report itself is fatal: mostly, it ran out of memory
+    fail(error, broken, request.edition);
   }
 }
 
-/** @param {unknown} error @param {boolean} broken */
-function fail(error, broken = true) {
+/** @param {unknown} error @param {boolean} [broken] @param {number} [edition] of a scene that was not opened */
+function fail(error, broken = true, edition) {
   const message = error instanceof Error ? error.message : String(error);
-  reply({ kind: "failed", message: broken ? `the scene is too much for this page: ${message}` : message, broken });
+  reply({ kind: "failed", edition, message: broken ? `the scene is too much for this page: ${message}` : message, broken });
 }
 
 function cancel() {
@@ -215,11 +224,9 @@ function receive({ data }) {
     completing = data.completing;
     data.reading.onmessage = receive;
   } else if (data.kind === "open") {
-    cancel();
-    help(undefined);
-    open(data.scene);
+    open(data);
   } else if (data.kind === "lead") {
-    lead(data.batch, data.others).catch(fail);
+    lead(data.batch, data.others).catch((error) => fail(error));
   } else if (data.kind === "help") {
     help(data.leader);
   } else {
