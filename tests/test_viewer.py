@@ -620,6 +620,33 @@ def test_edited_script_is_shown(script):
     assert_equal_pictures(script.exact(), expected(ball))
 
 
+def test_a_scene_that_comes_late_does_not_replace_a_newer_one(page):
+    """As where a script is edited while the other workers are still being given the file."""
+    editions = page.tab.evaluate("""
+        async () => {
+          const at = (path) => new URL(path, location.href);
+          const { compileCore } = await import(at("core/compile.js"));
+          const worker = new Worker(at("workers/tracer.js"), { type: "module" });
+          const completing = new MessageChannel(), reading = new MessageChannel(), editions = [];
+          worker.postMessage({ kind: "connect", completing: completing.port1, reading: reading.port1 },
+                             [completing.port1, reading.port1]);
+          worker.postMessage({ kind: "start", module: await compileCore() });
+          const open = (edition, to) => new Promise((resolve) => {
+            const scene = { shapes: [{ kind: "script", source: `sphere(${edition + 1})` }], instances: [{ shape: 0 }] };
+            worker.onmessage = ({ data }) => resolve(editions.push(data.edition));
+            to.postMessage({ kind: "open", scene, edition });
+          });
+          await open(1, worker);
+          open(0, reading.port2);
+          await new Promise((resolve) => setTimeout(resolve, 200));
+          await open(2, worker);
+          worker.terminate();
+          return editions;
+        }
+    """)
+    assert editions == [1, 2]
+
+
 def test_wrong_line_is_marked_and_the_picture_stays(script):
     before = script.exact()
     script.tab.fill("#text", "RADIUS = 2\nball = spere(RADIUS)\nball\n")
