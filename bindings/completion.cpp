@@ -12,6 +12,7 @@
 #include "completion/incremental.h"
 #include "completion/interpolation.h"
 #include "completion/known.h"
+#include "completion/ratio.h"
 #include "completion/network.h"
 #include "picture/gbuffer.h"
 
@@ -83,6 +84,22 @@ void interpolate_lattice(const bob::Layout& known, const ConstPlanes& planes, co
     });
 }
 
+using Plane = Array<const float, -1, -1>;
+
+void complete_by_ratio(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& completed, const Plane& known_guide,
+                       const Plane& guide, const Planes& output) {
+    check_planes(known, planes, completed, output);
+    const std::size_t height = planes.shape(1), width = planes.shape(2);
+    for (const Plane& plane : {known_guide, guide}) {
+        expect(plane.shape(0) == height && plane.shape(1) == width, "guide: expected one number for each pixel");
+    }
+    expect(height > 0 && width > 0, "planes: expected at least one pixel");
+    interruptible([&] {
+        bob::complete_by_ratio(known, planes.data(), *completed.begin(), known_guide.data(), guide.data(), static_cast<int>(height),
+                               static_cast<int>(width), output.data());
+    });
+}
+
 /// `predict` writes `output`, (channels, H, W), from a G-buffer and what a network made of it, (1, H, W).
 template <class Predict>
 void from_completed(const bob::Layout& layout, const ConstPlanes& planes, const ConstPlanes& gray, const Planes& output,
@@ -124,5 +141,7 @@ void bind_completion(nb::module_& m) {
     }, "layout"_a, "planes"_a.noconvert(), "gray"_a.noconvert(), "features"_a.noconvert());
     m.def("interpolate_lattice", &interpolate_lattice, "known"_a, "planes"_a.noconvert(), "completed"_a,
           "output"_a.noconvert());
+    m.def("complete_by_ratio", &complete_by_ratio, "known"_a, "planes"_a.noconvert(), "completed"_a, "known_guide"_a.noconvert(),
+          "guide"_a.noconvert(), "output"_a.noconvert());
     m.def("keep_known", &keep_known, "known"_a, "planes"_a.noconvert(), "completed"_a, "output"_a.noconvert());
 }

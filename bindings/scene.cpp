@@ -155,9 +155,10 @@ void trace(const bob::Scene& scene, const bob::Camera& camera, int height, int w
 void bind_scene(nb::module_& m) {
     nb::class_<bob::Material>(m, "Material")
         .def("__init__", [](bob::Material* self, const std::array<double, 3>& color, double ambient, double diffuse,
-                            double specular, double shininess) {
-            new (self) bob::Material{{color[0], color[1], color[2]}, ambient, diffuse, specular, shininess};
-        }, "color"_a, "ambient"_a, "diffuse"_a, "specular"_a, "shininess"_a)
+                            double specular, double shininess, double metallic, double roughness, const std::array<double, 3>& emissive) {
+            new (self) bob::Material{{color[0], color[1], color[2]}, ambient, diffuse, specular, shininess, metallic, roughness,
+                                     {emissive[0], emissive[1], emissive[2]}};
+        }, "color"_a, "ambient"_a, "diffuse"_a, "specular"_a, "shininess"_a, "metallic"_a, "roughness"_a, "emissive"_a)
         .def_prop_ro("color", [](const bob::Material& m) { return std::to_array(m.color); })
         .def_ro("ambient", &bob::Material::ambient)
         .def_ro("diffuse", &bob::Material::diffuse)

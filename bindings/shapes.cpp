@@ -1,11 +1,13 @@
 /// Shapes: made of arrays, and measured.
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string_view.h>
 #include <nanobind/stl/tuple.h>
 
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -24,18 +26,56 @@ namespace {
 using Vertices = Array<const double, -1, 3>;
 using Triangles = Array<const std::int32_t, -1, 3>;
 
+using Uvs = Array<const float, -1, 2>;
+using Texels = Array<const std::uint8_t, -1, -1, 3>;
+
 /// Reads the arrays for as long as it lives.
-void init_mesh(bob::Mesh* self, const Vertices& vertices, const Triangles& triangles, const std::optional<Points>& normals) {
+void init_mesh(bob::Mesh* self, const Vertices& vertices, const Triangles& triangles, const std::optional<Points>& normals,
+               const std::optional<Points>& colors, const std::optional<Points>& face_colors, const std::optional<Uvs>& uv,
+               const std::shared_ptr<bob::Texture>& texture) {
     expect(triangles.shape(0) > 0, "triangles: expected at least one");
     const auto count = static_cast<std::int64_t>(vertices.shape(0));
     for (std::size_t i = 0; i < 3 * triangles.shape(0); ++i) {
         expect(triangles.data()[i] >= 0 && triangles.data()[i] < count, "triangles: index out of range");
     }
     expect(!normals || normals->shape(0) == vertices.shape(0), "normals: expected one for each vertex");
-    const auto vertex_normals = normals ? items<bob::Vec3>(*normals) : std::span<const bob::Vec3>{};
-    auto owner = std::make_shared<std::tuple<Vertices, Triangles, std::optional<Points>>>(vertices, triangles, normals);
+    expect(!colors || colors->shape(0) == vertices.shape(0), "colors: expected one for each vertex");
+    expect(!face_colors || face_colors->shape(0) == triangles.shape(0), "face_colors: expected one for each triangle");
+    expect(!texture || (uv && uv->shape(0) == vertices.shape(0)), "uv: expected one for each vertex");
+    const auto vectors = [](const std::optional<Points>& array) {
+        return array ? items<bob::Vec3>(*array) : std::span<const bob::Vec3>{};
+    };
+    auto owner = std::make_shared<std::tuple<Vertices, Triangles, std::optional<Points>, std::optional<Points>, std::optional<Points>,
+                                             std::optional<Uvs>>>(vertices, triangles, normals, colors, face_colors, uv);
     const nb::gil_scoped_release release;
-    new (self) bob::Mesh({items<bob::Mesh::Point>(vertices), items<bob::Triangle>(triangles), vertex_normals, owner});
+    new (self) bob::Mesh({items<bob::Mesh::Point>(vertices), items<bob::Triangle>(triangles), vectors(normals), owner, vectors(colors),
+                          vectors(face_colors), uv ? items<bob::Mesh::Uv>(*uv) : std::span<const bob::Mesh::Uv>{}, texture});
+}
+
+bob::Wrap wrap_of(std::string_view name) {
+    if (name == "repeat") return bob::Wrap::repeat;
+    if (name == "mirror") return bob::Wrap::mirror;
+    expect(name == "clamp", "wrap: expected repeat, clamp or mirror");
+    return bob::Wrap::clamp;
+}
+
+void init_texture(bob::Texture* self, const Texels& texels, std::string_view across, std::string_view down) {
+    expect(texels.size() > 0, "texture: expected at least one texel");
+    const bob::Wrap wraps[2] = {wrap_of(across), wrap_of(down)};
+    const nb::gil_scoped_release release;
+    new (self) bob::Texture({texels.data(), texels.size()}, static_cast<int>(texels.shape(0)), static_cast<int>(texels.shape(1)),
+                            wraps[0], wraps[1]);
+}
+
+/// Linear RGB at places, (n, 2): u and v, seen through pixels of so many texels.
+Array<float, -1, 3> texture_colors(const bob::Texture& texture, const Uvs& uv, const Array<const float, -1>& widths) {
+    expect(widths.shape(0) == uv.shape(0), "widths: expected one for each place");
+    auto result = make_array<float, -1, 3>(uv.shape(0), 3);
+    for (std::size_t i = 0; i < uv.shape(0); ++i) {
+        const bob::Vec3 color = texture(uv.data()[2 * i], uv.data()[2 * i + 1], widths.data()[i]);
+        for (int k = 0; k < 3; ++k) result.data()[3 * i + static_cast<std::size_t>(k)] = color[k];
+    }
+    return result;
 }
 
 using Corners = Array<const double, 2, 3>;
@@ -155,9 +195,14 @@ void bind_shapes(nb::module_& m) {
         .def("prepare", [](const bob::Shape& shape) { interruptible([&] { shape.prepare(); }); })
         .def_prop_ro("bytes", &bob::Shape::bytes);
 
+    nb::class_<bob::Texture>(m, "Texture")
+        .def("__init__", &init_texture, "texels"_a.noconvert(), "across"_a, "down"_a)
+        .def("__call__", &texture_colors, "uv"_a.noconvert(), "widths"_a.noconvert());
+
     nb::class_<bob::Mesh, bob::Shape>(m, "Mesh")
         .def("__init__", &init_mesh, "vertices"_a.noconvert(), "triangles"_a.noconvert(),
-             "normals"_a.noconvert().none())
+             "normals"_a.noconvert().none(), "colors"_a.noconvert().none() = nb::none(),
+             "face_colors"_a.noconvert().none() = nb::none(), "uv"_a.noconvert().none() = nb::none(), "texture"_a.none() = nb::none())
         .def_prop_ro("bvh_bytes", &bob::Mesh::bvh_bytes);
 
     nb::class_<bob::Implicit, bob::Shape>(m, "Implicit")

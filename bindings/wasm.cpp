@@ -41,7 +41,7 @@ struct Shape {
     bool is_coarse = false;
 };
 
-static_assert(sizeof(bob::Material) == 7 * sizeof(double), "the page has seven numbers");
+static_assert(sizeof(bob::Material) == 12 * sizeof(double), "the page has twelve numbers");
 
 template <class T>
 const T* take(const T*& from, std::size_t count) {
@@ -259,7 +259,7 @@ EXPORT(end_digest) void end_digest(bob::ShapeDigest* digest, std::uint8_t* bytes
 }
 
 /// Which of the instances comes first, second, .. in the canonical order. shapes: (count, 32), the digest of each one's shape;
-/// transforms: (count, 4, 4); materials: (count, 7).
+/// transforms: (count, 4, 4); materials: (count, 12).
 EXPORT(canonical_order)
 bool canonical_order(const bob::Digest* shapes, const double* transforms, const bob::Material* materials, std::size_t count,
                      std::uint32_t* order) {
@@ -280,8 +280,8 @@ EXPORT(singular_values) void singular_values(const double* map, double* values) 
 
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
-/// transforms: (count, 4, 4), from the shapes' own units to the scene's; materials: (count, 7): linear RGB, ambient, diffuse,
-/// specular, shininess.
+/// transforms: (count, 4, 4), from the shapes' own units to the scene's; materials: (count, 12): linear RGB, ambient, diffuse,
+/// specular, shininess, metallic, roughness, emissive linear RGB.
 EXPORT(make_scene)
 bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const double* transforms, const bob::Material* materials) {
     return attempt([&] {

@@ -121,7 +121,12 @@ public:
         return in_perspective_ ? turn(direction, toward_eye(row, column)) : direction;
     }
 
-    /// The side of a pixel at a depth, as a difference of depths.
+    /// The side of a pixel at a depth, in radii of the unit sphere.
+    [[nodiscard]] float pixel_width(float depth) const {
+        if (!in_perspective_) return pixel_;
+        return static_cast<float>((nearest_ + (1 - static_cast<double>(depth)) * range_) * slope_);
+    }
+    /// The same as a difference of depths.
     [[nodiscard]] float pixel_side(float depth) const {
         if (!in_perspective_) return 0.5f * pixel_;
         return static_cast<float>((nearest_ / range_ + (1 - static_cast<double>(depth))) * slope_);

@@ -33,10 +33,17 @@ inline constexpr Channel depth{"depth", 1, 0, 1};
 /// x right and y up, in screen space; of unit length together with a z >= 0 towards the camera.
 inline constexpr Channel normal{"normal", 2, -1, 1};
 
+/// Linear RGB, display-referred; gray is its luminance.
+inline constexpr Channel color{"color", 3, 0, 1};
+/// Linear RGB of the surface itself: what the light is multiplied by.
+inline constexpr Channel albedo{"albedo", 3, 0, 1};
+/// 1 where a surface was hit.
+inline constexpr Channel alpha{"alpha", 1, 0, 1};
+
 /// Which of the scene's instances was hit: its place in the canonical order.
 inline constexpr Channel instance{"instance", 1, 0, 100000};
 
-inline constexpr Channel all[] = {mask, gray, depth, normal, instance};
+inline constexpr Channel all[] = {mask, gray, depth, normal, color, albedo, alpha, instance};
 
 }  // namespace channels
 

@@ -136,7 +136,9 @@ void Mesh::prepare_places() const {
 void Mesh::prepare() const {
     const std::lock_guard lock(preparing_);
     if (prepared_) return;
-    const auto& [vertices, triangles, vertex_normals, owner] = arrays_;
+    const std::span<const Point> vertices = arrays_.vertices;
+    const std::span<const Triangle> triangles = arrays_.triangles;
+    const std::span<const Vec3> vertex_normals = arrays_.normals;
     const auto& [center, size] = sphere();
     std::vector<Vec3> points;
     points.reserve(vertices.size());
@@ -154,7 +156,54 @@ void Mesh::prepare() const {
         prepared->face_normals.push_back(face_normal(points, triangle));
     }
     prepared->bvh = build_triangle_bvh(points, triangles);
+    prepare_colors(points, *prepared);
     prepared_ = std::move(prepared);
+}
+
+void Mesh::prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) const {
+    const auto at_corners = [&](const auto& values, auto& corners) {
+        corners.reserve(arrays_.triangles.size());
+        for (const Triangle& t : arrays_.triangles) corners.push_back({values[t[0]], values[t[1]], values[t[2]]});
+    };
+    prepared.face_colors.assign(arrays_.face_colors.begin(), arrays_.face_colors.end());
+    if (!arrays_.colors.empty()) at_corners(arrays_.colors, prepared.corner_colors);
+    if (!arrays_.texture) return;
+    at_corners(arrays_.uv, prepared.corner_uvs);
+    const auto area = static_cast<float>(arrays_.texture->height()) * static_cast<float>(arrays_.texture->width());
+    prepared.texels.reserve(arrays_.triangles.size());
+    for (std::size_t i = 0; i < arrays_.triangles.size(); ++i) {
+        const Triangle& t = arrays_.triangles[i];
+        const auto& [a, b, c] = prepared.corner_uvs[i];
+        const float covered = std::fabs((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) * area;
+        const float surface = length(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]));
+        prepared.texels.push_back(surface > 0 ? std::sqrt(covered / surface) : 0);
+    }
+}
+
+void Mesh::colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
+                  std::span<Vec3> colors) const {
+    const auto& [normals, face_normals, bvh, corner_colors, face_colors, corner_uvs, texels] = *prepared_;
+    const auto times = [](Vec3 a, Vec3 b) { return Vec3{a.x * b.x, a.y * b.y, a.z * b.z}; };
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        const auto& [t, u, v, triangle] = hits[i];
+        const float w = 1 - u - v;
+        Vec3 color{1, 1, 1};
+        if (!corner_colors.empty()) {
+            const auto& corner = corner_colors[triangle];
+            color = u * corner[0] + v * corner[1] + w * corner[2];
+        }
+        if (!face_colors.empty()) color = times(color, face_colors[triangle]);
+        if (arrays_.texture) {
+            const auto& corner = corner_uvs[triangle];
+            // A pixel covers more of what it sees at a slant, in one direction: the root lies between blur and noise.
+            const float size = length(rays[i].direction);
+            const float slant = std::max(0.05f, std::fabs(dot(face_normals[triangle], rays[i].direction)) / size);
+            const float width = widths[i] * size * texels[triangle] / std::sqrt(slant);
+            color = times(color, (*arrays_.texture)(u * corner[0][0] + v * corner[1][0] + w * corner[2][0],
+                                                    u * corner[0][1] + v * corner[1][1] + w * corner[2][1], width));
+        }
+        colors[i] = color;
+    }
 }
 
 void Mesh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
@@ -179,8 +228,11 @@ Vec3 Mesh::shading_normal(const Hit& hit, Vec3 ray_direction) const {
 std::size_t Mesh::bytes() const {
     const std::lock_guard lock(preparing_);
     if (!prepared_) return 0;
-    const auto& [normals, face_normals, bvh] = *prepared_;
-    return bvh.bytes() + normals.size() * sizeof(CornerNormals) + face_normals.size() * sizeof(Vec3);
+    const auto& [normals, face_normals, bvh, corner_colors, face_colors, corner_uvs, texels] = *prepared_;
+    return bvh.bytes() + normals.size() * sizeof(CornerNormals) + face_normals.size() * sizeof(Vec3) +
+           corner_colors.size() * sizeof(corner_colors[0]) + face_colors.size() * sizeof(Vec3) +
+           corner_uvs.size() * sizeof(corner_uvs[0]) + texels.size() * sizeof(float) +
+           (arrays_.texture ? arrays_.texture->bytes() : 0);
 }
 
 std::size_t Mesh::bvh_bytes() const {

@@ -11,6 +11,7 @@
 #include "shapes/normals.h"
 #include "shapes/outline.h"
 #include "shapes/shape.h"
+#include "shapes/texture.h"
 #include "shapes/triangles.h"
 #include "vec.h"
 
@@ -20,6 +21,7 @@ namespace bob {
 class Mesh : public Shape {
 public:
     using Point = std::array<double, 3>;
+    using Uv = std::array<float, 2>;
 
     /// What users have and the mesh does not copy. It is read until `prepare` is done, and by `bounds` and `radius`.
     struct Arrays {
@@ -27,6 +29,10 @@ public:
         std::span<const Triangle> triangles;  // at least one, of indices of vertices
         std::span<const Vec3> normals;        // none, or one for each vertex
         std::shared_ptr<const void> owner;    // keeps the arrays, if nobody else does
+        std::span<const Vec3> colors = {};    // linear RGB, none, or one for each vertex
+        std::span<const Vec3> face_colors = {};  // the same, or one for each triangle
+        std::span<const Uv> uv = {};             // none, or one for each vertex, and the texture: 0, 0 at its top left
+        std::shared_ptr<const Texture> texture = {};
     };
 
     /// Moved and scaled in double precision to the unit sphere, from the sphere about the centre of the box around the
@@ -44,6 +50,11 @@ public:
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
 
+    /// The products of what the arrays have: texture, colours of vertices, colours of faces.
+    [[nodiscard]] bool is_colored() const override { return !arrays_.colors.empty() || !arrays_.face_colors.empty() || arrays_.texture; }
+    void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
+                std::span<Vec3> colors) const override;
+
     /// 0 until it is prepared.
     [[nodiscard]] std::size_t bytes() const override;
     [[nodiscard]] std::size_t bvh_bytes() const;
@@ -53,7 +64,14 @@ private:
         std::vector<CornerNormals> normals;
         std::vector<Vec3> face_normals;
         TriangleBvh bvh;
+        // As the arrays have them: for each triangle, or for none.
+        std::vector<std::array<Vec3, 3>> corner_colors;
+        std::vector<Vec3> face_colors;
+        std::vector<std::array<Uv, 3>> corner_uvs;
+        std::vector<float> texels;  // that lie side by side along a length of 1
     };
+
+    void prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) const;
 
     Mesh(const Arrays& arrays, std::vector<bool> used, const std::optional<Sphere>& sphere);
 

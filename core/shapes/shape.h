@@ -1,6 +1,7 @@
 /// What every kind of shape can do: be met by rays, and say how far it reaches.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -64,6 +65,17 @@ public:
 
     /// The shading normal at each hit: unit length, turned to the side that the ray came from.
     virtual void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const = 0;
+
+    /// Whether it has colours of its own; else it is white.
+    [[nodiscard]] virtual bool is_colored() const { return false; }
+
+    /// Of a shape with colours: linear RGB, 0..1, at each hit, which is seen through a pixel of that width, in lengths of its ray's
+    /// direction.
+    virtual void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
+                        std::span<Vec3> colors) const {
+        (void)rays, (void)widths;
+        std::fill_n(colors.begin(), hits.size(), Vec3{1, 1, 1});
+    }
 
     /// Of a hit, not of a miss.
     [[nodiscard]] virtual Place place(const Hit& hit) const { return {hit.primitive, hit.u, hit.v}; }

@@ -25,10 +25,13 @@ void ShapeDigest::add(std::string_view name, std::string_view text) { hash_.upda
 Digest instance_digest(const Digest& shape, const AffineMap& transform, const Material& m) {
     constexpr double last_row[4] = {0, 0, 0, 1};
     const double material[] = {m.color[0], m.color[1], m.color[2], m.ambient, m.diffuse, m.specular, m.shininess};
+    const double physical[] = {m.metallic, m.roughness, m.emissive[0], m.emissive[1], m.emissive[2]};
     Sha256 hash;
     hash.update(std::as_bytes(std::span(shape)));
     for (const auto& row : transform.row) hash.update(std::as_bytes(std::span(row)));
-    return hash.update(std::as_bytes(std::span(last_row))).update(std::as_bytes(std::span(material))).digest();
+    hash.update(std::as_bytes(std::span(last_row))).update(std::as_bytes(std::span(material)));
+    if (m.is_physical() || m.emits()) hash.update(std::as_bytes(std::span(physical)));  // others keep the order that they had
+    return hash.digest();
 }
 
 std::vector<std::uint32_t> canonical_order(std::span<const Digest> digests) {

@@ -1,26 +1,29 @@
-/// Materials, and how they are shaded: Blinn-Phong under a headlight. CONVENTIONS.md has the constants.
+/// Materials, and how they are shaded under a headlight: Blinn-Phong, or by metallicity and roughness. CONVENTIONS.md has the
+/// formulas and constants.
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
+#include "color.h"
 #include "vec.h"
 
 namespace bob {
 
-/// As users give it; shading rounds to float.
+/// As users give it; shading rounds to float. viewer/tracing/description.js has the numbers in this order.
 struct Material {
-    double color[3] = {1, 1, 1};  // linear RGB, 0..1
-    double ambient = 0.1, diffuse = 0.7, specular = 0.2, shininess = 32;
+    double color[3] = {1, 1, 1};  // linear RGB, 0..1, which the shape's own colours are multiplied by
+    double ambient = 0.1, diffuse = 0.7, specular = 0.2, shininess = 32;  // of Blinn-Phong
+    double metallic = 0, roughness = -1;  // 0..1, of glTF's model; a roughness below 0 chooses Blinn-Phong
+    double emissive[3] = {0, 0, 0};       // linear RGB, 0..1, added to what is reflected
 
-    /// Of the colour, by Rec. 709's weights; exactly 1 for white, which the sum in float is not.
-    [[nodiscard]] float luminance() const {
-        const auto [red, green, blue] = std::array{rounded(color[0]), rounded(color[1]), rounded(color[2])};
-        return static_cast<float>(0.2126 * red + 0.7152 * green + 0.0722 * blue);
-    }
+    [[nodiscard]] bool is_physical() const { return roughness >= 0; }
+    [[nodiscard]] bool emits() const { return emissive[0] > 0 || emissive[1] > 0 || emissive[2] > 0; }
+    [[nodiscard]] bool is_white() const { return color[0] == 1 && color[1] == 1 && color[2] == 1 && !emits(); }
 
+    [[nodiscard]] Vec3 base_color() const { return rounded(color); }
     [[nodiscard]] static float rounded(double value) { return static_cast<float>(value); }
+    [[nodiscard]] static Vec3 rounded(const double (&rgb)[3]) { return {rounded(rgb[0]), rounded(rgb[1]), rounded(rgb[2])}; }
 };
 
 /// Direction to the light along the camera's axes before it is normalised: slightly up and left of the camera.
@@ -38,14 +41,79 @@ struct Light {
     }
 };
 
-/// Shade in 0..1 of a surface with unit `normal` in screen space. The highlight is the light's, white whatever the surface's
-/// colour.
-inline float blinn_phong(Vec3 normal, const Material& material, const Light& light = Light::of_the_camera()) {
-    const auto rounded = Material::rounded;
-    const float d = std::max(0.f, dot(normal, light.direction));
-    const float s = std::pow(std::max(0.f, dot(normal, light.half)), rounded(material.shininess));
-    const float body = material.luminance() * (rounded(material.ambient) + rounded(material.diffuse) * d);
-    return std::clamp(body + rounded(material.specular) * s, 0.f, 1.f);
+/// What light does at a surface with unit `normal` in screen space: body times the surface's colour, and a highlight that is white
+/// whatever that is.
+struct BlinnPhong {
+    float body, highlight;
+
+    BlinnPhong(Vec3 normal, const Material& material, const Light& light) {
+        const auto rounded = [](double value) { return Material::rounded(value); };
+        const float d = std::max(0.f, dot(normal, light.direction));
+        const float s = std::pow(std::max(0.f, dot(normal, light.half)), rounded(material.shininess));
+        body = rounded(material.ambient) + rounded(material.diffuse) * d;
+        highlight = rounded(material.specular) * s;
+    }
+};
+
+/// Linear RGB of a surface of a colour, unbounded, by the model of glTF 2.0 (appendix B): a microfacet distribution by Trowbridge and
+/// Reitz, Smith's masking and Schlick's Fresnel, under the headlight and the same light from everywhere. What that light gives,
+/// the microfacets' integral over all directions, is Karis' fit ("Physically Based Shading on Mobile", 2014).
+inline Vec3 physical(Vec3 normal, Vec3 color, const Material& material, const Light& light) {
+    constexpr float pi = 3.14159265f;
+    constexpr float headlight = 0.6f, surroundings = 0.3f;  // of white and rough: nearly what Blinn-Phong has by default
+    const float metallic = Material::rounded(material.metallic);
+    const float roughness = std::max(0.045f, Material::rounded(material.roughness));  // else the highlight is a point
+    const float a2 = roughness * roughness * roughness * roughness;
+    const float nv = std::max(normal.z, 1e-4f), nl = std::max(0.f, dot(normal, light.direction));
+    const float nh = std::max(0.f, dot(normal, light.half)), vh = light.half.z;
+
+    const Vec3 dielectric{0.04f, 0.04f, 0.04f};
+    const Vec3 body = (1 - metallic) * color, f0 = (1 - metallic) * dielectric + metallic * color;
+
+    const float spread = nh * nh * (a2 - 1) + 1, distribution = a2 / (pi * spread * spread);
+    const float visibility = 0.5f / (nl * std::sqrt(nv * nv * (1 - a2) + a2) + nv * std::sqrt(nl * nl * (1 - a2) + a2));
+    const float schlick = std::pow(1 - vh, 5.f), facets = nl > 0 ? distribution * visibility : 0;
+
+    // Karis' fit: what of the surroundings is reflected, f0 times the first and the second.
+    const float r0 = 1 - roughness, r1 = 0.0425f - 0.0275f * roughness, r2 = 1.04f - 0.572f * roughness;
+    const float r3 = 0.022f * roughness - 0.04f;
+    const float falloff = std::min(r0 * r0, std::exp2(-9.28f * nv)) * r0 + r1;
+    const float scale = -1.04f * falloff + r2, bias = std::max(0.f, 1.04f * falloff + r3);
+
+    Vec3 result;
+    for (int k = 0; k < 3; ++k) {
+        const float fresnel = f0[k] + (1 - f0[k]) * schlick, around = std::min(1.f, f0[k] * scale + bias);
+        const float direct = ((1 - fresnel) * body[k] / pi + fresnel * facets) * nl * pi * headlight;
+        result[k] = direct + surroundings * ((1 - around) * body[k] + around);
+    }
+    return result;
+}
+
+/// Linear RGB, 0..1, of a surface with unit `normal` in screen space, and of its own `color`, as that of the material.
+inline Vec3 shaded(Vec3 normal, Vec3 color, const Material& material, const Light& light = Light::of_the_camera()) {
+    Vec3 result;
+    if (material.is_physical()) {
+        result = physical(normal, color, material, light);
+    } else {
+        const BlinnPhong shade(normal, material, light);
+        result = shade.body * color + Vec3{shade.highlight, shade.highlight, shade.highlight};
+    }
+    result = result + Material::rounded(material.emissive);
+    for (int k = 0; k < 3; ++k) result[k] = std::clamp(result[k], 0.f, 1.f);
+    return result;
+}
+
+/// The luminance of the same before it is clamped, clamped.
+inline float shaded_gray(Vec3 normal, Vec3 color, const Material& material, const Light& light = Light::of_the_camera()) {
+    float gray;
+    if (material.is_physical()) {
+        gray = luminance(physical(normal, color, material, light));
+    } else {
+        const BlinnPhong shade(normal, material, light);
+        gray = luminance(color) * shade.body + shade.highlight;
+    }
+    if (material.emits()) gray += luminance(Material::rounded(material.emissive));
+    return std::clamp(gray, 0.f, 1.f);
 }
 
 }  // namespace bob

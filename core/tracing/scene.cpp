@@ -32,17 +32,17 @@ struct Batch {
     std::vector<Group> groups;
     std::vector<std::size_t> slots;  // of each instance; all 0 but while entrances are grouped
 
-    // The rays to test against one shape.
+    // The rays to test against one shape, or that hit it.
     std::vector<float> start;
     std::vector<Ray> rays;
     std::vector<Hit> hits;
-    std::vector<Vec3> normals;
+    std::vector<Vec3> vectors;
 
     static Batch& of_this_thread(std::size_t most_rays, std::size_t instances, std::size_t most_entrances) {
         thread_local Batch batch;
         if (batch.rays.size() < most_rays) {
             batch.start.resize(most_rays), batch.rays.resize(most_rays);
-            batch.hits.resize(most_rays), batch.normals.resize(most_rays);
+            batch.hits.resize(most_rays), batch.vectors.resize(most_rays);
         }
         if (batch.slots.size() < instances) batch.slots.resize(instances);
         if (batch.entrances.size() < most_entrances) {
@@ -131,6 +131,30 @@ void ask(const Instance& instance, const Group& group, Batch& batch, std::span<c
     }
 }
 
+/// Calls `use` for each instance that was hit, with the rays that hit it, which the batch has in the shape's coordinates
+/// together with their hits.
+template <class Use>
+void for_each_group(std::span<const Instance> instances, std::span<const Ray> rays, std::span<const SceneHit> hits, Use use) {
+    Batch& batch = Batch::of_this_thread(rays.size(), instances.size(), rays.size());
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const std::uint32_t k = hits[i].instance;
+        if (k != no_instance) batch.entrances[count++] = {k, static_cast<std::uint32_t>(i), 0};
+    }
+    batch.group(count);
+    for (const Group& group : batch.groups) {
+        const Instance& instance = instances[group.instance];
+        const bool moved = !stands_as_it_is(instance);
+        const Entrance* const entrances = &batch.grouped[group.begin];
+        for (std::size_t j = 0; j < group.count; ++j) {
+            const std::uint32_t i = entrances[j].ray;
+            batch.hits[j] = hits[i].in_shape;
+            batch.rays[j] = moved ? in_shape(instance.to_shape, rays[i], hits[i].start) : rays[i];
+        }
+        use(instance, std::span(entrances, group.count), batch);
+    }
+}
+
 }  // namespace
 
 Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances)) {
@@ -140,6 +164,7 @@ Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances))
     std::unordered_set<PlaceKey, PlaceKey::Hash> places;
     for (std::uint32_t k = 0; k < instances_.size(); ++k) {
         Instance& instance = instances_[k];
+        is_colored_ = is_colored_ || instance.shape->is_colored();
         if (!fits_float(instance.to_shape)) continue;
         instance.low = instance.low - margin, instance.high = instance.high + margin;
         // Of a shape in one place, the first is seen wherever another is.
@@ -177,30 +202,30 @@ void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) co
 }
 
 void Scene::normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const {
-    Batch& batch = Batch::of_this_thread(rays.size(), instances_.size(), rays.size());
     std::fill(normals.begin(), normals.end(), Vec3{});
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        const std::uint32_t k = hits[i].instance;
-        if (k != no_instance) batch.entrances[count++] = {k, static_cast<std::uint32_t>(i), 0};
-    }
-    batch.group(count);
-    for (const Group& group : batch.groups) {
-        const Instance& instance = instances_[group.instance];
+    for_each_group(instances_, rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, Batch& batch) {
+        const std::size_t count = hit_rays.size();
+        instance.shape->normals({batch.rays.data(), count}, {batch.hits.data(), count}, {batch.vectors.data(), count});
         const bool moved = !stands_as_it_is(instance);
-        const Entrance* const entrances = &batch.grouped[group.begin];
-        for (std::size_t j = 0; j < group.count; ++j) {
-            const std::uint32_t i = entrances[j].ray;
-            batch.hits[j] = hits[i].in_shape;
-            batch.rays[j] = moved ? in_shape(instance.to_shape, rays[i], hits[i].start) : rays[i];
+        for (std::size_t j = 0; j < count; ++j) {
+            const Vec3 normal = batch.vectors[j];
+            normals[hit_rays[j].ray] = moved ? instance.to_shape.normal_back(normal) : normal;
         }
-        instance.shape->normals({batch.rays.data(), group.count}, {batch.hits.data(), group.count},
-                                {batch.normals.data(), group.count});
-        for (std::size_t j = 0; j < group.count; ++j) {
-            const Vec3 normal = batch.normals[j];
-            normals[entrances[j].ray] = moved ? instance.to_shape.normal_back(normal) : normal;
-        }
-    }
+    });
+}
+
+void Scene::colors(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<const float> widths,
+                   std::span<Vec3> colors) const {
+    std::fill(colors.begin(), colors.end(), Vec3{1, 1, 1});
+    if (!is_colored_) return;
+    for_each_group(instances_, rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, Batch& batch) {
+        if (!instance.shape->is_colored()) return;
+        const std::size_t count = hit_rays.size();
+        for (std::size_t j = 0; j < count; ++j) batch.start[j] = widths[hit_rays[j].ray];
+        instance.shape->colors({batch.rays.data(), count}, {batch.hits.data(), count}, {batch.start.data(), count},
+                               {batch.vectors.data(), count});
+        for (std::size_t j = 0; j < count; ++j) colors[hit_rays[j].ray] = batch.vectors[j];
+    });
 }
 
 std::size_t Scene::bytes() const {

@@ -45,6 +45,14 @@ public:
     /// The shading normal at each hit: unit length, turned to the side that the ray came from; zero where a ray missed.
     void normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const;
 
+    /// The colour of the shape's surface at each hit, linear RGB, without the material's; white where a ray missed. Each hit is
+    /// seen through a pixel of that width, in lengths of its ray's direction.
+    void colors(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<const float> widths,
+                std::span<Vec3> colors) const;
+
+    /// Whether any shape has colours of its own.
+    [[nodiscard]] bool is_colored() const { return is_colored_; }
+
     [[nodiscard]] std::size_t size() const { return instances_.size(); }
     [[nodiscard]] const Instance& operator[](std::uint32_t instance) const { return instances_[instance]; }
 
@@ -54,6 +62,7 @@ public:
 private:
     std::vector<Instance> instances_;
     BoxBvh tree_;  // of the instances that are large enough to be seen
+    bool is_colored_ = false;
 };
 
 /// How many of `count` rays to hand to a scene at once: many, for shapes that sort them, but some batches for each thread.

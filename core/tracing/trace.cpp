@@ -20,6 +20,7 @@ struct Surface {
     Vec3 normal;  // unit length, in screen space, not turned away from the camera
     float depth;
     std::uint32_t instance;
+    Vec3 color;  // of the shape and its material together
     const Material* material;
     const Light* light;
 };
@@ -42,7 +43,8 @@ struct Batch {
     std::vector<std::size_t> sample;
     std::vector<Ray> rays;
     std::vector<SceneHit> hits;
-    std::vector<Vec3> normals;
+    std::vector<Vec3> normals, colors;
+    std::vector<float> widths;      // of the pixels where the rays hit
     std::vector<Surface> surfaces;  // of those that hit
     std::vector<Light> lights;      // of these, where they differ
 
@@ -52,11 +54,16 @@ struct Batch {
         if (batch.rays.size() < most_rays) {
             batch.sample.resize(most_rays), batch.rays.resize(most_rays), batch.hits.resize(most_rays);
             batch.normals.resize(most_rays), batch.surfaces.resize(most_rays);
+            batch.colors.resize(most_rays), batch.widths.resize(most_rays);
             batch.lights.resize(most_rays);
         }
         return batch;
     }
 };
+
+void put(Vec3 rgb, float* to) { to[0] = rgb.x, to[1] = rgb.y, to[2] = rgb.z; }
+
+Vec3 product(Vec3 a, Vec3 b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 
 /// Writes one channel of the first `count` surfaces to their samples, of `width` numbers, from a place in each on.
 using Write = void (*)(const Batch& batch, std::size_t count, float* samples, std::size_t width, std::size_t place);
@@ -69,9 +76,12 @@ void write_all(const Batch& batch, std::size_t count, float* samples, std::size_
 Write writer_of(const Channel& channel) {
     constexpr std::pair<Channel, Write> writers[] = {
         {channels::mask, write_all<[](const Surface&, float* to) { *to = 1; }>},
-        {channels::gray, write_all<[](const Surface& s, float* to) { *to = blinn_phong(s.normal, *s.material, *s.light); }>},
+        {channels::gray, write_all<[](const Surface& s, float* to) { *to = shaded_gray(s.normal, s.color, *s.material, *s.light); }>},
         {channels::depth, write_all<[](const Surface& s, float* to) { *to = s.depth; }>},
         {channels::normal, write_all<[](const Surface& s, float* to) { to[0] = s.normal.x, to[1] = s.normal.y; }>},
+        {channels::color, write_all<[](const Surface& s, float* to) { put(shaded(s.normal, s.color, *s.material, *s.light), to); }>},
+        {channels::albedo, write_all<[](const Surface& s, float* to) { put(s.color, to); }>},
+        {channels::alpha, write_all<[](const Surface&, float* to) { *to = 1; }>},
         {channels::instance, write_all<[](const Surface& s, float* to) { *to = static_cast<float>(s.instance); }>},
     };
     for (const auto& [written, write] : writers) {
@@ -127,6 +137,14 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
         const std::span<const Ray> rays{batch.rays.data(), count};
         scene.closest_hits(rays, {batch.hits.data(), count});
         scene.normals(rays, {batch.hits.data(), count}, {batch.normals.data(), count});
+        if (scene.is_colored()) {
+            for (std::size_t j = 0; j < count; ++j) {
+                if (batch.hits[j].instance == no_instance) continue;
+                const float depth = projection.depth(rays[j].origin + batch.hits[j].t * rays[j].direction);
+                batch.widths[j] = projection.pixel_width(depth) / length(rays[j].direction);
+            }
+            scene.colors(rays, {batch.hits.data(), count}, {batch.widths.data(), count}, {batch.colors.data(), count});
+        }
         for (std::size_t j = 0; j < count; ++j) {
             const SceneHit& hit = batch.hits[j];
             if (hit.instance == no_instance) continue;
@@ -139,7 +157,9 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
                 batch.lights[found] = light_at(projection, row, column);
                 light = &batch.lights[found];
             }
-            batch.surfaces[found] = {normal, projection.depth(point), hit.instance, &scene[hit.instance].material, light};
+            const Material& material = scene[hit.instance].material;
+            const Vec3 color = scene.is_colored() ? product(material.base_color(), batch.colors[j]) : material.base_color();
+            batch.surfaces[found] = {normal, projection.depth(point), hit.instance, color, &material, light};
             batch.sample[found++] = batch.sample[j];
         }
         for (const auto& [place, write] : writers) write(batch, found, samples, components, place);
@@ -156,6 +176,9 @@ void shade(const Scene& scene, const Camera& camera, int height, int width, cons
                 *const instance = plane(channels::instance, 0), *const x = plane(channels::normal, 0),
                 *const y = plane(channels::normal, 1);
     float* const gray = plane(channels::gray, 0);
+    const bool in_color = layout.place(channels::color) >= 0;
+    const float* const albedo = in_color ? plane(channels::albedo, 0) : nullptr;
+    float* const color = in_color ? plane(channels::color, 0) : nullptr;
     for_rows(0, height, width, [&](int row) {
         const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
         for (int column = 0; column < width; ++column) {
@@ -163,9 +186,17 @@ void shade(const Scene& scene, const Camera& camera, int height, int width, cons
             if (mask[i] == 0 || depth[i] == 0) continue;
             const Vec3 normal = whole_normal(x[i], y[i]);
             const Material& material = scene[static_cast<std::uint32_t>(instance[i])].material;
-            gray[i] = projection.in_perspective()
-                          ? blinn_phong(normal, material, light_at(projection, static_cast<float>(row), static_cast<float>(column)))
-                          : blinn_phong(normal, material);
+            const Light light = projection.in_perspective()
+                                    ? light_at(projection, static_cast<float>(row), static_cast<float>(column))
+                                    : Light::of_the_camera();
+            if (!in_color) {
+                gray[i] = shaded_gray(normal, material.base_color(), material, light);
+                continue;
+            }
+            const Vec3 own{albedo[i], albedo[pixels + i], albedo[2 * pixels + i]};
+            gray[i] = shaded_gray(normal, own, material, light);
+            const Vec3 shade = shaded(normal, own, material, light);
+            color[i] = shade.x, color[pixels + i] = shade.y, color[2 * pixels + i] = shade.z;
         }
     });
 }

@@ -18,7 +18,8 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
            const Layout& layout, float* samples);
 
 /// Shades anew, for a camera, what was found with another: writes gray, of the normal and the instance, wherever the planes,
-/// (layout.width(), height, width), hold a hit.
+/// (layout.width(), height, width), hold a hit. A layout with color has albedo as well, which is shaded then; without it,
+/// shapes are taken to have no colours of their own.
 void shade(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout, float* planes);
 
 }  // namespace bob

@@ -30,10 +30,26 @@ class Shape:
     def bytes(self) -> int:
         """Of what rays need."""
 
-class Mesh(Shape):
-    """The arrays, `vertices` (v, 3), `triangles` (t, 3) and `normals` (v, 3), must not change while it lives."""
+class Texture:
+    """`texels` (height, width, 3) are sRGB, from the top row down; wraps: repeat, clamp or mirror."""
 
-    def __init__(self, vertices: F64, triangles: I32, normals: F32 | None) -> None: ...
+    def __init__(self, texels: U8, across: str, down: str) -> None: ...
+    def __call__(self, uv: F32, widths: F32) -> F32: ...
+
+class Mesh(Shape):
+    """The arrays, `vertices` (v, 3), `triangles` (t, 3), `normals` and `colors` (v, 3), `face_colors` (t, 3) and `uv`
+    (v, 2), must not change while it lives."""
+
+    def __init__(
+        self,
+        vertices: F64,
+        triangles: I32,
+        normals: F32 | None,
+        colors: F32 | None = None,
+        face_colors: F32 | None = None,
+        uv: F32 | None = None,
+        texture: Texture | None = None,
+    ) -> None: ...
     @property
     def bvh_bytes(self) -> int: ...
 
@@ -82,7 +98,15 @@ class Material:
     """`color` is linear RGB."""
 
     def __init__(
-        self, color: tuple[float, float, float], ambient: float, diffuse: float, specular: float, shininess: float
+        self,
+        color: tuple[float, float, float],
+        ambient: float,
+        diffuse: float,
+        specular: float,
+        shininess: float,
+        metallic: float,
+        roughness: float,
+        emissive: tuple[float, float, float],
     ) -> None: ...
     @property
     def color(self) -> list[float]: ...
@@ -240,6 +264,11 @@ def error_features(layout: Layout, planes: F32, gray: F32, features: F32) -> Non
 
 def interpolate_lattice(known: Layout, planes: F32, completed: Layout, output: F32) -> None:
     """Improves completed channels where traced pixels of the lattice agree."""
+
+def complete_by_ratio(
+    known: Layout, planes: F32, completed: Layout, known_guide: F32, guide: F32, output: F32
+) -> None:
+    """Completes one channel, which `completed` names, by its ratio to a guide of which all pixels are known."""
 
 def keep_known(known: Layout, planes: F32, completed: Layout, output: F32) -> None:
     """Puts the traced pixels of planes back into completed channels; clamps the others to the channels' ranges."""

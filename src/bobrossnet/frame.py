@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.completion.network import Network, complete
+from bobrossnet.completion.network import Network, complete, completed_color
 from bobrossnet.completion.uncertainty import mean_error
-from bobrossnet.picture.channels import Layout
+from bobrossnet.picture.channels import COLORED, GIVEN, Layout
 from bobrossnet.picture.gbuffer import GBuffer, scatter, untraced_planes
 from bobrossnet.picture.order import Size
 from bobrossnet.tracing.trace import Tracer, check_samples
@@ -34,6 +34,13 @@ class Frame:
     """What this frame took to trace and complete."""
     network: Network = field(repr=False, compare=False)
     """What completed it."""
+    shown: GBuffer = field(repr=False, compare=False)
+    """What the image was completed from: everything traced so far, and what earlier cameras' samples let expect."""
+
+    @property
+    def color(self) -> NDArray[np.float32]:
+        """(H, W, 3), linear RGB in 0..1, completed along with the image. Each use computes it anew."""
+        return completed_color(self.shown, None if self.shown.mask.all() else self.image)
 
     @property
     def error(self) -> float:
@@ -93,6 +100,8 @@ class Picture:
         """Call the tracer once, with as many pixels or as many as are decided; return how many those were."""
         pixels = self.sequence.next(min(count, self.left), self.planes, self.layout)
         samples = check_samples(self.tracer(pixels), len(pixels))
+        if self.traced == 0 and self.layout == GIVEN and samples.layout == COLORED:  # now it is known that it has colours
+            self.layout, self.planes = COLORED, untraced_planes((self.planes.shape[1], self.planes.shape[2]), COLORED)
         scatter(samples, pixels, self.planes, self.layout)
         if self.expected is not None:
             scatter(samples, pixels, self.expected, self.layout)
@@ -157,7 +166,7 @@ class Picture:
         self.finished = self.left == 0 or (until > 0 and mean_error(gbuffer, self.network) <= until)
         now = time.perf_counter()
         self.pace.completed = [*self.pace.completed[-7:], now - traced]
-        return Frame(image, gbuffer, self.traced / self.total, now - start, self.network)
+        return Frame(image, gbuffer, self.traced / self.total, now - start, self.network, shown)
 
 
 class Pace:

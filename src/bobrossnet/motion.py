@@ -28,6 +28,9 @@ CameraTracer: TypeAlias = Callable[[Camera, NDArray[np.int32]], Samples]
 SHADED_ANEW = Layout("mask,gray,depth,normal,instance")
 """What is remembered of the core's scenes: gray follows from it for any camera."""
 
+COLORED_ANEW = Layout(f"{SHADED_ANEW.names},color,albedo")
+"""The same of scenes that have colours."""
+
 ROUNDS = 64
 """At most about so many, however few pixels each call is to trace."""
 
@@ -82,7 +85,9 @@ class View:
         self.size = check_size(size)
         self._scene = None if scene is None else as_scene(scene)
         self._tracer = tracer
-        self._layout = GIVEN if scene is None else SHADED_ANEW
+        self._layout = GIVEN
+        if self._scene is not None:
+            self._layout = COLORED_ANEW if self._scene.is_colored else SHADED_ANEW
         self._network = load_network(model)
         check_order(ADAPTIVE, seed)
         self._seed = int(seed)

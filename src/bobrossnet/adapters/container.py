@@ -30,10 +30,17 @@ from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import MAX_INSTANCES, Scene, SceneLike, as_scene
 
 ENDING = ".bob"
-FORMAT, VERSION = "bobrossnet-scene", "1"
+FORMAT = "bobrossnet-scene"
+VERSIONS = ("1", "2")
+"""The second has colours of meshes and materials of metallicity and roughness. Scenes without are written in the first."""
 
 KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Brep, Implicit, Mesh, Tube)}
 """The shapes that files can hold, by the word for them there."""
+
+PHYSICAL = {"metallic", "roughness", "emissive"}
+"""Fields of materials that came with the second version."""
+
+MATERIAL = [name for name in Material.__dataclass_fields__ if name not in PHYSICAL]
 
 # The checksum comes first, so that its place is the same in every file. It is of the whole file with its own digits
 # taken as zeros.
@@ -69,7 +76,8 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
     tensors: dict[str, NDArray[Any]] = {}
     instances = []
     materials: dict[int, dict[str, Any]] = {}
-    for instance in as_scene(scene).instances:
+    placed = as_scene(scene).instances
+    for instance in placed:
         shape = instance.shape
         if not isinstance(shape, KINDS.get(shape.kind, ())):
             raise InputError(f"shape: expected one of {', '.join(KINDS)} to write, got {type(shape).__name__}")
@@ -77,7 +85,7 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
         if number == len(kinds):
             kinds.append(shape.kind)
             tensors |= {f"{number}.{name}": tensor for name, tensor in shape.tensors().items()}
-        material = materials.get(id(instance.material)) or asdict(instance.material)
+        material = materials.get(id(instance.material)) or _fields_of(instance.material)
         materials[id(instance.material)] = material
         instances.append(
             {
@@ -87,7 +95,11 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
                 "name": instance.name,
             }
         )
-    data = layout({"shapes": kinds, "instances": instances}, tensors)
+    content = {"shapes": kinds, "instances": instances}
+    is_new = any(not PHYSICAL.isdisjoint(fields) for fields in materials.values()) or any(
+        instance.shape.is_colored for instance in placed
+    )
+    data = layout(content, tensors, VERSIONS[is_new])
     _check_header(data, "scene: ")
     if len(data) > MAX_BYTES:
         raise InputError(f"scene: expected at most {MAX_BYTES:,} bytes, which can be read again, got {len(data):,}")
@@ -126,9 +138,9 @@ def read_scene(file: Path) -> Scene:
     metadata = header["__metadata__"]
     if metadata.get("format") != FORMAT:
         raise InputError(f"expected the format {FORMAT}, got {metadata.get('format')!r}")
-    if metadata.get("version") != VERSION:
+    if metadata.get("version") not in VERSIONS:
         raise InputError(
-            f"expected version {VERSION}, got {metadata.get('version')!r}; was it written by a newer release?"
+            f"expected version {' or '.join(VERSIONS)}, got {metadata.get('version')!r}; was it written by a newer release?"
         )
     content = _fields("scene", read_json(metadata.get("scene", "")), "shapes", "instances")
     instances = _list("instances", content["instances"])
@@ -169,17 +181,27 @@ def _instance(place: str, item: Any, shapes: list[Shape], materials: dict[str, M
     fields = _fields(place, item, "shape", "transform", "material", "name")
     number = check_integer(f"{place}.shape", fields["shape"], 0, len(shapes) - 1)
     transform = _list(f"{place}.transform", fields["transform"])
-    material = _fields(f"{place}.material", fields["material"], *Material.__dataclass_fields__)
+    material = fields["material"]
+    names = MATERIAL if not isinstance(material, dict) or PHYSICAL.isdisjoint(material) else Material.__dataclass_fields__
+    material = _fields(f"{place}.material", material, *names)
     if any(isinstance(x, bool) for row in transform if isinstance(row, list) for x in row):
         raise InputTypeError(f"{place}.transform: expected numbers, got true or false")
     text = repr(material)
     try:
         if text not in materials:
-            numbers("material.color", material["color"])
+            for name in {"color", "emissive"} & material.keys():
+                numbers(f"material.{name}", material[name])
             materials[text] = Material(**material)
         return Instance(shapes[number], transform, materials[text], fields["name"])
     except InputError as error:
         raise InputError(f"{place}: {error}") from error
+
+
+def _fields_of(material: Material) -> dict[str, Any]:
+    fields = asdict(material)
+    if material.roughness is None and material.emissive == (0, 0, 0):
+        return {name: fields[name] for name in MATERIAL}
+    return fields
 
 
 def _fields(place: str, value: Any, *names: str) -> dict[str, Any]:
@@ -198,12 +220,12 @@ def _list(place: str, value: Any) -> list[Any]:
 # ---- Layout ----------------------------------------------------------------------------------------------
 
 
-def layout(scene: Any, tensors: Mapping[str, NDArray[Any]]) -> bytes:
+def layout(scene: Any, tensors: Mapping[str, NDArray[Any]], version: str = VERSIONS[0]) -> bytes:
     """The file with zeros for its checksum."""
     metadata = {
         "sha256": "0" * 64,
         "format": FORMAT,
-        "version": VERSION,
+        "version": version,
         "scene": json.dumps(scene, allow_nan=False, separators=(",", ":")),
     }
     return tensor_file(metadata, tensors)

@@ -33,7 +33,7 @@ class Network:
 NetworkLike: TypeAlias = str | os.PathLike[str] | Network
 
 
-def complete(gbuffer: GBuffer, model: NetworkLike = "default") -> NDArray[np.float32]:
+def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str = "gray") -> NDArray[np.float32]:
     """Fill in the pixels that were not traced.
 
     Parameters
@@ -43,16 +43,20 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default") -> NDArray[np.flo
     model : str, path or Network
         Name of shipped weights ("default", "filling", "paper", "small"), or a .safetensors file. "filling" needs no
         learning and a third of the default's time, and is as good from 5 % of adaptive pixels on; "small" lies between.
+    channel : "gray", "color", "albedo" or "alpha"
+        What to complete. The network completes gray, and coverage for albedo and alpha; colours follow them, by what
+        their ratio is at the traced pixels around.
 
     Returns
     -------
-    (H, W) float32 in 0..1
-        Traced pixels are returned unchanged; with every pixel traced, this is `gbuffer.gray`.
+    (H, W) float32 in 0..1, or (H, W, 3) of colours, in linear RGB
+        Traced pixels are returned unchanged; with every pixel traced, this is `gbuffer.gray`, or the other channel.
 
     Raises
     ------
     InputError
-        If `gbuffer` is not a GBuffer or lacks a channel that the network needs, or the weights can't be used.
+        If `gbuffer` is not a GBuffer or lacks a channel that the network needs, or the weights can't be used, or there is
+        no such channel.
 
     Examples
     --------
@@ -61,10 +65,40 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default") -> NDArray[np.flo
     >>> image = bob.complete(part)
     >>> image.shape
     (120, 160)
+    >>> bob.complete(part, channel="color").shape
+    (120, 160, 3)
     """
     check_gbuffer(gbuffer)  # first: whoever passes arrays instead, as in complete(gray, mask), is told how
     network = load_network(model).core
-    return _completed(gbuffer, network, network.outputs)
+    if channel == "gray":
+        return _completed(gbuffer, network, network.outputs)
+    if channel == "color":
+        return completed_color(gbuffer, None if gbuffer.mask.all() else _completed(gbuffer, network, network.outputs))
+    if channel not in ("albedo", "alpha"):
+        raise InputError(f"channel: expected gray, color, albedo or alpha, got {channel!r}")
+    if gbuffer.mask.all():
+        return gbuffer.channel(channel).copy()
+    alpha = gbuffer.alpha
+    coverage = GBuffer(mask=gbuffer.mask, gray=alpha, depth=gbuffer.depth, normal=gbuffer.normal)
+    covered = _completed(coverage, network, network.outputs)
+    return covered if channel == "alpha" else _completed_along("albedo", gbuffer, alpha, covered)
+
+
+def completed_color(gbuffer: GBuffer, gray: NDArray[np.float32] | None) -> NDArray[np.float32]:
+    """The completed colour of a G-buffer whose completed gray is known, or None where every pixel was traced."""
+    return gbuffer.color.copy() if gray is None else _completed_along("color", gbuffer, gbuffer.gray, gray)
+
+
+def _completed_along(
+    name: str, gbuffer: GBuffer, known: NDArray[np.float32], completed: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """A channel of colours by its ratio to another one, (H, W), as traced and as completed."""
+    if name not in gbuffer.layout.places:  # of what is white
+        return np.repeat(completed[..., None], 3, -1)
+    layout, output = _core.Layout(name), np.empty((3, *gbuffer.size), np.float32)
+    _core.complete_by_ratio(gbuffer.layout.core, gbuffer.planes, layout, known, completed, output)
+    _core.keep_known(gbuffer.layout.core, gbuffer.planes, layout, output)
+    return np.moveaxis(output, 0, -1)
 
 
 class Completer:

@@ -61,5 +61,8 @@ class Layout:
 TRACED = Layout(_core.gbuffer_layout().names)
 """What the core's tracer finds."""
 
+COLORED = Layout(f"{TRACED.names},color,albedo")
+"""What it finds in scenes that have colours."""
+
 GIVEN = Layout("mask,gray,depth,normal")
 """What users give for a G-buffer or samples, and `GBuffer.stack` returns."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,8 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.picture.channels import CHANNELS, GIVEN, Layout
+from bobrossnet.picture.channels import CHANNELS, COLORED, GIVEN, Layout
+from bobrossnet.picture.color import luminance
 from bobrossnet.picture.order import Size, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 
@@ -30,12 +32,36 @@ class Channels:
         return self.channel("gray")
 
     @property
+    def color(self) -> F32:
+        """Linear RGB, 0..1, components last; gray where there are no colours."""
+        return self.channel("color")
+
+    @property
+    def albedo(self) -> F32:
+        """Linear RGB of the surface itself, 0..1, components last; white where there are no colours, 0 where there is no
+        surface."""
+        return self.channel("albedo")
+
+    @property
+    def alpha(self) -> F32:
+        """1 where a surface was hit, else 0."""
+        return self.channel("alpha")
+
+    @property
     def depth(self) -> F32:
         return self.channel("depth")
 
     @property
     def normal(self) -> F32:
         return self.channel("normal")
+
+
+DERIVED: dict[str, Callable[[Channels], F32]] = {
+    "color": lambda held: np.repeat(held.gray[..., None], 3, -1),
+    "albedo": lambda held: np.repeat(held.alpha[..., None], 3, -1),
+    "alpha": lambda held: (held.depth > 0).astype(np.float32),
+}
+"""What follows from the other channels where all surfaces are white: a surface is not exactly at the very back."""
 
 
 class GBuffer(Channels):
@@ -45,13 +71,16 @@ class GBuffer(Channels):
     ----------
     mask : (H, W) float32
         1 where a ray was traced, else 0.
-    gray : (H, W) float32 in 0..1
+    gray : (H, W) float32 in 0..1, optional
+        By default the luminance of `color`.
     depth : (H, W) float32 in 0..1
         1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest; between them along the
         line of sight, in perspective by the distance from the camera, which may stand within the sphere.
     normal : (H, W, 2) float32 in -1..1
         In screen space, x right and y up; of unit length together with a z >= 0 towards the camera. In perspective
         relative to each pixel's own ray, which z points back along.
+    color, albedo : (H, W, 3) float32 in 0..1, optional
+        Linear RGB: of the picture, and of the surface itself, white by default.
 
     Values where the mask is 0 are discarded: all arrays are 0 there. Where a ray missed, the mask is 1 and the
     others are 0: known background.
@@ -71,20 +100,36 @@ class GBuffer(Channels):
     planes: F32
     """All of them, (C, H, W) in the layout's order."""
 
-    def __init__(self, *, mask: Any, gray: Any, depth: Any, normal: Any) -> None:
+    def __init__(
+        self, *, mask: Any, gray: Any = None, depth: Any, normal: Any, color: Any = None, albedo: Any = None
+    ) -> None:
         mask = check_float32("mask", mask, (None, None))
         size = check_size(mask.shape)
         if not np.isin(mask, (0, 1)).all():
             raise InputError("mask: expected only 0 and 1, got other values")
-        planes = np.empty((GIVEN.width, *size), np.float32)
+        layout = GIVEN if color is None and albedo is None else COLORED
+        planes = np.empty((layout.width, *size), np.float32)
         planes[0] = mask
         traced = mask > 0
-        for name, values in (("gray", gray), ("depth", depth), ("normal", normal)):
-            shape = _values_shape(name, *size)
-            hint = "x and y last, to match mask" if len(shape) > 2 else ""
-            values = check_range(name, check_float32(name, values, shape, hint=hint))
-            planes[GIVEN.places[name]] = np.where(traced, np.moveaxis(values.reshape(*size, -1), -1, 0), 0)
-        self._own(planes, GIVEN)
+
+        def put(name: str, values: Any, hint: str = "to match mask") -> F32:
+            values = check_range(name, check_float32(name, values, _values_shape(name, *size), hint=hint))
+            planes[layout.places[name]] = np.where(traced, np.moveaxis(values.reshape(*size, -1), -1, 0), 0)
+            return values
+
+        put("depth", depth), put("normal", normal, "x and y last, to match mask")
+        if gray is None and color is None:
+            raise InputError("gray: expected gray or color, got neither")
+        if color is not None:
+            color = put("color", color, "red, green and blue last, to match mask")
+            gray = luminance(color) if gray is None else gray
+        gray = put("gray", gray)
+        if layout == COLORED:
+            if color is None:
+                put("color", np.repeat(gray[..., None], 3, -1))
+            surface = np.repeat((planes[layout.places["depth"]][0] > 0)[..., None], 3, -1).astype(np.float32)
+            put("albedo", surface if albedo is None else albedo, "red, green and blue last, to match mask")
+        self._own(planes, layout)
 
     @classmethod
     def from_stack(cls, planes: F32, layout: Layout = GIVEN) -> GBuffer:
@@ -112,7 +157,9 @@ class GBuffer(Channels):
         return tuple(self.layout.places)
 
     def channel(self, name: str) -> F32:
-        """A channel by its name: (H, W), or (H, W, components) where it has several. KeyError if it is not there."""
+        """A channel by its name: (H, W), or (H, W, components) where it has several. KeyError if there is no such channel."""
+        if name not in self.layout.places and name in DERIVED:
+            return DERIVED[name](self)
         planes = self.planes[self.layout.places[name]]
         return planes[0] if CHANNELS[name].components == 1 else np.moveaxis(planes, 0, -1)
 
@@ -172,14 +219,17 @@ class Samples(Channels):
 
     Parameters
     ----------
-    gray : (n,) numbers in 0..1
-    depth : (n,) numbers in 0..1
+    gray : (n,) numbers in 0..1, optional
+        By default the luminance of `color`.
+    depth : (n,) numbers in 0..1, optional
         1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest; between them along the
-        line of sight, in perspective by the distance from the camera, which may stand within the sphere.
-    normal : (n, 2) numbers in -1..1
-        In screen space, x right and y up.
-    hit : (n,) bool
-        False where the ray hit nothing; the other arrays are ignored there.
+        line of sight, in perspective by the distance from the camera, which may stand within the sphere. By default 0.5.
+    normal : (n, 2) numbers in -1..1, optional
+        In screen space, x right and y up. By default 0: towards the camera.
+    hit : (n,) bool, optional
+        False where the ray hit nothing; the other arrays are ignored there. By default true.
+    color, albedo : (n, 3) numbers in 0..1, optional
+        Linear RGB: what is seen, and of the surface itself, white by default.
 
     Raises
     ------
@@ -194,17 +244,45 @@ class Samples(Channels):
     values: F32
     """All of them, (n, C) in the layout's order, whether the ray hit in the place of the mask."""
 
-    def __init__(self, gray: Any, depth: Any, normal: Any, hit: Any) -> None:
-        hits = check_array("hit", hit, (None,))
-        if not np.isin(hits, (0, 1)).all():
-            raise InputError(f"hit: expected booleans, got other values of dtype {hits.dtype}")
-        n = len(hits)
-        self.layout, self.values = GIVEN, np.empty((n, GIVEN.width), np.float32)
+    def __init__(
+        self, gray: Any = None, depth: Any = None, normal: Any = None, hit: Any = None, color: Any = None, albedo: Any = None
+    ) -> None:
+        first = "color" if gray is None else "gray"
+        if gray is None and color is None:
+            raise InputError("gray: expected gray or color, got neither")
+        if hit is None:
+            n = len(check_array(first, color if gray is None else gray, (None,) if first == "gray" else (None, 3)))
+            hits = np.ones(n, np.bool_)
+        else:
+            hits = check_array("hit", hit, (None,))
+            if not np.isin(hits, (0, 1)).all():
+                raise InputError(f"hit: expected booleans, got other values of dtype {hits.dtype}")
+            n = len(hits)
+        self.layout = GIVEN if color is None and albedo is None else COLORED
+        self.values = np.zeros((n, self.layout.width), np.float32)
         self.values[:, 0] = hits
-        for name, value in (("gray", gray), ("depth", depth), ("normal", normal)):
-            array = check_array(name, value, _values_shape(name, n), hint="one for each of hit")
+
+        def put(name: str, value: Any) -> None:
+            hint = f"one for each of {'hit' if hit is not None else first}"
+            array = check_array(name, value, _values_shape(name, n), hint=hint)
             check_range(name, array[self.hit])
-            self.values[:, GIVEN.places[name]] = array.reshape(n, -1)
+            self.values[:, self.layout.places[name]] = array.reshape(n, -1)
+
+        for name, value, default in (
+            ("color", color, None),
+            ("gray", gray, None),
+            ("depth", depth, 0.5),
+            ("normal", normal, 0),
+            ("albedo", albedo, 1),
+        ):
+            if value is not None:
+                put(name, value)
+            elif default is not None and name in self.layout.places:
+                self.values[:, self.layout.places[name]] = default
+        if gray is None:
+            self.values[:, self.layout.places["gray"].start] = luminance(self.channel("color"))
+        elif color is None and self.layout == COLORED:
+            self.values[:, self.layout.places["color"]] = self.gray[:, None]
 
     @classmethod
     def from_values(cls, values: F32, layout: Layout) -> Samples:
@@ -220,6 +298,8 @@ class Samples(Channels):
 
     def channel(self, name: str) -> F32:
         """A channel by its name: (n,), or (n, components) where it has several."""
+        if name not in self.layout.places and name in DERIVED:
+            return DERIVED[name](self)
         values = self.values[:, self.layout.places[name]]
         return values[:, 0] if CHANNELS[name].components == 1 else values
 
@@ -246,7 +326,8 @@ def scatter(samples: Samples, pixels: NDArray[np.int32], planes: F32, layout: La
     samples have."""
     values = samples.values
     if samples.layout != layout:
-        values = np.concatenate([values[:, samples.layout.places[name]] for name in layout.places], axis=1)
+        columns = [values[:, :1] if name == "mask" else samples.channel(name) for name in layout.places]
+        values = np.concatenate([column.reshape(len(values), -1) for column in columns], axis=1)
     _core.scatter(layout.core, pixels, values, planes)
 
 

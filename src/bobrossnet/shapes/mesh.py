@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,15 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
+from bobrossnet.picture.color import from_srgb
 from bobrossnet.shapes.affine import UPRIGHT, mapped
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
 
 FORMATS = (".stl", ".ply", ".obj", ".glb")
 """The endings of files that meshes are written to."""
+
+WRAPS = ("repeat", "clamp", "mirror")
+"""What may lie beyond a texture's edges."""
 
 MAX_TRIANGLES = 2**25
 """Of the meshes of other shapes: a GB."""
@@ -36,11 +40,28 @@ class Mesh(Shape):
     normals : (V, 3) numbers, optional
         Vertex normals of any length. Without them, or where one is zero or not finite, the tracer smooths over edges
         whose faces meet at less than the crease angle (CONVENTIONS.md) and leaves sharper edges sharp.
+    colors, face_colors : (V, 3) and (T, 3) numbers in 0..1, or uint8, optional
+        Of vertices, blended between them, and of triangles: linear RGB, or sRGB as uint8. They and the texture are
+        multiplied, as is the material's colour.
+    uv : (V, 2) numbers, finite, optional
+        Where on the texture each vertex is: 0, 0 at its top left, 1, 1 at its bottom right.
+    texture : (H, W, 3) uint8, optional
+        sRGB, row 0 at the top; comes with `uv`. Seen from afar, smaller pictures made of it are taken.
+    wrap : "repeat", "clamp" or "mirror", or two of these
+        What lies beyond the texture's edges, across and down.
 
     Raises
     ------
     InputError
         If a shape, a value or an index is out of range; the message names it.
+
+    Examples
+    --------
+    >>> import bobrossnet as bob
+    >>> corners, triangles = [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]
+    >>> rgb = bob.Mesh(corners, triangles, colors=[(1, 0, 0), (0, 1, 0), (0, 0, 1)])
+    >>> bob.trace(rgb, bob.Camera(elevation=90), size=(40, 40)).channels
+    ('mask', 'gray', 'depth', 'normal', 'color', 'albedo')
     """
 
     kind = "mesh"
@@ -48,8 +69,26 @@ class Mesh(Shape):
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int32]
     normals: NDArray[np.float32] | None
+    colors: NDArray[np.float32] | None = None
+    """Linear RGB."""
+    face_colors: NDArray[np.float32] | None = None
+    """Linear RGB."""
+    uv: NDArray[np.float32] | None = None
+    texture: NDArray[np.uint8] | None = None
+    wrap: tuple[str, str] = ("repeat", "repeat")
 
-    def __init__(self, vertices: Any, triangles: Any, normals: Any = None) -> None:
+    def __init__(
+        self,
+        vertices: Any,
+        triangles: Any,
+        normals: Any = None,
+        *,
+        colors: Any = None,
+        face_colors: Any = None,
+        uv: Any = None,
+        texture: Any = None,
+        wrap: str | Sequence[str] = "repeat",
+    ) -> None:
         points = check_finite("vertices", check_array("vertices", vertices, (None, 3)))
         corners = check_array("triangles", triangles, (None, 3))
         if corners.dtype.kind not in "iu":
@@ -66,6 +105,23 @@ class Mesh(Shape):
         if normals is not None:
             hint = "one normal per vertex"
             self.normals = frozen(check_array("normals", normals, (len(points), 3), hint=hint), np.float32)
+        if colors is not None:
+            self.colors = _linear("colors", colors, len(points), "one colour per vertex")
+        if face_colors is not None:
+            self.face_colors = _linear("face_colors", face_colors, len(corners), "one colour per triangle")
+        if (uv is None) != (texture is None):
+            raise InputError(f"uv: expected uv and texture together, got {'texture' if uv is None else 'uv'} alone")
+        if uv is not None:
+            places = check_finite("uv", check_array("uv", uv, (len(points), 2), hint="one place per vertex"))
+            self.uv = frozen(places, np.float32)
+            texels = check_array("texture", texture, (None, None, 3), hint="red, green and blue last")
+            if texels.dtype != np.uint8 or texels.size == 0:
+                raise InputTypeError(f"texture: expected uint8 of at least one texel, got {texels.dtype} {texels.shape}")
+            self.texture = frozen(texels, np.uint8)
+            across, down = (wrap, wrap) if isinstance(wrap, str) else wrap
+            if across not in WRAPS or down not in WRAPS:
+                raise InputError(f"wrap: expected {', '.join(WRAPS)}, or two of these, got {wrap!r}")
+            self.wrap = (across, down)
 
     @classmethod
     def owning(cls, vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> Mesh:
@@ -77,7 +133,14 @@ class Mesh(Shape):
 
     @cached_property
     def core(self) -> _core.Mesh:
-        return _core.Mesh(self.vertices, self.triangles, self.normals)
+        texture = None if self.texture is None else _core.Texture(self.texture, *self.wrap)
+        return _core.Mesh(
+            self.vertices, self.triangles, self.normals, self.colors, self.face_colors, self.uv, texture
+        )
+
+    @property
+    def is_colored(self) -> bool:
+        return not (self.colors is None and self.face_colors is None and self.texture is None)
 
     def counts(self) -> dict[str, int]:
         return {"triangle": len(self.triangles)}
@@ -88,16 +151,35 @@ class Mesh(Shape):
             "vertices": f"{len(self.vertices):,}",
             "triangles": f"{len(self.triangles):,}",
             "normals": computed if self.normals is None else "stored in the file",
+            **({"colours": self._colors()} if self.is_colored else {}),
         }
+
+    def _colors(self) -> str:
+        texture = "" if self.texture is None else f"a texture of {self.texture.shape[1]} x {self.texture.shape[0]}"
+        parts = (texture, "vertices" if self.colors is not None else "", "faces" if self.face_colors is not None else "")
+        return "of " + ", ".join(filter(None, parts))
 
     def tensors(self) -> dict[str, NDArray[Any]]:
         tensors: dict[str, NDArray[Any]] = {"vertices": self.vertices, "triangles": self.triangles}
-        return tensors if self.normals is None else {**tensors, "normals": self.normals}
+        for name in ("normals", "colors", "face_colors", "uv", "texture"):
+            tensor = getattr(self, name)
+            if tensor is not None:
+                tensors[name] = tensor
+        if self.texture is not None:
+            tensors["wrap"] = np.array([WRAPS.index(wrap) for wrap in self.wrap], np.uint8)
+        return tensors
 
     @classmethod
     def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Mesh:
-        check_tensors(tensors, {"vertices": "float64", "triangles": "int32"}, {"normals": "float32"})
-        return cls(tensors["vertices"], tensors["triangles"], tensors.get("normals"))
+        optional = {"normals": "float32", "colors": "float32", "face_colors": "float32", "uv": "float32"}
+        check_tensors(
+            tensors, {"vertices": "float64", "triangles": "int32"}, {**optional, "texture": "uint8", "wrap": "uint8"}
+        )
+        held = dict(tensors)
+        wrap = check_array("wrap", held.pop("wrap", np.zeros(2, np.uint8)), (2,))
+        if wrap.max() >= len(WRAPS):
+            raise InputError(f"wrap: expected numbers below {len(WRAPS)}, got {wrap.max()}")
+        return cls(held.pop("vertices"), held.pop("triangles"), wrap=[WRAPS[i] for i in wrap], **held)
 
     def mesh(self, step: float | None = None) -> Mesh:
         """Itself, whatever the step."""
@@ -135,11 +217,24 @@ class Mesh(Shape):
 
     def turned_upright(self) -> Mesh:
         """The mesh with its y axis turned up to z: (x, y, z) becomes (x, -z, y)."""
-        normals = None if self.normals is None else mapped(UPRIGHT, self.normals)
-        return Mesh(mapped(UPRIGHT, self.vertices), self.triangles, normals)
+        turned = self.tensors()
+        turned["vertices"] = mapped(UPRIGHT, self.vertices)
+        if self.normals is not None:
+            turned["normals"] = np.asarray(mapped(UPRIGHT, self.normals), np.float32)
+        return Mesh.from_tensors(turned)
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
+
+
+def _linear(name: str, colors: Any, count: int, hint: str) -> NDArray[np.float32]:
+    """Linear RGB of what users give, one for each of `count`."""
+    array = check_finite(name, check_array(name, colors, (count, 3), hint=hint))
+    if array.dtype == np.uint8:
+        array = from_srgb(array / 255)
+    elif array.size and not (array.min() >= 0 and array.max() <= 1):
+        raise InputError(f"{name}: expected numbers in 0..1, or uint8, got {array.min():g}..{array.max():g}")
+    return frozen(array, np.float32)
 
 
 def check_mesh_path(path: str | os.PathLike[str]) -> Path:

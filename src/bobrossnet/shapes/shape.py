@@ -96,6 +96,11 @@ class Shape(ABC):
         return check_number("step", step, size / MAX_CELLS, hint=f"{MAX_CELLS} steps are the most along a side")
 
     @property
+    def is_colored(self) -> bool:
+        """Whether it has colours of its own, which its material's is multiplied by."""
+        return False
+
+    @property
     def unresolved_rays(self) -> int:
         """How many rays so far passed places that could not be distinguished from the surface."""
         return 0

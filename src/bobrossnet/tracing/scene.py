@@ -99,6 +99,11 @@ class Scene:
         return dict(counts)
 
     @property
+    def is_colored(self) -> bool:
+        """Whether any surface is not white, so that pictures have colours."""
+        return any(not i.material.is_white or i.shape.is_colored for i in self.instances)
+
+    @property
     def boxes(self) -> NDArray[np.float64]:
         """(n, 2, 3): the lowest and highest coordinates of each instance."""
         return self._arrangement.boxes

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.channels import TRACED, Layout
+from bobrossnet.picture.channels import COLORED, TRACED, Layout
 from bobrossnet.picture.gbuffer import GBuffer, Samples, scatter, untraced_planes
 from bobrossnet.picture.order import Size, SizeLike, check_order, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
@@ -32,16 +32,16 @@ class SceneTracer:
     camera : Camera
     size : (height, width) or "WIDTHxHEIGHT"
     layout : Layout, optional
-        What it finds.
+        What it finds; by default colours where the scene has any.
     """
 
-    def __init__(self, scene: SceneLike, camera: Camera, size: SizeLike, layout: Layout = TRACED) -> None:
+    def __init__(self, scene: SceneLike, camera: Camera, size: SizeLike, layout: Layout | None = None) -> None:
         if not isinstance(camera, Camera):
             raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
         self.size = check_size(size)
         self.camera = camera
-        self.layout = layout
         scene = as_scene(scene)
+        self.layout = layout or (COLORED if scene.is_colored else TRACED)
         self.camera_in_core = camera.core(scene.center, scene.radius)
         self._core = scene.core
 
@@ -104,19 +104,19 @@ def trace(
     tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
     check_order(order, seed)
     count = pixel_count(fraction, tracer.size)
-    planes = untraced_planes(tracer.size, TRACED)
+    planes = untraced_planes(tracer.size, tracer.layout)
     sequence = PixelSequence(tracer.size, order, seed) if count < planes[0].size else None
     done = 0
     while done < count:
         if sequence is not None:
-            pixels = sequence.next(min(BATCH, count - done), planes, TRACED)
+            pixels = sequence.next(min(BATCH, count - done), planes, tracer.layout)
         else:
             pixels = _band(tracer.size, done)
-        scatter(tracer(pixels), pixels, planes, TRACED)
+        scatter(tracer(pixels), pixels, planes, tracer.layout)
         done += len(pixels)
         if progress is not None:
             progress(done / count)
-    return GBuffer.from_stack(planes, TRACED)
+    return GBuffer.from_stack(planes, tracer.layout)
 
 
 def _band(size: Size, done: int) -> NDArray[np.int32]:

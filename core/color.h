@@ -1,0 +1,21 @@
+/// Colours: linear RGB in x, y and z, and sRGB's curve.
+#pragma once
+
+#include <cmath>
+
+#include "vec.h"
+
+namespace bob {
+
+/// By Rec. 709's weights; exactly 1 for white, which the sum in float is not.
+inline float luminance(Vec3 rgb) { return static_cast<float>(0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z); }
+
+/// IEC 61966-2-1: from sRGB's values to linear ones, both 0..1, and back.
+inline float from_srgb(float value) {
+    return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
+}
+inline float to_srgb(float value) {
+    return value <= 0.0031308f ? value * 12.92f : 1.055f * std::pow(value, 1 / 2.4f) - 0.055f;
+}
+
+}  // namespace bob

@@ -1,0 +1,43 @@
+/// Pictures on surfaces.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "vec.h"
+
+namespace bob {
+
+/// What lies beyond a picture's edge.
+enum class Wrap : std::uint8_t { repeat, clamp, mirror };
+
+/// An sRGB picture, and smaller and smaller ones of it: level n + 1 has half the size of level n, rounded up, and each of its texels is
+/// the mean of those that it covers, in linear light.
+class Texture {
+public:
+    /// texels: (height, width, 3), from the top row down; at least one.
+    Texture(std::span<const std::uint8_t> texels, int height, int width, Wrap across = Wrap::repeat, Wrap down = Wrap::repeat);
+
+    /// Linear RGB, 0..1, at u, 0 at the left edge to 1 at the right one, and v, 0 at the top edge to 1 at the bottom: bilinear in the two
+    /// levels whose texels are next to `width`, in texels of level 0, and between these.
+    [[nodiscard]] Vec3 operator()(float u, float v, float width) const;
+
+    [[nodiscard]] int height() const { return levels_[0].height; }
+    [[nodiscard]] int width() const { return levels_[0].width; }
+    [[nodiscard]] std::size_t bytes() const;
+
+private:
+    struct Level {
+        int height, width;
+        std::vector<std::uint8_t> texels;  // (height, width, 3)
+    };
+
+    [[nodiscard]] Vec3 bilinear(const Level& level, float u, float v) const;
+
+    Wrap across_, down_;
+    std::vector<Level> levels_;
+};
+
+}  // namespace bob

@@ -1,0 +1,29 @@
+"""Colours: sRGB's curve, and luminance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+"""Of red, green and blue in linear light, by Rec. 709."""
+
+
+def from_srgb(values: Any) -> NDArray[np.float64]:
+    """Linear values of sRGB's, both 0..1, after IEC 61966-2-1."""
+    values = np.asarray(values, np.float64)
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def to_srgb(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The inverse; what is not in 0..1 is clamped."""
+    values = np.clip(values, 0, 1)
+    return np.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** np.float32(1 / 2.4) - 0.055)
+
+
+def luminance(rgb: Any) -> NDArray[Any]:
+    """Of linear RGB, (..., 3)."""
+    values = np.asarray(rgb)
+    return values @ np.array(LUMINANCE, values.dtype)
