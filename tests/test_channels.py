@@ -36,7 +36,7 @@ def test_layouts_list_channels_by_name():
     assert next(iter(TRACED.places)) == "mask"
 
 
-@pytest.mark.parametrize("names", ["", "gray,", "gray, depth", "grey", "albedo"])
+@pytest.mark.parametrize("names", ["", "gray,", "gray, depth", "grey", "alphas"])
 def test_unknown_channels_are_named(names):
     unknown = names.split(",")[-1]
     with pytest.raises(ValueError, match=f"^expected channels among {','.join(CHANNELS)}, got '{unknown}'$"):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.completion.network import Network, complete, completed_color
 from bobrossnet.completion.uncertainty import mean_error
-from bobrossnet.picture.channels import COLORED, GIVEN, Layout
+from bobrossnet.picture.channels import GIVEN, Layout
 from bobrossnet.picture.gbuffer import GBuffer, scatter, untraced_planes
 from bobrossnet.picture.order import Size
 from bobrossnet.tracing.trace import Tracer, check_samples
@@ -64,8 +64,8 @@ class Picture:
     tracer : Tracer
         Of one camera.
     size : (height, width)
-    layout : Layout
-        What it is to find.
+    layout : Layout, optional
+        What it is to find; by default what its first samples have.
     sequence : Sequence
     network : Network
         What completes it.
@@ -79,15 +79,16 @@ class Picture:
         self,
         tracer: Tracer,
         size: Size,
-        layout: Layout,
+        layout: Layout | None,
         sequence: Sequence,
         network: Network,
         pace: Pace,
         expected: NDArray[np.float32] | None = None,
     ) -> None:
-        self.tracer, self.sequence, self.network, self.layout, self.pace = tracer, sequence, network, layout, pace
+        self.tracer, self.sequence, self.network, self.pace = tracer, sequence, network, pace
         self.expected = expected
-        self.planes = untraced_planes(size, layout)
+        self.layout, self._by_samples = layout or GIVEN, layout is None
+        self.planes = untraced_planes(size, self.layout)
         self.total = size[0] * size[1]
         self.traced = 0
         self.finished = False
@@ -100,8 +101,9 @@ class Picture:
         """Call the tracer once, with as many pixels or as many as are decided; return how many those were."""
         pixels = self.sequence.next(min(count, self.left), self.planes, self.layout)
         samples = check_samples(self.tracer(pixels), len(pixels))
-        if self.traced == 0 and self.layout == GIVEN and samples.layout == COLORED:  # now it is known that it has colours
-            self.layout, self.planes = COLORED, untraced_planes((self.planes.shape[1], self.planes.shape[2]), COLORED)
+        if self._by_samples and self.traced == 0 and samples.layout != self.layout:
+            self.layout = samples.layout
+            self.planes = untraced_planes((self.planes.shape[1], self.planes.shape[2]), self.layout)
         scatter(samples, pixels, self.planes, self.layout)
         if self.expected is not None:
             scatter(samples, pixels, self.expected, self.layout)

@@ -9,7 +9,6 @@ from bobrossnet.completion.network import NetworkLike, load_network
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.frame import Frame, Pace, Picture
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.channels import GIVEN
 from bobrossnet.picture.order import SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike
@@ -79,7 +78,7 @@ def progressive(
         raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
     if frame_ms is not None and fraction is not None:
         raise InputError("progressive: expected frame_ms or fraction, got both")
-    layout = tracer.layout if isinstance(tracer, SceneTracer) else GIVEN
+    layout = tracer.layout if isinstance(tracer, SceneTracer) else None
     picture = Picture(tracer, size, layout, PixelSequence(size, order, seed), load_network(model), Pace())
     until = check_number("until", until, 0)
     count = None if fraction is None else pixel_count(fraction, size)

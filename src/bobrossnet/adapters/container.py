@@ -32,7 +32,7 @@ from bobrossnet.tracing.scene import MAX_INSTANCES, Scene, SceneLike, as_scene
 ENDING = ".bob"
 FORMAT = "bobrossnet-scene"
 VERSIONS = ("1", "2")
-"""The second has colours of meshes and materials of metallicity and roughness. Scenes without are written in the first."""
+"""The second has colours of meshes, and metallicity and roughness. Scenes without are written in the first."""
 
 KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Brep, Implicit, Mesh, Tube)}
 """The shapes that files can hold, by the word for them there."""
@@ -140,7 +140,8 @@ def read_scene(file: Path) -> Scene:
         raise InputError(f"expected the format {FORMAT}, got {metadata.get('format')!r}")
     if metadata.get("version") not in VERSIONS:
         raise InputError(
-            f"expected version {' or '.join(VERSIONS)}, got {metadata.get('version')!r}; was it written by a newer release?"
+            f"expected version {' or '.join(VERSIONS)}, got {metadata.get('version')!r}; "
+            "was it written by a newer release?"
         )
     content = _fields("scene", read_json(metadata.get("scene", "")), "shapes", "instances")
     instances = _list("instances", content["instances"])
@@ -182,7 +183,9 @@ def _instance(place: str, item: Any, shapes: list[Shape], materials: dict[str, M
     number = check_integer(f"{place}.shape", fields["shape"], 0, len(shapes) - 1)
     transform = _list(f"{place}.transform", fields["transform"])
     material = fields["material"]
-    names = MATERIAL if not isinstance(material, dict) or PHYSICAL.isdisjoint(material) else Material.__dataclass_fields__
+    names = (
+        MATERIAL if not isinstance(material, dict) or PHYSICAL.isdisjoint(material) else Material.__dataclass_fields__
+    )
     material = _fields(f"{place}.material", material, *names)
     if any(isinstance(x, bool) for row in transform if isinstance(row, list) for x in row):
         raise InputTypeError(f"{place}.transform: expected numbers, got true or false")

@@ -55,8 +55,8 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str =
     Raises
     ------
     InputError
-        If `gbuffer` is not a GBuffer or lacks a channel that the network needs, or the weights can't be used, or there is
-        no such channel.
+        If `gbuffer` is not a GBuffer or lacks a channel that the network needs, or the weights can't be used, or
+        there is no such channel.
 
     Examples
     --------

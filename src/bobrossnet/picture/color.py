@@ -14,7 +14,8 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 def from_srgb(values: Any) -> NDArray[np.float64]:
     """Linear values of sRGB's, both 0..1, after IEC 61966-2-1."""
     values = np.asarray(values, np.float64)
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    linear: NDArray[np.float64] = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return linear
 
 
 def to_srgb(values: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -26,4 +27,5 @@ def to_srgb(values: NDArray[np.float32]) -> NDArray[np.float32]:
 def luminance(rgb: Any) -> NDArray[Any]:
     """Of linear RGB, (..., 3)."""
     values = np.asarray(rgb)
-    return values @ np.array(LUMINANCE, values.dtype)
+    sums: NDArray[Any] = values @ np.array(LUMINANCE, values.dtype)
+    return sums

@@ -38,7 +38,7 @@ class Channels:
 
     @property
     def albedo(self) -> F32:
-        """Linear RGB of the surface itself, 0..1, components last; white where there are no colours, 0 where there is no
+        """Linear RGB of the surface itself, 0..1, components last; white where there are no colours, 0 without a
         surface."""
         return self.channel("albedo")
 
@@ -112,23 +112,26 @@ class GBuffer(Channels):
         planes[0] = mask
         traced = mask > 0
 
-        def put(name: str, values: Any, hint: str = "to match mask") -> F32:
-            values = check_range(name, check_float32(name, values, _values_shape(name, *size), hint=hint))
-            planes[layout.places[name]] = np.where(traced, np.moveaxis(values.reshape(*size, -1), -1, 0), 0)
-            return values
+        def put(name: str, values: Any) -> F32:
+            shape = _values_shape(name, *size)
+            hint = {1: "", 2: "x and y last, to match mask", 3: "red, green and blue last, to match mask"}
+            array = check_float32(name, values, shape, hint=hint[CHANNELS[name].components])
+            check_range(name, array)
+            planes[layout.places[name]] = np.where(traced, np.moveaxis(array.reshape(*size, -1), -1, 0), 0)
+            return array
 
-        put("depth", depth), put("normal", normal, "x and y last, to match mask")
         if gray is None and color is None:
             raise InputError("gray: expected gray or color, got neither")
+        put("depth", depth)
+        put("normal", normal)
         if color is not None:
-            color = put("color", color, "red, green and blue last, to match mask")
-            gray = luminance(color) if gray is None else gray
-        gray = put("gray", gray)
+            color = put("color", color)
+        gray = put("gray", luminance(color) if gray is None else gray)
         if layout == COLORED:
             if color is None:
                 put("color", np.repeat(gray[..., None], 3, -1))
-            surface = np.repeat((planes[layout.places["depth"]][0] > 0)[..., None], 3, -1).astype(np.float32)
-            put("albedo", surface if albedo is None else albedo, "red, green and blue last, to match mask")
+            surface = (planes[layout.places["depth"]][0] > 0).astype(np.float32)
+            put("albedo", np.repeat(surface[..., None], 3, -1) if albedo is None else albedo)
         self._own(planes, layout)
 
     @classmethod
@@ -157,7 +160,7 @@ class GBuffer(Channels):
         return tuple(self.layout.places)
 
     def channel(self, name: str) -> F32:
-        """A channel by its name: (H, W), or (H, W, components) where it has several. KeyError if there is no such channel."""
+        """A channel by its name: (H, W), or (H, W, components) where it has several. KeyError if there is none."""
         if name not in self.layout.places and name in DERIVED:
             return DERIVED[name](self)
         planes = self.planes[self.layout.places[name]]
@@ -223,7 +226,8 @@ class Samples(Channels):
         By default the luminance of `color`.
     depth : (n,) numbers in 0..1, optional
         1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest; between them along the
-        line of sight, in perspective by the distance from the camera, which may stand within the sphere. By default 0.5.
+        line of sight, in perspective by the distance from the camera, which may stand within the sphere.
+        By default 0.5.
     normal : (n, 2) numbers in -1..1, optional
         In screen space, x right and y up. By default 0: towards the camera.
     hit : (n,) bool, optional
@@ -245,7 +249,13 @@ class Samples(Channels):
     """All of them, (n, C) in the layout's order, whether the ray hit in the place of the mask."""
 
     def __init__(
-        self, gray: Any = None, depth: Any = None, normal: Any = None, hit: Any = None, color: Any = None, albedo: Any = None
+        self,
+        gray: Any = None,
+        depth: Any = None,
+        normal: Any = None,
+        hit: Any = None,
+        color: Any = None,
+        albedo: Any = None,
     ) -> None:
         first = "color" if gray is None else "gray"
         if gray is None and color is None:

@@ -116,7 +116,9 @@ class Mesh(Shape):
             self.uv = frozen(places, np.float32)
             texels = check_array("texture", texture, (None, None, 3), hint="red, green and blue last")
             if texels.dtype != np.uint8 or texels.size == 0:
-                raise InputTypeError(f"texture: expected uint8 of at least one texel, got {texels.dtype} {texels.shape}")
+                raise InputTypeError(
+                    f"texture: expected uint8 of at least one texel, got {texels.dtype} {texels.shape}"
+                )
             self.texture = frozen(texels, np.uint8)
             across, down = (wrap, wrap) if isinstance(wrap, str) else wrap
             if across not in WRAPS or down not in WRAPS:
@@ -134,9 +136,7 @@ class Mesh(Shape):
     @cached_property
     def core(self) -> _core.Mesh:
         texture = None if self.texture is None else _core.Texture(self.texture, *self.wrap)
-        return _core.Mesh(
-            self.vertices, self.triangles, self.normals, self.colors, self.face_colors, self.uv, texture
-        )
+        return _core.Mesh(self.vertices, self.triangles, self.normals, self.colors, self.face_colors, self.uv, texture)
 
     @property
     def is_colored(self) -> bool:
@@ -156,7 +156,11 @@ class Mesh(Shape):
 
     def _colors(self) -> str:
         texture = "" if self.texture is None else f"a texture of {self.texture.shape[1]} x {self.texture.shape[0]}"
-        parts = (texture, "vertices" if self.colors is not None else "", "faces" if self.face_colors is not None else "")
+        parts = (
+            texture,
+            "vertices" if self.colors is not None else "",
+            "faces" if self.face_colors is not None else "",
+        )
         return "of " + ", ".join(filter(None, parts))
 
     def tensors(self) -> dict[str, NDArray[Any]]:
