@@ -163,7 +163,10 @@ void bind_scene(nb::module_& m) {
         .def_ro("ambient", &bob::Material::ambient)
         .def_ro("diffuse", &bob::Material::diffuse)
         .def_ro("specular", &bob::Material::specular)
-        .def_ro("shininess", &bob::Material::shininess);
+        .def_ro("shininess", &bob::Material::shininess)
+        .def_ro("metallic", &bob::Material::metallic)
+        .def_ro("roughness", &bob::Material::roughness)
+        .def_prop_ro("emissive", [](const bob::Material& m) { return std::to_array(m.emissive); });
 
     m.def("shape_digest", &shape_digest, "kind"_a, "tensors"_a);
     m.def("singular_values", [](const Matrix& map) { return bob::singular_values(bob::affine_map(map.data())); },

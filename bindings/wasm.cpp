@@ -37,7 +37,8 @@ struct Shape {
     std::shared_ptr<const bob::Shape> core;
     std::vector<bob::Mesh::Point> vertices = {};
     std::vector<bob::Triangle> triangles = {};
-    std::vector<bob::Vec3> normals = {};
+    std::vector<bob::Vec3> normals = {}, colors = {}, face_colors = {};
+    std::vector<bob::Mesh::Uv> uv = {};
     bool is_coarse = false;
 };
 
@@ -132,10 +133,13 @@ EXPORT(find_bounds) bool find_bounds(const bob::Expression* expression, double* 
 
 // ---- Shapes ----------------------------------------------------------------------------------------------
 
-/// vertices: (vertex_count, 3); triangles: (triangle_count, 3); normals: (vertex_count, 3), or null.
+/// vertices: (vertex_count, 3); triangles: (triangle_count, 3); normals, and colors in linear RGB: (vertex_count, 3), or null;
+/// face_colors: (triangle_count, 3), or null; uv: (vertex_count, 2), texels: (height, width, 3) in sRGB, and texture: height,
+/// width, and how it wraps across and down, or all null.
 EXPORT(make_mesh)
 Shape* make_mesh(const double* vertices, std::size_t vertex_count, const std::int32_t* triangles, std::size_t triangle_count,
-                 const float* normals) {
+                 const float* normals, const float* colors, const float* face_colors, const float* uv, const std::uint8_t* texels,
+                 const std::int32_t* texture) {
     return attempt([&] {
         expect(triangle_count > 0, "triangles: expected at least one");
         for (const std::int32_t index : std::span(triangles, 3 * triangle_count)) {
@@ -148,7 +152,23 @@ Shape* make_mesh(const double* vertices, std::size_t vertex_count, const std::in
         shape->vertices.assign(points, points + vertex_count);
         shape->triangles.assign(corners, corners + triangle_count);
         if (normals) shape->normals.assign(directions, directions + vertex_count);
-        shape->core = std::make_shared<bob::Mesh>(bob::Mesh::Arrays{shape->vertices, shape->triangles, shape->normals, nullptr});
+        const auto vectors = [](const float* from, std::size_t count, std::vector<bob::Vec3>& to) {
+            const auto* first = reinterpret_cast<const bob::Vec3*>(from);
+            if (from) to.assign(first, first + count);
+            return std::span<const bob::Vec3>(to);
+        };
+        bob::Mesh::Arrays arrays{shape->vertices, shape->triangles, shape->normals, nullptr};
+        arrays.colors = vectors(colors, vertex_count, shape->colors);
+        arrays.face_colors = vectors(face_colors, triangle_count, shape->face_colors);
+        if (texture) {
+            const auto* places = reinterpret_cast<const bob::Mesh::Uv*>(uv);
+            shape->uv.assign(places, places + vertex_count);
+            arrays.uv = shape->uv;
+            const std::size_t size = 3 * static_cast<std::size_t>(texture[0]) * static_cast<std::size_t>(texture[1]);
+            arrays.texture = std::make_shared<bob::Texture>(std::span(texels, size), texture[0], texture[1],
+                                                            static_cast<bob::Wrap>(texture[2]), static_cast<bob::Wrap>(texture[3]));
+        }
+        shape->core = std::make_shared<bob::Mesh>(arrays);
         expect(std::isfinite(shape->core->sphere().radius), "vertices: expected finite numbers, got NaN or infinite ones");
         return shape.release();
     });

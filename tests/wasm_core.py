@@ -156,10 +156,10 @@ class WasmCore:
         self.call("free_expression", expression)
         return nodes
 
-    def mesh(self, vertices, triangles, normals):
-        return self.made(
-            "make_mesh", vertices, len(vertices), triangles, len(triangles), 0 if normals is None else normals,
-        )  # fmt: skip
+    def mesh(self, vertices, triangles, *arrays):
+        """`arrays` are normals, colors, face_colors and uv, or None; textures are read from files alone."""
+        given = [0 if array is None else array for array in arrays[:4]]
+        return self.made("make_mesh", vertices, len(vertices), triangles, len(triangles), *given, 0, 0)
 
     def implicit(self, expression, bounds):
         return self.made("make_implicit", self.expression(expression), bounds)
@@ -195,7 +195,12 @@ class WasmCore:
     def scene(self, made, arrangement):
         """The scene that Python's core was given, by what `recorded` returns."""
         shapes, transforms, materials = made[id(arrangement)][1]
-        numbers = np.array([[*m.color, m.ambient, m.diffuse, m.specular, m.shininess] for m in materials])
+        numbers = np.array(
+            [
+                [*m.color, m.ambient, m.diffuse, m.specular, m.shininess, m.metallic, m.roughness, *m.emissive]
+                for m in materials
+            ]
+        )
         handles = []
         for shape in shapes:
             kind, arguments = made[id(shape)]

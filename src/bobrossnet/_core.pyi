@@ -118,6 +118,13 @@ class Material:
     def specular(self) -> float: ...
     @property
     def shininess(self) -> float: ...
+    @property
+    def metallic(self) -> float: ...
+    @property
+    def roughness(self) -> float:
+        """Below 0 of Blinn-Phong."""
+    @property
+    def emissive(self) -> list[float]: ...
 
 def shape_digest(kind: str, tensors: dict[str, NDArray[Any]]) -> bytes:
     """SHA-256 of what a shape is."""

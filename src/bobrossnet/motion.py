@@ -15,7 +15,7 @@ from bobrossnet.completion.network import NetworkLike, load_network
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.frame import Frame, Pace, Picture
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.channels import GIVEN, Layout
+from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import Samples, untraced_planes
 from bobrossnet.picture.order import ADAPTIVE, SizeLike, check_order, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
@@ -48,7 +48,8 @@ class View:
     size : (height, width) or "WIDTHxHEIGHT"
     tracer : callable, optional
         Instead of a scene: from a `Camera` and pixels, (n, 2) int32 rows and columns, to `Samples` of the same
-        length. Their depth is over the unit sphere, which the camera sees; their gray is carried along as it is.
+        length. Their depth is over the unit sphere, which the camera sees; their gray and colour are
+        carried along as they are.
     model : str or path
         As in `complete`.
     seed : int, 0..2**64 - 1
@@ -85,14 +86,14 @@ class View:
         self.size = check_size(size)
         self._scene = None if scene is None else as_scene(scene)
         self._tracer = tracer
-        self._layout = GIVEN
+        self._layout: Layout | None = None  # of a tracer of one's own: known once it was called
         if self._scene is not None:
             self._layout = COLORED_ANEW if self._scene.is_colored else SHADED_ANEW
         self._network = load_network(model)
         check_order(ADAPTIVE, seed)
         self._seed = int(seed)
         self._pace = Pace()
-        self._history = _core.History(self._layout.core, *self.size)
+        self._history: _core.History | None = None
         self._moves = 0
         self._seen = self._seen_by(Camera())
         self._picture = self._unknown()
@@ -135,12 +136,15 @@ class View:
 
     def forget(self) -> None:
         """Begin anew: for tracers whose shapes or lights have changed."""
-        self._history.clear()
+        self._history = None
         self._picture = self._unknown()
 
     def _move(self, camera: Camera) -> None:
         seen = self._seen_by(camera)
-        expected, off_center = untraced_planes(self.size, self._layout), np.empty(self.size, np.float32)
+        self._layout = layout = self._picture.layout
+        if self._history is None:
+            self._history = _core.History(layout.core, *self.size)
+        expected, off_center = untraced_planes(self.size, layout), np.empty(self.size, np.float32)
         self._history.add(self._seen.in_core, self._picture.planes)
         surfaces = self._history.expect(seen.in_core, expected, off_center)
         self._seen = seen
@@ -151,7 +155,7 @@ class View:
         if isinstance(seen.tracer, SceneTracer):
             seen.tracer.shade(expected)
         sequence = _Refreshing((self._seed + self._moves) % 2**64, expected, off_center)
-        self._picture = Picture(seen.tracer, self.size, self._layout, sequence, self._network, self._pace, expected)
+        self._picture = Picture(seen.tracer, self.size, layout, sequence, self._network, self._pace, expected)
 
     def _unknown(self) -> Picture:
         """A picture of which nothing is expected."""

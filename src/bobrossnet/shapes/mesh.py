@@ -165,25 +165,30 @@ class Mesh(Shape):
 
     def tensors(self) -> dict[str, NDArray[Any]]:
         tensors: dict[str, NDArray[Any]] = {"vertices": self.vertices, "triangles": self.triangles}
-        for name in ("normals", "colors", "face_colors", "uv", "texture"):
+        for name in ("normals", "colors", "face_colors", "uv"):
             tensor = getattr(self, name)
             if tensor is not None:
                 tensors[name] = tensor
         if self.texture is not None:
-            tensors["wrap"] = np.array([WRAPS.index(wrap) for wrap in self.wrap], np.uint8)
+            tensors["texture"] = self.texture.reshape(-1, 3)
+            wrap = [WRAPS.index(wrap) for wrap in self.wrap]
+            tensors["texture_layout"] = np.array([*self.texture.shape[:2], *wrap], np.int32)
         return tensors
 
     @classmethod
     def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Mesh:
         optional = {"normals": "float32", "colors": "float32", "face_colors": "float32", "uv": "float32"}
-        check_tensors(
-            tensors, {"vertices": "float64", "triangles": "int32"}, {**optional, "texture": "uint8", "wrap": "uint8"}
-        )
+        of_texture = {"texture": "uint8", "texture_layout": "int32"}
+        check_tensors(tensors, {"vertices": "float64", "triangles": "int32"}, {**optional, **of_texture})
         held = dict(tensors)
-        wrap = check_array("wrap", held.pop("wrap", np.zeros(2, np.uint8)), (2,))
-        if wrap.max() >= len(WRAPS):
-            raise InputError(f"wrap: expected numbers below {len(WRAPS)}, got {wrap.max()}")
-        return cls(held.pop("vertices"), held.pop("triangles"), wrap=[WRAPS[i] for i in wrap], **held)
+        if of_texture.keys() & held.keys():
+            texture = check_array("texture", held.get("texture"), (None, 3))
+            layout = check_array("texture_layout", held.pop("texture_layout", None), (4,))
+            height, width, *wrap = map(int, layout)
+            if not (height > 0 and width > 0 and height * width == len(texture) and set(wrap) <= {0, 1, 2}):
+                raise InputError(f"texture_layout: expected height, width and two of 0, 1, 2, got {layout.tolist()}")
+            held |= {"texture": texture.reshape(height, width, 3), "wrap": [WRAPS[i] for i in wrap]}
+        return cls(held.pop("vertices"), held.pop("triangles"), **held)
 
     def mesh(self, step: float | None = None) -> Mesh:
         """Itself, whatever the step."""

@@ -19,7 +19,7 @@ import { readContainer, readTensor } from "./safetensors.js";
  * @typedef {import("./safetensors.js").Container} Container
  */
 
-const FORMAT = "bobrossnet-scene", VERSION = "1";
+const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2"];
 
 /** Bytes of JSON that readers of safetensors take, as bobrossnet.adapters.container.MAX_HEADER. */
 const MAX_HEADER = 100_000_000;
@@ -33,7 +33,10 @@ const START = '{"__metadata__":{"sha256":"', DIGITS = 8 + START.length, BODY = D
  * @type {Record<string, Record<string, [string, ...(number | null)[]]>>}
  */
 const KINDS = {
-  mesh: { vertices: ["F64", null, 3], triangles: ["I32", null, 3], "normals?": ["F32", null, 3] },
+  mesh: {
+    vertices: ["F64", null, 3], triangles: ["I32", null, 3], "normals?": ["F32", null, 3], "colors?": ["F32", null, 3],
+    "face_colors?": ["F32", null, 3], "uv?": ["F32", null, 2], "texture?": ["U8", null, 3], "texture_layout?": ["I32", 4],
+  },
   implicit: { ops: ["U8", null], operands: ["U32", null, 3], values: ["F64", null], "bounds?": ["F64", 2, 3] },
   brep: {
     faces: ["I32", null, 5], control_points: ["F64", null, 4], knots: ["F64", null], loops: ["I32", null],
@@ -65,9 +68,9 @@ export function readBob(core, bytes) {
   }
   const container = readContainer(bytes), { metadata, entries } = container;
   if (metadata.format !== FORMAT) throw new CoreError(`expected the format ${FORMAT}, got ${brief(metadata.format)}`);
-  if (metadata.version !== VERSION) {
+  if (!VERSIONS.includes(metadata.version)) {
     const got = brief(metadata.version);
-    throw new CoreError(`expected version ${VERSION}, got ${got}; was it written by a newer release?`);
+    throw new CoreError(`expected version ${VERSIONS.join(" or ")}, got ${got}; was it written by a newer release?`);
   }
   const content = checkFields("scene", JSON.parse(metadata.scene), "shapes", "instances");
   const instances = checkList("instances", content.instances);
@@ -155,7 +158,7 @@ function checkShape(core, shape) {
       if (shape.normals && shape.normals.length !== shape.vertices.length) {
         throw new CoreError(`normals: expected one for each of ${count} vertices, got ${shape.normals.length / 3}`);
       }
-      return;
+      return checkColors(shape);
     }
     case "implicit": {
       const { ops, operands, values, bounds } = shape;
@@ -170,6 +173,22 @@ function checkShape(core, shape) {
     }
     case "brep": return checkBrep(shape);
     case "tube": return checkTube(shape);
+  }
+}
+
+/** Throws a CoreError unless a mesh has as many colours as it needs. @param {import("../shapes/description.js").MeshDescription} mesh */
+function checkColors({ vertices, triangles, colors, face_colors, uv, texture, texture_layout }) {
+  for (const [name, values, of] of /** @type {const} */ ([["colors", colors, vertices], ["face_colors", face_colors, triangles]])) {
+    if (values && values.length !== of.length) throw new CoreError(`${name}: expected ${of.length / 3}, got ${values.length / 3}`);
+    if (values?.some((value) => !(value >= 0 && value <= 1))) throw new CoreError(`${name}: expected numbers in 0..1`);
+  }
+  if (!uv && !texture && !texture_layout) return;
+  if (!uv || !texture || !texture_layout) throw new CoreError("uv: expected uv, texture and texture_layout together");
+  checkFinite("uv", uv);
+  if (3 * uv.length !== 2 * vertices.length) throw new CoreError(`uv: expected one for each vertex, got ${uv.length / 2}`);
+  const [height, width, ...wraps] = texture_layout;
+  if (!(height > 0 && width > 0 && 3 * height * width === texture.length && wraps.every((wrap) => wrap >= 0 && wrap <= 2))) {
+    throw new CoreError(`texture_layout: expected height, width and two of 0, 1, 2, got ${texture_layout.join(", ")}`);
   }
 }
 
@@ -195,21 +214,25 @@ function readInstance(core, place, item, shapes) {
   if (isSingular(core, rows)) {
     throw new CoreError(`${place}.transform: expected a map that keeps all three dimensions, got one that is singular`);
   }
-  const of = `${place}.material`;
-  checkFields(of, material, "color", "ambient", "diffuse", "specular", "shininess");
-  const { color, ambient, diffuse, specular, shininess } = material;
-  if (checkList(`${of}.color`, color).length !== 3) {
-    throw new CoreError(`${of}.color: expected 3 numbers, got ${color.length}`);
-  }
-  for (const value of color) checkNumber(`${of}.color`, value, 0, 1);
-  for (const [field, value] of Object.entries({ ambient, diffuse, specular })) {
-    checkNumber(`${of}.${field}`, value, 0, 1);
-  }
-  checkNumber(`${of}.shininess`, shininess, 0, 10_000);
+  checkMaterial(`${place}.material`, material);
   if (name !== null && typeof name !== "string") {
     throw new CoreError(`${place}.name: expected a string, got ${brief(name)}`);
   }
-  return { shape, transform: rows, material: { color, ambient, diffuse, specular, shininess }, name };
+  return { shape, transform: rows, material, name };
+}
+
+/** @param {string} of @param {any} material */
+function checkMaterial(of, material) {
+  const physical = material && typeof material === "object" && "roughness" in material ? ["metallic", "roughness", "emissive"] : [];
+  checkFields(of, material, "color", "ambient", "diffuse", "specular", "shininess", ...physical);
+  const { color, ambient, diffuse, specular, shininess, metallic, roughness, emissive = [0, 0, 0] } = material;
+  for (const [field, rgb] of Object.entries({ color, emissive })) {
+    if (checkList(`${of}.${field}`, rgb).length !== 3) throw new CoreError(`${of}.${field}: expected 3 numbers, got ${rgb.length}`);
+    for (const value of rgb) checkNumber(`${of}.${field}`, value, 0, 1);
+  }
+  const shares = roughness == null && metallic == null ? { ambient, diffuse, specular } : { ambient, diffuse, specular, metallic, roughness };
+  for (const [field, value] of Object.entries(shares)) checkNumber(`${of}.${field}`, value, 0, 1);
+  checkNumber(`${of}.shininess`, shininess, 0, 10_000);
 }
 
 /** @param {Uint8Array} bytes */

@@ -7,11 +7,12 @@ import { Shape } from "./shape.js";
  * A triangle mesh.
  *
  * @param {import("../core/core.js").Core} core
- * @param {ArrayLike<number>} vertices (V, 3), in any unit, finite
- * @param {ArrayLike<number>} triangles (T, 3), anticlockwise seen from outside
- * @param {ArrayLike<number>} [normals] (V, 3), of any length
+ * @param {import("./description.js").MeshDescription} description
  */
-export function meshShape(core, vertices, triangles, normals) {
+export function meshShape(core, { vertices, triangles, normals, colors, face_colors, uv, texture, texture_layout }) {
+  /** @param {ArrayLike<number> | undefined} array */
+  const floats = (array) => (array ? as(Float32Array, array) : 0);
   return new Shape(core, core.made("make_mesh", as(Float64Array, vertices), vertices.length / 3, as(Int32Array, triangles),
-                                   triangles.length / 3, normals ? as(Float32Array, normals) : 0));
+                                   triangles.length / 3, floats(normals), floats(colors), floats(face_colors), floats(uv),
+                                   texture ?? 0, texture_layout ?? 0));
 }

@@ -3,8 +3,9 @@
  * Scenes as plain objects, which messages between workers can carry.
  *
  * @typedef {import("../shapes/description.js").ShapeDescription} ShapeDescription
- * @typedef {{color: ArrayLike<number>, ambient: number, diffuse: number, specular: number, shininess: number}} Material
- *   linear RGB
+ * @typedef {{color: ArrayLike<number>, ambient: number, diffuse: number, specular: number, shininess: number,
+ *   metallic?: number | null, roughness?: number | null, emissive?: ArrayLike<number>}} Material
+ *   color, emissive: linear RGB; without a roughness, Blinn-Phong
  * @typedef {{shape: number, transform?: ArrayLike<number>, material?: Material, name?: string | null}}
  *   InstanceDescription
  *   shape: which of the shapes; transform: (4, 4), from its units to the scene's, by default where it is; white by
@@ -54,10 +55,10 @@ export function turnedUpright(scene) {
 }
 
 /**
- * Red, green, blue, ambient, diffuse, specular and shininess.
+ * Red, green, blue, ambient, diffuse, specular, shininess, metallic, roughness (-1 without one), and what it emits.
  *
  * @param {Material} material
  */
-export function materialValues({ color, ambient, diffuse, specular, shininess }) {
-  return [...Array.from(color), ambient, diffuse, specular, shininess];
+export function materialValues({ color, ambient, diffuse, specular, shininess, metallic, roughness, emissive = [0, 0, 0] }) {
+  return [...Array.from(color), ambient, diffuse, specular, shininess, metallic ?? 0, roughness ?? -1, ...Array.from(emissive)];
 }

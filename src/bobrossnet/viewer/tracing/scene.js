@@ -16,7 +16,7 @@ import { WHITE, checkCount, materialValues } from "./description.js";
  * @typedef {import("../shapes/description.js").ShapeDescription} ShapeDescription
  * @typedef {import("./description.js").SceneDescription} SceneDescription
  * @typedef {{shape: Shape, transform: ArrayLike<number>, material: ArrayLike<number>}} Instance
- *   transform (4, 4): from the shape's units to the scene's; material (7): linear RGB, ambient, diffuse, specular, shininess
+ *   transform (4, 4): from the shape's units to the scene's; material (12): as materialValues
  */
 
 export class Scene {
@@ -91,7 +91,7 @@ const coarse = (what) => `shape: its ${what} is too intricate to prepare in a fe
 /** @param {Core} core @param {ShapeDescription} description @returns {Shape} */
 function makeShape(core, description) {
   switch (description.kind) {
-    case "mesh": return meshShape(core, description.vertices, description.triangles, description.normals);
+    case "mesh": return meshShape(core, description);
     case "implicit": return implicitShape(core, description, description.bounds);
     case "script": return scriptShape(core, description.source);
     case "formula": return formulaShape(core, description.text, description.bounds);
