@@ -22,7 +22,9 @@ from bobrossnet.onnx import export
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.gbuffer import GBuffer, Samples
 from bobrossnet.picture.order import pixel_order
+from bobrossnet.picture.rendered import Picture
 from bobrossnet.progressive import progressive
+from bobrossnet.rendering import render
 from bobrossnet.sdf.formula import implicit
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
@@ -50,6 +52,7 @@ __all__ = [
     "Instance",
     "Material",
     "Mesh",
+    "Picture",
     "Samples",
     "Scene",
     "SceneTracer",
@@ -69,6 +72,7 @@ __all__ = [
     "polyline",
     "progressive",
     "psnr",
+    "render",
     "save_scene",
     "set_thread_count",
     "ssim",

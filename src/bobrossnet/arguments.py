@@ -46,6 +46,14 @@ def positive(text: str) -> float:
     return value
 
 
+def background(text: str | None) -> str | tuple[str, str] | None:
+    """What `render` takes, from transparent, a color, or two with a comma between them; black by default."""
+    if text == "transparent":
+        return None
+    first, comma, second = (text or "#000000").partition(",")
+    return (first, second) if comma else first
+
+
 def numbers(text: str) -> tuple[float, ...]:
     """Coordinates from a list such as 1,-0.5,2."""
     try:

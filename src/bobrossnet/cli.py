@@ -169,6 +169,18 @@ def _parser() -> argparse.ArgumentParser:
     arguments.add_up(render)
     render.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
     render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
+    render.add_argument(
+        "--samples",
+        type=int,
+        default=1,
+        metavar="N",
+        help="with --fraction 100%%: rays at most for each pixel along edges, 4 or 16 (default: 1, pixels' centres)",
+    )
+    render.add_argument(
+        "--background",
+        metavar="COLOR",
+        help="transparent, or a color such as #ffffff, or two for top and bottom: #ffffff,#99bbdd (default: #000000)",
+    )
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
 
     view = commands.add_parser(
@@ -227,15 +239,19 @@ def _render(options: argparse.Namespace) -> None:
     from bobrossnet.completion.network import load_network
     from bobrossnet.picture.files import (
         check_picture_path,
+        color_to_8_bit,
         side_by_side,
         to_8_bit,
         traced_on_green,
         write_picture,
     )
     from bobrossnet.progress import progress
+    from bobrossnet.rendering import check_picture, finished
 
     limit_memory()
     out = check_picture_path(options.out)
+    background = arguments.background(options.background)
+    check_picture(options.samples, background)
     orbit = options.azimuth, options.elevation, options.roll, options.zoom
     place = {"position": options.position, "target": options.target}
     camera = bob.Camera(*orbit, fov=options.fov, pan=options.pan, **place)
@@ -278,13 +294,19 @@ def _render(options: argparse.Namespace) -> None:
         full, full_ms = (part, trace_ms) if whole else timed_trace("tracing the reference", 1.0)
         quality = f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
         print(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
+        completed, exact = to_8_bit(image), to_8_bit(full.gray)
+        if scene.is_colored:
+            completed, exact = (color_to_8_bit(bob.complete(g, model, channel="color")) for g in (part, full))
         picture = side_by_side(
             [
                 (traced_on_green(part), f"traced: {100 * part.fraction:.4g} %, {rays:,} rays, {trace_ms:.1f} ms"),
-                (to_8_bit(image), f"completed: {complete_ms:.1f} ms, {quality}"),
-                (to_8_bit(full.gray), f"reference: {width * height:,} rays, {full_ms:.1f} ms"),
+                (completed, f"completed: {complete_ms:.1f} ms, {quality}"),
+                (exact, f"reference: {width * height:,} rays, {full_ms:.1f} ms"),
             ]
         )
+    elif scene.is_colored or options.background is not None or options.samples > 1:
+        picture = finished(part, scene, camera, samples=options.samples, background=background, model=model).rgba
+        picture = picture if background is None else picture[..., :3]
     else:
         picture = to_8_bit(image)
     if scene.unresolved_rays:

@@ -56,7 +56,7 @@ class Sequence(Protocol):
         """As `PixelSequence.next`."""
 
 
-class Picture:
+class PartialPicture:
     """What one camera sees so far, and the pixels still to come.
 
     Parameters

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.completion.network import NetworkLike, load_network
 from bobrossnet.errors import InputError, InputTypeError, check_number
-from bobrossnet.frame import Frame, Pace, Picture
+from bobrossnet.frame import Frame, Pace, PartialPicture
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import Samples, untraced_planes
@@ -155,12 +155,12 @@ class View:
         if isinstance(seen.tracer, SceneTracer):
             seen.tracer.shade(expected)
         sequence = _Refreshing((self._seed + self._moves) % 2**64, expected, off_center)
-        self._picture = Picture(seen.tracer, self.size, layout, sequence, self._network, self._pace, expected)
+        self._picture = PartialPicture(seen.tracer, self.size, layout, sequence, self._network, self._pace, expected)
 
-    def _unknown(self) -> Picture:
+    def _unknown(self) -> PartialPicture:
         """A picture of which nothing is expected."""
         sequence = PixelSequence(self.size, ADAPTIVE, self._seed)
-        return Picture(self._seen.tracer, self.size, self._layout, sequence, self._network, self._pace)
+        return PartialPicture(self._seen.tracer, self.size, self._layout, sequence, self._network, self._pace)
 
     def _seen_by(self, camera: Camera) -> _Seen:
         if self._scene is not None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from bobrossnet.completion.network import NetworkLike, load_network
 from bobrossnet.errors import InputError, InputTypeError, check_number
-from bobrossnet.frame import Frame, Pace, Picture
+from bobrossnet.frame import Frame, Pace, PartialPicture
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
@@ -79,7 +79,7 @@ def progressive(
     if frame_ms is not None and fraction is not None:
         raise InputError("progressive: expected frame_ms or fraction, got both")
     layout = tracer.layout if isinstance(tracer, SceneTracer) else None
-    picture = Picture(tracer, size, layout, PixelSequence(size, order, seed), load_network(model), Pace())
+    picture = PartialPicture(tracer, size, layout, PixelSequence(size, order, seed), load_network(model), Pace())
     until = check_number("until", until, 0)
     count = None if fraction is None else pixel_count(fraction, size)
     budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
@@ -87,7 +87,7 @@ def progressive(
     return _frames(picture, count, budget, until)
 
 
-def _frames(picture: Picture, count: int | None, budget: float, until: float) -> Iterator[Frame]:
+def _frames(picture: PartialPicture, count: int | None, budget: float, until: float) -> Iterator[Frame]:
     """Frames of so many pixels each, or of so many seconds."""
     while True:
         yield picture.frame(time.perf_counter(), count, budget, until)

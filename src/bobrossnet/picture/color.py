@@ -18,9 +18,9 @@ def from_srgb(values: Any) -> NDArray[np.float64]:
     return linear
 
 
-def to_srgb(values: NDArray[np.float32]) -> NDArray[np.float32]:
+def to_srgb(values: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
     """The inverse; what is not in 0..1 is clamped."""
-    values = np.clip(values, 0, 1)
+    values = np.clip(values, 0, 1, dtype=np.float32)
     return np.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** np.float32(1 / 2.4) - 0.055)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.errors import InputError
+from bobrossnet.picture.color import to_srgb
 from bobrossnet.picture.gbuffer import GBuffer
 
 F32 = NDArray[np.float32]
@@ -29,6 +30,9 @@ FORMATS = {
     ".tiff": "TIFF",
 }
 
+OPAQUE = {"JPEG", "BMP"}
+"""Formats without transparency."""
+
 CAPTION_HEIGHT = 26
 GAP = 4
 
@@ -38,10 +42,15 @@ def to_8_bit(gray: F32) -> U8:
     return np.rint(np.clip(gray, 0, 1) * 255).astype(np.uint8)
 
 
+def color_to_8_bit(color: F32) -> U8:
+    """Linear RGB, (H, W, 3) float32 in 0..1, to sRGB, (H, W, 3) uint8."""
+    return to_8_bit(to_srgb(color))
+
+
 def traced_on_green(gbuffer: GBuffer) -> U8:
     """The traced pixels, and green where none was: (H, W, 3) uint8."""
-    gray = to_8_bit(gbuffer.gray)[..., None]
-    return np.where(gbuffer.mask[..., None] > 0, gray, np.array(UNTRACED, np.uint8))
+    shown = color_to_8_bit(gbuffer.color) if "color" in gbuffer.channels else to_8_bit(gbuffer.gray)[..., None]
+    return np.where(gbuffer.mask[..., None] > 0, shown, np.array(UNTRACED, np.uint8))
 
 
 def side_by_side(panels: list[tuple[U8, str]]) -> U8:
@@ -72,14 +81,17 @@ def check_picture_path(path: str | os.PathLike[str]) -> Path:
 
 
 def write_picture(path: str | os.PathLike[str], image: U8) -> None:
-    """Write (H, W) or (H, W, 3) uint8 in the format that the ending says, whole or not at all."""
+    """Write (H, W), (H, W, 3) or (H, W, 4) uint8 in the format that the ending says, whole or not at all; before black
+    where that has no transparency."""
     from PIL import Image
 
     path = check_picture_path(path)
     content = io.BytesIO()
-    picture = Image.fromarray(image)
+    picture, kind = Image.fromarray(image), FORMATS[path.suffix.lower()]
+    if picture.mode == "RGBA" and kind in OPAQUE:
+        picture = Image.alpha_composite(Image.new("RGBA", picture.size, "black"), picture).convert("RGB")
     try:
-        picture.save(content, FORMATS[path.suffix.lower()])
+        picture.save(content, kind)
     except (OSError, ValueError) as error:  # a format's own limits, such as WebP's 16383 pixels a side
         raise InputError(f"{path}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}") from error
     write_whole(path, content.getvalue())

@@ -180,7 +180,7 @@ class Mesh(Shape):
         optional = {"normals": "float32", "colors": "float32", "face_colors": "float32", "uv": "float32"}
         of_texture = {"texture": "uint8", "texture_layout": "int32"}
         check_tensors(tensors, {"vertices": "float64", "triangles": "int32"}, {**optional, **of_texture})
-        held = dict(tensors)
+        held: dict[str, Any] = dict(tensors)
         if of_texture.keys() & held.keys():
             texture = check_array("texture", held.get("texture"), (None, 3))
             layout = check_array("texture_layout", held.pop("texture_layout", None), (4,))

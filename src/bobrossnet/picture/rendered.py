@@ -1,0 +1,67 @@
+"""Finished pictures: colour and coverage, which show and write themselves."""
+
+from __future__ import annotations
+
+import io
+import os
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.picture.color import to_srgb
+from bobrossnet.picture.files import to_8_bit, write_picture
+
+
+class Picture:
+    """A picture in colour. `numpy.asarray(picture)` is `rgba`; in a notebook it shows itself.
+
+    Parameters
+    ----------
+    color : (H, W, 3) float32 in 0..1
+        Linear RGB as it is before black: what covers half of a pixel has half its colour there.
+    alpha : (H, W) float32 in 0..1
+        How much of each pixel is covered.
+    """
+
+    def __init__(self, color: NDArray[np.float32], alpha: NDArray[np.float32]) -> None:
+        self.color, self.alpha = color, alpha
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(height, width)"""
+        return self.alpha.shape[0], self.alpha.shape[1]
+
+    @cached_property
+    def rgba(self) -> NDArray[np.uint8]:
+        """(H, W, 4) uint8: sRGB, not multiplied by alpha, as PNG has it; 0 where nothing is."""
+        own = self.color / np.maximum(self.alpha, np.float32(1e-6))[..., None]
+        rgba = to_8_bit(np.concatenate([to_srgb(own), self.alpha[..., None]], axis=-1))
+        rgba[rgba[..., 3] == 0] = 0
+        rgba.flags.writeable = False
+        return rgba
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the picture in the format that the ending says: .png, .webp, .jpg, .bmp, .tif. Formats without
+        transparency show it before black.
+
+        Raises
+        ------
+        InputError
+            If the ending is another, or the file can't be written.
+        """
+        write_picture(path, self.rgba)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return np.array(self.rgba, dtype, copy=copy)
+
+    def _repr_png_(self) -> bytes:
+        from PIL import Image
+
+        content = io.BytesIO()
+        Image.fromarray(self.rgba).save(content, "PNG")
+        return content.getvalue()
+
+    def __repr__(self) -> str:
+        return f"Picture({self.size[0]} x {self.size[1]}, {100 * float(self.alpha.mean()):.3g} % covered)"

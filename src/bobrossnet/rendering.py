@@ -1,0 +1,158 @@
+"""Pictures for people: in colour, with smooth edges, on any background."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import isqrt
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.completion.network import NetworkLike, complete
+from bobrossnet.errors import check_integer
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.channels import Layout
+from bobrossnet.picture.color import from_srgb, to_srgb
+from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.picture.order import SizeLike
+from bobrossnet.picture.rendered import Picture
+from bobrossnet.tracing.material import Color, linear
+from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
+from bobrossnet.tracing.trace import BATCH, SceneTracer, trace
+
+Background: TypeAlias = Color | Sequence[Color] | None
+
+SEEN = Layout("mask,color,alpha")
+"""What smooth edges are made of."""
+
+MOST_SAMPLES = 64
+
+EDGE = 1 / 32
+"""Neighbours that differ by less, in sRGB or coverage of 0..1, need no more rays."""
+
+
+def render(
+    scene: SceneLike,
+    camera: Camera | None = None,
+    *,
+    size: SizeLike = (480, 640),
+    samples: int = 4,
+    background: Background = None,
+    fraction: float = 1.0,
+    model: NetworkLike = "default",
+    progress: Callable[[float], None] | None = None,
+) -> Picture:
+    """Make a picture: every pixel traced, with more rays along edges, or some traced and the others completed.
+
+    Parameters
+    ----------
+    scene : Scene, Shape, Instance or iterable of these
+    camera : Camera, optional
+    size : (height, width), as arrays have it, or "WIDTHxHEIGHT", as people say it
+    samples : int, 1..64
+        Rays at most for each pixel, in a grid of n x n of them: 1, 4, 9, 16 and so on. Only pixels that differ from
+        their neighbours get more than one. With a fraction below 1, each has one at most.
+    background : color, two colors, or None
+        As a material's color; two are those of the top and the bottom row. None leaves it transparent.
+    fraction : float in (0, 1]
+        Share of the pixels to trace; the others are completed.
+    model : str, path or Network
+        As in `complete`.
+    progress : callable, optional
+        Called now and then with the share of the first rays that are traced, 0..1.
+
+    Returns
+    -------
+    Picture
+        In a notebook it shows itself; `save` writes it.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import bobrossnet as bob
+    >>> red = bob.Instance(bob.happy_tree(), material=bob.Material("#c33"))
+    >>> picture = bob.render(red, size="160x120", background="#fff")
+    >>> picture.rgba.shape, picture.rgba[0, 0].tolist()
+    ((120, 160, 4), [255, 255, 255, 255])
+    """
+    scene = as_scene(scene)
+    camera = Camera() if camera is None else camera
+    check_picture(samples, background)
+    gbuffer = trace(scene, camera, size=size, fraction=fraction, progress=progress)
+    return finished(gbuffer, scene, camera, samples=samples, background=background, model=model)
+
+
+def check_picture(samples: int, background: Background) -> None:
+    """Raise InputError unless a picture can be made with these, before time is spent on it."""
+    check_integer("samples", samples, 1, MOST_SAMPLES)
+    background_rows(background, 1)
+
+
+def finished(
+    gbuffer: GBuffer, scene: Scene, camera: Camera, *, samples: int, background: Background, model: NetworkLike
+) -> Picture:
+    """The picture of what was traced of a scene with a camera; the arguments are those of `render`."""
+    color, alpha = complete(gbuffer, model, channel="color"), complete(gbuffer, model, channel="alpha")
+    if gbuffer.mask.all() and samples >= 4:
+        _smooth_edges(scene, camera, color, alpha, isqrt(samples))
+    behind = background_rows(background, len(alpha))
+    if behind is None:
+        return Picture(color, alpha)
+    return Picture(color + (1 - alpha[..., None]) * behind, np.ones_like(alpha))
+
+
+def _smooth_edges(
+    scene: Scene, camera: Camera, color: NDArray[np.float32], alpha: NDArray[np.float32], side: int
+) -> None:
+    """Replace pixels that differ from a neighbour by the means of side x side rays; where four of them agree, by those.
+
+    The rays of a pixel are those of a picture that many times as large.
+    """
+    height, width = alpha.shape
+    pixels = _differing(color, alpha)
+    for times in (2, side) if side > 2 else (2,):
+        if len(pixels) == 0:
+            return
+        tracer = SceneTracer(scene, camera, (times * height, times * width), SEEN)
+        grid = np.argwhere(np.ones((times, times))).astype(np.int32)
+        unsettled = []
+        for start in range(0, len(pixels), BATCH // times**2):
+            piece = pixels[start : start + BATCH // times**2]
+            rays = np.ascontiguousarray((np.int32(times) * piece[:, None] + grid).reshape(-1, 2), np.int32)
+            seen = tracer(rays).values[:, 1:].reshape(len(piece), times**2, 4)
+            rows, columns = piece.T
+            means = seen.mean(axis=1)
+            color[rows, columns], alpha[rows, columns] = means[:, :3], means[:, 3]
+            shown = np.concatenate([to_srgb(seen[..., :3]), seen[..., 3:]], axis=-1)
+            unsettled.append(piece[(np.ptp(shown, axis=1) > EDGE).any(axis=-1)])
+        pixels = np.concatenate(unsettled)
+
+
+def _differing(color: NDArray[np.float32], alpha: NDArray[np.float32]) -> NDArray[np.int32]:
+    """The pixels, (n, 2), that differ from any of their eight neighbours."""
+    shown = np.concatenate([to_srgb(color), alpha[..., None]], axis=-1)
+    low, high = shown, shown
+    for axis in (0, 1):  # of 3 x 3 pixels: one axis after the other
+        width = [(1, 1) if i == axis else (0, 0) for i in range(3)]
+        count = shown.shape[axis]
+        padded = np.pad(low, width, "edge"), np.pad(high, width, "edge")
+        low = np.min([np.take(padded[0], range(i, i + count), axis) for i in range(3)], axis=0)
+        high = np.max([np.take(padded[1], range(i, i + count), axis) for i in range(3)], axis=0)
+    return np.argwhere((high - low > EDGE).any(axis=-1)).astype(np.int32)
+
+
+def background_rows(background: Any, height: int) -> NDArray[np.float32] | None:
+    """Linear RGB of each row, (H, 1, 3), of one colour, or of two, which are blended in sRGB, as people expect; None of
+    None."""
+    if background is None:
+        return None
+    are_two = not isinstance(background, str) and isinstance(background, Sequence) and len(background) == 2
+    top, bottom = background if are_two else (background, background)
+    ends = to_srgb(np.array([linear("background", top), linear("background", bottom)], np.float32))
+    share = np.linspace(0, 1, height, dtype=np.float32)[:, None]
+    return np.asarray(from_srgb((1 - share) * ends[0] + share * ends[1]), np.float32)[:, None]
