@@ -158,7 +158,7 @@ class WasmCore:
 
     def mesh(self, vertices, triangles, *arrays):
         """`arrays` are normals, colors, face_colors and uv, or None; textures are read from files alone."""
-        given = [0 if array is None else array for array in arrays[:4]]
+        given = [0 if array is None else array for array in (*arrays, None, None, None)[:4]]
         return self.made("make_mesh", vertices, len(vertices), triangles, len(triangles), *given, 0, 0)
 
     def implicit(self, expression, bounds):

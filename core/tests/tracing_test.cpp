@@ -167,6 +167,84 @@ TEST(materials_shade_as_their_formula_says) {
     CHECK_EQ(bob::shaded_gray(n, white, {{1, 1, 1}, 1, 1, 1, 0}), 1.f);
 }
 
+TEST(microfacets_are_as_their_formulas_say) {
+    const double pi = 3.14159265358979;
+    const bob::Light& light = bob::Light::of_the_camera();
+    for (const auto& [metallic, roughness] : {std::pair{0., 0.3}, {1., 0.5}, {0.4, 0.9}}) {
+        for (const bob::Vec3 direction : {bob::Vec3{0, 0, 1}, {0.2f, 0.5f, 0.9f}, {-0.7f, 0.1f, 0.3f}}) {
+            const bob::Vec3 n = bob::normalized(direction), color{0.8f, 0.3f, 0.05f};
+            bob::Material material;
+            material.metallic = metallic, material.roughness = roughness;
+            const bob::Vec3 found = bob::physical(n, color, material, light);
+            const auto product = [](bob::Vec3 a, bob::Vec3 b) {
+                return static_cast<double>(a.x) * b.x + static_cast<double>(a.y) * b.y + static_cast<double>(a.z) * b.z;
+            };
+            const double nl = product(n, light.direction), nv = n.z, vh = light.half.z;
+            const double nh = product(n, light.half) / std::sqrt(product(n, n) * product(light.half, light.half));
+            const double a2 = std::pow(roughness, 4), d = a2 / (pi * std::pow(nh * nh * (a2 - 1) + 1, 2));
+            const auto masking = [&](double x) { return 2 * x / (x + std::sqrt(a2 + (1 - a2) * x * x)); };
+            const double v = masking(nl) * masking(nv) / (4 * nl * nv);
+            const double r0 = 1 - roughness, r1 = 0.0425 - 0.0275 * roughness, r2 = 1.04 - 0.572 * roughness;
+            const double falloff = std::min(r0 * r0, std::exp2(-9.28 * nv)) * r0 + r1;
+            for (int k = 0; k < 3; ++k) {
+                const double f0 = 0.04 * (1 - metallic) + metallic * color[k], body = (1 - metallic) * color[k];
+                const double f = f0 + (1 - f0) * std::pow(1 - vh, 5);
+                const double around = f0 * (-1.04 * falloff + r2) + std::max(0., 1.04 * falloff + 0.022 * roughness - 0.04);
+                const double wanted = ((1 - f) * body / pi + f * d * v) * nl * pi * 0.6 + 0.3 * ((1 - around) * body + around);
+                CHECK_NEAR(found[k], wanted, 1e-5 * std::max(1., wanted));
+            }
+        }
+    }
+}
+
+TEST(nothing_reflects_more_of_the_surroundings_than_comes) {
+    const bob::Vec3 away = bob::normalized({0.8f, -0.7f, 0.3f});  // from the headlight
+    CHECK_EQ(dot(away, bob::Light::of_the_camera().direction) < 0, true);
+    for (const double metallic : {0., 0.5, 1.}) {
+        for (const double roughness : {0., 0.1, 0.5, 1.}) {
+            for (const float z : {0.f, 0.1f, 0.3f}) {
+                bob::Material material;
+                material.metallic = metallic, material.roughness = roughness;
+                const float most = bob::physical(bob::normalized({away.x, away.y, z}), white, material, bob::Light::of_the_camera()).x;
+                CHECK_EQ(most <= 0.3f + 1e-6f && most > 0.1f, true);
+            }
+        }
+    }
+}
+
+TEST(colors_of_meshes_are_between_those_of_their_corners) {
+    const std::vector<bob::Mesh::Point> points{{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
+    const std::vector<bob::Triangle> triangles{{0, 1, 2}};
+    const std::vector<bob::Vec3> colors{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, face{{1, 0.5f, 0.25f}};
+    const std::vector<bob::Mesh::Uv> uv{{0, 0}, {1, 0}, {0, 1}};
+    const std::vector<std::uint8_t> texels{255, 255, 255, 0, 0, 0};
+    bob::Mesh::Arrays arrays{points, triangles, {}, nullptr};
+    arrays.colors = colors, arrays.face_colors = face;
+    const bob::Mesh mesh(arrays);
+    mesh.prepare();
+    const std::vector<bob::Ray> rays(1);
+    const std::vector<bob::Hit> hits{{1, 0.5f, 0.3f, 0}};
+    const std::vector<float> widths{0.01f};
+    std::vector<bob::Vec3> found(1);
+    mesh.colors(rays, hits, widths, found);
+    CHECK_NEAR(found[0].x, 0.5f, 1e-6f);
+    CHECK_NEAR(found[0].y, 0.3f * 0.5f, 1e-6f);
+    CHECK_NEAR(found[0].z, 0.2f * 0.25f, 1e-6f);
+
+    bob::Mesh::Arrays pictured{points, triangles, {}, nullptr};
+    pictured.uv = uv, pictured.texture = std::make_shared<bob::Texture>(texels, 1, 2);
+    const bob::Mesh textured(pictured);
+    textured.prepare();
+    const std::vector<bob::Ray> down{{{0, 0, 1}, {0, 0, -1}}};
+    textured.colors(down, hits, widths, found);  // at u = 0.3: 0.05 texels right of the white one's centre
+    CHECK_NEAR(found[0].x, 0.9f, 1e-5f);
+    // The triangle's 2 texels lie on an area of 4 of a sphere's radius squared: so much is 2 texels wide.
+    const float radius = static_cast<float>(textured.sphere().radius);
+    const std::vector<float> wide{2 * std::sqrt(2.f) / radius};
+    textured.colors(down, hits, wide, found);
+    CHECK_NEAR(found[0].x, 0.5f, 0.01f);
+}
+
 TEST(samples_do_not_depend_on_the_order_of_pixels) {
     const auto sphere = test::sphere(4, 0.8f);
     const bob::Scene scene = scene_of(sphere.vertices, sphere.triangles);

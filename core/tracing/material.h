@@ -70,8 +70,10 @@ inline Vec3 physical(Vec3 normal, Vec3 color, const Material& material, const Li
     const Vec3 dielectric{0.04f, 0.04f, 0.04f};
     const Vec3 body = (1 - metallic) * color, f0 = (1 - metallic) * dielectric + metallic * color;
 
-    const float spread = nh * nh * (a2 - 1) + 1, distribution = a2 / (pi * spread * spread);
-    const float visibility = 0.5f / (nl * std::sqrt(nv * nv * (1 - a2) + a2) + nv * std::sqrt(nl * nl * (1 - a2) + a2));
+    const Vec3 aside = cross(normal, light.half);  // of the square 1 - nh * nh, which would lose digits in the highlight
+    const float spread = a2 * nh * nh + dot(aside, aside), distribution = a2 / (pi * spread * spread);
+    const auto shadowed = [=](float x) { return x + std::sqrt(a2 + (1 - a2) * x * x); };
+    const float visibility = 1 / (shadowed(nl) * shadowed(nv));
     const float schlick = std::pow(1 - vh, 5.f), facets = nl > 0 ? distribution * visibility : 0;
 
     // Karis' fit: what of the surroundings is reflected, f0 times the first and the second.

@@ -15,7 +15,6 @@ import sys
 import time
 import warnings
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import quote
@@ -400,16 +399,22 @@ def _info(options: argparse.Namespace) -> None:
     )
     for instance, (low, high) in zip(scene.instances, scene.boxes, strict=True):
         print()
-        color, *numbers = asdict(instance.material).items()
         _print_table(
             {
                 "shape": instance.shape.kind + (f", {instance.name!r}" if instance.name else ""),
                 **instance.shape.describe(),
                 "bounds": f"{_vector(low)} .. {_vector(high)}",
-                "material": f"linear RGB {_vector(color[1])}, " + ", ".join(f"{name} {x:.6g}" for name, x in numbers),
+                "material": _material(instance.material),
             },
             indent="  ",
         )
+
+
+def _material(material: bob.Material) -> str:
+    names = ("ambient", "diffuse", "specular", "shininess") if material.roughness is None else ("metallic", "roughness")
+    numbers = ", ".join(f"{name} {getattr(material, name):.6g}" for name in names)
+    emissive = f", emissive {_vector(material.emissive)}" if any(material.emissive) else ""
+    return f"linear RGB {_vector(material.color)}, {numbers}{emissive}"
 
 
 def _read_configuration(path: Path) -> dict[str, dict[str, Any]]:

@@ -1,0 +1,66 @@
+#include "shapes/texture.h"
+
+#include <cmath>
+#include <vector>
+
+#include "check.h"
+#include "color.h"
+
+namespace {
+
+/// Gray texels of the given sRGB values.
+bob::Texture texture(int height, int width, const std::vector<int>& values, bob::Wrap wrap = bob::Wrap::repeat) {
+    std::vector<std::uint8_t> texels;
+    for (const int value : values) texels.insert(texels.end(), 3, static_cast<std::uint8_t>(value));
+    return bob::Texture(texels, height, width, wrap, wrap);
+}
+
+float linear(int value) { return bob::from_srgb(static_cast<float>(value) / 255); }
+
+}  // namespace
+
+TEST(textures_are_bilinear_between_texels) {
+    const bob::Texture t = texture(2, 2, {0, 100, 200, 255});
+    CHECK_NEAR(t(0.25f, 0.25f, 0).x, 0.f, 1e-6f);
+    CHECK_NEAR(t(0.75f, 0.25f, 1).y, linear(100), 1e-6f);
+    CHECK_NEAR(t(0.25f, 0.75f, 0).z, linear(200), 1e-6f);
+    CHECK_NEAR(t(0.5f, 0.25f, 0).x, linear(100) / 2, 1e-6f);
+    CHECK_NEAR(t(0.5f, 0.5f, 0).x, (linear(100) + linear(200) + 1) / 4, 1e-6f);
+}
+
+TEST(textures_wrap_as_they_say) {
+    const std::vector<int> values{10, 60, 160, 250};
+    const auto at = [&](bob::Wrap wrap, float u) { return texture(1, 4, values, wrap)(u, 0.5f, 0).x; };
+    for (const float turns : {-3.f, -1.f, 1.f, 7.f}) {
+        CHECK_NEAR(at(bob::Wrap::repeat, 0.375f + turns), linear(60), 1e-5f);
+        CHECK_NEAR(at(bob::Wrap::clamp, 0.375f + turns), linear(turns < 0 ? 10 : 250), 1e-6f);
+        CHECK_NEAR(at(bob::Wrap::mirror, 0.375f + turns), linear(160), 1e-5f);  // an odd number of turns is reflected
+        CHECK_NEAR(at(bob::Wrap::mirror, 0.375f + 2 * turns), linear(60), 1e-5f);
+    }
+    CHECK_NEAR(at(bob::Wrap::repeat, 0), (linear(10) + linear(250)) / 2, 1e-6f);
+    CHECK_NEAR(at(bob::Wrap::clamp, 0), linear(10), 1e-6f);
+    CHECK_EQ(at(bob::Wrap::repeat, std::nanf("")) >= 0, true);
+}
+
+TEST(footprints_choose_levels) {
+    std::vector<int> columns;
+    for (int i = 0; i < 16 * 16; ++i) columns.push_back(i % 2 ? 255 : 0);  // lines of one texel
+    const bob::Texture t = texture(16, 16, columns);
+    const float u = 0.5f / 16;  // on a dark one
+    CHECK_NEAR(t(u, 0.5f, 1).x, 0.f, 1e-6f);
+    CHECK_NEAR(t(u, 0.5f, 2).x, 0.5f, 0.01f);   // level 1: means of a dark and a bright one, in linear light
+    CHECK_NEAR(t(u, 0.5f, 64).x, 0.5f, 0.01f);  // beyond the last level
+    const float between = t(u, 0.5f, std::sqrt(2.f)).x;  // half way
+    CHECK_NEAR(between, 0.25f, 0.01f);
+}
+
+TEST(odd_pictures_have_levels_down_to_one_texel) {
+    const bob::Texture t = texture(3, 5, std::vector<int>(15, 77));
+    for (const float width : {0.f, 1.5f, 3.f, 100.f}) CHECK_NEAR(t(0.3f, 0.9f, width).x, linear(77), 2e-3f);
+    CHECK_EQ(t.bytes(), static_cast<std::size_t>(3 * (15 + 6 + 2 + 1)));
+}
+
+TEST(srgb_goes_both_ways) {
+    for (int i = 0; i < 256; ++i) CHECK_NEAR(bob::to_srgb(linear(i)) * 255, static_cast<float>(i), 1e-3f);
+    CHECK_NEAR(bob::from_srgb(0.5f), 0.21404114f, 1e-6f);
+}

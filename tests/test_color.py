@@ -1,0 +1,356 @@
+"""Colour: materials, meshes with colours and textures, their pictures, and what completes them."""
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import bobrossnet as bob
+from bobrossnet.picture.color import from_srgb, luminance, to_srgb
+from bobrossnet.sdf import box, sphere
+
+SIZE = 90, 120
+RED = bob.Material("#c33")
+
+
+def ball(columns=48, rows=24, **colors):
+    """A unit ball's mesh with uv, and its vertices."""
+    u, v = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1), indexing="ij")
+    around, down = 2 * np.pi * u, np.pi * v
+    points = np.stack([np.cos(around) * np.sin(down), np.sin(around) * np.sin(down), np.cos(down)], -1).reshape(-1, 3)
+    index = np.arange(len(points)).reshape(columns + 1, rows + 1)
+    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
+    triangles = np.concatenate([np.stack([a, d, b], -1).reshape(-1, 3), np.stack([b, d, c], -1).reshape(-1, 3)])
+    made = {name: value(points, triangles) for name, value in colors.items()}
+    if "texture" in made:
+        made["uv"] = np.stack([u, v], -1).reshape(-1, 2)
+    return bob.Mesh(points, triangles, points, **made)
+
+
+def checks(*_):
+    texels = np.full((8, 16, 3), (230, 220, 200), np.uint8)
+    texels[::2, ::2], texels[1::2, 1::2] = (200, 40, 40), (40, 60, 200)
+    return texels
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return bob.Scene(
+        [
+            bob.Instance(ball(texture=checks)).translate((0, -1.1, 0)),
+            bob.Instance(ball(colors=lambda points, _: (points + 1) / 2)).translate((0, 1.1, 0)),
+            bob.Instance(box(1), material=bob.Material("#e90", metallic=1, roughness=0.3)).translate((0, 0, 1.5)),
+        ]
+    )
+
+
+@pytest.fixture(scope="module")
+def full(scene):
+    return bob.trace(scene, size=SIZE)
+
+
+# ---- Materials -------------------------------------------------------------------------------------------
+
+
+def test_metallic_or_roughness_chooses_the_model():
+    assert bob.Material().roughness is None
+    assert (bob.Material(metallic=1).metallic, bob.Material(metallic=1).roughness) == (1, 0.5)
+    assert (bob.Material(roughness=0.2).metallic, bob.Material(roughness=0.2).roughness) == (0, 0.2)
+    assert bob.Material("#abc") == bob.Material("#aabbcc")
+    assert bob.Material(emissive="#fff").emissive == (1, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"metallic": 2}, r"metallic: expected a number in \[0, 1\], got 2"),
+        ({"roughness": -1}, r"roughness: expected a number in \[0, 1\], got -1"),
+        ({"metallic": 1, "shininess": 5}, "material: expected metallic and roughness, or ambient, .+, got both"),
+        ({"emissive": "red"}, "emissive: expected #rrggbb or 3 numbers, got 'red'"),
+        ({"color": "#abcd"}, "color: expected #rrggbb or 3 numbers, got '#abcd'"),
+    ],
+)
+def test_wrong_materials_are_refused(arguments, message):
+    with pytest.raises(bob.InputError, match=f"^{message}"):
+        bob.Material(**arguments)
+
+
+@pytest.mark.parametrize("material", [RED, bob.Material((0.1, 0.5, 0.9), 0.05, 0.5, 0.4, 8, emissive=(0.1, 0, 0.02))])
+def test_colors_of_blinn_phong_are_those_of_its_formula(material):
+    seen = bob.trace(bob.Instance(sphere(1), material=material), size=SIZE)
+    x, y = np.moveaxis(seen.normal.astype(float), -1, 0)
+    normal = np.stack([x, y, np.sqrt(np.maximum(0, 1 - x * x - y * y))], -1)
+    light = np.array((-0.3, 0.4, 1)) / np.linalg.norm((-0.3, 0.4, 1))
+    half = (light + (0, 0, 1)) / np.linalg.norm(light + (0, 0, 1))
+    body = material.ambient + material.diffuse * np.maximum(0, normal @ light)
+    highlight = material.specular * np.maximum(0, normal @ half) ** material.shininess
+    expected = body[..., None] * material.color + highlight[..., None] + material.emissive
+    expected = np.clip(expected, 0, 1) * seen.alpha[..., None]
+    np.testing.assert_allclose(seen.color, expected, atol=2e-5)
+    assert (seen.albedo == seen.alpha[..., None] * np.float32(material.color)).all()
+    np.testing.assert_allclose(luminance(seen.color), seen.gray, atol=1e-5)
+
+
+def test_white_scenes_hold_no_colors():
+    seen = bob.trace(sphere(1), size=SIZE)
+    assert seen.channels == ("mask", "gray", "depth", "normal")
+    assert (seen.color == seen.gray[..., None]).all()
+    assert (seen.albedo == seen.alpha[..., None]).all()
+    assert 0.2 < seen.alpha.mean() < 0.9
+    part = seen.sample(0.1)
+    assert (bob.complete(part, channel="color") == bob.complete(part)[..., None]).all()
+
+
+def test_white_metal_has_the_gray_of_its_color():
+    metal = bob.trace(bob.Instance(sphere(1), material=bob.Material(metallic=1, roughness=0.4)), size=SIZE)
+    tinted = bob.trace(bob.Instance(sphere(1), material=bob.Material("#fffffe", metallic=1, roughness=0.4)), size=SIZE)
+    np.testing.assert_allclose(tinted.color, metal.color, atol=0.01)
+    assert tinted.channels == ("mask", "gray", "depth", "normal", "color", "albedo")
+    assert metal.gray.max() == 1  # of the highlight
+
+
+# ---- Meshes ----------------------------------------------------------------------------------------------
+
+
+def test_uint8_colors_are_srgb():
+    corners, triangles = np.eye(3), [(0, 1, 2)]
+    made = bob.Mesh(corners, triangles, colors=np.array([(255, 0, 128)] * 3, np.uint8))
+    np.testing.assert_allclose(made.colors[0], (1, 0, from_srgb(128 / 255)), rtol=1e-6)
+
+
+def test_textures_are_seen_where_uv_says(full, scene):
+    texture = checks()
+    one = bob.trace(ball(texture=checks), bob.Camera(azimuth=0, elevation=0), size=(200, 200))
+    row, column = np.mgrid[:200, :200]
+    y, z = (column + 0.5 - 100) / 100, (99.5 - row) / 100
+    x = np.sqrt(np.maximum(0, 1 - y * y - z * z))
+    u, v = np.arctan2(y, x) / (2 * np.pi) % 1, np.arccos(np.clip(z, -1, 1)) / np.pi
+    at = u * 16 - 0.5, v * 8 - 0.5  # in texels
+    far = [np.abs(t - np.rint(t)) < 0.15 for t in at]  # next to a texel's centre, of 0.02 of texels a pixel
+    inside = far[0] & far[1] & (x > 0.5)
+    expected = from_srgb(texture[np.rint(at[1]).astype(int) % 8, np.rint(at[0]).astype(int) % 16] / 255)
+    assert inside.sum() > 1000
+    assert np.abs(one.albedo - expected)[inside].mean() < 0.1
+    closest = [np.abs(t - np.rint(t)) < 0.03 for t in at]
+    exact = closest[0] & closest[1] & (x > 0.5)
+    assert exact.sum() > 10
+    assert np.abs(one.albedo - expected)[exact].max() < 0.05
+
+
+def test_textures_seen_from_afar_are_means():
+    stripes = np.zeros((64, 64, 3), np.uint8)
+    stripes[:, ::2] = 255
+    square = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [(0, 1, 2), (0, 2, 3)]
+    uv = [(0, 8), (8, 8), (8, 0), (0, 0)]
+    tiled = bob.Mesh(*square, uv=uv, texture=stripes)
+    seen = bob.trace(tiled, bob.Camera(elevation=90, zoom=1), size=(64, 64))
+    inside = seen.alpha.astype(bool)
+    assert inside.sum() > 500
+    np.testing.assert_allclose(seen.albedo[inside], 0.5, atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"colors": [(2, 0, 0)] * 3}, "colors: expected numbers in 0..1, or uint8, got 0..2"),
+        ({"colors": [(0, 0, 0)]}, r"colors: expected shape \(3, 3\), got \(1, 3\).+ one colour per vertex"),
+        ({"face_colors": [(0, 0, 0)] * 2}, r"face_colors: expected shape \(1, 3\)"),
+        ({"uv": [(0, 0)] * 3}, "uv: expected uv and texture together, got uv alone"),
+        ({"texture": np.zeros((2, 2, 3), np.uint8)}, "uv: expected uv and texture together, got texture alone"),
+        ({"uv": [(0, np.nan)] * 3, "texture": np.zeros((2, 2, 3), np.uint8)}, "uv: "),
+        ({"uv": [(0, 0)] * 3, "texture": np.zeros((2, 2, 3))}, "texture: expected uint8"),
+        ({"uv": [(0, 0)] * 3, "texture": np.zeros((2, 2, 3), np.uint8), "wrap": "x"}, "wrap: expected repeat, clamp"),
+    ],
+)
+def test_wrong_colors_of_meshes_are_refused(arguments, message):
+    with pytest.raises(bob.InputError, match=f"^{message}"):
+        bob.Mesh(np.eye(3), [(0, 1, 2)], **arguments)
+
+
+def test_scenes_with_colors_are_written_and_read(scene, full, tmp_path):
+    bob.save_scene(scene, tmp_path / "a.bob")
+    again = bob.load(tmp_path / "a.bob")
+    assert bob.trace(again, size=SIZE) == full
+    assert [i.material for i in again.instances] == [i.material for i in scene.instances]
+    assert b'"version":"2"' in (tmp_path / "a.bob").read_bytes()
+    bob.save_scene(bob.Instance(sphere(1), material=RED), tmp_path / "b.bob")
+    assert b'"version":"1"' in (tmp_path / "b.bob").read_bytes()  # which older releases read
+
+
+def test_colored_meshes_turn_upright_with_their_colors():
+    made = ball(texture=checks)
+    turned = made.turned_upright()
+    assert np.array_equal(turned.texture, made.texture)
+    assert np.array_equal(turned.uv, made.uv)
+
+
+# ---- Completing ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("channel", ["gray", "color", "albedo", "alpha"])
+def test_traced_pixels_are_kept_in_every_channel(full, channel):
+    assert np.array_equal(bob.complete(full, channel=channel), full.channel(channel))
+    part = full.sample(0.1)
+    completed, traced = bob.complete(part, channel=channel), part.mask > 0
+    assert completed.shape == full.channel(channel).shape
+    assert np.array_equal(completed[traced], full.channel(channel)[traced])
+    assert np.abs(completed - full.channel(channel)).mean() < 0.04
+    assert 0 <= completed.min() <= completed.max() <= 1
+
+
+def test_luminance_of_completed_colors_is_completed_gray(full):
+    part = full.sample(0.1)
+    found, gray = luminance(bob.complete(part, channel="color")), bob.complete(part)
+    assert np.abs(found - gray).mean() < 0.002
+
+
+def test_colors_are_closer_than_gray_or_those_around(full):
+    part = full.sample(0.1)
+    error = np.abs(bob.complete(part, channel="color") - full.color).mean()
+    assert error < 0.7 * np.abs(bob.complete(part)[..., None] - full.color).mean()
+
+
+def test_other_channels_are_refused(full):
+    with pytest.raises(bob.InputError, match="channel: expected gray, color, albedo or alpha, got 'depth'"):
+        bob.complete(full, channel="depth")
+
+
+def test_adaptive_pixels_go_to_edges_of_color():
+    """Red and green of one luminance, on one plane."""
+    red, green = (0.5, 0, 0), (0, 0.5 * 0.2126 / 0.7152, 0)
+    square = [(-1, -1, 0), (0, -1, 0), (0, 1, 0), (-1, 1, 0), (1, -1, 0), (1, 1, 0)]
+    faces = [(0, 1, 2), (0, 2, 3), (1, 4, 5), (1, 5, 2)]
+    plane = bob.Mesh(square, faces, face_colors=[red, red, green, green])
+    full = bob.trace(plane, bob.Camera(azimuth=0, elevation=90), size=(200, 200))
+    # The camera looks down with x to the bottom: the edge is a row.
+    part = full.sample(0.05)
+    edge = np.abs(np.diff(full.color[..., 0], axis=0)).max(axis=1).argmax()
+    rows = part.mask[:, 60:140].mean(axis=1)
+    assert rows[edge - 1 : edge + 3].mean() > 3 * rows[edge + 10 : edge + 40].mean()
+
+
+# ---- Tracers of one's own --------------------------------------------------------------------------------
+
+
+def test_samples_of_color_alone_are_enough():
+    samples = bob.Samples(color=[(1, 0, 0), (0, 0.5, 0)])
+    assert samples.hit.all()
+    np.testing.assert_allclose(samples.gray, (0.2126, 0.3576), atol=1e-6)
+    for name, value in (("depth", 0.5), ("normal", 0), ("albedo", 1)):
+        assert (samples.channel(name) == value).all()
+    with pytest.raises(bob.InputError, match="gray: expected gray or color, got neither"):
+        bob.Samples(depth=[1.0])
+    with pytest.raises(bob.InputError, match=r"color: expected values in 0\.\.1"):
+        bob.Samples(color=[(2, 0, 0)])
+
+
+def test_progressive_pictures_end_with_a_tracers_colors(full):
+    def tracer(pixels):
+        return bob.Samples(color=full.color[tuple(pixels.T)])
+
+    frames = list(bob.progressive(tracer=tracer, size=SIZE, fraction=0.3))
+    assert all(frame.color.shape == (*SIZE, 3) for frame in frames)
+    assert np.array_equal(frames[-1].color, full.color)
+    assert np.abs(frames[0].color - full.color).mean() < 0.05
+
+
+def test_views_carry_colors_along(scene):
+    view = bob.View(scene, size=SIZE)
+    for azimuth in (28, 29, 30):
+        frame = view.frame(bob.Camera(azimuth=azimuth), fraction=0.1)
+    exact = bob.trace(scene, bob.Camera(azimuth=30), size=SIZE)
+    anew = bob.complete(exact.sample(0.1), channel="color")
+    assert np.abs(frame.color - exact.color).mean() < np.abs(anew - exact.color).mean()
+    while frame.fraction < 1:
+        frame = view.frame(fraction=0.5)
+    assert np.array_equal(frame.color, exact.color)
+
+
+def test_gbuffers_are_made_of_colors(full):
+    made = bob.GBuffer(mask=full.mask, depth=full.depth, normal=full.normal, color=full.color, albedo=full.albedo)
+    assert np.array_equal(made.color, full.color)
+    np.testing.assert_allclose(made.gray, luminance(full.color), atol=1e-6)
+    white = bob.GBuffer(mask=full.mask, gray=full.gray, depth=full.depth, normal=full.normal, color=full.color)
+    assert np.array_equal(white.albedo, np.repeat(full.alpha[..., None], 3, -1))
+    with pytest.raises(bob.InputError, match="gray: expected gray or color, got neither"):
+        bob.GBuffer(mask=full.mask, depth=full.depth, normal=full.normal)
+
+
+# ---- Pictures --------------------------------------------------------------------------------------------
+
+
+def test_srgb_goes_both_ways():
+    values = np.linspace(0, 1, 256)
+    np.testing.assert_allclose(to_srgb(from_srgb(values)), values, atol=1e-6)
+    assert to_srgb(np.array([0.5]))[0] == pytest.approx(0.7353569, abs=1e-6)
+
+
+def test_pixel_centres_are_what_was_traced(scene, full):
+    picture = bob.render(scene, size=SIZE, samples=1)
+    assert np.array_equal(picture.color, full.color)
+    assert np.array_equal(picture.alpha, full.alpha)
+    hit = full.alpha > 0
+    assert np.array_equal(picture.rgba[hit][:, :3], np.rint(to_srgb(full.color[hit]) * 255))
+    assert (picture.rgba[~hit] == 0).all()
+
+
+def test_edges_are_as_smooth_as_with_many_rays_everywhere(scene):
+    """Of 16 rays a pixel, those that differ from their neighbours get all."""
+    many = bob.trace(scene, size=(4 * SIZE[0], 4 * SIZE[1]))
+    truth = many.color.reshape(SIZE[0], 4, SIZE[1], 4, 3).mean(axis=(1, 3))
+    coverage = many.alpha.reshape(SIZE[0], 4, SIZE[1], 4).mean(axis=(1, 3))
+    picture = bob.render(scene, size=SIZE, samples=16)
+    assert bob.ssim(luminance(to_srgb(picture.color)), luminance(to_srgb(truth))) > 0.998
+    assert np.abs(picture.alpha - coverage).mean() < 0.001
+    one, four = (bob.render(scene, size=SIZE, samples=n) for n in (1, 4))
+    errors = [np.abs(p.color - truth).mean() for p in (one, four, picture)]
+    assert errors[2] < 0.5 * errors[1] < 0.5 * errors[0]
+
+
+def test_backgrounds_lie_behind(scene):
+    before_white = bob.render(scene, size=SIZE, background="#fff")
+    transparent = bob.render(scene, size=SIZE)
+    assert (before_white.rgba[..., 3] == 255).all()
+    shown = Image.alpha_composite(Image.new("RGBA", SIZE[::-1], "white"), Image.fromarray(transparent.rgba))
+    solid = transparent.rgba[..., 3] == 255
+    assert np.array_equal(np.asarray(shown)[solid], before_white.rgba[solid])
+    expected = transparent.color + (1 - transparent.alpha[..., None])
+    np.testing.assert_allclose(before_white.color, expected, atol=1e-6)
+    two = bob.render(scene, size=SIZE, background=("#ff0000", "#0000ff")).rgba
+    assert two[0, 0].tolist() == [255, 0, 0, 255]
+    assert two[-1, -1].tolist() == [0, 0, 255, 255]
+    assert 120 < two[SIZE[0] // 2, 0, 0] < 135
+
+
+def test_sparse_pictures_are_completed(scene):
+    sparse, exact = (bob.render(scene, size=SIZE, background="#fff", fraction=f, samples=1) for f in (0.1, 1.0))
+    assert 0 < np.abs(sparse.color - exact.color).mean() < 0.03
+
+
+def test_pictures_show_and_write_themselves(scene, tmp_path):
+    picture = bob.render(scene, size="120x90")
+    assert np.array_equal(np.asarray(picture), picture.rgba)
+    assert np.array_equal(np.asarray(Image.open(io.BytesIO(picture._repr_png_()))), picture.rgba)
+    for ending in ("png", "webp", "jpg", "bmp", "tif"):
+        picture.save(tmp_path / f"a.{ending}")
+        with Image.open(tmp_path / f"a.{ending}") as written:
+            assert written.size == (120, 90)
+    with Image.open(tmp_path / "a.png") as written:
+        assert np.array_equal(np.asarray(written), picture.rgba)
+    with pytest.raises(bob.InputError, match="expected a picture's ending"):
+        picture.save(tmp_path / "a.xyz")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"samples": 0}, "samples: expected an integer in 1..64, got 0"),
+        ({"background": "white"}, "background: expected #rrggbb or 3 numbers, got 'white'"),
+        ({"background": 3}, "background: expected #rrggbb or 3 numbers, got 3"),
+        ({"background": ("#fff", "x")}, "background: expected #rrggbb or 3 numbers, got 'x'"),
+    ],
+)
+def test_wrong_pictures_are_refused(scene, arguments, message):
+    with pytest.raises(bob.InputError, match=f"^{message}$"):
+        bob.render(scene, **arguments)
