@@ -312,17 +312,19 @@ bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const doub
         return new bob::Scene(bob::Arrangement(std::move(placed)).scene());
     });
 }
+/// Whether its pictures have colours: then samples and planes are of bob::colored_layout, as `is_colored` says below.
+EXPORT(scene_is_colored) bool scene_is_colored(const bob::Scene* scene) { return scene->is_colored(); }
 EXPORT(free_scene) void free_scene(bob::Scene* scene) { delete scene; }
 
 /// Traces pixels, (count, 2). camera: the 7 numbers of one that orbits, in the order of bob::Camera; samples: (count, C) of
 /// the G-buffer's layout.
 EXPORT(trace)
 bool trace(const bob::Scene* scene, const float* camera, std::int32_t height, std::int32_t width,
-           const std::int32_t* pixels, std::size_t count, float* samples) {
+           const std::int32_t* pixels, std::size_t count, bool is_colored, float* samples) {
     return attempt([&] {
         const bob::Camera orbiting{camera[0], camera[1], camera[2], camera[3], camera[4], camera[5], camera[6]};
         const std::span all(reinterpret_cast<const bob::Pixel*>(pixels), count);
-        bob::trace(*scene, orbiting, height, width, all, bob::gbuffer_layout(), samples);
+        bob::trace(*scene, orbiting, height, width, all, layout_of(is_colored), samples);
         return true;
     });
 }
@@ -350,9 +352,9 @@ EXPORT(free_adaptive_order) void free_adaptive_order(bob::AdaptiveOrder* order) 
 /// The next round's pixels, (n, 2), which stay until the next call; n is written to `count`. planes: (C, height, width) of the
 /// G-buffer's layout; of pixels that were not in any round before, they are not read. Fails where all pixels were.
 EXPORT(next_round)
-const bob::Pixel* next_round(bob::AdaptiveOrder* order, const float* planes, std::uint32_t* count) {
+const bob::Pixel* next_round(bob::AdaptiveOrder* order, bool is_colored, const float* planes, std::uint32_t* count) {
     return attempt([&] {
-        const std::span<const bob::Pixel> round = order->next(bob::gbuffer_layout(), planes);
+        const std::span<const bob::Pixel> round = order->next(layout_of(is_colored), planes);
         expect(!round.empty(), "order: expected pixels that are left, got none");
         *count = static_cast<std::uint32_t>(round.size());
         return round.data();

@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "picture/channels.h"
+
 #define EXPORT(name) extern "C" [[gnu::visibility("default"), clang::export_name(#name)]]
 
 /// What went wrong last.
@@ -17,6 +19,9 @@ std::string& error_text();
 inline void expect(bool condition, const char* what) {
     if (!condition) throw std::invalid_argument(what);
 }
+
+/// Of samples and planes.
+inline const bob::Layout& layout_of(bool is_colored) { return is_colored ? bob::colored_layout() : bob::gbuffer_layout(); }
 
 /// f(), or 0 where it throws.
 template <class F>

@@ -10,6 +10,7 @@
 #include "completion/interpolation.h"
 #include "completion/known.h"
 #include "completion/network.h"
+#include "completion/ratio.h"
 #include "picture/gbuffer.h"
 #include "wasm.h"
 
@@ -30,14 +31,14 @@ EXPORT(release) void release(void* memory) { ::operator delete(memory, std::alig
 /// Writes samples, (count, C), to their pixels, (count, 2), of planes, (C, height, width). `added`, which is written, is how
 /// many of the pixels were not traced before.
 EXPORT(add_samples)
-bool add_samples(const std::int32_t* pixels, const float* samples, std::size_t count, float* planes, std::int32_t height,
-                 std::int32_t width, std::uint32_t* added) {
+bool add_samples(bool is_colored, const std::int32_t* pixels, const float* samples, std::size_t count, float* planes,
+                 std::int32_t height, std::int32_t width, std::uint32_t* added) {
     return attempt([&] {
         const std::span all(reinterpret_cast<const bob::Pixel*>(pixels), count);
         for (const bob::Pixel p : all) {
             expect(p.row >= 0 && p.row < height && p.column >= 0 && p.column < width, "pixels: outside the image");
         }
-        *added = static_cast<std::uint32_t>(bob::scatter(bob::gbuffer_layout(), all, samples, planes,
+        *added = static_cast<std::uint32_t>(bob::scatter(layout_of(is_colored), all, samples, planes,
                                                          static_cast<std::size_t>(height), static_cast<std::size_t>(width)));
         return true;
     });
@@ -98,6 +99,19 @@ EXPORT(keep_known)
 bool keep_known(const bob::Network* network, const float* planes, std::size_t pixels, float* output) {
     return attempt([&] {
         bob::keep_known(bob::gbuffer_layout(), planes, network->outputs(), output, pixels);
+        return true;
+    });
+}
+
+/// Completes the colours of a G-buffer of bob::colored_layout whose gray is completed; color: (3, height, width).
+EXPORT(complete_color)
+bool complete_color(const float* planes, const float* gray, std::int32_t height, std::int32_t width, float* color) {
+    return attempt([&] {
+        const bob::Layout &known = bob::colored_layout(), completed{bob::channels::color};
+        const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+        const float* const known_gray = planes + static_cast<std::size_t>(known.place_of(bob::channels::gray)) * pixels;
+        bob::complete_by_ratio(known, planes, bob::channels::color, known_gray, gray, height, width, color);
+        bob::keep_known(known, planes, completed, color, pixels);
         return true;
     });
 }

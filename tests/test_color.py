@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 import bobrossnet as bob
-from bobrossnet.picture.color import from_srgb, luminance, to_srgb
+from bobrossnet.color import from_srgb, luminance, to_srgb
 from bobrossnet.sdf import box, sphere
 
 SIZE = 90, 120

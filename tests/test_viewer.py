@@ -16,7 +16,8 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.picture.files import UNTRACED, to_8_bit
+from bobrossnet.picture.files import UNTRACED, color_to_8_bit, to_8_bit
+from bobrossnet.sdf import Z, capped_cylinder
 from bobrossnet.view import VIEWER, export
 
 WIDTH, HEIGHT = 128, 96
@@ -130,6 +131,32 @@ def test_gallery_is_shown_as_python_renders_it(page, viewer, file):
     page.choose(file)
     assert_equal_pictures(page.exact(), expected(bob.load(viewer.files[f"gallery/{file}"])))
     assert page.text("#fraction") != ""
+
+
+def test_colors_are_those_of_python(page, tmp_path):
+    texture = np.random.default_rng(0).integers(0, 256, (4, 4, 3), np.uint8)
+    square = bob.Mesh([(0, 0, 0), (0, 2, 0), (0, 2, 2), (0, 0, 2)], [(0, 1, 2), (0, 2, 3)],
+                      uv=[(0, 2), (2, 2), (2, 0), (0, 0)], texture=texture, wrap="mirror")  # fmt: skip
+    metal = bob.Material("#b87333", metallic=1, roughness=0.4)
+    scene = bob.Scene([square, bob.Instance(capped_cylinder(-Z, Z, 0.5), material=metal).translate((1, 3, 0))])
+    bob.save_scene(scene, tmp_path / "colors.bob")
+    page.tab.set_input_files("#file", tmp_path / "colors.bob")
+    page.opened()
+    assert page.text("#message") == ""
+    exact = page.exact()
+    wanted = color_to_8_bit(bob.trace(scene, size=(HEIGHT, WIDTH)).color)
+    difference = np.abs(exact.astype(int) - wanted).max(axis=-1)
+    assert (difference > 1).mean() < 0.002
+    assert np.ptp(wanted.astype(int), axis=-1).max() > 100
+    page.tab.check("[value=traced]", force=True)
+    page.tab.uncheck("#refines")
+    page.tab.evaluate("() => bobrossnet.look({ azimuth: 40 })")
+    page.wait_until(lambda: (page.pixels() == UNTRACED).all(axis=-1).any())
+    page.tab.check("[value=completed]", force=True)
+    page.wait_until(lambda: not (page.pixels() == UNTRACED).all(axis=-1).any())
+    moved = page.pixels()
+    near = color_to_8_bit(bob.trace(scene, bob.Camera(azimuth=40), size=(HEIGHT, WIDTH)).color)
+    assert np.abs(moved.astype(int) - near).mean() < 6
 
 
 def test_one_worker_is_enough(browser, viewer):

@@ -174,6 +174,10 @@ SCENES = {
     "brep": cylinder,
     "tube": tube,
     "several": lambda: [mesh(), bob.Instance(script()).scale(0.5).translate((2, 0, 0)), cylinder(), tube()],
+    "colored": lambda: [
+        bob.Mesh(mesh().vertices, mesh().triangles, colors=np.random.default_rng(1).uniform(size=(60, 3))),
+        bob.Instance(script(), material=bob.Material("#b87333", metallic=1, roughness=0.3)).translate((2, 0, 0)),
+    ],
 }
 
 
@@ -184,14 +188,15 @@ def test_scenes_are_traced_as_in_python(core, kind, fov, baseline, monkeypatch):
     camera = bob.Camera(azimuth=50, elevation=25, roll=10, zoom=1.1, fov=fov, pan=(0.1, -0.05))
     scene, size = bob.Scene(SCENES[kind]()), (61, 90)
     pixels = bob.pixel_order(size, count=3000)
-    expected = bob.trace(scene, camera, size=size, fraction=3000 / (61 * 90), order="lattice").stack()
+    traced = bob.trace(scene, camera, size=size, fraction=3000 / (61 * 90), order="lattice")
+    expected = traced.planes[: 8 if kind == "colored" else 5]
     planes = core.trace(core.scene(made, scene._arrangement), camera, size, pixels)
     assert expected[2].any()
     np.testing.assert_array_equal(planes[0], expected[0])
     np.testing.assert_allclose(planes, expected, rtol=0, atol=1e-5)
     if not core.relaxed:
         np.testing.assert_array_equal(planes[2], expected[2])
-        if kind not in ("mesh", "several"):
+        if kind not in ("mesh", "several", "colored"):
             np.testing.assert_array_equal(planes[3:], expected[3:])
 
 

@@ -136,12 +136,12 @@ class WasmCore:
         order, count = self.made("make_adaptive_order", *halves(seed), *size), np.zeros(1, np.uint32)
         left = size[0] * size[1]
         while left > 0:
-            address = self.made("next_round", order, planes, count)
+            address = self.made("next_round", order, 0, planes, count)
             found = self._memory.read(self._store, address, address + 8 * int(count[0]))
             yield np.frombuffer(found, np.int32).reshape(-1, 2)
             left -= int(count[0])
         with pytest.raises(CoreError, match="pixels that are left"):
-            self.made("next_round", order, planes, count)
+            self.made("next_round", order, 0, planes, count)
         self.call("free_adaptive_order", order)
 
     def expression(self, expression):
@@ -208,12 +208,15 @@ class WasmCore:
         return self.made("make_scene", np.array(handles, np.uint32), len(handles), transforms, numbers)
 
     def trace(self, scene, camera, size, pixels):
-        planes, samples = np.zeros((5, *size), np.float32), np.full((len(pixels), 5), np.nan, np.float32)
+        """Planes of mask, gray, depth, normal, and color where the scene has any."""
+        colored = int(self.call("scene_is_colored", scene))
+        count = 8 if colored else 5
+        planes, samples = np.zeros((count, *size), np.float32), np.full((len(pixels), count), np.nan, np.float32)
         angles = camera.azimuth, camera.elevation, camera.roll
         placed = np.array([*angles, camera.zoom, *camera.pan, camera.fov], np.float32)
-        self.made("trace", scene, placed, *size, pixels, len(pixels), samples)
+        self.made("trace", scene, placed, *size, pixels, len(pixels), colored, samples)
         added = np.zeros(1, np.uint32)
-        self.made("add_samples", pixels, samples, len(pixels), planes, *size, added)
+        self.made("add_samples", colored, pixels, samples, len(pixels), planes, *size, added)
         assert added[0] == len(pixels)
         return planes
 

@@ -133,4 +133,10 @@ inline const Layout& gbuffer_layout() {
     return layout;
 }
 
+/// The same of scenes with colours: what reads the layout above from planes of this one finds its own.
+inline const Layout& colored_layout() {
+    static const Layout layout{channels::mask, channels::gray, channels::depth, channels::normal, channels::color};
+    return layout;
+}
+
 }  // namespace bob

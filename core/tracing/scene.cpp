@@ -164,7 +164,7 @@ Scene::Scene(std::vector<Instance> instances) : instances_(std::move(instances))
     std::unordered_set<PlaceKey, PlaceKey::Hash> places;
     for (std::uint32_t k = 0; k < instances_.size(); ++k) {
         Instance& instance = instances_[k];
-        is_colored_ = is_colored_ || instance.shape->is_colored();
+        has_colored_shapes_ = has_colored_shapes_ || instance.shape->is_colored();
         if (!fits_float(instance.to_shape)) continue;
         instance.low = instance.low - margin, instance.high = instance.high + margin;
         // Of a shape in one place, the first is seen wherever another is.
@@ -217,7 +217,7 @@ void Scene::normals(std::span<const Ray> rays, std::span<const SceneHit> hits, s
 void Scene::colors(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<const float> widths,
                    std::span<Vec3> colors) const {
     std::fill(colors.begin(), colors.end(), Vec3{1, 1, 1});
-    if (!is_colored_) return;
+    if (!has_colored_shapes_) return;
     for_each_group(instances_, rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, Batch& batch) {
         if (!instance.shape->is_colored()) return;
         const std::size_t count = hit_rays.size();
@@ -226,6 +226,10 @@ void Scene::colors(std::span<const Ray> rays, std::span<const SceneHit> hits, st
                                {batch.vectors.data(), count});
         for (std::size_t j = 0; j < count; ++j) colors[hit_rays[j].ray] = batch.vectors[j];
     });
+}
+
+bool Scene::is_colored() const {
+    return has_colored_shapes_ || std::ranges::any_of(instances_, [](const Instance& i) { return !i.material.is_white(); });
 }
 
 std::size_t Scene::bytes() const {

@@ -51,7 +51,9 @@ public:
                 std::span<Vec3> colors) const;
 
     /// Whether any shape has colours of its own.
-    [[nodiscard]] bool is_colored() const { return is_colored_; }
+    [[nodiscard]] bool has_colored_shapes() const { return has_colored_shapes_; }
+    /// Whether any surface is not white, so that pictures have colours.
+    [[nodiscard]] bool is_colored() const;
 
     [[nodiscard]] std::size_t size() const { return instances_.size(); }
     [[nodiscard]] const Instance& operator[](std::uint32_t instance) const { return instances_[instance]; }
@@ -62,7 +64,7 @@ public:
 private:
     std::vector<Instance> instances_;
     BoxBvh tree_;  // of the instances that are large enough to be seen
-    bool is_colored_ = false;
+    bool has_colored_shapes_ = false;
 };
 
 /// How many of `count` rays to hand to a scene at once: many, for shapes that sort them, but some batches for each thread.

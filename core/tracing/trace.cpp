@@ -137,7 +137,7 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
         const std::span<const Ray> rays{batch.rays.data(), count};
         scene.closest_hits(rays, {batch.hits.data(), count});
         scene.normals(rays, {batch.hits.data(), count}, {batch.normals.data(), count});
-        if (scene.is_colored()) {
+        if (scene.has_colored_shapes()) {
             for (std::size_t j = 0; j < count; ++j) {
                 if (batch.hits[j].instance == no_instance) continue;
                 const float depth = projection.depth(rays[j].origin + batch.hits[j].t * rays[j].direction);
@@ -158,7 +158,7 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
                 light = &batch.lights[found];
             }
             const Material& material = scene[hit.instance].material;
-            const Vec3 color = scene.is_colored() ? product(material.base_color(), batch.colors[j]) : material.base_color();
+            const Vec3 color = scene.has_colored_shapes() ? product(material.base_color(), batch.colors[j]) : material.base_color();
             batch.surfaces[found] = {normal, projection.depth(point), hit.instance, color, &material, light};
             batch.sample[found++] = batch.sample[j];
         }

@@ -9,11 +9,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.color import from_srgb, to_srgb
 from bobrossnet.completion.network import NetworkLike, complete
 from bobrossnet.errors import check_integer
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
-from bobrossnet.picture.color import from_srgb, to_srgb
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import SizeLike
 from bobrossnet.picture.rendered import Picture

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.atomic import check_writable, write_whole
+from bobrossnet.color import to_srgb
 from bobrossnet.errors import InputError
-from bobrossnet.picture.color import to_srgb
 from bobrossnet.picture.gbuffer import GBuffer
 
 F32 = NDArray[np.float32]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
+from bobrossnet.color import luminance
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
 from bobrossnet.picture.channels import CHANNELS, COLORED, GIVEN, Layout
-from bobrossnet.picture.color import luminance
 from bobrossnet.picture.order import Size, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.picture.color import to_srgb
+from bobrossnet.color import to_srgb
 from bobrossnet.picture.files import to_8_bit, write_picture
 
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.atomic import check_writable, write_whole
+from bobrossnet.color import from_srgb
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.picture.color import from_srgb
 from bobrossnet.shapes.affine import UPRIGHT, mapped
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
 

@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass
 from typing import TypeAlias
 
 from bobrossnet import _core
+from bobrossnet.color import from_srgb
 from bobrossnet.errors import InputError, InputTypeError, check_number
-from bobrossnet.picture.color import from_srgb
 
 Color: TypeAlias = str | Sequence[float]
 

@@ -7,16 +7,16 @@
  */
 
 /** How many components each channel has. @type {Readonly<Record<string, number>>} */
-const COMPONENTS = { mask: 1, gray: 1, depth: 1, normal: 2, instance: 1 };
+const COMPONENTS = { mask: 1, gray: 1, depth: 1, normal: 2, color: 3, albedo: 3, alpha: 1, instance: 1 };
 
 /** Of a G-buffer, and of samples, in which the mask says whether the ray hit. @type {Layout} */
 export const GBUFFER = ["mask", "gray", "depth", "normal"];
 
+/** The same of scenes with colours. @type {Layout} */
+export const COLORED = [...GBUFFER, "color"];
+
 /** How many components a layout has in all. @param {Layout} layout */
 export const widthOf = (layout) => layout.reduce((sum, channel) => sum + COMPONENTS[channel], 0);
-
-/** Components of a sample, and planes of a G-buffer. */
-export const WIDTH = widthOf(GBUFFER);
 
 /** Where a layout has a channel's first component. @param {Layout} layout @param {string} channel */
 export const placeOf = (layout, channel) => widthOf(layout.slice(0, layout.indexOf(channel)));

@@ -1,46 +1,73 @@
 // @ts-check
 /** What is known of a picture, in the core's memory. */
-import { GBUFFER, WIDTH, placeOf } from "./channels.js";
+import { COLORED, GBUFFER, placeOf, widthOf } from "./channels.js";
 
-/** @typedef {import("../core/core.js").Core} Core */
+/**
+ * @typedef {import("../core/core.js").Core} Core
+ * @typedef {import("./channels.js").Layout} Layout
+ */
 
 /** What was traced, and the picture completed from it. Its arrays are views of the core's memory. */
 export class GBuffer {
   /** How many pixels are known, of those that were added. */
   traced = 0;
 
-  /** @param {Core} core @param {number} height @param {number} width */
-  constructor(core, height, width) {
+  /** @param {Core} core @param {number} height @param {number} width @param {Layout} [layout] GBUFFER or COLORED */
+  constructor(core, height, width, layout = GBUFFER) {
     this.core = core;
     this.height = height;
     this.width = width;
-    this.address = core.allocate((WIDTH + 1) * 4 * height * width);
+    this.layout = layout;
+    const completed = this.isColored ? 4 : 1;
+    this.address = core.allocate((widthOf(layout) + completed) * 4 * height * width);
     this.clear();
   }
 
-  /** (C, height, width), in the order of GBUFFER */
+  get isColored() {
+    return this.layout === COLORED;
+  }
+
+  /** (C, height, width), in the order of GBUFFER, with which every layout begins */
   get planes() {
-    return new Float32Array(this.core.memory, this.address, WIDTH * this.height * this.width);
+    return this.#floats(0, widthOf(GBUFFER));
+  }
+
+  /** So many planes from one on. @param {number} first @param {number} count */
+  #floats(first, count) {
+    const size = this.height * this.width;
+    return new Float32Array(this.core.memory, this.address + 4 * first * size, count * size);
   }
 
   /** (height, width) of a channel's first component. @param {string} channel */
   plane(channel) {
-    const size = this.height * this.width;
-    return new Float32Array(this.core.memory, this.address + 4 * placeOf(GBUFFER, channel) * size, size);
+    return this.#floats(placeOf(this.layout, channel), 1);
   }
 
   /** (height, width), 0..1, once a network has completed it */
   get image() {
-    return new Float32Array(this.core.memory, this.imageAddress, this.height * this.width);
+    return this.#floats(widthOf(this.layout), 1);
   }
 
   get imageAddress() {
-    return this.address + 4 * WIDTH * this.height * this.width;
+    return this.image.byteOffset;
+  }
+
+  /** Where it is coloured: completed linear RGB, (3, height, width), by the completed image; else null. */
+  completeColor() {
+    if (!this.isColored) return null;
+    const color = this.#floats(widthOf(this.layout) + 1, 3);
+    this.core.made("complete_color", this.address, this.imageAddress, this.height, this.width, color.byteOffset);
+    return color;
+  }
+
+  /** Linear RGB as traced, (3, height, width); null where it is not coloured. */
+  get color() {
+    return this.isColored ? this.#floats(placeOf(this.layout, "color"), 3) : null;
   }
 
   /** Forgets all pixels. */
   clear() {
-    this.planes.fill(0);
+    this.#floats(0, widthOf(this.layout)).fill(0);
     this.traced = 0;
   }
 
@@ -48,7 +75,7 @@ export class GBuffer {
   add(pixels, samples) {
     const count = pixels.length / 2;
     const [added] = this.core.filled(new Int32Array(1), (address) => {
-      this.core.made("add_samples", pixels, samples, count, this.address, this.height, this.width, address);
+      this.core.made("add_samples", Number(this.isColored), pixels, samples, count, this.address, this.height, this.width, address);
     });
     this.traced += added;
   }

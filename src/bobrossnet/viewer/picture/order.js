@@ -1,6 +1,6 @@
 // @ts-check
 /** Pixel orders: the sequence in which the pixels of a picture are traced. */
-import { WIDTH } from "./channels.js";
+import { COLORED, GBUFFER, widthOf } from "./channels.js";
 
 /** @typedef {{height: number, width: number, seed?: number | bigint}} Which */
 
@@ -39,15 +39,17 @@ export class PixelSequence {
   #taken = 0;
   /** Of how many pixels it is known what they show. */
   #known = 0;
+  #isColored;
   /** How many pixels are handed out. */
   done = 0;
 
-  /** @param {import("../core/core.js").Core} core @param {Which} which */
-  constructor(core, { height, width, seed = 0 }) {
+  /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] of samples */
+  constructor(core, { height, width, seed = 0 }, layout = GBUFFER) {
     this.#core = core;
+    this.#isColored = Number(layout === COLORED);
     this.#size = { height, width };
     this.#order = core.made("make_adaptive_order", ...halves(seed), height, width);
-    this.#planes = core.allocate(4 * WIDTH * height * width);
+    this.#planes = core.allocate(4 * widthOf(layout) * height * width);
   }
 
   /** How many pixels can be handed out now: none where what comes next depends on some that were not added yet. */
@@ -56,7 +58,7 @@ export class PixelSequence {
     if (2 * this.#taken === this.#round.length && this.#known === this.done && this.done < height * width) {
       let address = 0;
       const [count] = this.#core.filled(new Int32Array(1), (written) => {
-        address = this.#core.made("next_round", this.#order, this.#planes, written) >>> 0;
+        address = this.#core.made("next_round", this.#order, this.#isColored, this.#planes, written) >>> 0;
       });
       this.#round = new Int32Array(this.#core.memory, address, 2 * count).slice();
       this.#taken = 0;
@@ -75,7 +77,7 @@ export class PixelSequence {
   add(pixels, samples) {
     const { height, width } = this.#size, count = pixels.length / 2;
     this.#core.filled(new Int32Array(1), (added) => {
-      this.#core.made("add_samples", pixels, samples, count, this.#planes, height, width, added);
+      this.#core.made("add_samples", this.#isColored, pixels, samples, count, this.#planes, height, width, added);
     });
     this.#known += count;
   }

@@ -25,17 +25,31 @@ function shade(gray) {
   return GRAYS[byte[0]];
 }
 
+/** sRGB of linear values, finely enough for every one of its 256 steps. */
+const SRGB = Uint8ClampedArray.from({ length: 2 ** 14 + 1 }, (_, i) => {
+  const value = i / 2 ** 14;
+  return 255 * (value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055);
+});
+
+/** How to show pixel i of linear RGB, (3, height, width). @param {Float32Array} color @param {number} size @param {number} i */
+function tint(color, size, i) {
+  return pack(SRGB[Math.round(2 ** 14 * color[i])], SRGB[Math.round(2 ** 14 * color[size + i])], SRGB[Math.round(2 ** 14 * color[2 * size + i])]);
+}
+
 /**
  * @param {{
  *   mode: Mode, divider: number, height: number, width: number, mask: Float32Array, gray: Float32Array, image: Float32Array,
- *   first: Float32Array, expected: Float32Array | null, exact: boolean
+ *   first: Float32Array, expected: Float32Array | null, exact: boolean, color?: Float32Array | null, completedColor?: Float32Array | null
  * }} look
- *   arrays (height, width), 0..1; first: the picture as it was first completed; expected: the errors of `image`; divider:
+ *   arrays (height, width), 0..1; color, completedColor: the same of gray and image in linear RGB, (3, height, width), where there are
+ *   colours; first: the picture as it was first completed; expected: the errors of `image`; divider:
  *   0..1, left of which a split picture has traced pixels; where the picture is not yet exact, a difference shows the completed picture
  * @returns {ImageData}
  */
-export function paint({ mode, divider, height, width, mask, gray, image, first, expected, exact }) {
-  const pixels = new Uint32Array(height * width);
+export function paint({ mode, divider, height, width, mask, gray, image, first, expected, exact, color, completedColor }) {
+  const size = height * width, pixels = new Uint32Array(size);
+  const traced = color ? (/** @type {number} */ i) => tint(color, size, i) : (/** @type {number} */ i) => shade(gray[i]);
+  const completed = completedColor ? (/** @type {number} */ i) => tint(completedColor, size, i) : (/** @type {number} */ i) => shade(image[i]);
   if (mode === "difference" && exact) {
     for (let i = 0; i < pixels.length; ++i) pixels[i] = shade(ERROR_GAIN * Math.abs(first[i] - image[i]));
   } else if (mode === "uncertain" && expected) {
@@ -43,8 +57,8 @@ export function paint({ mode, divider, height, width, mask, gray, image, first, 
   } else {
     const border = mode === "traced" ? width : mode === "split" ? Math.round(divider * width) : 0;
     for (let row = 0, i = 0; row < height; ++row) {
-      for (let column = 0; column < border; ++column, ++i) pixels[i] = mask[i] > 0 ? shade(gray[i]) : UNTRACED;
-      for (let column = border; column < width; ++column, ++i) pixels[i] = shade(image[i]);
+      for (let column = 0; column < border; ++column, ++i) pixels[i] = mask[i] > 0 ? traced(i) : UNTRACED;
+      for (let column = border; column < width; ++column, ++i) pixels[i] = completed(i);
     }
   }
   return new ImageData(new Uint8ClampedArray(pixels.buffer), width, height);

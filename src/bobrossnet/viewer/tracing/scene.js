@@ -3,7 +3,7 @@
 
 import { CoreError, placedErrors } from "../core/errors.js";
 import { cameraValues } from "../picture/camera.js";
-import { WIDTH } from "../picture/channels.js";
+import { COLORED, GBUFFER, widthOf } from "../picture/channels.js";
 import { IDENTITY } from "../shapes/affine.js";
 import { formulaShape, implicitShape, scriptShape } from "../shapes/implicit.js";
 import { meshShape } from "../shapes/mesh.js";
@@ -32,6 +32,8 @@ export class Scene {
     this.warnings = warnings;
     this.handle = core.made("make_scene", shapes, instances.length, Float64Array.from(joined("transform")),
                             Float64Array.from(joined("material")));
+    /** Of its samples. @type {import("../picture/channels.js").Layout} */
+    this.layout = core.call("scene_is_colored", this.handle) ? COLORED : GBUFFER;
   }
 
   /**
@@ -41,12 +43,12 @@ export class Scene {
    * @param {import("../picture/camera.js").Size} size of the image
    * @param {Partial<import("../picture/camera.js").Camera>} [camera]
    * @param {Float32Array} [samples] where to write them
-   * @returns {Float32Array} samples, (n, C), in the order of GBUFFER
+   * @returns {Float32Array} samples, (n, C), in the order of the layout
    */
-  trace(pixels, { height, width }, camera = {}, samples = new Float32Array(WIDTH * pixels.length / 2)) {
-    const count = pixels.length / 2;
+  trace(pixels, { height, width }, camera = {}, samples = new Float32Array(widthOf(this.layout) * pixels.length / 2)) {
+    const count = pixels.length / 2, isColored = Number(this.layout === COLORED);
     return this.core.filled(samples, (address) => {
-      this.core.made("trace", this.handle, cameraValues(camera), height, width, pixels, count, address);
+      this.core.made("trace", this.handle, cameraValues(camera), height, width, pixels, count, isColored, address);
     });
   }
 

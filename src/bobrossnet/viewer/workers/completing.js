@@ -29,7 +29,7 @@ import { Completer } from "../completion/completer.js";
 import { ErrorPredictor } from "../completion/predictor.js";
 import { readWeights } from "../completion/weights.js";
 import { Core } from "../core/core.js";
-import { WIDTH } from "../picture/channels.js";
+import { COLORED, GBUFFER, widthOf } from "../picture/channels.js";
 import { GBuffer } from "../picture/gbuffer.js";
 import { paint } from "../picture/paint.js";
 
@@ -80,13 +80,14 @@ async function completerOf(core, weights) {
 }
 
 /** @param {import("./tracer.js").Samples} part */
-async function gather({ batch, count, pixels, samples }) {
+async function gather({ batch, isColored, count, pixels, samples }) {
   if (view && batch.id < view.batch.id) return;
   const { core, completers } = await starting;
   const begun = performance.now(), { height, width } = batch;
-  if (view?.gbuffer.height !== height || view.gbuffer.width !== width) {
+  const layout = isColored ? COLORED : GBUFFER;
+  if (view?.gbuffer.height !== height || view.gbuffer.width !== width || view.gbuffer.layout !== layout) {
     view?.gbuffer.free();
-    const gbuffer = new GBuffer(core, height, width);
+    const gbuffer = new GBuffer(core, height, width, layout);
     view = { batch, gbuffer, model: DEFAULT, completed: false, first: new Float32Array(height * width) };
   } else if (view.batch.view !== batch.view) {
     view.gbuffer.clear();
@@ -95,7 +96,7 @@ async function gather({ batch, count, pixels, samples }) {
   view.batch = batch;
   view.model = completers.has(batch.model) ? batch.model : DEFAULT;
   const completer = /** @type {Completer} */ (completers.get(view.model));
-  view.gbuffer.add(pixels.subarray(0, 2 * count), samples.subarray(0, WIDTH * count));
+  view.gbuffer.add(pixels.subarray(0, 2 * count), samples.subarray(0, widthOf(layout) * count));
 
   const { traced } = view.gbuffer;
   const completing = performance.now();
@@ -117,7 +118,7 @@ async function painted({ gbuffer, model, first }) {
   const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, /** @type {Completer} */ (completers.get(model)).network) : null;
   const bitmap = await createImageBitmap(paint({
     ...showing, height, width, image: gbuffer.image, first, expected: errors, mask: gbuffer.plane("mask"),
-    gray: gbuffer.plane("gray"), exact: traced === height * width,
+    gray: gbuffer.plane("gray"), exact: traced === height * width, color: gbuffer.color, completedColor: gbuffer.completeColor(),
   }));
   return { bitmap, expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
 }

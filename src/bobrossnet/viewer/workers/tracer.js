@@ -17,9 +17,9 @@
  *   What `parts` tracers add to a view: the pixels of its sequence up to the place `to`, or as many as they trace in so many
  *   milliseconds. Batches of one view have one camera and size, and add to one picture, which `model` completes.
  *
- * @typedef {{kind: "samples", batch: Batch, count: number, pixels: Int32Array, samples: Float32Array}} Samples
- *   to the completing worker, once for a batch: pixels (n, 2), row and column; samples (n, C), as Scene.trace returns them; of
- *   both the first `count` rows, since they are sent in the memory that they were written to
+ * @typedef {{kind: "samples", batch: Batch, isColored: boolean, count: number, pixels: Int32Array, samples: Float32Array}} Samples
+ *   to the completing worker, once for a batch: pixels (n, 2), row and column; samples (n, C), as Scene.trace returns them, of the
+ *   layout COLORED or GBUFFER; of both the first `count` rows, since they are sent in the memory that they were written to
  *
  * @typedef {{camera: Camera, size: Size, pixels: Int32Array}} Slice from the tracer that leads to another: pixels (n, 2)
  * @typedef {{pixels: Int32Array, samples: Float32Array, milliseconds: number}} TracedSlice its answer: samples (n, C)
@@ -44,7 +44,7 @@
  */
 import { Core } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
-import { WIDTH } from "../picture/channels.js";
+import { COLORED, widthOf } from "../picture/channels.js";
 import { PixelSequence } from "../picture/order.js";
 import { buildScene } from "../tracing/scene.js";
 import { Pace } from "./pace.js";
@@ -130,12 +130,14 @@ function traceSlice(pixels, size, camera) {
 async function lead(batch, ports) {
   cancelled = false;
   const core = await starting, begin = performance.now(), end = begin + batch.milliseconds;
+  if (!scene) throw new Error("lead: expected an open scene");
+  const { layout } = scene;
   if (view?.id !== batch.view) {
     forgetView();
-    view = { id: batch.view, sequence: new PixelSequence(core, batch) };
+    view = { id: batch.view, sequence: new PixelSequence(core, batch, layout) };
   }
-  const { sequence } = view, { camera, height, width, to, parts } = batch, size = { height, width };
-  const most = to - sequence.done, all = { pixels: new Int32Array(2 * most), samples: new Float32Array(WIDTH * most) };
+  const { sequence } = view, components = widthOf(layout), { camera, height, width, to, parts } = batch, size = { height, width };
+  const most = to - sequence.done, all = { pixels: new Int32Array(2 * most), samples: new Float32Array(components * most) };
   let count = 0, largest = FIRST_SLICE / GROWTH;
 
   const deal = () => {
@@ -153,7 +155,7 @@ async function lead(batch, ports) {
   const keep = ({ pixels, samples, milliseconds }) => {
     const rays = pixels.length / 2;
     sequence.add(pixels, samples);
-    all.pixels.set(pixels, 2 * count), all.samples.set(samples, WIDTH * count);
+    all.pixels.set(pixels, 2 * count), all.samples.set(samples, components * count);
     count += rays;
     largest = Math.max(largest, rays);
     pace.measured(rays, milliseconds);
@@ -192,7 +194,7 @@ async function lead(batch, ports) {
     forgetView();
   } else {
     /** @type {Samples} */
-    const message = { kind: "samples", batch, count, ...all };
+    const message = { kind: "samples", batch, isColored: layout === COLORED, count, ...all };
     completing.postMessage(message, [all.pixels.buffer, all.samples.buffer]);
   }
   const milliseconds = performance.now() - begin;

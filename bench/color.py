@@ -1,0 +1,159 @@
+"""What colour costs, and how well it is completed: tracing and completing beside gray, smooth edges, and the error
+beside linear interpolation of each component over the Delaunay triangles of the same pixels.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from functools import partial
+
+import flip_evaluator
+import numpy as np
+from numpy.typing import NDArray
+from report import heading, in_turn, median_ratio, shape_files, spread, table
+from sparse import SIZE, on_one_thread
+
+import bobrossnet as bob
+from bobrossnet.color import luminance, to_srgb
+from bobrossnet.completion.filling import delaunay_linear
+from bobrossnet.sdf import X, Y, Z, box, cylinder, sphere
+from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
+
+RUNS = 21
+FRACTIONS = (0.01, 0.02, 0.05, 0.1)
+CAMERAS = [bob.Camera(azimuth=azimuth, elevation=20) for azimuth in (0, 50, 100)]
+
+
+def colored(mesh: bob.Mesh, **colors: object) -> bob.Mesh:
+    return Mesh(mesh.vertices, mesh.triangles, mesh.normals, **colors)  # type: ignore[arg-type]
+
+
+def stains(mesh: bob.Mesh) -> NDArray[np.float64]:
+    """Colours of the vertices: large stains, of which most edges are soft."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    x, y, z = ((mesh.vertices - low) / (high - low).max() * 9).T
+    waves = [np.sin(x + 2 * np.sin(y)), np.sin(y + 2 * np.sin(z) + 1), np.sin(z + 2 * np.sin(x) + 2)]
+    return np.stack([0.5 + 0.5 * np.tanh(3 * wave) for wave in waves], axis=-1)
+
+
+def texture() -> NDArray[np.uint8]:
+    """512x512: tiles of random colours, each with a border."""
+    rng = np.random.default_rng(0)
+    tiles = rng.integers(30, 250, (16, 16, 3), np.uint8).repeat(32, axis=0).repeat(32, axis=1)
+    inside = np.logical_and(*(np.indices((512, 512)) % 32 > 2))
+    return np.where(inside[..., None], tiles, np.uint8(235))
+
+
+def kinds(mesh: bob.Mesh) -> dict[str, bob.Scene]:
+    """A shape in white, and in the three ways that it can have colours."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    uv = ((mesh.vertices - low) / (high - low).max())[:, [0, 2]] * 2
+    return {
+        "white": bob.Scene(mesh),
+        "material": bob.Scene(bob.Instance(mesh, material=bob.Material("#c33"))),
+        "metal": bob.Scene(bob.Instance(mesh, material=bob.Material("#b87333", metallic=1, roughness=0.3))),
+        "vertices": bob.Scene(colored(mesh, colors=stains(mesh))),
+        "texture": bob.Scene(colored(mesh, uv=uv, texture=texture())),
+    }
+
+
+def parts() -> bob.Scene:
+    """Twenty-seven carved balls, each of another colour."""
+    drill = cylinder(0.5)
+    carved = (sphere(1) & box(1.5)) - (drill.orient(X) | drill.orient(Y) | drill.orient(Z))
+    rng = np.random.default_rng(1)
+    places = [(x, y, z) for x in (-2, 0, 2) for y in (-2, 0, 2) for z in (-2, 0, 2)]
+    materials = [bob.Material(tuple(rng.uniform(0.05, 0.9, 3))) for _ in places]
+    return bob.Scene([bob.Instance(carved, material=m).translate(p) for m, p in zip(materials, places, strict=True)])
+
+
+def tracing(scenes: dict[str, bob.Scene]) -> None:
+    """Print what a pixel takes."""
+    pixels = tiled_pixels(SIZE)
+    tracers = {name: SceneTracer(scene, bob.Camera(), SIZE) for name, scene in scenes.items()}
+    runs = {name: on_one_thread(partial(tracer, pixels)) for name, tracer in tracers.items()}
+    seconds = in_turn(runs, RUNS, clock=time.thread_time)
+    heading("Tracing in colour, every pixel of 512x512, one thread: microseconds of its time a pixel")
+    rows = [
+        [name, f"{1e6 * statistics.median(s) / len(pixels):.3f}", f"{median_ratio(s, seconds['white']):.2f}"]
+        for name, s in seconds.items()
+    ]
+    table(["the bunny", "microseconds", "/ white"], rows)
+
+
+def completing(scene: bob.Scene) -> None:
+    """Print what completing takes."""
+    heading("Completing 640x480 in colour, from 5 % of the pixels, all of bob.complete: milliseconds")
+    part, rows, threads = bob.trace(scene, size=(480, 640), fraction=0.05), [], bob.thread_count()
+    for count in (1, threads):
+        bob.set_thread_count(count)
+        for model in ("default", "filling"):
+            runs: dict[str, Callable[[], object]] = {
+                channel: partial(bob.complete, part, model, channel=channel) for channel in ("gray", "color")
+            }
+            seconds = in_turn(runs, 41)
+            ratio = f"{median_ratio(seconds['color'], seconds['gray']):.2f}"
+            rows.append([model, str(count), *(spread(s, 1e3, 2) for s in seconds.values()), ratio])
+    table(["model", "threads", "gray", "color", "color / gray"], rows)
+
+
+def edges(scene: bob.Scene) -> None:
+    """Print what smooth edges take."""
+    heading("Smooth edges, 640x480: milliseconds of bob.render, and SSIM against 16 rays in every pixel")
+    many = bob.trace(scene, size=(4 * 480, 4 * 640)).color.reshape(480, 4, 640, 4, 3).mean(axis=(1, 3))
+    runs: dict[str, Callable[[], object]] = {
+        str(samples): partial(bob.render, scene, samples=samples) for samples in (1, 4, 16)
+    }
+    seconds = in_turn(runs, 7)
+    rows = []
+    for samples, each in seconds.items():
+        shown = bob.render(scene, samples=int(samples)).color
+        ssim = bob.ssim(luminance(to_srgb(shown)), luminance(to_srgb(many)))
+        rows.append([samples, spread(each, 1e3), f"{median_ratio(each, seconds['1']):.2f}", f"{ssim:.4f}"])
+    table(["rays at most", "ms", "/ 1 ray", "SSIM"], rows)
+
+
+def errors(scenes: dict[str, bob.Scene]) -> None:
+    """Print the errors of completed colours."""
+    heading("Completed colours at 256x256, three views: mean FLIP, less is better, and SSIM of the luminance")
+    rows = []
+    for name, scene in scenes.items():
+        full = [bob.trace(scene, camera, size=(256, 256)) for camera in CAMERAS]
+        for method in ("default", "filling", "delaunay-linear"):
+            row = [name, method]
+            for fraction in FRACTIONS:
+                scores = []
+                for picture in full:
+                    part = picture.sample(fraction)
+                    if method == "delaunay-linear":
+                        found = per_component(part)
+                    else:
+                        found = bob.complete(part, method, channel="color")
+                    shown, wanted = to_srgb(found), to_srgb(picture.color)
+                    _, flip, _ = flip_evaluator.evaluate(wanted, shown, "LDR")
+                    scores.append((flip, bob.ssim(luminance(found), luminance(picture.color))))
+                row.append("{:.4f}, {:.4f}".format(*np.mean(scores, axis=0)))
+            rows.append(row)
+    table(["scene", "method", *(f"{fraction:.0%}" for fraction in FRACTIONS)], rows)
+
+
+def per_component(part: bob.GBuffer) -> NDArray[np.float32]:
+    return np.stack([delaunay_linear(part.color[..., k], part.mask) for k in range(3)], axis=-1)
+
+
+def main() -> None:
+    (bunny,) = shape_files("scans/stanford_bunny.ply")
+    mesh = bob.load_mesh(bunny)
+    scenes = kinds(mesh)
+    tracing(scenes)
+    completing(scenes["texture"])
+    edges(scenes["texture"])
+    del scenes["white"], scenes["metal"]
+    errors(scenes | {"27 parts": parts()})
+
+
+if __name__ == "__main__":
+    main()
