@@ -11,6 +11,7 @@ import pytest
 from models import MODELS, needs_models
 
 import bobrossnet as bob
+from bobrossnet.picture.channels import COLORED
 from bobrossnet.view import READ_IN_PAGE, VIEWER
 
 SIZE = (48, 64)
@@ -29,13 +30,13 @@ onmessage = async ({ data: { file, name, height, width, camera } }) => {
   try {
     const instance = await core, bytes = await (await fetch(file)).arrayBuffer();
     const description = await readFile(instance, name, bytes);
-    const scene = buildScene(instance, description), gbuffer = new GBuffer(instance, height, width);
+    const scene = buildScene(instance, description), gbuffer = new GBuffer(instance, height, width, scene.layout);
     const pixels = pixelOrder(instance, "uniform", { height, width });
     gbuffer.add(pixels, scene.trace(pixels, { height, width }, camera));
-    const planes = Array.from(gbuffer.planes);
+    const planes = Array.from(gbuffer.planes), color = gbuffer.color && Array.from(gbuffer.color);
     gbuffer.free(), scene.free();
     const { warnings = [], instances } = description;
-    postMessage({ planes, warnings, names: instances.map(({ name }) => name) });
+    postMessage({ planes, color, warnings, names: instances.map(({ name }) => name) });
   } catch (error) {
     postMessage({ error: error.message, kind: error.constructor.name, line: error.line });
   }
@@ -64,7 +65,7 @@ def page(browser, viewer):
 
 @pytest.fixture
 def read(page, viewer):
-    """What the page makes of a file: its planes, (5, H, W), `names` and `warnings`; or `error`, `kind` and `line`."""
+    """What the page makes of a file: its `planes`, `color` or None, `names` and `warnings`; or `error`, `kind` and `line`."""
 
     def read(file, content=None, camera=CAMERA):
         viewer.files["tested/file"] = Path(file) if content is None else content
@@ -72,7 +73,9 @@ def read(page, viewer):
         angles = {angle: getattr(camera, angle) for angle in ("azimuth", "elevation", "roll", "zoom")}
         found = page.evaluate(ASK, {**place, "camera": angles})
         if "planes" in found:
-            found["planes"] = np.array(found["planes"], np.float32).reshape(5, *SIZE)
+            found["planes"] = np.array(found["planes"], np.float32).reshape(-1, *SIZE)
+            color = found["color"]
+            found["color"] = None if color is None else np.array(color, np.float32).reshape(3, *SIZE)
         return found
 
     return read
@@ -81,9 +84,12 @@ def read(page, viewer):
 def assert_equal_pictures(found, scene, camera=CAMERA, pixels=0):
     """All but a few pixels are within a rounding of Python's, in another instruction set and order of sums."""
     assert "error" not in found, found["error"]
-    expected = bob.trace(scene, camera, size=SIZE).stack()
-    assert expected[2].any()  # something is seen
-    different = (np.abs(found["planes"] - expected) > 1e-4).any(axis=0)
+    expected = bob.trace(scene, camera, size=SIZE)
+    assert expected.depth.any()  # something is seen
+    different = (np.abs(found["planes"] - expected.stack()) > 1e-4).any(axis=0)
+    assert (found["color"] is not None) == (expected.layout == COLORED)
+    if found["color"] is not None:
+        different |= (np.abs(found["color"] - np.moveaxis(expected.color, -1, 0)) > 1e-4).any(axis=0)
     assert np.count_nonzero(different) <= pixels
 
 
