@@ -161,12 +161,14 @@ def test_broken_and_odd(name: str, capfd: pytest.CaptureFixture[str]) -> None:
 @needs_models
 @pytest.mark.parametrize("name", LEAVES_OUT)
 def test_what_is_left_out_is_counted(name: str) -> None:
-    with pytest.warns(InputWarning, match=re.escape(f"{name}: left out {LEAVES_OUT[name]} triangles")):
+    with pytest.warns(InputWarning) as told:
         load_mesh(MODELS / "broken_odd" / name)
+    assert f"{name}: left out {LEAVES_OUT[name]} triangles" in str(told[-1].message)
 
 
 @needs_models
 @pytest.mark.parametrize("name", ORIGINALS)
+@pytest.mark.filterwarnings(r"ignore:(spider.obj|fuze_ascii.ply). texture .* was left out")  # they have no such file
 def test_originals(name: str) -> None:
     mesh = load_mesh(MODELS / "loader_originals" / name)
     assert (len(mesh.triangles), mesh.normals is not None) == ORIGINALS[name]

@@ -65,7 +65,7 @@ def page(browser, viewer):
 
 @pytest.fixture
 def read(page, viewer):
-    """What the page makes of a file: `planes`, `color` or None, `names` and `warnings`; or `error`, `kind` and `line`."""
+    """What the page makes of a file: `planes`, `color` or None, `names`, `warnings`; or `error`, `kind` and `line`."""
 
     def read(file, content=None, camera=CAMERA):
         viewer.files["tested/file"] = Path(file) if content is None else content

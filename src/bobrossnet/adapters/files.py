@@ -10,13 +10,12 @@ from __future__ import annotations
 import logging
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bobrossnet import interrupts
 from bobrossnet.adapters.beside import MAX_BYTES
@@ -26,10 +25,11 @@ from bobrossnet.adapters.geomdl import read_geomdl
 from bobrossnet.adapters.gismo import read_gismo
 from bobrossnet.adapters.gltf import read_glb, read_gltf
 from bobrossnet.adapters.grids import read_bpt, read_cpt
+from bobrossnet.adapters.joined import Joined, joined
 from bobrossnet.adapters.messages import name_of, one_line
 from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.opencascade import read_iges, read_step
-from bobrossnet.adapters.part import Part, concatenated, joined, pieces
+from bobrossnet.adapters.part import Part
 from bobrossnet.adapters.ply import read_ply
 from bobrossnet.adapters.rhino import read_3dm
 from bobrossnet.adapters.script import read_script
@@ -37,7 +37,6 @@ from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
 from bobrossnet.adapters.vm import read_vm
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
-from bobrossnet.shapes.affine import MAX_COORDINATE
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
@@ -129,7 +128,8 @@ def _loaded(path: str | os.PathLike[str]) -> SceneLike:
     file = _file(path)
     ending = file.suffix.lower()
     if ending in MESH_READERS:
-        return Instance(load_mesh(path), name=file.name)
+        instances = _read_mesh(path).instances(file.name)
+        return instances[0] if len(instances) == 1 else Scene(instances)
     with _errors_of_one_line(file, "shape" if ending in IMPLICIT_READERS else "scene"):
         _check_file(file)
         if ending in IMPLICIT_READERS:
@@ -146,7 +146,8 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
 
     All parts of a file become one mesh, placed as the file places them. glTF is y-up by its specification
     and is turned to z-up; the other formats are taken as stored. Polygons are cut into fans of triangles.
-    Vertices that no triangle uses are left out.
+    Vertices that no triangle uses are left out. The colours of materials become those of triangles; a texture is kept
+    where all of the file has the same. `load` makes an instance for each material instead.
 
     Parameters
     ----------
@@ -165,76 +166,34 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     Warns
     -----
     InputWarning
-        If triangles were left out because they touch a vertex that is missing or not finite.
+        If triangles were left out because they touch a vertex that is missing or not finite, or a material or a
+        texture because it can't be read.
     """
+    return _read_mesh(path).mesh()
+
+
+def _read_mesh(path: str | os.PathLike[str]) -> Joined:
+    """What can be drawn of a mesh's file."""
     file = _file(path)
     ending = one_line(file.suffix.lower())
-    with _errors_of_one_line(file, "mesh"):
+    with _quiet(), _errors_of_one_line(file, "mesh"):
         _check_file(file)
         if ending not in MESH_READERS:
             hint = "; bobrossnet.load reads it" if ending in ALL_ENDINGS else ""
             raise InputError(f"expected one of {' '.join(MESH_ENDINGS)}, got {ending or 'no ending'}{hint}")
         if file.stat().st_size == 0:
             raise InputError("expected a mesh, got an empty file")
-        with _quiet(), interrupts.heard("trimesh"):
-            mesh, dropped, total = _clean(MESH_READERS[ending](file))
-    if dropped:
+        with interrupts.heard("trimesh"):
+            read = joined(MESH_READERS[ending](file))
+            drawn = read.drawn()
+    total = len(read.part.triangles)
+    if dropped := total - len(drawn.part.triangles):
         warnings.warn(
             f"{name_of(file)}: left out {dropped:,} of {total:,} triangles that touch a missing or non-finite vertex",
             InputWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
-    return mesh
-
-
-# ---- From parts to a mesh --------------------------------------------------------------------------------
-
-
-def _clean(parts: Sequence[Part]) -> tuple[Mesh, int, int]:
-    """Join parts and keep what can be drawn: the mesh, how many triangles were dropped, of how many."""
-    vertices, triangles, normals = joined(parts)
-    total = len(triangles)
-    if total == 0:
-        got = f"a point cloud of {len(vertices):,} points" if len(vertices) else "none"
-        raise InputError(f"expected triangles, got {got}")
-
-    # Comparisons with NaN are false, so NaN is not usable either.
-    usable = np.ones(len(vertices), dtype=bool)
-    for rows in pieces(len(vertices)):
-        usable[rows] = (np.abs(vertices[rows]) <= MAX_COORDINATE).all(axis=1)
-    some = (triangles[rows] for rows in pieces(total))
-    triangles = concatenated([corners[((corners >= 0) & usable[corners]).all(axis=1)] for corners in some])
-    if len(triangles) == 0:
-        raise InputError(f"expected triangles, got {total:,} that all touch a missing or non-finite vertex")
-
-    # Only what is drawn may affect the scene's bounding sphere.
-    used = np.zeros(len(vertices), dtype=bool)
-    for rows in pieces(len(triangles)):
-        used[triangles[rows]] = True
-    renumbered = np.cumsum(used) - 1
-    for rows in pieces(len(triangles)):
-        triangles[rows] = renumbered[triangles[rows]]
-    vertices = vertices[used]
-    if not _any_area(vertices, triangles):
-        raise InputError(f"expected triangles with an area, got {len(triangles):,} of zero area")
-    return Mesh(vertices, triangles, None if normals is None else _unit(normals[used])), total - len(triangles), total
-
-
-def _any_area(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bool:
-    """Whether a triangle has an area, in units in which the largest extent is 1."""
-    extent = float(np.max(np.ptp(vertices, axis=0))) or 1.0
-    for rows in pieces(len(triangles)):
-        a, b, c = (vertices[triangles[rows, corner]] for corner in range(3))
-        if np.cross((b - a) / extent, (c - a) / extent).any():
-            return True
-    return False
-
-
-def _unit(normals: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Normals at length 1, zero where one is unusable; None if all are."""
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    usable = (length > 0) & np.isfinite(length)
-    return np.where(usable, normals / np.where(usable, length, 1), 0) if usable.any() else None
+    return drawn
 
 
 # ---- Errors of one line ----------------------------------------------------------------------------------
@@ -286,17 +245,21 @@ def _check_file(file: Path) -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Hold back trimesh's log and numpy's warnings about odd numbers: what fails becomes an error."""
+    """Hold back trimesh's log and numpy's warnings about odd numbers: what fails becomes an error. What was left out of
+    the file is told afterwards."""
     # Not `disabled`, which would not hold for the loggers of trimesh's modules: these hand their records up to here.
     logger, nowhere = logging.getLogger("trimesh"), logging.NullHandler()
     before, logger.propagate = logger.propagate, False
     logger.addHandler(nowhere)
     try:
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(record=True) as told, np.errstate(all="ignore"):
+            warnings.simplefilter("always")
             # numpy 1 warns and continues with half the numbers of a text; numpy 2 raises.
             warnings.filterwarnings("error", message="string or file could not be read")
             yield
     finally:
         logger.removeHandler(nowhere)
         logger.propagate = before
+    for warning in told:
+        if isinstance(warning.message, InputWarning):
+            warnings.warn(warning.message, stacklevel=6)

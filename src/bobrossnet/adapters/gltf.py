@@ -1,4 +1,4 @@
-"""glTF and GLB: parsed by trimesh, after what it would read wrongly or never finish is refused."""
+"""glTF and GLB: meshes parsed by trimesh, after what it would read wrongly or never finish is refused."""
 
 from __future__ import annotations
 
@@ -12,11 +12,14 @@ from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bobrossnet.adapters.beside import MAX_BYTES, Beside
+from bobrossnet.adapters.gltf_surfaces import GltfSurfaces
 from bobrossnet.adapters.json import numbers, read_json
 from bobrossnet.adapters.messages import errors_at
 from bobrossnet.adapters.part import Part, counted, placed, trimesh_part
+from bobrossnet.adapters.surface import Surface
 from bobrossnet.errors import InputError, check_array, check_integer
 
 Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])  # (x, y, z) → (x, -z, y)
@@ -24,6 +27,7 @@ FAN = 6
 LISTS = ("buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes")
 TYPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 SIZES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes of the component types
+COLORS, UV, MATERIAL = "_COLORS", "_UV", "_MATERIAL_"
 PLACES = {"matrix": 16, "translation": 3, "rotation": 4, "scale": 3}
 DRAWN = (4, 5)  # the primitive modes that trimesh turns into triangles: triangles and strips
 
@@ -94,6 +98,9 @@ def _parts(tree: dict[str, Any], buffers: _Buffers) -> list[Part]:
     _check_layout(tree)
     _check_accessors(tree)
     _check_nodes(tree)
+    surfaces = GltfSurfaces(buffers.beside.model, tree, buffers)
+    for primitive in (primitive for mesh in tree.get("meshes", []) for primitive in mesh["primitives"]):
+        _hand_over_colors(primitive, surfaces)
     try:
         loaded = load_gltf(io.BytesIO(json.dumps(tree).encode()), buffers, skip_materials=True)
     except AssertionError as error:
@@ -109,8 +116,42 @@ def _parts(tree: dict[str, Any], buffers: _Buffers) -> list[Part]:
         stored = loaded["geometry"].get(edge.get("geometry"), {})
         if "faces" in stored:
             total = counted(total, len(stored["faces"]) + len(stored["vertices"]))
-            parts.append(placed(trimesh_part(stored), matrix))
+            parts.append(placed(_colored(trimesh_part(stored), stored, surfaces), matrix))
     return parts
+
+
+def _hand_over_colors(primitive: dict[str, Any], surfaces: GltfSurfaces) -> None:
+    """Let trimesh hand over what it would turn into visuals of its own: attributes whose names start with "_"."""
+    attributes = primitive["attributes"]
+    for name in [name for name in attributes if name.startswith("_")]:
+        del attributes[name]
+    if "COLOR_0" in attributes:
+        attributes[COLORS] = attributes.pop("COLOR_0")
+    if "material" in primitive:
+        material = primitive.pop("material")
+        attributes[f"{MATERIAL}{surfaces.index(material)}"] = attributes["POSITION"]
+        uv = attributes.get(f"TEXCOORD_{surfaces.uv_set(material)}")
+        if uv is not None:
+            attributes[UV] = uv
+
+
+def _colored(part: Part, stored: dict[str, Any], surfaces: GltfSurfaces) -> Part:
+    """The part with what `_hand_over_colors` made trimesh hand over."""
+    found = stored.get("vertex_attributes", {})
+    material = next((int(name.removeprefix(MATERIAL)) for name in found if name.startswith(MATERIAL)), None)
+    colors, uv = (_normalized(found.get(name)) for name in (COLORS, UV))
+    return part._replace(
+        colors=colors[:, :3] if colors is not None and colors.ndim == 2 else None,
+        uv=uv,
+        surface=Surface() if material is None else surfaces[material],
+    )
+
+
+def _normalized(values: NDArray[Any] | None) -> NDArray[np.float64] | None:
+    """Numbers in 0..1 of integers, which stand for these."""
+    if values is None:
+        return None
+    return np.asarray(values, np.float64) / (1 if values.dtype.kind == "f" else np.iinfo(values.dtype).max)
 
 
 def _check_lists(tree: Any) -> None:

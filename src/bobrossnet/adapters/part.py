@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.adapters.surface import Surface
 from bobrossnet.errors import InputError
 
 # Instances can repeat one part without end; this many triangles and vertices still fit into a few GB.
@@ -55,12 +56,17 @@ def lines_of(data: bytes) -> Iterator[bytes]:
 class Part(NamedTuple):
     """One mesh of a file, as it came: indices unchecked, numbers perhaps not finite.
 
-    Missing normals are None for the whole part, NaN for single vertices.
+    Missing normals are None for the whole part, NaN for single vertices; colours that are missing or not finite are
+    white.
     """
 
     vertices: NDArray[np.float64]  # (V, 3)
     triangles: NDArray[np.int64]  # (T, 3)
     normals: NDArray[np.float64] | None = None  # (V, 3)
+    colors: NDArray[np.float64] | None = None  # (V, 3), linear RGB
+    face_colors: NDArray[np.float64] | None = None  # (T, 3), linear RGB
+    uv: NDArray[np.float64] | None = None  # (V, 2), of the surface's texture, from its top left on
+    surface: Surface = Surface()
 
 
 def trimesh_part(stored: dict[str, Any]) -> Part:
@@ -95,6 +101,11 @@ def fan(lengths: NDArray[np.int64], corners: NDArray[np.int64]) -> NDArray[np.in
     return triangles
 
 
+def of_triangles(values: NDArray[Any], lengths: NDArray[np.int64]) -> NDArray[Any]:
+    """What polygons have, (n, ...), for each triangle of their fans."""
+    return values if (lengths == 3).all() else np.repeat(values, np.maximum(lengths - 2, 0), axis=0)
+
+
 def placed(part: Part, matrix: NDArray[np.float64]) -> Part:
     """The part moved by a (4, 4) matrix that is multiplied from the left."""
     linear = matrix[:3, :3]
@@ -105,34 +116,10 @@ def placed(part: Part, matrix: NDArray[np.float64]) -> Part:
         a, b, c = linear.T
         cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
         normals = normals @ cofactors.T * (-1.0 if mirrored else 1.0)
-    return Part(
-        part.vertices @ linear.T + matrix[:3, 3],
-        part.triangles[:, ::-1] if mirrored else part.triangles,  # the outside stays anticlockwise
-        normals,
-    )
-
-
-def joined(parts: Sequence[Part]) -> Part:
-    """All parts as one; an index that misses its own part's vertices becomes -1."""
-    vertices, triangles, normals = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty((0, 3))]
-    start = 0
-    for part in parts:
-        for rows in pieces(len(part.triangles)):
-            corners = part.triangles[rows]
-            # An index past the end of its part must not reach into the next one.
-            inside = (corners >= 0) & (corners < len(part.vertices))
-            triangles.append(np.where(inside, corners + start, -1))
-        vertices.append(part.vertices)
-        stored = part.normals
-        if stored is None or stored.shape != part.vertices.shape:
-            stored = np.full(part.vertices.shape, np.nan)
-        normals.append(stored)
-        start += len(part.vertices)
-    directions = concatenated(normals)
-    return Part(
-        concatenated(vertices),
-        concatenated(triangles),
-        None if np.isnan(directions).all() else directions,
+    return part._replace(
+        vertices=part.vertices @ linear.T + matrix[:3, 3],
+        triangles=part.triangles[:, ::-1] if mirrored else part.triangles,  # the outside stays anticlockwise
+        normals=normals,
     )
 
 

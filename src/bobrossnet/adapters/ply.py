@@ -1,4 +1,4 @@
-"""PLY, text and binary: vertices, their normals, polygons and triangle strips.
+"""PLY, text and binary: vertices, their normals, polygons and triangle strips, their colours and a texture.
 
 It is read here because trimesh 5.2 refuses polygons of mixed sizes, and sees a point cloud where the faces
 are triangle strips; plyfile reads both, but is under the GPL.
@@ -13,7 +13,9 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.adapters.part import PIECE, Part, concatenated, converted, fan, lines_of, pieces
+from bobrossnet.adapters.part import PIECE, Part, concatenated, converted, fan, lines_of, of_triangles, pieces
+from bobrossnet.adapters.surface import Surface, texture_beside
+from bobrossnet.color import from_srgb
 from bobrossnet.errors import InputError
 
 TYPES = {
@@ -22,6 +24,13 @@ TYPES = {
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
 }  # fmt: skip
 CORNERS = ("vertex_indices", "vertex_index")
+PLACES = "texcoord"
+"""Of faces: where on the texture each corner is."""
+PLACES_OF_VERTICES = (("u", "v"), ("s", "t"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
+SRGB = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
+LINEAR = ("color_0", "color_1", "color_2")
+"""As Mitsuba writes its attributes."""
+TEXTURE = re.compile(rb"[\r\n]comment[ \t]+TextureFile[ \t]+([^\r\n]+)")
 ORDERS = {"ascii": "<", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
@@ -29,6 +38,7 @@ class Property(NamedTuple):
     name: str
     dtype: np.dtype[Any]
     length: np.dtype[Any] | None  # the type of a list's length; None for a scalar
+    full: float = 1  # how much of a colour is all of it
 
 
 class Element(NamedTuple):
@@ -38,17 +48,19 @@ class Element(NamedTuple):
 
 
 class Column(NamedTuple):
-    """One property of all rows: `lengths` (rows,) of the lists, and their values one after another."""
+    """One property of all rows: `lengths` (rows,) of the lists, their values one after another, and the largest value
+    that a colour can have."""
 
     lengths: NDArray[np.int64]
     values: NDArray[Any]
+    full: float = 1
 
 
 Table: TypeAlias = dict[str, Column]
 
 
 def read_ply(file: Path) -> list[Part]:
-    """The one mesh of a PLY.
+    """The one mesh of a PLY. Its texture stands for colours of vertices, and these for those of faces.
 
     Raises
     ------
@@ -57,6 +69,7 @@ def read_ply(file: Path) -> list[Part]:
     """
     data = file.read_bytes()
     elements, body, text = _header(data)
+    picture = TEXTURE.search(data, 0, body)
     # Whatever comes after the last of these, edges or materials, is of no use here.
     useful = [n for n, element in enumerate(elements) if element.name in ("vertex", "face", "tristrips")]
     elements = elements[: max(useful, default=-1) + 1]
@@ -68,22 +81,70 @@ def read_ply(file: Path) -> list[Part]:
         table, at = _table(data, at, element)
         # Coordinates are single numbers, and corners are lists: whatever else has their names is something else.
         lists = {prop.name for prop in element.properties if prop.length is not None}
-        tables[element.name] = {name: table[name] for name in table if (name in lists) == (name in CORNERS)}
+        tables[element.name] = {
+            name: column for name, column in table.items() if (name in lists) == (name in (*CORNERS, PLACES))
+        }
 
-    vertex = tables.get("vertex", {})
+    vertex, face = tables.get("vertex", {}), tables.get("face", {})
     if not {"x", "y", "z"} <= vertex.keys():
         raise InputError("expected a PLY with vertices x, y, z, got none")
-    vertices = _vectors(vertex, "x", "y", "z")
-    normals = _vectors(vertex, "nx", "ny", "nz") if {"nx", "ny", "nz"} <= vertex.keys() else None
     triangles: list[NDArray[np.int64]] = []
     for name, cut in (("face", fan), ("tristrips", _unstripped)):
-        table = tables.get(name, {})
-        corners = next((table[name] for name in CORNERS if name in table), None)
+        corners = _corners(tables.get(name, {}))
         if corners is not None and len(corners.values):
             triangles.append(cut(corners.lengths, converted(corners.values, np.int64)))
     if len(triangles) != 1:
         triangles = [concatenated([np.empty((0, 3), np.int64), *triangles])]
-    return [Part(vertices, triangles[0], normals)]
+    part = Part(
+        _vectors(vertex, "x", "y", "z"),
+        triangles[0],
+        _vectors(vertex, "nx", "ny", "nz") if {"nx", "ny", "nz"} <= vertex.keys() else None,
+        _colors(vertex),
+    )
+    laid = _with_places(part, vertex, face) if picture else None
+    if picture and laid and (texture := texture_beside(file, picture[1])):
+        return [laid._replace(colors=None, surface=Surface(texture=texture))]
+    faces = _corners(face)
+    if part.colors is None and faces is not None and (colors := _colors(face)) is not None:
+        part = part._replace(face_colors=of_triangles(colors, faces.lengths))
+    return [part]
+
+
+def _corners(table: Table) -> Column | None:
+    return next((table[name] for name in CORNERS if name in table), None)
+
+
+def _colors(table: Table) -> NDArray[np.float64] | None:
+    """Linear RGB, (rows, 3)."""
+    for names in SRGB:
+        if table.keys() >= {*names}:
+            full = [table[name].full for name in names]
+            return from_srgb(np.clip(_vectors(table, *names) / full, 0, 1))
+    return _vectors(table, *LINEAR) if table.keys() >= {*LINEAR} else None
+
+
+def _with_places(part: Part, vertex: Table, face: Table) -> Part | None:
+    """The part with places on the texture, of vertices or of corners, each of which then has a vertex; None without."""
+    for names in PLACES_OF_VERTICES:
+        if vertex.keys() >= {*names}:
+            return part._replace(uv=_upright(_vectors(vertex, *names)))
+    corners, places = _corners(face), face.get(PLACES)
+    if corners is None or places is None or (places.lengths != 2 * corners.lengths).any():
+        return None
+    vertices, uv = converted(corners.values, np.int64), places.values.astype(np.float64).reshape(-1, 2)
+    if (vertices < 0).any() or (vertices >= len(part.vertices)).any():
+        return None
+    return part._replace(
+        vertices=part.vertices[vertices],
+        triangles=fan(corners.lengths, np.arange(len(uv))),
+        normals=None if part.normals is None else part.normals[vertices],
+        uv=_upright(uv),
+    )
+
+
+def _upright(uv: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Places that are counted from the bottom up, from the top down."""
+    return uv * (1, -1) + (0, 1)
 
 
 def _vectors(table: Table, *names: str) -> NDArray[np.float64]:
@@ -123,7 +184,8 @@ def _header(data: bytes) -> tuple[list[Element], int, bool]:
         elif words[:1] == ["property"] and elements and len(words) == 5 and words[1] == "list":
             elements[-1].properties.append(Property(words[4], _dtype(words[3], form), _dtype(words[2], form)))
         elif words[:1] == ["property"] and elements and len(words) == 3:
-            elements[-1].properties.append(Property(words[2], _dtype(words[1], form), None))
+            full = 1 if TYPES.get(words[1], "f")[0] == "f" else float(np.iinfo(TYPES[words[1]]).max)
+            elements[-1].properties.append(Property(words[2], _dtype(words[1], form), None, full))
     elements = [element for element in elements if element.properties]
     if form not in ORDERS:
         raise InputError(f"expected a PLY of format ascii or binary, got {form or 'none'}")
@@ -217,7 +279,7 @@ def _even_rows(data: bytes, at: int, element: Element) -> tuple[Table, int] | No
         if prop.length is not None and (rows[f"length{number}"] != values.shape[1]).any():
             return None
         lengths = np.full(element.rows, values.shape[1], np.int64)
-        table[prop.name] = Column(lengths, values.reshape(-1))
+        table[prop.name] = Column(lengths, values.reshape(-1), prop.full)
     return table, end
 
 
@@ -235,7 +297,7 @@ def _uneven_rows(data: bytes, at: int, element: Element) -> tuple[Table, int]:
             lengths[number].append(length)
             at += length * prop.dtype.itemsize
     return {
-        prop.name: Column(np.array(lengths[number], np.int64), _joined(values[number]))
+        prop.name: Column(np.array(lengths[number], np.int64), _joined(values[number]), prop.full)
         for number, prop in enumerate(element.properties)
     }, at
 

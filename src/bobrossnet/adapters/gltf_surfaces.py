@@ -1,0 +1,134 @@
+"""The materials of a glTF, and their textures."""
+
+from __future__ import annotations
+
+import binascii
+from base64 import b64decode
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bobrossnet.adapters.messages import one_line, warn_of
+from bobrossnet.adapters.surface import Surface, Texture, decoded, unit
+from bobrossnet.errors import InputError
+from bobrossnet.tracing.material import Material
+
+WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
+"""By the numbers of WebGL."""
+
+DATA = "data:"
+
+
+class GltfSurfaces(dict[int, Surface]):
+    """Surfaces by the number of their material. What of one can't be read is left out, with a warning.
+
+    Parameters
+    ----------
+    model : path of the glTF, for warnings
+    tree : the glTF
+    buffers : what its files hold, by their URIs
+    """
+
+    def __init__(self, model: Path, tree: dict[str, Any], buffers: Mapping[str, bytes]) -> None:
+        super().__init__()
+        self.model, self.tree, self.buffers = model, tree, buffers
+        self.pictures: dict[int, Texture | None] = {}
+        """By the number of their image."""
+
+    def __missing__(self, number: int) -> Surface:
+        material = self.material(number)
+        name = material.get("name")
+        surface = self[number] = Surface(
+            self._reflecting(material),
+            self._texture(_object(_object(material, "pbrMetallicRoughness"), "baseColorTexture")),
+            one_line(name) if isinstance(name, str) and name else None,
+        )
+        return surface
+
+    def index(self, number: Any) -> int:
+        """The number of a primitive's material; -1, which is plain, if it is none."""
+        materials = self.tree.get("materials")
+        count = len(materials) if isinstance(materials, list) else 0
+        return number if isinstance(number, int) and 0 <= number < count else -1
+
+    def material(self, number: Any) -> dict[str, Any]:
+        """What the file says of a material."""
+        return _item(self.tree, "materials", self.index(number))
+
+    def uv_set(self, number: Any) -> int:
+        """Which places on its texture a material takes."""
+        chosen = _object(_object(self.material(number), "pbrMetallicRoughness"), "baseColorTexture").get("texCoord", 0)
+        return chosen if isinstance(chosen, int) else 0
+
+    def _reflecting(self, material: dict[str, Any]) -> Material:
+        if not material:
+            return Material()
+        pbr = _object(material, "pbrMetallicRoughness")
+        return Material(
+            _rgb(pbr.get("baseColorFactor"), 1),
+            metallic=unit(pbr.get("metallicFactor"), 1),
+            roughness=unit(pbr.get("roughnessFactor"), 1),
+            emissive=_rgb(material.get("emissiveFactor"), 0),
+        )
+
+    def _texture(self, info: dict[str, Any]) -> Texture | None:
+        if not info:
+            return None
+        texture = _item(self.tree, "textures", info.get("index"))
+        extensions = _object(texture, "extensions")
+        number = texture.get("source", _object(extensions, "EXT_texture_webp").get("source"))
+        key = number if isinstance(number, int) else -1
+        if key not in self.pictures:
+            self.pictures[key] = self._picture(key)
+        picture, sampler = self.pictures[key], _item(self.tree, "samplers", texture.get("sampler"))
+        across, down = (WRAPS.get(_number(sampler.get(axis)), "repeat") for axis in ("wrapS", "wrapT"))
+        return picture and (picture if (across, down) == picture.wrap else picture._replace(wrap=(across, down)))
+
+    def _picture(self, number: int) -> Texture | None:
+        try:
+            return Texture(decoded(self._content(_item(self.tree, "images", number))))
+        except InputError as error:
+            warn_of(self.model, f"texture {number} was left out: {error}")
+            return None
+
+    def _content(self, image: dict[str, Any]) -> bytes:
+        """The file of an image."""
+        if isinstance(image.get("uri"), str):
+            return self._file(image["uri"])
+        view = _item(self.tree, "bufferViews", image.get("bufferView"))
+        buffer = _item(self.tree, "buffers", view.get("buffer"))
+        if not buffer:
+            raise InputError("expected an image with a uri or a bufferView, got none")
+        start, length = (_number(view.get(name, 0)) for name in ("byteOffset", "byteLength"))
+        return self._file(buffer["uri"])[start : start + length]
+
+    def _file(self, uri: str) -> bytes:
+        if not uri.startswith(DATA):
+            return self.buffers[uri]
+        try:
+            return b64decode(uri.partition(",")[2])
+        except (binascii.Error, ValueError) as error:
+            raise InputError(f"expected a picture in base64, got something else ({error})") from error
+
+
+def _item(tree: dict[str, Any], name: str, number: Any) -> dict[str, Any]:
+    """An item of a list; without anything in it if there is none."""
+    items = tree.get(name)
+    found = items[number] if isinstance(items, list) and isinstance(number, int) and 0 <= number < len(items) else None
+    return found if isinstance(found, dict) else {}
+
+
+def _object(of: dict[str, Any], name: str) -> dict[str, Any]:
+    value = of.get(name)
+    return value if isinstance(value, dict) else {}
+
+
+def _number(value: Any) -> int:
+    return value if isinstance(value, int) else 0
+
+
+def _rgb(values: Any, otherwise: float) -> tuple[float, float, float]:
+    """Linear RGB of a factor, which may have an alpha."""
+    given = [*values] if isinstance(values, list) else []
+    red, green, blue = (unit(value, otherwise) for value in [*given, *[None] * 3][:3])
+    return red, green, blue

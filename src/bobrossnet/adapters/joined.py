@@ -1,0 +1,181 @@
+"""The parts of a mesh's file as one: what of them can be drawn, and the shapes that become of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.adapters.part import Part, concatenated, pieces
+from bobrossnet.adapters.surface import Surface, Texture
+from bobrossnet.errors import InputError
+from bobrossnet.shapes.affine import MAX_COORDINATE
+from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.tracing.instance import Instance
+
+MAX_TILES = 1 << 12
+"""How often a texture may be repeated from its origin on."""
+
+
+class Joined(NamedTuple):
+    part: Part
+    """All of the file."""
+    surfaces: list[Surface]
+    """Those that look different."""
+    surface: NDArray[np.int32] | None
+    """(T,) which of them each triangle has; None where there is one."""
+
+    def drawn(self) -> Joined:
+        """Only triangles that can be drawn, and what they use.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        vertices, triangles, *_ = self.part
+        total = len(triangles)
+        if total == 0:
+            got = f"a point cloud of {len(vertices):,} points" if len(vertices) else "none"
+            raise InputError(f"expected triangles, got {got}")
+        # Comparisons with NaN are false, so NaN is not usable either.
+        usable = np.ones(len(vertices), dtype=bool)
+        for rows in pieces(len(vertices)):
+            usable[rows] = (np.abs(vertices[rows]) <= MAX_COORDINATE).all(axis=1)
+        drawn = np.ones(total, dtype=bool)
+        for rows in pieces(total):
+            corners = triangles[rows]
+            drawn[rows] = ((corners >= 0) & usable[corners]).all(axis=1)
+        if not drawn.any():
+            raise InputError(f"expected triangles, got {total:,} that all touch a missing or non-finite vertex")
+        kept = self.of(drawn)
+        if not _any_area(kept.part.vertices, kept.part.triangles):
+            raise InputError(f"expected triangles with an area, got {len(kept.part.triangles):,} of zero area")
+        normals = kept.part.normals
+        return kept._replace(part=kept.part._replace(normals=None if normals is None else _unit(normals)))
+
+    def of(self, triangles: NDArray[np.bool_]) -> Joined:
+        """Some of the triangles, and what they use: nothing else may affect the scene's bounding sphere."""
+        part = self.part
+        corners = concatenated([part.triangles[rows][triangles[rows]] for rows in pieces(len(part.triangles))])
+        used = np.zeros(len(part.vertices), dtype=bool)
+        for rows in pieces(len(corners)):
+            used[corners[rows]] = True
+        renumbered = np.cumsum(used) - 1
+        for rows in pieces(len(corners)):
+            corners[rows] = renumbered[corners[rows]]
+
+        def some(values: NDArray[Any] | None, which: NDArray[np.bool_]) -> NDArray[Any] | None:
+            return None if values is None else values[which]
+
+        return Joined(
+            Part(
+                part.vertices[used],
+                corners,
+                some(part.normals, used),
+                some(part.colors, used),
+                some(part.face_colors, triangles),
+                some(part.uv, used),
+            ),
+            self.surfaces,
+            some(self.surface, triangles),
+        )
+
+    def instances(self, name: str) -> list[Instance]:
+        """One for each surface; of several, those have names of their own that have one in the file."""
+        if self.surface is None:
+            (surface,) = self.surfaces
+            return [Instance(_mesh(self.part, surface.texture), material=surface.material, name=name)]
+        instances = []
+        for number, surface in enumerate(self.surfaces):
+            triangles = self.surface == number
+            if triangles.any():
+                mesh = _mesh(self.of(triangles).part, surface.texture)
+                instances.append(Instance(mesh, material=surface.material, name=surface.name or name))
+        return instances
+
+    def mesh(self) -> Mesh:
+        """One mesh of all surfaces, whose triangles have the materials' colours."""
+        colors = np.array([surface.material.color for surface in self.surfaces])
+        part = self.part
+        if (colors != 1).any():
+            own = np.ones(part.triangles.shape) if part.face_colors is None else part.face_colors
+            part = part._replace(face_colors=own * colors[0 if self.surface is None else self.surface])
+        return _mesh(part, self.surfaces[0].texture if self.surface is None else None)
+
+
+def joined(parts: Sequence[Part]) -> Joined:
+    """All parts as one; an index that misses its own part's vertices becomes -1."""
+    triangles = [np.empty((0, 3), np.int64)]
+    start = 0
+    for part in parts:
+        for rows in pieces(len(part.triangles)):
+            corners = part.triangles[rows]
+            # An index past the end of its part must not reach into the next one.
+            inside = (corners >= 0) & (corners < len(part.vertices))
+            triangles.append(np.where(inside, corners + start, -1))
+        start += len(part.vertices)
+    part = Part(
+        concatenated([np.empty((0, 3)), *(part.vertices for part in parts)]),
+        concatenated(triangles),
+        _field(parts, "normals", "vertices", 3, np.nan),
+        _colors(_field(parts, "colors", "vertices", 3, 1)),
+        _colors(_field(parts, "face_colors", "triangles", 3, 1)),
+        _on_texture(_field(parts, "uv", "vertices", 2, 0)),
+    )
+    shown = [part.surface if part.uv is not None else part.surface._replace(texture=None) for part in parts]
+    places: dict[tuple[Any, ...], int] = {}
+    numbers = [places.setdefault(surface.look, len(places)) for surface in shown]
+    if len(places) < 2:
+        return Joined(part, shown[:1] or [Surface()], None)
+    surfaces = [shown[numbers.index(number)] for number in range(len(places))]
+    return Joined(part, surfaces, np.repeat(np.array(numbers, np.int32), [len(part.triangles) for part in parts]))
+
+
+def _field(parts: Sequence[Part], name: str, like: str, width: int, fill: float) -> NDArray[np.float64] | None:
+    """A field of all parts, `fill` in those without it; None if none has it."""
+    fields = []
+    for part in parts:
+        shape, field = (len(getattr(part, like)), width), getattr(part, name)
+        fields.append(field if field is not None and field.shape == shape else np.full(shape, fill))
+    any_stored = any(field is getattr(part, name) for part, field in zip(parts, fields, strict=True))
+    return concatenated(fields) if any_stored else None
+
+
+def _colors(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+    """Colours that can be shown; None if all are white."""
+    if values is None:
+        return None
+    values = np.clip(np.nan_to_num(values, nan=1), 0, 1)
+    return None if (values == 1).all() else values
+
+
+def _on_texture(uv: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+    """0, 0 where a place on a texture is none, or so far away that float32 would not tell its texels apart."""
+    return None if uv is None else np.where((np.abs(uv) <= MAX_TILES).all(axis=1, keepdims=True), uv, 0)
+
+
+def _mesh(part: Part, texture: Texture | None) -> Mesh:
+    laid: dict[str, Any] = {}
+    if texture is not None:
+        laid = {"uv": part.uv, "texture": texture.texels, "wrap": texture.wrap}
+    return Mesh(part.vertices, part.triangles, part.normals, colors=part.colors, face_colors=part.face_colors, **laid)
+
+
+def _any_area(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bool:
+    """Whether a triangle has an area, in units in which the largest extent is 1."""
+    extent = float(np.max(np.ptp(vertices, axis=0))) or 1.0
+    for rows in pieces(len(triangles)):
+        a, b, c = (vertices[triangles[rows, corner]] for corner in range(3))
+        if np.cross((b - a) / extent, (c - a) / extent).any():
+            return True
+    return False
+
+
+def _unit(normals: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Normals at length 1, zero where one is unusable; None if all are."""
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    usable = (length > 0) & np.isfinite(length)
+    return np.where(usable, normals / np.where(usable, length, 1), 0) if usable.any() else None
