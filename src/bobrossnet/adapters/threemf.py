@@ -1,4 +1,4 @@
-"""3MF: a zip file of XML.
+"""3MF: a zip file of XML; objects, where they are built, and the colours of their triangles.
 
 It is read here because trimesh 5.2 needs lxml and networkx for it, and walks every path through the
 components, of which a file of a few lines can have 2ⁿ.
@@ -7,7 +7,8 @@ components, of which a file of a few lines can have 2ⁿ.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, NamedTuple, TypeAlias
 
@@ -17,11 +18,15 @@ from numpy.typing import NDArray
 from bobrossnet.adapters.part import Part, counted, placed
 from bobrossnet.adapters.xml import read_xml
 from bobrossnet.errors import InputError
+from bobrossnet.tracing.material import linear
 
 MAX_INSTANCES = 100_000
 
 Key: TypeAlias = tuple[str, str]
 """The model file that an object is in, and its id there."""
+
+Swatch: TypeAlias = tuple[str, str]
+"""The id of a group of colours, and the number of one of these."""
 
 
 class Instance(NamedTuple):
@@ -92,6 +97,9 @@ def _read_model(stream: IO[bytes], model: str, objects: dict[Key, Object]) -> li
     corners: list[list[str]] = []
     components: list[Instance] = []
     ids: list[str] = []
+    palette = _Palette()
+    chosen: list[tuple[Swatch, ...]] = []  # of each triangle's corners
+    of_object: list[Swatch] = []
 
     def start(name: str, get: dict[str, str]) -> None:
         kind = _local(name)
@@ -99,6 +107,9 @@ def _read_model(stream: IO[bytes], model: str, objects: dict[Key, Object]) -> li
             points.append(_values(kind, get, "x", "y", "z"))
         elif kind == "triangle":
             corners.append(_values(kind, get, "v1", "v2", "v3"))
+            group, first = get.get("pid", of_object[-1][0] if of_object else ""), get.get("p1")
+            own = of_object[-1:] if first is None else [(group, get.get(name, first)) for name in ("p1", "p2", "p3")]
+            chosen.append(tuple(own))
         elif kind in ("component", "item"):
             path = next((value for key, value in get.items() if _local(key) == "path"), model)
             (number,) = _values(kind, get, "objectid")
@@ -107,19 +118,53 @@ def _read_model(stream: IO[bytes], model: str, objects: dict[Key, Object]) -> li
             (components if kind == "component" else items).append(instance)
         elif kind == "object":
             ids.extend(_values(kind, get, "id"))
+            of_object[:] = [(get.get("pid", ""), get.get("pindex", ""))]
+        elif kind in ("basematerials", "colorgroup"):
+            palette.start(get.get("id", ""))
+        elif kind in ("base", "color"):
+            palette.add(get.get("displaycolor" if kind == "base" else "color", ""))
 
     def end(name: str) -> None:
         if _local(name) == "object":
             part = Part(
                 _numbers(points).reshape(-1, 3),
                 _numbers(corners).astype(np.int64).reshape(-1, 3),
+                face_colors=palette.of_triangles(chosen),
             )
             objects[model, ids.pop()] = Object(part, components.copy())
-            for read in (points, corners, components):
+            for read in (points, corners, components, chosen):
                 read.clear()
 
     read_xml(stream, start, end)
     return items
+
+
+class _Palette:
+    """The colours of a model, by the ids of their groups and their numbers there."""
+
+    def __init__(self) -> None:
+        self.colors: dict[Swatch, tuple[float, float, float]] = {}
+        self.group, self.count = "", 0
+
+    def start(self, group: str) -> None:
+        """Begin a group."""
+        self.group, self.count = group, 0
+
+    def add(self, color: str) -> None:
+        """Add a colour to the group: sRGB as #rrggbb or #rrggbbaa; white if it is another."""
+        with suppress(InputError):
+            self.colors[self.group, str(self.count)] = linear("color", color[:7])
+        self.count += 1
+
+    def of_triangles(self, chosen: Sequence[tuple[Swatch, ...]]) -> NDArray[np.float64] | None:
+        """Linear RGB, (T, 3), each the mean of what its corners chose; None without colours."""
+        if not self.colors:
+            return None
+        means = {
+            swatches: np.mean([self.colors.get(swatch, (1, 1, 1)) for swatch in swatches or [("", "")]], axis=0)
+            for swatches in set(chosen)
+        }
+        return np.array([means[swatches] for swatches in chosen]).reshape(-1, 3)
 
 
 def _local(name: str) -> str:
