@@ -1,6 +1,7 @@
 """Scenes and files in the viewer's page: the same pictures as Python's, and errors in one line."""
 
 import hashlib
+import io
 import json
 import struct
 import warnings
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from models import MODELS, needs_models
+from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.picture.channels import COLORED
@@ -367,6 +369,114 @@ def test_glb(same, page):
     assert not [url for url in asked if "missing" in url]
 
 
+# ---- Colours ---------------------------------------------------------------------------------------------
+
+
+def test_colors_of_points_and_faces(same):
+    head = "ply\nformat ascii 1.0\ncomment TextureFile t.png\nelement vertex 8\nproperty float x\nproperty float y\n"
+    head += "property float z\n"
+    colors = [f"{37 * i % 256} {91 * i % 256} {255 - 30 * i}" for i in range(8)]
+    sides = [f"4 {' '.join(map(str, side))}" for side in SIDES]
+
+    def ply(names, rows, of_faces="", faces=sides):
+        points = "".join(f"{point} {row}\n" for point, row in zip(POINTS.splitlines(), rows, strict=True))
+        corners = f"element face {len(faces)}\nproperty list uchar int vertex_indices\n{of_faces}end_header\n"
+        return head + names + corners + points + "".join(f"{face}\n" for face in faces)
+
+    def properties(kind, *names):
+        return "".join(f"property {kind} {name}\n" for name in names)
+
+    none = [""] * 8
+    rgb = properties("uchar", "red", "green", "blue")
+    found = same("vertices.ply", ply(rgb, colors))
+    assert found["color"] is not None
+    same("short.ply", ply(properties("ushort", "diffuse_red", "diffuse_green", "diffuse_blue"), ["65535 9000 0"] * 8))
+    same("float.ply", ply(properties("float", "red", "green", "blue"), ["1 nan 0.2", *["0.3 7 -2"] * 7]))
+    same("mitsuba.ply", ply(properties("float", "color_0", "color_1", "color_2"), ["1 0.5 0.2"] * 8))
+    mixed = [f"{side} {color}" for side, color in zip([*sides, "3 0 1 2", "1 0"], colors, strict=True)]
+    same("faces.ply", ply("", none, rgb, mixed))
+    same("both.ply", ply(rgb, colors, rgb, mixed))
+    assert same("white.ply", ply(rgb, ["255 255 255"] * 8))["color"] is None
+    found = same("texture.ply", ply(properties("float", "s", "t"), ["0.5 0.5"] * 8))
+    assert len(found["warnings"]) == 1
+
+    faces = "".join(f"f {' '.join(str(i + 1) for i in side)}\n" for side in SIDES)
+    points = POINTS.splitlines()
+    same("some.obj", "".join(f"v {p}{' 0.2 0.7 nan' * (i % 3 == 1)}\n" for i, p in enumerate(points)) + faces)
+    normals = faces.replace("f 1 4 3 2", "f 1//1 4//1 3//1 2//1")
+    same("normals.obj", "".join(f"v {p} 0.{i} 1 0.5\n" for i, p in enumerate(points)) + "vn 0 0 1\n" + normals)
+    assert same("large.obj", "".join(f"v {p} 255 0 0\n" for p in points) + faces)["color"] is None
+    found = same("materials.obj", "mtllib a.mtl\n" + "".join(f"v {p}\n" for p in points) + "usemtl a\n" + faces)
+    assert len(found["warnings"]) == 1
+
+
+def textured_glb(**changes):
+    """A box of three materials, one of them with a texture, and colours of vertices."""
+    texels = np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8)
+    picture = io.BytesIO()
+    Image.fromarray(texels).save(picture, "PNG")
+    corners = np.array(POINTS.split(), np.float32)
+    triangles = np.array([t for a, b, c, d in SIDES for t in ((a, b, c), (a, c, d))], np.uint16)
+    places = np.random.default_rng(1).uniform(-1, 2, (8, 2)).astype(np.float32)
+    bytes_of_places = np.random.default_rng(2).integers(0, 65536, (8, 2), np.uint16)
+    colors = np.random.default_rng(3).integers(0, 256, (8, 4), np.uint8)
+    views, accessors, binary = [], [], b""
+    kinds = {"float32": 5126, "uint16": 5123, "uint8": 5121}
+    for array, kind in ((corners.reshape(-1, 3), "VEC3"), (triangles.reshape(-1), "SCALAR"), (places, "VEC2"),
+                        (bytes_of_places, "VEC2"), (colors, "VEC4")):  # fmt: skip
+        accessor = {
+            "bufferView": len(views),
+            "componentType": kinds[str(array.dtype)],
+            "count": len(array),
+            "type": kind,
+        }
+        accessors.append(accessor | ({"normalized": True} if array.dtype.kind == "u" and kind != "SCALAR" else {}))
+        views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": array.nbytes})
+        binary += array.tobytes() + bytes(-array.nbytes % 4)
+    views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(picture.getvalue())})
+    binary += picture.getvalue()
+    accessors[1]["count"] = 12
+    accessors += [accessors[1] | {"byteOffset": 24}, accessors[1] | {"byteOffset": 48}]
+    attributes = {"POSITION": 0, "TEXCOORD_0": 2, "TEXCOORD_1": 3}
+    tree = {
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "scale": [1, -1, 2]}],
+        "meshes": [
+            {
+                "primitives": [
+                    {"attributes": attributes, "indices": 1, "material": 0},
+                    {"attributes": attributes | {"COLOR_0": 4}, "indices": 5, "material": 1},
+                    {"attributes": attributes | {"COLOR_0": 4}, "indices": 6},
+                ]
+            }
+        ],
+        "buffers": [{"byteLength": len(binary)}],
+        "bufferViews": views,
+        "accessors": accessors,
+        "materials": [
+            {"name": "laid", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0.2}},
+            {"pbrMetallicRoughness": {"baseColorFactor": [0.9, 0.5, 0.2, 1], "roughnessFactor": 0.3}},
+        ],
+        "textures": [{"source": 0}, {"source": 0, "sampler": 0}],
+        "images": [{"bufferView": 5, "mimeType": "image/png"}],
+        "samplers": [{"wrapS": 33071, "wrapT": 33648}],
+    }
+    return glb({**tree, **changes}, binary)
+
+
+def test_materials_and_textures_of_glb(same):
+    found = same("a.glb", textured_glb())
+    assert found["color"] is not None
+    assert sorted(found["names"]) == ["a.glb", "a.glb", "laid"]
+    laid = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 1, "texCoord": 1}}, "emissiveFactor": [0, 0.1, 0]}]
+    same("other.glb", textured_glb(materials=laid * 2))
+    found = same("none.glb", textured_glb(images=[{"bufferView": 0}]))
+    assert len(found["warnings"]) == 1
+    same("nonsense.glb", textured_glb(materials=[{"pbrMetallicRoughness": {"baseColorFactor": [-3, "a"]}}, 3]))
+    same("missing.glb", textured_glb(materials=[{}]))
+
+
 # ---- NURBS -----------------------------------------------------------------------------------------------
 
 
@@ -628,7 +738,12 @@ REAL = [
     "loader_originals/stl_ascii/Spider_ascii.stl",
     "loader_originals/obj_quads/horse_quad.obj",
     "loader_originals/obj_mtl_spider/spider.obj",
+    "loader_originals/ply_vertex_attributes/bunny_attribute_color.ply",
+    "loader_originals/ply_ascii/fuze_ascii.ply",
+    "loader_originals/obj_vertex_colour/cube_with_vertexcolors.obj",
     "loader_originals/glb_material/CesiumMilkTruck.glb",
+    "loader_originals/glb_material/Duck.glb",
+    "loader_originals/glb_material/cubevc.glb",
     "loader_originals/glb_nested/nested.glb",
     "loader_originals/off_quads/fandisk_quads.off",
     "nurbs/ducky.nurbs.json",
@@ -639,11 +754,14 @@ REAL = [
 
 @needs_models
 @pytest.mark.parametrize("name", REAL)
-def test_real_files(name, read):
+def test_real_files(name, read, tmp_path):
+    """Without the files beside them, which a page does not have."""
+    file = tmp_path / Path(name).name
+    file.write_bytes((MODELS / name).read_bytes())
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of trims that a file lacks
-        scene = bob.load(MODELS / name)
-    assert_equal_pictures(read(MODELS / name), scene, pixels=5)
+        scene = bob.load(file)
+    assert_equal_pictures(read(file), scene, pixels=5)
 
 
 @needs_models

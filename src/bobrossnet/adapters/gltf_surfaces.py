@@ -36,6 +36,8 @@ class GltfSurfaces(dict[int, Surface]):
         """By the number of their image."""
 
     def __missing__(self, number: int) -> Surface:
+        if number < 0:
+            return Surface()
         material = self.material(number)
         name = material.get("name")
         surface = self[number] = Surface(
@@ -61,8 +63,6 @@ class GltfSurfaces(dict[int, Surface]):
         return chosen if isinstance(chosen, int) else 0
 
     def _reflecting(self, material: dict[str, Any]) -> Material:
-        if not material:
-            return Material()
         pbr = _object(material, "pbrMetallicRoughness")
         return Material(
             _rgb(pbr.get("baseColorFactor"), 1),
@@ -72,7 +72,7 @@ class GltfSurfaces(dict[int, Surface]):
         )
 
     def _texture(self, info: dict[str, Any]) -> Texture | None:
-        if not info:
+        if "index" not in info:
             return None
         texture = _item(self.tree, "textures", info.get("index"))
         extensions = _object(texture, "extensions")

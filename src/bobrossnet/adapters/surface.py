@@ -99,6 +99,8 @@ def decoded(data: bytes) -> NDArray[np.uint8]:
             if width * height > MAX_TEXELS:
                 raise InputError(f"expected a picture of at most {MAX_TEXELS:,} texels, got {width} x {height}")
             return np.array(image.convert("RGB"))
+    except InputError:
+        raise
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:  # Pillow's, of broken files
         raise InputError("expected a picture in PNG, JPEG or WebP, got none that can be read") from error
 

@@ -4,6 +4,7 @@
 import { CoreError } from "../core/errors.js";
 import { IDENTITY, UPRIGHT, product } from "../shapes/affine.js";
 import { checkBuffers, checkGltf, checkTree, glbOf, prepareScenes } from "./gltf.js";
+import { GltfSurfaces } from "./gltf_surfaces.js";
 import { textOf } from "./text.js";
 
 /** @typedef {import("./part.js").Part} Part */
@@ -31,9 +32,10 @@ export async function readStl(bytes) {
 
 /**
  * @param {ArrayBuffer} bytes
+ * @param {import("./part.js").Warn} warn
  * @returns {Promise<Part[]>} the primitives that its scene shows, each where its nodes place it
  */
-export async function readGlb(bytes) {
+export async function readGlb(bytes, warn) {
   const { json, glb, size } = glbOf(bytes);
   checkGltf(json);
   prepareScenes(json);
@@ -43,22 +45,49 @@ export async function readGlb(bytes) {
   const loader = await loaderOf("GLTFLoader");
   loader.register((/** @type {any} */ parser) => {
     prepareScenes(parser.json);
-    return { name: "shapes alone", loadMaterial: async () => new Material() };  // so that no picture is fetched
+    return { name: "shapes alone", loadMaterial: async (/** @type {number} */ index) => {  // so that no picture is fetched
+      const material = new Material();
+      material.userData = { index };
+      return material;
+    } };
   });
   const { scene } = await loader.parseAsync(glb, "");
   scene.updateMatrixWorld(true);
+  const surfaces = new GltfSurfaces(json, new Uint8Array(glb, glb.byteLength - size), warn);
+  const meshes = meshesOf(scene);
+  await surfaces.prepare(meshes.map(({ material }) => material.userData.index));
   let total = 0;
-  return meshesOf(scene).flatMap((mesh) => {
-    const { geometry, matrixWorld, count = 1 } = mesh;
+  return meshes.flatMap((mesh) => {
+    const { geometry, matrixWorld, count = 1 } = mesh, look = lookOf(geometry, surfaces, mesh.material.userData.index);
     total += count * (geometry.attributes.position.count + (geometry.index?.count ?? 0) / 3);
     if (total > MAX_ITEMS) {
       throw new CoreError(`expected at most ${MAX_ITEMS} triangles and vertices in all its parts, got more`);
     }
     return Array.from({ length: count }, (_, i) => {
       const place = product(UPRIGHT, rows(matrixWorld.elements)); // glTF is y-up
-      return partOf(geometry, mesh.isInstancedMesh ? product(place, rows(mesh.instanceMatrix.array, 16 * i)) : place);
+      return { ...partOf(geometry, mesh.isInstancedMesh ? product(place, rows(mesh.instanceMatrix.array, 16 * i)) : place), ...look };
     });
   });
+}
+
+/**
+ * What a geometry of three.js looks like.
+ *
+ * @param {any} geometry
+ * @param {GltfSurfaces} surfaces
+ * @param {number | undefined} material its number
+ */
+function lookOf({ attributes }, surfaces, material) {
+  const set = surfaces.uvSet(material), uv = material === undefined ? undefined : attributes[set ? `uv${set}` : "uv"];
+  return { colors: components(attributes.color, 3), uv: components(uv, 2), surface: surfaces.of(material) };
+}
+
+/** Components of an attribute, (n, width), those of integers in 0..1. @param {any} attribute @param {number} width */
+function components(attribute, width) {
+  if (!(attribute?.itemSize >= width)) return undefined;
+  const result = new Float64Array(width * attribute.count);
+  for (let i = 0; i < result.length; ++i) result[i] = attribute.getComponent(Math.floor(i / width), i % width);
+  return result;
 }
 
 /** @param {any} object @returns {any[]} the meshes in it */

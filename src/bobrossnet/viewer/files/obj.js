@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * OBJ: points, normals and polygons; materials, colours, curves and texture coordinates are passed over.
+ * OBJ: points, their colours, normals and polygons; materials, which are in another file, and curves are passed over.
  *
  * It is read here because the loader of three.js (r187) makes three vertices for each triangle, which takes five times
  * as long and three times the memory, gives normals to faces that have none, and takes comments behind faces for
@@ -9,24 +9,30 @@
 
 import { Growing } from "./part.js";
 import { CoreError } from "../core/errors.js";
+import { fromSrgb } from "./surface.js";
 import { numberOf, textOf } from "./text.js";
 
 const TAB = 9, RETURN = 13, SPACE = 32, PLUS = 43, MINUS = 45, SLASH = 47, ZERO = 48, NINE = 57, F = 102, N = 110, V = 118;
 
-/** @param {ArrayBuffer} bytes @returns {import("./part.js").Part[]} */
-export function readObj(bytes) {
+/** @param {ArrayBuffer} bytes @param {import("./part.js").Warn} warn @returns {import("./part.js").Part[]} */
+export function readObj(bytes, warn) {
   const text = textOf(bytes).replaceAll("\\\n", " "), words = new Words(text);
   const points = new Growing(Float64Array), normals = new Growing(Float64Array), triangles = new Growing(Int32Array);
+  const colors = new Growing(Float64Array);
   const pairs = /^[ \t]*vn[ \t]/m.test(text) ? new Pairs() : null;
   while (words.nextLine()) {
-    if (words.are(V)) pushVector(words, points);
+    if (words.are(V)) pushPoint(words, points, colors);
     else if (words.are(V, N)) pushVector(words, normals);
     else if (words.are(F)) pushPolygon(words, points.length / 3, normals.length / 3, pairs, triangles);
   }
-  const part = { vertices: points.whole(), triangles: triangles.whole() };
+  const [, library] = /^[ \t]*mtllib[ \t]+(.*)/m.exec(text) ?? [];
+  if (library && /usemtl/.test(text)) warn(`materials were left out: they are in another file, ${library.trim()}`);
+  const part = { vertices: points.whole(), triangles: triangles.whole(), colors: linear(colors, points.length) };
   if (!pairs || !part.triangles.length) return [part];
-  const vertices = picked(part.vertices, pairs.points.whole());
-  return [{ ...part, vertices, normals: picked(normals.whole(), pairs.normals.whole()) }];
+  const at = pairs.points.whole(), vertices = picked(part.vertices, at);
+  return [{
+    ...part, vertices, normals: picked(normals.whole(), pairs.normals.whole()), colors: part.colors && picked(part.colors, at),
+  }];
 }
 
 /** @param {number} character */
@@ -172,6 +178,37 @@ class Pairs {
 function pushVector(words, vectors) {
   const x = words.word(), y = words.word(), z = words.word();
   for (const word of [x, y, z]) vectors.push(z ? numberOf(word) : NaN);
+}
+
+/**
+ * A point, and the three numbers behind it, if there are so many: its colour, in sRGB.
+ *
+ * @param {Words} words
+ * @param {Growing<Float64Array>} points
+ * @param {Growing<Float64Array>} colors of the points up to the last that has one; NaN where there is none
+ */
+function pushPoint(words, points, colors) {
+  const point = points.length;
+  pushVector(words, points);
+  if (words.ended) return;
+  const red = words.word(), green = words.word(), blue = words.word();
+  if (!blue) return;
+  while (colors.length < point) colors.push(NaN);
+  for (const word of [red, green, blue]) colors.push(numberOf(word));
+}
+
+/**
+ * Linear RGB of points; nothing if their numbers are no colours, which are in 0..1.
+ *
+ * @param {Growing<Float64Array>} srgb
+ * @param {number} length
+ */
+function linear(srgb, length) {
+  const own = srgb.whole();
+  if (!own.length || own.some((value) => value < 0 || value > 1)) return undefined;
+  const result = new Float64Array(length).fill(NaN);
+  result.set(own.map(fromSrgb));
+  return result;
 }
 
 /**

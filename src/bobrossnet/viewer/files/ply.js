@@ -1,12 +1,12 @@
 // @ts-check
 /**
- * PLY, text and binary: vertices, their normals, polygons and triangle strips.
+ * PLY, text and binary: vertices, their normals, polygons and triangle strips, and their colours.
  *
  * It is read here because the loader of three.js (r187) leaves out polygons of more than four corners and strips,
  * rounds coordinates to float32, and takes about five times as long.
  *
- * @typedef {{name: string, type: string, length: string | null}} Property
- *   length: the type of a list's length; null of a scalar
+ * @typedef {{name: string, type: string, length: string | null, full?: number}} Property
+ *   length: the type of a list's length; null of a scalar; full: how much of a colour is all of it
  * @typedef {{name: string, rows: number, properties: Property[]}} Element
  * @typedef {"getInt8" | "getUint8" | "getInt16" | "getUint16" | "getInt32" | "getUint32" | "getBigInt64" |
  *   "getBigUint64" | "getFloat32" | "getFloat64"} Getter the method of a DataView that reads a number
@@ -14,6 +14,7 @@
 
 import { CoreError, brief } from "../core/errors.js";
 import { Growing } from "./part.js";
+import { fromSrgb } from "./surface.js";
 import { numberOf, textOf, wordsOfLines } from "./text.js";
 
 /** @typedef {import("./part.js").Part} Part */
@@ -31,10 +32,18 @@ const TYPES = {
 };
 const FORMATS = ["ascii", "binary_little_endian", "binary_big_endian"];
 const CORNERS = ["vertex_indices", "vertex_index"];
+const SRGB = [["red", "green", "blue"], ["diffuse_red", "diffuse_green", "diffuse_blue"]];
+/** As Mitsuba writes its attributes. */
+const LINEAR = ["color_0", "color_1", "color_2"];
+const PLACES_OF_VERTICES = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
 const HEADER = 1 << 20;
 
-/** @param {ArrayBuffer} bytes @returns {Part[]} */
-export function readPly(bytes) {
+/**
+ * @param {ArrayBuffer} bytes
+ * @param {import("./part.js").Warn} warn
+ * @returns {Part[]} colours of vertices stand for those of faces
+ */
+export function readPly(bytes, warn) {
   const header = readHeader(bytes), little = header.format !== "binary_big_endian";
   // Whatever comes after the last of these, edges or materials, is of no use here.
   const last = header.elements.findLastIndex(({ name }) => ["vertex", "face", "tristrips"].includes(name));
@@ -46,17 +55,28 @@ export function readPly(bytes) {
   /** @type {Float64Array | undefined} */
   let normals;
   const triangles = new Growing(Int32Array, 3 * (elements.find(({ name }) => name === "face")?.rows ?? 0));
+  const cuts = new Growing(Int32Array);  // triangles of each face
+  /** @type {Colors | undefined} */
+  let colors;
+  /** @type {Colors | undefined} */
+  let faceColors;
   let at = 0;
   for (const element of elements) {
     try {
       if (element.name === "vertex" && has(element, "x", "y", "z")) {
         const own = has(element, "nx", "ny", "nz") ? new Float64Array(3 * element.rows) : undefined;
-        vertices = new Float64Array(3 * element.rows), normals = own;
+        vertices = new Float64Array(3 * element.rows), normals = own, colors = colorsOf(element);
         at = readRows(view, at, little, element, { x: [vertices, 0], y: [vertices, 1], z: [vertices, 2],
-          ...(own && { nx: [own, 0], ny: [own, 1], nz: [own, 2] }) }, () => undefined);
+          ...(own && { nx: [own, 0], ny: [own, 1], nz: [own, 2] }), ...colors?.columns }, () => undefined);
+      } else if (element.name === "face") {
+        faceColors = colorsOf(element);
+        at = readRows(view, at, little, element, faceColors?.columns ?? {}, (corners, count) => {
+          if (faceColors) cuts.push(Math.max(count - 2, 0));
+          addFan(triangles, corners, count);
+        });
       } else {
-        const add = { face: addFan, tristrips: addStrips }[element.name];
-        at = readRows(view, at, little, element, {}, (corners, count) => add?.(triangles, corners, count));
+        const isStrips = element.name === "tristrips";
+        at = readRows(view, at, little, element, {}, (corners, count) => isStrips && addStrips(triangles, corners, count));
       }
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
@@ -64,7 +84,43 @@ export function readPly(bytes) {
     }
   }
   if (!vertices) throw new CoreError("expected a PLY with vertices x, y, z, got none");
-  return [{ vertices, triangles: triangles.whole(), normals }];
+  if (header.texture && elements.some(hasPlaces)) {
+    warn(`texture ${header.texture.trim()} was left out: it is in another file`);
+  }
+  return [{
+    vertices, triangles: triangles.whole(), normals, colors: colors?.linear(),
+    faceColors: colors ? undefined : faceColors && repeated(faceColors.linear(), cuts.whole()),
+  }];
+}
+
+/** Whether vertices or corners have places on a texture. @param {Element} element */
+function hasPlaces(element) {
+  const onCorners = element.name === "face" && element.properties.some(({ name, length }) => name === "texcoord" && length !== null);
+  return onCorners || (element.name === "vertex" && PLACES_OF_VERTICES.some((names) => has(element, ...names)));
+}
+
+/** @typedef {{columns: Record<string, [Float64Array, number]>, linear: () => Float64Array}} Colors columns: see readRows */
+
+/** Where an element's colours are read to; nothing if it has none. @param {Element} element @returns {Colors | undefined} */
+function colorsOf(element) {
+  const srgb = SRGB.find((names) => has(element, ...names)), names = srgb ?? (has(element, ...LINEAR) ? LINEAR : undefined);
+  if (!names) return undefined;
+  const values = new Float64Array(3 * element.rows);
+  const full = names.map((name) => element.properties.find((own) => own.name === name)?.full ?? 1);
+  return {
+    columns: Object.fromEntries(names.map((name, axis) => [name, [values, axis]])),
+    linear: () => values.map((value, i) => (srgb ? fromSrgb(Math.min(Math.max(value / full[i % 3], 0), 1)) : value)),
+  };
+}
+
+/** Rows, (n, 3), each as often as `times` says. @param {Float64Array} rows @param {Int32Array} times */
+function repeated(rows, times) {
+  const result = new Float64Array(3 * times.reduce((sum, count) => sum + count, 0));
+  let at = 0;
+  times.forEach((count, row) => {
+    for (let i = 0; i < count; ++i, at += 3) result.set(rows.subarray(3 * row, 3 * row + 3), at);
+  });
+  return result;
 }
 
 /** @param {Element} element @param {...string} names */
@@ -76,7 +132,7 @@ function has(element, ...names) {
 
 /**
  * @param {ArrayBuffer} bytes
- * @returns {{format: string, elements: Element[], end: number}} end: where the body starts
+ * @returns {{format: string, elements: Element[], end: number, texture?: string}} end: where the body starts; texture: its file
  */
 function readHeader(bytes) {
   // One character a byte, so that places in the text are places in the file.
@@ -98,7 +154,7 @@ function readHeader(bytes) {
       if (words.length === 4 && list === "list") {
         properties.push({ name, type: typeOf(type, format), length: typeOf(length, format) });
       } else if (words.length === 2) {
-        properties.push({ name, type: typeOf(type, format), length: null });
+        properties.push({ name, type: typeOf(type, format), length: null, full: fullOf(TYPES[type]) });
       }
     }
   }
@@ -107,7 +163,13 @@ function readHeader(bytes) {
   }
   const used = elements.filter(({ properties }) => properties.length), end = found.index + found[0].length;
   checkSize(used, bytes.byteLength - end, format === "ascii");
-  return { format, elements: used, end };
+  const [, texture] = /[\r\n]comment[ \t]+TextureFile[ \t]+([^\r\n]+)/.exec(text.slice(0, found.index)) ?? [];
+  return { format, elements: used, end, texture };
+}
+
+/** The largest value of a type of whole numbers; 1 of others. @param {string} kind */
+function fullOf(kind) {
+  return kind.startsWith("f") ? 1 : 2 ** (8 * KINDS[kind][0] - Number(kind.startsWith("i"))) - 1;
 }
 
 /** @param {string} word @param {string} format */

@@ -7,10 +7,10 @@ import { inCanonicalOrder } from "../tracing/canonical.js";
 import { sceneOf } from "../tracing/description.js";
 import { readBob } from "./bob.js";
 import { readGeomdl } from "./geomdl.js";
+import { meshScene } from "./joined.js";
 import { readGlb, readStl } from "./loaders.js";
 import { readObj } from "./obj.js";
 import { readOff } from "./off.js";
-import { meshScene } from "./part.js";
 import { readPly } from "./ply.js";
 
 /**
@@ -59,9 +59,15 @@ export async function readFile(core, name, bytes) {
   }
 }
 
-/** @param {(bytes: ArrayBuffer) => Part[] | Promise<Part[]>} read @returns {Reader} */
+/** @param {(bytes: ArrayBuffer, warn: import("./part.js").Warn) => Part[] | Promise<Part[]>} read @returns {Reader} */
 function mesh(read) {
-  return async (_, bytes, name) => meshScene(name, await read(bytes));
+  return async (_, bytes, name) => {
+    /** @type {string[]} */
+    const told = [];
+    const parts = await read(bytes, (text) => told.push(oneLine(`${name}: ${text}`)));
+    const { warnings = [], ...scene } = meshScene(name, parts);
+    return { ...scene, warnings: [...told, ...warnings] };
+  };
 }
 
 /** @type {Reader} */

@@ -1,0 +1,132 @@
+// @ts-check
+/** The materials of a glTF, and their textures. */
+
+import { CoreError } from "../core/errors.js";
+import { WHITE } from "../tracing/description.js";
+import { PLAIN, decoded, unit } from "./surface.js";
+
+/**
+ * @typedef {import("./surface.js").Picture} Picture
+ * @typedef {import("./surface.js").Surface} Surface
+ * @typedef {import("./surface.js").Texture} Texture
+ */
+
+/** How textures wrap, by the numbers of WebGL. @type {Record<number, number>} */
+const WRAPS = { 10497: 0, 33071: 1, 33648: 2 };
+
+/** Surfaces by the number of their material. What of one can't be read is left out, with a warning. */
+export class GltfSurfaces {
+  /** @type {Map<number, Surface>} */
+  #surfaces = new Map();
+  /** By the number of their image. @type {Map<number, Picture | undefined>} */
+  #pictures = new Map();
+  /** One for each picture and how it wraps. @type {Map<string, Texture>} */
+  #textures = new Map();
+
+  /** @param {any} json @param {Uint8Array<ArrayBuffer>} buffer the file's own @param {import("./part.js").Warn} warn */
+  constructor(json, buffer, warn) {
+    this.json = json;
+    this.buffer = buffer;
+    this.warn = warn;
+  }
+
+  /** Reads what some materials need, so that `of` can answer. @param {Iterable<number | undefined>} numbers */
+  async prepare(numbers) {
+    const count = Array.isArray(this.json.materials) ? this.json.materials.length : 0;
+    for (const number of new Set(numbers)) {
+      if (!(number !== undefined && number < count)) continue;
+      const { name, ...material } = this.#material(number), pbr = object(material, "pbrMetallicRoughness");
+      const texture = await this.#texture(object(pbr, "baseColorTexture"));
+      this.#surfaces.set(number, {
+        material: {
+          ...WHITE, color: rgb(pbr.baseColorFactor, 1), emissive: rgb(material.emissiveFactor, 0),
+          metallic: unit(pbr.metallicFactor, 1), roughness: unit(pbr.roughnessFactor, 1),
+        },
+        ...(texture && { texture }),
+        ...(typeof name === "string" && { name }),
+      });
+    }
+  }
+
+  /** @param {number | undefined} number nothing of what has no material */
+  of(number) {
+    return (number !== undefined && this.#surfaces.get(number)) || PLAIN;
+  }
+
+  /** Which places on its texture a material takes. @param {number | undefined} number */
+  uvSet(number) {
+    const { texCoord = 0 } = object(object(this.#material(number), "pbrMetallicRoughness"), "baseColorTexture");
+    return Number.isInteger(texCoord) ? texCoord : 0;
+  }
+
+  /** @param {number | undefined} number */
+  #material(number) {
+    return item(this.json, "materials", number);
+  }
+
+  /** @param {any} info @returns {Promise<Texture | undefined>} */
+  async #texture(info) {
+    if (!("index" in info)) return undefined;
+    const texture = item(this.json, "textures", info.index), { extensions } = texture;
+    const source = texture.source ?? object(extensions ?? {}, "EXT_texture_webp").source, number = Number.isInteger(source) ? source : -1;
+    if (!this.#pictures.has(number)) this.#pictures.set(number, await this.#picture(number));
+    const picture = this.#pictures.get(number), { wrapS, wrapT } = item(this.json, "samplers", texture.sampler);
+    if (!picture) return undefined;
+    const key = `${number} ${WRAPS[wrapS] ?? 0} ${WRAPS[wrapT] ?? 0}`;
+    const known = this.#textures.get(key);
+    if (known) return known;
+    /** @type {Texture} */
+    const made = { picture, wrap: [WRAPS[wrapS] ?? 0, WRAPS[wrapT] ?? 0] };
+    this.#textures.set(key, made);
+    return made;
+  }
+
+  /** @param {number} number */
+  async #picture(number) {
+    try {
+      return await decoded(this.#content(item(this.json, "images", number)));
+    } catch (error) {
+      if (!(error instanceof CoreError)) throw error;
+      this.warn(`texture ${number} was left out: ${error.message}`);
+      return undefined;
+    }
+  }
+
+  /** The file of an image. @param {any} image @returns {Uint8Array<ArrayBuffer>} */
+  #content({ uri, bufferView }) {
+    if (typeof uri === "string") return contentOf(uri);
+    const { byteOffset = 0, byteLength = 0 } = item(this.json, "bufferViews", bufferView);
+    return this.buffer.slice(byteOffset, byteOffset + byteLength);
+  }
+}
+
+/** What an address holds of itself. @param {string} uri */
+function contentOf(uri) {
+  if (!uri.startsWith("data:")) throw new CoreError("expected its picture within the file, got it in another");
+  try {
+    return Uint8Array.from(atob(uri.slice(uri.indexOf(",") + 1)), (character) => character.charCodeAt(0));
+  } catch {
+    throw new CoreError("expected a picture in base64, got something else");
+  }
+}
+
+/** An item of a list; without anything in it if there is none. @param {any} json @param {string} name @param {unknown} number @returns {any} */
+function item(json, name, number) {
+  const found = Array.isArray(json[name]) && Number.isInteger(number) ? json[name][/** @type {number} */ (number)] : undefined;
+  return isObject(found) ? found : {};
+}
+
+/** @param {any} of @param {string} name @returns {any} */
+function object(of, name) {
+  const value = of[name];
+  return isObject(value) ? value : {};
+}
+
+/** @param {unknown} value */
+const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
+
+/** Linear RGB of a factor, which may have an alpha. @param {unknown} values @param {number} otherwise */
+function rgb(values, otherwise) {
+  const given = Array.isArray(values) ? values : [];
+  return [0, 1, 2].map((channel) => unit(given[channel], otherwise));
+}

@@ -1,0 +1,249 @@
+// @ts-check
+/** The parts of a mesh's file as one: what of them can be drawn, and the shapes that become of it. */
+
+import { CoreError } from "../core/errors.js";
+import { IDENTITY } from "../shapes/affine.js";
+import { PLAIN, alike } from "./surface.js";
+
+/**
+ * @typedef {import("./part.js").Part} Part
+ * @typedef {import("./surface.js").Surface} Surface
+ * @typedef {import("../tracing/description.js").SceneDescription} SceneDescription
+ * @typedef {{part: Part, surfaces: Surface[], surface: Int32Array | null}} Joined
+ *   surfaces: those that look different; surface: (T,) which of them each triangle has, null where there is one
+ */
+
+/** Beyond this, squares and products of coordinates leave float64. */
+const MAX_COORDINATE = 1e100;
+
+/** How often a texture may be repeated from its origin on. */
+const MAX_TILES = 2 ** 12;
+
+/**
+ * All parts as a mesh for each surface: triangles that touch a missing or non-finite vertex are left out, and vertices
+ * that no triangle uses.
+ *
+ * @param {string} name of the file
+ * @param {Part[]} parts
+ * @returns {SceneDescription}
+ */
+export function meshScene(name, parts) {
+  const read = joined(parts), total = read.part.triangles.length / 3;
+  if (total === 0) {
+    const points = read.part.vertices.length / 3;
+    throw new CoreError(`expected triangles, got ${points ? `a point cloud of ${points} points` : "none"}`);
+  }
+  const shown = chosen(read, usable(read.part)), left = shown.part.triangles.length / 3;
+  if (left === 0) throw new CoreError(`expected triangles, got ${total} that all touch a missing or non-finite vertex`);
+  if (!anyArea(shown.part.vertices, shown.part.triangles)) {
+    throw new CoreError(`expected triangles with an area, got ${left} of zero area`);
+  }
+  const scene = sceneOfSurfaces(name, shown);
+  if (left === total) return scene;
+  const warning = `${name}: left out ${total - left} of ${total} triangles that touch a missing or non-finite vertex`;
+  return { ...scene, warnings: [warning] };
+}
+
+/** @param {string} name @param {Joined} read @returns {SceneDescription} */
+function sceneOfSurfaces(name, read) {
+  const { surfaces, surface } = read;
+  /** @type {SceneDescription} */
+  const scene = { shapes: [], instances: [] };
+  surfaces.forEach((own, number) => {
+    const part = surface ? chosen(read, Uint8Array.from(surface, (of) => Number(of === number))).part : read.part;
+    if (!part.triangles.length) return;
+    const label = surface ? own.name || name : name;
+    scene.instances.push({ shape: scene.shapes.length, transform: IDENTITY, material: own.material, name: label });
+    scene.shapes.push(meshOf(part, own));
+  });
+  return scene;
+}
+
+/** @param {Part} part @param {Surface} surface @returns {import("../shapes/description.js").MeshDescription} */
+function meshOf({ vertices, triangles, normals, colors, faceColors, uv }, { texture }) {
+  const directions = normals && units(normals);
+  return {
+    kind: "mesh", vertices, triangles,
+    ...(directions && { normals: directions }),
+    ...(colors && { colors: Float32Array.from(colors) }),
+    ...(faceColors && { face_colors: Float32Array.from(faceColors) }),
+    ...(uv && texture && {
+      uv: Float32Array.from(uv), texture: texture.picture.texels,
+      texture_layout: Int32Array.of(texture.picture.height, texture.picture.width, ...texture.wrap),
+    }),
+  };
+}
+
+/** @param {Part[]} parts @returns {Joined} an index that misses its own part's vertices becomes -1 */
+function joined(parts) {
+  const count = (/** @type {"vertices" | "triangles"} */ of) => parts.reduce((sum, part) => sum + part[of].length, 0);
+  /** @type {Part} */
+  const whole = parts.length === 1 ? parts[0] : { vertices: new Float64Array(count("vertices")), triangles: new Int32Array(count("triangles")) };
+  let vertex = 0, corner = 0;
+  for (const part of parts) {
+    const start = vertex / 3, size = part.vertices.length / 3, { triangles } = part;
+    if (whole !== part) whole.vertices.set(part.vertices, vertex);
+    for (let i = 0; i < triangles.length; ++i) {
+      const index = triangles[i];
+      whole.triangles[corner++] = index >= 0 && index < size ? index + start : -1;
+    }
+    vertex += part.vertices.length;
+  }
+  const part = {
+    ...whole,
+    normals: field(parts, "normals", "vertices", 3, NaN),
+    colors: shownColors(field(parts, "colors", "vertices", 3, 1)),
+    faceColors: shownColors(field(parts, "faceColors", "triangles", 3, 1)),
+    uv: onTexture(field(parts, "uv", "vertices", 2, 0)),
+  };
+  /** @type {Surface[]} */
+  const surfaces = [];
+  const numbers = parts.map(({ surface = PLAIN, uv }) => {
+    const shown = uv ? surface : { ...surface, texture: undefined };
+    const known = surfaces.findIndex((other) => alike(other, shown));
+    return known >= 0 ? known : surfaces.push(shown) - 1;
+  });
+  if (surfaces.length < 2) return { part, surfaces: surfaces.length ? surfaces : [PLAIN], surface: null };
+  const surface = new Int32Array(part.triangles.length / 3);
+  let triangle = 0;
+  parts.forEach(({ triangles }, i) => surface.fill(numbers[i], triangle, triangle += triangles.length / 3));
+  return { part, surfaces, surface };
+}
+
+/**
+ * A field of all parts, `missing` in those without it; nothing if none has it.
+ *
+ * @param {Part[]} parts
+ * @param {"normals" | "colors" | "faceColors" | "uv"} name
+ * @param {"vertices" | "triangles"} like what it has a row for each of
+ * @param {number} width
+ * @param {number} missing
+ */
+function field(parts, name, like, width, missing) {
+  const sizes = parts.map((part) => part[like].length / 3 * width);
+  if (parts.every((part, i) => part[name]?.length !== sizes[i])) return undefined;
+  if (parts.length === 1) return parts[0][name];
+  const result = new Float64Array(sizes.reduce((sum, size) => sum + size, 0)).fill(missing);
+  let at = 0;
+  parts.forEach(({ [name]: own }, i) => {
+    if (own?.length === sizes[i]) result.set(own, at);
+    at += sizes[i];
+  });
+  return result;
+}
+
+/** Colours that can be shown; nothing if all are white. @param {Float64Array | undefined} values */
+function shownColors(values) {
+  if (!values) return undefined;
+  const shown = values.map((value) => (Number.isNaN(value) ? 1 : Math.min(Math.max(value, 0), 1)));
+  return shown.every((value) => value === 1) ? undefined : shown;
+}
+
+/**
+ * 0, 0 where a place on a texture is none, or so far away that float32 would not tell its texels apart.
+ *
+ * @param {Float64Array | undefined} uv
+ */
+function onTexture(uv) {
+  const near = (/** @type {number} */ value) => Math.abs(value) <= MAX_TILES;  // NaN is not
+  return uv?.map((value, i) => (near(value) && near(uv[i ^ 1]) ? value : 0));
+}
+
+/** For each triangle, 1 if all of its vertices are there and finite. @param {Part} part */
+function usable({ vertices, triangles }) {
+  const fine = new Uint8Array(vertices.length / 3 + 1), shown = new Uint8Array(triangles.length / 3);
+  for (let i = 0, at = 0; at < vertices.length; ++i, at += 3) {
+    const largest = Math.max(Math.abs(vertices[at]), Math.abs(vertices[at + 1]), Math.abs(vertices[at + 2]));
+    fine[i] = Number(largest <= MAX_COORDINATE);  // NaN is not
+  }
+  for (let i = 0; i < shown.length; ++i) {
+    const a = triangles[3 * i], b = triangles[3 * i + 1], c = triangles[3 * i + 2];
+    shown[i] = Number(a >= 0 && b >= 0 && c >= 0 && fine[a] & fine[b] & fine[c]);
+  }
+  return shown;
+}
+
+/**
+ * Some of the triangles, and what they use.
+ *
+ * @param {Joined} read
+ * @param {Uint8Array} which 1 for each of them
+ * @returns {Joined}
+ */
+function chosen({ part, surfaces, surface }, which) {
+  const count = which.reduce((sum, is) => sum + is, 0), rows = new Int32Array(which.length);
+  for (let i = 0, row = 0; i < rows.length; ++i) rows[i] = which[i] ? row++ : -1;
+  const triangles = picked(part.triangles, rows, count, 3);
+  const places = new Int32Array(part.vertices.length / 3);
+  for (let i = 0; i < triangles.length; ++i) places[triangles[i]] = 1;
+  let vertices = 0;
+  for (let i = 0; i < places.length; ++i) places[i] = places[i] ? vertices++ : -1;
+  if (vertices < places.length) for (let i = 0; i < triangles.length; ++i) triangles[i] = places[triangles[i]];
+  return {
+    part: {
+      vertices: picked(part.vertices, places, vertices, 3),
+      triangles,
+      normals: part.normals && picked(part.normals, places, vertices, 3),
+      colors: part.colors && picked(part.colors, places, vertices, 3),
+      faceColors: part.faceColors && picked(part.faceColors, rows, count, 3),
+      uv: part.uv && picked(part.uv, places, vertices, 2),
+    },
+    surfaces,
+    surface: surface && picked(surface, rows, count, 1),
+  };
+}
+
+/**
+ * Rows in another order; the same array if none is left out.
+ *
+ * @template {Float64Array | Int32Array} T
+ * @param {T} values (n, width)
+ * @param {Int32Array} places where each goes, or -1
+ * @param {number} count
+ * @param {number} width
+ * @returns {T}
+ */
+function picked(values, places, count, width) {
+  if (count === places.length) return values;
+  const result = /** @type {T} */ (values instanceof Int32Array ? new Int32Array(width * count) : new Float64Array(width * count));
+  for (let i = 0; i < places.length; ++i) {
+    if (places[i] < 0) continue;
+    for (let axis = 0; axis < width; ++axis) result[width * places[i] + axis] = values[width * i + axis];
+  }
+  return result;
+}
+
+/**
+ * Normals at length 1, zero where one is unusable; nothing if all are.
+ *
+ * @param {Float64Array} normals
+ * @returns {Float32Array | undefined}
+ */
+function units(normals) {
+  const result = new Float32Array(normals.length);
+  let any = false;
+  for (let i = 0; i < normals.length; i += 3) {
+    const x = normals[i], y = normals[i + 1], z = normals[i + 2], length = Math.sqrt(x * x + y * y + z * z);
+    if (!(length > 0 && length < Infinity)) continue;
+    any = true;
+    result[i] = x / length, result[i + 1] = y / length, result[i + 2] = z / length;
+  }
+  return any ? result : undefined;
+}
+
+/** Whether a triangle has an area. @param {Float64Array} vertices @param {Int32Array} triangles */
+function anyArea(vertices, triangles) {
+  let largest = 0;
+  for (let i = 0; i < vertices.length; ++i) largest = Math.max(largest, Math.abs(vertices[i] - vertices[i % 3]));
+  const scale = 1 / largest, edge = [0, 0, 0, 0, 0, 0];
+  for (let i = 0; i < triangles.length; i += 3) {
+    const a = 3 * triangles[i], b = 3 * triangles[i + 1], c = 3 * triangles[i + 2];
+    for (let axis = 0; axis < 3; ++axis) {
+      edge[axis] = (vertices[b + axis] - vertices[a + axis]) * scale;
+      edge[axis + 3] = (vertices[c + axis] - vertices[a + axis]) * scale;
+    }
+    const [p, q, r, s, t, u] = edge;
+    if (q * u - r * t || r * s - p * u || p * t - q * s) return true;
+  }
+  return false;
+}

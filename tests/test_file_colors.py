@@ -1,0 +1,453 @@
+"""Colours, materials and textures of mesh files, against what the formats' specifications say of them."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import struct
+import warnings
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from models import MODELS, needs_models
+from numpy.typing import NDArray
+from PIL import Image
+
+import bobrossnet as bob
+from bobrossnet import InputWarning
+from bobrossnet.color import from_srgb
+from bobrossnet.shapes.mesh import Mesh
+
+TEXELS = np.array([[(255, 0, 0), (0, 255, 0)], [(0, 0, 255), (255, 255, 0)]], np.uint8)
+HALF = float(from_srgb(128 / 255))
+
+
+def picture(form: str = "PNG", texels: NDArray[np.uint8] = TEXELS) -> bytes:
+    file = io.BytesIO()
+    Image.fromarray(texels).save(file, form)
+    return file.getvalue()
+
+
+def written(path: Path, content: bytes | str) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def mesh_of(path: Path) -> Mesh:
+    (instance,) = bob.load(path).instances
+    assert isinstance(instance.shape, Mesh)
+    return instance.shape
+
+
+def told(path: Path) -> tuple[bob.Scene, list[str]]:
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        scene = bob.load(path)
+    return scene, [str(warning.message) for warning in found if warning.category is InputWarning]
+
+
+def seen(scene: Any, size: tuple[int, int] = (40, 40)) -> NDArray[np.float32]:
+    """The albedo of a square that fills the picture, from above."""
+    return bob.trace(scene, bob.Camera(elevation=90, azimuth=0, zoom=1.4), size=size).albedo
+
+
+def corners_of(albedo: NDArray[np.float32]) -> NDArray[np.int64]:
+    """What is near the four corners of a picture, in full strengths."""
+    return np.rint(albedo[[[8], [31]], [[8, 31]]]).astype(int)
+
+
+# ---- OBJ -------------------------------------------------------------------------------------------------
+
+# Seen from above with azimuth 0, x points down and y to the right.
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+FACE = "f 1/1 2/2 3/3 4/4\n"
+
+
+def obj(folder: Path, mtl: str, body: str = f"usemtl a\n{FACE}") -> Path:
+    written(folder / "a.mtl", mtl)
+    return written(folder / "a.obj", f"mtllib a.mtl\n{SQUARE}{body}")
+
+
+def test_obj_materials_are_instances_of_their_names(tmp_path: Path) -> None:
+    mtl = "newmtl red one\nKd 0.5 0 0\nKs 0 0 0\nnewmtl metal\nKd 1 1 1\nPm 1\nPr .25 # rough\nKe 0 0 0.5\n"
+    file = obj(
+        tmp_path, mtl, "f 1 2 3\nusemtl red one\nf 1 3 4\nusemtl metal\nf 2 3 4\nf 1 2 4\nusemtl unknown\nf 3 4 1\n"
+    )
+    scene = bob.load(file)
+    plain, red, metal = scene.instances
+    assert [i.shape.counts()["triangle"] for i in scene.instances] == [2, 1, 2]
+    assert [i.name for i in scene.instances] == ["a.obj", "red one", "metal"]
+    assert plain.material == bob.Material()
+    assert red.material == bob.Material((float(from_srgb(0.5)), 0, 0), specular=0)
+    assert metal.material == bob.Material(metallic=1, roughness=0.25, emissive=(0, 0, float(from_srgb(0.5))))
+    whole = bob.load_mesh(file)
+    assert whole.face_colors is not None
+    assert np.allclose(whole.face_colors[:, 1], [1, 0, 1, 1, 1])
+    assert np.allclose(whole.face_colors[1], (from_srgb(0.5), 0, 0))
+
+
+def test_obj_highlights(tmp_path: Path) -> None:
+    """Ks scales the highlight that surfaces have here; exponents below 1 are no highlight's."""
+    (instance,) = bob.load(obj(tmp_path, "newmtl a\nKs 0.5 1 0.1\nNs 90\n")).instances
+    assert (instance.material.specular, instance.material.shininess) == (0.2, 90)
+    (instance,) = bob.load(obj(tmp_path, "newmtl a\nNs 0\n")).instances
+    assert (instance.material.specular, instance.material.shininess) == (0.2, 32)
+
+
+def test_obj_materials_that_look_alike_are_one_shape(tmp_path: Path) -> None:
+    (instance,) = bob.load(obj(tmp_path, "newmtl a\nnewmtl b\n", "usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n")).instances
+    assert (instance.name, instance.shape.counts()["triangle"]) == ("a.obj", 2)
+
+
+@pytest.mark.parametrize("form", ["PNG", "JPEG", "WEBP", "BMP"])
+def test_obj_texture_counts_from_the_bottom_up(form: str, tmp_path: Path) -> None:
+    texels = np.repeat(np.repeat(TEXELS, 16, 0), 16, 1)
+    written(tmp_path / "t.png", picture(form, texels))
+    mesh = mesh_of(obj(tmp_path, "newmtl a\nKd 0.2 0.2 0.2\nmap_Kd t.png\n"))
+    assert mesh.texture is not None
+    assert mesh.uv is not None
+    assert mesh.texture.shape == (32, 32, 3)
+    assert np.abs(mesh.texture.astype(int) - texels).mean() < 8  # of formats that lose some
+    at = {tuple(vertex): tuple(uv) for vertex, uv in zip(mesh.vertices[:, :2], mesh.uv, strict=True)}
+    assert at == {(0, 0): (0, 1), (1, 0): (1, 1), (1, 1): (1, 0), (0, 1): (0, 0)}
+    # Up is -x, right is y: the texture's left bottom, at the origin, is seen at the left top.
+    found = corners_of(seen(mesh))
+    assert np.array_equal(found, np.rint(from_srgb(TEXELS / 255))[::-1].transpose(1, 0, 2))
+
+
+def test_obj_maps_and_their_paths(tmp_path: Path) -> None:
+    for place in ("t.png", "maps/b c.png"):
+        written(tmp_path / place, picture())
+    for line in (
+        "map_Kd .\\t.png",
+        "map_Kd maps\\b c.png",
+        "map_kd -s 1 1 1 -o 0 0 -bm 0.5 t.png",
+        "map_Kd C:\\Users\\somebody\\textures\\t.png",
+        "map_Kd /home/somebody/t.png",
+    ):
+        assert mesh_of(obj(tmp_path, f"newmtl a\n{line}\n")).wrap == ("repeat", "repeat")
+    assert mesh_of(obj(tmp_path, "newmtl a\nmap_Kd -clamp on t.png\n")).wrap == ("clamp", "clamp")
+    written(tmp_path / "maps/a.mtl", "newmtl a\nmap_Kd b c.png\n")  # from the library's folder on
+    file = written(tmp_path / "b.obj", f"mtllib maps/a.mtl\n{SQUARE}usemtl a\n{FACE}")
+    assert mesh_of(file).texture is not None
+
+
+@pytest.mark.parametrize(
+    ("map_kd", "message"),
+    [
+        ("missing.png", "found no such file: missing.png"),
+        ("../t.png", "found no such file"),
+        ("a.mtl", "expected a picture in PNG, JPEG or WebP, got none that can be read"),
+    ],
+)
+def test_a_texture_that_cannot_be_read_is_one_warning(map_kd: str, message: str, tmp_path: Path) -> None:
+    written(tmp_path / "t.png", picture())
+    mtl = f"newmtl a\nKd 1 0 0\nmap_Kd {map_kd}\nnewmtl b\nKd 0 1 0\nmap_Kd {map_kd}\n"
+    scene, warned = told(obj(tmp_path / "in", mtl, "usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n"))
+    assert [instance.material.color for instance in scene.instances] == [(1, 0, 0), (0, 1, 0)]
+    assert len(warned) == 1
+    assert message in warned[0]
+    assert warned[0].startswith("a.obj: texture ")
+
+
+def test_materials_that_are_missing_are_one_warning(tmp_path: Path) -> None:
+    scene, warned = told(written(tmp_path / "a.obj", f"mtllib none.mtl\n{SQUARE}usemtl a\n{FACE}"))
+    assert not scene.is_colored
+    assert len(warned) == 1
+    assert warned[0].startswith("a.obj: materials were left out: ")
+    assert told(written(tmp_path / "b.obj", f"mtllib none.mtl\n{SQUARE}{FACE}"))[1] == []  # nothing has one
+
+
+def test_textures_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bobrossnet.adapters.surface.MAX_TEXELS", 3)
+    written(tmp_path / "t.png", picture())
+    scene, warned = told(obj(tmp_path, "newmtl a\nmap_Kd t.png\n"))
+    assert not scene.is_colored
+    assert "at most 3 texels, got 2 x 2" in warned[0]
+
+
+def test_obj_colors_of_points(tmp_path: Path) -> None:
+    mesh = mesh_of(written(tmp_path / "a.obj", "v 0 0 0 1 0.5 0\nv 1 0 0\nv 0 1 0 0 nan 1\nf 1 2 3\n"))
+    assert mesh.colors is not None
+    assert np.allclose(mesh.colors, [(1, from_srgb(0.5), 0), (1, 1, 1), (0, 1, 1)], atol=1e-6)
+    assert mesh_of(written(tmp_path / "b.obj", "v 0 0 0 1 2 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")).colors is None
+
+
+# ---- PLY -------------------------------------------------------------------------------------------------
+
+
+def ply(folder: Path, vertex: str, face: str = "", *, rows: str, faces: str = "4 0 1 2 3\n", comment: str = "") -> Path:
+    head = f"ply\nformat ascii 1.0\n{comment}element vertex 4\n" + rgb("float", ("x", "y", "z")) + vertex
+    head += f"element face {faces.count(chr(10))}\nproperty list uchar int vertex_indices\n{face}end_header\n"
+    points = ("0 0 0", "1 0 0", "1 1 0", "0 1 0")
+    return written(
+        folder / "a.ply", head + "".join(f"{a} {b}\n" for a, b in zip(points, rows.splitlines(), strict=True)) + faces
+    )
+
+
+def rgb(kind: str, names: tuple[str, str, str] = ("red", "green", "blue")) -> str:
+    return "".join(f"property {kind} {name}\n" for name in names)
+
+
+@pytest.mark.parametrize(
+    ("kind", "row"),
+    [("uchar", "255 128 0"), ("ushort", "65535 32896 0"), ("float", "1 0.50196078 0"), ("double", "1 0.50196078 -9")],
+)
+def test_ply_colors_of_vertices(kind: str, row: str, tmp_path: Path) -> None:
+    mesh = mesh_of(ply(tmp_path, rgb(kind), rows=f"{row}\n" * 4))
+    assert mesh.colors is not None
+    assert np.allclose(mesh.colors, (1, HALF, 0), atol=1e-5)
+
+
+def test_ply_colors_in_binary(tmp_path: Path) -> None:
+    head = "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    head += rgb("uint8", ("diffuse_red", "diffuse_green", "diffuse_blue"))
+    head += "element face 1\nproperty list uchar int vertex_index\nend_header\n"
+    body = b"".join(struct.pack(">3f3B", *point, 255, 128, 0) for point in ((0, 0, 0), (1, 0, 0), (0, 1, 0)))
+    mesh = mesh_of(written(tmp_path / "a.ply", head.encode() + body + struct.pack(">B3i", 3, 0, 1, 2)))
+    assert mesh.colors is not None
+    assert np.allclose(mesh.colors, (1, HALF, 0), atol=1e-6)
+
+
+def test_ply_colors_of_mitsuba_are_linear(tmp_path: Path) -> None:
+    mesh = mesh_of(ply(tmp_path, rgb("float", ("color_0", "color_1", "color_2")), rows="1 0.5 0\n" * 4))
+    assert mesh.colors is not None
+    assert np.allclose(mesh.colors, (1, 0.5, 0))
+
+
+def test_ply_colors_of_faces(tmp_path: Path) -> None:
+    faces = "4 0 1 2 3 255 0 0\n3 0 1 2 0 255 0\n2 0 1 9 9 9\n3 1 2 3 0 0 255\n"
+    mesh = mesh_of(ply(tmp_path, "", rgb("uchar"), rows="\n" * 4, faces=faces))
+    assert mesh.face_colors is not None
+    assert mesh.face_colors.tolist() == [[1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    mesh = mesh_of(ply(tmp_path, rgb("uchar"), rgb("uchar"), rows="9 9 9\n" * 4, faces=faces))
+    assert mesh.face_colors is None
+    assert mesh.colors is not None
+
+
+def test_ply_that_is_white_has_no_colors(tmp_path: Path) -> None:
+    assert not mesh_of(ply(tmp_path, rgb("uchar"), rows="255 255 255\n" * 4)).is_colored
+
+
+def test_ply_texture(tmp_path: Path) -> None:
+    """Of vertices and of corners, and what stands for it where it is missing."""
+    comment = "comment TextureFile the texture.png\n"
+    places, rows = "property float s\nproperty float t\n", "0 0 9 9 9\n1 0 9 9 9\n1 1 9 9 9\n0 1 9 9 9\n"
+    scene, warned = told(ply(tmp_path, places + rgb("uchar"), rows=rows, comment=comment))
+    assert len(warned) == 1
+    assert warned[0].startswith("a.ply: texture the texture.png was left out: ")
+    shape = scene.instances[0].shape
+    assert isinstance(shape, Mesh)
+    assert shape.colors is not None
+
+    written(tmp_path / "the texture.png", picture(texels=np.repeat(np.repeat(TEXELS, 16, 0), 16, 1)))
+    of_vertices = mesh_of(ply(tmp_path, places + rgb("uchar"), rows=rows, comment=comment))
+    assert of_vertices.texture is not None
+    assert of_vertices.colors is None
+    corners = "4 0 1 2 3 8 0 0 1 0 1 1 0 1\n"
+    face = "property list uchar float texcoord\n"
+    of_corners = mesh_of(ply(tmp_path, "", face, rows="\n" * 4, faces=corners, comment=comment))
+    expected = np.rint(from_srgb(TEXELS / 255))[::-1].transpose(1, 0, 2)
+    for mesh in (of_vertices, of_corners):
+        assert np.array_equal(corners_of(seen(mesh)), expected)
+
+
+# ---- glTF ------------------------------------------------------------------------------------------------
+
+
+def gltf(materials: list[dict[str, Any]], colors: NDArray[Any] | None = None, **more: Any) -> dict[str, Any]:
+    """A square in the plane x, z that faces y, once with each material and once without one."""
+    points = np.array([[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 0, 0]], "<f4")
+    places = np.array([[0, 0], [0, 1], [1, 1], [1, 0]], "<f4")
+    other = np.rint(places[::-1] * 65535).astype("<u2")
+    arrays: list[NDArray[Any]] = [points, np.array([0, 1, 2, 0, 2, 3], "<u2"), places, other]
+    arrays += [] if colors is None else [colors]
+    kinds = {"float32": 5126, "uint16": 5123, "uint8": 5121}
+    attributes = {"POSITION": 0, "TEXCOORD_0": 2, "TEXCOORD_1": 3} | ({} if colors is None else {"COLOR_0": 4})
+    primitives = [{"attributes": attributes, "indices": 1, "material": i} for i in range(len(materials))]
+    return {
+        "asset": {"version": "2.0"},
+        "buffers": [
+            {"uri": "data:;base64," + base64.b64encode(a.tobytes()).decode(), "byteLength": a.nbytes} for a in arrays
+        ],
+        "bufferViews": [{"buffer": i, "byteLength": array.nbytes} for i, array in enumerate(arrays)],
+        "accessors": [
+            {
+                "bufferView": i,
+                "componentType": kinds[str(array.dtype)],
+                "count": len(array),
+                "type": "SCALAR" if array.ndim == 1 else f"VEC{array.shape[1]}",
+                **({"normalized": True} if array.ndim == 2 and array.dtype.kind == "u" else {}),
+            }
+            for i, array in enumerate(arrays)
+        ],
+        "meshes": [{"primitives": primitives or [{"attributes": attributes, "indices": 1}]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+        "materials": materials,
+        **more,
+    }
+
+
+def laid(texture: dict[str, Any]) -> dict[str, Any]:
+    return {"pbrMetallicRoughness": {"baseColorTexture": texture}}
+
+
+def saved(folder: Path, tree: dict[str, Any]) -> Path:
+    return written(folder / "a.gltf", json.dumps(tree))
+
+
+def test_gltf_materials(tmp_path: Path) -> None:
+    factors = {"baseColorFactor": [0.5, 0.25, 1, 0.3], "metallicFactor": 0.25, "roughnessFactor": 0.75}
+    materials = [{"name": "one", "pbrMetallicRoughness": factors, "emissiveFactor": [0, 0, 0.5]}, {}]
+    one, other = bob.load(saved(tmp_path, gltf(materials))).instances
+    assert one.material == bob.Material((0.5, 0.25, 1), metallic=0.25, roughness=0.75, emissive=(0, 0, 0.5))
+    assert other.material == bob.Material(metallic=1, roughness=1)  # the specification's default
+    assert (one.name, other.name) == ("one", "a.gltf")
+    (plain,) = bob.load(saved(tmp_path, gltf([]))).instances
+    assert plain.material == bob.Material()
+
+
+@pytest.mark.parametrize(
+    "colors",
+    [
+        np.array([(255, 128, 0, 7)] * 4, np.uint8),
+        np.array([(65535, 32896, 0, 7)] * 4, "<u2"),
+        np.array([(1, 128 / 255, 0)] * 4, "<f4"),
+    ],
+)
+def test_gltf_colors_of_vertices_are_linear(colors: NDArray[Any], tmp_path: Path) -> None:
+    mesh = mesh_of(saved(tmp_path, gltf([], colors)))
+    assert mesh.colors is not None
+    assert np.allclose(mesh.colors, (1, 128 / 255, 0), atol=1e-6)
+
+
+def test_gltf_textures(tmp_path: Path) -> None:
+    """In files, in addresses and in buffers; z points towards the eye above, and becomes -y."""
+    texels = picture(texels=np.repeat(np.repeat(TEXELS, 16, 0), 16, 1))
+    written(tmp_path / "a b.png", texels)
+    data = "data:image/png;base64," + base64.b64encode(texels).decode()
+    buffered = gltf([])
+    buffered["buffers"].append(
+        {"uri": data.replace("image/png", "application/octet-stream"), "byteLength": len(texels)}
+    )
+    view = {"buffer": 4, "byteLength": len(texels)}
+    expected = None
+    for image in ({"uri": "a%20b.png"}, {"uri": data}, {"bufferView": 4, "mimeType": "image/png"}):
+        tree = gltf([laid({"index": 0})], textures=[{"source": 0}], images=[image])
+        tree |= {"buffers": buffered["buffers"], "bufferViews": [*tree["bufferViews"], view]}
+        mesh = mesh_of(saved(tmp_path, tree))
+        assert mesh.texture is not None
+        assert mesh.wrap == ("repeat", "repeat")
+        found = corners_of(seen(mesh))
+        # The texture's top left is at x = 0, y = 0 seen from above, and its bottom left at y = -1.
+        expected = np.rint(from_srgb(TEXELS / 255))[::-1].transpose(1, 0, 2)
+        assert np.array_equal(found, expected)
+    tree["materials"][0] = laid({"index": 0, "texCoord": 1})
+    assert np.array_equal(corners_of(seen(mesh_of(saved(tmp_path, tree)))), expected[::-1])
+
+
+def test_gltf_samplers(tmp_path: Path) -> None:
+    written(tmp_path / "t.png", picture())
+    tree = gltf(
+        [laid({"index": i}) for i in range(3)],
+        textures=[{"source": 0}, {"source": 0, "sampler": 0}, {"source": 0, "sampler": 1}],
+        images=[{"uri": "t.png"}],
+        samplers=[{"wrapS": 33071, "wrapT": 33648}, {}],
+    )
+    wraps = [instance.shape.wrap for instance in bob.load(saved(tmp_path, tree)).instances]  # type: ignore[attr-defined]
+    assert wraps == [("repeat", "repeat"), ("clamp", "mirror")]  # the third is like the first
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"textures": [{"source": 0}], "images": [{"uri": "missing.png"}]},
+        {"textures": [{"source": 0}], "images": [{"uri": "data:image/png;base64,????"}]},
+        {"textures": [{"source": 0}], "images": [{"bufferView": 0}]},
+        {"textures": [{"source": 0}], "images": [{"bufferView": 99}]},
+        {"textures": [{"source": 0}], "images": [{}]},
+        {"textures": [{"source": 7}], "images": {}},
+        {"textures": [{}]},
+        {"textures": 3},
+        {},
+    ],
+)
+def test_gltf_textures_that_cannot_be_read_are_one_warning(more: dict[str, Any], tmp_path: Path) -> None:
+    scene, warned = told(saved(tmp_path, gltf([laid({"index": 0}), laid({"index": 0})], **more)))
+    assert [instance.shape.is_colored for instance in scene.instances] == [False]
+    assert len(warned) == 1
+    assert warned[0].startswith("a.gltf: texture ")
+
+
+@pytest.mark.parametrize("value", [None, 3, "a", [], {}, [[]], ["a", None, {}], 1e999, [1e999, -5, 7]])
+def test_gltf_materials_of_nonsense_load(value: Any, tmp_path: Path) -> None:
+    for tree in (
+        gltf([{}]) | {"materials": value},
+        gltf([{"pbrMetallicRoughness": value, "emissiveFactor": value, "name": value}]),
+        gltf(
+            [{"pbrMetallicRoughness": {"baseColorFactor": value, "metallicFactor": value, "baseColorTexture": value}}]
+        ),
+        gltf([laid({"index": value, "texCoord": value})], textures=[{"source": value}], images=value),
+    ):
+        text = json.dumps(tree).replace("Infinity", "1e999")
+        assert told(written(tmp_path / "a.gltf", text))[0].counts()["triangle"] == 2
+
+
+# ---- 3MF -------------------------------------------------------------------------------------------------
+
+
+def test_3mf_colors(tmp_path: Path) -> None:
+    """Of the object, of triangles, and of triangles from another group."""
+    vertices = "".join(f"<vertex x='{x}' y='{y}' z='{z}'/>" for x, y, z in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)))
+    triangles = (
+        "<triangle v1='0' v2='1' v3='2'/><triangle v1='0' v2='1' v3='3' p1='0'/>"
+        "<triangle v1='0' v2='2' v3='3' pid='6' p1='0' p2='1' p3='1'/><triangle v1='1' v2='2' v3='3' pid='7' p1='3'/>"
+    )
+    text = (
+        "<model xmlns='http://schemas.microsoft.com/3dmanufacturing/core/2015/02' "
+        "xmlns:m='http://schemas.microsoft.com/3dmanufacturing/material/2015/02'><resources>"
+        "<basematerials id='5'><base name='a' displaycolor='#FF0000FF'/><base name='b' displaycolor='#008000'/>"
+        "</basematerials><m:colorgroup id='6'><m:color color='#0000FF'/><m:color color='none'/></m:colorgroup>"
+        f"<object id='1' pid='5' pindex='1'><mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles>"
+        "</mesh></object></resources><build><item objectid='1'/></build></model>"
+    )
+    with zipfile.ZipFile(tmp_path / "a.3mf", "w") as archive:
+        archive.writestr("3D/3dmodel.model", text)
+    mesh = mesh_of(tmp_path / "a.3mf")
+    assert mesh.face_colors is not None
+    expected = [(0, HALF, 0), (1, 0, 0), (2 / 3, 2 / 3, 1), (1, 1, 1)]
+    assert np.allclose(mesh.face_colors, expected, atol=1e-6)
+
+
+# ---- Real files ------------------------------------------------------------------------------------------
+
+
+@needs_models
+def test_real_textures() -> None:
+    folder = MODELS / "loader_originals"
+    duck = mesh_of(folder / "glb_material/Duck.glb")
+    assert duck.texture is not None
+    assert duck.texture.shape == (512, 512, 3)
+    albedo = bob.trace(duck, size=(64, 64)).albedo
+    yellow = albedo[(albedo > 0).any(axis=-1)].mean(axis=0)
+    assert yellow[0] > yellow[1] > 3 * yellow[2]
+    truck = bob.load(folder / "glb_material/CesiumMilkTruck.glb")
+    assert sorted(str(instance.name) for instance in truck.instances) == ["glass", "truck", "window_trim"]
+    assert mesh_of(folder / "obj_mtl_fuze/fuze.obj").texture is not None
+    fuze, spider = bob.load_mesh(folder / "obj_mtl_fuze/fuze.obj"), told(folder / "obj_mtl_spider/spider.obj")
+    assert fuze.texture is not None
+    assert len(spider[0].instances) == 4
+    assert len(spider[1]) == 1
+
+
+@needs_models
+def test_scenes_of_textured_files_are_saved(tmp_path: Path) -> None:
+    scene = bob.load(MODELS / "loader_originals/glb_material/CesiumMilkTruck.glb")
+    bob.save_scene(scene, tmp_path / "truck.bob")
+    assert bob.trace(bob.load(tmp_path / "truck.bob"), size=(48, 64)) == bob.trace(scene, size=(48, 64))
