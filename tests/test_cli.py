@@ -342,7 +342,7 @@ def test_broken_files_render_or_get_one_line(file, tmp_path, capsys):
     errors = capsys.readouterr().err
     assert status in (0, 2)
     if status == 0:
-        assert pixels(tmp_path / "out.png").shape == (48, 64)
+        assert pixels(tmp_path / "out.png").shape[:2] == (48, 64)
         assert all(line.startswith("bobrossnet: warning: ") for line in errors.splitlines())
     else:
         assert errors.startswith(f"bobrossnet: error: {file.name}: ")
