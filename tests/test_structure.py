@@ -66,7 +66,7 @@ def test_the_core_knows_neither_python_nor_browsers():
 @pytest.mark.parametrize("folder", PYTHON)
 def test_layers_of_the_package(folder):
     folders = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
-    assert folders == set(PYTHON) | {"learn"}
+    assert folders == set(PYTHON) | {"commands", "learn"}
     files = list((PACKAGE / folder).glob("**/*.py"))
     used = [
         (file, module)

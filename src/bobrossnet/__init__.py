@@ -15,6 +15,8 @@ from bobrossnet.adapters.files import load, load_mesh
 from bobrossnet.completion.network import Completer, complete
 from bobrossnet.completion.uncertainty import uncertainty
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
+from bobrossnet.filming import Film, orbit
+from bobrossnet.fitting import fitted
 from bobrossnet.frame import Frame
 from bobrossnet.metrics import psnr, ssim
 from bobrossnet.motion import View
@@ -32,6 +34,7 @@ from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve, nurbs_surface
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tree import happy_tree
 from bobrossnet.shapes.tube import Tube, nurbs_curve, polyline
+from bobrossnet.thumbnails import thumbnails
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import Hits, Scene
@@ -42,6 +45,7 @@ __all__ = [
     "Camera",
     "Completer",
     "Face",
+    "Film",
     "Frame",
     "GBuffer",
     "Hits",
@@ -62,12 +66,14 @@ __all__ = [
     "View",
     "complete",
     "export",
+    "fitted",
     "happy_tree",
     "implicit",
     "load",
     "load_mesh",
     "nurbs_curve",
     "nurbs_surface",
+    "orbit",
     "pixel_order",
     "polyline",
     "progressive",
@@ -77,6 +83,7 @@ __all__ = [
     "set_thread_count",
     "ssim",
     "thread_count",
+    "thumbnails",
     "trace",
     "uncertainty",
 ]

@@ -6,6 +6,87 @@ import argparse
 import math
 import re
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from bobrossnet.adapters.files import KINDS
+from bobrossnet.picture.camera import Camera
+
+if TYPE_CHECKING:
+    from bobrossnet.tracing.scene import Scene
+
+BLACK = "#000000"
+
+
+FILES = "; ".join(
+    [*(f"{kind}, {' '.join(endings)}" for kind, endings in KINDS.items()), "by default the built-in scene"]
+)
+
+
+def add_files(parser: argparse.ArgumentParser) -> None:
+    """Add the shape files that a command is about."""
+    parser.add_argument("files", nargs="*", metavar="FILE", help=FILES)
+
+
+def scene_of(options: argparse.Namespace) -> Scene:
+    """The scene of the files that were named, turned as was asked for."""
+    import bobrossnet as bob
+
+    files = options.files
+    scene = bob.load(files) if files else bob.Scene(bob.Instance(bob.happy_tree(), name="happy tree"))
+    return scene.turned_upright() if options.up == "y" else scene
+
+
+def add_size(parser: argparse.ArgumentParser, default: tuple[int, int] = (480, 640)) -> None:
+    """Add --size of pictures."""
+    height, width = default
+    parser.add_argument("--size", type=size, default=default, metavar="WIDTHxHEIGHT", help=f"default: {width}x{height}")
+
+
+def add_fraction(container: argparse._ActionsContainer, default: float) -> None:
+    """Add --fraction, the share of the pixels to trace."""
+    container.add_argument(
+        "--fraction",
+        type=fraction,
+        default=default,
+        metavar="PERCENT",
+        help=f"share of the pixels to trace, 5%% or 0.05; 100%% is the exact picture (default: {100 * default:g}%%)",
+    )
+
+
+def add_orbit(parser: argparse.ArgumentParser) -> None:
+    """Add the angles and the lens of a camera that orbits."""
+    home = Camera()
+    for name, angle in (("azimuth", home.azimuth), ("elevation", home.elevation), ("roll", home.roll)):
+        parser.add_argument(f"--{name}", type=float, default=angle, metavar="DEGREES", help=f"default: {angle:g}")
+    parser.add_argument(
+        "--fov",
+        type=float,
+        default=home.fov,
+        metavar="DEGREES",
+        help="perspective: the angle of the picture's height, such as 35 (default: 0, orthographic)",
+    )
+
+
+def add_zoom(parser: argparse.ArgumentParser) -> None:
+    """Add --zoom."""
+    zoom = Camera().zoom
+    parser.add_argument("--zoom", type=float, default=zoom, help=f"1 fits the bounding sphere (default: {zoom:g})")
+
+
+def add_model(parser: argparse.ArgumentParser) -> None:
+    """Add --model, which completes pictures."""
+    parser.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
+
+
+def add_background(parser: argparse.ArgumentParser, default: str) -> None:
+    """Add --background, which `background` reads."""
+    parser.add_argument(
+        "--background",
+        metavar="COLOR",
+        default=None if default == BLACK else default,
+        help="transparent, or a color such as #ffffff, or two for top and bottom: #ffffff,#99bbdd "
+        f"(default: {default})",
+    )
 
 
 def add_up(parser: argparse.ArgumentParser) -> None:
@@ -50,7 +131,7 @@ def background(text: str | None) -> str | tuple[str, str] | None:
     """What `render` takes, from transparent, a color, or two with a comma between them; black by default."""
     if text == "transparent":
         return None
-    first, comma, second = (text or "#000000").partition(",")
+    first, comma, second = (text or BLACK).partition(",")
     return (first, second) if comma else first
 
 

@@ -1,4 +1,4 @@
-"""The command line: `bobrossnet render | view | mesh | pack | info`, and those of learn/commands.py.
+"""The command line: `bobrossnet view | mesh | pack | info`, and the commands of commands/ and learn/commands.py.
 
 Nothing slow is imported up here, so that --help and mistakes are answered at once.
 """
@@ -19,13 +19,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import quote
 
-from bobrossnet import __version__, arguments, starting
-from bobrossnet.adapters.files import KINDS
-from bobrossnet.arguments import with_lists_joined
+from bobrossnet import __version__, starting
+from bobrossnet.arguments import add_files, add_up, positive, scene_of, with_lists_joined
+from bobrossnet.commands import orbit, render, thumbs
 from bobrossnet.learn.commands import add_commands
 from bobrossnet.machine import limit_memory
-from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 
 if TYPE_CHECKING:
@@ -35,14 +33,6 @@ USAGE_ERROR = 2
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """What writing fails with where there is no more space."""
-
-STEP = 0.01  # of the pixels: after each the expected error is looked at
-LARGE = 3840 * 2160
-"""Pixels from which on completing is no matter of milliseconds, and is not done twice to be timed."""
-
-FILES = "; ".join(
-    [*(f"{kind}, {' '.join(endings)}" for kind, endings in KINDS.items()), "by default the built-in scene"]
-)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -119,68 +109,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
 
-    render = commands.add_parser("render", help="make a picture of shapes", description="Make a picture of shapes.")
-    render.set_defaults(run=_render)
-    render.add_argument("files", nargs="*", metavar="FILE", help=FILES)
-    render.add_argument(
-        "--size", type=arguments.size, default=(480, 640), metavar="WIDTHxHEIGHT", help="default: 640x480"
-    )
-    amount = render.add_mutually_exclusive_group()
-    amount.add_argument(
-        "--fraction",
-        type=arguments.fraction,
-        default=0.1,
-        metavar="PERCENT",
-        help="share of the pixels to trace, 5%% or 0.05; 100%% is the exact picture (default: 10%%)",
-    )
-    amount.add_argument(
-        "--error",
-        type=arguments.positive,
-        metavar="GRAY",
-        help="trace as many pixels instead as it takes to expect this mean error, in gray of 0 to 1, such as 0.002",
-    )
-    render.add_argument(
-        "--order",
-        default="default",
-        help=f"sequence of the pixels, one of {', '.join(ORDERS)} (default: {DEFAULT_ORDER})",
-    )
-    render.add_argument("--seed", type=int, default=0, help="of the order (default: 0)")
-    home = Camera()
-    for name, angle in (("azimuth", home.azimuth), ("elevation", home.elevation), ("roll", home.roll)):
-        render.add_argument(f"--{name}", type=float, default=angle, metavar="DEGREES", help=f"default: {angle:g}")
-    render.add_argument(
-        "--zoom", type=float, default=home.zoom, help=f"1 fits the bounding sphere (default: {home.zoom:g})"
-    )
-    render.add_argument(
-        "--fov",
-        type=float,
-        default=home.fov,
-        metavar="DEGREES",
-        help="perspective: the angle of the picture's height, such as 35 (default: 0, orthographic)",
-    )
-    for name, metavar, what in (
-        ("pan", "X,Y", "moves the camera right and up, in radii of the bounding sphere"),
-        ("position", "X,Y,Z", "with --fov: where the camera stands, in the shapes' units, instead of an orbit"),
-        ("target", "X,Y,Z", "with --position: where it looks (default: the centre of the shapes)"),
-    ):
-        default = getattr(home, name)
-        render.add_argument(f"--{name}", type=arguments.numbers, default=default, metavar=metavar, help=what)
-    arguments.add_up(render)
-    render.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
-    render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
-    render.add_argument(
-        "--samples",
-        type=int,
-        default=1,
-        metavar="N",
-        help="with --fraction 100%%: rays at most for each pixel along edges, 4 or 16 (default: 1, pixels' centres)",
-    )
-    render.add_argument(
-        "--background",
-        metavar="COLOR",
-        help="transparent, or a color such as #ffffff, or two for top and bottom: #ffffff,#99bbdd (default: #000000)",
-    )
-    render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
+    render.add(commands)
+    orbit.add(commands)
+    thumbs.add(commands)
 
     view = commands.add_parser(
         "view",
@@ -188,10 +119,10 @@ def _parser() -> argparse.ArgumentParser:
         description="Show shapes in a page where they can be turned; only browsers on this machine can reach it.",
     )
     view.set_defaults(run=_view)
-    view.add_argument("files", nargs="*", metavar="FILE", help=FILES)
+    add_files(view)
     view.add_argument("--port", type=int, default=0, help="of the page; 0 takes a free one (default: 0)")
     view.add_argument("--no-browser", action="store_true", help="only print the page's address")
-    arguments.add_up(view)
+    add_up(view)
     view.add_argument("--export", metavar="DIR", help="write the page to a folder for any web server, and show nothing")
 
     mesh = commands.add_parser(
@@ -200,22 +131,22 @@ def _parser() -> argparse.ArgumentParser:
         description="Write shapes as triangles, for printers and other programs.",
     )
     mesh.set_defaults(run=_mesh)
-    mesh.add_argument("files", nargs="*", metavar="FILE", help=FILES)
+    add_files(mesh)
     mesh.add_argument(
         "--step",
-        type=arguments.positive,
+        type=positive,
         metavar="LENGTH",
         help="how long their sides are, in the files' unit (default: 1/128 of each shape's longest side)",
     )
-    arguments.add_up(mesh)
+    add_up(mesh)
     endings = ", ".join(MESH_FORMATS)
     mesh.add_argument("-o", "--out", default="out.stl", metavar="MESH", help=f"{endings} (default: out.stl)")
 
     pack = commands.add_parser("pack", help="write a scene of shapes", description="Write shapes to one scene file.")
     pack.set_defaults(run=_pack)
     pack.add_argument("scene", metavar="SCENE.bob", help="the file to write")
-    pack.add_argument("files", nargs="*", metavar="FILE", help=FILES)
-    arguments.add_up(pack)
+    add_files(pack)
+    add_up(pack)
 
     info = commands.add_parser(
         "info",
@@ -233,96 +164,6 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _render(options: argparse.Namespace) -> None:
-    import bobrossnet as bob
-    from bobrossnet.completion.network import load_network
-    from bobrossnet.picture.files import (
-        check_picture_path,
-        color_to_8_bit,
-        side_by_side,
-        to_8_bit,
-        traced_on_green,
-        write_picture,
-    )
-    from bobrossnet.progress import progress
-    from bobrossnet.rendering import check_picture, finished
-
-    limit_memory()
-    out = check_picture_path(options.out)
-    background = arguments.background(options.background)
-    check_picture(options.samples, background)
-    orbit = options.azimuth, options.elevation, options.roll, options.zoom
-    place = {"position": options.position, "target": options.target}
-    camera = bob.Camera(*orbit, fov=options.fov, pan=options.pan, **place)
-    model = load_network(options.model)
-    start = time.perf_counter()
-    scene = _scene(options)
-    scene.core  # noqa: B018  built here, so that its time is not taken for the rays'
-    ready_ms = 1000 * (time.perf_counter() - start)
-    height, width = options.size
-
-    view: dict[str, Any] = {"size": options.size, "order": options.order, "seed": options.seed}
-
-    def timed_trace(what: str, fraction: float) -> tuple[bob.GBuffer, float]:
-        start = time.perf_counter()
-        with progress(what) as report:
-            gbuffer = bob.trace(scene, camera, fraction=fraction, progress=report, **view)
-        return gbuffer, 1000 * (time.perf_counter() - start)
-
-    if options.error is None:
-        part, trace_ms = timed_trace("tracing", options.fraction)
-    else:
-        start = time.perf_counter()
-        with progress("tracing") as report:
-            for frame in bob.progressive(scene, camera, fraction=STEP, until=options.error, model=model, **view):
-                report(frame.fraction)
-        part, trace_ms = frame.gbuffer, 1000 * (time.perf_counter() - start)
-    if height * width <= LARGE:
-        bob.complete(part, model=model)  # the first run fetches memory
-    start = time.perf_counter()
-    image = bob.complete(part, model=model)
-    complete_ms = 1000 * (time.perf_counter() - start)
-
-    rays = int(part.mask.sum())
-    print(f"scene      {scene.describe()}, loaded and built in {ready_ms:.0f} ms")
-    print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {rays:,} rays in {trace_ms:.1f} ms")
-    expected = f", expected error {frame.error:.2g} of gray 0..1" if options.error is not None else ""
-    print(f"completed  in {complete_ms:.1f} ms{expected}")
-    if options.panels:
-        whole = part.fraction == 1
-        full, full_ms = (part, trace_ms) if whole else timed_trace("tracing the reference", 1.0)
-        quality = f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
-        print(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
-        completed, exact = to_8_bit(image), to_8_bit(full.gray)
-        if scene.is_colored:
-            completed, exact = (color_to_8_bit(bob.complete(g, model, channel="color")) for g in (part, full))
-        picture = side_by_side(
-            [
-                (traced_on_green(part), f"traced: {100 * part.fraction:.4g} %, {rays:,} rays, {trace_ms:.1f} ms"),
-                (completed, f"completed: {complete_ms:.1f} ms, {quality}"),
-                (exact, f"reference: {width * height:,} rays, {full_ms:.1f} ms"),
-            ]
-        )
-    elif scene.is_colored or options.background is not None or options.samples > 1:
-        picture = finished(part, scene, camera, samples=options.samples, background=background, model=model).rgba
-        picture = picture if background is None else picture[..., :3]
-    else:
-        picture = to_8_bit(image)
-    if scene.unresolved_rays:
-        print(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
-    write_picture(out, picture)
-    print(f"wrote      {out}")
-
-
-def _scene(options: argparse.Namespace) -> bob.Scene:
-    """The scene of the files that were named, turned as was asked for."""
-    import bobrossnet as bob
-
-    files = options.files
-    scene = bob.load(files) if files else bob.Scene(bob.Instance(bob.happy_tree(), name="happy tree"))
-    return scene.turned_upright() if options.up == "y" else scene
-
-
 def _view(options: argparse.Namespace) -> None:
     import threading
     import webbrowser
@@ -332,7 +173,7 @@ def _view(options: argparse.Namespace) -> None:
     limit_memory()
     files = options.files
     name = Path(files[0]).stem if len(files) == 1 else "scene"
-    with page_files(_scene(options) if files else None, name) as page:
+    with page_files(scene_of(options) if files else None, name) as page:
         if options.export is not None:
             export(page, Path(options.export))
             print(f"wrote {options.export}: {len(page)} files, which any web server can show")
@@ -352,7 +193,7 @@ def _mesh(options: argparse.Namespace) -> None:
 
     limit_memory()
     out = check_mesh_path(options.out)
-    scene = _scene(options)
+    scene = scene_of(options)
     start = time.perf_counter()
     mesh = scene.mesh(options.step)
     seconds = time.perf_counter() - start
@@ -366,7 +207,7 @@ def _pack(options: argparse.Namespace) -> None:
 
     limit_memory()
     out = check_scene_path(options.scene)
-    scene = _scene(options)
+    scene = scene_of(options)
     bob.save_scene(scene, out)
     print(f"wrote {out}: {scene.describe()}")
 

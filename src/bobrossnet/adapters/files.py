@@ -141,6 +141,22 @@ def _loaded(path: str | os.PathLike[str]) -> SceneLike:
         raise InputError(f"expected one of {' '.join(ALL_ENDINGS)}, got {one_line(ending) or 'no ending'}")
 
 
+def shape_files(place: str | os.PathLike[str]) -> list[Path]:
+    """The files of a folder, and below it, whose endings `load` knows, sorted; of a file, itself.
+
+    Raises
+    ------
+    InputError
+        If there is no such place.
+    """
+    place = Path(place)
+    if place.is_file():
+        return [place]
+    if not place.is_dir():
+        raise InputError(f"{place}: expected a shape file or a folder of them, got no such file")
+    return sorted(path for path in place.rglob("*") if path.suffix.lower() in ALL_ENDINGS and path.is_file())
+
+
 def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     """Read a triangle mesh from a file.
 

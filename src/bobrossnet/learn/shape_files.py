@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from bobrossnet.adapters.files import ALL_ENDINGS
-from bobrossnet.errors import InputError, InputWarning, check_integer
+from bobrossnet.adapters import files
+from bobrossnet.errors import InputWarning, check_integer
 
 Item = TypeVar("Item")
 
@@ -17,22 +17,9 @@ BROKEN = "broken_odd"  # a folder of files that are wrong on purpose
 
 
 def shape_files(place: str | os.PathLike[str]) -> list[Path]:
-    """Return the files below a folder that `bobrossnet.load` may read, sorted; of a file, itself.
-
-    Those in a folder named `broken_odd` below it are left out.
-
-    Raises
-    ------
-    InputError
-        If there is no such place.
-    """
-    place = Path(place)
-    if place.is_file():
-        return [place]
-    if not place.is_dir():
-        raise InputError(f"{place}: expected a shape file or a folder of them, got no such file")
-    found = [path for path in place.rglob("*") if path.suffix.lower() in ALL_ENDINGS]
-    return sorted(path for path in found if BROKEN not in path.relative_to(place).parts)
+    """Return `adapters.files.shape_files` without those in a folder named `broken_odd` below the place."""
+    base = Path(place)
+    return [path for path in files.shape_files(base) if BROKEN not in path.relative_to(base).parts]
 
 
 def spread(items: Sequence[Item], limit: int | None) -> Sequence[Item]:

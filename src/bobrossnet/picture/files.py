@@ -55,21 +55,42 @@ def traced_on_green(gbuffer: GBuffer) -> U8:
 
 def side_by_side(panels: list[tuple[U8, str]]) -> U8:
     """Images of one size next to each other, each above its caption: (H', W', 3) uint8."""
+    return sheet(panels, len(panels))
+
+
+def sheet(panels: list[tuple[U8, str]], columns: int) -> U8:
+    """The same in rows of so many, the last of which may be shorter."""
     from PIL import Image, ImageDraw, ImageFont
 
     height, width = panels[0][0].shape[:2]
-    sheet = Image.new("RGB", (len(panels) * (width + GAP) - GAP, height + CAPTION_HEIGHT), "white")
-    draw = ImageDraw.Draw(sheet)
+    across, rows = min(columns, len(panels)), -(-len(panels) // columns)
+    drawn = Image.new("RGB", (across * (width + GAP) - GAP, rows * (height + CAPTION_HEIGHT)), "white")
+    draw = ImageDraw.Draw(drawn)
     for i, (image, caption) in enumerate(panels):
-        left = i * (width + GAP)
-        sheet.paste(Image.fromarray(image), (left, 0))
+        left, top = i % columns * (width + GAP), i // columns * (height + CAPTION_HEIGHT)
+        drawn.paste(Image.fromarray(image), (left, top))
         # The largest type that fits: captions must not run into their neighbours in small pictures.
         for size in range(15, 5, -1):
             font = ImageFont.load_default(size)
             if draw.textlength(caption, font=font) <= width - 8:
                 break
-        draw.text((left + width / 2, height + CAPTION_HEIGHT / 2), caption, "black", font=font, anchor="mm")
-    return np.asarray(sheet)
+        else:
+            shown = len(caption)
+            while shown and draw.textlength(caption, font=font) > width:
+                shown -= 1
+                caption = f"{caption[:shown]}..."
+        place = left + width / 2, top + height + CAPTION_HEIGHT / 2
+        draw.text(place, caption, "black", font=font, anchor="mm")
+    return np.asarray(drawn)
+
+
+def png(image: U8) -> bytes:
+    """A picture's file, as notebooks show it."""
+    from PIL import Image
+
+    content = io.BytesIO()
+    Image.fromarray(image).save(content, "PNG")
+    return content.getvalue()
 
 
 def check_picture_path(path: str | os.PathLike[str]) -> Path:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 from functools import cached_property
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.color import to_srgb
-from bobrossnet.picture.files import to_8_bit, write_picture
+from bobrossnet.picture.files import png, to_8_bit, write_picture
 
 
 class Picture:
@@ -57,11 +56,7 @@ class Picture:
         return np.array(self.rgba, dtype, copy=copy)
 
     def _repr_png_(self) -> bytes:
-        from PIL import Image
-
-        content = io.BytesIO()
-        Image.fromarray(self.rgba).save(content, "PNG")
-        return content.getvalue()
+        return png(self.rgba)
 
     def __repr__(self) -> str:
         return f"Picture({self.size[0]} x {self.size[1]}, {100 * float(self.alpha.mean()):.3g} % covered)"

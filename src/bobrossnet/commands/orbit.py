@@ -1,0 +1,67 @@
+"""`bobrossnet orbit`: a film of one turn around shapes."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Any
+
+from bobrossnet import arguments
+
+
+def add(commands: Any) -> None:
+    """Add the command to the subparsers of the command line."""
+    orbit = commands.add_parser(
+        "orbit",
+        help="make a film of one turn around shapes",
+        description="Make a film of one turn around shapes.",
+    )
+    orbit.set_defaults(run=run)
+    arguments.add_files(orbit)
+    arguments.add_size(orbit)
+    arguments.add_fraction(orbit, 1.0)
+    orbit.add_argument("--frames", type=int, default=75, metavar="N", help="pictures of the turn (default: 75)")
+    orbit.add_argument("--fps", type=arguments.positive, default=25.0, help="pictures a second (default: 25)")
+    arguments.add_orbit(orbit)
+    arguments.add_zoom(orbit)
+    arguments.add_up(orbit)
+    arguments.add_model(orbit)
+    orbit.add_argument(
+        "-o", "--out", default="out.webp", metavar="FILM", help=".webp, .png, .gif or .mp4 (default: out.webp)"
+    )
+    orbit.add_argument(
+        "--samples",
+        type=int,
+        default=4,
+        metavar="N",
+        help="with --fraction 100%%: rays at most for each pixel along edges, 1, 4 or 16 (default: 4)",
+    )
+    arguments.add_background(orbit, "#ffffff")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Make the film, and print what was done in what time."""
+    import bobrossnet as bob
+    from bobrossnet.filming import check_film_path
+    from bobrossnet.machine import limit_memory
+    from bobrossnet.progress import progress
+
+    limit_memory()
+    out = check_film_path(options.out)
+    camera = bob.Camera(options.azimuth, options.elevation, options.roll, options.zoom, fov=options.fov)
+    scene = arguments.scene_of(options)
+    film = bob.orbit(
+        scene,
+        camera,
+        frames=options.frames,
+        size=options.size,
+        samples=options.samples,
+        background=arguments.background(options.background),
+        fraction=options.fraction,
+        model=options.model,
+    )
+    start = time.perf_counter()
+    with progress("turning") as report:
+        film.save(out, fps=options.fps, progress=report)
+    seconds = time.perf_counter() - start
+    print(f"wrote {out}: {film!r} of {scene.describe()}, {len(film) / options.fps:.3g} s long, in {seconds:.1f} s")

@@ -1,0 +1,76 @@
+"""`bobrossnet thumbs`: a picture of every shape file of a folder."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from typing import Any
+
+from bobrossnet import arguments
+
+
+def add(commands: Any) -> None:
+    """Add the command to the subparsers of the command line."""
+    thumbs = commands.add_parser(
+        "thumbs",
+        help="make a picture of every shape file of a folder",
+        description="Make a picture of every shape file of a folder and below it. Those that are there already, newer "
+        "than their files, are left as they are.",
+    )
+    thumbs.set_defaults(run=run)
+    thumbs.add_argument("folder", metavar="DIR", help="where the files are")
+    thumbs.add_argument("-o", "--out", required=True, metavar="OUT", help="folder for the pictures, made if missing")
+    arguments.add_size(thumbs, (256, 256))
+    arguments.add_orbit(thumbs)
+    arguments.add_up(thumbs)
+    thumbs.add_argument(
+        "--samples",
+        type=int,
+        default=4,
+        metavar="N",
+        help="rays at most for each pixel along edges, 1, 4 or 16 (default: 4)",
+    )
+    arguments.add_background(thumbs, "transparent")
+    thumbs.add_argument("--anew", action="store_true", help="make all of them, also those that are there")
+    thumbs.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each core)")
+    thumbs.add_argument("--sheet", metavar="PICTURE", help="write a sheet of all of them, too")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Make the pictures; print those files that have none, and how many there are."""
+    import bobrossnet as bob
+    from bobrossnet.machine import limit_memory
+    from bobrossnet.picture.files import check_picture_path, write_picture
+    from bobrossnet.progress import progress
+    from bobrossnet.thumbnails import contact_sheet
+
+    limit_memory()
+    sheet = None if options.sheet is None else check_picture_path(options.sheet)
+    start = time.perf_counter()
+    with progress("drawing") as report:
+        made = bob.thumbnails(
+            options.folder,
+            options.out,
+            size=options.size,
+            camera=bob.Camera(options.azimuth, options.elevation, options.roll, fov=options.fov),
+            samples=options.samples,
+            background=arguments.background(options.background),
+            up=options.up,
+            anew=options.anew,
+            workers=options.workers,
+            progress=report,
+        )
+    seconds = time.perf_counter() - start
+    for each in made:
+        if each.error is not None:
+            print(f"left out: {each.error}", file=sys.stderr)
+    drawn = sum(each.is_new and each.error is None for each in made)
+    kept = sum(not each.is_new for each in made)
+    if sheet is not None:
+        write_picture(sheet, contact_sheet(made))
+        print(f"wrote {sheet}")
+    failed = len(made) - drawn - kept
+    print(
+        f"wrote {drawn:,} pictures to {options.out} in {seconds:.1f} s; {kept:,} were there, {failed:,} files left out"
+    )

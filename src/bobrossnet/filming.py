@@ -1,0 +1,227 @@
+"""Films: pictures along the way of a camera, such as turntables."""
+
+from __future__ import annotations
+
+import base64
+import io
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.atomic import check_writable, write_whole
+from bobrossnet.completion.network import NetworkLike, load_network
+from bobrossnet.errors import InputError, InputTypeError, check_integer, check_number
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.order import SizeLike, check_size
+from bobrossnet.picture.rendered import Picture
+from bobrossnet.rendering import Background, check_picture, render
+from bobrossnet.tracing.scene import SceneLike, as_scene
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+FORMATS = {".webp": "WebP", ".png": "PNG", ".gif": "GIF", ".mp4": "MP4"}
+"""The endings of films' files."""
+
+OPTIONS: dict[str, dict[str, Any]] = {
+    "WebP": {"quality": 90, "method": 2, "minimize_size": False},
+    "PNG": {"default_image": False, "blend": 0, "disposal": 0},
+    "GIF": {"disposal": 2, "optimize": False},
+}
+"""How Pillow writes them: well enough, in a few milliseconds a frame."""
+
+
+class Film:
+    """Pictures of a scene along the way of a camera. They are made as one iterates over it, one at a time.
+
+    Parameters
+    ----------
+    scene : Scene, Shape, Instance or iterable of these
+    cameras : iterable of Camera
+        One for each picture.
+    size, samples, background, fraction, model
+        As in `render`.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or there is no camera.
+    """
+
+    def __init__(
+        self,
+        scene: SceneLike,
+        cameras: Iterable[Camera],
+        *,
+        size: SizeLike = (480, 640),
+        samples: int = 4,
+        background: Background = None,
+        fraction: float = 1.0,
+        model: NetworkLike = "default",
+    ) -> None:
+        self.scene = as_scene(scene)
+        self.cameras: Sequence[Camera] = tuple(cameras)
+        if not self.cameras:
+            raise InputError("cameras: expected at least one, got none")
+        for camera in self.cameras:
+            if not isinstance(camera, Camera):
+                raise InputTypeError(f"cameras: expected cameras, got {type(camera).__name__}")
+        self.size = check_size(size)
+        check_picture(samples, background)
+        check_number("fraction", fraction, 0, 1, above=True)
+        self._options: dict[str, Any] = {
+            "samples": samples,
+            "background": background,
+            "fraction": fraction,
+            "model": load_network(model),
+        }
+
+    def __len__(self) -> int:
+        return len(self.cameras)
+
+    def __iter__(self) -> Iterator[Picture]:
+        for camera in self.cameras:
+            yield render(self.scene, camera, size=self.size, **self._options)
+
+    def save(
+        self, path: str | os.PathLike[str], *, fps: float = 25, progress: Callable[[float], None] | None = None
+    ) -> None:
+        """Make the pictures, and write them to a file that repeats without end.
+
+        Parameters
+        ----------
+        path : str or path
+            Ends in .webp, .png (APNG), .gif, or .mp4, which needs the package av and has no transparency.
+        fps : float in 0.1..100
+            Pictures a second.
+        progress : callable, optional
+            Called with the share of the pictures that are made, 0..1.
+
+        Raises
+        ------
+        InputError
+            If an argument is out of range, or the file can't be written.
+        """
+        file = check_film_path(path)
+        check_number("fps", fps, 0.1, 100)
+        frames: list[NDArray[np.uint8]] = []
+        for picture in self:
+            frames.append(picture.rgba)
+            if progress is not None:
+                progress(len(frames) / len(self))
+        try:
+            content = _encoded(FORMATS[file.suffix.lower()], frames, fps)
+        except (OSError, ValueError) as error:  # a format's own limits, such as WebP's 16383 pixels a side
+            height, width = self.size
+            raise InputError(f"{file}: can't write pictures of {width} x {height} pixels: {error}") from error
+        write_whole(file, content)
+
+    def _repr_html_(self) -> str:
+        content = _encoded("WebP", [picture.rgba for picture in self], 25)
+        return f'<img alt="" src="data:image/webp;base64,{base64.b64encode(content).decode()}">'
+
+    def __repr__(self) -> str:
+        height, width = self.size
+        return f"Film({len(self)} pictures of {width} x {height})"
+
+
+def orbit(
+    scene: SceneLike,
+    camera: Camera | None = None,
+    *,
+    frames: int = 75,
+    size: SizeLike = (480, 640),
+    samples: int = 4,
+    background: Background = None,
+    fraction: float = 1.0,
+    model: NetworkLike = "default",
+) -> Film:
+    """A film of one turn around a scene, anticlockwise seen from above.
+
+    Parameters
+    ----------
+    scene : Scene, Shape, Instance or iterable of these
+    camera : Camera, optional
+        The first; it orbits.
+    frames : int, 1..10000
+        Pictures of the turn.
+    size, samples, background, fraction, model
+        As in `render`.
+
+    Returns
+    -------
+    Film
+        In a notebook it shows itself; `save` writes it.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or the camera stands at a position.
+
+    Examples
+    --------
+    >>> import bobrossnet as bob
+    >>> bob.orbit(bob.happy_tree(), frames=50, size="320x240")
+    Film(50 pictures of 320 x 240)
+    """
+    camera = Camera() if camera is None else camera
+    if camera.position is not None:
+        raise InputError("camera: expected one that orbits, got one that stands at a position")
+    check_integer("frames", frames, 1, 10_000)
+    cameras = [replace(camera, azimuth=camera.azimuth + 360 * i / frames) for i in range(frames)]
+    return Film(scene, cameras, size=size, samples=samples, background=background, fraction=fraction, model=model)
+
+
+def check_film_path(path: str | os.PathLike[str]) -> Path:
+    """Return `path` if a film can be written there, before any time is spent on making it."""
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{path}: expected a film's ending ({' '.join(FORMATS)}), got {path.suffix or 'none'}")
+    if path.suffix.lower() == ".mp4":
+        try:
+            import av  # noqa: F401
+        except ModuleNotFoundError as error:
+            raise InputError(f"{path}: writing .mp4 needs av: pip install 'bobrossnet[video]'") from error
+    return check_writable(path)
+
+
+def _encoded(kind: str, frames: Sequence[NDArray[np.uint8]], fps: float) -> bytes:
+    from PIL import Image
+
+    content = io.BytesIO()
+    if kind == "MP4":
+        _write_mp4(content, frames, fps)
+        return content.getvalue()
+    images = [_shown(Image.fromarray(frame), kind) for frame in frames]
+    duration = [round(1000 * (i + 1) / fps) - round(1000 * i / fps) for i in range(len(frames))]
+    loop: dict[str, Any] = {"save_all": True, "append_images": images[1:], "duration": duration, "loop": 0}
+    images[0].save(content, kind, **loop, **OPTIONS[kind])
+    return content.getvalue()
+
+
+def _shown(image: Image, kind: str) -> Image:
+    """As a format takes it: opaque pictures need no alpha."""
+    return image.convert("RGB") if kind != "GIF" and image.getextrema()[-1] == (255, 255) else image
+
+
+def _write_mp4(content: io.BytesIO, frames: Sequence[NDArray[np.uint8]], fps: float) -> None:
+    from fractions import Fraction
+
+    import av
+
+    height, width = (side + side % 2 for side in frames[0].shape[:2])  # H.264 halves the colours' resolution
+    with av.open(content, "w", format="mp4") as file:
+        stream = file.add_stream("libx264", rate=Fraction(fps).limit_denominator(1000), options={"crf": "18"})
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+        for frame in frames:
+            rgb = np.rint(frame[..., :3] * (frame[..., 3:] / np.float32(255))).astype(np.uint8)  # before black
+            padded = np.pad(rgb, [(0, height - rgb.shape[0]), (0, width - rgb.shape[1]), (0, 0)], "edge")
+            for packet in stream.encode(av.VideoFrame.from_ndarray(padded, format="rgb24")):
+                file.mux(packet)
+        for packet in stream.encode():
+            file.mux(packet)

@@ -1,0 +1,132 @@
+"""Cameras that show as much of a scene as fits into the picture."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.errors import InputError, check_number
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.channels import Layout
+from bobrossnet.picture.order import SizeLike, check_size
+from bobrossnet.shapes.affine import mapped
+from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
+from bobrossnet.tracing.trace import SceneTracer
+
+LOOKS = 2
+"""Pictures that are traced of shapes other than meshes: one of all of them, and one of the silhouette alone."""
+
+SHORTER = 128
+"""Their pixels along the shorter side."""
+
+STEPS = 4
+"""In perspective, what is near moves more than what is far: each step leaves a small part of the last one's error."""
+
+MAX_VERTICES = 4_000_000
+"""Of meshes that are projected; of more, pictures are traced as well."""
+
+
+def fitted(
+    scene: SceneLike, camera: Camera | None = None, *, size: SizeLike = (480, 640), margin: float = 0.05
+) -> Camera:
+    """The camera with the zoom and pan at which the silhouette fills the picture.
+
+    Parameters
+    ----------
+    scene : Scene, Shape, Instance or iterable of these
+    camera : Camera, optional
+        One that orbits; its own zoom and pan do not matter.
+    size : (height, width), or "WIDTHxHEIGHT"
+        Of the picture.
+    margin : float in 0..0.45
+        What stays free at each border, as a share of the picture.
+
+    Returns
+    -------
+    Camera
+        Exact for meshes. Of other shapes, what is thinner than a hundredth of the picture may be overlooked; the zoom
+        is 1 where nothing of them is seen.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or the camera stands at a position.
+
+    Examples
+    --------
+    >>> import bobrossnet as bob
+    >>> tree = bob.happy_tree()
+    >>> bob.fitted(tree, bob.Camera(azimuth=60)).zoom > 1
+    True
+    """
+    scene, camera = as_scene(scene), Camera() if camera is None else camera
+    height, width = check_size(size)
+    check_number("margin", margin, 0, 0.45)
+    if camera.position is not None:
+        raise InputError("camera: expected one that orbits, got one that stands at a position")
+    camera = replace(camera, zoom=1.0, pan=(0.0, 0.0))
+    points, is_all = _vertices(scene)
+    if not is_all:
+        scale = SHORTER / min(height, width)
+        looked = max(round(height * scale), 1), max(round(width * scale), 1)
+        for _ in range(LOOKS):
+            points = np.concatenate([points, _seen_points(scene, camera, looked)])
+            camera = _around(points, scene, camera, looked, margin)
+    return _around(points, scene, camera, (height, width), margin)
+
+
+def _vertices(scene: Scene) -> tuple[NDArray[np.float32], bool]:
+    """The vertices of meshes, in the unit sphere, and whether they are all that there is."""
+    vertices = [np.empty((0, 3), np.float32)]
+    left = MAX_VERTICES
+    for instance in scene.instances:
+        shape = instance.shape
+        left -= len(shape.vertices) if isinstance(shape, Mesh) else left + 1
+        if left < 0:
+            return vertices[0], False
+        assert isinstance(shape, Mesh)
+        placed = mapped(instance.transform, shape.vertices)
+        vertices.append(np.asarray((placed - scene.center) / scene.radius, np.float32))
+    return np.concatenate(vertices), True
+
+
+def _seen_points(scene: Scene, camera: Camera, size: tuple[int, int]) -> NDArray[np.float32]:
+    """What rays through a picture hit, in the unit sphere."""
+    pixels = np.ascontiguousarray(np.argwhere(np.ones(size)), np.int32)
+    values = SceneTracer(scene, camera, size, Layout("mask,depth"))(pixels).values
+    hit = values[:, 0] > 0
+    places = np.column_stack([pixels[hit], values[hit, 1]]).astype(np.float32)
+    return camera.core(scene.center, scene.radius).points(*size, places)
+
+
+def _around(points: NDArray[np.float32], scene: Scene, camera: Camera, size: tuple[int, int], margin: float) -> Camera:
+    """The camera whose picture the points fill."""
+    if len(points) == 0:
+        return camera
+    rows, columns = size
+    for _ in range(STEPS if camera.fov else 1):
+        places = camera.core(scene.center, scene.radius).seen(rows, columns, points)[:, :2]
+        (top, left), (bottom, right) = np.nanmin(places, axis=0), np.nanmax(places, axis=0) + 1
+        pixel = _pixel(camera, rows, columns)
+        pan = (
+            camera.pan[0] + float((left + right) / 2 - columns / 2) * pixel,
+            camera.pan[1] - float((top + bottom) / 2 - rows / 2) * pixel,
+        )
+        high, wide = max(bottom - top, 1e-3), max(right - left, 1e-3)
+        times = float((1 - 2 * margin) * min(rows / high, columns / wide))
+        camera = replace(camera, zoom=min(max(camera.zoom * times, 1e-3), 1e6), pan=pan)
+    return camera
+
+
+def _pixel(camera: Camera, rows: int, columns: int) -> float:
+    """A pixel's side at the centre of the bounding sphere, in its radii (core/picture/camera.h)."""
+    shorter = min(rows, columns)
+    if not camera.fov:
+        return 2 / (camera.zoom * shorter)
+    high = math.tan(math.radians(camera.fov) / 2)
+    sphere = high * shorter / rows
+    return 2 * high / (camera.zoom * rows) * math.hypot(1, sphere) / sphere

@@ -1,0 +1,206 @@
+"""Thumbnails: a picture of every shape file of a folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.adapters.files import load, shape_files
+from bobrossnet.adapters.messages import one_line
+from bobrossnet.errors import InputError, check_integer
+from bobrossnet.fitting import fitted
+from bobrossnet.machine import limit_memory
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.order import SizeLike, check_size
+from bobrossnet.picture.rendered import Picture
+from bobrossnet.rendering import Background, check_picture, render
+
+ENDING = ".png"
+
+
+class Thumbnail(NamedTuple):
+    """What became of a file."""
+
+    file: Path
+    picture: Path | None
+    """Where it is, if there is one."""
+    error: str | None
+    """Why there is none."""
+    is_new: bool = True
+    """Whether it was made now; else it was there, newer than its file."""
+
+
+class Style(NamedTuple):
+    """What thumbnails look like."""
+
+    size: tuple[int, int]
+    camera: Camera
+    samples: int
+    background: Background
+    up: str
+
+
+def thumbnail(source: str | os.PathLike[str], style: Style) -> Picture:
+    """The picture of a file, which its silhouette fills."""
+    scene = load(source)
+    scene = scene.turned_upright() if style.up == "y" else scene
+    camera = fitted(scene, style.camera, size=style.size)
+    return render(scene, camera, size=style.size, samples=style.samples, background=style.background)
+
+
+def thumbnails(
+    source: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    size: SizeLike = (256, 256),
+    camera: Camera | None = None,
+    samples: int = 4,
+    background: Background = None,
+    up: str = "z",
+    anew: bool = False,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Thumbnail]:
+    """Make a picture of each shape file of a folder, and of those below it.
+
+    Parameters
+    ----------
+    source : folder, or a file
+    out : folder
+        Where the pictures are written, in the same folders as the files, under their whole names and .png behind. It
+        is made if it is not there.
+    size, samples, background
+        As in `render`.
+    camera : Camera, optional
+        One that orbits; its zoom and pan become those at which the silhouette fills the picture.
+    up : "z" or "y"
+        The files' axis that points up.
+    anew : bool
+        Also pictures that are there already, newer than their files.
+    workers : int, optional
+        Processes, by default one for each core. A file that ends one costs that file alone.
+    progress : callable, optional
+        Called with the share of the files that are done, 0..1.
+
+    Returns
+    -------
+    list of Thumbnail
+        One for each file, in the order of their paths; those that can't be read have an error of one line.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or there is no such folder.
+
+    Examples
+    --------
+    >>> import bobrossnet as bob
+    >>> made = bob.thumbnails("models", "pictures", size="128x128")  # doctest: +SKIP
+    >>> [each.error for each in made if each.error]  # doctest: +SKIP
+    ["broken.ply: expected a PLY, which starts with 'ply', got b'?'"]
+    """
+    check_picture(samples, background)
+    if up not in ("y", "z"):
+        raise InputError(f"up: expected y or z, got {up!r:.40}")
+    style = Style(check_size(size), Camera() if camera is None else camera, samples, background, up)
+    if style.camera.position is not None:
+        raise InputError("camera: expected one that orbits, got one that stands at a position")
+    count = check_integer("workers", _cores() if workers is None else workers, 1, 256)
+    files = shape_files(source)
+    folder = Path(source) if Path(source).is_dir() else Path(source).parent
+    pictures = [Path(out) / f"{file.relative_to(folder)}{ENDING}" for file in files]
+    made: dict[int, Thumbnail] = {}
+    missing = []
+    for i, (file, picture) in enumerate(zip(files, pictures, strict=True)):
+        if not anew and picture.is_file() and picture.stat().st_mtime >= file.stat().st_mtime:
+            made[i] = Thumbnail(file, picture, None, is_new=False)
+        else:
+            missing.append(i)
+    for i, error in _made([(str(files[i]), str(pictures[i])) for i in missing], style, count):
+        file, picture = files[missing[i]], pictures[missing[i]]
+        made[missing[i]] = Thumbnail(file, None if error else picture, error)
+        if progress is not None:
+            progress(len(made) / len(files))
+    return [made[i] for i in range(len(files))]
+
+
+def contact_sheet(made: Sequence[Thumbnail], columns: int | None = None) -> NDArray[np.uint8]:
+    """Thumbnails in rows, each above its file's name, on white: (H, W, 3) uint8.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    from PIL import Image
+
+    from bobrossnet.picture.files import sheet
+
+    panels = []
+    for each in made:
+        if each.picture is not None:
+            with Image.open(each.picture) as image:
+                shown = Image.alpha_composite(Image.new("RGBA", image.size, "white"), image.convert("RGBA"))
+                panels.append((np.asarray(shown.convert("RGB")), each.file.name))
+    if not panels:
+        raise InputError("sheet: expected at least one thumbnail, got none")
+    return sheet(panels, columns or max(round(np.sqrt(1.5 * len(panels))), 1))
+
+
+def _made(tasks: Sequence[tuple[str, str]], style: Style, workers: int) -> Iterator[tuple[int, str | None]]:
+    """The number of each task as it is done, and its error if it failed."""
+    write = partial(_write, style=style)
+    suspects = [*range(len(tasks))]
+    # After a process has died of a file, each of those that it may have been is tried on its own.
+    for at_once in (len(suspects), 1):
+        left, suspects = suspects, []
+        groups = [left[i : i + at_once] for i in range(0, len(left), max(at_once, 1))]
+        for group in groups:
+            with _pool(min(workers, len(group))) as pool:
+                calls: dict[Future[str | None], int] = {pool.submit(write, *tasks[i]): i for i in group}
+                for call in as_completed(calls):
+                    try:
+                        yield calls[call], call.result()
+                    except BrokenProcessPool:
+                        suspects.append(calls[call])
+    for i in suspects:
+        yield i, f"{Path(tasks[i][0]).name}: its reader ended without a word, perhaps for want of memory"
+
+
+def _pool(workers: int) -> ProcessPoolExecutor:
+    """Processes that share nothing with this one, whose threads a fork would lose."""
+    return ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_start_worker)
+
+
+def _start_worker() -> None:
+    import warnings
+
+    from bobrossnet import set_thread_count
+
+    limit_memory()
+    set_thread_count(1)  # the files are traced side by side
+    warnings.simplefilter("ignore")
+
+
+def _write(file: str, picture: str, style: Style) -> str | None:
+    """Make a thumbnail; return what went wrong."""
+    try:
+        drawn = thumbnail(file, style)
+        Path(picture).parent.mkdir(parents=True, exist_ok=True)
+        drawn.save(picture)
+    except (InputError, MemoryError, OSError) as error:
+        return one_line(error) or f"{Path(file).name}: not enough memory"
+    return None
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,296 @@
+"""What people do every day: cameras that fit, films, thumbnails, pictures in notebooks."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import signal
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from models import MODELS, needs_models
+from PIL import Image
+
+import bobrossnet as bob
+from bobrossnet import InputError, cli
+from bobrossnet.sdf import box, sphere
+from bobrossnet.thumbnails import Style, Thumbnail, _made, contact_sheet
+
+ROD = bob.polyline([(0, 0, 0), (0, 0, 9)], radius=0.3).mesh()
+NEEDLE = bob.Mesh([(0, 0, 9), (0.5, 0, 0), (0, 0.5, 0), (-0.5, -0.5, 0)], [(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)])
+BALL = sphere(1)
+
+
+def box_of(alpha: np.ndarray[Any, Any]) -> list[int]:
+    """The first and last row and column where anything is."""
+    rows, columns = np.flatnonzero(alpha.any(axis=1)), np.flatnonzero(alpha.any(axis=0))
+    return [int(of[i]) for of in (rows, columns) for i in (0, -1)]
+
+
+def opened(path: Path) -> Image.Image:
+    with Image.open(path) as picture:
+        picture.load()
+        return picture.copy()
+
+
+# ---- Cameras that fit ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", [BALL, ROD, bob.happy_tree(), box((4, 0.5, 1)).translate((9, 9, 9))])
+@pytest.mark.parametrize("fov", [0, 35, 90])
+@pytest.mark.parametrize("size", [(120, 160), (200, 100)])
+def test_the_silhouette_fills_the_picture(shape: bob.Shape, fov: float, size: tuple[int, int]) -> None:
+    camera = bob.fitted(shape, bob.Camera(azimuth=70, elevation=35, zoom=9, pan=(3, 3), fov=fov), size=size, margin=0.1)
+    assert (camera.azimuth, camera.elevation, camera.fov) == (70, 35, fov)
+    top, bottom, left, right = box_of(bob.render(shape, camera, size=size, samples=1).rgba[..., 3])
+    height, width = size
+    # The fuller of the two ways reaches the margins, and the other is in the middle.
+    margins = np.array([top / height, 1 - (bottom + 1) / height, left / width, 1 - (right + 1) / width])
+    assert margins.min() == pytest.approx(0.1, abs=0.03)
+    assert margins[0] == pytest.approx(margins[1], abs=0.06)
+    assert margins[2] == pytest.approx(margins[3], abs=0.06)
+
+
+@pytest.mark.parametrize("shape", [bob.happy_tree(), NEEDLE, bob.Mesh(NEEDLE.vertices + 7, NEEDLE.triangles)])
+def test_cameras_that_fit_leave_nothing_out(shape: bob.Shape) -> None:
+    for azimuth in range(0, 360, 30):
+        camera = bob.fitted(shape, bob.Camera(azimuth=azimuth, fov=azimuth % 60), size=(150, 200))
+        alpha = bob.render(shape, camera, size=(150, 200), samples=1).rgba[..., 3]
+        assert not alpha[0].any()
+        assert not alpha[-1].any()
+        assert not alpha[:, 0].any()
+        assert not alpha[:, -1].any()
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: bob.fitted(BALL, margin=0.5), "margin: expected a number in [0, 0.45], got 0.5"),
+        (
+            lambda: bob.fitted(BALL, bob.Camera(position=(3, 0, 0), fov=50)),
+            "camera: expected one that orbits, got one that stands at a position",
+        ),
+        (lambda: bob.fitted(3), "shapes: expected a shape or several, got int"),
+        (lambda: bob.orbit(BALL, frames=0), "frames: expected an integer in 1..10000, got 0"),
+        (lambda: bob.orbit(BALL, bob.Camera(position=(3, 0, 0), fov=50)), "camera: expected one that orbits"),
+        (lambda: bob.orbit(BALL, fraction=0), "fraction: expected a number in (0, 1], got 0"),
+        (lambda: bob.Film(BALL, []), "cameras: expected at least one, got none"),
+        (lambda: bob.Film(BALL, [3]), "cameras: expected cameras, got int"),  # type: ignore[list-item]
+        (lambda: bob.orbit(BALL).save("x.avi"), "x.avi: expected a film's ending (.webp .png .gif .mp4), got .avi"),
+        (lambda: bob.orbit(BALL).save("x.gif", fps=0), "fps: expected a number in [0.1, 100], got 0"),
+        (lambda: bob.thumbnails("nowhere", "out"), "nowhere: expected a shape file or a folder of them"),
+        (lambda: bob.thumbnails(".", "out", up="x"), "up: expected y or z, got 'x'"),
+        (lambda: bob.thumbnails(".", "out", workers=0), "workers: expected an integer in 1..256, got 0"),
+        (lambda: contact_sheet([]), "sheet: expected at least one thumbnail, got none"),
+    ],
+)
+def test_mistakes_are_told(call: Any, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError) as error:
+        call()
+    assert str(error.value).startswith(message)
+    assert not any(tmp_path.iterdir())
+
+
+# ---- Films -----------------------------------------------------------------------------------------------
+
+
+def test_a_film_is_its_pictures() -> None:
+    cameras = [bob.Camera(azimuth=10), bob.Camera(azimuth=200, elevation=-30, fov=40)]
+    film = bob.Film(bob.happy_tree(), cameras, size="40x30", background="#fff")
+    for picture, camera in zip(film, cameras, strict=True):
+        assert np.array_equal(picture.rgba, bob.render(bob.happy_tree(), camera, size=(30, 40), background="#fff").rgba)
+    assert repr(film) == "Film(2 pictures of 40 x 30)"
+
+
+def test_an_orbit_is_one_turn() -> None:
+    film = bob.orbit(BALL, bob.Camera(azimuth=40, elevation=5, fov=30), frames=8)
+    assert [camera.azimuth for camera in film.cameras] == [40 + 45 * i for i in range(8)]
+    assert {replace(camera, azimuth=0) for camera in film.cameras} == {bob.Camera(azimuth=0, elevation=5, fov=30)}
+
+
+@pytest.mark.parametrize("ending", [".webp", ".png", ".gif"])
+@pytest.mark.parametrize("background", [None, "#ffffff"])
+def test_films_are_written(ending: str, background: str | None, tmp_path: Path) -> None:
+    red = bob.Instance(bob.happy_tree(), material=bob.Material("#c03020"))
+    film = bob.orbit(red, frames=4, size="80x60", background=background)
+    shares: list[float] = []
+    film.save(tmp_path / f"a{ending}", fps=40, progress=shares.append)
+    assert shares == [0.25, 0.5, 0.75, 1]
+    with Image.open(tmp_path / f"a{ending}") as file:
+        assert (file.n_frames, file.size, file.info["loop"]) == (4, (80, 60), 0)  # type: ignore[attr-defined]
+        durations = []
+        for i, picture in enumerate(film):
+            file.seek(i)
+            file.load()
+            durations.append(file.info["duration"])
+            shown = np.asarray(file.convert("RGBA")).astype(int)
+            alpha = picture.rgba[..., 3:] / 255
+            assert (
+                np.abs(shown[..., :3] - picture.rgba[..., :3])[alpha[..., 0] == 1].mean() < 9
+            )  # of formats that lose some
+            assert np.abs(shown[..., 3] / 255 - alpha[..., 0]).mean() < (0.03 if ending == ".gif" else 0.001)
+    assert sum(durations) == pytest.approx(100, abs=20)  # GIF counts in hundredths
+
+
+def test_films_as_mp4(tmp_path: Path) -> None:
+    av = pytest.importorskip("av")
+    film = bob.orbit(bob.happy_tree(), frames=5, size="81x61", background="#336699")
+    film.save(tmp_path / "a.mp4", fps=10)
+    with av.open(tmp_path / "a.mp4") as file:
+        frames = [frame.to_ndarray(format="rgb24") for frame in file.decode(video=0)]
+        assert float(file.streams.video[0].average_rate) == 10
+    assert [frame.shape for frame in frames] == [(62, 82, 3)] * 5
+    for frame, picture in zip(frames, film, strict=True):
+        assert np.abs(frame[:61, :81].astype(int) - picture.rgba[..., :3]).mean() < 6
+
+
+def test_a_film_shows_itself() -> None:
+    html = bob.orbit(BALL, frames=3, size="20x20")._repr_html_()
+    assert re.match(r'<img alt="" src="data:image/webp;base64,[\w+/=]+">$', html)
+
+
+def test_orbit_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "turn.webp"
+    assert cli.main(["orbit", "--frames", "3", "--size", "64x48", "--fraction", "20%", "-o", str(out)]) == 0
+    assert capsys.readouterr().out.startswith(f"wrote {out}: Film(3 pictures of 64 x 48) of 1 shape")
+    with Image.open(out) as file:
+        assert file.n_frames == 3  # type: ignore[attr-defined]
+        assert file.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
+
+
+def test_render_fits_on_the_command_line(tmp_path: Path) -> None:
+    ROD.save(tmp_path / "rod.ply")
+    boxes = []
+    for fit in ("sphere", "silhouette"):
+        out = tmp_path / f"{fit}.png"
+        options = ["--size", "48x96", "--fit", fit, "--fraction", "100%", "--background", "transparent"]
+        assert cli.main(["render", str(tmp_path / "rod.ply"), *options, "-o", str(out)]) == 0
+        boxes.append(box_of(np.asarray(opened(out))[..., 3]))
+    (top, bottom, *_), (higher, lower, *_) = boxes
+    assert bottom - top < 48
+    assert lower - higher > 80
+
+
+# ---- Thumbnails ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Two shapes, one of them deeper, a broken one, and something else."""
+    (tmp_path / "in/deeper").mkdir(parents=True)
+    ROD.save(tmp_path / "in/rod.ply")
+    (tmp_path / "in/deeper/ball.sdf").write_text("sphere(1)")
+    (tmp_path / "in/deeper/broken.obj").write_text("f 1 2\n")
+    (tmp_path / "in/notes.txt").write_text("nothing")
+    return tmp_path / "in"
+
+
+def test_thumbnails_of_a_folder(folder: Path, tmp_path: Path) -> None:
+    shares: list[float] = []
+    made = bob.thumbnails(folder, tmp_path / "out", size="32x24", progress=shares.append)
+    out = tmp_path / "out"
+    assert [(each.file, each.picture, each.is_new) for each in made] == [
+        (folder / "deeper/ball.sdf", out / "deeper/ball.sdf.png", True),
+        (folder / "deeper/broken.obj", None, True),
+        (folder / "rod.ply", out / "rod.ply.png", True),
+    ]
+    assert made[1].error == "broken.obj: expected triangles, got none"
+    assert sorted(path.name for path in out.rglob("*.png")) == ["ball.sdf.png", "rod.ply.png"]
+    assert shares == pytest.approx([1 / 3, 2 / 3, 1])
+    drawn = np.asarray(opened(out / "deeper/ball.sdf.png"))
+    fitting = bob.fitted(BALL, size=(24, 32))
+    assert np.array_equal(drawn, bob.render(BALL, fitting, size=(24, 32)).rgba)
+
+
+def test_thumbnails_that_are_there_stay(folder: Path, tmp_path: Path) -> None:
+    bob.thumbnails(folder, tmp_path / "out", size="32x24")
+    kept, changed = tmp_path / "out/rod.ply.png", tmp_path / "out/deeper/ball.sdf.png"
+    kept.write_bytes(b"mine")
+    os.utime(folder / "deeper/ball.sdf", (4e9, 4e9))
+    made = bob.thumbnails(folder, tmp_path / "out", size="16x16")
+    assert [each.is_new for each in made] == [True, True, False]
+    assert kept.read_bytes() == b"mine"
+    assert opened(changed).size == (16, 16)
+    assert all(each.is_new for each in bob.thumbnails(folder, tmp_path / "out", size="16x16", anew=True))
+    assert opened(kept).size == (16, 16)
+
+
+def test_a_file_that_ends_its_process_costs_itself_alone(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a reader of another library may; here the process ends itself as it reads that file."""
+    (folder / "deadly.sdf").write_text("sphere(2)")
+    (tmp_path / "sitecustomize.py").write_text(
+        "import sys, os, signal\n"
+        "def ends(event, arguments):\n"
+        "    if event == 'open' and str(arguments[0]).endswith('deadly.sdf'):\n"
+        "        os.kill(os.getpid(), signal.SIGKILL)\n"
+        "sys.addaudithook(ends)\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
+    made = {each.file.name: each for each in bob.thumbnails(folder, tmp_path / "out", size="16x16")}
+    assert made["deadly.sdf"].error == "deadly.sdf: its reader ended without a word, perhaps for want of memory"
+    assert {name for name, each in made.items() if each.picture} == {"ball.sdf", "rod.ply"}
+    assert signal.SIGKILL  # the name that the file above uses
+
+
+def test_no_files_are_no_error(tmp_path: Path) -> None:
+    assert bob.thumbnails(tmp_path, tmp_path / "out") == []
+    assert list(_made([], Style((8, 8), bob.Camera(), 1, None, "z"), 2)) == []
+
+
+def test_a_contact_sheet(folder: Path, tmp_path: Path) -> None:
+    made = bob.thumbnails(folder, tmp_path / "out", size="64x48")
+    sheet = contact_sheet(made, columns=2)
+    assert sheet.shape[1] == 2 * 64 + 4
+    assert (sheet[:48, :64] != 255).any()  # the ball
+    assert (sheet[48:70, :64] < 128).any()  # its name
+    assert contact_sheet([*made, *made, Thumbnail(folder, None, "broken")], columns=2).shape[0] == 2 * sheet.shape[0]
+
+
+def test_thumbs_on_the_command_line(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, sheet = tmp_path / "out", tmp_path / "sheet.png"
+    options = ["-o", str(out), "--size", "32x32", "--background", "#ffffff", "--sheet", str(sheet)]
+    assert cli.main(["thumbs", str(folder), *options]) == 0
+    told = capsys.readouterr()
+    assert told.err == "left out: broken.obj: expected triangles, got none\n"
+    assert re.search(rf"wrote 2 pictures to {out} in .* s; 0 were there, 1 files left out\n$", told.out)
+    assert opened(sheet).size[0] > 32
+    assert opened(out / "rod.ply.png").convert("RGBA").getpixel((0, 0)) == (255, 255, 255, 255)
+    assert cli.main(["thumbs", str(folder), *options]) == 0
+    assert "wrote 0 pictures" in capsys.readouterr().out
+
+
+@needs_models
+def test_thumbnails_of_real_files(tmp_path: Path) -> None:
+    made = bob.thumbnails(MODELS / "loader_originals", tmp_path, size="64x64", samples=1)
+    failed = [each.file.name for each in made if each.error]
+    assert failed == ["firetruck.gltf"]  # which is compressed
+    for each in made:
+        if each.picture is not None:
+            assert np.asarray(opened(each.picture))[..., 3].mean() > 10
+
+
+# ---- Notebooks -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("thing", "size"),
+    [
+        (BALL, (256, 256)),
+        (bob.Instance(ROD), (256, 256)),
+        (bob.Scene([BALL, ROD]), (256, 256)),
+        (bob.happy_tree(), (256, 256)),
+        (bob.trace(BALL, size=(30, 40), fraction=0.1), (40, 30)),
+        (bob.render(BALL, size=(30, 40)), (40, 30)),
+    ],
+)
+def test_what_shows_itself(thing: Any, size: tuple[int, int]) -> None:
+    with Image.open(io.BytesIO(thing._repr_png_())) as picture:
+        assert picture.size == size
+        assert np.ptp(np.asarray(picture.convert("L"))) > 50
