@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.adapters.apart import be_apart
 from bobrossnet.adapters.files import load, shape_files
 from bobrossnet.adapters.messages import one_line
 from bobrossnet.errors import InputError, check_integer
@@ -159,7 +160,8 @@ def contact_sheet(made: Sequence[Thumbnail], columns: int | None = None) -> NDAr
 def _made(tasks: Sequence[tuple[str, str]], style: Style, workers: int) -> Iterator[tuple[int, str | None]]:
     """The number of each task as it is done, and its error if it failed."""
     write = partial(_write, style=style)
-    suspects = [*range(len(tasks))]
+    # The largest first, so that no process has a long one left when the others are done.
+    suspects = sorted(range(len(tasks)), key=lambda i: os.path.getsize(tasks[i][0]), reverse=True)
     # After a process has died of a file, each of those that it may have been is tried on its own.
     for at_once in (len(suspects), 1):
         left, suspects = suspects, []
@@ -187,6 +189,7 @@ def _start_worker() -> None:
     from bobrossnet import set_thread_count
 
     limit_memory()
+    be_apart()
     set_thread_count(1)  # the files are traced side by side
     warnings.simplefilter("ignore")
 

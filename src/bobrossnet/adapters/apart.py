@@ -41,6 +41,9 @@ SPARE_MEMORY, MEMORY_PER_BYTE = 2**28, 64
 SPARE_SECONDS, SECONDS_PER_BYTE = 10.0, 5e-5
 
 
+_is_apart = False
+
+
 def call_apart(module: str, function: str, *arguments: str) -> Any:
     """What `function` of `module` returns for these arguments in a new process; it must be picklable.
 
@@ -51,6 +54,11 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
     RuntimeError
         With the type and the text of any other exception of the function.
     """
+    if _is_apart:
+        try:
+            return getattr(importlib.import_module(module), function)(*arguments)
+        finally:
+            _lift_limits()
     command = [
         sys.executable,
         "-I",
@@ -88,10 +96,25 @@ def limit(size: int) -> None:
 
     It may find more of them and say so: the last word counts, but no limit exceeds those that the process began with.
     """
-    for kind, inherited in _inherited():
-        resource.setrlimit(kind, inherited)
+    _lift_limits()
     limit_memory(SPARE_MEMORY + MEMORY_PER_BYTE * size)
     limit_processor(SPARE_SECONDS + SECONDS_PER_BYTE * size)
+
+
+def _lift_limits() -> None:
+    for kind, inherited in _inherited():
+        resource.setrlimit(kind, inherited)
+
+
+def be_apart() -> None:
+    """Declare this process, which exists to read files, to be one that may crash: its readers need no other, and what
+    libraries print is discarded."""
+    global _is_apart
+    _is_apart = True
+    _inherited()
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for output in (1, 2):
+        os.dup2(nowhere, output)
 
 
 def _answer() -> None:

@@ -33,6 +33,9 @@ FORMATS = {
 OPAQUE = {"JPEG", "BMP"}
 """Formats without transparency."""
 
+PNG_LEVEL = 3
+"""Of compression: files are about as small as at 6, the default, in half the time."""
+
 CAPTION_HEIGHT = 26
 GAP = 4
 
@@ -89,7 +92,7 @@ def png(image: U8) -> bytes:
     from PIL import Image
 
     content = io.BytesIO()
-    Image.fromarray(image).save(content, "PNG")
+    Image.fromarray(image).save(content, "PNG", compress_level=PNG_LEVEL)
     return content.getvalue()
 
 
@@ -112,7 +115,7 @@ def write_picture(path: str | os.PathLike[str], image: U8) -> None:
     if picture.mode == "RGBA" and kind in OPAQUE:
         picture = Image.alpha_composite(Image.new("RGBA", picture.size, "black"), picture).convert("RGB")
     try:
-        picture.save(content, kind)
+        picture.save(content, kind, **({"compress_level": PNG_LEVEL} if kind == "PNG" else {}))
     except (OSError, ValueError) as error:  # a format's own limits, such as WebP's 16383 pixels a side
         raise InputError(f"{path}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}") from error
     write_whole(path, content.getvalue())
