@@ -60,12 +60,33 @@ TEST(ratios_are_those_of_the_traced_pixels_around) {
     for (const float shade : {0.f, 0.25f, 0.5f, 0.75f}) {
         picture.guide.assign(pixels, shade);
         const std::vector<float> color = picture.completed();
-        const float darker = std::min(shade, 0.5f), more = shade - darker;  // what is brighter than around is white
+        const float colored = std::min(shade, 0.625f), more = shade - colored;  // what is clearly brighter than around is white
         for (std::size_t i = 0; i < pixels; ++i) {
             const int column = static_cast<int>(i) % 128;
             if (column > 32 && column < 96) continue;
-            for (std::size_t k = 0; k < 3; ++k) CHECK_NEAR(color[k * pixels + i], ratio(column, k) * darker + more, 0.01f);
+            for (std::size_t k = 0; k < 3; ++k) CHECK_NEAR(color[k * pixels + i], ratio(column, k) * colored + more, 0.01f);
         }
+    }
+}
+
+TEST(nearer_pixels_have_more_of_a_say) {
+    // One red pixel and one green, in a row of any length, wherever blocks begin.
+    for (int red = 4; red < 12; ++red) {
+        Picture picture(9, 40, 0, [](int, std::size_t) { return 0.f; });
+        picture.guide.assign(picture.size(), 0.5f);
+        const auto trace = [&](int column, std::size_t channel) {
+            const std::size_t i = 4 * 40 + static_cast<std::size_t>(column);
+            picture.planes[i] = 1, picture.planes[picture.size() + i] = 0.5f, picture.planes[(2 + channel) * picture.size() + i] = 0.5f;
+        };
+        const int green = red + 7;
+        trace(red, 0), trace(green, 1);
+        const std::vector<float> color = picture.completed();
+        const auto share = [&](int column) { return color[4 * 40 + static_cast<std::size_t>(column)] / 0.5f; };  // of red
+        for (int column = red; column < green; ++column) CHECK_LT(share(column + 1), share(column) + 1e-6f);
+        CHECK_LT(0.95f, share(red + 1));
+        CHECK_LT(share(green - 1), 0.05f);
+        CHECK_LT(0.25f, share(red + 3));
+        CHECK_LT(share(red + 4), 0.75f);
     }
 }
 

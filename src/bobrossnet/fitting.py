@@ -59,8 +59,8 @@ def fitted(
     Examples
     --------
     >>> import bobrossnet as bob
-    >>> tree = bob.happy_tree()
-    >>> bob.fitted(tree, bob.Camera(azimuth=60)).zoom > 1
+    >>> flat = bob.Mesh([(0, 0, 0), (4, 0, 0), (0, 4, 0)], [(0, 1, 2)])
+    >>> bob.fitted(flat, bob.Camera(azimuth=60, elevation=10)).zoom > 1
     True
     """
     scene, camera = as_scene(scene), Camera() if camera is None else camera
