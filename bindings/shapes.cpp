@@ -29,6 +29,16 @@ using Triangles = Array<const std::int32_t, -1, 3>;
 using Uvs = Array<const float, -1, 2>;
 using Texels = Array<const std::uint8_t, -1, -1, 3>;
 
+/// (T, 3, 3): of each triangle's corners.
+Array<float, -1, 3, 3> corner_normals(const bob::Mesh& mesh) {
+    std::vector<bob::CornerNormals> normals;
+    interruptible([&] { normals = mesh.corner_normals(); });
+    auto result = make_array<float, -1, 3, 3>(normals.size(), 3, 3);
+    const auto* const from = reinterpret_cast<const float*>(normals.data());
+    std::copy_n(from, 9 * normals.size(), result.data());
+    return result;
+}
+
 /// Reads the arrays for as long as it lives.
 void init_mesh(bob::Mesh* self, const Vertices& vertices, const Triangles& triangles, const std::optional<Points>& normals,
                const std::optional<Points>& colors, const std::optional<Points>& face_colors, const std::optional<Uvs>& uv,
@@ -203,6 +213,7 @@ void bind_shapes(nb::module_& m) {
         .def("__init__", &init_mesh, "vertices"_a.noconvert(), "triangles"_a.noconvert(),
              "normals"_a.noconvert().none(), "colors"_a.noconvert().none() = nb::none(),
              "face_colors"_a.noconvert().none() = nb::none(), "uv"_a.noconvert().none() = nb::none(), "texture"_a.none() = nb::none())
+        .def("corner_normals", &corner_normals)
         .def_prop_ro("bvh_bytes", &bob::Mesh::bvh_bytes);
 
     nb::class_<bob::Implicit, bob::Shape>(m, "Implicit")

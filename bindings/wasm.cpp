@@ -174,6 +174,16 @@ Shape* make_mesh(const double* vertices, std::size_t vertex_count, const std::in
     });
 }
 
+/// Writes the unit normals at the corners of a mesh's triangles, (T, 3, 3); returns 0 if that fails.
+EXPORT(corner_normals)
+bool corner_normals(const Shape* mesh, float* normals) {
+    return attempt([&] {
+        const auto computed = static_cast<const bob::Mesh&>(*mesh->core).corner_normals();
+        std::copy_n(reinterpret_cast<const float*>(computed.data()), 9 * computed.size(), normals);
+        return true;
+    });
+}
+
 /// bounds: (2, 3), or null where they are to be found.
 EXPORT(make_implicit) Shape* make_implicit(const bob::Expression* formula, const double* bounds) {
     return attempt([&] {

@@ -91,6 +91,25 @@ def test_obj_materials_are_instances_of_their_names(tmp_path: Path) -> None:
     assert np.allclose(whole.face_colors[1], (from_srgb(0.5), 0, 0))
 
 
+def test_obj_is_as_smooth_where_materials_meet(tmp_path: Path) -> None:
+    """Without normals in the file, and where some have no length: as if it had one material."""
+    angles = np.arange(12) * np.pi / 6
+    rims = [(np.cos(a), np.sin(a), z) for z in (0, 3) for a in angles]
+    points = "".join(f"v {x} {y} {z}\n" for x, y, z in rims)
+    sides = [(i + 1, (i + 1) % 12 + 1, (i + 1) % 12 + 13, i + 13) for i in range(12)]
+    some = "vn 0 0 0\n"
+    for normals, corner in (("", "{}"), (some, "{}//1")):
+        faces = ["f " + " ".join(corner.format(vertex) for vertex in side) + "\n" for side in sides]
+        plain = bob.load(written(tmp_path / "plain.obj", points + normals + "".join(faces)))
+        colored = "".join(f"usemtl {'ab'[i % 2]}\n{face}" for i, face in enumerate(faces))
+        written(tmp_path / "two.mtl", "newmtl a\nKd 1 1 1\nnewmtl b\nKd 1 1 0\n")
+        two = bob.load(written(tmp_path / "two.obj", f"mtllib two.mtl\n{points}{normals}{colored}"))
+        assert len(two.instances) == 2
+        expected, found = (bob.trace(scene, size=(60, 80)) for scene in (plain, two))
+        assert np.abs(expected.normal - found.normal).max() < 1e-3
+        assert (expected.normal[..., 0] > 0).any()
+
+
 def test_obj_highlights(tmp_path: Path) -> None:
     """Ks scales the highlight that surfaces have here; exponents below 1 are no highlight's."""
     (instance,) = bob.load(obj(tmp_path, "newmtl a\nKs 0.5 1 0.1\nNs 90\n")).instances

@@ -475,6 +475,7 @@ def test_materials_and_textures_of_glb(same):
     assert len(found["warnings"]) == 1
     same("nonsense.glb", textured_glb(materials=[{"pbrMetallicRoughness": {"baseColorFactor": [-3, "a"]}}, 3]))
     same("missing.glb", textured_glb(materials=[{}]))
+    same("coarse.glb", textured_glb(nodes=[{"mesh": 0, "scale": [1, 1, 0.01]}]))  # whose faces meet at small angles
 
 
 # ---- NURBS -----------------------------------------------------------------------------------------------

@@ -133,23 +133,30 @@ void Mesh::prepare_places() const {
     });
 }
 
-void Mesh::prepare() const {
-    const std::lock_guard lock(preparing_);
-    if (prepared_) return;
-    const std::span<const Point> vertices = arrays_.vertices;
-    const std::span<const Triangle> triangles = arrays_.triangles;
-    const std::span<const Vec3> vertex_normals = arrays_.normals;
+std::vector<Vec3> Mesh::in_unit_sphere() const {
     const auto& [center, size] = sphere();
     std::vector<Vec3> points;
-    points.reserve(vertices.size());
-    for (const Point& p : vertices) {  // those that no triangle has may be anywhere
+    points.reserve(arrays_.vertices.size());
+    for (const Point& p : arrays_.vertices) {  // those that no triangle has may be anywhere
         if (points.size() % 32768 == 0) Interruption::check();
         points.push_back({static_cast<float>((p[0] - center[0]) / size), static_cast<float>((p[1] - center[1]) / size),
                           static_cast<float>((p[2] - center[2]) / size)});
     }
+    return points;
+}
+
+std::vector<CornerNormals> Mesh::corner_normals(std::span<const Vec3> points) const {
+    return arrays_.normals.empty() ? crease_normals(points, arrays_.triangles)
+                                   : stored_normals(points, arrays_.triangles, arrays_.normals);
+}
+
+void Mesh::prepare() const {
+    const std::lock_guard lock(preparing_);
+    if (prepared_) return;
+    const std::span<const Triangle> triangles = arrays_.triangles;
+    const std::vector<Vec3> points = in_unit_sphere();
     auto prepared = std::make_unique<Prepared>();
-    prepared->normals = vertex_normals.empty() ? crease_normals(points, triangles)
-                                               : stored_normals(points, triangles, vertex_normals);
+    prepared->normals = corner_normals(points);
     prepared->face_normals.reserve(triangles.size());
     for (const Triangle& triangle : triangles) {
         if (prepared->face_normals.size() % 32768 == 0) Interruption::check();

@@ -55,6 +55,9 @@ public:
     void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
                 std::span<Vec3> colors) const override;
 
+    /// The unit normals at the corners of its triangles, from which shading is interpolated.
+    [[nodiscard]] std::vector<CornerNormals> corner_normals() const { return corner_normals(in_unit_sphere()); }
+
     /// 0 until it is prepared.
     [[nodiscard]] std::size_t bytes() const override;
     [[nodiscard]] std::size_t bvh_bytes() const;
@@ -71,6 +74,8 @@ private:
         std::vector<float> texels;  // that lie side by side along a length of 1
     };
 
+    [[nodiscard]] std::vector<Vec3> in_unit_sphere() const;
+    [[nodiscard]] std::vector<CornerNormals> corner_normals(std::span<const Vec3> points) const;
     void prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) const;
 
     Mesh(const Arrays& arrays, std::vector<bool> used, const std::optional<Sphere>& sphere);

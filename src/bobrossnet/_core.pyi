@@ -50,6 +50,8 @@ class Mesh(Shape):
         uv: F32 | None = None,
         texture: Texture | None = None,
     ) -> None: ...
+    def corner_normals(self) -> F32:
+        """The unit normals at the corners of its triangles, (t, 3, 3)."""
     @property
     def bvh_bytes(self) -> int: ...
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.adapters.part import Part, concatenated, pieces
 from bobrossnet.adapters.surface import Surface, Texture
 from bobrossnet.errors import InputError
@@ -92,10 +93,11 @@ class Joined(NamedTuple):
             (surface,) = self.surfaces
             return [Instance(_mesh(self.part, surface.texture), material=surface.material, name=name)]
         instances = []
+        whole = self._replace(part=_with_normals(self.part))
         for number, surface in enumerate(self.surfaces):
             triangles = self.surface == number
             if triangles.any():
-                mesh = _mesh(self.of(triangles).part, surface.texture)
+                mesh = _mesh(whole.of(triangles).part, surface.texture)
                 instances.append(Instance(mesh, material=surface.material, name=surface.name or name))
         return instances
 
@@ -165,6 +167,23 @@ def _mesh(part: Part, texture: Texture | None) -> Mesh:
     if texture is not None:
         laid = {"uv": part.uv, "texture": texture.texels, "wrap": texture.wrap}
     return Mesh(part.vertices, part.triangles, part.normals, colors=part.colors, face_colors=part.face_colors, **laid)
+
+
+def _with_normals(part: Part) -> Part:
+    """The part with the normals that shading computes where the file has none, so that it is as smooth where materials
+    meet as elsewhere: each corner is then a vertex of its own."""
+    if part.normals is not None and part.normals.any(axis=1).all():
+        return part
+    normals = None if part.normals is None else part.normals.astype(np.float32)
+    shaded = _core.Mesh(part.vertices, part.triangles.astype(np.int32), normals)
+    corners = part.triangles.reshape(-1)
+    return part._replace(
+        vertices=part.vertices[corners],
+        triangles=np.arange(len(corners)).reshape(-1, 3),
+        normals=shaded.corner_normals().reshape(-1, 3).astype(np.float64),
+        colors=None if part.colors is None else part.colors[corners],
+        uv=None if part.uv is None else part.uv[corners],
+    )
 
 
 def _any_area(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bool:

@@ -3,6 +3,7 @@
 
 import { CoreError } from "../core/errors.js";
 import { IDENTITY } from "../shapes/affine.js";
+import { meshShape } from "../shapes/mesh.js";
 import { PLAIN, alike } from "./surface.js";
 
 /**
@@ -23,11 +24,12 @@ const MAX_TILES = 2 ** 12;
  * All parts as a mesh for each surface: triangles that touch a missing or non-finite vertex are left out, and vertices
  * that no triangle uses.
  *
+ * @param {import("../core/core.js").Core} core
  * @param {string} name of the file
  * @param {Part[]} parts
  * @returns {SceneDescription}
  */
-export function meshScene(name, parts) {
+export function meshScene(core, name, parts) {
   const read = joined(parts), total = read.part.triangles.length / 3;
   if (total === 0) {
     const points = read.part.vertices.length / 3;
@@ -38,19 +40,19 @@ export function meshScene(name, parts) {
   if (!anyArea(shown.part.vertices, shown.part.triangles)) {
     throw new CoreError(`expected triangles with an area, got ${left} of zero area`);
   }
-  const scene = sceneOfSurfaces(name, shown);
+  const scene = sceneOfSurfaces(core, name, shown);
   if (left === total) return scene;
   const warning = `${name}: left out ${total - left} of ${total} triangles that touch a missing or non-finite vertex`;
   return { ...scene, warnings: [warning] };
 }
 
-/** @param {string} name @param {Joined} read @returns {SceneDescription} */
-function sceneOfSurfaces(name, read) {
-  const { surfaces, surface } = read;
+/** @param {import("../core/core.js").Core} core @param {string} name @param {Joined} read @returns {SceneDescription} */
+function sceneOfSurfaces(core, name, read) {
+  const { surfaces, surface } = read, whole = surface ? { ...read, part: withNormals(core, read.part) } : read;
   /** @type {SceneDescription} */
   const scene = { shapes: [], instances: [] };
   surfaces.forEach((own, number) => {
-    const part = surface ? chosen(read, Uint8Array.from(surface, (of) => Number(of === number))).part : read.part;
+    const part = surface ? chosen(whole, Uint8Array.from(surface, (of) => Number(of === number))).part : read.part;
     if (!part.triangles.length) return;
     const label = surface ? own.name || name : name;
     scene.instances.push({ shape: scene.shapes.length, transform: IDENTITY, material: own.material, name: label });
@@ -72,6 +74,38 @@ function meshOf({ vertices, triangles, normals, colors, faceColors, uv }, { text
       texture_layout: Int32Array.of(texture.picture.height, texture.picture.width, ...texture.wrap),
     }),
   };
+}
+
+/**
+ * A part with the normals that shading computes where the file has none, so that it is as smooth where materials meet as
+ * elsewhere: each corner is then a vertex of its own.
+ *
+ * @param {import("../core/core.js").Core} core
+ * @param {Part} part
+ * @returns {Part}
+ */
+function withNormals(core, part) {
+  const { vertices, triangles, colors, uv } = part, normals = part.normals && units(part.normals);
+  const isWhole = normals?.every((_, i) => i % 3 || normals[i] || normals[i + 1] || normals[i + 2]);
+  if (isWhole) return part;
+  const shape = meshShape(core, { kind: "mesh", vertices, triangles, normals });
+  try {
+    const computed = core.filled(new Float32Array(3 * triangles.length), (address) => {
+      core.made("corner_normals", shape.handle, address);
+    });
+    /** @param {Float64Array} values @param {number} width */
+    const ofCorners = (values, width) => {
+      const result = new Float64Array(width * triangles.length);
+      for (let i = 0; i < result.length; ++i) result[i] = values[width * triangles[Math.floor(i / width)] + i % width];
+      return result;
+    };
+    return {
+      ...part, vertices: ofCorners(vertices, 3), triangles: Int32Array.from(triangles.keys()), normals: Float64Array.from(computed),
+      colors: colors && ofCorners(colors, 3), uv: uv && ofCorners(uv, 2),
+    };
+  } finally {
+    shape.free();
+  }
 }
 
 /** @param {Part[]} parts @returns {Joined} an index that misses its own part's vertices becomes -1 */

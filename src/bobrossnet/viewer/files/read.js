@@ -61,11 +61,11 @@ export async function readFile(core, name, bytes) {
 
 /** @param {(bytes: ArrayBuffer, warn: import("./part.js").Warn) => Part[] | Promise<Part[]>} read @returns {Reader} */
 function mesh(read) {
-  return async (_, bytes, name) => {
+  return async (core, bytes, name) => {
     /** @type {string[]} */
     const told = [];
     const parts = await read(bytes, (text) => told.push(oneLine(`${name}: ${text}`)));
-    const { warnings = [], ...scene } = meshScene(name, parts);
+    const { warnings = [], ...scene } = meshScene(core, name, parts);
     return { ...scene, warnings: [...told, ...warnings] };
   };
 }
