@@ -163,6 +163,26 @@ def test_colors_are_those_of_python(browser, viewer, tmp_path):
     page.close()
 
 
+def test_files_are_opened_together_with_their_textures(page, tmp_path):
+    """The model among them, in any order; and again as its axes are turned."""
+    texels = np.zeros((8, 8, 3), np.uint8) + np.array((200, 40, 90), np.uint8)
+    Image.fromarray(texels).save(tmp_path / "paint.png")
+    (tmp_path / "a.mtl").write_text("newmtl a\nmap_Kd paint.png\n")
+    square = "v 0 0 0\nv 0 2 0\nv 0 2 2\nv 0 0 2\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1 4/1\n"
+    (tmp_path / "square.obj").write_text(f"mtllib a.mtl\n{square}")
+    page.tab.set_input_files("#file", [tmp_path / name for name in ("paint.png", "a.mtl", "square.obj")])
+    page.opened()
+    assert page.text("#message") == ""
+    scene = bob.load(tmp_path / "square.obj")
+    for upright in (scene, scene.turned_upright()):
+        wanted = color_to_8_bit(bob.trace(upright, size=(HEIGHT, WIDTH)).color)
+        assert np.ptp(wanted.astype(int), axis=-1).max() > 100
+        page.wait_until(lambda wanted=wanted: np.abs(page.exact().astype(int) - wanted).max(axis=-1).mean() < 0.1)
+        page.tab.check("#y-up")
+    page.tab.set_input_files("#file", [tmp_path / name for name in ("square.obj", "a.mtl")])
+    page.wait_until(lambda: "paint.png" in page.text("#message"))
+
+
 def test_one_worker_is_enough(browser, viewer):
     page = Page(browser, viewer.url + SIZE + "&workers=1#scene=csg.sdf")
     assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "csg.sdf")))

@@ -22,16 +22,18 @@ CAMERA = bob.Camera()
 # A worker of its own, where there is no document, as in the page.
 WORKER = b"""
 import { loadCore } from "/core/load.js";
+import { Beside } from "/files/beside.js";
 import { readFile } from "/files/read.js";
 import { GBuffer } from "/picture/gbuffer.js";
 import { pixelOrder } from "/picture/order.js";
 import { buildScene } from "/tracing/scene.js";
 
 const core = loadCore("core", false);
-onmessage = async ({ data: { file, name, height, width, camera } }) => {
+onmessage = async ({ data: { file, name, beside, height, width, camera } }) => {
   try {
     const instance = await core, bytes = await (await fetch(file)).arrayBuffer();
-    const description = await readFile(instance, name, bytes);
+    const others = beside.map(([name, url]) => ({ name, arrayBuffer: async () => (await fetch(url)).arrayBuffer() }));
+    const description = await readFile(instance, name, bytes, new Beside(others));
     const scene = buildScene(instance, description), gbuffer = new GBuffer(instance, height, width, scene.layout);
     const pixels = pixelOrder(instance, "uniform", { height, width });
     gbuffer.add(pixels, scene.trace(pixels, { height, width }, camera));
@@ -69,9 +71,11 @@ def page(browser, viewer):
 def read(page, viewer):
     """What the page makes of a file: `planes`, `color` or None, `names`, `warnings`; or `error`, `kind` and `line`."""
 
-    def read(file, content=None, camera=CAMERA):
+    def read(file, content=None, camera=CAMERA, beside=()):
         viewer.files["tested/file"] = Path(file) if content is None else content
-        place = {"file": "/tested/file", "name": Path(file).name, "height": SIZE[0], "width": SIZE[1]}
+        others = [[Path(other).name, f"/tested/beside/{i}.bob"] for i, other in enumerate(beside)]
+        viewer.files.update({url[1:]: Path(other) for (_, url), other in zip(others, beside, strict=True)})
+        place = {"file": "/tested/file", "name": Path(file).name, "beside": others, "height": SIZE[0], "width": SIZE[1]}
         angles = {angle: getattr(camera, angle) for angle in ("azimuth", "elevation", "roll", "zoom")}
         found = page.evaluate(ASK, {**place, "camera": angles})
         if "planes" in found:
@@ -476,6 +480,116 @@ def test_materials_and_textures_of_glb(same):
     same("nonsense.glb", textured_glb(materials=[{"pbrMetallicRoughness": {"baseColorFactor": [-3, "a"]}}, 3]))
     same("missing.glb", textured_glb(materials=[{}]))
     same("coarse.glb", textured_glb(nodes=[{"mesh": 0, "scale": [1, 1, 0.01]}]))  # whose faces meet at small angles
+
+
+# ---- Files beside others ---------------------------------------------------------------------------------
+
+SQUARE = "".join(f"v {x} {y} {x * y / 2}\nvt {x / 2} {y / 3}\n" for x, y in ((0, 0), (2, 0), (2, 3), (0, 3), (3, 3)))
+LIBRARY = """
+newmtl plain
+Kd 0.8 0.4
+Ks 0.5 0.5 0.5
+Ns 20
+newmtl laid on
+Kd 0.1 0.1 0.1
+map_Kd -s 1 1 1 maps\\the texture.png
+newmtl clamped
+map_Kd -clamp on /home/somebody/the texture.png
+newmtl metal
+Kd 0.7 0.6 0.2
+Pm 1
+Pr 0.3
+Ke 0 0 0.1
+"""
+
+
+@pytest.fixture
+def texture(tmp_path):
+    file = tmp_path / "the texture.png"
+    Image.fromarray(np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8)).save(file)
+    return file
+
+
+def same_with(read, file, beside, **options):
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        scene = bob.load(file)
+    found = read(file, beside=beside)
+    assert_equal_pictures(found, scene, **options)
+    assert len(found["warnings"]) == len(told)
+    return found
+
+
+@pytest.mark.parametrize("normals", ["", "vn 0 0 1\nvn 0.5 0 1\n"])
+def test_obj_with_materials_and_textures(read, texture, tmp_path, normals):
+    library, file = tmp_path / "a library.mtl", tmp_path / "a.obj"
+    library.write_text(LIBRARY.replace("maps\\", "").replace("/home/somebody/", ""))
+    corner = "{0}/{0}/1" if normals else "{0}/{0}"
+    faces = [
+        " ".join(corner.format(i) for i in face) for face in ((1, 2, 3), (1, 3, 4), (3, 4, 5), (4, 1, 5), (2, 3, 5))
+    ]
+    names = ["plain", "laid on", "clamped", "metal", "unknown"]
+    body = "".join(f"usemtl {name}\nf {face}\n" for name, face in zip(names, faces, strict=True))
+    file.write_text(f"mtllib a library.mtl\n{normals}{SQUARE}f 1 2 4\n{body}f 1/2 2/9 3\nf 1/1 2/2 -1/-1\n")
+    found = same_with(read, file, [texture, library])
+    assert sorted(found["names"]) == ["a.obj", "clamped", "laid on", "metal", "plain"]
+    library.write_text(LIBRARY)  # whose paths the page does not need
+    assert read(file, beside=[library, texture])["color"] == pytest.approx(found["color"])
+    texture.unlink()
+    found = same_with(read, file, [library])
+    assert len(found["warnings"]) == 2  # by two names
+    library.unlink()
+    assert len(same_with(read, file, [])["warnings"]) == 1
+
+
+def test_gltf_with_its_files(read, texture, tmp_path):
+    """The same as what is packed into one."""
+    glb = textured_glb()
+    length = struct.unpack("<I", glb[12:16])[0]
+    tree, binary = json.loads(glb[20 : 20 + length]), glb[28 + length :]
+    (tmp_path / "all.glb").write_bytes(glb)
+    expected = read(tmp_path / "all.glb")
+    view = tree["bufferViews"].pop()
+    (tmp_path / "picture 1.png").write_bytes(binary[view["byteOffset"] :][: view["byteLength"]])
+    half = tree["bufferViews"][2]["byteOffset"]
+    (tmp_path / "first.bin").write_bytes(binary[:half])
+    (tmp_path / "second.bin").write_bytes(binary[half : view["byteOffset"]])
+    for later in tree["bufferViews"][2:]:
+        later.update(buffer=1, byteOffset=later["byteOffset"] - half)
+    tree["buffers"] = [
+        {"uri": "first.bin", "byteLength": half},
+        {"uri": "second.bin", "byteLength": view["byteOffset"] - half},
+    ]
+    tree["images"] = [{"uri": "picture%201.png"}]
+    file = tmp_path / "a.gltf"
+    file.write_text(json.dumps(tree))
+    parts = [tmp_path / name for name in ("first.bin", "second.bin", "picture 1.png")]
+    found = same_with(read, file, parts)
+    np.testing.assert_array_equal(found["color"], expected["color"])
+    (tmp_path / "picture 1.png").unlink()
+    assert len(same_with(read, file, parts[:2])["warnings"]) == 1
+    wrong = read(file, beside=parts[:1])
+    assert wrong["error"] == "a.gltf: expected second.bin to be opened together with it, got no such file"
+    assert wrong["kind"] == "CoreError"
+
+
+@needs_models
+@pytest.mark.parametrize(
+    "name", ["obj_mtl_spider/spider.obj", "obj_mtl_fuze/fuze.obj", "obj_mtl_cornell/CornellBox-Original.obj",
+             "gltf_external/coffin_decorated.gltf"]
+)  # fmt: skip
+def test_real_files_with_what_is_beside_them(name, read):
+    file = MODELS / "loader_originals" / name
+    beside = [other for other in file.parent.iterdir() if other != file]
+    # JPEG leaves it to its decoders how they round.
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        scene = bob.load(file)
+    found, expected = read(file, beside=beside), bob.trace(scene, CAMERA, size=SIZE)
+    assert len(found["warnings"]) == len(told)
+    difference = np.abs(found["color"] - np.moveaxis(expected.color, -1, 0)).max(axis=0)
+    assert np.count_nonzero(difference > 0.01) <= 5
+    assert difference.mean() < 1e-3
 
 
 # ---- NURBS -----------------------------------------------------------------------------------------------

@@ -41,7 +41,7 @@ TYPES = {
 }
 """The content types of the page's files, by their endings: browsers refuse modules of another type."""
 
-READ_IN_PAGE = (".ply", ".obj", ".stl", ".off", ".glb", ".json", ".sdf", ".vm", ".bob")
+READ_IN_PAGE = (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".json", ".sdf", ".vm", ".bob")
 """The endings of the files that the page reads by itself; any other that Python reads is packed for it."""
 
 HEADERS = {

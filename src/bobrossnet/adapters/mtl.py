@@ -47,11 +47,15 @@ def read_mtl(model: Path, libraries: Sequence[bytes]) -> dict[bytes, Surface]:
 
 
 def _libraries(model: Path, lines: Sequence[bytes]) -> list[bytes]:
-    """What a line names is one file with spaces in its name, if there is such a file, or several."""
+    """What a line names is several files, if there are such, or one with spaces in its name."""
+
+    def is_there(name: bytes) -> bool:
+        return (model.parent / path_of(name)).is_file()
+
     return [
         name
         for line in lines
-        for name in ([line] if b" " not in line or (model.parent / path_of(line)).is_file() else line.split())
+        for name in (line.split() if not is_there(line) and any(map(is_there, line.split())) else [line])
     ]
 
 

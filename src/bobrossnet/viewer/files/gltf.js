@@ -12,6 +12,7 @@ const PLACES = { matrix: 16, translation: 3, rotation: 4, scale: 3 };
 const TRIANGLES = 4, FAN = 6, MOST = 2 ** 32; // the first and last of the modes that draw some; bytes of a file
 
 const HEAD = 12, CHUNK_HEAD = 8; // bytes
+const MAGIC = 0x46546c67, JSON_CHUNK = 0x4e4f534a, BIN_CHUNK = 0x004e4942;
 
 /**
  * A GLB without the chunks that do not matter: only its JSON, and its buffer if it has one.
@@ -41,6 +42,76 @@ export function glbOf(bytes) {
   const glb = bytes.slice(0, end);
   new DataView(glb).setUint32(8, end, true);
   return { json, glb, size: end - buffer };
+}
+
+/**
+ * A GLB of a glTF and of what it names, so that one reader does for both. A picture that is missing stays so.
+ *
+ * @param {ArrayBuffer} bytes
+ * @param {import("./beside.js").Beside} beside
+ * @returns {Promise<ArrayBuffer>}
+ */
+export async function packed(bytes, beside) {
+  const json = jsonOf(bytes);
+  checkGltf(json);
+  const { buffers = [], bufferViews = [], images = [] } = json;
+  /** @type {Uint8Array[]} */
+  const pieces = [];
+  let size = 0;
+  /** @param {Uint8Array} piece @returns {number} where it lies */
+  const add = (piece) => {
+    const at = size;
+    pieces.push(piece);
+    size += Math.ceil(piece.length / 4) * 4;
+    return at;
+  };
+  const starts = [];
+  for (const { uri } of buffers) starts.push(add(await contentOf(uri, beside)));
+  for (const view of bufferViews) view.byteOffset = (view.byteOffset ?? 0) + starts[view.buffer], view.buffer = 0;
+  for (const image of Array.isArray(images) ? images : []) {
+    if (!isObject(image) || typeof image.uri !== "string") continue;
+    try {
+      const content = await contentOf(image.uri, beside);
+      image.bufferView = bufferViews.push({ buffer: 0, byteOffset: add(content), byteLength: content.length }) - 1;
+      delete image.uri;
+    } catch (error) {
+      if (!(error instanceof CoreError)) throw error;  // its texture is left out, with a warning
+    }
+  }
+  if (size) Object.assign(json, { buffers: [{ byteLength: size }], bufferViews });
+  const text = new TextEncoder().encode(JSON.stringify(json)), length = Math.ceil(text.length / 4) * 4;
+  const start = HEAD + CHUNK_HEAD + length + CHUNK_HEAD, glb = new Uint8Array(start + size).fill(0x20, HEAD + CHUNK_HEAD, start);
+  const view = new DataView(glb.buffer);
+  [MAGIC, 2, start + size, length, JSON_CHUNK].forEach((value, i) => view.setUint32(4 * i, value, true));
+  [size, BIN_CHUNK].forEach((value, i) => view.setUint32(start - CHUNK_HEAD + 4 * i, value, true));
+  glb.set(text, HEAD + CHUNK_HEAD);
+  let at = start;
+  for (const piece of pieces) glb.set(piece, at), at += Math.ceil(piece.length / 4) * 4;
+  return glb.buffer;
+}
+
+/** What an address holds of itself, or a file beside the glTF. @param {unknown} uri @param {import("./beside.js").Beside} beside */
+async function contentOf(uri, beside) {
+  if (typeof uri !== "string") throw new CoreError(`buffers: expected a uri, got ${brief(uri)}`);
+  return uri.startsWith("data:") ? dataOf(uri) : beside.read(unescaped(uri));
+}
+
+/** @param {string} uri */
+function unescaped(uri) {
+  try {
+    return decodeURIComponent(uri);
+  } catch {
+    return uri;
+  }
+}
+
+/** What an address that starts with data: holds. @param {string} uri */
+export function dataOf(uri) {
+  try {
+    return Uint8Array.from(atob(uri.slice(uri.indexOf(",") + 1)), (character) => character.charCodeAt(0));
+  } catch {
+    throw new CoreError("expected data in base64, got something else");
+  }
 }
 
 /** Refuses a tree that is not as the specification says, or refers to something that isn't there. @param {any} json */

@@ -1,8 +1,9 @@
 // @ts-check
 /** The materials of a glTF, and their textures. */
 
-import { CoreError } from "../core/errors.js";
+import { CoreError, brief } from "../core/errors.js";
 import { WHITE } from "../tracing/description.js";
+import { dataOf } from "./gltf.js";
 import { PLAIN, decoded, unit } from "./surface.js";
 
 /**
@@ -94,19 +95,12 @@ export class GltfSurfaces {
 
   /** The file of an image. @param {any} image @returns {Uint8Array<ArrayBuffer>} */
   #content({ uri, bufferView }) {
-    if (typeof uri === "string") return contentOf(uri);
+    if (typeof uri === "string") {
+      if (!uri.startsWith("data:")) throw new CoreError(`expected its picture within the file or beside it, got ${brief(uri)}`);
+      return dataOf(uri);
+    }
     const { byteOffset = 0, byteLength = 0 } = item(this.json, "bufferViews", bufferView);
     return this.buffer.slice(byteOffset, byteOffset + byteLength);
-  }
-}
-
-/** What an address holds of itself. @param {string} uri */
-function contentOf(uri) {
-  if (!uri.startsWith("data:")) throw new CoreError("expected its picture within the file, got it in another");
-  try {
-    return Uint8Array.from(atob(uri.slice(uri.indexOf(",") + 1)), (character) => character.charCodeAt(0));
-  } catch {
-    throw new CoreError("expected a picture in base64, got something else");
   }
 }
 

@@ -1,9 +1,9 @@
 // @ts-check
-/** STL and GLB, parsed by loaders of three.js, which are only fetched for such files. */
+/** STL, GLB and glTF, parsed by loaders of three.js, which are only fetched for such files. */
 
 import { CoreError } from "../core/errors.js";
 import { IDENTITY, UPRIGHT, product } from "../shapes/affine.js";
-import { checkBuffers, checkGltf, checkTree, glbOf, prepareScenes } from "./gltf.js";
+import { checkBuffers, checkGltf, checkTree, glbOf, packed, prepareScenes } from "./gltf.js";
 import { GltfSurfaces } from "./gltf_surfaces.js";
 import { textOf } from "./text.js";
 
@@ -88,6 +88,15 @@ function components(attribute, width) {
   const result = new Float64Array(width * attribute.count);
   for (let i = 0; i < result.length; ++i) result[i] = attribute.getComponent(Math.floor(i / width), i % width);
   return result;
+}
+
+/**
+ * @param {ArrayBuffer} bytes
+ * @param {import("./part.js").Warn} warn
+ * @param {import("./beside.js").Beside} beside
+ */
+export async function readGltf(bytes, warn, beside) {
+  return readGlb(await packed(bytes, beside), warn);
 }
 
 /** @param {any} object @returns {any[]} the meshes in it */

@@ -1,37 +1,82 @@
 // @ts-check
 /**
- * OBJ: points, their colours, normals and polygons; materials, which are in another file, and curves are passed over.
+ * OBJ: points, their colours, normals, places on textures and polygons, and materials of files beside it; curves are passed over.
  *
  * It is read here because the loader of three.js (r187) makes three vertices for each triangle, which takes five times
  * as long and three times the memory, gives normals to faces that have none, and takes comments behind faces for
  * corners.
  */
 
+import { readMtl } from "./mtl.js";
 import { Growing } from "./part.js";
 import { CoreError } from "../core/errors.js";
-import { fromSrgb } from "./surface.js";
+import { PLAIN, fromSrgb } from "./surface.js";
 import { numberOf, textOf } from "./text.js";
 
-const TAB = 9, RETURN = 13, SPACE = 32, PLUS = 43, MINUS = 45, SLASH = 47, ZERO = 48, NINE = 57, F = 102, N = 110, V = 118;
+const TAB = 9, RETURN = 13, SPACE = 32, PLUS = 43, MINUS = 45, SLASH = 47, ZERO = 48, NINE = 57, F = 102, N = 110, T = 116, V = 118;
+const USEMTL = Array.from("usemtl", (letter) => letter.charCodeAt(0));
 
-/** @param {ArrayBuffer} bytes @param {import("./part.js").Warn} warn @returns {import("./part.js").Part[]} */
-export function readObj(bytes, warn) {
+/** @typedef {import("./part.js").Part} Part @typedef {import("./surface.js").Surface} Surface */
+
+/**
+ * @param {ArrayBuffer} bytes
+ * @param {import("./part.js").Warn} warn
+ * @param {import("./beside.js").Beside} beside
+ * @returns {Promise<Part[]>} one for each material
+ */
+export async function readObj(bytes, warn, beside) {
   const text = textOf(bytes).replaceAll("\\\n", " "), words = new Words(text);
   const points = new Growing(Float64Array), normals = new Growing(Float64Array), triangles = new Growing(Int32Array);
-  const colors = new Growing(Float64Array);
-  const pairs = /^[ \t]*vn[ \t]/m.test(text) ? new Pairs() : null;
+  const colors = new Growing(Float64Array), places = new Growing(Float64Array), materials = new Growing(Int32Array);
+  const libraries = Array.from(text.matchAll(/^[ \t]*mtllib[ \t]+(.*)/gm), ([, line]) => line);
+  /** @type {Map<string, Surface>} */
+  const surfaces = libraries.length && text.includes("usemtl") ? await readMtl(libraries, beside, warn) : new Map();
+  const isTextured = [...surfaces.values()].some(({ texture }) => texture);
+  const pairs = /^[ \t]*vn[ \t]/m.test(text) || isTextured ? new Vertices(isTextured) : null;
+  const names = [""];
+  let material = 0;
   while (words.nextLine()) {
     if (words.are(V)) pushPoint(words, points, colors);
     else if (words.are(V, N)) pushVector(words, normals);
-    else if (words.are(F)) pushPolygon(words, points.length / 3, normals.length / 3, pairs, triangles);
+    else if (isTextured && words.are(V, T)) pushPlace(words, places);
+    else if (surfaces.size && words.are(...USEMTL)) {
+      const name = words.rest();
+      material = names.indexOf(name);
+      if (material < 0) material = names.push(name) - 1;
+    } else if (words.are(F)) {
+      pushPolygon(words, points.length / 3, normals.length / 3, places.length / 2, pairs, triangles);
+      if (surfaces.size) while (materials.length < triangles.length / 3) materials.push(material);
+    }
   }
-  const [, library] = /^[ \t]*mtllib[ \t]+(.*)/m.exec(text) ?? [];
-  if (library && /usemtl/.test(text)) warn(`materials were left out: they are in another file, ${library.trim()}`);
-  const part = { vertices: points.whole(), triangles: triangles.whole(), colors: linear(colors, points.length) };
-  if (!pairs || !part.triangles.length) return [part];
-  const at = pairs.points.whole(), vertices = picked(part.vertices, at);
+  const at = pairs?.points.whole(), part = { vertices: points.whole(), triangles: triangles.whole(), colors: linear(colors, points.length) };
+  /** @type {Part} */
+  const whole = !pairs || !at || !part.triangles.length ? part : {
+    ...part, vertices: picked(part.vertices, at), normals: normals.length ? picked(normals.whole(), pairs.normals.whole()) : undefined,
+    colors: part.colors && picked(part.colors, at),
+  };
+  if (!surfaces.size) return [whole];
+  const uv = pairs && isTextured ? picked(places.whole(), pairs.places.whole(), 2).map((value, i) => (i % 2 ? 1 - value : value)) : undefined;
+  return names.flatMap((name, number) => ofSurface(whole, materials.whole(), number, uv, surfaces.get(name) ?? PLAIN));
+}
+
+/**
+ * The triangles of one surface, and what they use; nothing if there are none.
+ *
+ * @param {Part} whole
+ * @param {Int32Array} materials of its triangles
+ * @param {number} number
+ * @param {Float64Array | undefined} uv of its vertices, from the top down
+ * @param {Surface} surface
+ * @returns {Part[]}
+ */
+function ofSurface({ vertices, triangles, normals, colors }, materials, number, uv, surface) {
+  const corners = triangles.filter((_, corner) => materials[Math.floor(corner / 3)] === number);
+  if (!corners.length) return [];
+  const used = Int32Array.from(new Set(corners)).sort(), places = new Map(Array.from(used, (vertex, i) => [vertex, i]));
   return [{
-    ...part, vertices, normals: picked(normals.whole(), pairs.normals.whole()), colors: part.colors && picked(part.colors, at),
+    vertices: picked(vertices, used), triangles: corners.map((corner) => places.get(corner) ?? -1),
+    normals: normals && picked(normals, used), colors: colors && picked(colors, used),
+    uv: uv && surface.texture && picked(uv, used, 2), surface,
   }];
 }
 
@@ -88,6 +133,13 @@ class Words {
     const word = this.#text.slice(start, this.#at);
     this.#skipSpace();
     return word;
+  }
+
+  /** All that is left of the line. */
+  rest() {
+    const rest = this.#text.slice(this.#at, this.#end).trim();
+    this.#at = this.#stop;
+    return rest;
   }
 
   /** The digits that come next as an index, from 0 on; -1 if there is no such item. @param {number} count */
@@ -153,22 +205,36 @@ class Words {
   }
 }
 
-/** A vertex for each pair of point and normal that some corner names. */
-class Pairs {
+/** A vertex for each pair of point and normal that some corner names, or where there are textures, with a place on one. */
+class Vertices {
   points = new Growing(Int32Array);
   normals = new Growing(Int32Array);
+  places = new Growing(Int32Array);
+  /** @type {Map<number, number>} */
+  #pairs = new Map();
   /** @type {Map<number, number>} */
   #known = new Map();
 
-  /** @param {number} point or -1 @param {number} normal or -1 @returns {number} the vertex */
-  vertex(point, normal) {
-    const key = (point + 1) * 2 ** 26 + normal + 1;
+  /** @param {boolean} withPlaces */
+  constructor(withPlaces) {
+    this.withPlaces = withPlaces;
+  }
+
+  /** @param {number} point or -1 @param {number} normal or -1 @param {number} place or -1 @returns {number} the vertex */
+  vertex(point, normal, place) {
+    let key = (point + 1) * 2 ** 26 + normal + 1;
+    if (this.withPlaces) {
+      const pair = this.#pairs.get(key) ?? this.#pairs.size;
+      this.#pairs.set(key, pair);
+      key = pair * 2 ** 26 + place + 1;
+    }
     let vertex = this.#known.get(key);
     if (vertex === undefined) {
       vertex = this.points.length;
       this.#known.set(key, vertex);
       this.points.push(point);
       this.normals.push(normal);
+      this.places.push(place);
     }
     return vertex;
   }
@@ -217,30 +283,41 @@ function linear(srgb, length) {
  * @param {Words} words its corners
  * @param {number} points so far
  * @param {number} normals so far
- * @param {Pairs | null} pairs null where points are vertices
+ * @param {number} places on textures so far
+ * @param {Vertices | null} vertices null where points are vertices
  * @param {Growing<Int32Array>} triangles
  */
-function pushPolygon(words, points, normals, pairs, triangles) {
+function pushPolygon(words, points, normals, places, vertices, triangles) {
   for (let corner = 0, first = 0, previous = 0; !words.ended; ++corner, words.next()) {
-    const point = words.index(points);
-    const normal = words.slash() && words.slash() && !words.empty ? words.index(normals) : -1;
-    const vertex = pairs ? pairs.vertex(point, normal) : point;
+    const point = words.index(points), hasPlace = words.slash();
+    const place = vertices?.withPlaces && hasPlace && !words.empty ? words.index(places) : -1;
+    const normal = hasPlace && words.slash() && !words.empty ? words.index(normals) : -1;
+    const vertex = vertices ? vertices.vertex(point, normal, place) : point;
     if (corner > 1) triangles.push(first), triangles.push(previous), triangles.push(vertex);
     if (corner === 0) first = vertex;
     previous = vertex;
   }
 }
 
+/** @param {Words} words @param {Growing<Float64Array>} places */
+function pushPlace(words, places) {
+  for (let axis = 0; axis < 2; ++axis) {
+    const word = words.word();
+    places.push(word ? numberOf(word) : NaN);
+  }
+}
+
 /**
- * Rows as numbers, (n, 3); NaN where there is no such row.
+ * Rows as numbers, (n, width); NaN where there is no such row.
  *
- * @param {Float64Array} rows (m, 3)
+ * @param {Float64Array} rows (m, width)
  * @param {Int32Array} at (n,)
+ * @param {number} [width]
  */
-function picked(rows, at) {
-  const result = new Float64Array(3 * at.length);
+function picked(rows, at, width = 3) {
+  const result = new Float64Array(width * at.length);
   for (let i = 0; i < at.length; ++i) {
-    for (let axis = 0; axis < 3; ++axis) result[3 * i + axis] = rows[3 * at[i] + axis];  // NaN outside
+    for (let axis = 0; axis < width; ++axis) result[width * i + axis] = rows[width * at[i] + axis];  // NaN outside
   }
   return result;
 }

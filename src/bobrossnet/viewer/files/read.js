@@ -5,10 +5,11 @@ import { CoreError } from "../core/errors.js";
 import { checkFormula, checkScript } from "../shapes/implicit.js";
 import { inCanonicalOrder } from "../tracing/canonical.js";
 import { sceneOf } from "../tracing/description.js";
+import { Beside } from "./beside.js";
 import { readBob } from "./bob.js";
 import { readGeomdl } from "./geomdl.js";
 import { meshScene } from "./joined.js";
-import { readGlb, readStl } from "./loaders.js";
+import { readGlb, readGltf, readStl } from "./loaders.js";
 import { readObj } from "./obj.js";
 import { readOff } from "./off.js";
 import { readPly } from "./ply.js";
@@ -17,7 +18,7 @@ import { readPly } from "./ply.js";
  * @typedef {import("../core/core.js").Core} Core
  * @typedef {import("../tracing/description.js").SceneDescription} SceneDescription
  * @typedef {import("./part.js").Part} Part
- * @typedef {(core: Core, bytes: ArrayBuffer, name: string) => SceneDescription | Promise<SceneDescription>} Reader
+ * @typedef {(core: Core, bytes: ArrayBuffer, name: string, beside: Beside) => SceneDescription | Promise<SceneDescription>} Reader
  */
 
 /** Readers by the ending of the file's name. @type {Record<string, Reader>} */
@@ -27,6 +28,7 @@ const READERS = {
   ".stl": mesh(readStl),
   ".off": mesh(readOff),
   ".glb": mesh(readGlb),
+  ".gltf": mesh(readGltf),
   ".json": (_, bytes, name) => readGeomdl(bytes, name),
   ".sdf": readScript,
   ".vm": readFormula,
@@ -42,29 +44,30 @@ export const ENDINGS = Object.keys(READERS);
  * @param {Core} core
  * @param {string} name whose ending says what it is
  * @param {ArrayBuffer} bytes which arrays of the scene may be views of
+ * @param {Beside} [beside] what was opened together with it
  * @returns {Promise<SceneDescription>} its `warnings` say what was left out
  * @throws {CoreError} of one line that starts with the file's name, whatever the bytes are; its `line` is that of a
  *   script
  */
-export async function readFile(core, name, bytes) {
+export async function readFile(core, name, bytes, beside = new Beside()) {
   const ending = /\.[^.]*$/.exec(name)?.[0].toLowerCase() ?? "";
   try {
     const read = Object.hasOwn(READERS, ending) ? READERS[ending] : undefined;
     if (!read) throw new CoreError(`expected one of ${ENDINGS.join(" ")}, got ${ending || "no ending"}`);
     if (bytes.byteLength === 0) throw new CoreError("expected a scene, got an empty file");
-    return inCanonicalOrder(core, await read(core, bytes, name));
+    return inCanonicalOrder(core, await read(core, bytes, name, beside));
   } catch (error) {
     const [what, line] = error instanceof CoreError ? [error.message, error.line] : [reason(ending, error), null];
     throw new CoreError(oneLine(`${name}: ${what}`), line);
   }
 }
 
-/** @param {(bytes: ArrayBuffer, warn: import("./part.js").Warn) => Part[] | Promise<Part[]>} read @returns {Reader} */
+/** @param {(bytes: ArrayBuffer, warn: import("./part.js").Warn, beside: Beside) => Part[] | Promise<Part[]>} read @returns {Reader} */
 function mesh(read) {
-  return async (core, bytes, name) => {
+  return async (core, bytes, name, beside) => {
     /** @type {string[]} */
     const told = [];
-    const parts = await read(bytes, (text) => told.push(oneLine(`${name}: ${text}`)));
+    const parts = await read(bytes, (text) => told.push(oneLine(`${name}: ${text}`)), beside);
     const { warnings = [], ...scene } = meshScene(core, name, parts);
     return { ...scene, warnings: [...told, ...warnings] };
   };

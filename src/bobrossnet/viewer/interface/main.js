@@ -195,15 +195,18 @@ async function fillGallery() {
 gallery.addEventListener("change", () => gallery.value && opening.builtIn(gallery.value));
 element("open", HTMLButtonElement).addEventListener("click", () => file.click());
 
-/** @param {import("./state.js").OpenScene} opened @param {string} name @param {Blob | string} source */
-function openFile(opened, name, source) {
-  return opening.file(opened, name, source, opened.gallery === undefined && yUp.checked);
+/** @param {import("./state.js").OpenScene} opened @param {string} name @param {Blob | string} source @param {File[]} [beside] */
+function openFile(opened, name, source, beside) {
+  return opening.file(opened, name, source, opened.gallery === undefined && yUp.checked, beside);
 }
 
-/** @param {Iterable<File> | null | undefined} files */
+/** Files that belong to a model: its textures, buffers and materials. */
+const BESIDE = /\.(mtl|bin|png|jpe?g|webp|bmp|gif)$/i;
+
+/** Opens the first model among them, with the others beside it. @param {Iterable<File> | null | undefined} files */
 function openFiles(files) {
-  const [first] = files ?? [];
-  if (first) openFile({ title: first.name }, first.name, first);
+  const all = Array.from(files ?? []), model = all.find(({ name }) => !BESIDE.test(name)) ?? all[0];
+  if (model) openFile({ title: model.name }, model.name, model, all.filter((other) => other !== model));
 }
 
 file.addEventListener("change", () => {
@@ -213,7 +216,7 @@ file.addEventListener("change", () => {
 
 yUp.addEventListener("change", () => {
   const { scene } = state;
-  if (scene.source) openFile(scene, scene.source.name, scene.source.source);
+  if (scene.source) openFile(scene, scene.source.name, scene.source.source, scene.source.beside);
 });
 
 addEventListener("dragover", (event) => {

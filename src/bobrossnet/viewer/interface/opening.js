@@ -45,12 +45,13 @@ export class Opening {
    * @param {string} name with its ending
    * @param {Blob | string} source or its address, also relative to the page
    * @param {boolean} yUp whether it stores y up, which is known of the gallery
+   * @param {File[]} [beside] what was opened together with it
    */
-  file(opened, name, source, yUp) {
-    const from = opened.gallery === undefined ? { name, source, yUp } : undefined;
+  file(opened, name, source, yUp, beside = []) {
+    const from = opened.gallery === undefined ? { name, source, beside, yUp } : undefined;
     // Relative addresses are the page's: the worker that reads is of another folder.
     const whole = typeof source === "string" ? new URL(source, location.href).href : source;
-    return this.#replace({ ...opened, source: from }, (pool) => pool.read(name, whole, yUp), this.#shown.message);
+    return this.#replace({ ...opened, source: from }, (pool) => pool.read(name, whole, yUp, beside), this.#shown.message);
   }
 
   /** @param {string} text */

@@ -4,7 +4,7 @@
  *
  * @typedef {import("../workers/pool.js").Pool} Pool
  *
- * @typedef {{name: string, source: Blob | string, yUp: boolean}} Source a file, or its address
+ * @typedef {{name: string, source: Blob | string, beside: File[], yUp: boolean}} Source a file, or its address, and what was opened with it
  * @typedef {{title: string, gallery?: string, script?: string, address?: string, source?: Source}} OpenScene
  *   gallery: which file of it; script: its text; address: of the file in the page's own; one without any has no link;
  *   source: of what is not in the gallery

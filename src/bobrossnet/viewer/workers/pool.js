@@ -118,9 +118,10 @@ export class Pool {
    * @param {string} name with its ending
    * @param {Blob | string} source or its address
    * @param {boolean} yUp whether it stores y up
+   * @param {File[]} beside what was opened together with it
    * @returns {Promise<import("./reader.js").Summary>} resolved once a tracer has it
    */
-  async read(name, source, yUp) {
+  async read(name, source, yUp, beside) {
     const opened = this.#opened(), { port } = this.#tracers[0];
     opened.catch(() => {}); // waited for below
     const reader = this.#reader;
@@ -134,7 +135,7 @@ export class Pool {
         };
         reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
       });
-      reader.postMessage({ kind: "read", name, source, yUp, port, module: await this.#module }, [port]);
+      reader.postMessage({ kind: "read", name, source, beside, yUp, port, module: await this.#module }, [port]);
       const [summary, warnings] = await Promise.all([read, opened]);
       this.#share = () => {
         const ports = this.#addOthers().map((tracer) => tracer.port);

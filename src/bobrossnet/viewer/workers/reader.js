@@ -6,14 +6,15 @@
  *
  * @typedef {{script: string | null, warnings: string[]}} Summary
  *   script: the text of a file that is one shape script; warnings: what was left out or is not shown as it is, a line each
- * @typedef {{kind: "read", name: string, source: Blob | string, yUp: boolean, port: MessagePort, module: WebAssembly.Module}
+ * @typedef {{kind: "read", name: string, source: Blob | string, beside: File[], yUp: boolean, port: MessagePort, module: WebAssembly.Module}
  *   | {kind: "share", ports: MessagePort[]}} Request
- *   source: a file, or its address; yUp: whether it stores y up, which is turned to z up; port: to a tracer; ports: to the
+ *   source: a file, or its address; beside: files that were opened together with it; yUp: whether it stores y up, which is turned to z up; port: to a tracer; ports: to the
  *   others, not all of which are given a large scene
  * @typedef {{kind: "read", summary: Summary} | {kind: "failed", message: string} | {kind: "shared", tracers: number}} Reply
  *   "read" is answered by "read" or "failed", "share" by "shared", with how many tracers in all were given the scene
  */
 import { Core } from "../core/core.js";
+import { Beside } from "../files/beside.js";
 import { readFile } from "../files/read.js";
 import { inCanonicalOrder } from "../tracing/canonical.js";
 import { turnedUpright } from "../tracing/description.js";
@@ -42,10 +43,10 @@ function weight(value) {
 let scene;
 
 /** @param {Extract<Request, {kind: "read"}>} request */
-async function read({ name, source, yUp, port, module }) {
+async function read({ name, source, beside, yUp, port, module }) {
   try {
     const core = new Core(new WebAssembly.Instance(module));
-    scene = await readFile(core, name, await bytesOf(source));
+    scene = await readFile(core, name, await bytesOf(source), new Beside(beside));
     if (yUp) scene = inCanonicalOrder(core, turnedUpright(scene));
     port.postMessage({ kind: "open", scene, edition: 0 });
     const [shape] = scene.shapes;
