@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo test bench bench-web report quality vendor types clean
+.PHONY: demo test docs bench bench-web report quality vendor types clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed
@@ -44,6 +44,10 @@ report: $(VENV)/installed-train
 # How good and how steady pictures are, by network and pixel order: docs/quality.md. An hour, minutes for other weights.
 quality: $(VENV)/installed-train
 	$(BIN)/python docs/quality.py --scale $(SCALE)
+
+# The documents as a site, with the reference and the page: out/site/index.html.
+docs: $(VENV)/installed-test
+	$(BIN)/python -m sphinx -q -W --keep-going -c docs/site . out/site
 
 # The loaders of three.js that the viewer's page ships, from npm. `from 'three'` becomes a path, which workers need, and types
 # are not checked; the rest is as it came.

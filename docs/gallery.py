@@ -406,7 +406,7 @@ SECTIONS = [
     Section(
         "Programs",
         PROGRAMS,
-        "Scripts are in [examples](../examples); [scripts.md](scripts.md) describes them.",
+        "Scripts are in `examples`; [scripts.md](scripts.md) describes them.",
         columns=4,
     ),
     Section(

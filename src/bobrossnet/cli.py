@@ -73,7 +73,7 @@ def _run(arguments: Sequence[str] | None) -> None:
     from bobrossnet.errors import InputWarning
 
     try:
-        options = _parser().parse_args(with_lists_joined(sys.argv[1:] if arguments is None else arguments))
+        options = parser().parse_args(with_lists_joined(sys.argv[1:] if arguments is None else arguments))
         with warnings.catch_warnings():
             warnings.simplefilter("always", InputWarning)
             warnings.showwarning = _print_warning
@@ -104,10 +104,11 @@ class _Parser(argparse.ArgumentParser):
         raise _UsageError(f"{message} (see {self.prog} --help)")
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(prog="bobrossnet", description="Trace a few percent of the pixels, see the whole picture.")
-    parser.add_argument("--version", action="version", version=__version__)
-    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
+def parser() -> argparse.ArgumentParser:
+    """The arguments of all commands."""
+    made = _Parser(prog="bobrossnet", description="Trace a few percent of the pixels, see the whole picture.")
+    made.add_argument("--version", action="version", version=__version__)
+    commands = made.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
 
     render.add(commands)
     orbit.add(commands)
@@ -161,7 +162,7 @@ def _parser() -> argparse.ArgumentParser:
     )
 
     add_commands(commands)
-    return parser
+    return made
 
 
 def _view(options: argparse.Namespace) -> None:

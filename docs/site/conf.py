@@ -1,0 +1,76 @@
+"""The documentation as a site, by `make docs`: the files that are read in the repository, the reference of all public
+names from their docstrings, the commands from their own help, and the page itself, live.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+import bobrossnet
+from bobrossnet.cli import parser
+from bobrossnet.view import export, page_files
+
+project = "BobRossNet"
+version = release = bobrossnet.__version__
+
+# The source is the whole repository, so that links between its files hold.
+root_doc = "docs/site/index"
+include_patterns = ["README.md", "CONVENTIONS.md", "CHANGELOG.md", "docs/*.md", "docs/quality/*.md", "docs/report/*.md",
+                    "docs/site/*.md", "src/bobrossnet/weights/*.md"]  # fmt: skip
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+suppress_warnings = ["ref.python", "myst.header"]  # words for types in docstrings; parts of other documents
+
+myst_heading_anchors = 4
+napoleon_google_docstring = False
+napoleon_use_ivar = True
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+
+html_theme = "pydata_sphinx_theme"
+html_title = "BobRossNet"
+html_theme_options = {
+    "show_toc_level": 2,
+    "navigation_with_keys": False,
+    "header_links_before_dropdown": 6,
+    "secondary_sidebar_items": ["page-toc"],
+}
+html_sidebars = {"**": []}  # the top has all documents
+html_show_sourcelink = False
+
+
+class Commands(SphinxDirective):
+    """What each command's --help says."""
+
+    def run(self) -> list[nodes.Node]:
+        shown: list[nodes.Node] = []
+        (subparsers,) = (a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))
+        for name, command in subparsers.choices.items():
+            section = nodes.section(ids=[name])
+            section += nodes.title(text=f"bobrossnet {name}")
+            section += nodes.literal_block(text=command.format_help(), language="text")
+            shown.append(section)
+        return shown
+
+
+def add_page(app: Sphinx, error: Exception | None) -> None:
+    """Put the page beside the documents, and have the site begin with its first."""
+    if error is None and app.builder.format == "html":
+        out = Path(app.outdir)
+        with page_files() as files:
+            export(files, out / "page")
+        place = f"{app.config.root_doc}.html"
+        begin = f'<!doctype html><meta http-equiv="refresh" content="0; url={place}"><a href="{place}">{project}</a>'
+        (out / "index.html").write_text(begin)
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Called by Sphinx."""
+    app.add_directive("commands", Commands)
+    app.connect("build-finished", add_page)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
