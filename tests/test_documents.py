@@ -68,6 +68,22 @@ def test_examples_of_nurbs_run(tmp_path, monkeypatch, capsys):
     assert [instance.shape.kind for instance in bob.load("vault.bob").instances] == ["brep", "tube"]
 
 
+def test_examples_of_pictures_run(tmp_path, monkeypatch):
+    """With a mesh for the CAD part, and small."""
+    pictures, films = python_in("docs/pictures.md")
+    monkeypatch.chdir(tmp_path)
+    bob.happy_tree().save("part.ply")
+    names = {}
+    exec(pictures.replace("part.step", "part.ply").replace("1280x960", "64x48"), names)
+    assert (tmp_path / "part.png").exists()
+    films = films.replace("camera, background", 'camera, frames=3, size="64x48", background').replace(
+        "640x480", "64x48"
+    )
+    exec(films.replace("range(90)", "range(3)"), names)
+    assert (tmp_path / "turn.webp").exists()
+    assert (tmp_path / "flight.webp").exists()
+
+
 @pytest.mark.parametrize("name", ["bobrossnet", *MODULES])
 def test_docstring_examples_run(name):
     assert doctest.testmod(import_module(name)).failed == 0

@@ -80,7 +80,10 @@ def test_cameras_that_fit_leave_nothing_out(shape: bob.Shape) -> None:
         (lambda: bob.orbit(BALL, fraction=0), "fraction: expected a number in (0, 1], got 0"),
         (lambda: bob.Film(BALL, []), "cameras: expected at least one, got none"),
         (lambda: bob.Film(BALL, [3]), "cameras: expected cameras, got int"),  # type: ignore[list-item]
-        (lambda: bob.orbit(BALL).save("x.avi"), "x.avi: expected a film's ending (.webp .png .gif .mp4), got .avi"),
+        (
+            lambda: bob.orbit(BALL).save("x.avi"),
+            "x.avi: expected a film's ending (.webp .png .gif .avif .mp4), got .avi",
+        ),
         (lambda: bob.orbit(BALL).save("x.gif", fps=0), "fps: expected a number in [0.1, 100], got 0"),
         (lambda: bob.thumbnails("nowhere", "out"), "nowhere: expected a shape file or a folder of them"),
         (lambda: bob.thumbnails(".", "out", up="x"), "up: expected y or z, got 'x'"),
@@ -113,7 +116,7 @@ def test_an_orbit_is_one_turn() -> None:
     assert {replace(camera, azimuth=0) for camera in film.cameras} == {bob.Camera(azimuth=0, elevation=5, fov=30)}
 
 
-@pytest.mark.parametrize("ending", [".webp", ".png", ".gif"])
+@pytest.mark.parametrize("ending", [".webp", ".png", ".gif", ".avif"])
 @pytest.mark.parametrize("background", [None, "#ffffff"])
 def test_films_are_written(ending: str, background: str | None, tmp_path: Path) -> None:
     red = bob.Instance(bob.happy_tree(), material=bob.Material("#c03020"))
@@ -122,7 +125,7 @@ def test_films_are_written(ending: str, background: str | None, tmp_path: Path) 
     film.save(tmp_path / f"a{ending}", fps=40, progress=shares.append)
     assert shares == [0.25, 0.5, 0.75, 1]
     with Image.open(tmp_path / f"a{ending}") as file:
-        assert (file.n_frames, file.size, file.info["loop"]) == (4, (80, 60), 0)  # type: ignore[attr-defined]
+        assert (file.n_frames, file.size, file.info.get("loop", 0)) == (4, (80, 60), 0)  # type: ignore[attr-defined]
         durations = []
         for i, picture in enumerate(film):
             file.seek(i)

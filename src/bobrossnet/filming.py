@@ -25,13 +25,14 @@ from bobrossnet.tracing.scene import SceneLike, as_scene
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-FORMATS = {".webp": "WebP", ".png": "PNG", ".gif": "GIF", ".mp4": "MP4"}
+FORMATS = {".webp": "WebP", ".png": "PNG", ".gif": "GIF", ".avif": "AVIF", ".mp4": "MP4"}
 """The endings of films' files."""
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "WebP": {"quality": 90, "method": 2, "minimize_size": False},
     "PNG": {"default_image": False, "blend": 0, "disposal": 0},
     "GIF": {"disposal": 2, "optimize": False},
+    "AVIF": {"quality": 80, "speed": 9},
 }
 """How Pillow writes them: well enough, in a few milliseconds a frame."""
 
@@ -96,7 +97,7 @@ class Film:
         Parameters
         ----------
         path : str or path
-            Ends in .webp, .png (APNG), .gif, or .mp4, which needs the package av and has no transparency.
+            Ends in .webp, .png (APNG), .gif, .avif, or .mp4, which needs the package av and has no transparency.
         fps : float in 0.1..100
             Pictures a second.
         progress : callable, optional
@@ -116,7 +117,7 @@ class Film:
                 progress(len(frames) / len(self))
         try:
             content = _encoded(FORMATS[file.suffix.lower()], frames, fps)
-        except (OSError, ValueError) as error:  # a format's own limits, such as WebP's 16383 pixels a side
+        except (OSError, ValueError, KeyError) as error:  # WebP's 16383 pixels a side, or a Pillow without AVIF
             height, width = self.size
             raise InputError(f"{file}: can't write pictures of {width} x {height} pixels: {error}") from error
         write_whole(file, content)

@@ -27,7 +27,7 @@ def add(commands: Any) -> None:
     arguments.add_up(orbit)
     arguments.add_model(orbit)
     orbit.add_argument(
-        "-o", "--out", default="out.webp", metavar="FILM", help=".webp, .png, .gif or .mp4 (default: out.webp)"
+        "-o", "--out", default="out.webp", metavar="FILM", help=".webp, .png, .gif, .avif or .mp4 (default: out.webp)"
     )
     orbit.add_argument(
         "--samples",

@@ -25,6 +25,7 @@ FORMATS = {
     ".jpg": "JPEG",
     ".jpeg": "JPEG",
     ".webp": "WebP",
+    ".avif": "AVIF",
     ".bmp": "BMP",
     ".tif": "TIFF",
     ".tiff": "TIFF",
@@ -116,6 +117,6 @@ def write_picture(path: str | os.PathLike[str], image: U8) -> None:
         picture = Image.alpha_composite(Image.new("RGBA", picture.size, "black"), picture).convert("RGB")
     try:
         picture.save(content, kind, **({"compress_level": PNG_LEVEL} if kind == "PNG" else {}))
-    except (OSError, ValueError) as error:  # a format's own limits, such as WebP's 16383 pixels a side
+    except (OSError, ValueError, KeyError) as error:  # WebP's 16383 pixels a side, or a Pillow without AVIF
         raise InputError(f"{path}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}") from error
     write_whole(path, content.getvalue())

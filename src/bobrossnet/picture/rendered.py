@@ -42,7 +42,7 @@ class Picture:
         return rgba
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the picture in the format that the ending says: .png, .webp, .jpg, .bmp, .tif. Formats without
+        """Write the picture in the format that the ending says: .png, .webp, .avif, .jpg, .bmp, .tif. Formats without
         transparency show it before black.
 
         Raises
