@@ -8,6 +8,7 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.color import from_srgb, luminance, to_srgb
+from bobrossnet.rendering import _at_edges
 from bobrossnet.sdf import box, sphere
 
 SIZE = 90, 120
@@ -354,3 +355,30 @@ def test_pictures_show_and_write_themselves(scene, tmp_path):
 def test_wrong_pictures_are_refused(scene, arguments, message):
     with pytest.raises(bob.InputError, match=f"^{message}$"):
         bob.render(scene, **arguments)
+
+
+def test_edges_are_where_pixels_are_not_the_mean_of_those_around():
+    """Steps and lines, up to the picture's corners; neither slopes nor what lay in memory."""
+    height, width = 7, 9
+    slope = np.linspace(0, 1, width, dtype=np.float32)[None, :, None] ** 2 * np.ones((height, 1, 3), np.float32)
+    inside = np.zeros((height, width), bool)
+    inside[1:-1, 1:-1] = True
+    step = np.zeros((height, width, 3), np.float32)
+    step[:2, :3] = 0.5
+    expected = np.zeros((height, width), bool)
+    expected[:3, :4] = True
+    expected[0, :2] = False
+    line = np.zeros((height, width, 3), np.float32)
+    line[-1] = 1
+    for _ in range(20):
+        dirty = [np.full(4 * (height + 2) * (width + 2), value, np.float32) for value in (np.nan, 1e30, -7)]
+        del dirty  # which leaves their values in memory that is used next
+        found = np.zeros((height, width), bool)
+        found[tuple(_at_edges(slope, np.ones((height, width), np.float32)).T)] = True
+        assert not (found & inside).any()
+        found[:] = False
+        found[tuple(_at_edges(step, np.ones((height, width), np.float32)).T)] = True
+        assert (found == expected).all()
+        found[:] = False
+        found[tuple(_at_edges(line, np.ones((height, width), np.float32)).T)] = True
+        assert (found == np.arange(height)[:, None].repeat(width, 1) >= height - 2).all()

@@ -20,6 +20,7 @@ from bobrossnet.fitting import fitted
 from bobrossnet.frame import Frame
 from bobrossnet.metrics import psnr, ssim
 from bobrossnet.motion import View
+from bobrossnet.notebooks import register
 from bobrossnet.onnx import export
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.gbuffer import GBuffer, Samples
@@ -87,6 +88,8 @@ __all__ = [
     "trace",
     "uncertainty",
 ]
+
+register()
 
 __version__: str
 

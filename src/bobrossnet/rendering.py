@@ -143,7 +143,8 @@ def _at_edges(color: NDArray[np.float32], alpha: NDArray[np.float32]) -> NDArray
     height, width = alpha.shape
     shown = np.empty((4, height + 2, width + 2), np.float32)
     shown[:3, 1:-1, 1:-1], shown[3, 1:-1, 1:-1] = np.sqrt(color).transpose(2, 0, 1), alpha
-    shown[:, [0, -1]], shown[:, :, [0, -1]] = shown[:, [1, -2]], shown[:, :, [1, -2]]
+    shown[:, [0, -1]] = shown[:, [1, -2]]
+    shown[:, :, [0, -1]] = shown[:, :, [1, -2]]  # after the rows, so that the corners are set
     bent = np.zeros((height, width), np.float32)
     for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
         behind = shown[:, 1 - down : 1 - down + height, 1 - right : 1 - right + width]

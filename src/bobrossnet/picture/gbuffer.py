@@ -210,12 +210,6 @@ class GBuffer(Channels):
 
     __hash__ = None  # type: ignore[assignment]
 
-    def _repr_png_(self) -> bytes:
-        """What was traced, and green where nothing was."""
-        from bobrossnet.picture.files import png, traced_on_green
-
-        return png(traced_on_green(self))
-
     def __repr__(self) -> str:
         return f"GBuffer({self.size[0]} x {self.size[1]}, {100 * self.fraction:.4g} % traced)"
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.shapes.affine import IDENTITY, Matrix, Point
-from bobrossnet.shown import Shown
 
 Number = TypeVar("Number", bound=np.generic)
 
@@ -24,7 +23,7 @@ MAX_CELLS = 4000
 """At most: a little fewer than the core takes, since its lattice is a little larger than the shape."""
 
 
-class Shape(Shown, ABC):
+class Shape(ABC):
     """A surface in its own units, which a scene places. Shapes are immutable."""
 
     kind: ClassVar[str]

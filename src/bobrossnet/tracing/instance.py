@@ -9,7 +9,6 @@ from bobrossnet import _core
 from bobrossnet.errors import InputTypeError
 from bobrossnet.shapes.affine import IDENTITY, Matrix, check_map, rotation, scaling, translation
 from bobrossnet.shapes.shape import Shape
-from bobrossnet.shown import Shown
 from bobrossnet.tracing.material import Material
 
 Z = (0.0, 0.0, 1.0)
@@ -17,7 +16,7 @@ WHITE = Material()
 
 
 @dataclass(frozen=True, eq=False, init=False, slots=True)
-class Instance(Shown):
+class Instance:
     """A shape in its place.
 
     Instances of one shape share its memory. `translate`, `scale` and `rotate` are those of the modelling language; each

@@ -17,7 +17,6 @@ from bobrossnet.errors import InputError, InputTypeError, check_array, check_fin
 from bobrossnet.shapes.affine import UPRIGHT, Point, mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
-from bobrossnet.shown import Shown
 from bobrossnet.tracing.instance import Instance
 
 MAX_INSTANCES = 100_000
@@ -39,7 +38,7 @@ class Hits(NamedTuple):
     v: NDArray[np.float64]
 
 
-class Scene(Shown):
+class Scene:
     """Shapes in one space, each with its placement and material, and the bounding sphere that cameras orbit.
 
     The sphere's centre is that of the axis-aligned bounding box; it reaches to the farthest point of a shape. Pictures
