@@ -103,7 +103,7 @@ def test_several_files_and_up(tmp_path):
     upright = bob.trace(bob.load(files), size=(40, 40))
     assert np.array_equal(pixels(out), np.rint(upright.gray * 255))
     assert cli.main([*arguments, "--up", "y"]) == 0
-    turned = bob.trace(bob.load(files).turned_upright(), size=(40, 40))
+    turned = bob.trace(bob.load(files, up="y"), size=(40, 40))
     assert np.array_equal(pixels(out), np.rint(turned.gray * 255))
     assert turned != upright
 

@@ -31,9 +31,7 @@ def scene_of(options: argparse.Namespace) -> Scene:
     """The scene of the files that were named, turned as was asked for."""
     import bobrossnet as bob
 
-    files = options.files
-    scene = bob.load(files) if files else bob.Scene(bob.Instance(bob.happy_tree(), name="happy tree"))
-    return scene.turned_upright() if options.up == "y" else scene
+    return bob.load(options.files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
 
 
 def add_size(parser: argparse.ArgumentParser, default: tuple[int, int] = (480, 640)) -> None:

@@ -52,8 +52,7 @@ class Style(NamedTuple):
 
 def thumbnail(source: str | os.PathLike[str], style: Style) -> Picture:
     """The picture of a file, which its silhouette fills."""
-    scene = load(source)
-    scene = scene.turned_upright() if style.up == "y" else scene
+    scene = load(source, up=style.up)
     camera = fitted(scene, style.camera, size=style.size)
     return render(scene, camera, size=style.size, samples=style.samples, background=style.background)
 

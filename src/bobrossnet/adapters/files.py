@@ -89,7 +89,7 @@ KINDS: dict[str, tuple[str, ...]] = {
 Source: TypeAlias = str | os.PathLike[str] | Scene | Instance | Shape
 
 
-def load(source: Source | Iterable[Source]) -> Scene:
+def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
     """Make a scene of a file, a shape, or several of either.
 
     Parameters
@@ -99,6 +99,8 @@ def load(source: Source | Iterable[Source]) -> Scene:
         surfaces, .3dm (Rhino's), .step, .stp, .iges, .igs, .json (geomdl's), .xml (G+Smo's), .bpt (Bezier patches) or
         .cpt (grids of control points); shape scripts, .sdf; or formulas, .vm. All are placed as their coordinates say;
         instances are named after their files where these have no names for them.
+    up : "z" or "y"
+        The axis that points up in `source`; y is turned to z, as by `Scene.turned_upright`.
 
     Returns
     -------
@@ -107,21 +109,23 @@ def load(source: Source | Iterable[Source]) -> Scene:
     Raises
     ------
     InputError
-        If a file can't be read or holds nothing to trace; one line that starts with the file's name.
+        If a file can't be read or holds nothing to trace; one line that starts with the file's name. If `up` is neither.
 
     Warns
     -----
     InputWarning
         If a part of a file was left out or is not shown as it is.
     """
+    if up not in ("y", "z"):
+        raise InputError(f"up: expected y or z, got {up!r:.40}")
     if isinstance(source, str | os.PathLike | Shape | Instance | Scene):
         source = (source,)
     if not isinstance(source, Iterable):
         raise InputTypeError(f"source: expected a path, a shape or several, got {type(source).__name__}")
     items = [_loaded(item) if isinstance(item, str | os.PathLike) else item for item in source]
-    if len(items) == 1 and isinstance(items[0], Scene):
-        return items[0]  # which is measured already
-    return Scene(items)
+    only = items[0] if len(items) == 1 else None
+    scene = only if isinstance(only, Scene) else Scene(items)  # which is measured already
+    return scene.turned_upright() if up == "y" else scene
 
 
 def _loaded(path: str | os.PathLike[str]) -> SceneLike:
