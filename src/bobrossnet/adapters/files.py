@@ -109,7 +109,7 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
     Raises
     ------
     InputError
-        If a file can't be read or holds nothing to trace; one line that starts with the file's name. If `up` is neither.
+        If a file can't be read or holds nothing to trace, in one line that starts with the file's name; or for `up`.
 
     Warns
     -----
