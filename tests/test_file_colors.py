@@ -371,6 +371,29 @@ def test_gltf_textures(tmp_path: Path) -> None:
     assert np.array_equal(corners_of(seen(mesh_of(saved(tmp_path, tree)))), expected[::-1])
 
 
+def test_gltf_texture_transforms(tmp_path: Path) -> None:
+    """Against the places that three.js makes of them: scaled, turned, then shifted; and with another set of places."""
+    written(tmp_path / "t.png", picture())
+    plain = gltf([laid({"index": 0})], textures=[{"source": 0}], images=[{"uri": "t.png"}])
+    places = mesh_of(saved(tmp_path, plain)).uv
+    assert places is not None
+    for moved, expected in (
+        ({"offset": [0.25, 0.5]}, places + (0.25, 0.5)),
+        ({"scale": [2, -3]}, places * (2, -3)),
+        ({"rotation": np.pi / 2}, np.stack([places[:, 1], -places[:, 0]], axis=1)),
+        (
+            {"offset": [0.1, 0.2], "rotation": np.pi / 2, "scale": [2, 3]},
+            np.stack([3 * places[:, 1] + 0.1, -2 * places[:, 0] + 0.2], axis=1),
+        ),
+        ({"texCoord": 1}, places[::-1]),
+        ({"offset": "here", "scale": [1], "rotation": None, "texCoord": []}, places),
+    ):
+        info = {"index": 0, "extensions": {"KHR_texture_transform": moved}}
+        uv = mesh_of(saved(tmp_path, {**plain, "materials": [laid(info)]})).uv
+        assert uv is not None
+        assert np.allclose(uv, expected, atol=1e-6)
+
+
 def test_gltf_samplers(tmp_path: Path) -> None:
     written(tmp_path / "t.png", picture())
     tree = gltf(

@@ -479,6 +479,9 @@ def test_materials_and_textures_of_glb(same):
     assert len(found["warnings"]) == 1
     same("nonsense.glb", textured_glb(materials=[{"pbrMetallicRoughness": {"baseColorFactor": [-3, "a"]}}, 3]))
     same("missing.glb", textured_glb(materials=[{}]))
+    moved = {"offset": [0.3, -0.2], "rotation": 0.7, "scale": [1.5, 0.6], "texCoord": 1}
+    laid = {"index": 0, "extensions": {"KHR_texture_transform": moved}}
+    same("moved.glb", textured_glb(materials=[{"pbrMetallicRoughness": {"baseColorTexture": laid}}] * 2))
     same("coarse.glb", textured_glb(nodes=[{"mesh": 0, "scale": [1, 1, 0.01]}]))  # whose faces meet at small angles
 
 

@@ -142,7 +142,7 @@ def _colored(part: Part, stored: dict[str, Any], surfaces: GltfSurfaces) -> Part
     colors, uv = (_normalized(found.get(name)) for name in (COLORS, UV))
     return part._replace(
         colors=colors[:, :3] if colors is not None and colors.ndim == 2 else None,
-        uv=uv,
+        uv=uv if uv is None or material is None else surfaces.on_texture(material, uv),
         surface=Surface() if material is None else surfaces[material],
     )
 

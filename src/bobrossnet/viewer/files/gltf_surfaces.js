@@ -15,6 +15,9 @@ import { PLAIN, decoded, unit } from "./surface.js";
 /** How textures wrap, by the numbers of WebGL. @type {Record<number, number>} */
 const WRAPS = { 10497: 0, 33071: 1, 33648: 2 };
 
+/** Of what moves textures. */
+const MAX_NUMBER = 1e9;
+
 /** Surfaces by the number of their material. What of one can't be read is left out, with a warning. */
 export class GltfSurfaces {
   /** @type {Map<number, Surface>} */
@@ -37,7 +40,7 @@ export class GltfSurfaces {
     for (const number of new Set(numbers)) {
       if (!(number !== undefined && number < count)) continue;
       const { name, ...material } = this.#material(number), pbr = object(material, "pbrMetallicRoughness");
-      const texture = await this.#texture(object(pbr, "baseColorTexture"));
+      const texture = await this.#texture(this.#baseColor(number));
       this.#surfaces.set(number, {
         material: {
           ...WHITE, color: rgb(pbr.baseColorFactor, 1), emissive: rgb(material.emissiveFactor, 0),
@@ -56,8 +59,32 @@ export class GltfSurfaces {
 
   /** Which places on its texture a material takes. @param {number | undefined} number */
   uvSet(number) {
-    const { texCoord = 0 } = object(object(this.#material(number), "pbrMetallicRoughness"), "baseColorTexture");
+    const info = this.#baseColor(number), texCoord = moved(info).texCoord ?? info.texCoord ?? 0;
     return Number.isInteger(texCoord) ? texCoord : 0;
+  }
+
+  /**
+   * Places as the material's KHR_texture_transform moves them, (V, 2): scaled, turned, then shifted.
+   *
+   * It turns as Khronos' sample viewer and three.js do, clockwise in the extension's own matrices.
+   *
+   * @param {number | undefined} number
+   * @param {Float64Array | undefined} uv
+   */
+  onTexture(number, uv) {
+    const { offset, rotation, scale } = moved(this.#baseColor(number));
+    if (!uv) return undefined;
+    const [u, v] = pair(offset, 0), [wide, high] = pair(scale, 1), angle = finite(rotation, 0);
+    const cos = Math.cos(angle), sin = Math.sin(angle);
+    return uv.map((_, i) => {
+      const x = uv[i - i % 2] * wide, y = uv[i - i % 2 + 1] * high;
+      return i % 2 ? cos * y - sin * x + v : cos * x + sin * y + u;
+    });
+  }
+
+  /** @param {number | undefined} number */
+  #baseColor(number) {
+    return object(object(this.#material(number), "pbrMetallicRoughness"), "baseColorTexture");
   }
 
   /** @param {number | undefined} number */
@@ -114,6 +141,18 @@ function item(json, name, number) {
 function object(of, name) {
   const value = of[name];
   return isObject(value) ? value : {};
+}
+
+/** @param {any} info */
+const moved = (info) => object(object(info, "extensions"), "KHR_texture_transform");
+
+/** @param {unknown} value @param {number} otherwise */
+const finite = (value, otherwise) => (typeof value === "number" && Math.abs(value) <= MAX_NUMBER ? value : otherwise);
+
+/** @param {unknown} values @param {number} otherwise */
+function pair(values, otherwise) {
+  const [first, second] = Array.isArray(values) && values.length === 2 ? values : [];
+  return [finite(first, otherwise), finite(second, otherwise)];
 }
 
 /** @param {unknown} value */

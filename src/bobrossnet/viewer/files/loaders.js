@@ -79,7 +79,7 @@ export async function readGlb(bytes, warn) {
  */
 function lookOf({ attributes }, surfaces, material) {
   const set = surfaces.uvSet(material), uv = material === undefined ? undefined : attributes[set ? `uv${set}` : "uv"];
-  return { colors: components(attributes.color, 3), uv: components(uv, 2), surface: surfaces.of(material) };
+  return { colors: components(attributes.color, 3), uv: surfaces.onTexture(material, components(uv, 2)), surface: surfaces.of(material) };
 }
 
 /** Components of an attribute, (n, width), those of integers in 0..1. @param {any} attribute @param {number} width */
