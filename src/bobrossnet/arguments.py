@@ -6,13 +6,10 @@ import argparse
 import math
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from bobrossnet.adapters.files import KINDS
 from bobrossnet.picture.camera import Camera
-
-if TYPE_CHECKING:
-    from bobrossnet.tracing.scene import Scene
+from bobrossnet.tracing.scene import Scene
 
 BLACK = "#000000"
 
