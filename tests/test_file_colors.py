@@ -404,6 +404,9 @@ def test_gltf_samplers(tmp_path: Path) -> None:
     )
     wraps = [instance.shape.wrap for instance in bob.load(saved(tmp_path, tree)).instances]  # type: ignore[attr-defined]
     assert wraps == [("repeat", "repeat"), ("clamp", "mirror")]  # the third is like the first
+    tree["materials"] *= 2
+    tree["meshes"] = gltf(tree["materials"])["meshes"]
+    assert len(bob.load(saved(tmp_path, tree)).instances) == 2  # whatever wraps, alike is alike
 
 
 @pytest.mark.parametrize(

@@ -479,6 +479,9 @@ def test_materials_and_textures_of_glb(same):
     assert len(found["warnings"]) == 1
     same("nonsense.glb", textured_glb(materials=[{"pbrMetallicRoughness": {"baseColorFactor": [-3, "a"]}}, 3]))
     same("missing.glb", textured_glb(materials=[{}]))
+    clamped = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}}
+    found = same("alike.glb", textured_glb(materials=[clamped] * 2))
+    assert len(found["names"]) == 2  # those of the two materials, and of none
     moved = {"offset": [0.3, -0.2], "rotation": 0.7, "scale": [1.5, 0.6], "texCoord": 1}
     laid = {"index": 0, "extensions": {"KHR_texture_transform": moved}}
     same("moved.glb", textured_glb(materials=[{"pbrMetallicRoughness": {"baseColorTexture": laid}}] * 2))

@@ -73,6 +73,11 @@ def add_model(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
 
 
+def add_samples(parser: argparse.ArgumentParser, default: int, what: str) -> None:
+    """Add --samples of each pixel."""
+    parser.add_argument("--samples", type=int, default=default, metavar="N", help=f"{what} (default: {default})")
+
+
 def add_background(parser: argparse.ArgumentParser, default: str) -> None:
     """Add --background, which `background` reads."""
     parser.add_argument(

@@ -4,20 +4,30 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from bobrossnet.errors import InputError
 
 
-def check_writable(path: str | os.PathLike[str]) -> Path:
+def check_writable(path: str | os.PathLike[str], what: str = "", endings: Iterable[str] = ()) -> Path:
     """Return `path` if a file can be written there, before time is spent on its content.
+
+    Parameters
+    ----------
+    path : str or path
+    what, endings
+        What is written, such as "a picture", and the endings that its formats have, in lower case; any without `what`.
 
     Raises
     ------
     InputError
-        If it is a folder or a device, its name is too long, or its folder does not exist or is read-only.
+        If its ending is another, it is a folder or a device, its name is too long, or its folder does not exist or is
+        read-only.
     """
     path = Path(path)
+    if what and path.suffix.lower() not in (known := [*endings]):
+        raise InputError(f"{path}: expected {what}'s ending ({' '.join(known)}), got {path.suffix or 'none'}")
     place = _place(path)
     if not place.parent.is_dir():
         raise InputError(f"{path}: can't write it: there is no folder {place.parent}")

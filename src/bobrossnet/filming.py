@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.completion.network import NetworkLike, load_network
 from bobrossnet.errors import InputError, InputTypeError, check_integer, check_number
-from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.camera import Camera, orbiting
+from bobrossnet.picture.files import before
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.picture.rendered import Picture
 from bobrossnet.rendering import Background, check_picture, render
@@ -170,25 +171,21 @@ def orbit(
     >>> bob.orbit(bob.happy_tree(), frames=50, size="320x240")
     Film(50 pictures of 320 x 240)
     """
-    camera = Camera() if camera is None else camera
-    if camera.position is not None:
-        raise InputError("camera: expected one that orbits, got one that stands at a position")
+    first = orbiting(camera)
     check_integer("frames", frames, 1, 10_000)
-    cameras = [replace(camera, azimuth=camera.azimuth + 360 * i / frames) for i in range(frames)]
+    cameras = [replace(first, azimuth=first.azimuth + 360 * i / frames) for i in range(frames)]
     return Film(scene, cameras, size=size, samples=samples, background=background, fraction=fraction, model=model)
 
 
 def check_film_path(path: str | os.PathLike[str]) -> Path:
     """Return `path` if a film can be written there, before any time is spent on making it."""
-    path = Path(path)
-    if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: expected a film's ending ({' '.join(FORMATS)}), got {path.suffix or 'none'}")
+    path = check_writable(path, "a film", FORMATS)
     if path.suffix.lower() == ".mp4":
         try:
             import av  # noqa: F401
         except ModuleNotFoundError as error:
             raise InputError(f"{path}: writing .mp4 needs av: pip install 'bobrossnet[video]'") from error
-    return check_writable(path)
+    return path
 
 
 def _encoded(kind: str, frames: Sequence[NDArray[np.uint8]], fps: float) -> bytes:
@@ -220,7 +217,7 @@ def _write_mp4(content: io.BytesIO, frames: Sequence[NDArray[np.uint8]], fps: fl
         stream = file.add_stream("libx264", rate=Fraction(fps).limit_denominator(1000), options={"crf": "18"})
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         for frame in frames:
-            rgb = np.rint(frame[..., :3] * (frame[..., 3:] / np.float32(255))).astype(np.uint8)  # before black
+            rgb = before("black", frame)
             padded = np.pad(rgb, [(0, height - rgb.shape[0]), (0, width - rgb.shape[1]), (0, 0)], "edge")
             for packet in stream.encode(av.VideoFrame.from_ndarray(padded, format="rgb24")):
                 file.mux(packet)

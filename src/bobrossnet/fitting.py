@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, check_number
-from bobrossnet.picture.camera import Camera
+from bobrossnet.errors import check_number
+from bobrossnet.picture.camera import Camera, orbiting
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.shapes.affine import mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
-from bobrossnet.tracing.trace import SceneTracer
+from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
 
 LOOKS = 2
 """Pictures that are traced of shapes other than meshes: one of all of them, and one of the silhouette alone."""
@@ -63,12 +63,10 @@ def fitted(
     >>> bob.fitted(flat, bob.Camera(azimuth=60, elevation=10)).zoom > 1
     True
     """
-    scene, camera = as_scene(scene), Camera() if camera is None else camera
+    scene = as_scene(scene)
     height, width = check_size(size)
     check_number("margin", margin, 0, 0.45)
-    if camera.position is not None:
-        raise InputError("camera: expected one that orbits, got one that stands at a position")
-    camera = replace(camera, zoom=1.0, pan=(0.0, 0.0))
+    camera = replace(orbiting(camera), zoom=1.0, pan=(0.0, 0.0))
     points, is_all = _vertices(scene)
     if not is_all:
         scale = SHORTER / min(height, width)
@@ -96,7 +94,7 @@ def _vertices(scene: Scene) -> tuple[NDArray[np.float32], bool]:
 
 def _seen_points(scene: Scene, camera: Camera, size: tuple[int, int]) -> NDArray[np.float32]:
     """What rays through a picture hit, in the unit sphere."""
-    pixels = np.ascontiguousarray(np.argwhere(np.ones(size)), np.int32)
+    pixels = tiled_pixels(size)
     values = SceneTracer(scene, camera, size, Layout("mask,depth"))(pixels).values
     hit = values[:, 0] > 0
     places = np.column_stack([pixels[hit], values[hit, 1]]).astype(np.float32)

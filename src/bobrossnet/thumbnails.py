@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet._core import set_thread_count
 from bobrossnet.adapters.apart import be_apart
-from bobrossnet.adapters.files import load, shape_files
+from bobrossnet.adapters.files import check_up, load, shape_files
 from bobrossnet.adapters.messages import one_line
 from bobrossnet.errors import InputError, check_integer
 from bobrossnet.fitting import fitted
 from bobrossnet.machine import limit_memory
-from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.camera import Camera, orbiting
+from bobrossnet.picture.files import before, sheet
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.picture.rendered import Picture
 from bobrossnet.rendering import Background, check_picture, render
@@ -109,11 +109,8 @@ def thumbnails(
     ["broken.ply: expected a PLY, which starts with 'ply', got b'?'"]
     """
     check_picture(samples, background)
-    if up not in ("y", "z"):
-        raise InputError(f"up: expected y or z, got {up!r:.40}")
-    style = Style(check_size(size), Camera() if camera is None else camera, samples, background, up)
-    if style.camera.position is not None:
-        raise InputError("camera: expected one that orbits, got one that stands at a position")
+    check_up(up)
+    style = Style(check_size(size), orbiting(camera), samples, background, up)
     count = check_integer("workers", _cores() if workers is None else workers, 1, 256)
     files = shape_files(source)
     folder = Path(source) if Path(source).is_dir() else Path(source).parent
@@ -143,14 +140,11 @@ def contact_sheet(made: Sequence[Thumbnail], columns: int | None = None) -> NDAr
     """
     from PIL import Image
 
-    from bobrossnet.picture.files import sheet
-
     panels = []
     for each in made:
         if each.picture is not None:
             with Image.open(each.picture) as image:
-                shown = Image.alpha_composite(Image.new("RGBA", image.size, "white"), image.convert("RGBA"))
-                panels.append((np.asarray(shown.convert("RGB")), each.file.name))
+                panels.append((before("white", np.asarray(image.convert("RGBA"))), each.file.name))
     if not panels:
         raise InputError("sheet: expected at least one thumbnail, got none")
     return sheet(panels, columns or max(round(np.sqrt(1.5 * len(panels))), 1))
@@ -158,6 +152,12 @@ def contact_sheet(made: Sequence[Thumbnail], columns: int | None = None) -> NDAr
 
 def _made(tasks: Sequence[tuple[str, str]], style: Style, workers: int) -> Iterator[tuple[int, str | None]]:
     """The number of each task as it is done, and its error if it failed."""
+    # Which take longer to import than the rest of the package's own modules.
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import get_context
+
+    context = get_context("spawn")  # which shares nothing with this process: a fork would lose its threads
     write = partial(_write, style=style)
     # The largest first, so that no process has a long one left when the others are done.
     suspects = sorted(range(len(tasks)), key=lambda i: os.path.getsize(tasks[i][0]), reverse=True)
@@ -166,8 +166,8 @@ def _made(tasks: Sequence[tuple[str, str]], style: Style, workers: int) -> Itera
         left, suspects = suspects, []
         groups = [left[i : i + at_once] for i in range(0, len(left), max(at_once, 1))]
         for group in groups:
-            with _pool(min(workers, len(group))) as pool:
-                calls: dict[Future[str | None], int] = {pool.submit(write, *tasks[i]): i for i in group}
+            with ProcessPoolExecutor(min(workers, len(group)), context, _start_worker) as pool:
+                calls = {pool.submit(write, *tasks[i]): i for i in group}
                 for call in as_completed(calls):
                     try:
                         yield calls[call], call.result()
@@ -177,16 +177,7 @@ def _made(tasks: Sequence[tuple[str, str]], style: Style, workers: int) -> Itera
         yield i, f"{Path(tasks[i][0]).name}: its reader ended without a word, perhaps for want of memory"
 
 
-def _pool(workers: int) -> ProcessPoolExecutor:
-    """Processes that share nothing with this one, whose threads a fork would lose."""
-    return ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_start_worker)
-
-
 def _start_worker() -> None:
-    import warnings
-
-    from bobrossnet import set_thread_count
-
     limit_memory()
     be_apart()
     set_thread_count(1)  # the files are traced side by side

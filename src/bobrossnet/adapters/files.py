@@ -116,8 +116,7 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
     InputWarning
         If a part of a file was left out or is not shown as it is.
     """
-    if up not in ("y", "z"):
-        raise InputError(f"up: expected y or z, got {up!r:.40}")
+    check_up(up)
     if isinstance(source, str | os.PathLike | Shape | Instance | Scene):
         source = (source,)
     if not isinstance(source, Iterable):
@@ -126,6 +125,12 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
     only = items[0] if len(items) == 1 else None
     scene = only if isinstance(only, Scene) else Scene(items)  # which is measured already
     return scene.turned_upright() if up == "y" else scene
+
+
+def check_up(up: str) -> None:
+    """Raise InputError unless it is an axis that points up in files."""
+    if up not in ("y", "z"):
+        raise InputError(f"up: expected y or z, got {up!r:.40}")
 
 
 def _loaded(path: str | os.PathLike[str]) -> SceneLike:

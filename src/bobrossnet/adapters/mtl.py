@@ -71,7 +71,7 @@ def _surface(name: bytes, of: dict[bytes, list[bytes]], textures: Textures, fold
     label = one_line(name.decode("utf-8", "replace")) or None
     emissive = _color(of.get(b"ke"), 0)
     if b"pm" in of or b"pr" in of:
-        metallic, roughness = (_number(of.get(word), otherwise) for word, otherwise in ((b"pm", 0), (b"pr", 0.5)))
+        metallic, roughness = (unit(_finite(of.get(word)), otherwise) for word, otherwise in ((b"pm", 0), (b"pr", 0.5)))
         return Surface(Material(color, metallic=metallic, roughness=roughness, emissive=emissive), texture, label)
     # Highlights of full strength are common in files and wash colours out: Ks scales the one that surfaces have here.
     specular = 0.2 * max(_color(of.get(b"ks"), 1))
@@ -102,10 +102,6 @@ def _color(words: list[bytes] | None, otherwise: float) -> tuple[float, float, f
         values *= 3
     red, green, blue = from_srgb([unit(value, otherwise) for value in [*values, *[None] * 3][:3]])
     return float(red), float(green), float(blue)
-
-
-def _number(words: list[bytes] | None, otherwise: float) -> float:
-    return unit(_finite(words), otherwise)
 
 
 def _finite(words: list[bytes] | None) -> float | None:

@@ -36,9 +36,10 @@ class Surface(NamedTuple):
     name: str | None = None
 
     @property
-    def look(self) -> tuple[Material, int]:
+    def look(self) -> tuple[Material, int | None, tuple[str, str] | None]:
         """Equal where surfaces look alike."""
-        return self.material, id(self.texture)
+        texels, wrap = self.texture or (None, None)
+        return self.material, None if texels is None else id(texels), wrap
 
 
 class Textures(dict[PurePosixPath, Texture | None]):

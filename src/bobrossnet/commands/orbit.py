@@ -29,13 +29,7 @@ def add(commands: Any) -> None:
     orbit.add_argument(
         "-o", "--out", default="out.webp", metavar="FILM", help=".webp, .png, .gif, .avif or .mp4 (default: out.webp)"
     )
-    orbit.add_argument(
-        "--samples",
-        type=int,
-        default=4,
-        metavar="N",
-        help="with --fraction 100%%: rays at most for each pixel along edges, 1, 4 or 16 (default: 4)",
-    )
+    arguments.add_samples(orbit, 4, "with --fraction 100%%: rays at most for each pixel along edges, 1, 4 or 16")
     arguments.add_background(orbit, "#ffffff")
 
 

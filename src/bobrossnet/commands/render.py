@@ -57,12 +57,10 @@ def add(commands: Any) -> None:
     arguments.add_up(render)
     arguments.add_model(render)
     render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
-    render.add_argument(
-        "--samples",
-        type=int,
-        default=1,
-        metavar="N",
-        help="with --fraction 100%%: rays at most for each pixel along edges, 4 or 16 (default: 1, pixels' centres)",
+    arguments.add_samples(
+        render,
+        1,
+        "with --fraction 100%%: rays at most for each pixel along edges, 4 or 16; 1 goes through pixels' centres",
     )
     arguments.add_background(render, arguments.BLACK)
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")

@@ -24,13 +24,7 @@ def add(commands: Any) -> None:
     arguments.add_size(thumbs, (256, 256))
     arguments.add_orbit(thumbs)
     arguments.add_up(thumbs)
-    thumbs.add_argument(
-        "--samples",
-        type=int,
-        default=4,
-        metavar="N",
-        help="rays at most for each pixel along edges, 1, 4 or 16 (default: 4)",
-    )
+    arguments.add_samples(thumbs, 4, "rays at most for each pixel along edges, 1, 4 or 16")
     arguments.add_background(thumbs, "transparent")
     thumbs.add_argument("--anew", action="store_true", help="make all of them, also those that are there")
     thumbs.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each core)")

@@ -160,6 +160,14 @@ class Camera:
         )
 
 
+def orbiting(camera: Camera | None) -> Camera:
+    """Return the camera, by default the first, if it orbits; raise InputError if it stands at a position."""
+    camera = Camera() if camera is None else camera
+    if camera.position is not None:
+        raise InputError("camera: expected one that orbits, got one that stands at a position")
+    return camera
+
+
 def _vector(name: str, value: Any, count: int) -> tuple[float, ...]:
     array = check_finite(name, check_array(name, value, (count,)))
     return tuple(float(x) for x in array)

@@ -88,6 +88,14 @@ def sheet(panels: list[tuple[U8, str]], columns: int) -> U8:
     return np.asarray(drawn)
 
 
+def before(color: str, rgba: U8) -> U8:
+    """A picture, (H, W, 4) uint8, before a colour that Pillow knows: (H, W, 3) uint8."""
+    from PIL import Image
+
+    picture = Image.fromarray(rgba)
+    return np.asarray(Image.alpha_composite(Image.new("RGBA", picture.size, color), picture).convert("RGB"))
+
+
 def png(image: U8) -> bytes:
     """A picture's file, as notebooks show it."""
     from PIL import Image
@@ -99,10 +107,7 @@ def png(image: U8) -> bytes:
 
 def check_picture_path(path: str | os.PathLike[str]) -> Path:
     """Return `path` if a picture can be written there, before any time is spent on making it."""
-    path = Path(path)
-    if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: expected a picture's ending ({' '.join(FORMATS)}), got {path.suffix or 'none'}")
-    return check_writable(path)
+    return check_writable(path, "a picture", FORMATS)
 
 
 def write_picture(path: str | os.PathLike[str], image: U8) -> None:
@@ -112,9 +117,9 @@ def write_picture(path: str | os.PathLike[str], image: U8) -> None:
 
     path = check_picture_path(path)
     content = io.BytesIO()
-    picture, kind = Image.fromarray(image), FORMATS[path.suffix.lower()]
-    if picture.mode == "RGBA" and kind in OPAQUE:
-        picture = Image.alpha_composite(Image.new("RGBA", picture.size, "black"), picture).convert("RGB")
+    kind = FORMATS[path.suffix.lower()]
+    has_alpha = image.ndim == 3 and image.shape[2] == 4
+    picture = Image.fromarray(before("black", image) if has_alpha and kind in OPAQUE else image)
     try:
         picture.save(content, kind, **({"compress_level": PNG_LEVEL} if kind == "PNG" else {}))
     except (OSError, ValueError, KeyError) as error:  # WebP's 16383 pixels a side, or a Pillow without AVIF

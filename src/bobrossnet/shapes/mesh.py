@@ -248,7 +248,4 @@ def _linear(name: str, colors: Any, count: int, hint: str) -> NDArray[np.float32
 
 def check_mesh_path(path: str | os.PathLike[str]) -> Path:
     """Return the path of a mesh that can be written; raise InputError if its ending or its folder is none."""
-    if Path(path).suffix.lower() not in FORMATS:
-        got = Path(path).suffix or "none"
-        raise InputError(f"{path}: expected a mesh's ending ({' '.join(FORMATS)}), got {got}")
-    return check_writable(path)
+    return check_writable(path, "a mesh", FORMATS)

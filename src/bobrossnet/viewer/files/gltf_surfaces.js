@@ -24,9 +24,6 @@ export class GltfSurfaces {
   #surfaces = new Map();
   /** By the number of their image. @type {Map<number, Picture | undefined>} */
   #pictures = new Map();
-  /** One for each picture and how it wraps. @type {Map<string, Texture>} */
-  #textures = new Map();
-
   /** @param {any} json @param {Uint8Array<ArrayBuffer>} buffer the file's own @param {import("./part.js").Warn} warn */
   constructor(json, buffer, warn) {
     this.json = json;
@@ -100,13 +97,7 @@ export class GltfSurfaces {
     if (!this.#pictures.has(number)) this.#pictures.set(number, await this.#picture(number));
     const picture = this.#pictures.get(number), { wrapS, wrapT } = item(this.json, "samplers", texture.sampler);
     if (!picture) return undefined;
-    const key = `${number} ${WRAPS[wrapS] ?? 0} ${WRAPS[wrapT] ?? 0}`;
-    const known = this.#textures.get(key);
-    if (known) return known;
-    /** @type {Texture} */
-    const made = { picture, wrap: [WRAPS[wrapS] ?? 0, WRAPS[wrapT] ?? 0] };
-    this.#textures.set(key, made);
-    return made;
+    return { picture, wrap: [WRAPS[wrapS] ?? 0, WRAPS[wrapT] ?? 0] };
   }
 
   /** @param {number} number */

@@ -19,7 +19,8 @@ export const PLAIN = { material: WHITE };
 
 /** Whether surfaces look alike. @param {Surface} a @param {Surface} b */
 export function alike(a, b) {
-  return a.texture === b.texture && JSON.stringify(a.material) === JSON.stringify(b.material);
+  const { picture: first, wrap = null } = a.texture ?? {}, { picture: second, wrap: other = null } = b.texture ?? {};
+  return first === second && String(wrap) === String(other) && JSON.stringify(a.material) === JSON.stringify(b.material);
 }
 
 /** Linear light of an sRGB value, both 0..1, after IEC 61966-2-1. @param {number} value */
