@@ -66,6 +66,7 @@ def costs(scene: bob.Scene) -> dict[str, float]:
     samples = tracer(bob.pixel_order(SIZE))
     _core.scatter(layout.core, bob.pixel_order(SIZE), samples.values, planes)
     expected, off_center = np.empty_like(planes), np.empty(SIZE, np.float32)
+    order = _core.RefreshOrder(*SIZE)
     times: dict[str, list[float]] = {}
 
     def timed(name: str, start: float) -> None:
@@ -83,8 +84,8 @@ def costs(scene: bob.Scene) -> dict[str, float]:
         tracer.shade(expected)
         timed("shade", start)
         planes = np.zeros_like(planes)
-        order = _core.RefreshOrder(k, *SIZE)
         start = time.thread_time()
+        order.begin(k)
         pixels = order.next(layout.core, planes, expected, off_center, round(NEW * off_center.size))
         timed("choose pixels", start)
         _core.scatter(layout.core, pixels, tracer(pixels).values, planes)

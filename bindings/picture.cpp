@@ -133,10 +133,10 @@ Array<std::int32_t, -1, 2> next_round(bob::AdaptiveOrder& order, const bob::Layo
 }
 
 Array<std::int32_t, -1, 2> next_refresh(bob::RefreshOrder& order, const bob::Layout& layout, const ConstPlanes& traced,
-                                        const ConstPlanes& picture, const ConstPlane& off_center, std::size_t count) {
+                                        const ConstPlanes& picture, const ConstPlane& off_center, std::size_t wanted) {
     check_plane(off_center, order.height(), order.width());
     check_planes(layout, traced, order.height(), order.width()), check_planes(layout, picture, order.height(), order.width());
-    return pixels_of([&] { return order.next(layout, traced.data(), picture.data(), off_center.data(), count); });
+    return pixels_of([&] { return order.next(layout, traced.data(), picture.data(), off_center.data(), wanted); });
 }
 
 void scatter(const bob::Layout& layout, const Pixels& pixels, const Samples& samples, const Planes& planes) {
@@ -202,7 +202,8 @@ void bind_picture(nb::module_& m) {
         .def("clear", &bob::History::clear)
         .def_prop_ro("bytes", &bob::History::bytes);
     nb::class_<bob::RefreshOrder>(m, "RefreshOrder")
-        .def(nb::init<std::uint64_t, std::uint32_t, std::uint32_t>(), "seed"_a, "height"_a, "width"_a)
+        .def(nb::init<std::uint32_t, std::uint32_t>(), "height"_a, "width"_a)
+        .def("begin", &bob::RefreshOrder::begin, "seed"_a)
         .def("next", &next_refresh, "layout"_a, "traced"_a.noconvert(), "picture"_a.noconvert(), "off_center"_a.noconvert(),
-             "count"_a);
+             "wanted"_a);
 }

@@ -43,11 +43,46 @@ public:
     /// Of a pixel that was traced.
     [[nodiscard]] Look operator()(std::size_t i) const {
         Look look;
-        look.low[0] = look.high[0] = red_ ? step(shade(i), channels::gray) : gray_ ? step(gray_[i], channels::gray) : 0;
-        look.low[1] = look.high[1] = x_ ? step(x_[i], channels::normal) : 0;
-        look.low[2] = look.high[2] = y_ ? step(y_[i], channels::normal) : 0;
+        const auto shown = [i](const float* plane, const Channel& channel) {
+            return static_cast<std::uint8_t>(plane ? step(plane[i], channel) : 0);
+        };
+        look.low[0] = look.high[0] =
+            red_ ? static_cast<std::uint8_t>(step(shade(red_[i], red_[pixels_ + i], red_[2 * pixels_ + i]), channels::gray)) : shown(gray_, channels::gray);
+        look.low[1] = look.high[1] = shown(x_, channels::normal);
+        look.low[2] = look.high[2] = shown(y_, channels::normal);
         look.seen = depth_ && !(depth_[i] > 0) ? Look::missed : Look::hit;
         return look;
+    }
+
+    /// What each pixel shows whose mask is not 0, plane by plane; others show nothing. missed, hit: 255 or 0.
+    void read_all(const float* mask, std::uint8_t* const low[3], std::uint8_t* const high[3], std::uint8_t* missed, std::uint8_t* hit) const {
+        const auto read = [=, size = pixels_](std::size_t k, const Channel& channel, auto value) {
+            std::uint8_t *__restrict const least = low[k], *__restrict const greatest = high[k];
+            const Channel range = channel;
+            for (std::size_t i = 0; i < size; ++i) {
+                const int shown = step(value(i), range), known = mask[i] != 0 ? 255 : 0;
+                least[i] = static_cast<std::uint8_t>(shown | (255 - known));
+                greatest[i] = static_cast<std::uint8_t>(shown & known);
+            }
+        };
+        const auto read_plane = [&](std::size_t k, const Channel& channel, const float* plane) {
+            if (plane) read(k, channel, [plane](std::size_t i) { return plane[i]; });
+            else read(k, channel, [](std::size_t) { return 0.f; });
+        };
+        if (const float *const red = red_, *const green = red_ + pixels_, *const blue = green + pixels_; red) {
+            read(0, channels::gray, [=](std::size_t i) { return shade(red[i], green[i], blue[i]); });
+        } else {
+            read_plane(0, channels::gray, gray_);
+        }
+        read_plane(1, channels::normal, x_);
+        read_plane(2, channels::normal, y_);
+        const float* const depth = depth_ ? depth_ : mask;  // where nothing says how deep it is, it was hit
+        std::uint8_t *__restrict const empty = missed, *__restrict const solid = hit;
+        for (std::size_t i = 0, size = pixels_; i < size; ++i) {
+            const int known = mask[i] != 0 ? 255 : 0, is_hit = depth[i] > 0 ? 255 : 0;
+            empty[i] = static_cast<std::uint8_t>(known & ~is_hit);
+            solid[i] = static_cast<std::uint8_t>(known & is_hit);
+        }
     }
 
     /// Into the cache, ahead of its use.
@@ -65,13 +100,12 @@ private:
     }
 
     /// One number of a colour: not the luminance, in which red and blue hardly count, and each primary has another.
-    [[nodiscard]] float shade(std::size_t i) const {
-        return 0.45f * red_[i] + 0.35f * red_[pixels_ + i] + 0.2f * red_[2 * pixels_ + i];
-    }
+    static float shade(float red, float green, float blue) { return 0.45f * red + 0.35f * green + 0.2f * blue; }
 
-    static std::uint8_t step(float value, const Channel& channel) {
+    static int step(float value, const Channel& channel) {
         const float share = (value - channel.low) / (channel.high - channel.low);
-        return share > 0 ? static_cast<std::uint8_t>(std::min(share, 1.f) * 255 + 0.5f) : 0;  // also of what is no number
+        const float above = share > 0 ? share : 0;  // also of what is no number
+        return static_cast<int>((above < 1 ? above : 1) * 255 + 0.5f);
     }
 
     const float *gray_, *depth_, *x_, *y_, *red_;

@@ -41,38 +41,42 @@ private:
 
     struct Point {
         Vec3 position, normal;
-        float radius;  // of the disc that it stands for, in pixels: about as far as the samples around it are apart
+        std::uint32_t reach;  // how many pixels the disc covers that it stands for: about as far as the samples around it are apart
     };
     /// A point where a camera sees it.
     struct Sight {
-        std::uint32_t point;
+        std::uint32_t point, pixel;
         std::int32_t row, column;
         float depth, deeper_right, deeper_down;  // how the depth changes from pixel to pixel
         float off_center;                        // squared, in pixels
-        float moved;                             // since the picture before, squared, in pixels
         float tolerance;                         // points whose depths differ by less belong to one surface
-    };
-    /// The discs that cover a pixel: the nearest, and in which directions the centres of those of its surface lie.
-    struct Cover {
-        float depth = -1, count = 0, right = 0, down = 0;
 
-        /// Whether centres lie on several sides: at a silhouette they all lie on one.
-        [[nodiscard]] bool is_inside() const;
+        [[nodiscard]] float depth_at(std::int32_t right, std::int32_t down) const {
+            return depth + deeper_right * static_cast<float>(right) + deeper_down * static_cast<float>(down);
+        }
     };
 
     /// The number of the pixel, or none.
     [[nodiscard]] std::uint32_t pixel_at(const Projection::Seen& seen) const;
-    /// Where nothing was, moved along.
-    void expect_emptiness(const Projection& projection);
+    /// Counts what is known in the blocks of the picture.
+    void count(const float* mask);
+    /// Of discs there.
+    [[nodiscard]] std::uint32_t reach_at(std::uint32_t row, std::uint32_t column) const;
+    void keep(std::uint32_t point, std::uint32_t reach);
+
     /// The points in the picture; `at_` is which of these sights is the nearest at each pixel.
     void see(const Projection& projection);
+    /// What discs say of each pixel: how near they are, and in which directions the centres of those of its surface lie.
     void cover();
+    /// Whether these lie on several sides: at a silhouette they all lie on one.
+    [[nodiscard]] bool is_inside(std::size_t covered) const;
     /// Which of the points that are not hidden is expected at each pixel.
-    void choose();
+    void choose(const Projection& before);
     /// Nothing is known to be empty any more where other parts of a point's surface may have come with it.
-    void overrun(const Sight& sight);
-    void keep(std::uint32_t point, float radius);
-    [[nodiscard]] std::size_t covering(std::int32_t row, std::int32_t column) const;
+    void overrun(const Sight& sight, const Projection& before);
+    /// Where nothing was in a row, moved along.
+    void expect_emptiness(const Projection& before, const Projection& projection, std::uint32_t row);
+    [[nodiscard]] std::size_t covered_at(std::int32_t row, std::int32_t column) const;
 
     Layout layout_;
     std::vector<std::size_t> carried_components_;
@@ -84,10 +88,14 @@ private:
     std::vector<std::uint32_t> at_;              // which point is expected at each pixel
     std::vector<float> off_center_, depth_;      // of that; the former squared
     std::vector<std::uint32_t> beside_;          // points that are seen, but lie in the pixels of others
-    std::vector<std::uint8_t> empty_, was_empty_;
+    std::vector<std::uint8_t> empty_, was_empty_;  // of each pixel, and 0 of what is outside
+    std::vector<std::uint8_t> overrun_;
+    std::vector<std::uint8_t> counts_;            // of blocks: pixels of which something is known
     std::vector<Sight> sights_;
-    std::size_t in_picture_ = 0;  // points, also those that are turned away
-    std::vector<Cover> covers_;  // of the pixels and a border around them
+    std::size_t in_picture_ = 0;         // points, also those that are turned away
+    std::vector<float> nearest_;         // depths of discs, at the pixels and a border around them
+    std::vector<std::uint8_t> sides_;    // there, a bit for each eighth of all directions
+    std::vector<std::ptrdiff_t> steps_;  // from a disc's centre to the pixels that it covers
 };
 
 }  // namespace bob

@@ -22,6 +22,9 @@ constexpr int reach = 2;
 constexpr float surprise_nearby = 0.5f;
 constexpr std::uint32_t surprising = 16;
 
+/// One of so many pixels are few for a round.
+constexpr std::size_t few = 64;
+
 /// Worths are sorted by so many of their bits: by sixteenths of an octave.
 constexpr int dropped_bits = 19;
 std::uint32_t bin(float worth) { return std::bit_cast<std::uint32_t>(worth) >> dropped_bits; }
@@ -65,19 +68,25 @@ void halve_each(const std::vector<std::uint8_t>& from, std::vector<std::uint8_t>
 
 }  // namespace
 
-RefreshOrder::RefreshOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width)
+RefreshOrder::RefreshOrder(std::uint32_t height, std::uint32_t width)
     : height_(height), width_(width), noise_(), surprises_(std::size_t{height} * width), worth_(surprises_.size()) {
     static_assert(std::tuple_size_v<decltype(noise_)> == Tile::area);
+    for (Looks& looks : looks_) {
+        looks.resize(height, width);
+        height = (height + 1) / 2, width = (width + 1) / 2;
+    }
+    begin(0);
+}
+
+void RefreshOrder::begin(std::uint64_t seed) {
     const auto shift = static_cast<std::uint32_t>(seed * 0x9e3779b97f4a7c15 >> 40);
     for (std::uint32_t rank = 0; rank < Tile::area; ++rank) {
         const Tile::Place place = blue_noise_tile().places[rank];
         const std::uint32_t row = (place.row + shift) % Tile::side, column = (place.column + (shift >> Tile::bits)) % Tile::side;
         noise_[row * Tile::side + column] = (static_cast<float>(rank) + 0.5f) / static_cast<float>(Tile::area);
     }
-    for (Looks& looks : looks_) {
-        looks.resize(height, width);
-        height = (height + 1) / 2, width = (width + 1) / 2;
-    }
+    round_.clear();
+    std::ranges::fill(surprises_, std::uint8_t{0});
 }
 
 void RefreshOrder::Looks::resize(std::uint32_t new_height, std::uint32_t new_width) {
@@ -119,11 +128,11 @@ void RefreshOrder::look_around(const Looks& looks, Looks& around) {
 }
 
 std::span<const Pixel> RefreshOrder::next(const Layout& layout, const float* traced, const float* picture, const float* off_center,
-                                          std::size_t count) {
+                                          std::size_t wanted) {
     compare(layout, picture);
     look(layout, picture);
     weigh(traced, off_center);
-    choose(count);
+    choose(std::max((wanted + 1) / 2, std::min(wanted, surprises_.size() / few)));
     return round_;
 }
 
@@ -147,9 +156,27 @@ void RefreshOrder::compare(const Layout& layout, const float* picture) {
 }
 
 void RefreshOrder::look(const Layout& layout, const float* picture) {
-    const LookReader read(layout, picture, surprises_.size());
-    for (std::size_t i = 0; i < surprises_.size(); ++i) looks_[0].set(i, picture[i] != 0 ? read(i) : Look{});
+    Looks& looks = looks_[0];
+    std::uint8_t *const low[] = {looks.low[0].data(), looks.low[1].data(), looks.low[2].data()},
+                 *const high[] = {looks.high[0].data(), looks.high[1].data(), looks.high[2].data()};
+    LookReader(layout, picture, looks.size()).read_all(picture, low, high, looks.missed.data(), looks.hit.data());
     for (std::size_t level = 1; level < levels; ++level) halve(looks_[level - 1], looks_[level]);
+}
+
+void RefreshOrder::contrast_around(const Looks& looks) {
+    look_around(looks, around_);
+    contrast_.resize(around_.size());
+    // As Look::contrast, of all places at once; bytes written might be any that are read, unless it is said.
+    const std::uint8_t *const low0 = around_.low[0].data(), *const low1 = around_.low[1].data(), *const low2 = around_.low[2].data(),
+                       *const high0 = around_.high[0].data(), *const high1 = around_.high[1].data(),
+                       *const high2 = around_.high[2].data(), *const missed = around_.missed.data(), *const hit = around_.hit.data();
+    std::uint8_t* __restrict const contrast = contrast_.data();
+    const auto range = [](std::uint8_t low, std::uint8_t high) { return static_cast<std::uint16_t>(high > low ? high - low : 0); };
+    for (std::size_t i = 0, size = around_.size(); i < size; ++i) {
+        const auto normals = static_cast<std::uint16_t>((range(low1[i], high1[i]) + range(low2[i], high2[i])) * 5);
+        const auto sum = static_cast<std::uint16_t>(range(low0[i], high0[i]) + normals / 8);
+        contrast[i] = static_cast<std::uint8_t>(static_cast<std::uint8_t>(sum < Look::most ? sum : Look::most) | (missed[i] & hit[i]));
+    }
 }
 
 void RefreshOrder::weigh(const float* traced, const float* off_center) {
@@ -157,7 +184,7 @@ void RefreshOrder::weigh(const float* traced, const float* off_center) {
     guesses_.assign(1, least_unknown), areas_.assign(1, 0.f);
     std::uint32_t coarser_width = 1;
     for (std::size_t level = levels - 1; level > 0; --level) {
-        look_around(looks_[level], around_);
+        contrast_around(looks_[level]);
         coarser_guesses_.swap(guesses_), coarser_areas_.swap(areas_);
         guesses_.resize(around_.size()), areas_.resize(around_.size());
         const float area = 1 / static_cast<float>(std::uint32_t{1} << 2 * level);
@@ -166,31 +193,37 @@ void RefreshOrder::weigh(const float* traced, const float* off_center) {
             for (std::uint32_t column = 0; column < around_.width; ++column, ++i) {
                 const std::size_t coarser = is_coarsest ? 0 : std::size_t{row / 2} * coarser_width + column / 2;
                 const bool is_known = around_.is_known(i);
-                guesses_[i] = is_known ? least_unknown + static_cast<float>(around_.at(i).contrast()) : coarser_guesses_[coarser];
+                guesses_[i] = is_known ? least_unknown + static_cast<float>(contrast_[i]) : coarser_guesses_[coarser];
                 areas_[i] = is_known ? area : coarser_areas_[coarser];
             }
         }
         coarser_width = around_.width;
     }
 
-    look_around(looks_[0], around_);
-    for (std::uint32_t row = 0, i = 0; row < height_; ++row) {
-        const float* const noise = noise_.data() + std::size_t{row % Tile::side} * Tile::side;
-        for (std::uint32_t column = 0; column < width_; ++column, ++i) {
-            if (traced[i] != 0) {
-                worth_[i] = 0;
-                continue;
+    contrast_around(looks_[0]);
+    row_guesses_.resize(width_ + 1), row_areas_.resize(width_ + 1);
+    for (std::uint32_t row = 0; row < height_; ++row) {
+        const std::size_t first = std::size_t{row} * width_, coarser = std::size_t{row / 2} * coarser_width;
+        for (std::uint32_t k = 0; 2 * k < width_; ++k) {
+            row_guesses_[2 * k] = row_guesses_[2 * k + 1] = guesses_[coarser + k];
+            row_areas_[2 * k] = row_areas_[2 * k + 1] = areas_[coarser + k];
+        }
+        for (std::uint32_t begin = 0; begin < width_; begin += Tile::side) {
+            const std::size_t from = first + begin;
+            const float *const guess = row_guesses_.data() + begin, *const area = row_areas_.data() + begin,
+                        *const noise = noise_.data() + std::size_t{row % Tile::side} * Tile::side, *const mask = traced + from,
+                        *const off = off_center + from;
+            const std::uint8_t *const missed = looks_[0].missed.data() + from, *const hit = looks_[0].hit.data() + from,
+                               *const contrast = contrast_.data() + from, *const surprise = surprises_.data() + from;
+            float* __restrict const worth = worth_.data() + from;
+            for (std::uint32_t k = 0, count = std::min(Tile::side, width_ - begin); k < count; ++k) {
+                const bool is_known = (missed[k] | hit[k]) != 0;
+                const float expected = least_expected + static_cast<float>(contrast[k]) * (at_center + off_center_by_one * off[k]);
+                const float surprised = static_cast<float>(surprise[k]), own = is_known ? expected : guess[k];
+                // The first pixel in an area is worth all of it, the second half of it, and so on: the noise numbers them.
+                const float shared = (own > surprised ? own : surprised) / ((is_known ? 1.f : area[k]) + noise[k]);
+                worth[k] = mask[k] != 0 ? 0.f : shared;
             }
-            float worth = 0, area = 1;
-            if (looks_[0].is_known(i)) {
-                worth = least_expected + static_cast<float>(around_.at(i).contrast()) * (at_center + off_center_by_one * off_center[i]);
-            } else {
-                const std::size_t square = std::size_t{row / 2} * coarser_width + column / 2;
-                worth = guesses_[square], area = areas_[square];
-            }
-            worth = std::max(worth, static_cast<float>(surprises_[i]));
-            // The first pixel in an area is worth all of it, the second half of it, and so on: the noise numbers them.
-            worth_[i] = worth / (area + noise[column % Tile::side]);
         }
     }
 }

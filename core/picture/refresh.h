@@ -19,13 +19,17 @@ namespace bob {
 /// a blue noise thins them out. (Walter et al. 1999 have such a priority for each pixel, and dither it.)
 class RefreshOrder {
 public:
-    RefreshOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width);
+    RefreshOrder(std::uint32_t height, std::uint32_t width);
 
-    /// So many pixels that were not traced yet, or all that are left, row by row. `traced` and `picture` are planes, (C, height,
-    /// width), of a layout: the latter has what is expected, and over it what was traced. `off_center`: (height, width), as of
-    /// `History::expect`.
+    /// Begins another picture.
+    void begin(std::uint64_t seed);
+
+    /// The next round, where so many pixels are wanted: about half of these, or all where they are few, since what the first of
+    /// them find says where the others go, but each round looks at all of the picture. Pixels that were not traced yet, row by
+    /// row; none where all were. `traced` and `picture` are planes, (C, height, width), of a layout: the latter has what is
+    /// expected, and over it what was traced. `off_center`: (height, width), as of `History::expect`.
     std::span<const Pixel> next(const Layout& layout, const float* traced, const float* picture, const float* off_center,
-                                std::size_t count);
+                                std::size_t wanted);
 
     [[nodiscard]] std::uint32_t height() const { return height_; }
     [[nodiscard]] std::uint32_t width() const { return width_; }
@@ -49,6 +53,9 @@ private:
     /// What is known at each place and the eight around it.
     void look_around(const Looks& looks, Looks& around);
 
+    /// How much that differs.
+    void contrast_around(const Looks& looks);
+
     void compare(const Layout& layout, const float* picture);
     void look(const Layout& layout, const float* picture);
     void weigh(const float* traced, const float* off_center);
@@ -60,11 +67,11 @@ private:
     std::array<float, 64 * 64> noise_;  // 0..1, of a tile
     std::array<Looks, levels> looks_;   // of pixels, as they were when the last round was chosen, and of squares twice as large each
     Looks around_;
-    Bytes row_;
+    Bytes row_, contrast_;
     Bytes surprises_;             // how much what was found nearby differs from what was expected
     std::vector<float> guesses_;  // of squares of two pixels a side: what pixels are worth of which nothing is expected
     std::vector<float> areas_;    // and the reciprocals of how many of these stand together
-    std::vector<float> coarser_guesses_, coarser_areas_;
+    std::vector<float> coarser_guesses_, coarser_areas_, row_guesses_, row_areas_;
     std::vector<float> worth_;
     std::vector<std::uint32_t> histogram_;
     std::vector<Pixel> round_;

@@ -234,9 +234,11 @@ class History:
 class RefreshOrder:
     """Which pixels come next where something is expected."""
 
-    def __init__(self, seed: int, height: int, width: int) -> None: ...
-    def next(self, layout: Layout, traced: F32, picture: F32, off_center: F32, count: int) -> I32:
-        """So many, (n, 2) rows and columns, or all that are left; traced and picture are planes (C, H, W)."""
+    def __init__(self, height: int, width: int) -> None: ...
+    def begin(self, seed: int) -> None:
+        """Begins another picture."""
+    def next(self, layout: Layout, traced: F32, picture: F32, off_center: F32, wanted: int) -> I32:
+        """The next round, (n, 2) rows and columns; traced and picture are planes (C, H, W)."""
 
 def scatter(layout: Layout, pixels: I32, samples: F32, planes: F32) -> None:
     """Writes samples (n, C) to their pixels in planes (C, H, W)."""

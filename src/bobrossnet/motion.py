@@ -31,10 +31,6 @@ SHADED_ANEW = Layout("mask,gray,depth,normal,instance")
 COLORED_ANEW = Layout(f"{SHADED_ANEW.names},color,albedo")
 """The same of scenes that have colours."""
 
-ROUNDS = 64
-"""At most about so many, however few pixels each call is to trace."""
-
-
 class View:
     """A scene seen by a camera that moves from frame to frame.
 
@@ -94,6 +90,7 @@ class View:
         self._seed = int(seed)
         self._pace = Pace()
         self._history: _core.History | None = None
+        self._order = _core.RefreshOrder(*self.size)
         self._moves = 0
         self._seen = self._seen_by(Camera())
         self._picture = self._unknown()
@@ -154,7 +151,8 @@ class View:
             return
         if isinstance(seen.tracer, SceneTracer):
             seen.tracer.shade(expected)
-        sequence = _Refreshing((self._seed + self._moves) % 2**64, expected, off_center)
+        self._order.begin((self._seed + self._moves) % 2**64)
+        sequence = _Refreshing(self._order, expected, off_center)
         self._picture = PartialPicture(seen.tracer, self.size, layout, sequence, self._network, self._pace, expected)
 
     def _unknown(self) -> PartialPicture:
@@ -181,11 +179,10 @@ class _Seen(NamedTuple):
 class _Refreshing:
     """The `Sequence` of a picture of which something is expected, (C, H, W), with what was traced over it."""
 
-    def __init__(self, seed: int, picture: NDArray[np.float32], off_center: NDArray[np.float32]) -> None:
-        self._order = _core.RefreshOrder(seed, *off_center.shape)
-        self._picture, self._off_center = picture, off_center
+    def __init__(
+        self, order: _core.RefreshOrder, picture: NDArray[np.float32], off_center: NDArray[np.float32]
+    ) -> None:
+        self._order, self._picture, self._off_center = order, picture, off_center
 
     def next(self, count: int, planes: NDArray[np.float32], layout: Layout) -> NDArray[np.int32]:
-        # What the first rays find says where the others should go; each round looks at all of the picture.
-        count = max(-(-count // 2), min(count, self._off_center.size // ROUNDS))
         return self._order.next(layout.core, planes, self._picture, self._off_center, count)
