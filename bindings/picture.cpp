@@ -144,7 +144,7 @@ void scatter(const bob::Layout& layout, const Pixels& pixels, const Samples& sam
     check_width(layout, pixels.shape(0), samples);
     expect(planes.shape(0) == static_cast<std::size_t>(layout.width()), "planes: expected one for each component");
     const nb::gil_scoped_release release;
-    bob::scatter(layout, items<bob::Pixel>(pixels), samples.data(), planes.data(), planes.shape(1), planes.shape(2));
+    bob::scatter(layout, items<bob::Pixel>(pixels), samples.data(), samples.shape(1), planes.data(), planes.shape(1), planes.shape(2));
 }
 
 }  // namespace
@@ -168,6 +168,7 @@ void bind_picture(nb::module_& m) {
         .def(nb::self == nb::self);
     m.def("channels", &channels);
     m.def("gbuffer_layout", &bob::gbuffer_layout, nb::rv_policy::copy);
+    m.def("remembered_layout", &bob::remembered_layout, nb::rv_policy::copy, "is_colored"_a);
 
     nb::class_<bob::Camera>(m, "Camera")
         .def("__init__", [](bob::Camera* self, float azimuth, float elevation, float roll, float zoom, std::array<float, 2> pan,

@@ -25,7 +25,9 @@
 #include "shapes/tube.h"
 #include "shapes/vm_solid.h"
 #include "picture/adaptive.h"
+#include "picture/history.h"
 #include "picture/order.h"
+#include "picture/refresh.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
 #include "tracing/trace.h"
@@ -322,19 +324,26 @@ bob::Scene* make_scene(const Shape* const* shapes, std::size_t count, const doub
         return new bob::Scene(bob::Arrangement(std::move(placed)).scene());
     });
 }
-/// Whether its pictures have colours: then samples and planes are of bob::colored_layout, as `is_colored` says below.
+/// Whether its pictures have colours, as `is_colored` says below and in wasm_completion.cpp.
 EXPORT(scene_is_colored) bool scene_is_colored(const bob::Scene* scene) { return scene->is_colored(); }
 EXPORT(free_scene) void free_scene(bob::Scene* scene) { delete scene; }
 
-/// Traces pixels, (count, 2). camera: the 7 numbers of one that orbits, in the order of bob::Camera; samples: (count, C) of
-/// the G-buffer's layout.
+/// Traces pixels, (count, 2). camera: as camera_of has it; samples: (count, C) of the traced layout.
 EXPORT(trace)
 bool trace(const bob::Scene* scene, const float* camera, std::int32_t height, std::int32_t width,
            const std::int32_t* pixels, std::size_t count, bool is_colored, float* samples) {
     return attempt([&] {
-        const bob::Camera orbiting{camera[0], camera[1], camera[2], camera[3], camera[4], camera[5], camera[6]};
         const std::span all(reinterpret_cast<const bob::Pixel*>(pixels), count);
-        bob::trace(*scene, orbiting, height, width, all, layout_of(is_colored), samples);
+        bob::trace(*scene, camera_of(camera), height, width, all, traced_layout(is_colored), samples);
+        return true;
+    });
+}
+
+/// Shades planes anew, (C, height, width) of the traced layout, for the camera that sees them.
+EXPORT(shade)
+bool shade(const bob::Scene* scene, const float* camera, std::int32_t height, std::int32_t width, bool is_colored, float* planes) {
+    return attempt([&] {
+        bob::shade(*scene, camera_of(camera), height, width, traced_layout(is_colored), planes);
         return true;
     });
 }
@@ -360,11 +369,56 @@ bob::AdaptiveOrder* make_adaptive_order(std::uint32_t seed_low, std::uint32_t se
 EXPORT(free_adaptive_order) void free_adaptive_order(bob::AdaptiveOrder* order) { delete order; }
 
 /// The next round's pixels, (n, 2), which stay until the next call; n is written to `count`. planes: (C, height, width) of the
-/// G-buffer's layout; of pixels that were not in any round before, they are not read. Fails where all pixels were.
+/// traced layout; of pixels that were not in any round before, they are not read. Fails where all pixels were.
 EXPORT(next_round)
 const bob::Pixel* next_round(bob::AdaptiveOrder* order, bool is_colored, const float* planes, std::uint32_t* count) {
     return attempt([&] {
-        const std::span<const bob::Pixel> round = order->next(layout_of(is_colored), planes);
+        const std::span<const bob::Pixel> round = order->next(traced_layout(is_colored), planes);
+        expect(!round.empty(), "order: expected pixels that are left, got none");
+        *count = static_cast<std::uint32_t>(round.size());
+        return round.data();
+    });
+}
+
+// ---- Cameras that move -----------------------------------------------------------------------------------
+
+EXPORT(make_history) bob::History* make_history(bool is_colored, std::uint32_t height, std::uint32_t width) {
+    return attempt([&] { return new bob::History(traced_layout(is_colored), height, width); });
+}
+EXPORT(free_history) void free_history(bob::History* history) { delete history; }
+
+/// Takes over what was traced with a camera, planes of the traced layout.
+EXPORT(add_to_history) bool add_to_history(bob::History* history, const float* camera, const float* planes) {
+    return attempt([&] {
+        history->add(camera_of(camera), planes);
+        return true;
+    });
+}
+
+/// Writes what is expected in a camera's picture, planes of the traced layout, and how far from each pixel's centre it was seen,
+/// (height, width); `surfaces`, which is written, is at how many pixels one is.
+EXPORT(expect_from_history)
+bool expect_from_history(bob::History* history, const float* camera, float* planes, float* off_center, std::uint32_t* surfaces) {
+    return attempt([&] {
+        *surfaces = static_cast<std::uint32_t>(history->expect(camera_of(camera), planes, off_center));
+        return true;
+    });
+}
+
+EXPORT(make_refresh_order) bob::RefreshOrder* make_refresh_order(std::uint32_t height, std::uint32_t width) {
+    return attempt([&] { return new bob::RefreshOrder(height, width); });
+}
+EXPORT(free_refresh_order) void free_refresh_order(bob::RefreshOrder* order) { delete order; }
+EXPORT(begin_refresh) void begin_refresh(bob::RefreshOrder* order, std::uint32_t seed_low, std::uint32_t seed_high) {
+    order->begin(joined(seed_low, seed_high));
+}
+
+/// As next_round, of a picture of which something is expected; traced, picture: planes of the traced layout.
+EXPORT(next_refresh)
+const bob::Pixel* next_refresh(bob::RefreshOrder* order, bool is_colored, const float* traced, const float* picture,
+                               const float* off_center, std::uint32_t wanted, std::uint32_t* count) {
+    return attempt([&] {
+        const std::span<const bob::Pixel> round = order->next(traced_layout(is_colored), traced, picture, off_center, wanted);
         expect(!round.empty(), "order: expected pixels that are left, got none");
         *count = static_cast<std::uint32_t>(round.size());
         return round.data();

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "picture/camera.h"
 #include "picture/channels.h"
 
 #define EXPORT(name) extern "C" [[gnu::visibility("default"), clang::export_name(#name)]]
@@ -20,8 +21,14 @@ inline void expect(bool condition, const char* what) {
     if (!condition) throw std::invalid_argument(what);
 }
 
-/// Of samples and planes.
-inline const bob::Layout& layout_of(bool is_colored) { return is_colored ? bob::colored_layout() : bob::gbuffer_layout(); }
+/// Of samples, and of the planes in which a tracer keeps what they say.
+inline const bob::Layout& traced_layout(bool is_colored) { return bob::remembered_layout(is_colored); }
+
+/// Of a G-buffer's planes: what of these a picture shows. It comes first there.
+inline const bob::Layout& shown_layout(bool is_colored) { return is_colored ? bob::colored_layout() : bob::gbuffer_layout(); }
+
+/// The numbers of a camera that orbits, in the order of bob::Camera.
+inline bob::Camera camera_of(const float* n) { return {n[0], n[1], n[2], n[3], n[4], n[5], n[6]}; }
 
 /// f(), or 0 where it throws.
 template <class F>

@@ -28,17 +28,18 @@ EXPORT(release) void release(void* memory) { ::operator delete(memory, std::alig
 
 // ---- G-buffers -------------------------------------------------------------------------------------------
 
-/// Writes samples, (count, C), to their pixels, (count, 2), of planes, (C, height, width). `added`, which is written, is how
-/// many of the pixels were not traced before.
+/// Writes samples, (count, C) of the traced layout, to their pixels, (count, 2), of planes, (C, height, width) of the same
+/// layout, or of what of it is shown. `added`, which is written, is how many of the pixels were not traced before.
 EXPORT(add_samples)
-bool add_samples(bool is_colored, const std::int32_t* pixels, const float* samples, std::size_t count, float* planes,
+bool add_samples(bool is_colored, bool is_shown, const std::int32_t* pixels, const float* samples, std::size_t count, float* planes,
                  std::int32_t height, std::int32_t width, std::uint32_t* added) {
     return attempt([&] {
         const std::span all(reinterpret_cast<const bob::Pixel*>(pixels), count);
         for (const bob::Pixel p : all) {
             expect(p.row >= 0 && p.row < height && p.column >= 0 && p.column < width, "pixels: outside the image");
         }
-        *added = static_cast<std::uint32_t>(bob::scatter(layout_of(is_colored), all, samples, planes,
+        const bob::Layout &traced = traced_layout(is_colored), &written = is_shown ? shown_layout(is_colored) : traced;
+        *added = static_cast<std::uint32_t>(bob::scatter(written, all, samples, static_cast<std::size_t>(traced.width()), planes,
                                                          static_cast<std::size_t>(height), static_cast<std::size_t>(width)));
         return true;
     });

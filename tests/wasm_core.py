@@ -144,6 +144,24 @@ class WasmCore:
             self.made("next_round", order, 0, planes, count)
         self.call("free_adaptive_order", order)
 
+    def expected(self, before, seen, camera, count):
+        """What a history of gray planes (C, H, W), seen with a camera, expects of another: planes, how far off centre, at
+        how many pixels a surface; and the first pixels to trace there."""
+        height, width = size = seen.shape[1:]
+        history = self.made("make_history", 0, *size)
+        self.made("add_to_history", history, placed(before), seen)
+        planes, off_center = np.full_like(seen, np.nan), np.full(size, np.nan, np.float32)
+        surfaces = np.zeros(1, np.uint32)
+        self.made("expect_from_history", history, placed(camera), planes, off_center, surfaces)
+        self.call("free_history", history)
+        order, found = self.made("make_refresh_order", *size), np.zeros(1, np.uint32)
+        self.call("begin_refresh", order, *halves(5))
+        traced = np.zeros_like(seen)
+        address = self.made("next_refresh", order, 0, traced, planes, off_center, count, found)
+        pixels = self._memory.read(self._store, address, address + 8 * int(found[0]))
+        self.call("free_refresh_order", order)
+        return planes, off_center, int(surfaces[0]), np.frombuffer(pixels, np.int32).reshape(-1, 2)
+
     def expression(self, expression):
         return self.made("make_expression", expression.ops, expression.operands, expression.values, len(expression))
 
@@ -210,15 +228,19 @@ class WasmCore:
     def trace(self, scene, camera, size, pixels):
         """Planes of mask, gray, depth, normal, and color where the scene has any."""
         colored = int(self.call("scene_is_colored", scene))
-        count = 8 if colored else 5
-        planes, samples = np.zeros((count, *size), np.float32), np.full((len(pixels), count), np.nan, np.float32)
-        angles = camera.azimuth, camera.elevation, camera.roll
-        placed = np.array([*angles, camera.zoom, *camera.pan, camera.fov], np.float32)
-        self.made("trace", scene, placed, *size, pixels, len(pixels), colored, samples)
+        planes = np.zeros((8 if colored else 5, *size), np.float32)
+        samples = np.full((len(pixels), 12 if colored else 6), np.nan, np.float32)
+        self.made("trace", scene, placed(camera), *size, pixels, len(pixels), colored, samples)
         added = np.zeros(1, np.uint32)
-        self.made("add_samples", colored, pixels, samples, len(pixels), planes, *size, added)
+        self.made("add_samples", colored, 1, pixels, samples, len(pixels), planes, *size, added)
         assert added[0] == len(pixels)
         return planes
+
+
+def placed(camera):
+    """A camera that orbits, as the module takes it."""
+    angles = camera.azimuth, camera.elevation, camera.roll
+    return np.array([*angles, camera.zoom, *camera.pan, camera.fov], np.float32)
 
 
 def halves(seed):

@@ -62,7 +62,7 @@ void adaptive(fuzz::Source& source, std::uint32_t height, std::uint32_t width) {
             seen.add(pixel);
             std::vector<float> sample(static_cast<std::size_t>(layout.width()));
             for (float& value : sample) value = static_cast<float>(source.number());
-            bob::scatter(layout, {&pixel, 1}, sample.data(), planes.data(), height, width);
+            bob::scatter(layout, {&pixel, 1}, sample.data(), sample.size(), planes.data(), height, width);
         }
     }
     fuzz::expect(seen.all(), "all pixels in the end");
@@ -74,9 +74,9 @@ void scatter(fuzz::Source& source, const std::vector<bob::Pixel>& pixels, std::s
     const auto components = static_cast<std::size_t>(layout.width());
     std::vector<float> samples(pixels.size() * components), planes(components * height * width);
     for (float& value : samples) value = static_cast<float>(source.number());
-    const std::size_t added = bob::scatter(layout, pixels, samples.data(), planes.data(), height, width);
+    const std::size_t added = bob::scatter(layout, pixels, samples.data(), components, planes.data(), height, width);
     fuzz::expect(added == pixels.size(), "all pixels counted");
-    fuzz::expect(bob::scatter(layout, pixels, samples.data(), planes.data(), height, width) == 0, "no pixel counted twice");
+    fuzz::expect(bob::scatter(layout, pixels, samples.data(), components, planes.data(), height, width) == 0, "no pixel counted twice");
     const bob::Layout wanted(names[source.below(4)]);
     std::vector<float> storage;
     try {

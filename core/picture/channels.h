@@ -139,4 +139,12 @@ inline const Layout& colored_layout() {
     return layout;
 }
 
+/// What else a moving camera remembers, to shade anew what another one has seen: behind one of the layouts above.
+inline const Layout& remembered_layout(bool is_colored) {
+    static const Layout gray{channels::mask, channels::gray, channels::depth, channels::normal, channels::instance};
+    static const Layout colored{channels::mask, channels::gray, channels::depth, channels::normal,
+                                channels::color, channels::albedo, channels::instance};
+    return is_colored ? colored : gray;
+}
+
 }  // namespace bob

@@ -5,8 +5,8 @@
 
 namespace bob {
 
-std::size_t scatter(const Layout& layout, std::span<const Pixel> pixels, const float* samples, float* planes,
-                    std::size_t height, std::size_t width) {
+std::size_t scatter(const Layout& layout, std::span<const Pixel> pixels, const float* samples, std::size_t sample_width,
+                    float* planes, std::size_t height, std::size_t width) {
     const std::vector<float> missed = layout.missed();
     const std::size_t components = missed.size(), plane = height * width;
     std::size_t added = 0;
@@ -21,7 +21,7 @@ std::size_t scatter(const Layout& layout, std::span<const Pixel> pixels, const f
             for (std::size_t i = 0; i < four.size(); ++i) p[(c + i) * plane] = four[i];
         }
         for (; c < components; ++c) p[c * plane] = found[c];
-        samples += components;
+        samples += sample_width;
     }
     return added;
 }

@@ -14,11 +14,11 @@ struct Pixel {
     std::int32_t row, column;
 };
 
-/// Writes samples, (n, C), to their pixels in `planes`, (C, height, width), both of one layout that begins with the mask.
-/// A sample's first number says whether its ray hit; where it is 0, the others do not matter. Returns how many of the
-/// pixels were not traced before.
-std::size_t scatter(const Layout& layout, std::span<const Pixel> pixels, const float* samples, float* planes,
-                    std::size_t height, std::size_t width);
+/// Writes samples, (n, C), to their pixels in `planes`, (C, height, width), both of one layout that begins with the mask;
+/// samples may have more numbers than that, `sample_width` in all, which are left out. A sample's first number says whether
+/// its ray hit; where it is 0, the others do not matter. Returns how many of the pixels were not traced before.
+std::size_t scatter(const Layout& layout, std::span<const Pixel> pixels, const float* samples, std::size_t sample_width,
+                    float* planes, std::size_t height, std::size_t width);
 
 /// The planes of some channels, (wanted.width(), pixels), of those that a layout has: these themselves if they come first
 /// and in this order, else copies in `storage`. Throws std::invalid_argument if the layout lacks one.

@@ -26,7 +26,7 @@ constexpr float radius_per_distance = 1.3f;
 /// Samples are counted in blocks of so many pixels a side.
 constexpr std::uint32_t block = 8;
 
-/// Where emptiness was is found for every so many pixels of a row, and lies on straight lines between.
+/// Where emptiness was is found for every so many pixels of a row, and lies on straight lines between. Of many, nothing is known.
 constexpr std::uint32_t piece = 16;
 
 /// A share of the way that a point moved: as far around it, nothing is known to be empty any more.
@@ -40,7 +40,8 @@ constexpr float one_sided = 0.45f;
 
 /// Where discs reach from their centres, the nearest pixels first.
 struct Offset {
-    std::int32_t right, down, squared;
+    float right, down;
+    std::int32_t squared;
     std::uint8_t side;  // the bit of the eighth in which the centre lies
 };
 struct Disc {
@@ -62,7 +63,7 @@ const Disc& disc() {
                 if (squared > most_radius * most_radius) continue;
                 const double turn = std::atan2(down, right) / (2 * std::numbers::pi);
                 const int eighth = static_cast<int>(std::lround(8 * turn)) & 7;
-                result.offsets.push_back({right, down, squared, static_cast<std::uint8_t>(squared > 0 ? 1 << eighth : 0)});
+                result.offsets.push_back({static_cast<float>(right), static_cast<float>(down), squared, static_cast<std::uint8_t>(squared > 0 ? 1 << eighth : 0)});
             }
         }
         std::ranges::stable_sort(result.offsets, {}, &Offset::squared);
@@ -108,7 +109,8 @@ History::History(const Layout& layout, std::uint32_t height, std::uint32_t width
     }
     (void)Planes<float>(layout_, nullptr, 0);  // throws where one is missing
     for (const Offset& offset : disc().offsets) {
-        steps_.push_back(std::ptrdiff_t{offset.down} * static_cast<std::ptrdiff_t>(width + 2 * most_radius) + offset.right);
+        steps_.push_back(static_cast<std::int32_t>(offset.down) * static_cast<std::int32_t>(width + 2 * most_radius) +
+                         static_cast<std::int32_t>(offset.right));
     }
 }
 
@@ -127,21 +129,26 @@ void History::add(const Camera& camera, const float* planes) {
     count(traced.mask);
 
     kept_points_.clear(), kept_carried_.clear();
-    for (std::uint32_t row = 0, i = 0; row < height_; ++row) {
-        for (std::uint32_t column = 0; column < width_; ++column, ++i) {
-            const auto kept = static_cast<std::uint32_t>(kept_points_.size());
-            if (traced.mask[i] != 0) {
-                empty_[i] = traced.depth[i] == 0;
-                at_[i] = empty_[i] ? none : kept;
-                if (empty_[i]) continue;
-                const Vec3 normal = whole_normal(traced.normal_x[i], traced.normal_y[i]);
-                const auto at_row = static_cast<float>(row), at_column = static_cast<float>(column);
-                kept_points_.push_back({projection.point(at_row, at_column, traced.depth[i]),
-                                        projection.in_scene(normal, at_row, at_column), reach_at(row, column)});
-                for (const std::size_t c : carried_components_) kept_carried_.push_back(planes[c * pixels + i]);
-            } else if (at_[i] != none) {
-                keep(at_[i], reach_at(row, column));
-                at_[i] = kept;
+    for (std::uint32_t row = 0; row < height_; ++row) {
+        for (std::uint32_t begin = 0; begin < width_; begin += piece) {
+            const std::uint32_t end = std::min(begin + piece, width_);
+            if (is_nothing_known(traced.mask, std::size_t{row} * width_ + begin, end - begin)) continue;
+            for (std::uint32_t column = begin; column < end; ++column) {
+                const std::size_t i = std::size_t{row} * width_ + column;
+                const auto kept = static_cast<std::uint32_t>(kept_points_.size());
+                if (traced.mask[i] != 0) {
+                    empty_[i] = traced.depth[i] == 0;
+                    at_[i] = empty_[i] ? none : kept;
+                    if (empty_[i]) continue;
+                    const Vec3 normal = whole_normal(traced.normal_x[i], traced.normal_y[i]);
+                    const auto at_row = static_cast<float>(row), at_column = static_cast<float>(column);
+                    kept_points_.push_back({projection.point(at_row, at_column, traced.depth[i]),
+                                            projection.in_scene(normal, at_row, at_column), reach_at(row, column)});
+                    for (const std::size_t c : carried_components_) kept_carried_.push_back(planes[c * pixels + i]);
+                } else if (at_[i] != none) {
+                    keep(at_[i], reach_at(row, column));
+                    at_[i] = kept;
+                }
             }
         }
     }
@@ -152,6 +159,12 @@ void History::add(const Camera& camera, const float* planes) {
     }
     beside_.clear();
     points_.swap(kept_points_), carried_.swap(kept_carried_);
+}
+
+bool History::is_nothing_known(const float* mask, std::size_t i, std::uint32_t count) const {
+    std::uint32_t nothing = none, traced = 0;
+    for (std::uint32_t k = 0; k < count; ++k) nothing &= at_[i + k], traced |= std::bit_cast<std::uint32_t>(mask[i + k]);
+    return nothing == none && traced == 0;
 }
 
 void History::count(const float* mask) {
@@ -206,12 +219,12 @@ std::size_t History::expect(const Camera& camera, float* planes, float* off_cent
         for (int plane = 0; plane < layout_.width(); ++plane) std::fill_n(planes + static_cast<std::size_t>(plane) * pixels + first, width_, 0.f);
         expect_emptiness(before, projection, row);
         for (std::uint32_t column = 0; column < width_; ++column) {
+            expected.mask[first + column] = empty_[first + column];
+            off_center[first + column] = 0.5f * static_cast<float>(empty_[first + column]);
+        }
+        for (std::uint32_t column = 0; column < width_; ++column) {
             const std::size_t i = first + column;
-            if (at_[i] == none) {
-                expected.mask[i] = empty_[i];
-                off_center[i] = empty_[i] ? 0.5f : 0.f;
-                continue;
-            }
+            if (at_[i] == none) continue;
             const Vec3 normal = projection.on_screen(points_[at_[i]].normal, static_cast<float>(row), static_cast<float>(column));
             expected.mask[i] = 1, expected.depth[i] = depth_[i];
             expected.normal_x[i] = normal.x, expected.normal_y[i] = normal.y;
@@ -311,7 +324,7 @@ void History::overrun(const Sight& sight, const Projection& before) {
     const float squared = overrun_share * overrun_share * (down * down + right * right);
     for (const Offset& offset : disc().offsets) {
         if (static_cast<float>(offset.squared) > squared) break;
-        const std::int32_t row = sight.row + offset.down, column = sight.column + offset.right;
+        const std::int32_t row = sight.row + static_cast<std::int32_t>(offset.down), column = sight.column + static_cast<std::int32_t>(offset.right);
         const bool is_in_picture = row >= 0 && row < static_cast<std::int32_t>(height_) && column >= 0 && column < static_cast<std::int32_t>(width_);
         if (is_in_picture) overrun_[static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column)] = 1;
     }
@@ -339,19 +352,32 @@ void History::expect_emptiness(const Projection& before, const Projection& proje
         const bool begin_passes_by = std::exchange(end_passes_by, passes_by(begin + piece));
         const bool any_passes_by = begin_passes_by || end_passes_by;  // the sphere covers one part of a row
         const float down = (to.row - from.row) / piece, right = (to.column - from.column) / piece;
-        std::array<std::int32_t, piece> was;  // in which pixel each was, or outside
-        for (std::uint32_t k = 0; k < piece; ++k) {
+        // In which pixel the k-th of the piece was, or outside.
+        const auto was = [&](std::uint32_t k) {
             const float at_row = from.row + down * static_cast<float>(k) + 0.5f, at_column = from.column + right * static_cast<float>(k) + 0.5f;
             const bool is_in_picture = (at_row >= 0) & (at_row < rows) & (at_column >= 0) & (at_column < columns);
-            was[k] = static_cast<std::int32_t>(is_in_picture ? at_row : 0) * width + static_cast<std::int32_t>(is_in_picture ? at_column : 0);
-            was[k] = is_in_picture ? was[k] : outside;
+            const auto i = static_cast<std::int32_t>(is_in_picture ? at_row : 0) * width + static_cast<std::int32_t>(is_in_picture ? at_column : 0);
+            return is_in_picture ? i : outside;
+        };
+        const std::size_t i = first + begin;
+        const std::uint32_t count = std::min(piece, width_ - begin);
+        const std::int32_t was_first = was(0);
+        const bool was_in_a_row = was_first != outside && was(count - 1) == was_first + static_cast<std::int32_t>(count) - 1;
+        if (was_in_a_row && !any_passes_by && is_nothing_here(i, sides + begin, count)) {
+            std::copy_n(was_empty_.data() + was_first, count, empty_.data() + i);
+            continue;
         }
-        for (std::uint32_t k = 0; k < std::min(piece, width_ - begin); ++k) {
-            const std::size_t i = first + begin + k;
-            const bool may_be = at_[i] == none && overrun_[i] == 0 && !is_inside[sides[begin + k]];
-            empty_[i] = may_be && (was_empty_[static_cast<std::size_t>(was[k])] || (any_passes_by && passes_by(begin + k)));
+        for (std::uint32_t k = 0; k < count; ++k) {
+            const bool may_be = at_[i + k] == none && overrun_[i + k] == 0 && !is_inside[sides[begin + k]];
+            empty_[i + k] = may_be && (was_empty_[static_cast<std::size_t>(was(k))] || (any_passes_by && passes_by(begin + k)));
         }
     }
+}
+
+bool History::is_nothing_here(std::size_t i, const std::uint8_t* sides, std::uint32_t count) const {
+    std::uint32_t nothing = none, marks = 0;
+    for (std::uint32_t k = 0; k < count; ++k) nothing &= at_[i + k], marks |= std::uint32_t{overrun_[i + k]} | sides[k];
+    return nothing == none && marks == 0;
 }
 
 std::size_t History::bytes() const {
@@ -359,7 +385,7 @@ std::size_t History::bytes() const {
            (carried_.capacity() + kept_carried_.capacity() + off_center_.capacity() + depth_.capacity()) * sizeof(float) +
            (at_.capacity() + beside_.capacity()) * sizeof(std::uint32_t) + empty_.capacity() + was_empty_.capacity() +
            overrun_.capacity() + counts_.capacity() + sights_.capacity() * sizeof(Sight) + nearest_.capacity() * sizeof(float) +
-           sides_.capacity() + steps_.capacity() * sizeof(std::ptrdiff_t);
+           sides_.capacity() + steps_.capacity() * sizeof(std::int32_t);
 }
 
 }  // namespace bob

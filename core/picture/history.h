@@ -51,15 +51,15 @@ private:
         float off_center;                        // squared, in pixels
         float tolerance;                         // points whose depths differ by less belong to one surface
 
-        [[nodiscard]] float depth_at(std::int32_t right, std::int32_t down) const {
-            return depth + deeper_right * static_cast<float>(right) + deeper_down * static_cast<float>(down);
-        }
+        [[nodiscard]] float depth_at(float right, float down) const { return depth + deeper_right * right + deeper_down * down; }
     };
 
     /// The number of the pixel, or none.
     [[nodiscard]] std::uint32_t pixel_at(const Projection::Seen& seen) const;
     /// Counts what is known in the blocks of the picture.
     void count(const float* mask);
+    /// Whether pixels from the i-th on were neither traced, nor is a surface expected there.
+    [[nodiscard]] bool is_nothing_known(const float* mask, std::size_t i, std::uint32_t count) const;
     /// Of discs there.
     [[nodiscard]] std::uint32_t reach_at(std::uint32_t row, std::uint32_t column) const;
     void keep(std::uint32_t point, std::uint32_t reach);
@@ -76,6 +76,8 @@ private:
     void overrun(const Sight& sight, const Projection& before);
     /// Where nothing was in a row, moved along.
     void expect_emptiness(const Projection& before, const Projection& projection, std::uint32_t row);
+    /// Whether no surface reaches pixels from the i-th on.
+    [[nodiscard]] bool is_nothing_here(std::size_t i, const std::uint8_t* sides, std::uint32_t count) const;
     [[nodiscard]] std::size_t covered_at(std::int32_t row, std::int32_t column) const;
 
     Layout layout_;
@@ -95,7 +97,7 @@ private:
     std::size_t in_picture_ = 0;         // points, also those that are turned away
     std::vector<float> nearest_;         // depths of discs, at the pixels and a border around them
     std::vector<std::uint8_t> sides_;    // there, a bit for each eighth of all directions
-    std::vector<std::ptrdiff_t> steps_;  // from a disc's centre to the pixels that it covers
+    std::vector<std::int32_t> steps_;    // from a disc's centre to the pixels that it covers
 };
 
 }  // namespace bob

@@ -22,8 +22,8 @@ constexpr int reach = 2;
 constexpr float surprise_nearby = 0.5f;
 constexpr std::uint32_t surprising = 16;
 
-/// One of so many pixels are few for a round.
-constexpr std::size_t few = 64;
+/// Of so many pixels one is few: where no more are wanted, one round has all of them.
+constexpr std::size_t few = 32;
 
 /// Worths are sorted by so many of their bits: by sixteenths of an octave.
 constexpr int dropped_bits = 19;
@@ -132,7 +132,7 @@ std::span<const Pixel> RefreshOrder::next(const Layout& layout, const float* tra
     compare(layout, picture);
     look(layout, picture);
     weigh(traced, off_center);
-    choose(std::max((wanted + 1) / 2, std::min(wanted, surprises_.size() / few)));
+    choose(wanted <= surprises_.size() / few ? wanted : (wanted + 1) / 2);
     return round_;
 }
 

@@ -34,9 +34,9 @@ TEST(scattered_samples_lie_at_their_pixels) {
     const bob::Layout layout{bob::channels::mask, bob::channels::normal};
     std::vector<float> planes(3 * 6);
     const std::vector<bob::Pixel> pixels{{1, 2}, {0, 1}, {1, 2}};
-    const std::vector<float> samples{1, 0.5f, -0.5f, /* a miss */ 0, 0.25f, 0.25f, /* the first again */ 1, 0.75f, 0};
-    CHECK_EQ(bob::scatter(layout, pixels, samples.data(), planes.data(), 2, 3), std::size_t{2});
-    CHECK_EQ(bob::scatter(layout, pixels, samples.data(), planes.data(), 2, 3), std::size_t{0});
+    const std::vector<float> samples{1, 0.5f, -0.5f, 9, /* a miss */ 0, 0.25f, 0.25f, 9, /* the first again */ 1, 0.75f, 0, 9};
+    CHECK_EQ(bob::scatter(layout, pixels, samples.data(), 4, planes.data(), 2, 3), std::size_t{2});
+    CHECK_EQ(bob::scatter(layout, pixels, samples.data(), 4, planes.data(), 2, 3), std::size_t{0});
     CHECK(planes == std::vector<float>({0, 1, 0, 0, 0, 1, /* x */ 0, 0, 0, 0, 0, 0.75f, /* y */ 0, 0, 0, 0, 0, 0}));
 }
 

@@ -186,6 +186,9 @@ def channels() -> list[tuple[str, int, float, float, float]]:
 def gbuffer_layout() -> Layout:
     """What the tracer finds and a G-buffer holds; the mask comes first."""
 
+def remembered_layout(is_colored: bool) -> Layout:
+    """The same, with what else a moving camera remembers, to shade anew what another one has seen."""
+
 class Camera:
     """The fields of bobrossnet.Camera; `standpoint`: its position, target and up in the unit sphere's coordinates."""
 

@@ -25,10 +25,10 @@ from bobrossnet.tracing.trace import SceneTracer, Tracer
 CameraTracer: TypeAlias = Callable[[Camera, NDArray[np.int32]], Samples]
 """From a camera and pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds."""
 
-SHADED_ANEW = Layout("mask,gray,depth,normal,instance")
+SHADED_ANEW = Layout(_core.remembered_layout(False).names)
 """What is remembered of the core's scenes: gray follows from it for any camera."""
 
-COLORED_ANEW = Layout(f"{SHADED_ANEW.names},color,albedo")
+COLORED_ANEW = Layout(_core.remembered_layout(True).names)
 """The same of scenes that have colours."""
 
 class View:

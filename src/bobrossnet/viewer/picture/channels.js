@@ -9,11 +9,20 @@
 /** How many components each channel has. @type {Readonly<Record<string, number>>} */
 const COMPONENTS = { mask: 1, gray: 1, depth: 1, normal: 2, color: 3, albedo: 3, alpha: 1, instance: 1 };
 
-/** Of a G-buffer, and of samples, in which the mask says whether the ray hit. @type {Layout} */
+/** Of a G-buffer. @type {Layout} */
 export const GBUFFER = ["mask", "gray", "depth", "normal"];
 
 /** The same of scenes with colours. @type {Layout} */
 export const COLORED = [...GBUFFER, "color"];
+
+/**
+ * Of samples, in which the mask says whether the ray hit, and of the planes in which a tracer keeps them: behind what a picture
+ * shows, what a moving camera needs to shade it anew.
+ *
+ * @param {Layout} shown GBUFFER or COLORED
+ * @returns {Layout}
+ */
+export const tracedLayout = (shown) => [...shown, ...(shown === COLORED ? ["albedo"] : []), "instance"];
 
 /** How many components a layout has in all. @param {Layout} layout */
 export const widthOf = (layout) => layout.reduce((sum, channel) => sum + COMPONENTS[channel], 0);

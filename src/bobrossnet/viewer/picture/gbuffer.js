@@ -9,7 +9,7 @@ import { COLORED, GBUFFER, placeOf, widthOf } from "./channels.js";
 
 /** What was traced, and the picture completed from it. Its arrays are views of the core's memory. */
 export class GBuffer {
-  /** How many pixels are known, of those that were added. */
+  /** How many pixels are known. */
   traced = 0;
 
   /** @param {Core} core @param {number} height @param {number} width @param {Layout} [layout] GBUFFER or COLORED */
@@ -71,11 +71,17 @@ export class GBuffer {
     this.traced = 0;
   }
 
+  /** Replaces all that is known. @param {Float32Array} planes (C, height, width) */
+  set(planes) {
+    this.#floats(0, widthOf(this.layout)).set(planes);
+    this.traced = planes.subarray(0, this.height * this.width).reduce((sum, mask) => sum + mask, 0);
+  }
+
   /** Takes what was traced. @param {Int32Array} pixels (n, 2) @param {Float32Array} samples (n, C), as Scene.trace returns them */
   add(pixels, samples) {
     const count = pixels.length / 2;
     const [added] = this.core.filled(new Int32Array(1), (address) => {
-      this.core.made("add_samples", Number(this.isColored), pixels, samples, count, this.address, this.height, this.width, address);
+      this.core.made("add_samples", Number(this.isColored), 1, pixels, samples, count, this.address, this.height, this.width, address);
     });
     this.traced += added;
   }

@@ -1,11 +1,11 @@
 // @ts-check
 /** Pixel orders: the sequence in which the pixels of a picture are traced. */
-import { COLORED, GBUFFER, widthOf } from "./channels.js";
+import { COLORED, GBUFFER, tracedLayout, widthOf } from "./channels.js";
 
 /** @typedef {{height: number, width: number, seed?: number | bigint}} Which */
 
 /** A seed in halves, as the core takes it. @param {number | bigint} seed @returns {[number, number]} low and high */
-function halves(seed) {
+export function halves(seed) {
   const bits = BigInt.asUintN(64, BigInt(seed));
   return [Number(bits & 0xffffffffn), Number(bits >> 32n)];
 }
@@ -25,40 +25,81 @@ export function pixelOrder(core, order, { height, width, seed = 0, start = 0, co
 }
 
 /**
- * The pixels of a picture in the order "adaptive", piece by piece as they are traced. It goes round by round: what all pixels
- * of the rounds before show decides which are the next.
+ * What decides which pixels of a picture are traced next, round by round: what all pixels of the rounds before show.
+ *
+ * @typedef {object} RoundOrder
+ * @property {(planes: number, wanted: number, count: number) => number} next writes how many pixels the next round has, of which
+ *   so many are wanted, and returns the address of these; planes: address of what was traced, (C, height, width) of the traced layout
+ * @property {(pixels: Int32Array, samples: Float32Array) => void} add takes what pixels show
+ * @property {() => void} end it decides no more of this picture
+ *
+ * @implements {RoundOrder}
  */
+export class AdaptiveOrder {
+  #core;
+  #handle;
+  #isColored;
+
+  /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] that is shown */
+  constructor(core, { height, width, seed = 0 }, layout = GBUFFER) {
+    this.#core = core;
+    this.#isColored = Number(layout === COLORED);
+    this.#handle = core.made("make_adaptive_order", ...halves(seed), height, width);
+  }
+
+  /** @type {RoundOrder["next"]} */
+  next(planes, _, count) {
+    return this.#core.made("next_round", this.#handle, this.#isColored, planes, count);
+  }
+
+  add() {}
+
+  end() {
+    this.#core.call("free_adaptive_order", this.#handle);
+  }
+}
+
+/** The pixels of a picture in some order, piece by piece as they are traced. */
 export class PixelSequence {
   #core;
   #order;
-  /** Of planes (C, height, width), in which pixels that were not traced have any values. */
-  #planes;
   #size;
+  #isColored;
   #round = new Int32Array(0);
   /** How many pixels of the round are handed out. */
   #taken = 0;
   /** Of how many pixels it is known what they show. */
   #known = 0;
-  #isColored;
   /** How many pixels are handed out. */
   done = 0;
 
-  /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] of samples */
-  constructor(core, { height, width, seed = 0 }, layout = GBUFFER) {
+  /**
+   * @param {import("../core/core.js").Core} core
+   * @param {import("./camera.js").Size} size
+   * @param {import("./channels.js").Layout} [layout] that is shown
+   * @param {RoundOrder} [order]
+   */
+  constructor(core, { height, width }, layout = GBUFFER, order = new AdaptiveOrder(core, { height, width }, layout)) {
     this.#core = core;
-    this.#isColored = Number(layout === COLORED);
+    this.#order = order;
     this.#size = { height, width };
-    this.#order = core.made("make_adaptive_order", ...halves(seed), height, width);
-    this.#planes = core.allocate(4 * widthOf(layout) * height * width);
+    this.#isColored = Number(layout === COLORED);
+    /** The address of what was traced, (C, height, width) of the traced layout; where the mask is 0, the rest has any values. */
+    this.planes = core.allocate(4 * widthOf(tracedLayout(layout)) * height * width);
+    new Float32Array(core.memory, this.planes, height * width).fill(0);
   }
 
-  /** How many pixels can be handed out now: none where what comes next depends on some that were not added yet. */
-  available() {
-    const { height, width } = this.#size;
-    if (2 * this.#taken === this.#round.length && this.#known === this.done && this.done < height * width) {
+  /**
+   * How many pixels can be handed out now: none where what comes next depends on some that were not added yet.
+   *
+   * @param {number} [wanted] how many there is time for
+   */
+  available(wanted = Infinity) {
+    const { height, width } = this.#size, left = height * width - this.done;
+    if (2 * this.#taken === this.#round.length && this.#known === this.done && left > 0) {
       let address = 0;
       const [count] = this.#core.filled(new Int32Array(1), (written) => {
-        address = this.#core.made("next_round", this.#order, this.#isColored, this.#planes, written) >>> 0;
+        address = this.#order.next(this.planes, Math.min(left, Math.max(1, wanted)), written) >>> 0;
       });
       this.#round = new Int32Array(this.#core.memory, address, 2 * count).slice();
       this.#taken = 0;
@@ -75,15 +116,25 @@ export class PixelSequence {
 
   /** Takes what pixels show that were handed out, once each. @param {Int32Array} pixels (n, 2) @param {Float32Array} samples (n, C) */
   add(pixels, samples) {
-    const { height, width } = this.#size, count = pixels.length / 2;
-    this.#core.filled(new Int32Array(1), (added) => {
-      this.#core.made("add_samples", this.#isColored, pixels, samples, count, this.#planes, height, width, added);
-    });
-    this.#known += count;
+    addSamples(this.#core, this.#size, this.#isColored, pixels, samples, this.planes);
+    this.#order.add(pixels, samples);
+    this.#known += pixels.length / 2;
   }
 
   free() {
-    this.#core.call("free_adaptive_order", this.#order);
-    this.#core.release(this.#planes);
+    this.#order.end();
+    this.#core.release(this.planes);
   }
+}
+
+/**
+ * Writes what pixels show to planes, (C, height, width) of the traced layout.
+ *
+ * @param {import("../core/core.js").Core} core @param {import("./camera.js").Size} size @param {number} isColored 0 or 1
+ * @param {Int32Array} pixels (n, 2) @param {Float32Array} samples (n, C) @param {number} planes their address
+ */
+export function addSamples(core, { height, width }, isColored, pixels, samples, planes) {
+  core.filled(new Int32Array(1), (added) => {
+    core.made("add_samples", isColored, 0, pixels, samples, pixels.length / 2, planes, height, width, added);
+  });
 }

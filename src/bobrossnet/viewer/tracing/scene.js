@@ -3,7 +3,7 @@
 
 import { CoreError, placedErrors } from "../core/errors.js";
 import { cameraValues } from "../picture/camera.js";
-import { COLORED, GBUFFER, widthOf } from "../picture/channels.js";
+import { COLORED, GBUFFER, tracedLayout, widthOf } from "../picture/channels.js";
 import { IDENTITY } from "../shapes/affine.js";
 import { formulaShape, implicitShape, scriptShape } from "../shapes/implicit.js";
 import { meshShape } from "../shapes/mesh.js";
@@ -32,7 +32,7 @@ export class Scene {
     this.warnings = warnings;
     this.handle = core.made("make_scene", shapes, instances.length, Float64Array.from(joined("transform")),
                             Float64Array.from(joined("material")));
-    /** Of its samples. @type {import("../picture/channels.js").Layout} */
+    /** Of what its pictures show. @type {import("../picture/channels.js").Layout} */
     this.layout = core.call("scene_is_colored", this.handle) ? COLORED : GBUFFER;
   }
 
@@ -43,13 +43,32 @@ export class Scene {
    * @param {import("../picture/camera.js").Size} size of the image
    * @param {Partial<import("../picture/camera.js").Camera>} [camera]
    * @param {Float32Array} [samples] where to write them
-   * @returns {Float32Array} samples, (n, C), in the order of the layout
+   * @returns {Float32Array} samples, (n, C), in the order of the traced layout
    */
-  trace(pixels, { height, width }, camera = {}, samples = new Float32Array(widthOf(this.layout) * pixels.length / 2)) {
-    const count = pixels.length / 2, isColored = Number(this.layout === COLORED);
+  trace(pixels, { height, width }, camera = {}, samples = new Float32Array(this.sampleWidth * pixels.length / 2)) {
+    const count = pixels.length / 2;
     return this.core.filled(samples, (address) => {
-      this.core.made("trace", this.handle, cameraValues(camera), height, width, pixels, count, isColored, address);
+      this.core.made("trace", this.handle, cameraValues(camera), height, width, pixels, count, this.#isColored, address);
     });
+  }
+
+  /**
+   * Shades anew what another camera has seen.
+   *
+   * @param {number} planes the address of planes, (C, height, width) of the traced layout
+   * @param {import("../picture/camera.js").Size} size @param {Partial<import("../picture/camera.js").Camera>} camera
+   */
+  shade(planes, { height, width }, camera) {
+    this.core.made("shade", this.handle, cameraValues(camera), height, width, this.#isColored, planes);
+  }
+
+  get #isColored() {
+    return Number(this.layout === COLORED);
+  }
+
+  /** How many numbers a sample has. */
+  get sampleWidth() {
+    return widthOf(tracedLayout(this.layout));
   }
 
   free() {

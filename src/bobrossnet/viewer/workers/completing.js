@@ -26,10 +26,11 @@
  *   | {kind: "failed", message: string}} Reply
  */
 import { Completer } from "../completion/completer.js";
+import { DENSE } from "../completion/network.js";
 import { ErrorPredictor } from "../completion/predictor.js";
 import { readWeights } from "../completion/weights.js";
 import { Core } from "../core/core.js";
-import { COLORED, GBUFFER, widthOf } from "../picture/channels.js";
+import { COLORED, GBUFFER, tracedLayout, widthOf } from "../picture/channels.js";
 import { GBuffer } from "../picture/gbuffer.js";
 import { paint } from "../picture/paint.js";
 
@@ -44,8 +45,9 @@ let start;
 /** @type {Promise<Parts>} */
 const starting = new Promise((resolve) => (start = resolve));
 /**
- * @typedef {{batch: Batch, gbuffer: GBuffer, model: Model, completed: boolean, first: Float32Array}} View
- *   batch: the newest in it; model: the network that completed it last
+ * @typedef {{batch: Batch, gbuffer: GBuffer, expected: GBuffer | null, model: Model, completed: boolean, first: Float32Array}} View
+ *   batch: the newest in it; expected: what earlier views let expect, and over it what was traced; model: the network that
+ *   completed it last
  */
 /** @type {View | undefined} */
 let view;
@@ -79,28 +81,43 @@ async function completerOf(core, weights) {
   return completer;
 }
 
-/** @param {import("./tracer.js").Samples} part */
-async function gather({ batch, isColored, count, pixels, samples }) {
+/** What the picture of a view is completed from. @param {View} view */
+const shown = ({ gbuffer, expected }) => expected ?? gbuffer;
+
+/** @param {import("./tracer.js").Samples} part @param {MessagePort} tracer that sent it */
+async function gather({ batch, isColored, count, pixels, samples, expected }, tracer) {
   if (view && batch.id < view.batch.id) return;
   const { core, completers } = await starting;
   const begun = performance.now(), { height, width } = batch;
   const layout = isColored ? COLORED : GBUFFER;
   if (view?.gbuffer.height !== height || view.gbuffer.width !== width || view.gbuffer.layout !== layout) {
     view?.gbuffer.free();
+    view?.expected?.free();
     const gbuffer = new GBuffer(core, height, width, layout);
-    view = { batch, gbuffer, model: DEFAULT, completed: false, first: new Float32Array(height * width) };
+    view = { batch, gbuffer, expected: null, model: DEFAULT, completed: false, first: new Float32Array(height * width) };
   } else if (view.batch.view !== batch.view) {
     view.gbuffer.clear();
     view.completed = false;
+    if (!expected) {
+      view.expected?.free();
+      view.expected = null;
+    }
+  }
+  if (expected) {
+    view.expected ??= new GBuffer(core, height, width, layout);
+    view.expected.set(expected);
+    tracer.postMessage(expected, [expected.buffer]);
   }
   view.batch = batch;
-  view.model = completers.has(batch.model) ? batch.model : DEFAULT;
-  const completer = /** @type {Completer} */ (completers.get(view.model));
-  view.gbuffer.add(pixels.subarray(0, 2 * count), samples.subarray(0, widthOf(layout) * count));
+  for (const gbuffer of [view.gbuffer, view.expected]) {
+    gbuffer?.add(pixels.subarray(0, 2 * count), samples.subarray(0, widthOf(tracedLayout(layout)) * count));
+  }
 
-  const { traced } = view.gbuffer;
+  const { traced } = view.gbuffer, model = shown(view).traced < DENSE * height * width ? batch.sparse : "filling";
+  view.model = completers.has(model) ? model : DEFAULT;
+  const completer = /** @type {Completer} */ (completers.get(view.model));
   const completing = performance.now();
-  const image = await completer.complete(view.gbuffer);
+  const image = await completer.complete(shown(view));
   const completed = performance.now();
   if (!view.completed) view.first.set(image);
   view.completed = true;
@@ -113,12 +130,13 @@ async function gather({ batch, isColored, count, pixels, samples }) {
 }
 
 /** @param {View} view */
-async function painted({ gbuffer, model, first }) {
+async function painted(view) {
+  const { gbuffer, model, first } = view, { image } = shown(view);
   const { completers, predictor } = await starting, { height, width, traced } = gbuffer;
   const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, /** @type {Completer} */ (completers.get(model)).network) : null;
   const bitmap = await createImageBitmap(paint({
-    ...showing, height, width, image: gbuffer.image, first, expected: errors, mask: gbuffer.plane("mask"),
-    gray: gbuffer.plane("gray"), exact: traced === height * width, color: gbuffer.color, completedColor: gbuffer.completeColor(),
+    ...showing, height, width, image, first, expected: errors, mask: gbuffer.plane("mask"), gray: gbuffer.plane("gray"),
+    exact: traced === height * width, color: gbuffer.color, completedColor: shown(view).completeColor(),
   }));
   return { bitmap, expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
 }
@@ -133,7 +151,9 @@ function meanDifference(a, b) {
 /** @param {Exclude<Request, {kind: "start"}>} request */
 async function answer(request) {
   if (request.kind === "connect") {
-    request.tracer.onmessage = receive;
+    const { tracer } = request;
+    /** @param {MessageEvent<import("./tracer.js").Samples>} event */
+    tracer.onmessage = ({ data }) => inTurn(() => gather(data, tracer));
   } else if (request.kind === "network") {
     const { core, completers } = await starting;
     completers.set(request.name, await completerOf(core, request.weights));
@@ -144,7 +164,7 @@ async function answer(request) {
     reply({ kind: "picture", picture, repainted: true }, [picture.bitmap]);
   } else {
     if (!view?.completed) return reply({ kind: "buffers", buffers: null });
-    const { height, width, planes, image } = view.gbuffer;
+    const { height, width, planes } = view.gbuffer, { image } = shown(view);
     reply({ kind: "buffers", buffers: { height, width, planes: planes.slice(), image: image.slice(), first: view.first } });
   }
 }
@@ -152,10 +172,13 @@ async function answer(request) {
 /** @param {unknown} error */
 const fail = (error) => reply({ kind: "failed", message: error instanceof Error ? error.message : String(error) });
 
-/** @param {MessageEvent<Request | import("./tracer.js").Samples>} event */
-function receive({ data }) {
-  if (data.kind === "start") begin(data.module, data.weights, data.uncertainty);
-  else queue = queue.then(() => (data.kind === "samples" ? gather(data) : answer(data))).catch(fail);
+/** @param {() => Promise<void>} handle */
+function inTurn(handle) {
+  queue = queue.then(handle).catch(fail);
 }
 
-onmessage = receive;
+/** @param {MessageEvent<Request>} event */
+onmessage = ({ data }) => {
+  if (data.kind === "start") begin(data.module, data.weights, data.uncertainty);
+  else inTurn(() => answer(data));
+};

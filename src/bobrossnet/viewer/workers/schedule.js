@@ -3,8 +3,8 @@
  * Which pixels are traced next: while the camera moves, as many of a new view as the budget has time for; while it rests, more
  * of the same view, until every pixel is exact.
  *
- * Batch n + 1 is traced while batch n is completed, so that the slower of the two sets the pace. Pictures are completed by the
- * cheapest network that is as good for them; where that alone would take longer than the budget, moving pictures are smaller.
+ * Batch n + 1 is traced while batch n is completed, so that the slower of the two sets the pace. Where completing alone would take
+ * longer than the budget, moving pictures are smaller.
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {import("../picture/camera.js").Size} Size
@@ -18,9 +18,6 @@ const LEAST = 32; // pixels for each tracer
 const MARGIN = 1.5; // times its planned time, after which a batch ends that takes longer than was measured
 const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // by which moving pictures are smaller
 const UNMEASURED_MS = 1e-4; // to complete a pixel, before that is measured
-
-/** Share of the pixels from which on the filling is as good as any network (docs/benchmarks.md). */
-export const DENSE = 0.05;
 
 /**
  * What completes pictures: how long the others take beside the default network, before that is measured.
@@ -41,8 +38,11 @@ export class Schedule {
   /** @type {import("./pool.js").Pool | undefined} */
   #pool;
   #pace = new Pace();
+  #preparing = 0; // milliseconds that the last moving view took before its first ray
   /** Milliseconds to complete a pixel, where measured. @type {Partial<Record<Model, number>>} */
   #pixelMs = {};
+  /** What completed the last picture. @type {Model} */
+  #model = "default";
   /** @type {Camera} */
   #camera;
   /** @type {Size} at rest */
@@ -95,8 +95,9 @@ export class Schedule {
   }
 
   /** @param {import("./pool.js").Traced} traced */
-  traced({ batch, cancelled, reached, rays, milliseconds }) {
+  traced({ batch, cancelled, reached, rays, preparing, milliseconds }) {
     this.#tracing = false;
+    if (this.#step === 0) this.#preparing = preparing;
     if (rays > 0) this.#pace.measured(rays, batch.parts * milliseconds);
     if (!cancelled) {
       this.#waiting.push(batch.id);
@@ -109,6 +110,7 @@ export class Schedule {
   /** @param {import("./completing.js").Picture} picture @returns {boolean} whether it is the exact one of what is wanted */
   completed({ batch, traced, total, model }) {
     this.#pixelMs[model] = total / (batch.height * batch.width);
+    this.#model = model;
     this.#waiting = this.#waiting.filter((id) => id > batch.id);
     this.next();
     return !this.#stale && batch.view === this.#view && traced === this.#size.height * this.#size.width;
@@ -124,7 +126,8 @@ export class Schedule {
       this.#scale = this.#scales ? this.#movingScale() : 1;
       this.#begin(this.#scale);
       this.#step = 0;
-      this.#trace((model) => SHARE * this.#movingTime(model), Math.max(1, ready - 1));
+      const time = SHARE * this.#movingTime();
+      this.#trace(Math.max(time - this.#preparing, time / 4), Math.max(1, ready - 1));
     } else if (this.refines && (this.#reached < this.#viewSize.height * this.#viewSize.width || this.#scale > 1)) {
       const left = this.#changedAt + REST_MS - performance.now();
       if (left > 0) {
@@ -132,7 +135,7 @@ export class Schedule {
       } else {
         if (this.#scale > 1) this.#begin(this.#scale = 1);
         this.#step = Math.min(2 * (this.#step || this.budget), LONGEST_MS);
-        this.#trace(() => this.#step, ready);
+        this.#trace(this.#step, ready);
       }
     }
   }
@@ -143,9 +146,9 @@ export class Schedule {
     return pixelMs * height * width;
   }
 
-  /** Milliseconds between two moving pictures in which one thread can trace. @param {Model} model */
-  #movingTime(model) {
-    const completing = this.#completing(model, this.#viewSize);
+  /** Milliseconds between two moving pictures in which one thread can trace. */
+  #movingTime() {
+    const completing = this.#completing(this.#model, this.#viewSize);
     if (!this.#pace.known) return this.budget; // of a scene's first picture: soon
     // One core completes meanwhile; where there is only one, both share it.
     if (navigator.hardwareConcurrency === 1) return Math.max(this.budget - completing, completing / 4);
@@ -169,18 +172,15 @@ export class Schedule {
     this.#reached = 0;
   }
 
-  /** @param {(model: Model) => number} timeOf milliseconds, where that model completes the picture @param {number} parts */
-  #trace(timeOf, parts) {
+  /** @param {number} time milliseconds for tracing @param {number} parts */
+  #trace(time, parts) {
     const total = this.#viewSize.height * this.#viewSize.width;
-    /** @param {Model} model */
-    const reachedBy = (model) => this.#reached + Math.max(LEAST * parts, Math.round(this.#pace.rate * timeOf(model) * parts));
-    const model = this.#pace.known && reachedBy("filling") >= DENSE * total ? "filling"
-      : this.#completing("default", this.#viewSize) < this.budget ? "default" : "small";
-    const time = timeOf(model);
+    const count = Math.max(LEAST * parts, Math.round(this.#pace.rate * time * parts));
     this.#tracing = true;
     this.#pool?.trace({
-      id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, model,
-      to: this.#pace.known ? Math.min(total, reachedBy(model)) : total, milliseconds: this.#pace.known ? MARGIN * time : time,
+      id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize,
+      sparse: this.#completing("default", this.#viewSize) < this.budget ? "default" : "small",
+      to: this.#pace.known ? Math.min(total, this.#reached + count) : total, milliseconds: this.#pace.known ? MARGIN * time : time,
     });
   }
 }

@@ -12,14 +12,17 @@
  *
  * @typedef {{
  *   id: number, view: number, parts: number, camera: Camera, height: number, width: number, to: number, milliseconds: number,
- *   model: import("./schedule.js").Model
+ *   sparse: import("./schedule.js").Model
  * }} Batch
  *   What `parts` tracers add to a view: the pixels of its sequence up to the place `to`, or as many as they trace in so many
- *   milliseconds. Batches of one view have one camera and size, and add to one picture, which `model` completes.
+ *   milliseconds. Batches of one view have one camera and size, and add to one picture; `sparse` completes it while
+ *   little of it is known.
  *
- * @typedef {{kind: "samples", batch: Batch, isColored: boolean, count: number, pixels: Int32Array, samples: Float32Array}} Samples
- *   to the completing worker, once for a batch: pixels (n, 2), row and column; samples (n, C), as Scene.trace returns them, of the
- *   layout COLORED or GBUFFER; of both the first `count` rows, since they are sent in the memory that they were written to
+ * @typedef {{kind: "samples", batch: Batch, isColored: boolean, count: number, pixels: Int32Array, samples: Float32Array,
+ *   expected: Float32Array | null}} Samples
+ *   to the completing worker, once for a batch: pixels (n, 2), row and column; samples (n, C), as Scene.trace returns them; of
+ *   both the first `count` rows, since they are sent in the memory that they were written to; expected: with the first batch of a
+ *   view, what those before let expect, and over it the samples, (C, height, width) of what is shown; null where they say nothing. The array comes back
  *
  * @typedef {{camera: Camera, size: Size, pixels: Int32Array}} Slice from the tracer that leads to another: pixels (n, 2)
  * @typedef {{pixels: Int32Array, samples: Float32Array, milliseconds: number}} TracedSlice its answer: samples (n, C)
@@ -37,14 +40,15 @@
  *
  * @typedef {{kind: "opened", edition: number, warnings: string[]}
  *   | {kind: "failed", edition?: number, message: string, broken: boolean}
- *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number}} Reply
+ *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, preparing: number, milliseconds: number}} Reply
  *   edition: of the scene that was to be opened; warnings: a line each; broken: the core is unusable; cancelled: no samples
  *   were sent, and the view has to begin again; reached: how many pixels of the view's sequence are traced; rays: by all
- *   tracers of the batch
+ *   tracers of the batch; preparing: milliseconds for what earlier views let expect, before those of tracing
  */
 import { Core } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
-import { COLORED, widthOf } from "../picture/channels.js";
+import { COLORED } from "../picture/channels.js";
+import { History } from "../picture/history.js";
 import { PixelSequence } from "../picture/order.js";
 import { buildScene } from "../tracing/scene.js";
 import { Pace } from "./pace.js";
@@ -65,8 +69,16 @@ let leading;
 /** @type {import("../tracing/scene.js").Scene | undefined} */
 let scene;
 let edition = -1; // of the scene
-/** What is traced of the view where this tracer leads. @type {{id: number, sequence: PixelSequence} | undefined} */
+/**
+ * What is traced of the view where this tracer leads, and what is expected of it that was not sent yet.
+ *
+ * @type {{id: number, camera: Camera, size: Size, sequence: PixelSequence, expected: History | null, ended: boolean} | undefined}
+ */
 let view;
+/** What was sent to the completing worker as `expected`, and came back. @type {Float32Array | undefined} */
+let spare;
+/** What its earlier views have seen, of one size. @type {History | undefined} */
+let history;
 let pace = new Pace();
 let cancelled = false;
 /** Ends the waiting for other tracers. */
@@ -94,7 +106,7 @@ async function open(request) {
     scene?.free();
     scene = built;
     edition = request.edition;
-    forgetView();
+    forgetViews();
     pace = new Pace();
     reply({ kind: "opened", edition, warnings: built.warnings });
   } catch (error) {
@@ -114,9 +126,21 @@ function cancel() {
   wake();
 }
 
-function forgetView() {
+function forgetViews() {
   view?.sequence.free();
-  view = undefined;
+  history?.free();
+  view = history = undefined;
+}
+
+/** Begins the view of a batch, with what those before let expect. @param {import("../tracing/scene.js").Scene} scene @param {Batch} batch */
+function beginView(scene, { view: id, camera, height, width }) {
+  const size = { height, width };
+  if (view?.size.height !== height || view.size.width !== width) forgetViews();
+  if (view) history ??= new History(scene, size);
+  const isExpected = view && history?.move(view.camera, view.sequence.planes, camera, id);
+  view?.sequence.free();
+  const expected = isExpected && history || null;
+  return view = { id, camera, size, sequence: new PixelSequence(scene.core, size, scene.layout, expected ?? undefined), expected, ended: false };
 }
 
 /** @param {Int32Array} pixels (n, 2) @param {Size} size @param {Camera} camera @returns {TracedSlice} */
@@ -129,21 +153,18 @@ function traceSlice(pixels, size, camera) {
 /** @param {Batch} batch @param {MessagePort[]} ports to the other tracers */
 async function lead(batch, ports) {
   cancelled = false;
-  const core = await starting, begin = performance.now(), end = begin + batch.milliseconds;
+  await starting;
   if (!scene) throw new Error("lead: expected an open scene");
-  const { layout } = scene;
-  if (view?.id !== batch.view) {
-    forgetView();
-    view = { id: batch.view, sequence: new PixelSequence(core, batch, layout) };
-  }
-  const { sequence } = view, components = widthOf(layout), { camera, height, width, to, parts } = batch, size = { height, width };
+  const asked = performance.now(), of = view?.id === batch.view && !view.ended ? view : beginView(scene, batch);
+  const begin = performance.now(), end = begin + batch.milliseconds;
+  const { sequence, size } = of, components = scene.sampleWidth, { camera, to, parts } = batch;
   const most = to - sequence.done, all = { pixels: new Int32Array(2 * most), samples: new Float32Array(components * most) };
   let count = 0, largest = FIRST_SLICE / GROWTH;
 
   const deal = () => {
     const time = end - performance.now();
     if (cancelled || time <= 0 || sequence.done === to) return;
-    const left = Math.min(sequence.available(), to - sequence.done);
+    const left = Math.min(sequence.available(to - sequence.done), to - sequence.done);
     if (left === 0) return;
     const wanted = pace.known ? Math.min(pace.rate * Math.min(SLICE_MS, time), GROWTH * largest) : FIRST_SLICE;
     // Towards the end of a round, after which all wait for each other, slices are smaller.
@@ -190,15 +211,18 @@ async function lead(batch, ports) {
     }
   }
   for (const { port } of others) port.close();
-  if (cancelled) {
-    forgetView();
-  } else {
-    /** @type {Samples} */
-    const message = { kind: "samples", batch, isColored: layout === COLORED, count, ...all };
-    completing.postMessage(message, [all.pixels.buffer, all.samples.buffer]);
-  }
   const milliseconds = performance.now() - begin;
-  reply({ kind: "traced", batch, cancelled, reached: sequence.done, rays: count, milliseconds });
+  if (cancelled) {
+    of.ended = true;
+  } else {
+    const expected = of.expected?.picture(spare) ?? null;
+    if (expected) spare = undefined;
+    of.expected = null;
+    /** @type {Samples} */
+    const message = { kind: "samples", batch, isColored: scene.layout === COLORED, count, ...all, expected };
+    completing.postMessage(message, [all.pixels.buffer, all.samples.buffer, ...(expected ? [expected.buffer] : [])]);
+  }
+  reply({ kind: "traced", batch, cancelled, reached: sequence.done, rays: count, preparing: begin - asked, milliseconds });
 }
 
 /** @param {MessagePort | undefined} port to the tracer that leads now */
@@ -224,6 +248,7 @@ function receive({ data }) {
     start(new Core(new WebAssembly.Instance(data.module)));
   } else if (data.kind === "connect") {
     completing = data.completing;
+    completing.onmessage = ({ data: array }) => (spare = array);
     data.reading.onmessage = receive;
   } else if (data.kind === "open") {
     open(data);
