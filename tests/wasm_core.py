@@ -145,9 +145,9 @@ class WasmCore:
         self.call("free_adaptive_order", order)
 
     def expected(self, before, seen, camera, count):
-        """What a history of gray planes (C, H, W), seen with a camera, expects of another: planes, how far off centre, at
-        how many pixels a surface; and the first pixels to trace there."""
-        height, width = size = seen.shape[1:]
+        """What a history of gray planes (C, H, W), seen with a camera, expects of another: planes, how far off centre,
+        at how many pixels a surface; and the first pixels to trace there."""
+        size = seen.shape[1:]
         history = self.made("make_history", 0, *size)
         self.made("add_to_history", history, placed(before), seen)
         planes, off_center = np.full_like(seen, np.nan), np.full(size, np.nan, np.float32)

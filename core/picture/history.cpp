@@ -35,6 +35,9 @@ constexpr float overrun_share = 0.5f;
 /// Where fewer of the points in the picture are not turned away or hidden, the camera has jumped: what it sees now is new.
 constexpr float least_still_seen = 0.75f;
 
+/// Nor does it help to expect a smaller share of the picture.
+constexpr float least_known = 1 / 16.f;
+
 /// The mean of the eighths in which centres of discs lie is shorter where a pixel is inside. Of all in one half it is .48.
 constexpr float one_sided = 0.45f;
 
@@ -205,11 +208,12 @@ std::size_t History::expect(const Camera& camera, float* planes, float* off_cent
     choose(before);
     camera_ = camera;
     const std::size_t pixels = at_.size(), surfaces = pixels - static_cast<std::size_t>(std::ranges::count(at_, none));
-    if (static_cast<float>(surfaces + beside_.size()) < least_still_seen * static_cast<float>(in_picture_)) {
+    const auto nothing = [&] {
         clear();
         std::fill_n(planes, static_cast<std::size_t>(layout_.width()) * pixels, 0.f), std::fill_n(off_center, pixels, 0.f);
-        return 0;
-    }
+        return std::size_t{0};
+    };
+    if (static_cast<float>(surfaces + beside_.size()) < least_still_seen * static_cast<float>(in_picture_)) return nothing();
     was_empty_.swap(empty_);
 
     const Planes<float> expected(layout_, planes, pixels);
@@ -233,7 +237,8 @@ std::size_t History::expect(const Camera& camera, float* planes, float* off_cent
             for (std::size_t k = 0; k < carried_components_.size(); ++k) planes[carried_components_[k] * pixels + i] = values[k];
         }
     });
-    return surfaces;
+    const std::size_t known = surfaces + static_cast<std::size_t>(std::count(empty_.begin(), empty_.end(), std::uint8_t{1}));
+    return static_cast<float>(known) < least_known * static_cast<float>(pixels) ? nothing() : surfaces;
 }
 
 std::uint32_t History::pixel_at(const Projection::Seen& seen) const {
