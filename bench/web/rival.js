@@ -1,6 +1,6 @@
 /**
- * Two ways to show a moving scene in a given time, in one thread: some pixels, completed by the network; and all pixels of a
- * picture of half the resolution, or a quarter, and so on.
+ * Ways to show a scene in a given time, in one thread: some pixels, completed, of a picture that is new or of one that carries
+ * along what the ones before have seen; and all pixels of a picture of half the resolution, or a quarter, and so on.
  */
 const SLICE = 1024; // pixels between two looks at the clock
 
@@ -37,24 +37,24 @@ function slices(scene, gbuffer, sequence, camera, time = Infinity) {
 /** 8-bit grays in base64. */
 const bytes = (image) => new Uint8Array(Uint8ClampedArray.from(image, (value) => 255 * value).buffer).toBase64();
 
-async function compare({ file, height, width, cameras, times, levels }) {
-  const modules = ["core/load", "completion/network", "completion/weights", "files/read", "picture/gbuffer", "picture/order",
-                   "tracing/scene", "workers/schedule"];
-  const [{ loadCore }, { Network }, { readWeights }, { readFile }, { GBuffer }, { PixelSequence }, { buildScene }, { DENSE }] =
+async function compare({ file, height, width, cameras, step, before, times, levels }) {
+  const modules = ["core/load", "completion/network", "completion/weights", "files/read", "picture/gbuffer", "picture/history",
+                   "picture/order", "tracing/scene"];
+  const [{ loadCore }, { DENSE, Network }, { readWeights }, { readFile }, { GBuffer }, { History }, { PixelSequence }, { buildScene }] =
     await Promise.all(modules.map((module) => import(`./${module}.js`)));
   const core = await loadCore();
   const fetched = async (path) => (await fetch(path)).arrayBuffer();
   const scene = buildScene(core, await readFile(core, file, await fetched(file)));
   const networks = await Promise.all(["filling", "default"].map(async (name) =>
     new Network(core, readWeights(await fetched(`weights/${name}.safetensors`)))));
-  const whole = new GBuffer(core, height, width), part = new GBuffer(core, height, width);
+  const whole = new GBuffer(core, height, width, scene.layout), part = new GBuffer(core, height, width, scene.layout);
   const complete = (network) => {
     const begin = performance.now();
     network.complete(part);
     return performance.now() - begin;
   };
   const sequenced = (camera, time) => {
-    const sequence = new PixelSequence(core, { height, width });
+    const sequence = new PixelSequence(core, { height, width }, scene.layout);
     whole.clear();
     const found = slices(scene, whole, sequence, camera, time);
     sequence.free();
@@ -62,7 +62,7 @@ async function compare({ file, height, width, cameras, times, levels }) {
   };
   /** Milliseconds that it takes to decide where 5 % of the pixels are, those included that go into reading what they show. */
   const decided = (camera) => {
-    const sequence = new PixelSequence(core, { height, width });
+    const sequence = new PixelSequence(core, { height, width }, scene.layout);
     let milliseconds = 0;
     const timed = (part) => {
       const begin = performance.now(), result = part();
@@ -75,6 +75,34 @@ async function compare({ file, height, width, cameras, times, levels }) {
     }
     sequence.free();
     return milliseconds;
+  };
+  /**
+   * The picture of the last of some cameras, each with so many milliseconds, the first but with all pixels; where all of them were
+   * traced in time, it is exact. As viewer/workers/tracer.js and completing.js do it, one after the other.
+   */
+  const moving = (cameras, time, completing, rate) => {
+    const history = new History(scene, { height, width });
+    let view, image, spare;
+    for (const [i, camera] of cameras.entries()) {
+      const begin = performance.now(), end = begin + (i > 0 ? time - completing : Infinity);
+      const isExpected = view && history.move(view.camera, view.sequence.planes, camera, i);
+      view?.sequence.free();
+      const sequence = new PixelSequence(core, { height, width }, scene.layout, isExpected ? history : undefined);
+      view = { camera, sequence };
+      whole.clear();
+      for (let now; sequence.done < height * width && (now = performance.now()) < end;) {
+        const wanted = Math.max(32, i > 0 ? Math.floor(rate * (end - now)) : Infinity);
+        const pixels = sequence.next(Math.min(sequence.available(wanted), wanted, SLICE));
+        const samples = scene.trace(pixels, { height, width }, camera);
+        sequence.add(pixels, samples);
+        if (!isExpected) whole.add(pixels, samples);
+      }
+      if (isExpected) whole.set(spare = history.picture(spare));
+      image = sequence.done === height * width ? whole.plane("gray") : networks[whole.traced < DENSE * height * width ? 1 : 0].complete(whole);
+    }
+    const last = bytes(image);
+    view.sequence.free(), history.free();
+    return last;
   };
   for (let i = 0; i < 20; ++i) sequenced(cameras[0], 50), networks.forEach(complete);  // compiled by now
   const frames = [];
@@ -93,14 +121,18 @@ async function compare({ file, height, width, cameras, times, levels }) {
       return null;
     });
     const theirs = Array.from({ length: levels }, (_, level) => {
-      const gbuffer = new GBuffer(core, height >> level, width >> level);
+      const gbuffer = new GBuffer(core, height >> level, width >> level, scene.layout);
       const milliseconds = traced(scene, gbuffer, camera);
       const image = bytes(gbuffer.plane("gray"));
       gbuffer.free();
       return { milliseconds, image };
     });
+    const rate = height * width / all[all.length - 1].milliseconds;
+    const turned = (i) => ({ ...camera, azimuth: camera.azimuth - step * i });
+    const path = Array.from({ length: before + 1 }, (_, i) => turned(before - i)), exact = bytes(whole.plane("gray"));
+    const inMotion = times.map((time) => moving(path, time, completing[0], rate));
     const deciding = Math.min(decided(camera), decided(camera), decided(camera));
-    frames.push({ exact: bytes(whole.plane("gray")), filling: completing[0], completing: completing[1], deciding, ours, theirs });
+    frames.push({ exact, filling: completing[0], completing: completing[1], deciding, ours, inMotion, theirs });
   }
   return frames;
 }

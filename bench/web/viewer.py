@@ -1,10 +1,10 @@
-"""The viewer's page in Chromium: how fast it answers, what it takes, and its pictures beside those of a rival.
+"""The viewer's page in Chromium: how fast it answers, what it takes, and its pictures beside those of rivals.
 
-The rival halves the resolution until all pixels can be traced in the time, and shows the small picture enlarged. Both
-have one thread and the same time for each frame, tracing and completing included. Needs the wheel playwright and a
-Chromium.
+The rivals halve the resolution until all pixels can be traced in the time, and enlarge the small picture, bilinearly or
+along edges, which costs them nothing here. All have one thread and the same time for each frame, tracing and completing
+included. Needs the wheel playwright and a Chromium.
 
-The bunny is that of the Stanford scans in the folder that BOBROSSNET_MODELS names; without it, its rows are left out.
+Meshes of other people are in the folder that BOBROSSNET_MODELS names; without it, their rows are left out.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ import tempfile
 import threading
 import time
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
 import numpy as np
@@ -34,16 +33,23 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
 
 from report import MODELS, heading, table  # noqa: E402
+from upscaling import edge_directed  # noqa: E402
 
 WIDTH, HEIGHT = 640, 480
 SIZE = f"?size={WIDTH}x{HEIGHT}"
-BUNNY = MODELS / "scans" / "stanford_bunny.ply"
+MESHES = {
+    "scans/stanford_bunny.ply": "bunny",
+    "scans/armadillo.ply": "armadillo",
+    "loader_originals/glb_material/CesiumMilkTruck.glb": "textured truck",
+}
 SCENES = {"gallery/happy_tree.bob": "happy tree", "gallery/csg.sdf": "CSG", "gallery/gear.sdf": "gear"}
 
 FOLDERS = ("loader_originals", "broken_odd", "nurbs", "implicit", "scans")
 
 TIMES_MS = (33, 50, 75, 100, 150, 250, 400, 700, 1200)
 LEVELS = 6
+STEP, BEFORE = 2, 8  # degrees between the pictures of an orbit, and how many come before the one that is compared
+WAYS = ("completed, in motion", "completed, anew", "half resolution", "half, along edges")
 
 ORBIT = """
 async ([milliseconds, degrees]) => {
@@ -250,45 +256,45 @@ def enlarged(small: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(Image.fromarray(small).resize((WIDTH, HEIGHT), Image.Resampling.BILINEAR))
 
 
-def compared(page: Page, file: str, views: int) -> tuple[list[Any], list[Any], dict[str, float]]:
-    """SSIM by the time of a frame: of our pictures and the rival's, NaN where there is none; ms that ours cost."""
+def compared(page: Page, file: str, views: int) -> tuple[NDArray[np.float64], dict[str, float]]:
+    """Mean SSIM by way and time of a frame, NaN where there is none for a view; ms that ours cost."""
     cameras = [{"azimuth": 360 * i / views, "elevation": 20} for i in range(views)]
-    settings = {"file": file, "height": HEIGHT, "width": WIDTH, "cameras": cameras, "times": TIMES_MS, "levels": LEVELS}
-    ours: list[list[float]] = [[] for _ in TIMES_MS]
-    theirs: list[list[float]] = [[] for _ in TIMES_MS]
+    settings = {
+        "file": file, "height": HEIGHT, "width": WIDTH, "cameras": cameras, "step": STEP, "before": BEFORE, "times": TIMES_MS,
+        "levels": LEVELS,
+    }  # fmt: skip
+    scores = np.full((len(WAYS), len(TIMES_MS), views), np.nan)
     found = page.evaluate(COMPARE, settings)
-    for frame in found:
+    for view, frame in enumerate(found):
         exact = decoded(frame["exact"], HEIGHT, WIDTH)
-        scores = [
-            bob.ssim(enlarged(decoded(small["image"], HEIGHT >> level, WIDTH >> level)), exact)
-            for level, small in enumerate(frame["theirs"])
-        ]
+        of_levels = []
+        for level, small in enumerate(frame["theirs"]):
+            picture = decoded(small["image"], HEIGHT >> level, WIDTH >> level)
+            ways = (enlarged(picture), edge_directed(picture, HEIGHT, WIDTH)) if level else (picture, picture)
+            of_levels.append((small["milliseconds"], [bob.ssim(way, exact) for way in ways]))
         for i, limit in enumerate(TIMES_MS):
-            picture = frame["ours"][i]
-            ours[i].append(bob.ssim(decoded(picture["image"], HEIGHT, WIDTH), exact) if picture else float("nan"))
-            fitting = [
-                score for score, small in zip(scores, frame["theirs"], strict=True) if small["milliseconds"] <= limit
-            ]
-            theirs[i].append(fitting[0] if fitting else float("nan"))
-    return (
-        ours,
-        theirs,
-        {part: statistics.median(frame[part] for frame in found) for part in ("filling", "completing", "deciding")},
+            scores[0, i, view] = bob.ssim(decoded(frame["inMotion"][i], HEIGHT, WIDTH), exact)
+            if frame["ours"][i]:
+                scores[1, i, view] = bob.ssim(decoded(frame["ours"][i]["image"], HEIGHT, WIDTH), exact)
+            fitting = [of_level for milliseconds, of_level in of_levels if milliseconds <= limit]
+            scores[2:, i, view] = fitting[0] if fitting else np.nan
+    parts = ("filling", "completing", "deciding")
+    # A mean of all views or of none: a frame that is missing for one is missing.
+    return scores.mean(-1), {part: statistics.median(frame[part] for frame in found) for part in parts}
+
+
+def beside_the_rivals(browser: Browser, url: str, scenes: dict[str, str], views: int, figure: Path | None) -> None:
+    heading(
+        f"Mean SSIM of {views} views, by the ms of a frame in one thread; in motion: after {BEFORE} steps of {STEP}°"
     )
-
-
-def beside_the_rival(browser: Browser, url: str, scenes: dict[str, str], views: int, figure: Path | None) -> None:
-    heading(f"Mean SSIM over an orbit of {views} views, by the ms of a frame in one thread")
     page = browser.new_context().new_page()
     page.goto(url + "gallery/index.json")
     page.goto(url + "rival.html")
     rows, curves = [], {}
     for file, name in scenes.items():
-        ours, theirs, costs = compared(page, file, views)
-        # A mean of all views or of none: a frame that is missing for one is missing.
-        means = [[float(np.mean(column)) for column in scores] for scores in (ours, theirs)]
+        means, costs = compared(page, file, views)
         curves[name] = means
-        for label, mean in zip(("completed", "half resolution"), means, strict=True):
+        for label, mean in zip(WAYS, means, strict=True):
             rows.append((name, label, *("–" if np.isnan(value) else f"{value:.3f}" for value in mean)))
         print(
             f"{name}: completing {costs['completing']:.1f} ms, the filling {costs['filling']:.1f} ms,"
@@ -299,13 +305,14 @@ def beside_the_rival(browser: Browser, url: str, scenes: dict[str, str], views: 
         draw(curves, figure)
 
 
-def draw(curves: dict[str, list[list[float]]], figure: Path) -> None:
+def draw(curves: dict[str, NDArray[np.float64]], figure: Path) -> None:
     import matplotlib.pyplot as plt
 
     drawing, axes = plt.subplots(1, len(curves), figsize=(3.2 * len(curves), 3.2), sharey=True, layout="constrained")
-    for axis, (name, (ours, theirs)) in zip(np.atleast_1d(axes), curves.items(), strict=True):
-        axis.plot(TIMES_MS, ours, "o-", color="#0b6b3a", label="completed")
-        axis.plot(TIMES_MS, theirs, "s--", color="#8a4b08", label="half resolution until it fits")
+    styles = (("o-", "#0b6b3a"), ("o:", "#6b9a3a"), ("s--", "#8a4b08"), ("^--", "#b8860b"))
+    for axis, (name, means) in zip(np.atleast_1d(axes), curves.items(), strict=True):
+        for way, mean, (style, color) in zip(WAYS, means, styles, strict=True):
+            axis.plot(TIMES_MS, mean, style, color=color, label=way)
         axis.set(title=name, xlabel="ms for a frame, one thread", xscale="log")
         axis.set_xticks(TIMES_MS, [str(limit) for limit in TIMES_MS], rotation=60)
         axis.minorticks_off()
@@ -332,9 +339,11 @@ def main() -> None:
     options = ["--no-sandbox"] if os.geteuid() == 0 else []
     with page_files() as files, Server(files) as server, sync_playwright() as playwright:
         scenes = dict(SCENES)
-        if BUNNY.is_file():
-            server.files["bunny.ply"] = BUNNY
-            scenes = {"bunny.ply": "bunny", **scenes}
+        for path, name in MESHES.items():
+            if (MODELS / path).is_file():
+                served = Path(path).name
+                server.files[served] = MODELS / path
+                scenes[served] = name
         server.files |= {"rival.js": HERE / "rival.js", "rival.html": b"<!doctype html>"}
         threading.Thread(target=server.serve_forever, daemon=True).start()
         browser = playwright.chromium.launch(executable_path=chromium, args=options)
@@ -346,7 +355,7 @@ def main() -> None:
         if "large" in parts:
             large_mesh(browser, server)
         if "rival" in parts:
-            beside_the_rival(browser, server.url, scenes, arguments.views, arguments.figure)
+            beside_the_rivals(browser, server.url, scenes, arguments.views, arguments.figure)
         if "memory" in parts:
             memory(browser, server, arguments.minutes)
         browser.close()

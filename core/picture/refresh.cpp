@@ -4,6 +4,7 @@
 #include <bit>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "picture/order.h"
 
@@ -237,8 +238,10 @@ void RefreshOrder::choose(std::size_t count) {
     while (last > 1 && above + histogram_[last - 1] <= count) above += histogram_[--last];
     // All of the bins from `last` on, and as many of the one before as still fit, spread over the picture.
     const std::size_t left = last > 1 ? count - above : 0, there = last > 1 ? histogram_[last - 1] : 0;
-    std::size_t met = 0;
-    round_.clear();
+    std::size_t met = 0, size = 0;
+    for (std::size_t k = histogram_.size(); k-- > last;) size += std::exchange(histogram_[k], static_cast<std::uint32_t>(size));
+    if (last > 1) histogram_[last - 1] = static_cast<std::uint32_t>(size);
+    round_.resize(size + left);
     for (std::uint32_t row = 0, i = 0; row < height_; ++row) {
         for (std::uint32_t column = 0; column < width_; ++column, ++i) {
             const std::uint32_t in = bin(worth_[i]);
@@ -247,7 +250,7 @@ void RefreshOrder::choose(std::size_t count) {
                 ++met;
                 if (met * left / there == (met - 1) * left / there) continue;
             }
-            round_.push_back({static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)});
+            round_[histogram_[in]++] = {static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)};
         }
     }
 }

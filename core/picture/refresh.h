@@ -25,8 +25,8 @@ public:
     void begin(std::uint64_t seed);
 
     /// The next round, where so many pixels are wanted: about half of these, or all where they are few, since what the first of
-    /// them find says where the others go, but each round looks at all of the picture. Pixels that were not traced yet, row by
-    /// row; none where all were. `traced` and `picture` are planes, (C, height, width), of a layout: the latter has what is
+    /// them find says where the others go, but each round looks at all of the picture. Pixels that were not traced yet, the
+    /// most valuable first; none where all were. `traced` and `picture` are planes, (C, height, width), of a layout: the latter has what is
     /// expected, and over it what was traced. `off_center`: (height, width), as of `History::expect`.
     std::span<const Pixel> next(const Layout& layout, const float* traced, const float* picture, const float* off_center,
                                 std::size_t wanted);
