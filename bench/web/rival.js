@@ -85,7 +85,8 @@ async function compare({ file, height, width, cameras, step, before, times, leve
     let view, image, spare;
     for (const [i, camera] of cameras.entries()) {
       const begin = performance.now(), end = begin + (i > 0 ? time - completing : Infinity);
-      const isExpected = view && history.move(view.camera, view.sequence.planes, camera, i);
+      const isDense = rate * (time - completing) >= DENSE * height * width;  // as viewer/workers/schedule.js
+      const isExpected = view && !isDense && history.move(view.camera, view.sequence.planes, camera, i);
       view?.sequence.free();
       const sequence = new PixelSequence(core, { height, width }, scene.layout, isExpected ? history : undefined);
       view = { camera, sequence };

@@ -9,12 +9,15 @@
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {import("../picture/camera.js").Size} Size
  */
+import { DENSE } from "../completion/network.js";
 import { Pace } from "./pace.js";
 
 const REST_MS = 80; // without a change, until a view is refined: less, and moving on would often have to end that first
 const LONGEST_MS = 250; // of tracing between two pictures at rest
 const SHARE = 0.8; // of a picture's time that is for tracing: with more, the page itself and messages make all pictures late
 const LEAST = 32; // pixels for each tracer
+const FADE = 0.8;
+const LONGEST_CARRYING = 0.75; // of a moving view's time, for what those before have seen
 const MARGIN = 1.5; // times its planned time, after which a batch ends that takes longer than was measured
 const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // by which moving pictures are smaller
 const UNMEASURED_MS = 1e-4; // to complete a pixel, before that is measured
@@ -38,7 +41,8 @@ export class Schedule {
   /** @type {import("./pool.js").Pool | undefined} */
   #pool;
   #pace = new Pace();
-  #preparing = 0; // milliseconds that the last moving view took before its first ray
+  #carries = true; // whether the view brings along what those before have seen
+  #carryingMs = 0; // for a pixel of it, before the first ray
   /** Milliseconds to complete a pixel, where measured. @type {Partial<Record<Model, number>>} */
   #pixelMs = {};
   /** What completed the last picture. @type {Model} */
@@ -97,7 +101,7 @@ export class Schedule {
   /** @param {import("./pool.js").Traced} traced */
   traced({ batch, cancelled, reached, rays, preparing, milliseconds }) {
     this.#tracing = false;
-    if (this.#step === 0) this.#preparing = preparing;
+    if (this.#carries && this.#step === 0) this.#carryingMs = preparing / (batch.height * batch.width);
     if (rays > 0) this.#pace.measured(rays, batch.parts * milliseconds);
     if (!cancelled) {
       this.#waiting.push(batch.id);
@@ -126,8 +130,13 @@ export class Schedule {
       this.#scale = this.#scales ? this.#movingScale() : 1;
       this.#begin(this.#scale);
       this.#step = 0;
-      const time = SHARE * this.#movingTime();
-      this.#trace(Math.max(time - this.#preparing, time / 4), Math.max(1, ready - 1));
+      const time = SHARE * this.#movingTime(), parts = Math.max(1, ready - 1), pixels = this.#viewSize.height * this.#viewSize.width;
+      // Where a new picture is dense, or there is no time for more, nothing is carried along.
+      const isDense = !this.#pace.known || this.#pace.rate * time * parts >= DENSE * pixels;
+      const carrying = this.#carryingMs * pixels, takesTooLong = carrying > LONGEST_CARRYING * time;
+      this.#carries = !isDense && !takesTooLong;
+      if (takesTooLong) this.#carryingMs *= FADE; // it was slow, as all code is at first, and is tried again
+      this.#trace(this.#carries ? time - carrying : time, parts);
     } else if (this.refines && (this.#reached < this.#viewSize.height * this.#viewSize.width || this.#scale > 1)) {
       const left = this.#changedAt + REST_MS - performance.now();
       if (left > 0) {
@@ -178,7 +187,7 @@ export class Schedule {
     const count = Math.max(LEAST * parts, Math.round(this.#pace.rate * time * parts));
     this.#tracing = true;
     this.#pool?.trace({
-      id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize,
+      id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, carries: this.#carries,
       sparse: this.#completing("default", this.#viewSize) < this.budget ? "default" : "small",
       to: this.#pace.known ? Math.min(total, this.#reached + count) : total, milliseconds: this.#pace.known ? MARGIN * time : time,
     });

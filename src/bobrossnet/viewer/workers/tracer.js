@@ -12,11 +12,11 @@
  *
  * @typedef {{
  *   id: number, view: number, parts: number, camera: Camera, height: number, width: number, to: number, milliseconds: number,
- *   sparse: import("./schedule.js").Model
+ *   carries: boolean, sparse: import("./schedule.js").Model
  * }} Batch
  *   What `parts` tracers add to a view: the pixels of its sequence up to the place `to`, or as many as they trace in so many
- *   milliseconds. Batches of one view have one camera and size, and add to one picture; `sparse` completes it while
- *   little of it is known.
+ *   milliseconds. Batches of one view have one camera and size, and add to one picture, to which a view
+ *   that `carries` brings along what those before have seen; `sparse` completes it while little of it is known.
  *
  * @typedef {{kind: "samples", batch: Batch, isColored: boolean, count: number, pixels: Int32Array, samples: Float32Array,
  *   expected: Float32Array | null}} Samples
@@ -133,13 +133,15 @@ function forgetViews() {
 }
 
 /** Begins the view of a batch, with what those before let expect. @param {import("../tracing/scene.js").Scene} scene @param {Batch} batch */
-function beginView(scene, { view: id, camera, height, width }) {
+function beginView(scene, { view: id, camera, height, width, carries }) {
   const size = { height, width };
   if (view?.size.height !== height || view.size.width !== width) forgetViews();
-  if (view) history ??= new History(scene, size);
-  const isExpected = view && history?.move(view.camera, view.sequence.planes, camera, id);
+  let expected = null;
+  if (view && carries) {
+    history ??= new History(scene, size);
+    if (history.move(view.camera, view.sequence.planes, camera, id)) expected = history;
+  }
   view?.sequence.free();
-  const expected = isExpected && history || null;
   return view = { id, camera, size, sequence: new PixelSequence(scene.core, size, scene.layout, expected ?? undefined), expected, ended: false };
 }
 
