@@ -298,7 +298,7 @@ window.Worker = class extends Worker {
 
 
 COMPLETE = """
-async ({ address, models, height, width, pixels, samples }) => {
+async ({ address, batches, height, width, pixels, samples }) => {
   const part = (path) => import(new URL(path, address).href);
   const bytesOf = async (name) => (await fetch(new URL(`weights/${name}.safetensors`, address))).arrayBuffer();
   const worker = new Worker(new URL("workers/completing.js", address), { type: "module" });
@@ -314,13 +314,17 @@ async ({ address, models, height, width, pixels, samples }) => {
   worker.postMessage({ kind: "network", name: "filling", weights: await bytesOf("filling") });
   worker.postMessage({ kind: "connect", tracer: port2 }, [port2]);
   const result = [];
-  for (const [id, model] of models.entries()) {
-    const batch = { id, view: id, parts: 1, height, width, model: model || undefined }, picture = reply("picture");
-    const values = { pixels: Int32Array.from(pixels), samples: Float32Array.from(samples) };
-    port1.postMessage({ kind: "samples", batch, count: pixels.length / 2, ...values });
-    const name = (await picture).picture.model, buffers = reply("buffers");
+  for (const [id, { count, sparse, expected }] of batches.entries()) {
+    const batch = { id, view: id, parts: 1, height, width, sparse }, picture = reply("picture");
+    const values = {
+      pixels: Int32Array.from(pixels.slice(0, 2 * count)), samples: Float32Array.from(samples.slice(0, 6 * count)),
+    };
+    const back = expected && new Promise((resolve) => (port1.onmessage = ({ data }) => resolve(data.length)));
+    const planes = expected ? Float32Array.from(expected) : null;
+    port1.postMessage({ kind: "samples", batch, count, ...values, expected: planes }, planes ? [planes.buffer] : []);
+    const { model, traced } = (await picture).picture, buffers = reply("buffers");
     worker.postMessage({ kind: "buffers" });
-    result.push([name, [...(await buffers).buffers.image]]);
+    result.push([model, traced, [...(await buffers).buffers.image], await back]);
   }
   worker.terminate();
   return result;
@@ -328,21 +332,88 @@ async ({ address, models, height, width, pixels, samples }) => {
 """
 
 
-def test_a_batch_names_the_network_that_completes_it(page, viewer):
-    """The default where it names none, or one that the worker does not have."""
-    part = bob.trace(bob.happy_tree(), size=(60, 80), fraction=0.1)
-    places = np.argwhere(part.mask > 0)
-    samples = part.stack()[:, places[:, 0], places[:, 1]].T.copy()
-    samples[:, 0] = samples[:, 1] > 0  # what was hit
+def test_pictures_are_completed_by_the_cheapest_network_that_is_as_good(page, viewer):
+    """The filling where enough is known or expected, else what the batch names, or the default if that is missing."""
+    size, few = (60, 80), 96  # 2 % of the pixels
+    full = bob.trace(bob.happy_tree(), size=size)
+    pixels = bob.pixel_order(size, count=480)
+    samples = np.zeros((480, 6), np.float32)
+    samples[:, :5] = full.stack()[:, pixels[:, 0], pixels[:, 1]].T
+    samples[:, 0] = samples[:, 2] > 0  # what was hit
+    expected = full.stack() * (np.arange(80) < 40)  # the left half, a little darker
+    expected[1] *= 0.9
+    batches = [
+        {"count": few, "sparse": "default"},
+        {"count": 480, "sparse": "default"},
+        {"count": few, "sparse": "paper"},
+        {"count": few, "sparse": "default", "expected": expected.ravel().tolist()},
+        {"count": few, "sparse": "default"},
+    ]
     found = page.tab.evaluate(
         COMPLETE,
-        {"address": viewer.url, "models": ["", "filling", "default", "paper"], "height": 60, "width": 80,
-         "pixels": places.ravel().tolist(), "samples": samples.ravel().tolist()},
+        {"address": viewer.url, "batches": batches, "height": 60, "width": 80,
+         "pixels": pixels.ravel().tolist(), "samples": samples.ravel().tolist()},
     )  # fmt: skip
-    assert [name for name, _ in found] == ["default", "filling", "default", "default"]
-    for name, image in found:  # which clamps before it interpolates, where Python does after
+    assert [name for name, *_ in found] == ["default", "filling", "default", "filling", "default"]
+    assert [traced for _, traced, *_ in found] == [few, 480, few, few, few]
+    assert [back for *_, back in found] == [None, None, None, expected.size, None]
+    for batch, (name, _, image, _) in zip(batches, found, strict=True):
+        known = np.zeros_like(expected) if "expected" not in batch else expected.copy()
+        at = tuple(pixels[: batch["count"]].T)
+        known[:, at[0], at[1]] = full.stack()[:, at[0], at[1]]
+        part = bob.GBuffer(mask=known[0], gray=known[1], depth=known[2], normal=np.moveaxis(known[3:], 0, -1))
         ours, other = (bob.complete(part, model=model) for model in (name, {"default": "filling"}.get(name, "default")))
+        # The page clamps before it interpolates, where Python does after.
         assert np.abs(np.reshape(image, ours.shape) - ours).mean() < 1e-4 < np.abs(ours - other).mean(), name
+
+
+MOVES = """
+async ({ address, file, height, width }) => {
+  const part = (path) => import(new URL(path, address).href);
+  const [{ loadCore }, { readFile }, { History }, { PixelSequence }, { buildScene }] = await Promise.all(
+    ["core/load.js", "files/read.js", "picture/history.js", "picture/order.js", "tracing/scene.js"].map(part));
+  const core = await loadCore(), bytes = await (await fetch(new URL(file, address))).arrayBuffer();
+  const scene = buildScene(core, await readFile(core, file, bytes)), size = { height, width };
+  const cameraAt = (azimuth) => ({ azimuth, elevation: 20, roll: 0, zoom: 1, panX: 0, panY: 0, fov: 0 });
+  const trace = (sequence, camera, count) => {
+    const traced = [];
+    while (traced.length < 2 * count) {
+      const left = count - traced.length / 2, pixels = sequence.next(Math.min(sequence.available(left), left));
+      sequence.add(pixels, scene.trace(pixels, size, camera));
+      traced.push(...pixels);
+    }
+    return traced;
+  };
+  const history = new History(core, size, scene.layout), first = new PixelSequence(core, size, scene.layout);
+  trace(first, cameraAt(30), height * width);
+  const expects = history.move(cameraAt(30), first.planes, cameraAt(33), 7);
+  scene.shade(history.planes, size, cameraAt(33));
+  const expected = history.picture(), second = new PixelSequence(core, size, scene.layout, history);
+  const traced = trace(second, cameraAt(33), 300), shown = history.picture(new Float32Array(expected.length));
+  const rest = trace(second, cameraAt(33), height * width - 300);
+  const jumps = !history.move(cameraAt(33), second.planes, cameraAt(200), 8);
+  return { expects, jumps, expected: [...expected], shown: [...shown], traced, rest };
+}
+"""
+
+
+def test_what_the_page_carries_along_is_shaded_anew_and_its_pixels_are_exact(page, viewer):
+    size = (60, 80)
+    found = page.tab.evaluate(
+        MOVES, {"address": viewer.url, "file": "gallery/happy_tree.bob", "height": 60, "width": 80}
+    )
+    exact = bob.trace(bob.happy_tree(), bob.Camera(azimuth=33), size=size).stack()
+    expected, shown = (np.reshape(found[name], (5, *size)) for name in ("expected", "shown"))
+    known = expected[0] > 0
+    assert found["expects"]
+    assert found["jumps"]
+    assert 0.8 < known.mean() < 1
+    assert (np.abs(expected - exact)[1][known] < 0.02).mean() > 0.8
+    traced = np.reshape(found["traced"], (-1, 2))
+    np.testing.assert_allclose(shown[:, traced[:, 0], traced[:, 1]], exact[:, traced[:, 0], traced[:, 1]], atol=1e-5)
+    assert (np.abs(shown - exact)[1] > 0.02).sum() < 0.9 * (np.abs(expected - exact)[1] > 0.02).sum()
+    everywhere = np.concatenate([traced, np.reshape(found["rest"], (-1, 2))])
+    assert len(np.unique(everywhere, axis=0)) == len(everywhere) == size[0] * size[1]
 
 
 @pytest.mark.parametrize("role", ["leads", "helps"])

@@ -81,13 +81,14 @@ async function compare({ file, height, width, cameras, step, before, times, leve
    * traced in time, it is exact. As viewer/workers/tracer.js and completing.js do it, one after the other.
    */
   const moving = (cameras, time, completing, rate) => {
-    const history = new History(scene, { height, width });
+    const history = new History(core, { height, width }, scene.layout);
     let view, image, spare;
     for (const [i, camera] of cameras.entries()) {
       const begin = performance.now(), end = begin + (i > 0 ? time - completing : Infinity);
       const isDense = rate * (time - completing) >= DENSE * height * width;  // as viewer/workers/schedule.js
       const isExpected = view && !isDense && history.move(view.camera, view.sequence.planes, camera, i);
       view?.sequence.free();
+      if (isExpected) scene.shade(history.planes, { height, width }, camera);
       const sequence = new PixelSequence(core, { height, width }, scene.layout, isExpected ? history : undefined);
       view = { camera, sequence };
       whole.clear();

@@ -31,6 +31,7 @@ SHADED_ANEW = Layout(_core.remembered_layout(False).names)
 COLORED_ANEW = Layout(_core.remembered_layout(True).names)
 """The same of scenes that have colours."""
 
+
 class View:
     """A scene seen by a camera that moves from frame to frame.
 

@@ -12,30 +12,30 @@ import { addSamples, halves } from "./order.js";
  * @implements {RoundOrder}
  */
 export class History {
-  #scene;
   #core;
+  #layout;
   #handle;
   #order;
-  /** Addresses: what is expected, and over it what was traced, (C, height, width) of the traced layout; and how far from its pixel's
-   * centre it was seen, (height, width). */
-  #picture;
+  /** The address of how far from its pixel's centre each was seen, (height, width). */
   #offCenter;
   #isColored;
 
-  /** Of pictures of a size. @param {import("../tracing/scene.js").Scene} scene @param {import("./camera.js").Size} size */
-  constructor(scene, { height, width }) {
-    const core = this.#core = scene.core, pixels = height * width;
-    this.#scene = scene;
+  /** @param {import("../core/core.js").Core} core @param {import("./camera.js").Size} size @param {import("./channels.js").Layout} layout that is shown */
+  constructor(core, { height, width }, layout) {
+    const pixels = height * width;
+    this.#core = core;
+    this.#layout = layout;
     this.size = { height, width };
-    this.#isColored = Number(scene.layout === COLORED);
+    this.#isColored = Number(layout === COLORED);
     this.#handle = core.made("make_history", this.#isColored, height, width);
     this.#order = core.made("make_refresh_order", height, width);
-    this.#picture = core.allocate(4 * widthOf(tracedLayout(scene.layout)) * pixels);
+    /** The address of what is expected, and over it what was traced, (C, height, width) of the traced layout. */
+    this.planes = core.allocate(4 * widthOf(tracedLayout(layout)) * pixels);
     this.#offCenter = core.allocate(4 * pixels);
   }
 
   /**
-   * Begins the picture of a camera.
+   * Begins the picture of a camera. What is expected still has the shades of before.
    *
    * @param {Camera} before which traced the one before @param {number} traced the address of that one's planes
    * @param {Camera} camera
@@ -46,22 +46,21 @@ export class History {
     const core = this.#core;
     core.made("add_to_history", this.#handle, cameraValues(before), traced);
     const [surfaces] = core.filled(new Int32Array(1), (address) => {
-      core.made("expect_from_history", this.#handle, cameraValues(camera), this.#picture, this.#offCenter, address);
+      core.made("expect_from_history", this.#handle, cameraValues(camera), this.planes, this.#offCenter, address);
     });
     if (surfaces === 0) return false;
-    this.#scene.shade(this.#picture, this.size, camera);
     core.call("begin_refresh", this.#order, ...halves(seed));
     return true;
   }
 
   /** @type {RoundOrder["next"]} */
   next(planes, wanted, count) {
-    return this.#core.made("next_refresh", this.#order, this.#isColored, planes, this.#picture, this.#offCenter, wanted, count);
+    return this.#core.made("next_refresh", this.#order, this.#isColored, planes, this.planes, this.#offCenter, wanted, count);
   }
 
   /** @type {RoundOrder["add"]} */
   add(pixels, samples) {
-    addSamples(this.#core, this.size, this.#isColored, pixels, samples, this.#picture);
+    addSamples(this.#core, this.size, this.#isColored, pixels, samples, this.planes);
   }
 
   end() {}
@@ -73,16 +72,16 @@ export class History {
    * @returns {Float32Array} (C, height, width) of what is shown
    */
   picture(spare) {
-    const count = widthOf(this.#scene.layout) * this.size.height * this.size.width;
+    const count = widthOf(this.#layout) * this.size.height * this.size.width;
     const copy = spare?.length === count ? spare : new Float32Array(count);
-    copy.set(new Float32Array(this.#core.memory, this.#picture, count));
+    copy.set(new Float32Array(this.#core.memory, this.planes, count));
     return copy;
   }
 
   free() {
     this.#core.call("free_history", this.#handle);
     this.#core.call("free_refresh_order", this.#order);
-    this.#core.release(this.#picture);
+    this.#core.release(this.planes);
     this.#core.release(this.#offCenter);
   }
 }

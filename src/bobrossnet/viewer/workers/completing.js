@@ -131,12 +131,13 @@ async function gather({ batch, isColored, count, pixels, samples, expected }, tr
 
 /** @param {View} view */
 async function painted(view) {
-  const { gbuffer, model, first } = view, { image } = shown(view);
+  const { gbuffer, model, first } = view;
   const { completers, predictor } = await starting, { height, width, traced } = gbuffer;
   const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, /** @type {Completer} */ (completers.get(model)).network) : null;
+  const completedColor = shown(view).completeColor(), { image } = shown(view);
   const bitmap = await createImageBitmap(paint({
     ...showing, height, width, image, first, expected: errors, mask: gbuffer.plane("mask"), gray: gbuffer.plane("gray"),
-    exact: traced === height * width, color: gbuffer.color, completedColor: shown(view).completeColor(),
+    exact: traced === height * width, color: gbuffer.color, completedColor,
   }));
   return { bitmap, expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
 }

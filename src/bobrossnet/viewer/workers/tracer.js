@@ -138,8 +138,11 @@ function beginView(scene, { view: id, camera, height, width, carries }) {
   if (view?.size.height !== height || view.size.width !== width) forgetViews();
   let expected = null;
   if (view && carries) {
-    history ??= new History(scene, size);
-    if (history.move(view.camera, view.sequence.planes, camera, id)) expected = history;
+    history ??= new History(scene.core, size, scene.layout);
+    if (history.move(view.camera, view.sequence.planes, camera, id)) {
+      expected = history;
+      scene.shade(history.planes, size, camera);
+    }
   }
   view?.sequence.free();
   return view = { id, camera, size, sequence: new PixelSequence(scene.core, size, scene.layout, expected ?? undefined), expected, ended: false };
