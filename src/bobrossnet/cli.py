@@ -169,7 +169,9 @@ def _view(options: argparse.Namespace) -> None:
     import threading
     import webbrowser
 
-    from bobrossnet.view import Server, export, page_files, scene_path
+    from bobrossnet.page.export import export
+    from bobrossnet.page.files import page_files, scene_path
+    from bobrossnet.page.server import Server
 
     limit_memory()
     files = options.files

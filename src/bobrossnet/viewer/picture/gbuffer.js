@@ -65,6 +65,14 @@ export class GBuffer {
     return this.isColored ? this.#floats(placeOf(this.layout, "color"), 3) : null;
   }
 
+  /** Takes what another one of this size has, with coverage in the place of gray: 1 where a ray hit. @param {GBuffer} other */
+  takeCoverage(other) {
+    this.planes.set(other.planes);
+    this.traced = other.traced;
+    const gray = this.plane("gray"), depth = this.plane("depth");
+    for (let i = 0; i < gray.length; ++i) gray[i] = Number(depth[i] > 0);
+  }
+
   /** Forgets all pixels. */
   clear() {
     this.#floats(0, widthOf(this.layout)).fill(0);

@@ -5,10 +5,13 @@
  * @typedef {{kind: "start", module: WebAssembly.Module, weights: ArrayBuffer, uncertainty: ArrayBuffer}
  *   | {kind: "network", name: Model, weights: ArrayBuffer}
  *   | {kind: "connect", tracer: MessagePort}
- *   | {kind: "show", mode: import("../picture/paint.js").Mode, divider: number}
+ *   | ({kind: "show"} & Showing)
  *   | {kind: "buffers"}} Request
  *   "start" comes once, with the network "default"; "network" brings another one, which batches may name from then on; weights,
  *   uncertainty: safetensors files; "show" paints the last picture anew; "buffers" is answered by "buffers"
+ *
+ * @typedef {{mode: import("../picture/paint.js").Mode, divider: number, isTransparent: boolean}} Showing
+ *   what is painted; divider: 0..1 of the picture's width; isTransparent: whether it is where nothing is
  *
  * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {import("./schedule.js").Model} Model the name of a network; until one has come, "default" stands in for it
@@ -44,15 +47,15 @@ let start;
 /** @type {Promise<Parts>} */
 const starting = new Promise((resolve) => (start = resolve));
 /**
- * @typedef {{batch: Batch, gbuffer: GBuffer, model: Model, completed: boolean, first: Float32Array}} View
- *   batch: the newest in it; model: the network that completed it last
+ * @typedef {{batch: Batch, gbuffer: GBuffer, coverage?: GBuffer, model: Model, completed: boolean, first: Float32Array}} View
+ *   batch: the newest in it; coverage: where that was asked for; model: the network that completed it last
  */
 /** @type {View | undefined} */
 let view;
 /** @type {Picture | undefined} */
 let picture;
-/** @type {{mode: import("../picture/paint.js").Mode, divider: number}} */
-let showing = { mode: "completed", divider: 0.5 };
+/** @type {Showing} */
+let showing = { mode: "completed", divider: 0.5, isTransparent: false };
 /** Messages are handled one after the other, even if that means waiting. */
 let queue = Promise.resolve();
 
@@ -86,7 +89,7 @@ async function gather({ batch, isColored, count, pixels, samples }) {
   const begun = performance.now(), { height, width } = batch;
   const layout = isColored ? COLORED : GBUFFER;
   if (view?.gbuffer.height !== height || view.gbuffer.width !== width || view.gbuffer.layout !== layout) {
-    view?.gbuffer.free();
+    view?.gbuffer.free(), view?.coverage?.free();
     const gbuffer = new GBuffer(core, height, width, layout);
     view = { batch, gbuffer, model: DEFAULT, completed: false, first: new Float32Array(height * width) };
   } else if (view.batch.view !== batch.view) {
@@ -113,12 +116,19 @@ async function gather({ batch, isColored, count, pixels, samples }) {
 }
 
 /** @param {View} view */
-async function painted({ gbuffer, model, first }) {
-  const { completers, predictor } = await starting, { height, width, traced } = gbuffer;
-  const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, /** @type {Completer} */ (completers.get(model)).network) : null;
+async function painted(view) {
+  const { core, completers, predictor } = await starting, { gbuffer, model, first } = view, { height, width, traced } = gbuffer;
+  const { network } = /** @type {Completer} */ (completers.get(model));
+  const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, network) : null;
+  if (showing.isTransparent) {
+    view.coverage ??= new GBuffer(core, height, width);
+    view.coverage.takeCoverage(gbuffer);
+    network.complete(view.coverage);
+  }
   const bitmap = await createImageBitmap(paint({
     ...showing, height, width, image: gbuffer.image, first, expected: errors, mask: gbuffer.plane("mask"),
     gray: gbuffer.plane("gray"), exact: traced === height * width, color: gbuffer.color, completedColor: gbuffer.completeColor(),
+    alpha: showing.isTransparent && view.coverage ? view.coverage.image : null,
   }));
   return { bitmap, expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
 }
@@ -138,7 +148,7 @@ async function answer(request) {
     const { core, completers } = await starting;
     completers.set(request.name, await completerOf(core, request.weights));
   } else if (request.kind === "show") {
-    showing = { mode: request.mode, divider: request.divider };
+    showing = request;
     if (!picture || !view?.completed) return;
     picture = { ...picture, ...await painted(view) };
     reply({ kind: "picture", picture, repainted: true }, [picture.bitmap]);
