@@ -58,6 +58,11 @@ def scene_path(name: str) -> str:
     return f"files/{name}.bob"
 
 
+def tree() -> bob.Instance:
+    """What the page shows where nothing else is given."""
+    return bob.Instance(bob.happy_tree(), name="happy tree")
+
+
 @contextmanager
 def page_files(scene: SceneLike | None = None, name: str = "scene") -> Iterator[Files]:
     """Everything that the page consists of, while the context lasts.
@@ -89,7 +94,7 @@ def page_files(scene: SceneLike | None = None, name: str = "scene") -> Iterator[
             bob.save_scene(scene, file)
             files[path] = file
 
-        add(TREE, bob.Instance(bob.happy_tree(), name="happy tree"))
+        add(TREE, tree())
         if scene is not None:
             path = scene_path(name)
             add(path, scene)

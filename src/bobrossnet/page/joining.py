@@ -24,6 +24,9 @@ ENTRIES = (
 
 WORKERS = ("completing", "reader", "tracer")
 
+SINGLE = "component/single.js"
+"""The entry of a page of a single file."""
+
 BROUGHT = "core/brought.js"
 
 COMMENT = re.compile(

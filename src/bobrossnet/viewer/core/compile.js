@@ -1,6 +1,6 @@
 // @ts-check
 /** The core's WebAssembly modules, which a page compiles once for all of its workers. */
-import { fetchPart } from "./parts.js";
+import { fetchPart, isThere } from "./parts.js";
 
 /** A module of one function that multiplies and adds with a single rounding: valid where relaxed SIMD is known. */
 const RELAXED = new Uint8Array([
@@ -16,7 +16,7 @@ const RELAXED = new Uint8Array([
  * @returns {Promise<WebAssembly.Module>}
  */
 export async function compileCore(name = "core", relaxed = WebAssembly.validate(RELAXED)) {
-  const response = await fetchPart(`${name}${relaxed ? ".relaxed" : ""}.wasm`);
+  const fast = `${name}.relaxed.wasm`, response = await fetchPart(relaxed && isThere(fast) ? fast : `${name}.wasm`);
   // Some servers do not know the type, without which browsers refuse to compile while they fetch.
   const typed = response.headers.get("Content-Type")?.startsWith("application/wasm");
   return typed ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
