@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo test docs bench bench-web report quality vendor types clean
+.PHONY: demo test docs bench bench-web report quality vendor npm types clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed
@@ -61,6 +61,11 @@ vendor:
 	cd build/three && node_modules/.bin/esbuild loaders.js --bundle --minify --format=esm --alias:three=./three.js --log-level=warning \
 	  --banner:js="// @ts-nocheck three.js $(THREE), https://threejs.org, MIT licence (LICENSE.txt)" --outfile=$(abspath $(VENDOR))/loaders.js
 	cp build/three/package/LICENSE $(VENDOR)/LICENSE.txt
+
+# The element <bob-view> as an npm package: out/npm/bob-view-VERSION.tgz.
+npm: $(VENV)/installed
+	rm -rf out/npm && $(BIN)/python -m bobrossnet.page.package out/npm
+	cd out/npm && npm pack --silent
 
 # Types of the viewer's page, as its comments say them; npm brings what checks them.
 types:

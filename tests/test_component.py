@@ -39,6 +39,19 @@ window.Worker = class extends Worker {
 """
 
 
+SLOW_RAYS = """
+window.Worker = class extends Worker {
+  set onmessage(receive) {
+    super.onmessage = (event) => {
+      if (event.data.kind === "traced") event.data.milliseconds *= 100;
+      receive(event);
+    };
+  }
+};
+"""
+"""Tracers seem to take 100 times as long."""
+
+
 @pytest.fixture(scope="module")
 def folder(viewer, tmp_path_factory):
     """The page's files, and scenes beside them."""
@@ -181,6 +194,25 @@ def test_the_package_may_be_on_another_server(browser, folder, tmp_path):
         page.goto(here)
         assert_shows(page, expected(bob.load(tmp_path / "wedge.stl")))
         page.context.close()
+
+
+def test_networks_come_when_pictures_of_meshes_are_sparse(shown):
+    page = shown('src="wedge.glb" picture-size="640x480"', SLOW_RAYS)
+    exact(page)
+    asked = "() => performance.getEntriesByType('resource').map(({ name }) => name.split('/').pop())"
+    assert "filling.safetensors" in page.evaluate(asked)
+    assert "default.safetensors" not in page.evaluate(asked)
+    with page.expect_response(lambda answer: "weights/small" in answer.url or "weights/default" in answer.url):
+        page.evaluate("""async () => {
+          const view = document.querySelector("bob-view");
+          for (let azimuth = 0; azimuth < 20; ++azimuth) {
+            const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
+            view.camera = { azimuth };
+            await next;
+          }
+        }""")
+    exact(page)
+    assert told(page, "error") == []
 
 
 # ---- Cameras ---------------------------------------------------------------------------------------------

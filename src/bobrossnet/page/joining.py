@@ -13,8 +13,10 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
+COMPONENT = "component/bob-view.js"
+
 ENTRIES = (
-    "component/bob-view.js",
+    COMPONENT,
     "interface/main.js",
     "workers/completing.js",
     "workers/reader.js",

@@ -27,7 +27,7 @@
 import { FIELDS, HOME, valid } from "../picture/camera.js";
 import { orbit } from "./orbit.js";
 import { STYLE } from "./style.js";
-import { Viewing } from "./viewing.js";
+import { Viewing, coreFor } from "./viewing.js";
 import { fromCameraOrbit, fromFieldOfView, toCameraOrbit } from "./words.js";
 
 const MOST_WORKERS = 8; // each holds the whole scene
@@ -80,18 +80,24 @@ export class BobView extends HTMLElement {
   }
 
   connectedCallback() {
+    this.#start(this.src === null ? "core" : coreFor(nameOf(this.#address.pathname)));
+    this.#describe();
+    this.#resizing.observe(this);
+    if (this.src !== null) this.#open();
+    this.#turn();
+  }
+
+  /** @param {import("./viewing.js").CoreName} core */
+  #start(core) {
     const asked = Number(this.getAttribute("workers")) || navigator.hardwareConcurrency || 1;
-    this.#viewing = new Viewing({ workers: Math.max(1, Math.min(asked, MOST_WORKERS)), scales: !this.#fixedSize }, {
+    this.#viewing?.end();
+    this.#viewing = new Viewing({ workers: Math.max(1, Math.min(asked, MOST_WORKERS)), scales: !this.#fixedSize, core }, {
       picture: (picture, repainted) => this.#show(picture, repainted),
       failed: (message) => this.#fail(message),
     });
     this.#viewing.change({ camera: this.#camera });
     this.show(this.#showing);
-    this.#describe();
-    this.#resizing.observe(this);
     this.#fit();
-    if (this.hasAttribute("src")) this.#open();
-    this.#turn();
   }
 
   disconnectedCallback() {
@@ -213,15 +219,19 @@ export class BobView extends HTMLElement {
 
   // ---- Scenes --------------------------------------------------------------------------------------------
 
+  get #address() {
+    return new URL(this.src ?? "", document.baseURI);
+  }
+
   #open() {
-    const url = new URL(this.src ?? "", document.baseURI);
-    return this.#read(nameOf(url.pathname), url.href);
+    return this.#read(nameOf(this.#address.pathname), this.#address.href);
   }
 
   /** @param {string} name @param {Blob | string} source */
   async #read(name, source) {
-    const { viewing } = this;
     this.ariaBusy = "true";
+    if (this.viewing.core === "core.mesh" && coreFor(name) === "core") this.#start("core");
+    const { viewing } = this;
     try {
       if (await viewing.read(name, source)) this.begun();
     } catch (error) {

@@ -6,6 +6,7 @@
  * @typedef {import("../workers/reader.js").Summary} Summary
  * @typedef {import("../workers/completing.js").Picture} Picture
  * @typedef {import("../workers/completing.js").Buffers} Buffers
+ * @typedef {import("../workers/completing.js").Model} Model
  *
  * @typedef {object} Told Who is told what
  * @property {(picture: Picture, repainted: boolean) => void} picture shows it; repainted: it is the last one, shown otherwise
@@ -20,8 +21,31 @@ import { Statistics } from "./statistics.js";
 
 const SPARE_MS = 500; // after a scene came, when workers for the next one are started
 
-/** For all of a page's workers: compiled once. @type {Promise<WebAssembly.Module> | undefined} */
-let compiled;
+/**
+ * What pages start with: the module of the core, and networks, the first of which also stands in for those that come later. Pages of
+ * meshes are small: their rays are so fast that pictures are dense, and completed by the filling, which has learnt nothing.
+ *
+ * @typedef {"core" | "core.mesh"} CoreName
+ * @type {Record<CoreName, [Model, ...Model[]]>}
+ */
+const NETWORKS = { "core": ["default", "filling", "small"], "core.mesh": ["filling"] };
+
+const ASKED = 2; // times, until a network is fetched: a scene's first picture asks for one before it is known how fast its rays are
+
+const MESHES = /\.(ply|obj|stl|off|glb|gltf)$/i;
+
+/** The smallest module that shows a file. @param {string} name @returns {CoreName} */
+export const coreFor = (name) => (MESHES.test(name) ? "core.mesh" : "core");
+
+/** For all of a page's workers: compiled once. @type {Map<CoreName, Promise<WebAssembly.Module>>} */
+const compiled = new Map();
+
+/** @param {CoreName} name */
+function compiledCore(name) {
+  const module = compiled.get(name) ?? compileCore(name);
+  compiled.set(name, module);
+  return module;
+}
 
 /** @param {string} name of a network @returns {Promise<ArrayBuffer>} its weights */
 const weightsOf = async (name) => (await fetchPart(`weights/${name}.safetensors`)).arrayBuffer();
@@ -33,15 +57,23 @@ export class Viewing {
   schedule;
   /** The workers that have the scene, those that will have the next, and those for the one after that. @type {{shown?: Pool, coming?: Pool, spare?: Pool}} */
   #pools = {};
-  #module = (compiled ??= compileCore());
+  #module;
   #completing = startWorker("completing");
   /** Called with what the completing worker answers. @type {((buffers: Buffers | null) => void)[]} */
   #waiting = [];
+  /** How often each network was asked for. @type {Partial<Record<Model, number>>} */
+  #asked = {};
   #workers;
   #told;
 
-  /** @param {{workers: number, scales: boolean}} settings scales: whether moving pictures may be smaller @param {Told} told */
-  constructor({ workers, scales }, told) {
+  /**
+   * @param {{workers: number, scales: boolean, core?: CoreName}} settings scales: whether moving pictures may be smaller; core: the one
+   *   that has all that will be shown
+   * @param {Told} told
+   */
+  constructor({ workers, scales, core = "core" }, told) {
+    this.core = core;
+    this.#module = compiledCore(core);
     this.#workers = workers;
     this.#told = told;
     this.statistics = new Statistics(workers);
@@ -57,12 +89,22 @@ export class Viewing {
   }
 
   async #startCompleting() {
-    const [module, weights, uncertainty] = await Promise.all([this.#module, weightsOf("default"), weightsOf("uncertainty")]);
+    const [first, ...others] = NETWORKS[this.core];
+    const [module, weights, uncertainty] = await Promise.all([this.#module, weightsOf(first), weightsOf("uncertainty")]);
     this.#completing.postMessage({ kind: "start", module, weights, uncertainty }, [weights, uncertainty]);
-    await Promise.all(["filling", "small"].map(async (name) => { // once the first picture need not wait for them
-      const weights = await weightsOf(name);
-      this.#completing.postMessage({ kind: "network", name, weights }, [weights]);
-    }));
+    await Promise.all(others.map((name) => this.#add(name))); // once the first picture need not wait for them
+  }
+
+  /** @param {Model} name of a network that pictures may be completed by from now on */
+  async #add(name) {
+    const weights = await weightsOf(name);
+    this.#completing.postMessage({ kind: "network", name, weights }, [weights]);
+  }
+
+  /** Fetches a network that was not started with, when it is clear that it is needed. @param {Model} name */
+  #ask(name) {
+    const asked = this.#asked[name] = 1 + (this.#asked[name] ?? 0);
+    if (asked === ASKED && !NETWORKS[this.core].includes(name)) this.#add(name).catch((error) => this.#told.failed(error.message));
   }
 
   #createPool() {
@@ -78,7 +120,9 @@ export class Viewing {
     statistics.expected = picture.expected;
     if (!repainted) statistics.count(picture, schedule, schedule.completed(picture));
     this.#told.picture(picture, repainted);
-    if (!repainted) this.#pools.shown?.grow();
+    if (repainted) return;
+    this.#pools.shown?.grow();
+    this.#ask(picture.batch.model);
   }
 
   /** Whether a scene is being opened. */

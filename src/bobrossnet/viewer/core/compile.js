@@ -11,7 +11,8 @@ const RELAXED = new Uint8Array([
 /**
  * Fetches and compiles a module; `new Core(new WebAssembly.Instance(module))` runs it.
  *
- * @param {"core" | "complete"} [name] "complete" has networks alone and is a tenth as large
+ * @param {"core" | "core.mesh" | "complete"} [name] "core.mesh" has no shapes but meshes, and is a third as large; "complete" has
+ *   networks alone, a tenth
  * @param {boolean} [relaxed] in relaxed SIMD; by default where the browser has it
  * @returns {Promise<WebAssembly.Module>}
  */
