@@ -29,6 +29,9 @@ WORKERS = ("completing", "reader", "tracer")
 SINGLE = "component/single.js"
 """The entry of a page of a single file."""
 
+WIDGET = "component/widget.js"
+"""The entry of the widget of notebooks."""
+
 BROUGHT = "core/brought.js"
 
 COMMENT = re.compile(
