@@ -178,10 +178,19 @@ def test_elements_that_leave_end_their_workers(shown, folder):
     page = shown('src="wedge.glb" camera-orbit="10deg 80deg 90%"', COUNT_WORKERS)
     before = exact(page)
     assert page.evaluate("() => alive.size") > 1
+    page.evaluate("""() => {
+      const other = document.createElement("bob-view");
+      for (const src of ["wedge.glb", "gear.sdf"]) {
+        other.src = src;
+        document.body.append(other);
+      }
+      return new Promise((later) => setTimeout(() => later(other.remove()), 100));
+    }""")
     page.evaluate("() => { window.view = document.querySelector('bob-view'); view.remove(); }")
     assert page.evaluate("() => alive.size") == 0
     page.evaluate("() => { told.length = 0; document.body.append(view); }")
     np.testing.assert_array_equal(exact(page), before)
+    assert told(page, "error") == []
 
 
 def test_the_package_may_be_on_another_server(browser, folder, tmp_path):

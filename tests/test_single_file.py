@@ -108,6 +108,15 @@ def test_it_is_small(file, scene, tmp_path):
     assert file.stat().st_size <= MOST_BYTES + 4 / 3 * (tmp_path / "scene.bob").stat().st_size
 
 
+def test_meshes_need_less(page, tmp_path):
+    scene = bob.Scene(bob.Instance(bob.happy_tree(), material=bob.Material("#4a8")))
+    export_file(scene, "tree", tmp_path / "page.html")
+    page.goto((tmp_path / "page.html").as_uri())
+    assert_shows(exact(page), scene)
+    bob.save_scene(scene, tmp_path / "scene.bob")
+    assert (tmp_path / "page.html").stat().st_size <= 850_000 + 4 / 3 * (tmp_path / "scene.bob").stat().st_size
+
+
 def test_without_a_file_it_is_the_tree(tmp_path, capsys):
     assert cli.main(["view", "--export", str(tmp_path / "tree.HTML")]) == 0
     assert capsys.readouterr().out == f"wrote {tmp_path / 'tree.HTML'}: one file, which any browser can show\n"

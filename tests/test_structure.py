@@ -27,7 +27,7 @@ PYTHON = {
     "completion": {"picture"},
     "sdf": {"picture", "shapes", "tracing"},
     "adapters": {"picture", "sdf", "shapes", "tracing"},
-    "page": {"adapters", "completion", "picture", "tracing"},
+    "page": {"adapters", "completion", "picture", "shapes", "tracing"},
 }
 PAGE = {
     "core": set(),

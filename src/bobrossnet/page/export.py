@@ -15,7 +15,8 @@ from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.errors import InputError
 from bobrossnet.page.files import VIEWER, Files, check_built
 from bobrossnet.page.joining import BROUGHT, SINGLE, Modules, brought, joined
-from bobrossnet.tracing.scene import SceneLike
+from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.tracing.scene import SceneLike, as_scene
 
 NETWORKS = ("default", "filling", "small", "uncertainty")
 """What the page asks for of the weights."""
@@ -68,7 +69,7 @@ def export_file(scene: SceneLike, title: str, file: Path) -> None:
         If it can't be written, or the package was built without its WebAssembly modules.
     """
     check_writable(file)
-    parts = {**single_file_parts(), "scene.bob": deflated(packed(scene))}
+    parts = {**single_file_parts(scene), "scene.bob": deflated(packed(scene))}
     modules = Modules(VIEWER)
     script = joined(Modules(VIEWER, {BROUGHT: brought(modules, parts)}), SINGLE).replace("</", "<\\/")
     policy = "; ".join(
@@ -85,10 +86,12 @@ def export_file(scene: SceneLike, title: str, file: Path) -> None:
     write_whole(file, text.encode())
 
 
-def single_file_parts() -> dict[str, str]:
-    """What shows any scene, for `joining.brought`: of the core the module that every browser knows."""
+def single_file_parts(scene: SceneLike) -> dict[str, str]:
+    """What shows a scene, for `joining.brought`: a core that all browsers know, the small one for meshes."""
     check_built()
-    files = {"core.wasm": VIEWER / "core.wasm"}
+    are_meshes = all(isinstance(instance.shape, Mesh) for instance in as_scene(scene).instances)
+    core = "core.mesh.wasm" if are_meshes else "core.wasm"
+    files = {core: VIEWER / core}
     files |= {f"weights/{name}.safetensors": WEIGHTS / f"{name}.safetensors" for name in NETWORKS}
     return {path: deflated(file.read_bytes()) for path, file in files.items()}
 

@@ -23,10 +23,10 @@ from bobrossnet.tracing.scene import Scene
 NUMBERS = ("azimuth", "elevation", "roll", "zoom", "fov")
 
 
-def script() -> str:
-    """The widget's module with all that it needs."""
+def script(scene: Scene) -> str:
+    """The widget's module with all that it needs to show a scene."""
     modules = Modules(VIEWER)
-    return joined(Modules(VIEWER, {BROUGHT: brought(modules, single_file_parts())}), WIDGET)
+    return joined(Modules(VIEWER, {BROUGHT: brought(modules, single_file_parts(scene))}), WIDGET)
 
 
 def css(background: Background) -> str:
@@ -67,7 +67,11 @@ class SceneView(anywidget.AnyWidget):
         self._shown = scene
         self._behind = background
         super().__init__(
-            _esm=script(), scene=zlib.compress(packed(scene), 9), camera=camera, size=size, background=css(background)
+            _esm=script(scene),
+            scene=zlib.compress(packed(scene), 9),
+            camera=camera,
+            size=size,
+            background=css(background),
         )
 
     @traitlets.validate("camera")

@@ -40,8 +40,15 @@ const KEYS = "Drag or arrows: orbit. Shift: pan. Wheel, + and -: zoom. [ and ]: 
 /** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Partial<HTMLElementTagNameMap[T]>} [fields] */
 const made = (name, fields = {}) => Object.assign(document.createElement(name), fields);
 
-/** @param {string} path of an address */
-const nameOf = (path) => decodeURIComponent(path.replace(/^.*\//, ""));
+/** A file's name. @param {URL} address */
+function nameOf({ pathname }) {
+  const last = pathname.replace(/^.*\//, "");
+  try {
+    return decodeURIComponent(last);
+  } catch {
+    return last;
+  }
+}
 
 export class BobView extends HTMLElement {
   static observedAttributes = [
@@ -80,7 +87,7 @@ export class BobView extends HTMLElement {
   }
 
   connectedCallback() {
-    this.#start(this.src === null ? "core" : coreFor(nameOf(this.#address.pathname)));
+    this.#start(coreFor(this.src === null ? "" : nameOf(this.#address)));
     this.#describe();
     this.#resizing.observe(this);
     if (this.src !== null) this.#open();
@@ -224,7 +231,7 @@ export class BobView extends HTMLElement {
   }
 
   #open() {
-    return this.#read(nameOf(this.#address.pathname), this.#address.href);
+    return this.#read(nameOf(this.#address), this.#address.href);
   }
 
   /** @param {string} name @param {Blob | string} source */

@@ -13,7 +13,7 @@
  * @property {(message: string) => void} failed no more pictures will come, as the message says
  */
 import { compileCore } from "../core/compile.js";
-import { fetchPart, startWorker } from "../core/parts.js";
+import { fetchPart, isThere, startWorker } from "../core/parts.js";
 import { HOME } from "../picture/camera.js";
 import { Pool } from "../workers/pool.js";
 import { Schedule } from "../workers/schedule.js";
@@ -34,8 +34,8 @@ const ASKED = 2; // times, until a network is fetched: a scene's first picture a
 
 const MESHES = /\.(ply|obj|stl|off|glb|gltf)$/i;
 
-/** The smallest module that shows a file. @param {string} name @returns {CoreName} */
-export const coreFor = (name) => (MESHES.test(name) ? "core.mesh" : "core");
+/** The smallest module that shows a file; where meshes are all that is shown, a single file has no other. @param {string} name @returns {CoreName} */
+export const coreFor = (name) => (MESHES.test(name) || !isThere("core.wasm") ? "core.mesh" : "core");
 
 /** For all of a page's workers: compiled once. @type {Map<CoreName, Promise<WebAssembly.Module>>} */
 const compiled = new Map();
@@ -221,8 +221,9 @@ export class Viewing {
   /** Ends all workers. */
   end() {
     this.expectsMore = false;
-    for (const pool of Object.values(this.#pools)) pool?.end();
-    this.#pools = {};
+    const pools = Object.values(this.#pools);
+    Object.assign(this.#pools, { shown: undefined, coming: undefined, spare: undefined }); // so that what is being opened is not missed
+    for (const pool of pools) pool?.end();
     this.#completing.terminate();
   }
 }

@@ -55,9 +55,9 @@ export class GBuffer {
   /** Where it is coloured: completed linear RGB, (3, height, width), by the completed image; else null. */
   completeColor() {
     if (!this.isColored) return null;
-    const color = this.#floats(widthOf(this.layout) + 1, 3);
-    this.core.made("complete_color", this.address, this.imageAddress, this.height, this.width, color.byteOffset);
-    return color;
+    const place = widthOf(this.layout) + 1, address = this.#floats(place, 3).byteOffset;
+    this.core.made("complete_color", this.address, this.imageAddress, this.height, this.width, address);
+    return this.#floats(place, 3); // the call may have moved the memory
   }
 
   /** Linear RGB as traced, (3, height, width); null where it is not coloured. */

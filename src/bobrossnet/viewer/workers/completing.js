@@ -125,9 +125,10 @@ async function painted(view) {
     view.coverage.takeCoverage(gbuffer);
     network.complete(view.coverage);
   }
+  const completedColor = gbuffer.completeColor(); // before there are views of memory that it may move
   const bitmap = await createImageBitmap(paint({
     ...showing, height, width, image: gbuffer.image, first, expected: errors, mask: gbuffer.plane("mask"),
-    gray: gbuffer.plane("gray"), exact: traced === height * width, color: gbuffer.color, completedColor: gbuffer.completeColor(),
+    gray: gbuffer.plane("gray"), exact: traced === height * width, color: gbuffer.color, completedColor,
     alpha: showing.isTransparent && view.coverage ? view.coverage.image : null,
   }));
   return { bitmap, expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
