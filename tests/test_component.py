@@ -76,12 +76,13 @@ def host(folder):
 @pytest.fixture
 def shown(browser, folder, host):
     """Opens a page of five lines whose element has these attributes."""
-    contexts = []
+    contexts, wrong = [], []
 
     def shown(attributes, script="", **context):
         contexts.append(browser.new_context(**context))
         page = contexts[-1].new_page()
         page.add_init_script(TOLD + script)
+        page.on("pageerror", lambda error: wrong.append(str(error)))
         text = FIVE_LINES.format(attributes=attributes, width=WIDTH, height=HEIGHT)
         (folder / "index.html").write_text(text)
         page.goto(host)
@@ -90,6 +91,7 @@ def shown(browser, folder, host):
     yield shown
     for context in contexts:
         context.close()
+    assert wrong == []
 
 
 def exact(page):

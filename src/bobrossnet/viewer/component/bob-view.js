@@ -120,7 +120,7 @@ export class BobView extends HTMLElement {
   attributeChangedCallback(name, before, value) {
     if (before === value) return;
     if (name === "src") {
-      if (this.isConnected && value !== null) this.#open();
+      if (this.#viewing && value !== null) this.#open(); // else once it is connected
     } else if (name === "camera-orbit") {
       const camera = fromCameraOrbit(value);
       if (camera) this.#look(camera, "none");
