@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo test docs bench bench-web report quality vendor types clean
+.PHONY: demo test docs bench bench-web report quality vendor npm types clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed
@@ -49,18 +49,23 @@ quality: $(VENV)/installed-train
 docs: $(VENV)/installed-test
 	$(BIN)/python -m sphinx -q -W --keep-going -c docs/site . out/site
 
-# The loaders of three.js that the viewer's page ships, from npm. `from 'three'` becomes a path, which workers need, and types
-# are not checked; the rest is as it came.
+# The loaders of three.js that the viewer's page ships, from npm: joined to one file, without what they do not use of it.
 THREE := 0.187.0
+ESBUILD := 0.28.2
 VENDOR := src/bobrossnet/viewer/vendor/three
 vendor:
-	rm -rf build/three $(VENDOR) && mkdir -p build/three $(VENDOR)/loaders $(VENDOR)/utils
+	rm -rf build/three $(VENDOR) && mkdir -p build/three $(VENDOR)
+	cp vendor/*.js build/three
 	cd build/three && npm pack --silent three@$(THREE) && tar xzf three-$(THREE).tgz
-	cp build/three/package/build/three.core.js $(VENDOR) && cp build/three/package/LICENSE $(VENDOR)/LICENSE.txt
-	cd build/three/package/examples/jsm && cp loaders/STLLoader.js loaders/GLTFLoader.js $(abspath $(VENDOR))/loaders
-	cd build/three/package/examples/jsm && cp utils/BufferGeometryUtils.js utils/SkeletonUtils.js $(abspath $(VENDOR))/utils
-	sed -i "s|from 'three';|from '../../../files/three.js';|" $(VENDOR)/loaders/*.js $(VENDOR)/utils/*.js
-	sed -i '1i // @ts-nocheck' $(VENDOR)/*.js $(VENDOR)/loaders/*.js $(VENDOR)/utils/*.js
+	cd build/three && npm install --silent --no-save --prefix . esbuild@$(ESBUILD)
+	cd build/three && node_modules/.bin/esbuild loaders.js --bundle --minify --format=esm --alias:three=./three.js --log-level=warning \
+	  --banner:js="// @ts-nocheck three.js $(THREE), https://threejs.org, MIT licence (LICENSE.txt)" --outfile=$(abspath $(VENDOR))/loaders.js
+	cp build/three/package/LICENSE $(VENDOR)/LICENSE.txt
+
+# The element <bob-view> as an npm package: out/npm/bob-view-VERSION.tgz.
+npm: $(VENV)/installed
+	rm -rf out/npm && $(BIN)/python -m bobrossnet.page.package out/npm
+	cd out/npm && npm pack --silent
 
 # Types of the viewer's page, as its comments say them; npm brings what checks them.
 types:

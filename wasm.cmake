@@ -1,6 +1,6 @@
 # The core as WebAssembly modules, for the viewer's page: viewer/core.wasm in simd128 and viewer/core.relaxed.wasm in
-# relaxed-simd, and both again with the networks alone, viewer/complete*.wasm. Compiled by the clang of the wheel `ziglang`;
-# without that wheel, the package is built without them.
+# relaxed-simd, both again without shapes other than meshes, viewer/core.mesh*.wasm, and with the networks alone,
+# viewer/complete*.wasm. Compiled by the clang of the wheel `ziglang`; without that wheel, the package is built without them.
 #
 # The first build on a machine compiles zig's C++ library, which takes about a minute; zig keeps it, and all objects, in its
 # own cache. Exceptions need three sources of that library which zig leaves out.
@@ -55,6 +55,7 @@ endforeach()
 compile_wasm(completion_objects parallel_single ${CMAKE_SOURCE_DIR}/core/parallel_single.cpp ${wasm_flags})
 compile_wasm(completion_objects wasm_completion ${CMAKE_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags})
 compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags})
+compile_wasm(shapes_objects wasm_shapes ${CMAKE_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags})
 
 # Links objects to the module NAME.wasm.
 function(link_wasm name)
@@ -70,7 +71,10 @@ endfunction()
 
 link_wasm(complete ${completion_objects} ${completion_simd128})
 link_wasm(complete.relaxed ${completion_objects} ${completion_relaxed})
-link_wasm(core ${completion_objects} ${completion_simd128} ${tracing_objects} ${tracing_simd128})
-link_wasm(core.relaxed ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed})
+# The linker leaves out what nothing uses: of core.mesh all but meshes.
+link_wasm(core.mesh ${completion_objects} ${completion_simd128} ${tracing_objects} ${tracing_simd128})
+link_wasm(core.mesh.relaxed ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed})
+link_wasm(core ${completion_objects} ${completion_simd128} ${tracing_objects} ${tracing_simd128} ${shapes_objects})
+link_wasm(core.relaxed ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${shapes_objects})
 add_custom_target(wasm ALL DEPENDS ${wasm_modules})
 install(FILES ${wasm_modules} DESTINATION bobrossnet/viewer)

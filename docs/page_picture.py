@@ -14,7 +14,8 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
-from bobrossnet.view import Server, page_files
+from bobrossnet.page.files import page_files
+from bobrossnet.page.server import Server
 
 WIDTH, HEIGHT = 1280, 720
 SCENE = "happy_tree.bob"

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import os
 import shutil
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -36,6 +40,29 @@ def launch(kind: Any, *options: str) -> Any:
     """A browser of a kind of playwright's, with further options on its command line."""
     program = next(filter(None, map(shutil.which, NAMES)), None)  # else playwright's own
     return kind.launch(executable_path=program, args=[*options, *(["--no-sandbox"] if os.geteuid() == 0 else [])])
+
+
+@contextmanager
+def serving(folder: Path, **headers: str) -> Iterator[str]:
+    """The address of a server that knows nothing but a folder's files; its answers have these headers, with _ for -."""
+
+    class Quiet(SimpleHTTPRequestHandler):
+        def end_headers(self) -> None:
+            for name, value in headers.items():
+                self.send_header(name.replace("_", "-"), value)
+            super().end_headers()
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=folder)) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{server.server_port}/"
+        finally:
+            server.shutdown()
+            thread.join()
 
 
 def missing(reason: str) -> None:

@@ -37,7 +37,8 @@ def browser():
 @pytest.fixture(scope="session")
 def viewer():
     """The server of the viewer's page, at its `url`; what a test adds to its `files` is served as well."""
-    from bobrossnet.view import Server, page_files
+    from bobrossnet.page.files import page_files
+    from bobrossnet.page.server import Server
 
     with page_files() as files, Server(files) as server:
         thread = threading.Thread(target=server.serve_forever)

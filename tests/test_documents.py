@@ -70,7 +70,7 @@ def test_examples_of_nurbs_run(tmp_path, monkeypatch, capsys):
 
 def test_examples_of_pictures_run(tmp_path, monkeypatch):
     """With a mesh for the CAD part, and small."""
-    pictures, films = python_in("docs/pictures.md")
+    pictures, films, notebook = python_in("docs/pictures.md")
     monkeypatch.chdir(tmp_path)
     bob.happy_tree().save("part.ply")
     names = {}
@@ -82,6 +82,8 @@ def test_examples_of_pictures_run(tmp_path, monkeypatch):
     exec(films.replace("range(90)", "range(3)"), names)
     assert (tmp_path / "turn.webp").exists()
     assert (tmp_path / "flight.webp").exists()
+    exec(notebook.replace("640x480", "64x48"), names)
+    assert names["view"].snapshot().size == (48, 64)
 
 
 @pytest.mark.parametrize("name", ["bobrossnet", *MODULES])

@@ -27,6 +27,7 @@ PYTHON = {
     "completion": {"picture"},
     "sdf": {"picture", "shapes", "tracing"},
     "adapters": {"picture", "sdf", "shapes", "tracing"},
+    "page": {"adapters", "completion", "picture", "shapes", "tracing"},
 }
 PAGE = {
     "core": set(),
@@ -36,7 +37,8 @@ PAGE = {
     "completion": {"core", "files", "picture"},
     "files": {"core", "shapes", "tracing", "vendor"},
     "workers": {"core", "picture", "tracing", "completion", "files"},
-    "interface": {"core", "picture", "files", "tracing", "workers"},
+    "component": {"core", "picture", "tracing", "workers"},
+    "interface": {"component", "core", "picture"},
 }
 
 

@@ -16,10 +16,12 @@ import pytest
 from processes import running
 
 import bobrossnet as bob
-from bobrossnet import cli, view
+from bobrossnet import cli
 from bobrossnet.adapters.files import ALL_ENDINGS
+from bobrossnet.page.export import export
+from bobrossnet.page.files import GALLERY, READ_IN_PAGE, TYPES, VIEWER, page_files
+from bobrossnet.page.server import Server
 from bobrossnet.picture.channels import CHANNELS, TRACED
-from bobrossnet.view import GALLERY, READ_IN_PAGE, TYPES, VIEWER, Server, export, page_files
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
 
@@ -101,7 +103,7 @@ def test_scenes_are_always_asked_for_anew(ask):
         "/gallery/../../cli.py",
         "/gallery/..%5c..%5ccli.py",
         "//etc/passwd",
-        "/" + str(Path(view.__file__).as_posix()),
+        "/" + str(Path(cli.__file__).as_posix()),
         "/%00",
         "/gallery/",
         "/weights",
@@ -267,7 +269,7 @@ def test_mistakes_are_one_line(tmp_path, capsys, monkeypatch):
     assert "file: can't write the page there: " in said("--export", tmp_path / "file")
     assert "missing.ply: expected a file" in said("missing.ply")
     assert "port: expected an integer in 0..65535, got -1" in said("--port", "-1", "--no-browser")
-    monkeypatch.setattr(view, "VIEWER", tmp_path)
+    monkeypatch.setattr("bobrossnet.page.files.VIEWER", tmp_path)
     assert "viewer: expected core.wasm in the package, got none" in said("--no-browser")
 
 

@@ -4,20 +4,19 @@ import base64
 import itertools
 import json
 import re
-import threading
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from io import BytesIO
 
 import numpy as np
 import pytest
+from browser import serving
 from models import MODELS, needs_models
 from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet import _core
+from bobrossnet.page.export import export
+from bobrossnet.page.files import VIEWER
 from bobrossnet.picture.files import UNTRACED, color_to_8_bit, to_8_bit
-from bobrossnet.view import VIEWER, export
 
 WIDTH, HEIGHT = 128, 96
 SIZE = f"?size={WIDTH}x{HEIGHT}"
@@ -196,7 +195,7 @@ def test_moving_pictures_are_completed_from_few_pixels(page):
     shares = page.tab.evaluate("""
         async () => {
           const shares = [];
-          document.addEventListener("picture", () => shares.push(bobrossnet.statistics.fraction));
+          document.addEventListener("progress", () => shares.push(bobrossnet.statistics.fraction), true);
           while (shares.length < 12) {
             bobrossnet.look({ azimuth: bobrossnet.camera().azimuth + 1 });
             await new Promise(requestAnimationFrame);
@@ -222,8 +221,10 @@ def test_movement_ends_what_is_traced_at_rest(browser, viewer):
     page = Page(browser, viewer.url + "?size=640x480#scene=gear.sdf")
     stale = page.tab.evaluate("""
         async () => {
-          const next = () => new Promise((shown) => document.addEventListener("picture", ({ detail }) => shown(detail),
-                                                                              { once: true }));
+          const once = { once: true, capture: true };
+          const next = () => new Promise((shown) => {
+            document.addEventListener("progress", ({ detail }) => shown(detail.batch), once);
+          });
           const stale = [];
           for (let azimuth = 31; azimuth < 35; ++azimuth) {
             let before, batch = await next();
@@ -251,7 +252,7 @@ def buffers(page):
 
 
 NEXT = """async (azimuth) => {
-  const next = new Promise((shown) => document.addEventListener("picture", shown, { once: true }));
+  const next = new Promise((shown) => document.addEventListener("progress", shown, { once: true, capture: true }));
   if (azimuth !== null) bobrossnet.look({ azimuth });
   await (azimuth === null ? Promise.race([next, bobrossnet.converged()]) : next);
 }"""
@@ -439,7 +440,7 @@ def test_others_go_on_where_a_worker_ends(browser, viewer, role):
 
 
 def drag(page, right, down, button="left"):
-    box = page.tab.locator("#picture").bounding_box()
+    box = page.tab.locator("#picture canvas").bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     page.tab.mouse.move(x, y)
     page.tab.mouse.down(button=button)
@@ -495,7 +496,7 @@ def test_zooming_in_perspective_keeps_what_is_under_the_pointer(page, fov):
     """Of what lies as far away as the scene's centre."""
     page.choose("csg.sdf")
     page.tab.evaluate("(fov) => bobrossnet.look({ fov })", fov)
-    box = page.tab.locator("#picture").bounding_box()
+    box = page.tab.locator("#picture canvas").bounding_box()
     page.tab.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 0.25 * box["height"])
 
     def under_pointer():
@@ -521,7 +522,7 @@ def test_zooming_in_perspective_keeps_what_is_under_the_pointer(page, fov):
 def test_dragging_with_the_other_button_moves_the_picture(page):
     page.choose("csg.sdf")
     before = page.exact()
-    box = page.tab.locator("#picture").bounding_box()
+    box = page.tab.locator("#picture canvas").bounding_box()
     columns, rows = 20, 10
     drag(page, columns * box["width"] / WIDTH, rows * box["height"] / HEIGHT, button="right")
     after = page.exact()
@@ -531,7 +532,7 @@ def test_dragging_with_the_other_button_moves_the_picture(page):
 
 def test_wheel_zooms_about_the_pointer(page):
     page.choose("csg.sdf")
-    box = page.tab.locator("#picture").bounding_box()
+    box = page.tab.locator("#picture canvas").bounding_box()
     page.tab.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 0.25 * box["height"])
     page.tab.mouse.wheel(0, -400)
     page.wait_until(lambda: page.tab.evaluate("() => bobrossnet.camera().zoom") > 1.5)
@@ -545,7 +546,8 @@ def test_wheel_zooms_about_the_pointer(page):
 def test_two_fingers_pinch(page):
     page.tab.evaluate("""
         () => {
-          const picture = document.querySelector("#picture"), { left, top } = picture.getBoundingClientRect();
+          const picture = document.querySelector("#picture").shadowRoot.querySelector("canvas");
+          const { left, top } = picture.getBoundingClientRect();
           picture.setPointerCapture = () => {};
           const touch = (type, pointerId, x, y) => picture.dispatchEvent(new PointerEvent(
             type, { pointerId, pointerType: "touch", clientX: left + x, clientY: top + y, bubbles: true }));
@@ -652,7 +654,7 @@ def test_dropped_file_is_shown(page, viewer, tmp_path):
     drop(page, viewer, "ball.vm", FORMULA)
     assert_equal_pictures(page.exact(), expected(bob.load(tmp_path / "ball.vm")))
     assert page.text("#gallery option:checked") == "ball.vm"
-    assert page.tab.get_attribute("#picture", "aria-label") == "Picture of ball.vm"
+    assert page.tab.get_attribute("#picture canvas", "aria-label") == "Picture of ball.vm"
     assert page.tab.is_disabled("#link")
 
 
@@ -861,20 +863,10 @@ def test_files_open_by_addresses_relative_to_the_page(page):
     assert page.text("#gallery option:checked") == "relative"
 
 
-class Quiet(SimpleHTTPRequestHandler):
-    def log_message(self, *_):
-        pass
-
-
 def test_exported_page_needs_no_other_server(browser, viewer, tmp_path):
     export({path: content for path, content in viewer.files.items() if "/" in path or "." in path}, tmp_path / "page")
-    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=tmp_path)) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        address = f"http://127.0.0.1:{server.server_port}/"
+    with serving(tmp_path) as address:
         page = Page(browser, address + "page/index.html" + SIZE + "#scene=csg.sdf")
         assert_equal_pictures(page.exact(), expected(bob.load(VIEWER / "gallery" / "csg.sdf")))
         assert all(url.startswith((address, "about:", "blob:")) for url in page.asked)
         page.close()
-        server.shutdown()
-        thread.join()

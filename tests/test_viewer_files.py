@@ -13,8 +13,8 @@ from models import MODELS, needs_models
 from PIL import Image
 
 import bobrossnet as bob
+from bobrossnet.page.files import READ_IN_PAGE, VIEWER
 from bobrossnet.picture.channels import COLORED
-from bobrossnet.view import READ_IN_PAGE, VIEWER
 
 SIZE = (48, 64)
 CAMERA = bob.Camera()

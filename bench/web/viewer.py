@@ -27,7 +27,8 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
 import bobrossnet as bob
-from bobrossnet.view import READ_IN_PAGE, Server, page_files
+from bobrossnet.page.files import READ_IN_PAGE, page_files
+from bobrossnet.page.server import Server
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
@@ -61,12 +62,12 @@ async ([milliseconds, degrees]) => {
     gaps.push(performance.now() - last);
     last = performance.now();
   };
-  document.addEventListener("picture", shown);
+  document.addEventListener("progress", shown, true);
   for (let now = begin; now < begin + milliseconds; now = performance.now()) {
     bobrossnet.look({ azimuth: (start + degrees * (now - begin) / 1000) % 360 });
     await new Promise(requestAnimationFrame);
   }
-  document.removeEventListener("picture", shown);
+  document.removeEventListener("progress", shown, true);
   const seconds = (performance.now() - begin) / 1000;
   return { rate: (statistics.pictures - first) / seconds, fractions, completing, gaps, rays: statistics.raysPerSecond };
 }
@@ -85,11 +86,11 @@ DROP = """
 async ([address, name]) => {
   const file = new File([await (await fetch(address)).blob()], name);
   await bobrossnet.openFile({ title: name }, name, file);
-  return document.querySelector("#picture").ariaLabel !== `Picture of ${name}`;
+  return document.querySelector("#picture").alt !== `Picture of ${name}`;
 }
 """
 
-FIRST_PICTURE = 'document.addEventListener("picture", () => { window.firstPicture ??= performance.now(); });'
+FIRST_PICTURE = 'document.addEventListener("progress", () => { window.firstPicture ??= performance.now(); }, true);'
 
 LONG_TASKS = """
 window.tasks = [];
@@ -149,7 +150,8 @@ def first_pictures(browser: Browser, url: str, scenes: dict[str, str], runs: int
                     async (file) => {
                       const begin = performance.now();
                       await bobrossnet.openFile({ title: file }, file, file);
-                      await new Promise((shown) => document.addEventListener("picture", shown, { once: true }));
+                      const once = { once: true, capture: true };
+                      await new Promise((shown) => document.addEventListener("progress", shown, once));
                       return performance.now() - begin;
                     }
                     """,

@@ -14,7 +14,8 @@ from sphinx.util.docutils import SphinxDirective
 
 import bobrossnet
 from bobrossnet.cli import parser
-from bobrossnet.view import export, page_files
+from bobrossnet.page.export import export
+from bobrossnet.page.files import page_files
 
 project = "BobRossNet"
 version = release = bobrossnet.__version__

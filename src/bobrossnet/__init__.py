@@ -20,7 +20,7 @@ from bobrossnet.fitting import fitted
 from bobrossnet.frame import Frame
 from bobrossnet.metrics import psnr, ssim
 from bobrossnet.motion import View
-from bobrossnet.notebooks import register
+from bobrossnet.notebooks import register, view
 from bobrossnet.onnx import export
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.gbuffer import GBuffer, Samples
@@ -87,6 +87,7 @@ __all__ = [
     "thumbnails",
     "trace",
     "uncertainty",
+    "view",
 ]
 
 register()

@@ -124,7 +124,11 @@ def parser() -> argparse.ArgumentParser:
     view.add_argument("--port", type=int, default=0, help="of the page; 0 takes a free one (default: 0)")
     view.add_argument("--no-browser", action="store_true", help="only print the page's address")
     add_up(view)
-    view.add_argument("--export", metavar="DIR", help="write the page to a folder for any web server, and show nothing")
+    view.add_argument(
+        "--export",
+        metavar="PAGE.html|DIR",
+        help="write the shapes to a page of one file, or the page to a folder for any web server, and show nothing",
+    )
 
     mesh = commands.add_parser(
         "mesh",
@@ -169,12 +173,19 @@ def _view(options: argparse.Namespace) -> None:
     import threading
     import webbrowser
 
-    from bobrossnet.view import Server, export, page_files, scene_path
+    from bobrossnet.page.export import export, export_file
+    from bobrossnet.page.files import page_files, scene_path, tree
+    from bobrossnet.page.server import Server
 
     limit_memory()
     files = options.files
     name = Path(files[0]).stem if len(files) == 1 else "scene"
-    with page_files(scene_of(options) if files else None, name) as page:
+    scene = scene_of(options) if files else None
+    if options.export is not None and Path(options.export).suffix.lower() == ".html":
+        export_file(scene or tree(), name if files else "happy tree", Path(options.export))
+        print(f"wrote {options.export}: one file, which any browser can show")
+        return
+    with page_files(scene, name) as page:
         if options.export is not None:
             export(page, Path(options.export))
             print(f"wrote {options.export}: {len(page)} files, which any web server can show")

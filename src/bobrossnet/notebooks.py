@@ -4,13 +4,18 @@ pictures.
 
 from __future__ import annotations
 
+from typing import Any
+
+from bobrossnet.errors import InputError
 from bobrossnet.fitting import fitted
+from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import png, traced_on_green
 from bobrossnet.picture.gbuffer import GBuffer
-from bobrossnet.rendering import render
+from bobrossnet.picture.order import SizeLike, check_size
+from bobrossnet.rendering import Background, render
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.tracing.instance import Instance
-from bobrossnet.tracing.scene import Scene, SceneLike
+from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
 SIZE = (256, 256)
 
@@ -23,6 +28,46 @@ def _drawn(scene: SceneLike) -> bytes:
 def _traced(gbuffer: GBuffer) -> bytes:
     """What was traced, and green where nothing was."""
     return png(traced_on_green(gbuffer))
+
+
+def view(
+    scene: SceneLike,
+    camera: Camera | None = None,
+    *,
+    size: SizeLike = (480, 640),
+    background: Background = None,
+) -> Any:
+    """Show a scene in a notebook, where hands turn it; needs the extra `notebook`.
+
+    It is traced in the browser, by what the notebook itself holds, so that it still turns when the kernel has ended.
+
+    Parameters
+    ----------
+    scene : Scene, Shape, Instance or iterable of these
+    camera : Camera, optional
+        One that orbits.
+    size : (height, width), or "WIDTHxHEIGHT"
+        In the pixels of the notebook, which may be less wide.
+    background : color, two colors, or None
+        As in `render`.
+
+    Returns
+    -------
+    SceneView
+        A widget. `widget.camera` is the camera at any time, and may be set; `widget.snapshot()` returns a Picture of
+        what it shows.
+
+    Raises
+    ------
+    InputError
+        If anywidget is not installed, or the camera stands at a position.
+    """
+    scene, camera, size = as_scene(scene), Camera() if camera is None else camera, check_size(size)
+    try:
+        from bobrossnet.page.widget import SceneView
+    except ModuleNotFoundError as error:
+        raise InputError(f"view: this needs {error.name}: pip install 'bobrossnet[notebook]'") from error
+    return SceneView(scene, camera, size, background)
 
 
 def register() -> None:

@@ -11,7 +11,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from browser import chromium
 
-from bobrossnet.view import Server, page_files
+from bobrossnet.page.files import page_files
+from bobrossnet.page.server import Server
 
 # A worker that is stuck is replaced, as the page would for the next file.
 ASK = """

@@ -34,7 +34,7 @@ from mutate import mutant
 
 from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.machine import limit_memory
-from bobrossnet.view import READ_IN_PAGE, VIEWER
+from bobrossnet.page.files import READ_IN_PAGE, VIEWER
 
 HERE = Path(__file__).parent
 BUILD = HERE.parents[1] / "build/fuzz"

@@ -71,6 +71,11 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
         names of more than `MAX_HEADER` bytes, or more than `MAX_BYTES` in all.
     """
     file = check_scene_path(path)
+    write_whole(file, packed(scene))
+
+
+def packed(scene: SceneLike) -> bytes:
+    """What `save_scene` writes; it raises InputError for the same scenes."""
     numbers: dict[bytes, int] = {}
     kinds: list[str] = []
     tensors: dict[str, NDArray[Any]] = {}
@@ -103,7 +108,7 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
     _check_header(data, "scene: ")
     if len(data) > MAX_BYTES:
         raise InputError(f"scene: expected at most {MAX_BYTES:,} bytes, which can be read again, got {len(data):,}")
-    write_whole(file, sealed(data))
+    return sealed(data)
 
 
 def check_scene_path(path: str | os.PathLike[str]) -> Path:

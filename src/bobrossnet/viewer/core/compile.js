@@ -1,6 +1,6 @@
 // @ts-check
 /** The core's WebAssembly modules, which a page compiles once for all of its workers. */
-import { CoreError } from "./errors.js";
+import { fetchPart, isThere } from "./parts.js";
 
 /** A module of one function that multiplies and adds with a single rounding: valid where relaxed SIMD is known. */
 const RELAXED = new Uint8Array([
@@ -11,14 +11,13 @@ const RELAXED = new Uint8Array([
 /**
  * Fetches and compiles a module; `new Core(new WebAssembly.Instance(module))` runs it.
  *
- * @param {"core" | "complete"} [name] "complete" has networks alone and is a tenth as large
+ * @param {"core" | "core.mesh" | "complete"} [name] "core.mesh" has no shapes but meshes, and is a third as large; "complete" has
+ *   networks alone, a tenth
  * @param {boolean} [relaxed] in relaxed SIMD; by default where the browser has it
  * @returns {Promise<WebAssembly.Module>}
  */
 export async function compileCore(name = "core", relaxed = WebAssembly.validate(RELAXED)) {
-  const url = new URL(`../${name}${relaxed ? ".relaxed" : ""}.wasm`, import.meta.url);
-  const response = await fetch(url);
-  if (!response.ok) throw new CoreError(`${url.pathname}: ${response.status} ${response.statusText}`);
+  const fast = `${name}.relaxed.wasm`, response = await fetchPart(relaxed && isThere(fast) ? fast : `${name}.wasm`);
   // Some servers do not know the type, without which browsers refuse to compile while they fetch.
   const typed = response.headers.get("Content-Type")?.startsWith("application/wasm");
   return typed ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());

@@ -28,7 +28,7 @@ export class Core {
   }
 
   /**
-   * Calls a function of bindings/wasm.cpp or wasm_completion.cpp. Typed arrays are copied to the module, and texts, with their
+   * Calls a function of bindings/wasm*.cpp. Typed arrays are copied to the module, and texts, with their
    * size in bytes behind them.
    *
    * @param {string} name

@@ -6,8 +6,8 @@ import { Core } from "./core.js";
 /**
  * Loads the core.
  *
- * @param {"core" | "complete"} [name] "complete" has networks alone and is a tenth as large
- * @param {boolean} [relaxed] in relaxed SIMD; by default where the browser has it
+ * @param {Parameters<typeof compileCore>[0]} [name]
+ * @param {boolean} [relaxed]
  * @returns {Promise<Core>}
  */
 export async function loadCore(name, relaxed) {

@@ -12,11 +12,8 @@ import { textOf } from "./text.js";
 /** Copies of one mesh can be many; this many vertices and triangles still fit into the memory of a page. */
 const MAX_ITEMS = 50_000_000;
 
-/** A new loader of three.js. @param {"STLLoader" | "GLTFLoader"} name @returns {Promise<any>} */
-async function loaderOf(name) {
-  const module = await import(`../vendor/three/loaders/${name}.js`);
-  return new module[name]();
-}
+/** The loaders of three.js. @returns {Promise<any>} */
+const three = () => import("../vendor/three/loaders.js");
 
 /** @param {ArrayBuffer} bytes @returns {Promise<Part[]>} without the normals, which it stores for faces */
 export async function readStl(bytes) {
@@ -26,7 +23,7 @@ export async function readStl(bytes) {
   if (!binary && !/^\s*solid/i.test(head)) {
     throw new CoreError(`expected an STL of 84 + 50 n bytes for n triangles, got ${bytes.byteLength} bytes`);
   }
-  const geometry = (await loaderOf("STLLoader")).parse(binary ? bytes : textOf(bytes));
+  const { STLLoader } = await three(), geometry = new STLLoader().parse(binary ? bytes : textOf(bytes));
   return [partOf(geometry.deleteAttribute("normal"), IDENTITY)];
 }
 
@@ -41,8 +38,7 @@ export async function readGlb(bytes, warn) {
   prepareScenes(json);
   checkTree(json);
   checkBuffers(json, size);
-  const { Material } = await import("./three.js");
-  const loader = await loaderOf("GLTFLoader");
+  const { GLTFLoader, Material } = await three(), loader = new GLTFLoader();
   loader.register((/** @type {any} */ parser) => {
     prepareScenes(parser.json);
     return { name: "shapes alone", loadMaterial: async (/** @type {number} */ index) => {  // so that no picture is fetched

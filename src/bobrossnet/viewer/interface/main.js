@@ -5,18 +5,16 @@
  * In the page's address, `?scene=files/NAME.bob` opens a file of the same server, `?size=640x480` fixes the picture's size in
  * pixels, and `?workers=1` the number of workers that trace.
  */
-import { compileCore } from "../core/compile.js";
+import { BobView } from "../component/bob-view.js";
+import { home } from "../component/orbit.js";
+import { fetchPart } from "../core/parts.js";
 import { PERSPECTIVE, valid } from "../picture/camera.js";
-import { Pool } from "../workers/pool.js";
 import { Editor } from "./editor.js";
 import { fromFragment, toFragment } from "./link.js";
 import { Opening, capitalised, fileName } from "./opening.js";
-import { home, orbit } from "./orbit.js";
 import { createState } from "./state.js";
-import { countPicture, display } from "./statistics.js";
+import { display } from "./statistics.js";
 
-const MOST_WORKERS = 8; // each holds the whole scene
-const MOST_PIXELS = 2 ** 21;
 const THUMB = 44; // CSS pixels, as in style.css
 
 /** @template {HTMLElement} T @param {string} id @param {new () => T} type @returns {T} */
@@ -26,7 +24,7 @@ function element(id, type) {
   return found;
 }
 
-const stage = element("stage", HTMLElement), canvas = element("picture", HTMLCanvasElement);
+const stage = element("stage", HTMLElement);
 const gallery = element("gallery", HTMLSelectElement), file = element("file", HTMLInputElement);
 const message = element("message", HTMLElement), status = element("status", HTMLElement);
 const divider = element("divider", HTMLInputElement), line = element("line", HTMLElement), drop = element("drop", HTMLElement);
@@ -34,98 +32,54 @@ const yUp = element("y-up", HTMLInputElement);
 const budget = element("budget", HTMLInputElement), refines = element("refines", HTMLInputElement);
 const perspective = element("perspective", HTMLInputElement);
 const copy = element("link", HTMLButtonElement);
-const context = /** @type {ImageBitmapRenderingContext} */ (canvas.getContext("bitmaprenderer"));
 
 const query = new URLSearchParams(location.search);
-const fixedSize = /^(\d+)x(\d+)$/.exec(query.get("size") ?? "");
-const workers = Math.max(1, Math.min(Number(query.get("workers")) || navigator.hardwareConcurrency || 1, MOST_WORKERS));
-
-const state = createState({ workers, scales: !fixedSize });
-const { schedule, statistics } = state;
+const state = createState();
 
 // ---- Pictures --------------------------------------------------------------------------------------------
 
-/** One for all workers. */
-const module = compileCore();
-/** @param {string} name */
-const bytesOf = async (name) => (await fetch(new URL(`../weights/${name}.safetensors`, import.meta.url))).arrayBuffer();
-const completing = new Worker(new URL("../workers/completing.js", import.meta.url), { type: "module" });
-Promise.all([module, bytesOf("default"), bytesOf("uncertainty")]).then(
-  ([module, weights, uncertainty]) => {
-    completing.postMessage({ kind: "start", module, weights, uncertainty }, [weights, uncertainty]);
-    return Promise.all(["filling", "small"].map(async (name) => { // once the first picture need not wait for them
-      const weights = await bytesOf(name);
-      completing.postMessage({ kind: "network", name, weights }, [weights]);
-    }));
-  }).catch((error) => (message.textContent = error.message));
-
-/** @param {MessageEvent<import("../workers/completing.js").Reply>} event */
-completing.onmessage = ({ data }) => {
-  if (data.kind === "picture") showPicture(data.picture, data.repainted);
-  else if (data.kind === "buffers") state.waiting.shift()?.(data.buffers);
-  else if (data.kind === "failed") message.textContent = data.message;
-};
-
-/** @param {import("../workers/completing.js").Picture} picture @param {boolean} repainted */
-function showPicture(picture, repainted) {
-  const { bitmap, batch } = picture;
-  if (canvas.width !== bitmap.width) canvas.width = bitmap.width;
-  if (canvas.height !== bitmap.height) canvas.height = bitmap.height;
-  context.transferFromImageBitmap(bitmap);
-  statistics.expected = picture.expected;
-  if (repainted) return;
-  state.pools.shown?.grow();
-  countPicture(state, picture);
-  document.dispatchEvent(new CustomEvent("picture", { detail: batch }));
+const picture = new BobView();
+picture.id = "picture";
+for (const [name, value] of [["picture-size", query.get("size")], ["workers", query.get("workers")]]) {
+  if (name && value) picture.setAttribute(name, value);
 }
+picture.toggleAttribute("camera-controls", true);
+picture.setAttribute("interaction-prompt", "none");
+stage.prepend(picture);
+const { viewing } = picture, { schedule, statistics } = viewing;
+
+picture.addEventListener("error", (event) => {
+  event.preventDefault();
+  message.textContent = /** @type {any} */ (event).detail.message;
+});
+picture.addEventListener("camera-change", () => (perspective.checked = picture.camera.fov > 0));
+perspective.addEventListener("change", () => look({ fov: perspective.checked ? PERSPECTIVE : 0 }));
 
 /** @param {Partial<import("../picture/camera.js").Camera>} camera */
-function look(camera) {
-  statistics.exact = false;
-  schedule.change({ camera });
-  perspective.checked = schedule.camera.fov > 0;
-}
-
-/** The size of the picture at rest: device pixels. */
-function fit() {
-  const { clientWidth, clientHeight } = stage;
-  const [width, height] = fixedSize ? [Number(fixedSize[1]), Number(fixedSize[2])]
-                                    : [clientWidth * devicePixelRatio, clientHeight * devicePixelRatio];
-  if (width < 1 || height < 1) return;
-  const scale = fixedSize ? 1 : Math.min(1, Math.sqrt(MOST_PIXELS / (width * height)));
-  const shrink = Math.min(clientWidth / width, clientHeight / height);
-  canvas.style.width = `${width * shrink}px`, canvas.style.height = `${height * shrink}px`;
-  show();
-  statistics.exact = false;
-  schedule.change({ size: { height: Math.max(1, Math.round(height * scale)), width: Math.max(1, Math.round(width * scale)) } });
-}
-
-new ResizeObserver(fit).observe(stage);
-orbit(canvas, () => schedule.camera, look);
-perspective.addEventListener("change", () => look({ fov: perspective.checked ? PERSPECTIVE : 0 }));
+const look = (camera) => (picture.camera = camera);
 
 // ---- What is shown of them -------------------------------------------------------------------------------
 
 function show() {
   const checked = document.querySelector('input[name="mode"]:checked');
   const value = checked instanceof HTMLInputElement ? checked.value : "completed";
-  const mode = /** @type {import("../picture/paint.js").Mode} */ (value);
-  line.hidden = divider.hidden = mode !== "split";
-  state.showing = { mode, divider: placeDivider() };
-  completing.postMessage({ kind: "show", ...state.showing });
+  state.mode = /** @type {import("../picture/paint.js").Mode} */ (value);
+  line.hidden = divider.hidden = state.mode !== "split";
+  picture.show({ mode: state.mode, divider: placeDivider() });
 }
 
 /** Aligns the line with the centre of the slider's thumb. @returns {number} where that is, 0..1 of the picture's width */
 function placeDivider() {
-  const left = THUMB / 2 + Number(divider.value) / 100 * (stage.clientWidth - THUMB);
+  const left = THUMB / 2 + Number(divider.value) / 100 * (stage.clientWidth - THUMB), box = picture.pictureBox;
   line.style.left = `${left}px`;
-  return Math.min(1, Math.max(0, (left - canvas.offsetLeft) / canvas.clientWidth));
+  return Math.min(1, Math.max(0, (left - box.left) / box.width));
 }
 
 for (const radio of document.querySelectorAll('input[name="mode"]')) radio.addEventListener("change", show);
 divider.addEventListener("input", show);
+new ResizeObserver(show).observe(stage);
 
-display(state, {
+display(statistics, state, {
   fraction: element("fraction", HTMLElement), rays: element("rays", HTMLElement), network: element("network", HTMLElement),
   rate: element("rate", HTMLElement), note: element("note", HTMLElement),
 });
@@ -142,11 +96,11 @@ refines.addEventListener("change", () => {
 
 // ---- Scenes ----------------------------------------------------------------------------------------------
 
-const opening = new Opening(state, createPool, {
+const opening = new Opening(state, viewing, {
   busy: (busy) => (busy ? stage.setAttribute("aria-busy", "true") : stage.removeAttribute("aria-busy")),
   opened: () => {
     const { title, script = "" } = state.scene;
-    canvas.setAttribute("aria-label", `Picture of ${title}`);
+    picture.alt = `Picture of ${title}`;
     status.textContent = `${title} is open`;
     if (state.edits.newest === null && editor.script !== script) editor.script = script;
   },
@@ -159,13 +113,6 @@ const editor = new Editor({
   text: element("text", HTMLTextAreaElement), numbers: element("numbers", HTMLElement),
   sliders: element("sliders", HTMLElement), error: element("error", HTMLElement),
 }, (script) => opening.edit(script));
-
-function createPool() {
-  const isShown = () => made === state.pools.shown;
-  const made = new Pool(workers, module, completing, (traced) => isShown() && schedule.traced(traced),
-                        (text) => isShown() && (message.textContent = text));
-  return made;
-}
 
 /** Selects the open scene in the list. */
 function choose() {
@@ -182,7 +129,7 @@ function choose() {
 }
 
 async function fillGallery() {
-  state.gallery = await (await fetch(new URL("../gallery/index.json", import.meta.url))).json();
+  state.gallery = await (await fetchPart("gallery/index.json")).json();
   const kinds = [...new Set(state.gallery.map(({ kind }) => kind))];
   gallery.append(...kinds.map((kind) => {
     const group = document.createElement("optgroup"), entries = state.gallery.filter((entry) => entry.kind === kind);
@@ -234,21 +181,20 @@ addEventListener("drop", (event) => {
 
 // ---- What is taken along ---------------------------------------------------------------------------------
 
-element("home", HTMLButtonElement).addEventListener("click", () => look(home(schedule.camera)));
+element("home", HTMLButtonElement).addEventListener("click", () => look(home(picture.camera)));
 
-element("save", HTMLButtonElement).addEventListener("click", () => canvas.toBlob((blob) => {
-  if (!blob) return;
+element("save", HTMLButtonElement).addEventListener("click", async () => {
   const anchor = document.createElement("a");
-  anchor.href = URL.createObjectURL(blob);
+  anchor.href = URL.createObjectURL(await picture.toBlob());
   anchor.download = `${state.scene.title.replace(/\.[^.]*$/, "").replace(/\s+/g, "_").toLowerCase() || "picture"}.png`;
   anchor.click();
   URL.revokeObjectURL(anchor.href);
-}, "image/png"));
+});
 
 /** This page with its scene and camera. */
 async function link() {
   const { gallery, script } = state.scene;
-  const fragment = await toFragment({ gallery, script: gallery ? undefined : script, camera: schedule.camera });
+  const fragment = await toFragment({ gallery, script: gallery ? undefined : script, camera: picture.camera });
   return new URL(fragment, location.href).href;
 }
 
@@ -280,27 +226,9 @@ async function start() {
   }
 }
 
-/** Resolves once the picture is exact. @returns {Promise<void>} */
-function converged() {
-  return new Promise((resolve) => {
-    const check = () => {
-      if (!statistics.exact) return;
-      document.removeEventListener("picture", check);
-      resolve();
-    };
-    document.addEventListener("picture", check);
-    check();
-  });
-}
-
-/** @returns {Promise<import("../workers/completing.js").Buffers | null>} of the last picture */
-function buffers() {
-  return new Promise((resolve) => {
-    state.waiting.push(resolve);
-    completing.postMessage({ kind: "buffers" });
-  });
-}
-
 /** For tests and measurements. */
-export const page = { statistics, started: start(), converged, buffers, look, link, openFile, camera: () => schedule.camera, valid };
+export const page = {
+  statistics, started: start(), converged: () => picture.converged(), buffers: () => viewing.buffers(), look, link, openFile,
+  camera: () => picture.camera, valid,
+};
 Object.assign(window, { bobrossnet: page });

@@ -55,14 +55,22 @@ export class GBuffer {
   /** Where it is coloured: completed linear RGB, (3, height, width), by the completed image; else null. */
   completeColor() {
     if (!this.isColored) return null;
-    const place = widthOf(this.layout) + 1;
-    this.core.made("complete_color", this.address, this.imageAddress, this.height, this.width, this.#floats(place, 3).byteOffset);
+    const place = widthOf(this.layout) + 1, address = this.#floats(place, 3).byteOffset;
+    this.core.made("complete_color", this.address, this.imageAddress, this.height, this.width, address);
     return this.#floats(place, 3); // the call may have moved the memory
   }
 
   /** Linear RGB as traced, (3, height, width); null where it is not coloured. */
   get color() {
     return this.isColored ? this.#floats(placeOf(this.layout, "color"), 3) : null;
+  }
+
+  /** Takes what another one of this size has, with coverage in the place of gray: 1 where a ray hit. @param {GBuffer} other */
+  takeCoverage(other) {
+    this.planes.set(other.planes);
+    this.traced = other.traced;
+    const gray = this.plane("gray"), depth = this.plane("depth");
+    for (let i = 0; i < gray.length; ++i) gray[i] = Number(depth[i] > 0);
   }
 
   /** Forgets all pixels. */

@@ -31,25 +31,42 @@ const SRGB = Uint8ClampedArray.from({ length: 2 ** 14 + 1 }, (_, i) => {
   return 255 * (value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055);
 });
 
-/** How to show pixel i of linear RGB, (3, height, width). @param {Float32Array} color @param {number} size @param {number} i */
-function tint(color, size, i) {
-  return pack(SRGB[Math.round(2 ** 14 * color[i])], SRGB[Math.round(2 ** 14 * color[size + i])], SRGB[Math.round(2 ** 14 * color[2 * size + i])]);
+/** @param {number} value linear, 0..1, by rounding perhaps more */
+const encode = (value) => SRGB[Math.min(2 ** 14, Math.round(2 ** 14 * value))];
+
+/**
+ * How to show pixel i of linear RGB, (3, height, width).
+ *
+ * @param {Float32Array} color @param {number} size @param {number} i @param {number} [coverage] by which it was multiplied
+ */
+function tint(color, size, i, coverage = 1) {
+  return pack(encode(color[i] / coverage), encode(color[size + i] / coverage), encode(color[2 * size + i] / coverage));
 }
 
 /**
  * @param {{
  *   mode: Mode, divider: number, height: number, width: number, mask: Float32Array, gray: Float32Array, image: Float32Array,
- *   first: Float32Array, expected: Float32Array | null, exact: boolean, color?: Float32Array | null, completedColor?: Float32Array | null
+ *   first: Float32Array, expected: Float32Array | null, exact: boolean, color?: Float32Array | null, completedColor?: Float32Array | null,
+ *   alpha?: Float32Array | null
  * }} look
  *   arrays (height, width), 0..1; color, completedColor: the same of gray and image in linear RGB, (3, height, width), where there are
  *   colours; first: the picture as it was first completed; expected: the errors of `image`; divider:
- *   0..1, left of which a split picture has traced pixels; where the picture is not yet exact, a difference shows the completed picture
+ *   0..1, left of which a split picture has traced pixels; alpha: how much of each completed pixel is covered, where the picture is
+ *   transparent; where the picture is not yet exact, a difference shows the completed picture
  * @returns {ImageData}
  */
-export function paint({ mode, divider, height, width, mask, gray, image, first, expected, exact, color, completedColor }) {
+export function paint(look) {
+  const { mode, divider, height, width, mask, gray, image, first, expected, exact, color, completedColor, alpha } = look;
   const size = height * width, pixels = new Uint32Array(size);
   const traced = color ? (/** @type {number} */ i) => tint(color, size, i) : (/** @type {number} */ i) => shade(gray[i]);
-  const completed = completedColor ? (/** @type {number} */ i) => tint(completedColor, size, i) : (/** @type {number} */ i) => shade(image[i]);
+  const opaque = completedColor ? (/** @type {number} */ i) => tint(completedColor, size, i) : (/** @type {number} */ i) => shade(image[i]);
+  /** Colours undo what coverage they were multiplied by, as ImageData has them. @param {number} i @param {number} coverage */
+  const covered = (i, coverage) => {
+    const whole = Math.max(coverage, 1 / 255);
+    const shown = completedColor ? tint(completedColor, size, i, whole) : shade(image[i] / whole);
+    return (shown & 0xffffff | Math.round(255 * coverage) << 24) >>> 0;
+  };
+  const completed = alpha ? (/** @type {number} */ i) => covered(i, Math.min(1, Math.max(0, alpha[i]))) : opaque;
   if (mode === "difference" && exact) {
     for (let i = 0; i < pixels.length; ++i) pixels[i] = shade(ERROR_GAIN * Math.abs(first[i] - image[i]));
   } else if (mode === "uncertain" && expected) {

@@ -5,19 +5,22 @@
  * @typedef {{kind: "start", module: WebAssembly.Module, weights: ArrayBuffer, uncertainty: ArrayBuffer}
  *   | {kind: "network", name: Model, weights: ArrayBuffer}
  *   | {kind: "connect", tracer: MessagePort}
- *   | {kind: "show", mode: import("../picture/paint.js").Mode, divider: number}
+ *   | ({kind: "show"} & Showing)
  *   | {kind: "buffers"}} Request
  *   "start" comes once, with the network "default"; "network" brings another one, which batches may name from then on; weights,
  *   uncertainty: safetensors files; "show" paints the last picture anew; "buffers" is answered by "buffers"
+ *
+ * @typedef {{mode: import("../picture/paint.js").Mode, divider: number, isTransparent: boolean}} Showing
+ *   what is painted; divider: 0..1 of the picture's width; isTransparent: whether it is where nothing is
  *
  * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {import("./schedule.js").Model} Model the name of a network; until one has come, "default" stands in for it
  *
  * @typedef {{
  *   batch: Batch, bitmap: ImageBitmap, traced: number, completing: number, total: number,
- *   backend: "wasm" | "gpu", model: Model, error: number, expected: number
+ *   backend: "wasm" | "gpu", model: Model, wanted: Model, error: number, expected: number
  * }} Picture
- *   batch: the newest in it; model: the name of the network that completed it; traced: how many pixels; completing:
+ *   batch: the newest in it; model: the name of the network that completed it; wanted: of the one that should have; traced: how many pixels; completing:
  *   milliseconds of that network, on `backend`; total: of everything this worker did; error: mean of |first - image| of an
  *   exact picture, else NaN; expected: mean error that is expected of the image, where that is shown, else NaN
  * @typedef {{height: number, width: number, planes: Float32Array, image: Float32Array, first: Float32Array}} Buffers
@@ -45,16 +48,18 @@ let start;
 /** @type {Promise<Parts>} */
 const starting = new Promise((resolve) => (start = resolve));
 /**
- * @typedef {{batch: Batch, gbuffer: GBuffer, expected: GBuffer | null, model: Model, completed: boolean, first: Float32Array}} View
- *   batch: the newest in it; expected: what earlier views let expect, and over it what was traced; model: the network that
- *   completed it last
+ * @typedef {{
+ *   batch: Batch, gbuffer: GBuffer, expected: GBuffer | null, coverage?: GBuffer, model: Model, completed: boolean, first: Float32Array
+ * }} View
+ *   batch: the newest in it; expected: what earlier views let expect, and over it what was traced; coverage: where that was asked
+ *   for; model: the network that completed it last
  */
 /** @type {View | undefined} */
 let view;
 /** @type {Picture | undefined} */
 let picture;
-/** @type {{mode: import("../picture/paint.js").Mode, divider: number}} */
-let showing = { mode: "completed", divider: 0.5 };
+/** @type {Showing} */
+let showing = { mode: "completed", divider: 0.5, isTransparent: false };
 /** Messages are handled one after the other, even if that means waiting. */
 let queue = Promise.resolve();
 
@@ -91,8 +96,7 @@ async function gather({ batch, isColored, count, pixels, samples, expected }, tr
   const begun = performance.now(), { height, width } = batch;
   const layout = isColored ? COLORED : GBUFFER;
   if (view?.gbuffer.height !== height || view.gbuffer.width !== width || view.gbuffer.layout !== layout) {
-    view?.gbuffer.free();
-    view?.expected?.free();
+    view?.gbuffer.free(), view?.expected?.free(), view?.coverage?.free();
     const gbuffer = new GBuffer(core, height, width, layout);
     view = { batch, gbuffer, expected: null, model: DEFAULT, completed: false, first: new Float32Array(height * width) };
   } else if (view.batch.view !== batch.view) {
@@ -113,8 +117,8 @@ async function gather({ batch, isColored, count, pixels, samples, expected }, tr
     gbuffer?.add(pixels.subarray(0, 2 * count), samples.subarray(0, widthOf(tracedLayout(layout)) * count));
   }
 
-  const { traced } = view.gbuffer, model = shown(view).traced < DENSE * height * width ? batch.sparse : "filling";
-  view.model = completers.has(model) ? model : DEFAULT;
+  const { traced } = view.gbuffer, wanted = shown(view).traced < DENSE * height * width ? batch.sparse : "filling";
+  view.model = completers.has(wanted) ? wanted : DEFAULT;
   const completer = /** @type {Completer} */ (completers.get(view.model));
   const completing = performance.now();
   const image = await completer.complete(shown(view));
@@ -124,20 +128,26 @@ async function gather({ batch, isColored, count, pixels, samples, expected }, tr
   const error = traced === height * width ? meanDifference(view.first, image) : NaN;
   picture = {
     batch, ...await painted(view), traced, completing: completed - completing, total: performance.now() - begun,
-    backend: completer.backend, model: view.model, error,
+    backend: completer.backend, model: view.model, wanted, error,
   };
   reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
 }
 
 /** @param {View} view */
 async function painted(view) {
-  const { gbuffer, model, first } = view;
-  const { completers, predictor } = await starting, { height, width, traced } = gbuffer;
-  const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, /** @type {Completer} */ (completers.get(model)).network) : null;
-  const completedColor = shown(view).completeColor(), { image } = shown(view);
+  const { core, completers, predictor } = await starting, { gbuffer, model, first } = view, { height, width, traced } = gbuffer;
+  const { network } = /** @type {Completer} */ (completers.get(model)), known = shown(view);
+  const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, network) : null;
+  if (showing.isTransparent) {
+    view.coverage ??= new GBuffer(core, height, width);
+    view.coverage.takeCoverage(known);
+    network.complete(view.coverage);
+  }
+  const completedColor = known.completeColor(); // before there are views of memory that it may move
   const bitmap = await createImageBitmap(paint({
-    ...showing, height, width, image, first, expected: errors, mask: gbuffer.plane("mask"), gray: gbuffer.plane("gray"),
-    exact: traced === height * width, color: gbuffer.color, completedColor,
+    ...showing, height, width, image: known.image, first, expected: errors, mask: gbuffer.plane("mask"),
+    gray: gbuffer.plane("gray"), exact: traced === height * width, color: gbuffer.color, completedColor,
+    alpha: showing.isTransparent && view.coverage ? view.coverage.image : null,
   }));
   return { bitmap, expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
 }
@@ -159,7 +169,7 @@ async function answer(request) {
     const { core, completers } = await starting;
     completers.set(request.name, await completerOf(core, request.weights));
   } else if (request.kind === "show") {
-    showing = { mode: request.mode, divider: request.divider };
+    showing = request;
     if (!picture || !view?.completed) return;
     picture = { ...picture, ...await painted(view) };
     reply({ kind: "picture", picture, repainted: true }, [picture.bitmap]);

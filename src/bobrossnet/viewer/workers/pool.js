@@ -12,6 +12,7 @@
  *   port: for the reader of the scene; pending: scenes that the pool gave it and it has not answered yet; edition: of the
  *   scene that it has, NONE without one
  */
+import { startWorker } from "../core/parts.js";
 
 const nothing = () => {};
 const NONE = -1;
@@ -28,7 +29,7 @@ export class Pool {
   #leader;
   /** @type {Tracer[]} */
   #others = [];
-  #reader = new Worker(new URL("reader.js", import.meta.url), { type: "module" });
+  #reader = startWorker("reader");
   /** Starts the workers that are missing, and gives them the scene. */
   #share = nothing;
   #asked = READ; // edition of the newest scene that tracers were given
@@ -57,7 +58,7 @@ export class Pool {
 
   /** Starts a worker. @returns {Tracer} */
   #add() {
-    const worker = new Worker(new URL("tracer.js", import.meta.url), { type: "module" });
+    const worker = startWorker("tracer");
     const samples = new MessageChannel(), scenes = new MessageChannel();
     this.#completing.postMessage({ kind: "connect", tracer: samples.port2 }, [samples.port2]);
     worker.postMessage({ kind: "connect", completing: samples.port1, reading: scenes.port1 }, [samples.port1, scenes.port1]);

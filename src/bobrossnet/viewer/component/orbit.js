@@ -20,8 +20,9 @@ export const home = ({ fov }) => ({ ...HOME, fov });
  * @param {HTMLElement} element that shows the picture
  * @param {() => Camera} camera as it is
  * @param {(camera: Camera) => void} move
+ * @param {AbortSignal} signal that ends it
  */
-export function orbit(element, camera, move) {
+export function orbit(element, camera, move, signal) {
   /** Where the fingers are, in CSS pixels. @type {Map<number, {x: number, y: number}>} */
   const fingers = new Map();
 
@@ -58,7 +59,7 @@ export function orbit(element, camera, move) {
   element.addEventListener("pointerdown", (event) => {
     element.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
-  });
+  }, { signal });
   element.addEventListener("pointermove", (event) => {
     if (!fingers.has(event.pointerId)) return;
     const before = grip();
@@ -72,16 +73,16 @@ export function orbit(element, camera, move) {
     } else {
       turn(now.x - before.x, now.y - before.y);
     }
-  });
+  }, { signal });
   for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) {
-    element.addEventListener(end, (event) => fingers.delete(event.pointerId));
+    element.addEventListener(end, (event) => fingers.delete(event.pointerId), { signal });
   }
-  element.addEventListener("contextmenu", (event) => event.preventDefault());
+  element.addEventListener("contextmenu", (event) => event.preventDefault(), { signal });
   element.addEventListener("wheel", (event) => {
     event.preventDefault();
     const pixels = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1);
     zoomAt(Math.exp(-WHEEL_ZOOM * pixels), event.clientX, event.clientY);
-  }, { passive: false });
+  }, { passive: false, signal });
 
   element.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
@@ -102,5 +103,5 @@ export function orbit(element, camera, move) {
     if (!(event.key in changes)) return;
     event.preventDefault();
     change(changes[event.key]);
-  });
+  }, { signal });
 }

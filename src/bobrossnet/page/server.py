@@ -1,48 +1,16 @@
-"""The viewer's page: served to browsers on this machine alone, or written to a folder for any server."""
+"""Serves the viewer's page to browsers on this machine alone."""
 
 from __future__ import annotations
 
-import json
 import re
-import shutil
 import sys
-import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import TypeAlias
-from urllib.parse import quote, unquote
+from urllib.parse import unquote
 
-import bobrossnet as bob
-from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.errors import InputError, check_integer
-from bobrossnet.tracing.scene import SceneLike
-
-VIEWER = Path(__file__).parent / "viewer"
-GALLERY = "gallery/index.json"
-TREE = "gallery/happy_tree.bob"
-
-TYPES = {
-    ".bob": "application/octet-stream",
-    ".css": "text/css; charset=utf-8",
-    ".html": "text/html; charset=utf-8",
-    ".js": "text/javascript; charset=utf-8",
-    ".json": "application/json",
-    ".md": "text/plain; charset=utf-8",
-    ".png": "image/png",
-    ".safetensors": "application/octet-stream",
-    ".sdf": "text/plain; charset=utf-8",
-    ".svg": "image/svg+xml",
-    ".txt": "text/plain; charset=utf-8",
-    ".vm": "text/plain; charset=utf-8",
-    ".wasm": "application/wasm",
-}
-"""The content types of the page's files, by their endings: browsers refuse modules of another type."""
-
-READ_IN_PAGE = (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".json", ".sdf", ".vm", ".bob")
-"""The endings of the files that the page reads by itself; any other that Python reads is packed for it."""
+from bobrossnet.page.files import TYPES, Files
 
 HEADERS = {
     "Content-Security-Policy": "; ".join(
@@ -68,77 +36,6 @@ LASTING = {".css", ".js", ".safetensors", ".svg", ".wasm"}
 
 VALID_HOST = re.compile(r"(?:[\w.~%-]+|\[[\da-fA-F:.]+\])(?::\d*)?")
 """A name or an address of a host, with or without a port; no server of ours needs a user's name before it."""
-
-Files: TypeAlias = Mapping[str, Path | bytes]
-"""What is served: by the path from the page's folder, a file or its content."""
-
-
-def scene_path(name: str) -> str:
-    """Where the scene of that name is among the page's files."""
-    return f"files/{name}.bob"
-
-
-@contextmanager
-def page_files(scene: SceneLike | None = None, name: str = "scene") -> Iterator[Files]:
-    """Everything that the page consists of, while the context lasts.
-
-    Parameters
-    ----------
-    scene : SceneLike, optional
-        What the page opens with; by default the gallery's first.
-    name : str
-        The scene's title, and the name of its file.
-
-    Raises
-    ------
-    InputError
-        If the package was built without its WebAssembly modules.
-    """
-    if not (VIEWER / "core.wasm").is_file():
-        raise InputError(
-            "viewer: expected core.wasm in the package, got none: it was built without ziglang, "
-            "which pip brings on most machines"
-        )
-    files: dict[str, Path | bytes] = {
-        file.relative_to(VIEWER).as_posix(): file for file in VIEWER.rglob("*") if file.suffix in TYPES
-    }
-    files |= {f"weights/{file.name}": file for file in WEIGHTS.glob("*.safetensors")}
-    with tempfile.TemporaryDirectory(prefix="bobrossnet-view-") as folder:
-        packed = Path(folder)
-
-        def add(path: str, scene: SceneLike) -> None:
-            file = packed / f"{len(files)}.bob"
-            bob.save_scene(scene, file)
-            files[path] = file
-
-        add(TREE, bob.Instance(bob.happy_tree(), name="happy tree"))
-        if scene is not None:
-            path = scene_path(name)
-            add(path, scene)
-            gallery = json.loads((VIEWER / GALLERY).read_bytes())
-            opened = {"file": f"../{quote(path)}", "title": name, "kind": "file"}
-            files[GALLERY] = json.dumps([opened, *gallery]).encode()
-        yield files
-
-
-def export(files: Files, folder: Path) -> None:
-    """Write the page to a folder, which any static server can show.
-
-    Raises
-    ------
-    InputError
-        If that can't be written.
-    """
-    try:
-        for path, content in files.items():
-            target = folder / path
-            target.parent.mkdir(parents=True, exist_ok=True)
-            if isinstance(content, bytes):
-                target.write_bytes(content)
-            else:
-                shutil.copyfile(content, target)
-    except OSError as error:
-        raise InputError(f"{folder}: can't write the page there: {error.strerror}") from error
 
 
 class Server(ThreadingHTTPServer):

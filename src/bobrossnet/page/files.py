@@ -1,0 +1,104 @@
+"""What the viewer's page consists of: its files, by their paths."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TypeAlias
+from urllib.parse import quote
+
+import bobrossnet as bob
+from bobrossnet.completion.weights import WEIGHTS
+from bobrossnet.errors import InputError
+from bobrossnet.page.joining import ENTRIES, Modules, joined
+from bobrossnet.tracing.scene import SceneLike
+
+VIEWER = Path(__file__).parent.parent / "viewer"
+GALLERY = "gallery/index.json"
+TREE = "gallery/happy_tree.bob"
+
+TYPES = {
+    ".bob": "application/octet-stream",
+    ".css": "text/css; charset=utf-8",
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".json": "application/json",
+    ".md": "text/plain; charset=utf-8",
+    ".png": "image/png",
+    ".safetensors": "application/octet-stream",
+    ".sdf": "text/plain; charset=utf-8",
+    ".svg": "image/svg+xml",
+    ".txt": "text/plain; charset=utf-8",
+    ".vm": "text/plain; charset=utf-8",
+    ".wasm": "application/wasm",
+}
+"""The content types of the page's files, by their endings: browsers refuse modules of another type."""
+
+READ_IN_PAGE = (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".json", ".sdf", ".vm", ".bob")
+"""The endings of the files that the page reads by itself; any other that Python reads is packed for it."""
+
+Files: TypeAlias = Mapping[str, Path | bytes]
+"""What is served: by the path from the page's folder, a file or its content."""
+
+
+def check_built() -> None:
+    """Raise InputError if the package was built without its WebAssembly modules."""
+    if not (VIEWER / "core.wasm").is_file():
+        raise InputError(
+            "viewer: expected core.wasm in the package, got none: it was built without ziglang, "
+            "which pip brings on most machines"
+        )
+
+
+def scene_path(name: str) -> str:
+    """Where the scene of that name is among the page's files."""
+    return f"files/{name}.bob"
+
+
+def tree() -> bob.Instance:
+    """What the page shows where nothing else is given."""
+    return bob.Instance(bob.happy_tree(), name="happy tree")
+
+
+@contextmanager
+def page_files(scene: SceneLike | None = None, name: str = "scene") -> Iterator[Files]:
+    """Everything that the page consists of, while the context lasts.
+
+    Parameters
+    ----------
+    scene : SceneLike, optional
+        What the page opens with; by default the gallery's first.
+    name : str
+        The scene's title, and the name of its file.
+
+    Raises
+    ------
+    InputError
+        If the package was built without its WebAssembly modules.
+    """
+    check_built()
+    files: dict[str, Path | bytes] = {
+        file.relative_to(VIEWER).as_posix(): file for file in VIEWER.rglob("*") if file.suffix in TYPES
+    }
+    files |= {f"weights/{file.name}": file for file in WEIGHTS.glob("*.safetensors")}
+    modules = Modules(VIEWER)
+    files |= {path: joined(modules, path).encode() for path in ENTRIES}
+    with tempfile.TemporaryDirectory(prefix="bobrossnet-view-") as folder:
+        packed = Path(folder)
+
+        def add(path: str, scene: SceneLike) -> None:
+            file = packed / f"{len(files)}.bob"
+            bob.save_scene(scene, file)
+            files[path] = file
+
+        add(TREE, tree())
+        if scene is not None:
+            path = scene_path(name)
+            add(path, scene)
+            gallery = json.loads((VIEWER / GALLERY).read_bytes())
+            opened = {"file": f"../{quote(path)}", "title": name, "kind": "file"}
+            files[GALLERY] = json.dumps([opened, *gallery]).encode()
+        yield files

@@ -1,0 +1,151 @@
+"""Joins modules of the page: the page, its element and each kind of worker are one file each for browsers to ask for.
+
+A module becomes a function that runs once and returns what the module exports, so that no name has to be changed. Taken
+are the forms of imports and exports that the page's code has; any other is refused.
+"""
+
+from __future__ import annotations
+
+import json
+import posixpath
+import re
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+
+COMPONENT = "component/bob-view.js"
+
+ENTRIES = (
+    COMPONENT,
+    "interface/main.js",
+    "workers/completing.js",
+    "workers/reader.js",
+    "workers/tracer.js",
+)
+"""The modules that nothing imports. Joined, they keep their paths: addresses beside them stay as they are."""
+
+WORKERS = ("completing", "reader", "tracer")
+
+SINGLE = "component/single.js"
+"""The entry of a page of a single file."""
+
+WIDGET = "component/widget.js"
+"""The entry of the widget of notebooks."""
+
+BROUGHT = "core/brought.js"
+
+COMMENT = re.compile(
+    r"^[ \t]*/\*\*(?:(?!\*/).)*\*/[ \t]*\n|^[ \t]*//[^\n]*\n|/\*\*(?:(?!\*/).)*\*/ ?", re.DOTALL | re.MULTILINE
+)
+IMPORT = re.compile(r'^import (?:\{([^}]*)\} from )?"([^"]+)";\n', re.MULTILINE)
+LATER = re.compile(r'\bimport\("([^"]+)"\)')
+EXPORT = re.compile(r"^export (?=(?:async )?(?:function\*?|class|const) )", re.MULTILINE)
+EXPORTED = re.compile(r"^export (?:async )?(?:function\*?|class|const) (?:(\w+)|\{([^}]*)\})", re.MULTILINE)
+OTHERS = re.compile(r"^(?:import|export)\b.*", re.MULTILINE)
+
+
+class Modules:
+    """The texts of modules, without their comments.
+
+    Parameters
+    ----------
+    folder : Path
+    replaced : mapping of str to str, optional
+        Modules that have other texts than their files, by their paths in the folder.
+    """
+
+    def __init__(self, folder: Path, replaced: Mapping[str, str] | None = None) -> None:
+        self._folder = folder
+        self._texts = dict(replaced or {})
+
+    def __getitem__(self, path: str) -> str:
+        if path not in self._texts:
+            self._texts[path] = COMMENT.sub("", (self._folder / path).read_text(encoding="utf-8"))
+        return self._texts[path]
+
+
+def joined(modules: Modules, entry: str) -> str:
+    """The text of a module with all that it imports, at once or later, but for what is not ours: of vendor/.
+
+    Raises
+    ------
+    ValueError
+        If a module has an import or export of another form, imports what is not exported, needs itself, or has
+        addresses beside it and is at another depth of folders.
+    """
+    parts: list[str] = []
+    exports: dict[str, list[str]] = {}
+
+    def taken(path: str, found: re.Match[str]) -> str:
+        other = _beside(path, found[2])
+        if found[1] is None:
+            return ""
+        if missing := set(re.findall(r"(\w+)(?: as \w+)?", found[1])) - set(exports[other]):
+            raise ValueError(f"{path}: expected {', '.join(sorted(missing))} to be exported by {other}")
+        renamed = re.sub(r"(\w+) as (\w+)", r"\1: \2", found[1])
+        return f"const {{{renamed}}} = {_name(other)};\n"
+
+    def taken_later(path: str, found: re.Match[str]) -> str:
+        other = _beside(path, found[1])
+        return found[0] if _is_foreign(other) else f"Promise.resolve({_name(other)})"
+
+    for path in _in_order(modules, entry):
+        text = "".join(taken(path, found) for found in IMPORT.finditer(modules[path])) + IMPORT.sub("", modules[path])
+        text = LATER.sub(partial(taken_later, path), text)
+        if path.count("/") != entry.count("/") and re.search(r"import\.meta|\bimport\(", text):
+            raise ValueError(f"{path}: expected no address in a module of another depth than {entry}")
+        if path != entry:
+            exports[path] = [
+                name for one, many in EXPORTED.findall(text) for name in ([one] if one else re.findall(r"\w+", many))
+            ]
+            text = EXPORT.sub("", text)
+            if other := OTHERS.search(text):
+                raise ValueError(f"{path}: expected another form than: {other[0]}")
+            text = f"const {_name(path)} = (() => {{\n{text}return {{ {', '.join(exports[path])} }};\n}})();\n"
+        parts.append(f"// {path}\n{text}")
+    return "".join(parts)
+
+
+def brought(modules: Modules, parts: Mapping[str, str]) -> str:
+    """The module that brings all workers and other parts with it (core/brought.js).
+
+    Parameters
+    ----------
+    parts : mapping of str to str
+        Deflated bytes in base64, by paths.
+    """
+    workers = {name: joined(modules, f"workers/{name}.js") for name in WORKERS}
+    return f"export const BROUGHT = {json.dumps({'workers': workers, 'parts': dict(parts)})};\n"
+
+
+def _in_order(modules: Modules, entry: str) -> Iterator[str]:
+    """The module and all that it needs, each once, after what it needs itself."""
+    seen: set[str] = set()
+
+    def visit(path: str, within: tuple[str, ...]) -> Iterator[str]:
+        if path in within:
+            raise ValueError(f"{path}: expected no module that needs itself, got {' > '.join((*within, path))}")
+        if path in seen:
+            return
+        text = modules[path]
+        needed = [found[2] for found in IMPORT.finditer(text)]
+        needed += [found[1] for found in LATER.finditer(text) if not _is_foreign(_beside(path, found[1]))]
+        for other in needed:
+            yield from visit(_beside(path, other), (*within, path))
+        seen.add(path)
+        yield path
+
+    yield from visit(entry, ())
+
+
+def _beside(path: str, relative: str) -> str:
+    return posixpath.normpath(posixpath.join(posixpath.dirname(path), relative))
+
+
+def _is_foreign(path: str) -> bool:
+    return path.startswith("vendor/")
+
+
+def _name(path: str) -> str:
+    """Of a module's exports; none of our names has a dollar sign."""
+    return "$" + re.sub(r"\W", "_", path.removesuffix(".js"))

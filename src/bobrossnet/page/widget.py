@@ -1,0 +1,103 @@
+"""<bob-view> as a widget of notebooks, by anywidget: JupyterLab, VS Code, Marimo and others show it."""
+
+from __future__ import annotations
+
+import zlib
+from typing import Any
+
+import anywidget
+import traitlets
+
+from bobrossnet.adapters.container import packed
+from bobrossnet.errors import InputError
+from bobrossnet.page.export import single_file_parts
+from bobrossnet.page.files import VIEWER
+from bobrossnet.page.joining import BROUGHT, WIDGET, Modules, brought, joined
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.files import color_to_8_bit
+from bobrossnet.picture.order import Size
+from bobrossnet.picture.rendered import Picture
+from bobrossnet.rendering import Background, background_rows, render
+from bobrossnet.tracing.scene import Scene
+
+NUMBERS = ("azimuth", "elevation", "roll", "zoom", "fov")
+
+
+def script(scene: Scene) -> str:
+    """The widget's module with all that it needs to show a scene."""
+    modules = Modules(VIEWER)
+    return joined(Modules(VIEWER, {BROUGHT: brought(modules, single_file_parts(scene))}), WIDGET)
+
+
+def css(background: Background) -> str:
+    """A background as pages have it."""
+    rows = background_rows(background, 2)
+    if rows is None:
+        return "transparent"
+    top, bottom = (f"rgb({', '.join(map(str, color_to_8_bit(row)[0]))})" for row in rows)
+    return f"linear-gradient({top}, {bottom})"
+
+
+def _to_page(camera: Camera, _: Any = None) -> dict[str, float]:
+    pan_x, pan_y = camera.pan
+    return {**{name: getattr(camera, name) for name in NUMBERS}, "panX": pan_x, "panY": pan_y}
+
+
+def _from_page(numbers: dict[str, Any], _: Any = None) -> Camera:
+    pan = numbers["panX"], numbers["panY"]
+    return Camera(**{name: numbers[name] for name in NUMBERS}, pan=pan)
+
+
+class SceneView(anywidget.AnyWidget):
+    """A scene in a notebook, which hands turn; `bobrossnet.view` makes it.
+
+    Attributes
+    ----------
+    camera : Camera
+        As it is seen now; another one turns the scene. It orbits: a camera at a position is refused.
+    """
+
+    _esm = traitlets.Unicode().tag(sync=True)
+    scene = traitlets.Bytes().tag(sync=True)  # a .bob file, deflated
+    size = traitlets.Tuple(traitlets.Int(), traitlets.Int()).tag(sync=True)
+    background = traitlets.Unicode().tag(sync=True)
+    camera = traitlets.Instance(Camera).tag(sync=True, to_json=_to_page, from_json=_from_page)
+
+    def __init__(self, scene: Scene, camera: Camera, size: Size, background: Background) -> None:
+        self._shown = scene
+        self._behind = background
+        super().__init__(
+            _esm=script(scene),
+            scene=zlib.compress(packed(scene), 9),
+            camera=camera,
+            size=size,
+            background=css(background),
+        )
+
+    @traitlets.validate("camera")
+    def _check_camera(self, proposal: Any) -> Camera:
+        camera: Camera = proposal["value"]
+        if camera.position is not None:
+            raise InputError("camera: expected one on an orbit, which hands can turn, got one at a position")
+        return camera
+
+    def __repr__(self) -> str:
+        return f"SceneView({self._shown!r}, {self.camera!r})"
+
+    def snapshot(self, **options: Any) -> Picture:
+        """The scene as it is seen now, exact and with smooth edges, drawn by the kernel.
+
+        Parameters
+        ----------
+        **options
+            As `bobrossnet.render` has them; size and background are the widget's by default.
+        """
+        return render(self._shown, self.camera, **{"size": tuple(self.size), "background": self._behind, **options})
+
+    def _repr_mimebundle_(self, **kwargs: Any) -> Any:
+        """With a picture, for what shows notebooks and no widgets."""
+        bundle = super()._repr_mimebundle_(**kwargs)
+        if bundle is None:
+            return None
+        data, metadata = bundle if isinstance(bundle, tuple) else (bundle, {})
+        return {**data, "image/png": self.snapshot(samples=1)._repr_png_()}, metadata

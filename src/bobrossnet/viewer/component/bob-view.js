@@ -1,0 +1,351 @@
+// @ts-check
+/**
+ * <bob-view src="part.glb" camera-controls></bob-view>: an element that shows a scene, a few percent of whose pixels are traced
+ * for each picture as it turns, and all of them when it rests.
+ *
+ * Attributes, in the words of <model-viewer> where it has them:
+ *
+ * | attribute | |
+ * |---|---|
+ * | `src` | a scene's address; its ending says what it is, as files/read.js lists them |
+ * | `alt` | what it shows, for those who don't see it |
+ * | `poster` | the address of a picture until the first one is there |
+ * | `camera-orbit` | "120deg 70deg 100%", as words.js has it |
+ * | `field-of-view` | "35deg"; without, the camera is orthographic |
+ * | `camera-controls` | the mouse, fingers and keys turn it |
+ * | `auto-rotate` | it turns while nobody does; not where little motion is wanted |
+ * | `interaction-prompt` | "none" shows no hint that it can be turned |
+ * | `background` | any of CSS, "transparent" too; black by default |
+ * | `picture-size` | "640x480" fixes how many pixels it has; by default as many as the screen |
+ * | `workers` | how many trace; by default as many as there are processors |
+ *
+ * Events: `load` when the first picture of a scene is there; `progress` with each picture, `detail.totalProgress` of whose pixels
+ * are traced, 1 where it is exact; `error`, `detail.message` of which is shown unless it is prevented; `camera-change`.
+ *
+ * @typedef {import("../picture/camera.js").Camera} Camera
+ */
+import { FIELDS, HOME, valid } from "../picture/camera.js";
+import { orbit } from "./orbit.js";
+import { STYLE } from "./style.js";
+import { Viewing, coreFor } from "./viewing.js";
+import { fromCameraOrbit, fromFieldOfView, toCameraOrbit } from "./words.js";
+
+const MOST_WORKERS = 8; // each holds the whole scene
+const MOST_PIXELS = 2 ** 21;
+const IDLE_MS = 3000; // without a hand, until it turns by itself, and shows that it can be turned
+const TURN = 360 / 64; // degrees a second, by itself
+
+const KEYS = "Drag or arrows: orbit. Shift: pan. Wheel, + and -: zoom. [ and ]: roll. P: perspective. Home: reset.";
+
+/** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Partial<HTMLElementTagNameMap[T]>} [fields] */
+const made = (name, fields = {}) => Object.assign(document.createElement(name), fields);
+
+/** A file's name. @param {URL} address */
+function nameOf({ pathname }) {
+  const last = pathname.replace(/^.*\//, "");
+  try {
+    return decodeURIComponent(last);
+  } catch {
+    return last;
+  }
+}
+
+export class BobView extends HTMLElement {
+  static observedAttributes = [
+    "src", "alt", "poster", "camera-orbit", "field-of-view", "camera-controls", "auto-rotate", "interaction-prompt", "background",
+    "picture-size",
+  ];
+
+  #canvas = made("canvas", { width: 1, height: 1 });
+  #poster = made("img", { hidden: true, alt: "" });
+  #prompt = made("p", { id: "prompt", className: "unseen", textContent: "Drag to turn" });
+  #wrong = made("p", { id: "wrong", hidden: true });
+  #context = /** @type {ImageBitmapRenderingContext} */ (this.#canvas.getContext("bitmaprenderer"));
+  /** @type {Viewing | undefined} */
+  #viewing;
+  /** Of an element that is nowhere. @type {Camera} */
+  #camera = HOME;
+  #resizing = new ResizeObserver(() => this.#fit());
+  /** Ends what hands do. @type {AbortController | undefined} */
+  #hands;
+  #touchedAt = 0;
+  #wasTouched = false;
+  #promptTimer = 0;
+  #turning = 0;
+  #isNew = false; // whether no picture of the scene was shown yet
+  /** @type {import("../workers/completing.js").Showing} */
+  #showing = { mode: "completed", divider: 0.5, isTransparent: false };
+
+  constructor() {
+    super();
+    const root = this.attachShadow({ mode: "open", delegatesFocus: true });
+    root.adoptedStyleSheets = [STYLE];
+    this.#prompt.ariaHidden = "true";
+    this.#wrong.role = "alert";
+    this.#canvas.setAttribute("aria-describedby", "keys");
+    root.append(this.#canvas, this.#poster, this.#prompt, this.#wrong, made("p", { id: "keys", hidden: true, textContent: KEYS }));
+  }
+
+  connectedCallback() {
+    this.#start(coreFor(this.src === null ? "" : nameOf(this.#address)));
+    this.#describe();
+    this.#resizing.observe(this);
+    if (this.src !== null) this.#open();
+    this.#turn();
+  }
+
+  /** @param {import("./viewing.js").CoreName} core */
+  #start(core) {
+    const asked = Number(this.getAttribute("workers")) || navigator.hardwareConcurrency || 1;
+    this.#viewing?.end();
+    this.#viewing = new Viewing({ workers: Math.max(1, Math.min(asked, MOST_WORKERS)), scales: !this.#fixedSize, core }, {
+      picture: (picture, repainted) => this.#show(picture, repainted),
+      failed: (message) => this.#fail(message),
+    });
+    this.#viewing.change({ camera: this.#camera });
+    this.show(this.#showing);
+    this.#fit();
+  }
+
+  disconnectedCallback() {
+    this.#camera = this.camera;
+    this.#resizing.disconnect();
+    this.#viewing?.end();
+    this.#viewing = undefined;
+    clearTimeout(this.#promptTimer);
+    cancelAnimationFrame(this.#turning);
+  }
+
+  /** @param {string} name @param {string | null} before @param {string | null} value */
+  attributeChangedCallback(name, before, value) {
+    if (before === value) return;
+    if (name === "src") {
+      if (this.#viewing && value !== null) this.#open(); // else once it is connected
+    } else if (name === "camera-orbit") {
+      const camera = fromCameraOrbit(value);
+      if (camera) this.#look(camera, "none");
+      else if (value !== null) this.#fail(`camera-orbit: expected angles and a share, such as ${toCameraOrbit(HOME)}, got ${value}`);
+    } else if (name === "field-of-view") {
+      const fov = value === null ? 0 : fromFieldOfView(value);
+      if (fov !== null) this.#look({ fov }, "none");
+      else this.#fail(`field-of-view: expected an angle, such as 35deg, got ${value}`);
+    } else if (name === "poster") {
+      this.#poster.src = value ?? "";
+      this.#poster.hidden = value === null || this.#canvas.width > 1;
+    } else if (name === "background") {
+      this.style.background = value ?? "";
+      this.show({ isTransparent: value !== null });
+    } else if (name === "picture-size") {
+      this.#fit();
+    } else if (name === "auto-rotate") {
+      this.#turn();
+    } else {
+      this.#describe();
+    }
+  }
+
+  /** What it shows and how, for pages that show more of it; none while the element is nowhere. */
+  get viewing() {
+    if (!this.#viewing) throw new Error("viewing: expected an element in a document, got one that is nowhere");
+    return this.#viewing;
+  }
+
+  /** As bobrossnet.Camera, in degrees. @returns {Camera} */
+  get camera() {
+    return this.#viewing?.schedule.camera ?? this.#camera;
+  }
+
+  /** @param {Partial<Camera>} camera what is not in it stays */
+  set camera(camera) {
+    this.#look(camera, "none");
+  }
+
+  get src() {
+    return this.getAttribute("src");
+  }
+
+  set src(value) {
+    if (value === null) this.removeAttribute("src");
+    else this.setAttribute("src", value);
+  }
+
+  get alt() {
+    return this.getAttribute("alt") ?? "";
+  }
+
+  set alt(value) {
+    this.setAttribute("alt", value);
+  }
+
+  /** Where the picture is in the element, in CSS pixels. */
+  get pictureBox() {
+    const { offsetLeft, offsetTop, clientWidth, clientHeight } = this.#canvas;
+    return { left: offsetLeft, top: offsetTop, width: clientWidth, height: clientHeight };
+  }
+
+  /**
+   * Opens a scene of bytes, where there is no address.
+   *
+   * @param {string} name with its ending, which says what it is
+   * @param {Blob} source
+   * @returns {Promise<void>} resolved once its first picture is on its way, or an "error" was told
+   */
+  open(name, source) {
+    return this.#read(name, source);
+  }
+
+  /** What is painted of a picture. @param {Partial<import("../workers/completing.js").Showing>} showing what is not in it stays */
+  show(showing) {
+    this.#showing = { ...this.#showing, ...showing };
+    this.#viewing?.paint(this.#showing);
+  }
+
+  /** The picture as it is now. @param {{mimeType?: string, qualityArgument?: number}} [options] @returns {Promise<Blob>} */
+  toBlob({ mimeType = "image/png", qualityArgument } = {}) {
+    return new Promise((resolve, reject) => this.#canvas.toBlob(
+      (blob) => (blob ? resolve(blob) : reject(new Error("toBlob: expected a picture, got none"))), mimeType, qualityArgument));
+  }
+
+  /** The picture as it is now. @param {string} [type] @param {number} [quality] */
+  toDataURL(type, quality) {
+    return this.#canvas.toDataURL(type, quality);
+  }
+
+  /** Resolves once the picture is exact. @returns {Promise<void>} */
+  converged() {
+    return new Promise((resolve) => {
+      const check = () => {
+        if (!this.#viewing?.statistics.exact) return;
+        this.removeEventListener("progress", check);
+        resolve();
+      };
+      this.addEventListener("progress", check);
+      check();
+    });
+  }
+
+  // ---- Scenes --------------------------------------------------------------------------------------------
+
+  get #address() {
+    return new URL(this.src ?? "", document.baseURI);
+  }
+
+  #open() {
+    return this.#read(nameOf(this.#address), this.#address.href);
+  }
+
+  /** @param {string} name @param {Blob | string} source */
+  async #read(name, source) {
+    this.ariaBusy = "true";
+    if (this.viewing.core === "core.mesh" && coreFor(name) === "core") this.#start("core");
+    const { viewing } = this;
+    try {
+      if (await viewing.read(name, source)) this.begun();
+    } catch (error) {
+      this.#fail(error instanceof Error ? error.message : String(error));
+    } finally {
+      if (!viewing.isOpening) this.ariaBusy = null;
+    }
+  }
+
+  /** Called once there is another scene. */
+  begun() {
+    this.#isNew = true;
+    this.#wrong.hidden = true;
+  }
+
+  /** @param {string} message */
+  #fail(message) {
+    const event = new CustomEvent("error", { detail: { type: "loadfailure", message }, cancelable: true });
+    if (!this.dispatchEvent(event)) return;
+    this.#wrong.textContent = message;
+    this.#wrong.hidden = false;
+  }
+
+  // ---- Pictures ------------------------------------------------------------------------------------------
+
+  /** @param {import("../workers/completing.js").Picture} picture @param {boolean} repainted */
+  #show({ bitmap, batch, traced }, repainted) {
+    const canvas = this.#canvas, { width, height } = bitmap;
+    if (canvas.width !== width) canvas.width = width;
+    if (canvas.height !== height) canvas.height = height;
+    this.#context.transferFromImageBitmap(bitmap);
+    this.#poster.hidden = true;
+    if (repainted) return;
+    this.dispatchEvent(new CustomEvent("progress", { detail: { totalProgress: traced / (batch.width * batch.height), batch } }));
+    if (!this.#isNew) return;
+    this.#isNew = false;
+    this.dispatchEvent(new CustomEvent("load", { detail: { url: this.src } }));
+    this.#touchedAt = performance.now();
+    this.#promptTimer = setTimeout(() => this.#prompt.classList.toggle("unseen", !this.#isPrompting), IDLE_MS);
+  }
+
+  get #isPrompting() {
+    return this.hasAttribute("camera-controls") && this.getAttribute("interaction-prompt") !== "none" && !this.#wasTouched;
+  }
+
+  get #fixedSize() {
+    const match = /^(\d+)x(\d+)$/.exec(this.getAttribute("picture-size") ?? "");
+    return match && { width: Number(match[1]), height: Number(match[2]) };
+  }
+
+  /** The size of the picture at rest: device pixels. */
+  #fit() {
+    const { clientWidth, clientHeight } = this, fixed = this.#fixedSize;
+    const { width, height } = fixed ?? { width: clientWidth * devicePixelRatio, height: clientHeight * devicePixelRatio };
+    if (!this.#viewing || width < 1 || height < 1) return;
+    const scale = fixed ? 1 : Math.min(1, Math.sqrt(MOST_PIXELS / (width * height)));
+    const shrink = Math.min(clientWidth / width, clientHeight / height);
+    this.#canvas.style.width = `${width * shrink}px`, this.#canvas.style.height = `${height * shrink}px`;
+    this.#viewing.change({ size: { height: Math.max(1, Math.round(height * scale)), width: Math.max(1, Math.round(width * scale)) } });
+  }
+
+  // ---- Hands ---------------------------------------------------------------------------------------------
+
+  /** Says what it is, and lets hands turn it or not. */
+  #describe() {
+    const canvas = this.#canvas, isTurned = this.hasAttribute("camera-controls");
+    canvas.ariaLabel = this.alt || "Picture";
+    canvas.role = isTurned ? "application" : "img";
+    canvas.ariaRoleDescription = isTurned ? "3D view" : null;
+    if (!this.#isPrompting) this.#prompt.classList.add("unseen");
+    if (isTurned === (this.#hands !== undefined)) return;
+    this.#hands?.abort();
+    this.#hands = isTurned ? new AbortController() : undefined;
+    if (isTurned) canvas.tabIndex = 0;
+    else canvas.removeAttribute("tabindex");
+    if (this.#hands) orbit(canvas, () => this.camera, (camera) => this.#look(camera, "user-interaction"), this.#hands.signal);
+  }
+
+  /** @param {Partial<Camera>} camera @param {"user-interaction" | "none"} source */
+  #look(camera, source) {
+    const before = this.camera, after = valid({ ...before, ...camera });
+    if (source === "user-interaction") {
+      this.#touchedAt = performance.now();
+      this.#wasTouched = true;
+      this.#prompt.classList.add("unseen");
+    }
+    if (FIELDS.every((name) => after[name] === before[name])) return;
+    this.#camera = after;
+    this.#viewing?.change({ camera: after });
+    this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
+  }
+
+  /** Turns by itself, as long as that is wanted. */
+  #turn() {
+    cancelAnimationFrame(this.#turning);
+    if (!this.isConnected || !this.hasAttribute("auto-rotate") || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+    let last = performance.now();
+    const step = (/** @type {number} */ now) => {
+      this.#turning = requestAnimationFrame(step);
+      const since = now - last;
+      last = now;
+      if (this.#viewing?.statistics.pictures && now > this.#touchedAt + IDLE_MS && this.checkVisibility()) {
+        this.#look({ azimuth: this.camera.azimuth - TURN * since / 1000 }, "none");
+      }
+    };
+    this.#turning = requestAnimationFrame(step);
+  }
+}
+
+customElements.define("bob-view", BobView);

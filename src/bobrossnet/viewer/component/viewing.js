@@ -1,0 +1,232 @@
+// @ts-check
+/**
+ * A scene on its way to pictures: the workers that read, trace and complete it, and the schedule that they follow. It knows no
+ * elements.
+ *
+ * @typedef {import("../workers/reader.js").Summary} Summary
+ * @typedef {import("../workers/completing.js").Picture} Picture
+ * @typedef {import("../workers/completing.js").Buffers} Buffers
+ * @typedef {import("../workers/completing.js").Model} Model
+ *
+ * @typedef {object} Told Who is told what
+ * @property {(picture: Picture, repainted: boolean) => void} picture shows it; repainted: it is the last one, shown otherwise
+ * @property {(message: string) => void} failed no more pictures will come, as the message says
+ */
+import { compileCore } from "../core/compile.js";
+import { fetchPart, isThere, startWorker } from "../core/parts.js";
+import { HOME } from "../picture/camera.js";
+import { Pool } from "../workers/pool.js";
+import { Schedule } from "../workers/schedule.js";
+import { Statistics } from "./statistics.js";
+
+const SPARE_MS = 500; // after a scene came, when workers for the next one are started
+
+/**
+ * What pages start with: the module of the core, and networks, the first of which also stands in for those that come later. Pages of
+ * meshes are small: their rays are so fast that pictures are dense, and completed by the filling, which has learnt nothing.
+ *
+ * @typedef {"core" | "core.mesh"} CoreName
+ * @type {Record<CoreName, [Model, ...Model[]]>}
+ */
+const NETWORKS = { "core": ["default", "filling", "small"], "core.mesh": ["filling"] };
+
+const ASKED = 2; // times, until a network is fetched: a scene's first picture asks for one before it is known how fast its rays are
+
+const MESHES = /\.(ply|obj|stl|off|glb|gltf)$/i;
+
+/** The smallest module that shows a file; where meshes are all that is shown, a single file has no other. @param {string} name @returns {CoreName} */
+export const coreFor = (name) => (MESHES.test(name) || !isThere("core.wasm") ? "core.mesh" : "core");
+
+/** For all of a page's workers: compiled once. @type {Map<CoreName, Promise<WebAssembly.Module>>} */
+const compiled = new Map();
+
+/** @param {CoreName} name */
+function compiledCore(name) {
+  const module = compiled.get(name) ?? compileCore(name);
+  compiled.set(name, module);
+  return module;
+}
+
+/** @param {string} name of a network @returns {Promise<ArrayBuffer>} its weights */
+const weightsOf = async (name) => (await fetchPart(`weights/${name}.safetensors`)).arrayBuffer();
+
+export class Viewing {
+  /** Whether workers for another scene are started ahead: that takes longer than opening most scenes. */
+  expectsMore = false;
+  statistics;
+  schedule;
+  /** The workers that have the scene, those that will have the next, and those for the one after that. @type {{shown?: Pool, coming?: Pool, spare?: Pool}} */
+  #pools = {};
+  #module;
+  #completing = startWorker("completing");
+  /** Called with what the completing worker answers. @type {((buffers: Buffers | null) => void)[]} */
+  #waiting = [];
+  /** How often each network was asked for. @type {Partial<Record<Model, number>>} */
+  #asked = {};
+  #workers;
+  #told;
+
+  /**
+   * @param {{workers: number, scales: boolean, core?: CoreName}} settings scales: whether moving pictures may be smaller; core: the one
+   *   that has all that will be shown
+   * @param {Told} told
+   */
+  constructor({ workers, scales, core = "core" }, told) {
+    this.core = core;
+    this.#module = compiledCore(core);
+    this.#workers = workers;
+    this.#told = told;
+    this.statistics = new Statistics(workers);
+    this.schedule = new Schedule(HOME, scales);
+    /** @param {MessageEvent<import("../workers/completing.js").Reply>} event */
+    this.#completing.onmessage = ({ data }) => {
+      if (data.kind === "picture") this.#show(data.picture, data.repainted);
+      else if (data.kind === "buffers") this.#waiting.shift()?.(data.buffers);
+      else if (data.kind === "failed") told.failed(data.message);
+    };
+    this.#startCompleting().catch((error) => told.failed(error.message));
+    this.#pools.spare = this.#createPool();
+  }
+
+  async #startCompleting() {
+    const [first, ...others] = NETWORKS[this.core];
+    const [module, weights, uncertainty] = await Promise.all([this.#module, weightsOf(first), weightsOf("uncertainty")]);
+    this.#completing.postMessage({ kind: "start", module, weights, uncertainty }, [weights, uncertainty]);
+    await Promise.all(others.map((name) => this.#add(name))); // once the first picture need not wait for them
+  }
+
+  /** @param {Model} name of a network that pictures may be completed by from now on */
+  async #add(name) {
+    const weights = await weightsOf(name);
+    this.#completing.postMessage({ kind: "network", name, weights }, [weights]);
+  }
+
+  /** Fetches a network that was not started with, when it is clear that it is needed. @param {Model} name */
+  #ask(name) {
+    const asked = this.#asked[name] = 1 + (this.#asked[name] ?? 0);
+    if (asked === ASKED && !NETWORKS[this.core].includes(name)) this.#add(name).catch((error) => this.#told.failed(error.message));
+  }
+
+  #createPool() {
+    const { schedule } = this, isShown = () => made === this.#pools.shown;
+    const made = new Pool(this.#workers, this.#module, this.#completing, (traced) => isShown() && schedule.traced(traced),
+                          (message) => isShown() && this.#told.failed(message));
+    return made;
+  }
+
+  /** @param {Picture} picture @param {boolean} repainted */
+  #show(picture, repainted) {
+    const { statistics, schedule } = this;
+    statistics.expected = picture.expected;
+    if (!repainted) statistics.count(picture, schedule, schedule.completed(picture));
+    this.#told.picture(picture, repainted);
+    if (repainted) return;
+    this.#pools.shown?.grow();
+    this.#ask(picture.wanted);
+  }
+
+  /** Whether a scene is being opened. */
+  get isOpening() {
+    return this.#pools.coming !== undefined;
+  }
+
+  /** Whether there is a scene, and workers that can be given another one in its place. */
+  get canEdit() {
+    return this.#pools.shown?.ended === false;
+  }
+
+  /**
+   * Opens a file.
+   *
+   * @param {string} name with its ending
+   * @param {Blob | string} source or its address
+   * @param {{yUp?: boolean, beside?: File[]}} [options] yUp: whether it stores y up; beside: what was opened together with it
+   * @returns {Promise<Summary | null>} once it is shown; null where another scene was opened meanwhile
+   * @throws {Error} of one line, where it can't be read; then the scene before stays
+   */
+  read(name, source, { yUp = false, beside = [] } = {}) {
+    // Relative addresses are the page's: the worker that reads is of another folder.
+    const whole = typeof source === "string" ? new URL(source, document.baseURI).href : source;
+    return this.#replace((pool) => pool.read(name, whole, yUp, beside));
+  }
+
+  /** Opens a shape script; otherwise as `read`. @param {string} text @returns {Promise<Summary | null>} */
+  run(text) {
+    return this.#replace(async (pool) => ({ script: text, warnings: await pool.open(described(text)) }));
+  }
+
+  /**
+   * Replaces the scene by that of a script, in the same workers: of a script that was changed a little.
+   *
+   * @param {string} text
+   * @returns {Promise<Summary | null>} null where another scene was opened meanwhile
+   */
+  async edit(text) {
+    const pool = this.#pools.shown;
+    if (!pool) throw new Error("edit: expected a scene that is shown, got none");
+    const warnings = await pool.open(described(text));
+    if (pool !== this.#pools.shown) return null;
+    this.#begin(pool);
+    return { script: text, warnings };
+  }
+
+  /** @param {(pool: Pool) => Promise<Summary>} open @returns {Promise<Summary | null>} */
+  async #replace(open) {
+    const pools = this.#pools;
+    pools.coming?.end();
+    const mine = pools.coming = pools.spare ?? this.#createPool();
+    pools.spare = undefined;
+    try {
+      const summary = await open(mine);
+      if (mine !== pools.coming) return null;
+      pools.shown?.end();
+      pools.shown = mine, pools.coming = undefined;
+      this.#begin(mine);
+      return summary;
+    } catch (error) {
+      if (mine !== pools.coming) return null;
+      pools.coming = undefined;
+      mine.end();
+      throw error;
+    } finally {
+      setTimeout(() => this.expectsMore && (pools.spare ??= this.#createPool()), SPARE_MS);
+    }
+  }
+
+  /** @param {Pool} pool that has another scene now */
+  #begin(pool) {
+    this.statistics.exact = false;
+    this.schedule.show(pool);
+  }
+
+  /** @param {Parameters<Schedule["change"]>[0]} what is wanted now: another camera or size */
+  change(what) {
+    this.statistics.exact = false;
+    this.schedule.change(what);
+  }
+
+  /** @param {import("../workers/completing.js").Showing} showing how pictures are painted */
+  paint(showing) {
+    this.#completing.postMessage({ kind: "show", ...showing });
+  }
+
+  /** @returns {Promise<Buffers | null>} of the last picture */
+  buffers() {
+    return new Promise((resolve) => {
+      this.#waiting.push(resolve);
+      this.#completing.postMessage({ kind: "buffers" });
+    });
+  }
+
+  /** Ends all workers. */
+  end() {
+    this.expectsMore = false;
+    const pools = Object.values(this.#pools);
+    Object.assign(this.#pools, { shown: undefined, coming: undefined, spare: undefined }); // so that what is being opened is not missed
+    for (const pool of pools) pool?.end();
+    this.#completing.terminate();
+  }
+}
+
+/** @param {string} text of a script @returns {import("../tracing/description.js").SceneDescription} */
+const described = (text) => ({ shapes: [{ kind: "script", source: text }], instances: [{ shape: 0 }] });

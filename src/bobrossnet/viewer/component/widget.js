@@ -1,0 +1,48 @@
+// @ts-check
+/**
+ * The element as a widget of notebooks, for anywidget (src/bobrossnet/page/widget.py has its other half). Everything that it needs
+ * is in the widget's state, so that it goes on without a kernel.
+ *
+ * @typedef {{get: (name: string) => any, set: (name: string, value: any) => void, save_changes: () => void,
+ *   on: (event: string, listener: () => void) => void, off: (event: string, listener: () => void) => void}} Model
+ */
+import { BobView } from "./bob-view.js";
+
+const SENDING_MS = 100; // between two cameras that the kernel is told, while somebody turns
+
+/** @param {{model: Model, el: HTMLElement}} where @returns {() => void} what ends it */
+function render({ model, el }) {
+  const view = new BobView(), [height, width] = model.get("size");
+  view.alt = "Picture of the scene";
+  view.toggleAttribute("camera-controls", true);
+  Object.assign(view.style, { width: `${width}px`, maxWidth: "100%", height: "auto", aspectRatio: `${width} / ${height}` });
+  el.dataset.lmSuppressShortcuts = "true"; // JupyterLab's keys would move from cell to cell
+  const show = () => view.setAttribute("background", model.get("background"));
+  const look = () => (view.camera = model.get("camera"));
+  const open = async () => {
+    const stream = new Blob([model.get("scene")]).stream().pipeThrough(new DecompressionStream("deflate"));
+    await view.open("scene.bob", await new Response(stream).blob());
+  };
+
+  let timer = 0;
+  view.addEventListener("camera-change", () => {
+    timer ||= setTimeout(() => {
+      timer = 0;
+      model.set("camera", view.camera);
+      model.save_changes();
+    }, SENDING_MS);
+  });
+  const listeners = { "change:camera": look, "change:background": show, "change:scene": open };
+  for (const [event, listener] of Object.entries(listeners)) model.on(event, listener);
+  show();
+  look();
+  el.append(view);
+  open();
+  return () => {
+    for (const [event, listener] of Object.entries(listeners)) model.off(event, listener);
+    clearTimeout(timer);
+    view.remove();
+  };
+}
+
+export default { render };

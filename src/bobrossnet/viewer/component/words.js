@@ -1,0 +1,47 @@
+// @ts-check
+/**
+ * Cameras in the words of <model-viewer>: "30deg 75deg 105%" is an angle about the vertical, 0 where the front of a glTF is seen;
+ * the angle from straight above; and a distance, of which 100 % is that from which all is seen.
+ *
+ * @typedef {import("../picture/camera.js").Camera} Camera
+ */
+import { HOME, PERSPECTIVE } from "../picture/camera.js";
+
+/** From our azimuth: the front of a glTF, which is turned upright, faces -y. */
+const FRONT = 90;
+
+/** Degrees of "30deg", "0.5rad" or "30". @param {string} text @returns {number | null} */
+function degrees(text) {
+  const match = /^([-+]?(?:\d+\.?\d*|\.\d+))(deg|rad|)$/.exec(text);
+  return match && Number(match[1]) * (match[2] === "rad" ? 180 / Math.PI : 1);
+}
+
+/**
+ * @param {string | null} text "auto" in the place of any of the three
+ * @returns {Partial<Camera> | null} null of what is none
+ */
+export function fromCameraOrbit(text) {
+  const words = text?.trim().split(/\s+/) ?? [];
+  if (words.length !== 3) return null;
+  const [theta, phi] = words.map((word) => (word === "auto" ? undefined : degrees(word)));
+  const share = words[2] === "auto" ? 100 : Number(/^(\d+\.?\d*|\.\d+)%$/.exec(words[2])?.[1] ?? NaN);
+  if (theta === null || phi === null || !(share > 0)) return null;
+  return {
+    azimuth: theta === undefined ? HOME.azimuth : theta - FRONT, elevation: phi === undefined ? HOME.elevation : 90 - phi,
+    zoom: 100 / share,
+  };
+}
+
+/** @param {Camera} camera @returns {string} */
+export function toCameraOrbit({ azimuth, elevation, zoom }) {
+  const [theta, phi, share] = [(azimuth + FRONT) % 360, 90 - elevation, 100 / zoom].map((value) => Number(value.toPrecision(6)));
+  return `${theta}deg ${phi}deg ${share}%`;
+}
+
+/**
+ * @param {string | null} text an angle, "auto" for one that suits most things, "0deg" for none, which is orthographic
+ * @returns {number | null} degrees; null of what is none
+ */
+export function fromFieldOfView(text) {
+  return text === null ? null : text.trim() === "auto" ? PERSPECTIVE : degrees(text.trim());
+}

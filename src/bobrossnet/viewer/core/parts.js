@@ -1,0 +1,52 @@
+// @ts-check
+/**
+ * Where everything is that is not among the modules of the page: workers, WebAssembly, weights. They are files beside this one, on
+ * this server or another, or come with the page itself where that is a single file.
+ */
+import { BROUGHT } from "./brought.js";
+
+/** Browsers compile WebAssembly while it arrives only where the type says what it is. @param {string} path */
+const typeOf = (path) => (path.endsWith(".wasm") ? "application/wasm" : "application/octet-stream");
+
+const isSingleFile = Object.keys(BROUGHT.parts).length > 0;
+
+/** Whether there is such a part: a single file has only what it needs. @param {string} path from the page's folder */
+export const isThere = (path) => !isSingleFile || Object.hasOwn(BROUGHT.parts, path);
+
+/** @param {string} path from the page's folder @returns {Promise<Response>} that has its bytes */
+export async function fetchPart(path) {
+  if (isSingleFile) {
+    if (!isThere(path)) throw new Error(`${path}: expected a part of this file, got none`);
+    const stream = new Blob([bytesOf(BROUGHT.parts[path])]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+    return new Response(stream, { headers: { "Content-Type": typeOf(path) } });
+  }
+  const url = new URL(`../${path}`, import.meta.url), response = await fetch(url);
+  if (!response.ok) throw new Error(`${url.pathname}: ${response.status} ${response.statusText}`);
+  return response;
+}
+
+/** @param {string} base64 */
+function bytesOf(base64) {
+  const letters = atob(base64), bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < bytes.length; ++i) bytes[i] = letters.charCodeAt(i);
+  return bytes;
+}
+
+/** @param {"completing" | "reader" | "tracer"} name of a module in workers/ @returns {Worker} */
+export function startWorker(name) {
+  // A page from a disk, or in a frame of no origin, may start scripts of its own, but no modules.
+  if (isSingleFile) return workerOf(`"use strict";\n${BROUGHT.workers[name]}`, "classic");
+  const url = new URL(`../workers/${name}.js`, import.meta.url);
+  // Browsers start no worker that is of another server, but one of this page may import it.
+  return url.origin === location.origin ? new Worker(url, { type: "module" }) : workerOf(`import ${JSON.stringify(url)};`, "module");
+}
+
+/** Of what no file has, by the texts. @type {Map<string, string>} */
+const addresses = new Map();
+
+/** @param {string} text @param {WorkerType} type @returns {Worker} */
+function workerOf(text, type) {
+  const address = addresses.get(text) ?? URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+  addresses.set(text, address);
+  return new Worker(address, { type });
+}

@@ -1,0 +1,367 @@
+"""<bob-view>: what it shows, its words and events, on a server that knows nothing but files."""
+
+import base64
+from io import BytesIO
+
+import numpy as np
+import pytest
+from browser import serving
+from PIL import Image
+
+import bobrossnet as bob
+from bobrossnet.page.export import export
+from bobrossnet.page.files import VIEWER
+from bobrossnet.picture.files import color_to_8_bit, to_8_bit
+
+WIDTH, HEIGHT = 128, 96
+
+FIVE_LINES = """<!doctype html>
+<script type="module" src="bob/component/bob-view.js"></script>
+<style>body {{ margin: 0; background: #35a }} bob-view {{ width: {width}px; height: {height}px }}</style>
+<bob-view {attributes}></bob-view>
+"""
+
+TOLD = """
+window.told = [];
+for (const name of ["load", "progress", "error", "camera-change"]) {
+  document.addEventListener(name, ({ type, detail, target }) => {
+    if (target.localName === "bob-view") told.push({ type, detail });
+  }, true);
+}
+"""
+
+COUNT_WORKERS = """
+window.alive = new Set();
+window.Worker = class extends Worker {
+  constructor(...settings) { super(...settings); alive.add(this); }
+  terminate() { super.terminate(); alive.delete(this); }
+};
+"""
+
+
+SLOW_RAYS = """
+window.Worker = class extends Worker {
+  set onmessage(receive) {
+    super.onmessage = (event) => {
+      if (event.data.kind === "traced") event.data.milliseconds *= 100;
+      receive(event);
+    };
+  }
+};
+"""
+"""Tracers seem to take 100 times as long."""
+
+
+@pytest.fixture(scope="module")
+def folder(viewer, tmp_path_factory):
+    """The page's files, and scenes beside them."""
+    folder = tmp_path_factory.mktemp("host")
+    export({path: content for path, content in viewer.files.items() if "." in path}, folder / "bob")
+    wedge().save(folder / "wedge.glb")
+    (folder / "gear.sdf").write_bytes((VIEWER / "gallery/gear.sdf").read_bytes())
+    return folder
+
+
+def wedge():
+    """A mesh that looks otherwise from each side."""
+    return bob.Mesh([(0, 0, 0), (3, 0, 0), (0, 2, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+
+
+@pytest.fixture(scope="module")
+def host(folder):
+    with serving(folder) as address:
+        yield address
+
+
+@pytest.fixture
+def shown(browser, folder, host):
+    """Opens a page of five lines whose element has these attributes."""
+    contexts, wrong = [], []
+
+    def shown(attributes, script="", **context):
+        contexts.append(browser.new_context(**context))
+        page = contexts[-1].new_page()
+        page.add_init_script(TOLD + script)
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        text = FIVE_LINES.format(attributes=attributes, width=WIDTH, height=HEIGHT)
+        (folder / "index.html").write_text(text)
+        page.goto(host)
+        return page
+
+    yield shown
+    for context in contexts:
+        context.close()
+    assert wrong == []
+
+
+def exact(page):
+    """(H, W, 4) uint8, once it is."""
+    page.wait_for_function("() => told.some(({ type }) => type === 'load')")
+    page.evaluate("() => document.querySelector('bob-view').converged()")
+    return pixels(page)
+
+
+def pixels(page):
+    address = page.evaluate("() => document.querySelector('bob-view').toDataURL()")
+    return np.asarray(Image.open(BytesIO(base64.b64decode(address.partition(",")[2]))).convert("RGBA"))
+
+
+def expected(scene, camera=None):
+    return to_8_bit(bob.trace(scene, camera, size=(HEIGHT, WIDTH)).gray)
+
+
+def assert_shows(page, gray):
+    found = exact(page)
+    assert (found[..., 3] == 255).all()
+    difference = np.abs(found[..., :3].astype(int) - gray[..., None])
+    assert gray.any()
+    assert (difference > 1).mean() < 0.002
+
+
+def told(page, kind):
+    return [event["detail"] for event in page.evaluate("() => told") if event["type"] == kind]
+
+
+# ---- Scenes ----------------------------------------------------------------------------------------------
+
+
+def test_five_lines_show_a_file(shown, folder, host):
+    asked = []
+    page = shown('src="wedge.glb" alt="A wedge" camera-controls')
+    page.on("request", lambda request: asked.append(request.url))
+    assert_shows(page, expected(bob.load(folder / "wedge.glb")))
+    assert told(page, "error") == []
+    assert len(told(page, "load")) == 1
+    progress = [detail["totalProgress"] for detail in told(page, "progress")]
+    assert progress[-1] == 1
+    assert progress == sorted(progress)
+    assert all(url.startswith((host, "blob:")) for url in asked)
+    canvas = page.get_by_role("application", name="A wedge")
+    assert canvas.get_attribute("aria-roledescription") == "3D view"
+
+
+def test_another_scene_replaces_it(shown, folder):
+    page = shown('src="wedge.glb"')
+    exact(page)
+    page.evaluate("() => { told.length = 0; document.querySelector('bob-view').src = 'gear.sdf'; }")
+    assert_shows(page, expected(bob.load(folder / "gear.sdf")))
+
+
+def test_what_is_wrong_is_told_and_shown(shown):
+    page = shown('src="none.ply"')
+    page.wait_for_selector("#wrong:not([hidden])")
+    (detail,) = told(page, "error")
+    assert detail["message"].endswith("none.ply: 404 File not found")
+    assert page.text_content("#wrong") == detail["message"]
+    page.evaluate("""() => {
+      document.querySelector("bob-view").addEventListener("error", (event) => event.preventDefault());
+      document.querySelector("bob-view").src = "index.html";
+    }""")
+    page.wait_for_function("() => told.filter(({ type }) => type === 'error').length === 2")
+    assert "expected one of .ply" in told(page, "error")[1]["message"]
+    assert "404" in page.text_content("#wrong")
+
+
+@pytest.mark.parametrize(
+    ("attribute", "message"),
+    [
+        ('camera-orbit="up"', "camera-orbit: expected angles and a share, such as 120deg 70deg 100%, got up"),
+        ('camera-orbit="1deg 2deg 3m"', "camera-orbit: expected angles and a share, such as 120deg 70deg 100%, got 1d"),
+        ('field-of-view="wide"', "field-of-view: expected an angle, such as 35deg, got wide"),
+    ],
+)
+def test_wrong_words_are_told(shown, attribute, message):
+    page = shown(f'src="wedge.glb" {attribute}')
+    exact(page)
+    assert told(page, "error")[0]["message"].startswith(message)
+
+
+def test_elements_that_leave_end_their_workers(shown, folder):
+    page = shown('src="wedge.glb" camera-orbit="10deg 80deg 90%"', COUNT_WORKERS)
+    before = exact(page)
+    assert page.evaluate("() => alive.size") > 1
+    page.evaluate("""() => {
+      const other = document.createElement("bob-view");
+      for (const src of ["wedge.glb", "gear.sdf"]) {
+        other.src = src;
+        document.body.append(other);
+      }
+      return new Promise((later) => setTimeout(() => later(other.remove()), 100));
+    }""")
+    page.evaluate("() => { window.view = document.querySelector('bob-view'); view.remove(); }")
+    assert page.evaluate("() => alive.size") == 0
+    page.evaluate("() => { told.length = 0; document.body.append(view); }")
+    np.testing.assert_array_equal(exact(page), before)
+    assert told(page, "error") == []
+
+
+def test_the_package_may_be_on_another_server(browser, folder, tmp_path):
+    with serving(folder, Access_Control_Allow_Origin="*") as elsewhere, serving(tmp_path) as here:
+        wedge().save(tmp_path / "wedge.stl")  # whose reader asks for more of the package
+        text = FIVE_LINES.format(attributes='src="wedge.stl"', width=WIDTH, height=HEIGHT)
+        (tmp_path / "index.html").write_text(text.replace('"bob/', f'"{elsewhere}bob/'))
+        page = browser.new_context().new_page()
+        page.add_init_script(TOLD)
+        page.goto(here)
+        assert_shows(page, expected(bob.load(tmp_path / "wedge.stl")))
+        page.context.close()
+
+
+def test_networks_come_when_pictures_of_meshes_are_sparse(shown):
+    """Else they never do (test_npm.py)."""
+    page = shown('src="wedge.glb" picture-size="640x480"', SLOW_RAYS)
+    exact(page)
+    page.evaluate("""async () => {
+      const view = document.querySelector("bob-view"), { statistics } = view.viewing;
+      for (let azimuth = 0; statistics.model === "filling" || statistics.fraction === 1; ++azimuth) {
+        const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
+        view.camera = { azimuth };
+        await next;
+      }
+    }""")
+    asked = page.evaluate("() => performance.getEntriesByType('resource').map(({ name }) => name.split('/').pop())")
+    assert asked.index("filling.safetensors") < max(
+        asked.index(name) for name in ("small.safetensors", "default.safetensors") if name in asked
+    )
+    assert told(page, "error") == []
+
+
+# ---- Cameras ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "camera"),
+    [
+        ('camera-orbit="0deg 90deg 100%"', {"azimuth": -90, "elevation": 0}),  # the front of a glTF
+        ('camera-orbit="120deg 70deg 50%"', {"zoom": 2}),
+        ('camera-orbit="1rad auto auto"', {"azimuth": np.degrees(1) - 90}),
+        ('field-of-view="auto"', {"fov": 35}),
+        ('field-of-view="60deg"', {"fov": 60}),
+    ],
+)
+def test_cameras_in_the_words_of_model_viewer(shown, folder, words, camera):
+    page = shown(f'src="wedge.glb" {words}')
+    assert_shows(page, expected(bob.load(folder / "wedge.glb"), bob.Camera(**camera)))
+
+
+def test_hands_turn_it_only_where_they_may(shown):
+    page = shown('src="wedge.glb"')
+    exact(page)
+    view = page.locator("bob-view")
+    assert page.get_by_role("img", name="Picture").count() == 1
+
+    def drag():
+        page.mouse.move(60, 50)
+        page.mouse.down()
+        page.mouse.move(80, 60)
+        page.mouse.up()
+
+    drag()
+    assert told(page, "camera-change") == []
+    view.evaluate("(view) => view.toggleAttribute('camera-controls', true)")
+    drag()
+    assert told(page, "camera-change")[-1] == {"source": "user-interaction"}
+    assert view.evaluate("(view) => view.camera.azimuth") != 30
+    view.focus()
+    page.keyboard.press("Home")
+    assert view.evaluate("(view) => view.camera") == {
+        "azimuth": 30, "elevation": 20, "roll": 0, "zoom": 1, "panX": 0, "panY": 0, "fov": 0
+    }  # fmt: skip
+    count = len(told(page, "camera-change"))
+    view.evaluate("(view) => { view.camera = { azimuth: 40 }; view.camera = { azimuth: 40 }; }")
+    assert told(page, "camera-change")[count:] == [{"source": "none"}]
+    view.evaluate("(view) => view.toggleAttribute('camera-controls', false)")
+    drag()
+    assert len(told(page, "camera-change")) == count + 1
+
+
+def test_it_turns_by_itself_while_nobody_does(shown):
+    page = shown('src="wedge.glb" auto-rotate')
+    page.wait_for_function("() => told.some(({ type }) => type === 'camera-change')", timeout=20_000)
+    azimuth = page.evaluate("() => document.querySelector('bob-view').camera.azimuth")
+    assert 0 < azimuth < 30
+    page.evaluate("() => document.querySelector('bob-view').removeAttribute('auto-rotate')")
+    count = len(told(page, "camera-change"))
+    page.wait_for_timeout(100)
+    assert len(told(page, "camera-change")) == count
+
+
+def test_it_stands_still_where_little_motion_is_wanted(shown):
+    page = shown('src="wedge.glb" auto-rotate', reduced_motion="reduce")
+    exact(page)
+    page.wait_for_timeout(3500)
+    assert told(page, "camera-change") == []
+
+
+# ---- Looks -----------------------------------------------------------------------------------------------
+
+
+def test_a_hint_comes_late_and_goes_with_the_first_touch(shown):
+    page = shown('src="wedge.glb" camera-controls')
+    exact(page)
+    assert page.locator("#prompt.unseen").count() == 1
+    page.wait_for_selector("#prompt:not(.unseen)", timeout=20_000)
+    assert page.text_content("#prompt") == "Drag to turn"
+    page.locator("bob-view").focus()
+    page.keyboard.press("ArrowLeft")
+    assert page.locator("#prompt.unseen").count() == 1
+
+
+def test_a_poster_is_there_until_the_first_picture(shown, folder):
+    Image.new("RGB", (64, 48), (200, 0, 0)).save(folder / "poster.png")
+    page = shown('poster="poster.png"')
+    assert page.is_visible("bob-view img")
+    page.evaluate("() => document.querySelector('bob-view').setAttribute('src', 'wedge.glb')")
+    exact(page)
+    assert not page.is_visible("bob-view img")
+
+
+def test_backgrounds_are_seen_where_nothing_is(shown, folder):
+    """Behind pictures that are exact, and through those that are completed."""
+    scene = bob.load(folder / "gear.sdf")
+    page = shown('src="gear.sdf" background="linear-gradient(#fff, #f00)"')
+    full = bob.trace(scene, size=(HEIGHT, WIDTH))
+    found = exact(page)
+    assert (found[..., 3] != to_8_bit(full.alpha)).mean() < 0.002
+    covered = found[..., 3] > 0
+    assert (np.abs(found[..., 0].astype(int) - to_8_bit(full.gray))[covered] > 1).mean() < 0.002
+    seen = page.screenshot(clip={"x": 0, "y": 0, "width": WIDTH, "height": HEIGHT})
+    picture = np.asarray(Image.open(BytesIO(seen)).convert("RGB")).astype(int)
+    np.testing.assert_allclose(picture[[0, -1], 0], [(255, 255, 255), (255, 0, 0)], atol=3)
+    page.evaluate("""async () => {
+      const view = document.querySelector("bob-view"), { schedule } = view.viewing;
+      schedule.refines = false, schedule.budget = 10;
+      const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
+      view.camera = { azimuth: 40 };
+      await next;
+    }""")
+    buffers = page.evaluate("""async () => {
+      const { viewing } = document.querySelector("bob-view"), { planes, image } = await viewing.buffers();
+      return { planes: Array.from(planes), image: Array.from(image), model: viewing.statistics.model };
+    }""")
+    part = bob.GBuffer.from_stack(np.reshape(np.array(buffers["planes"], np.float32), (5, HEIGHT, WIDTH)))
+    assert 0 < part.fraction < 1
+    alpha = bob.complete(part, buffers["model"], channel="alpha")
+    assert ((alpha > 0.1) & (alpha < 0.9)).mean() > 0.001
+    assert np.abs(pixels(page)[..., 3] - 255 * alpha).mean() < 1
+
+
+def test_colors_are_seen_through_as_well(shown, folder):
+    red = bob.Instance(wedge(), material=bob.Material("#c33"))
+    bob.save_scene(red, folder / "red.bob")
+    found = exact(shown('src="red.bob" background="transparent"'))
+    full = bob.trace(red, size=(HEIGHT, WIDTH))
+    covered = full.alpha > 0
+    assert (np.abs(found[..., :3].astype(int) - color_to_8_bit(full.color))[covered] > 1).mean() < 0.002
+    assert not found[~covered].any()
+
+
+def test_pictures_are_taken_along(shown):
+    page = shown('src="wedge.glb" picture-size="200x100"')
+    assert exact(page).shape == (100, 200, 4)
+    kinds = page.evaluate("""async () => {
+      const view = document.querySelector("bob-view");
+      const blobs = [await view.toBlob(), await view.toBlob({ mimeType: "image/jpeg", qualityArgument: 0.5 })];
+      return blobs.map(({ type }) => type);
+    }""")
+    assert kinds == ["image/png", "image/jpeg"]

@@ -1,0 +1,132 @@
+"""`bobrossnet view --export page.html`: one file that shows a scene wherever scripts may run, and asks for nothing."""
+
+import base64
+from io import BytesIO
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import bobrossnet as bob
+from bobrossnet import cli
+from bobrossnet.page.export import export_file
+from bobrossnet.picture.files import color_to_8_bit
+
+MOST_BYTES = 1_500_000
+
+EXACT = """async () => {
+  const view = document.querySelector("bob-view");
+  if (!view.viewing.statistics.pictures) await new Promise((shown) => view.addEventListener("load", shown));
+  await view.converged();
+  return view.toDataURL();
+}"""
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return bob.Scene(
+        [
+            bob.Instance(bob.happy_tree(), material=bob.Material("#4a8"), name="</script><b>&amp;"),
+            bob.Instance(bob.polyline([(0, 0, 0), (3, 0, 2)], radius=0.2)),
+        ]
+    )
+
+
+@pytest.fixture(scope="module")
+def file(scene, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("single")
+    bob.save_scene(scene, folder / "a tree & more.bob")
+    assert cli.main(["view", str(folder / "a tree & more.bob"), "--export", str(folder / "page.html")]) == 0
+    return folder / "page.html"
+
+
+def exact(frame):
+    """The exact picture, (H, W, 3)."""
+    address = frame.evaluate(EXACT)
+    return np.asarray(Image.open(BytesIO(base64.b64decode(address.partition(",")[2]))).convert("RGB"))
+
+
+def assert_shows(found, scene):
+    wanted = color_to_8_bit(bob.trace(scene, size=found.shape[:2]).color)
+    assert (np.abs(found.astype(int) - wanted).max(axis=-1) > 1).mean() < 0.002
+    assert np.ptp(wanted.astype(int), axis=-1).max() > 50
+
+
+@pytest.fixture
+def page(browser):
+    """A page of which nothing may be wrong, and what it asked for."""
+    page = browser.new_page(viewport={"width": 320, "height": 240})
+    page.wrong, page.asked = [], []
+    page.on("pageerror", lambda error: page.wrong.append(str(error)))
+    page.on("console", lambda entry: entry.type == "error" and page.wrong.append(entry.text))
+    page.on("request", lambda request: page.asked.append(request.url))
+    yield page
+    page.close()
+    assert page.wrong == []
+
+
+def test_it_opens_from_a_disk(page, file, scene):
+    page.goto(file.as_uri())
+    assert_shows(exact(page), scene)
+    assert page.title() == "a tree & more"
+    assert page.get_by_role("application", name="Picture of a tree & more").count() == 1
+    page.focus("bob-view")
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate("() => document.querySelector('bob-view').camera.azimuth") == 25
+    assert [url for url in page.asked if not url.startswith("blob:")] == [file.as_uri()]
+
+
+def test_it_opens_in_a_frame_that_may_only_run_scripts(page, file, scene):
+    page.set_content('<iframe sandbox="allow-scripts" width="200" height="100"></iframe>')
+    page.evaluate("(text) => { document.querySelector('iframe').srcdoc = text; }", file.read_text())
+    page.wait_for_function("() => true")
+    frame = page.frames[-1]
+    frame.wait_for_selector("bob-view")
+    assert_shows(exact(frame), scene)
+    assert frame.evaluate("() => origin") == "null"
+
+
+def test_its_policy_lets_it_ask_for_nothing(browser, file):
+    page = browser.new_page()
+    page.goto(file.as_uri())
+    refused = page.evaluate("""async () => {
+      const refused = [];
+      const keep = ({ effectiveDirective }) => refused.push(effectiveDirective);
+      document.addEventListener("securitypolicyviolation", keep);
+      await fetch("https://example.org").catch(() => {});
+      document.body.append(Object.assign(new Image(), { src: "https://example.org/a.png" }));
+      document.body.append(Object.assign(document.createElement("script"), { textContent: "window.run = true;" }));
+      await new Promise((later) => setTimeout(later, 100));
+      return [...refused, String(window.run)];
+    }""")
+    assert sorted(refused) == ["connect-src", "img-src", "script-src-elem", "undefined"]
+    page.close()
+
+
+def test_it_is_small(file, scene, tmp_path):
+    bob.save_scene(scene, tmp_path / "scene.bob")
+    assert file.stat().st_size <= MOST_BYTES + 4 / 3 * (tmp_path / "scene.bob").stat().st_size
+
+
+def test_meshes_need_less(page, tmp_path):
+    scene = bob.Scene(bob.Instance(bob.happy_tree(), material=bob.Material("#4a8")))
+    export_file(scene, "tree", tmp_path / "page.html")
+    page.goto((tmp_path / "page.html").as_uri())
+    assert_shows(exact(page), scene)
+    bob.save_scene(scene, tmp_path / "scene.bob")
+    assert (tmp_path / "page.html").stat().st_size <= 850_000 + 4 / 3 * (tmp_path / "scene.bob").stat().st_size
+
+
+def test_without_a_file_it_is_the_tree(tmp_path, capsys):
+    assert cli.main(["view", "--export", str(tmp_path / "tree.HTML")]) == 0
+    assert capsys.readouterr().out == f"wrote {tmp_path / 'tree.HTML'}: one file, which any browser can show\n"
+    assert "<title>happy tree</title>" in (tmp_path / "tree.HTML").read_text()
+
+
+def test_what_cannot_be_written_is_told(tmp_path, capsys, monkeypatch):
+    assert cli.main(["view", "--export", str(tmp_path / "none" / "page.html")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    monkeypatch.setattr("bobrossnet.page.files.VIEWER", tmp_path)
+    with pytest.raises(bob.InputError, match=r"viewer: expected core\.wasm in the package, got none"):
+        export_file(bob.happy_tree(), "tree", tmp_path / "page.html")
+    assert list(tmp_path.iterdir()) == []
