@@ -311,7 +311,7 @@ async ({ address, batches, height, width, pixels, samples }) => {
   });
   const module = await (await part("core/compile.js")).compileCore(), { port1, port2 } = new MessageChannel();
   const weights = await bytesOf("default"), uncertainty = await bytesOf("uncertainty");
-  worker.postMessage({ kind: "start", module, weights, uncertainty });
+  worker.postMessage({ kind: "start", module, name: "default", weights, uncertainty });
   worker.postMessage({ kind: "network", name: "filling", weights: await bytesOf("filling") });
   worker.postMessage({ kind: "connect", tracer: port2 }, [port2]);
   const result = [];

@@ -262,8 +262,8 @@ def compared(page: Page, file: str, views: int) -> tuple[NDArray[np.float64], di
     """Mean SSIM by way and time of a frame, NaN where there is none for a view; ms that ours cost."""
     cameras = [{"azimuth": 360 * i / views, "elevation": 20} for i in range(views)]
     settings = {
-        "file": file, "height": HEIGHT, "width": WIDTH, "cameras": cameras, "step": STEP, "before": BEFORE, "times": TIMES_MS,
-        "levels": LEVELS,
+        "file": file, "height": HEIGHT, "width": WIDTH, "cameras": cameras, "step": STEP, "before": BEFORE,
+        "times": TIMES_MS, "levels": LEVELS,
     }  # fmt: skip
     scores = np.full((len(WAYS), len(TIMES_MS), views), np.nan)
     found = page.evaluate(COMPARE, settings)

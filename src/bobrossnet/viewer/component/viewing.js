@@ -91,7 +91,7 @@ export class Viewing {
   async #startCompleting() {
     const [first, ...others] = NETWORKS[this.core];
     const [module, weights, uncertainty] = await Promise.all([this.#module, weightsOf(first), weightsOf("uncertainty")]);
-    this.#completing.postMessage({ kind: "start", module, weights, uncertainty }, [weights, uncertainty]);
+    this.#completing.postMessage({ kind: "start", module, name: first, weights, uncertainty }, [weights, uncertainty]);
     await Promise.all(others.map((name) => this.#add(name))); // once the first picture need not wait for them
   }
 

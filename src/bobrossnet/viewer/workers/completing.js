@@ -2,19 +2,19 @@
 /**
  * The worker that gathers samples, completes pictures and paints them.
  *
- * @typedef {{kind: "start", module: WebAssembly.Module, weights: ArrayBuffer, uncertainty: ArrayBuffer}
+ * @typedef {{kind: "start", module: WebAssembly.Module, name: Model, weights: ArrayBuffer, uncertainty: ArrayBuffer}
  *   | {kind: "network", name: Model, weights: ArrayBuffer}
  *   | {kind: "connect", tracer: MessagePort}
  *   | ({kind: "show"} & Showing)
  *   | {kind: "buffers"}} Request
- *   "start" comes once, with the network "default"; "network" brings another one, which batches may name from then on; weights,
+ *   "start" comes once, with the network that stands in for others until they come; "network" brings another one; weights,
  *   uncertainty: safetensors files; "show" paints the last picture anew; "buffers" is answered by "buffers"
  *
  * @typedef {{mode: import("../picture/paint.js").Mode, divider: number, isTransparent: boolean}} Showing
  *   what is painted; divider: 0..1 of the picture's width; isTransparent: whether it is where nothing is
  *
  * @typedef {import("./tracer.js").Batch} Batch
- * @typedef {import("./schedule.js").Model} Model the name of a network; until one has come, "default" stands in for it
+ * @typedef {import("./schedule.js").Model} Model the name of a network
  *
  * @typedef {{
  *   batch: Batch, bitmap: ImageBitmap, traced: number, completing: number, total: number,
@@ -23,8 +23,11 @@
  *   batch: the newest in it; model: the name of the network that completed it; wanted: of the one that should have; traced: how many pixels; completing:
  *   milliseconds of that network, on `backend`; total: of everything this worker did; error: mean of |first - image| of an
  *   exact picture, else NaN; expected: mean error that is expected of the image, where that is shown, else NaN
- * @typedef {{height: number, width: number, planes: Float32Array, image: Float32Array, first: Float32Array}} Buffers
- *   planes (C, height, width), a G-buffer's; image, and first, the view's first completed picture (height, width)
+ * @typedef {{
+ *   height: number, width: number, planes: Float32Array, known: Float32Array, image: Float32Array, first: Float32Array
+ * }} Buffers
+ *   planes, known: (C, height, width), G-buffers' of what was traced, and of what the image was completed from, which may also be
+ *   expected; image, and first, the view's first completed picture (height, width)
  * @typedef {{kind: "picture", picture: Picture, repainted: boolean} | {kind: "buffers", buffers: Buffers | null}
  *   | {kind: "failed", message: string}} Reply
  */
@@ -39,10 +42,10 @@ import { paint } from "../picture/paint.js";
 
 const WARM_UPS = 3;
 
-/** The network that is always there. @type {Model} */
-const DEFAULT = "default";
-
-/** @typedef {{core: Core, completers: Map<Model, Completer>, predictor: ErrorPredictor}} Parts completers: by the networks' names */
+/**
+ * @typedef {{core: Core, completers: Map<Model, Completer>, standIn: Model, predictor: ErrorPredictor}} Parts
+ *   completers: by the networks' names; standIn: the one that is always there
+ */
 /** @type {(parts: Parts) => void} */
 let start;
 /** @type {Promise<Parts>} */
@@ -66,12 +69,12 @@ let queue = Promise.resolve();
 /** @param {Reply} message @param {Transferable[]} [transfer] */
 const reply = (message, transfer = []) => postMessage(message, { transfer });
 
-/** @param {WebAssembly.Module} module @param {ArrayBuffer} weights @param {ArrayBuffer} uncertainty */
-async function begin(module, weights, uncertainty) {
+/** @param {Extract<Request, {kind: "start"}>} request */
+async function begin({ module, name, weights, uncertainty }) {
   try {
     const core = new Core(new WebAssembly.Instance(module)), completer = await completerOf(core, weights);
     const predictor = new ErrorPredictor(core, readWeights(uncertainty));
-    start({ core, completers: new Map([[DEFAULT, completer]]), predictor });
+    start({ core, completers: new Map([[name, completer]]), standIn: name, predictor });
   } catch (error) {
     fail(error);
   }
@@ -92,13 +95,13 @@ const shown = ({ gbuffer, expected }) => expected ?? gbuffer;
 /** @param {import("./tracer.js").Samples} part @param {MessagePort} tracer that sent it */
 async function gather({ batch, isColored, count, pixels, samples, expected }, tracer) {
   if (view && batch.id < view.batch.id) return;
-  const { core, completers } = await starting;
+  const { core, completers, standIn } = await starting;
   const begun = performance.now(), { height, width } = batch;
   const layout = isColored ? COLORED : GBUFFER;
   if (view?.gbuffer.height !== height || view.gbuffer.width !== width || view.gbuffer.layout !== layout) {
     view?.gbuffer.free(), view?.expected?.free(), view?.coverage?.free();
     const gbuffer = new GBuffer(core, height, width, layout);
-    view = { batch, gbuffer, expected: null, model: DEFAULT, completed: false, first: new Float32Array(height * width) };
+    view = { batch, gbuffer, expected: null, model: standIn, completed: false, first: new Float32Array(height * width) };
   } else if (view.batch.view !== batch.view) {
     view.gbuffer.clear();
     view.completed = false;
@@ -118,7 +121,7 @@ async function gather({ batch, isColored, count, pixels, samples, expected }, tr
   }
 
   const { traced } = view.gbuffer, wanted = shown(view).traced < DENSE * height * width ? batch.sparse : "filling";
-  view.model = completers.has(wanted) ? wanted : DEFAULT;
+  view.model = completers.has(wanted) ? wanted : standIn;
   const completer = /** @type {Completer} */ (completers.get(view.model));
   const completing = performance.now();
   const image = await completer.complete(shown(view));
@@ -175,8 +178,8 @@ async function answer(request) {
     reply({ kind: "picture", picture, repainted: true }, [picture.bitmap]);
   } else {
     if (!view?.completed) return reply({ kind: "buffers", buffers: null });
-    const { height, width, planes } = view.gbuffer, { image } = shown(view);
-    reply({ kind: "buffers", buffers: { height, width, planes: planes.slice(), image: image.slice(), first: view.first } });
+    const { height, width, planes } = view.gbuffer, { planes: known, image } = shown(view), { first } = view;
+    reply({ kind: "buffers", buffers: { height, width, planes: planes.slice(), known: known.slice(), image: image.slice(), first } });
   }
 }
 
@@ -190,6 +193,6 @@ function inTurn(handle) {
 
 /** @param {MessageEvent<Request>} event */
 onmessage = ({ data }) => {
-  if (data.kind === "start") begin(data.module, data.weights, data.uncertainty);
+  if (data.kind === "start") begin(data);
   else inTurn(() => answer(data));
 };

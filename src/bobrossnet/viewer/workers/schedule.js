@@ -151,8 +151,8 @@ export class Schedule {
 
   /** Milliseconds that completing takes. @param {Model} model @param {Size} size */
   #completing(model, { height, width }) {
-    const pixelMs = this.#pixelMs[model] ?? (this.#pixelMs.default ?? UNMEASURED_MS) * MODELS[model];
-    return pixelMs * height * width;
+    const measured = Object.entries(this.#pixelMs).map(([other, ms]) => ms / MODELS[/** @type {Model} */ (other)]);
+    return (this.#pixelMs[model] ?? Math.max(UNMEASURED_MS, ...measured) * MODELS[model]) * height * width;
   }
 
   /** Milliseconds between two moving pictures in which one thread can trace. */
