@@ -14,9 +14,9 @@ TAPS = ((-1, 0), (-1, 1), (0, -1), (0, 0), (0, 1), (0, 2), (1, -1), (1, 0), (1, 
 def edge_directed(small: F32, height: int, width: int) -> F32:
     """Enlarge a picture, (h, w), by a windowed kernel of 12 taps that is stretched along the edge at each place.
 
-    As AMD's FidelityFX Super Resolution 1.0 does it (SIGGRAPH 2021): the edge's direction is that of the gradients at the
-    four nearest pixels, blended; the clearer it is, the longer the kernel along it and the sharper its window; what comes
-    out stays within the range of the four.
+    As AMD's FidelityFX Super Resolution 1.0 does it (2021): the edge's direction is that of the gradients at the
+    four nearest pixels, blended; the clearer it is, the longer the kernel along it and the sharper its window; what
+    comes out stays within the range of the four.
     """
     rows = (np.arange(height) + 0.5) * small.shape[0] / height - 0.5
     columns = (np.arange(width) + 0.5) * small.shape[1] / width - 0.5
