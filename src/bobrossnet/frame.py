@@ -9,12 +9,15 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.completion.guided import complete_guided
 from bobrossnet.completion.network import Network, complete, completed_color
 from bobrossnet.completion.uncertainty import mean_error
+from bobrossnet.errors import check_integer
 from bobrossnet.picture.channels import GIVEN, Layout
-from bobrossnet.picture.gbuffer import GBuffer, scatter, untraced_planes
-from bobrossnet.picture.order import Size
-from bobrossnet.tracing.trace import Tracer, check_samples
+from bobrossnet.picture.gbuffer import GBuffer, Guides, Samples, scatter, untraced_planes
+from bobrossnet.picture.order import MAX_PIXELS, Size
+from bobrossnet.picture.transfer import transfer_of
+from bobrossnet.tracing.trace import SceneTracer, Tracer, check_samples
 
 MIN_TRACING = 0.25
 """Least time for tracing in a frame, as a share of the time for completing, so that every budget makes progress."""
@@ -25,7 +28,7 @@ class Frame:
     """One step of a converging picture."""
 
     image: NDArray[np.float32]
-    """(H, W) in 0..1: traced pixels as traced, the others completed."""
+    """(H, W): traced pixels as traced, the others completed; in 0..1 unless more was traced."""
     gbuffer: GBuffer
     """Everything traced so far."""
     fraction: float
@@ -36,10 +39,14 @@ class Frame:
     """What completed it."""
     shown: GBuffer = field(repr=False, compare=False)
     """What the image was completed from: everything traced so far, and what earlier cameras' samples let expect."""
+    is_guided: bool = field(default=False, repr=False, compare=False)
+    """Whether guides completed it, rather than the network."""
 
     @property
     def color(self) -> NDArray[np.float32]:
-        """(H, W, 3), linear RGB in 0..1, completed along with the image. Each use computes it anew."""
+        """(H, W, 3), linear RGB in the image's range, completed along with the image. Each use computes it anew."""
+        if self.is_guided:
+            return complete_guided(self.shown, "color")
         return completed_color(self.shown, None if self.shown.mask.all() else self.image)
 
     @property
@@ -73,6 +80,8 @@ class PartialPicture:
         Learns what tracing and completing cost.
     expected : (C, H, W) float32 of the layout, optional
         What to show where nothing was traced yet and its mask is 1. What is traced is written over it.
+    guides : Guides, optional
+        What is known of all pixels, along which the picture is completed instead.
     """
 
     def __init__(
@@ -84,14 +93,19 @@ class PartialPicture:
         network: Network,
         pace: Pace,
         expected: NDArray[np.float32] | None = None,
+        guides: Guides | None = None,
     ) -> None:
         self.tracer, self.sequence, self.network, self.pace = tracer, sequence, network, pace
         self.expected = expected
+        self.guides = guides
         self.layout, self._by_samples = layout or GIVEN, layout is None
         self.planes = untraced_planes(size, self.layout)
         self.total = size[0] * size[1]
         self.traced = 0
         self.finished = False
+        # The core's tracer finds what displays show, and takes any number of pixels.
+        self.is_display_referred = isinstance(tracer, SceneTracer)
+        self.sizes = None if self.is_display_referred else CallSizes(getattr(tracer, "batch", None))
 
     @property
     def left(self) -> int:
@@ -99,8 +113,12 @@ class PartialPicture:
 
     def trace(self, count: int) -> int:
         """Call the tracer once, with as many pixels or as many as are decided; return how many those were."""
-        pixels = self.sequence.next(min(count, self.left), self.planes, self.layout)
-        samples = check_samples(self.tracer(pixels), len(pixels))
+        called = time.perf_counter()
+        pixels = self.sequence.next(min(count, self.left), self._displayed(), self.layout)
+        asked = pixels if self.sizes is None else self.sizes.padded(pixels)
+        samples = check_samples(self.tracer(asked), len(asked))
+        if len(asked) > len(pixels):
+            samples = Samples.from_values(samples.values[: len(pixels)], samples.layout)
         if self._by_samples and self.traced == 0 and samples.layout != self.layout:
             self.layout = samples.layout
             self.planes = untraced_planes((self.planes.shape[1], self.planes.shape[2]), self.layout)
@@ -108,7 +126,13 @@ class PartialPicture:
         if self.expected is not None:
             scatter(samples, pixels, self.expected, self.layout)
         self.traced += len(pixels)
+        self.pace.measured(len(asked), time.perf_counter() - called)
         return len(pixels)
+
+    def _displayed(self) -> NDArray[np.float32]:
+        """What was traced, in the ranges in which the orders of pixels look at it."""
+        transfer = None if self.is_display_referred else transfer_of(self.planes, self.layout)
+        return self.planes if transfer is None else transfer.planes(self.planes, self.layout)
 
     def warm_up(self, until: float = 0) -> None:
         """Complete it before anyone waits: the first run also allocates memory."""
@@ -138,8 +162,9 @@ class PartialPicture:
     def _trace_share(self, count: int) -> None:
         """Trace so many pixels, or all that are left."""
         until = min(self.traced + count, self.total)
+        batch = None if self.sizes is None else self.sizes.batch
         while self.traced < until:
-            self.trace(until - self.traced)
+            self.trace(batch or until - self.traced)
 
     def _trace_for(self, start: float, budget: float) -> None:
         """Trace as many pixels as leave time to complete the picture."""
@@ -150,25 +175,61 @@ class PartialPicture:
             called = time.perf_counter()
             remaining = deadline - called
             last_call = remaining < 0.15 * budget
-            wanted = min(self.left, self.pace.pixels_in(remaining if last_call else remaining / 2))
+            wanted = self._call(self.pace.pixels_in(remaining if last_call else remaining / 2))
             if wanted == 0:
                 if self.traced > traced_before:
                     break
-                wanted = min(self.left, self.pace.worthwhile())
+                wanted = self._call(self.pace.worthwhile(), at_least=True)
             count = self.trace(wanted)
-            self.pace.measured(count, time.perf_counter() - called)
             if last_call and count == wanted:
                 break
 
+    def _call(self, count: int, at_least: bool = False) -> int:
+        """How many pixels a call is to have that has time for so many: as many or fewer, but a call's own number at
+        least where there has to be one."""
+        return min(self.left, count if self.sizes is None else self.sizes.within(count, at_least))
+
     def _frame(self, start: float, until: float) -> Frame:
         traced = time.perf_counter()
-        gbuffer = GBuffer.from_stack(self.planes.copy(), self.layout)
-        shown = gbuffer if self.expected is None else GBuffer.from_stack(self.expected.copy(), self.layout)
-        image = complete(shown, model=self.network)
+        gbuffer = self._gbuffer(self.planes)
+        shown = gbuffer if self.expected is None else self._gbuffer(self.expected)
+        is_guided = self.guides is not None
+        image = complete_guided(shown, "gray") if is_guided else complete(shown, model=self.network)
         self.finished = self.left == 0 or (until > 0 and mean_error(gbuffer, self.network) <= until)
         now = time.perf_counter()
         self.pace.completed = [*self.pace.completed[-7:], now - traced]
-        return Frame(image, gbuffer, self.traced / self.total, now - start, self.network, shown)
+        return Frame(image, gbuffer, self.traced / self.total, now - start, self.network, shown, is_guided)
+
+    def _gbuffer(self, planes: NDArray[np.float32]) -> GBuffer:
+        return GBuffer.from_stack(planes.copy(), self.layout, self.guides, self.is_display_referred)
+
+
+class CallSizes:
+    """With how many pixels other people's tracers are called: few different numbers, as some compile for each anew.
+
+    Parameters
+    ----------
+    batch : int above 0, optional
+        The tracer's own number; otherwise powers of two and those in the middle between them, as far as the order of
+        pixels lets it.
+    """
+
+    def __init__(self, batch: object) -> None:
+        self.batch = None if batch is None else check_integer("tracer.batch", batch, 1, MAX_PIXELS)
+
+    def within(self, count: int, at_least: bool) -> int:
+        """The largest of these up to `count`, or else 0, or if `at_least` the smallest."""
+        if self.batch is not None:
+            return self.batch if at_least or count >= self.batch else 0
+        if count < 2:
+            return 1 if at_least else count
+        power = 1 << (count.bit_length() - 1)
+        return power + power // 2 if count >= power + power // 2 else power
+
+    def padded(self, pixels: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Pixels, (n, 2), to a whole batch: the last one is asked for again."""
+        missing = 0 if self.batch is None else -len(pixels) % self.batch
+        return np.concatenate([pixels, np.repeat(pixels[-1:], missing, axis=0)]) if missing else pixels
 
 
 class Pace:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.completion.network import NetworkLike, check_gbuffer, load_network
+from bobrossnet.completion.network import NetworkLike, check_gbuffer, displayed, load_network
 from bobrossnet.completion.weights import UNCERTAINTY, read_weights
 from bobrossnet.picture.gbuffer import GBuffer
 
@@ -31,7 +31,9 @@ def uncertainty(gbuffer: GBuffer, *, model: NetworkLike = "default") -> NDArray[
     Returns
     -------
     (H, W) float32 in 0..1
-        The expected absolute error of `complete(gbuffer, model=model)`, in gray; 0 where pixels were traced.
+        The expected absolute error of `complete(gbuffer, model=model)`, in gray; 0 where pixels were traced. Of
+        pictures of any range, that of gray as `GBuffer.transfer` encodes it; of those with guides, as if these were
+        not known.
 
     Raises
     ------
@@ -47,6 +49,7 @@ def uncertainty(gbuffer: GBuffer, *, model: NetworkLike = "default") -> NDArray[
     True
     """
     check_gbuffer(gbuffer)
+    gbuffer = displayed(gbuffer)
     predicted = load_network(model).predict(gbuffer)
     error = np.empty(gbuffer.size, np.float32)
     _predictor()(gbuffer.layout.core, gbuffer.planes, predicted[None], error[None])
