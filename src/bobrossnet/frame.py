@@ -9,14 +9,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.completion.guided import complete_guided
-from bobrossnet.completion.network import Network, complete, completed_color
+from bobrossnet.completion.guided import complete_guided, shown_to_orders
+from bobrossnet.completion.network import Network, complete, completed_color, displayed
 from bobrossnet.completion.uncertainty import mean_error
 from bobrossnet.errors import check_integer
 from bobrossnet.picture.channels import GIVEN, Layout
 from bobrossnet.picture.gbuffer import GBuffer, Guides, Samples, scatter, untraced_planes
 from bobrossnet.picture.order import MAX_PIXELS, Size
-from bobrossnet.picture.transfer import transfer_of
 from bobrossnet.tracing.trace import SceneTracer, Tracer, check_samples
 
 MIN_TRACING = 0.25
@@ -58,6 +57,10 @@ class Frame:
 
 class Sequence(Protocol):
     """Which pixels are traced next."""
+
+    @property
+    def looks(self) -> bool:
+        """As `PixelSequence.looks`."""
 
     def next(self, count: int, planes: NDArray[np.float32], layout: Layout) -> NDArray[np.int32]:
         """As `PixelSequence.next`."""
@@ -114,7 +117,8 @@ class PartialPicture:
     def trace(self, count: int) -> int:
         """Call the tracer once, with as many pixels or as many as are decided; return how many those were."""
         called = time.perf_counter()
-        pixels = self.sequence.next(min(count, self.left), self._displayed(), self.layout)
+        shown = self._displayed()
+        pixels = self.sequence.next(min(count, self.left), shown.planes, shown.layout)
         asked = pixels if self.sizes is None else self.sizes.padded(pixels)
         samples = check_samples(self.tracer(asked), len(asked))
         if len(asked) > len(pixels):
@@ -129,10 +133,12 @@ class PartialPicture:
         self.pace.measured(len(asked), time.perf_counter() - called)
         return len(pixels)
 
-    def _displayed(self) -> NDArray[np.float32]:
-        """What was traced, in the ranges in which the orders of pixels look at it."""
-        transfer = None if self.is_display_referred else transfer_of(self.planes, self.layout)
-        return self.planes if transfer is None else transfer.planes(self.planes, self.layout)
+    def _displayed(self) -> GBuffer:
+        """What was traced, as the orders of pixels are to look at it."""
+        traced = GBuffer.from_stack(self.planes.view(), self.layout, self.guides, self.is_display_referred)
+        if not self.sequence.looks:
+            return traced
+        return displayed(traced) if self.guides is None else shown_to_orders(traced)
 
     def warm_up(self, until: float = 0) -> None:
         """Complete it before anyone waits: the first run also allocates memory."""

@@ -181,6 +181,8 @@ class _Seen(NamedTuple):
 class _Refreshing:
     """The `Sequence` of a picture of which something is expected, (C, H, W), with what was traced over it."""
 
+    looks = True
+
     def __init__(self, seed: int, picture: NDArray[np.float32], off_center: NDArray[np.float32]) -> None:
         self._order = _core.RefreshOrder(seed, *off_center.shape)
         self._picture, self._off_center = picture, off_center

@@ -7,7 +7,12 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.color import luminance
+from bobrossnet.picture.channels import GIVEN
 from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.picture.transfer import transfer_of
+
+LEAST_ALBEDO = np.float32(0.02)
+"""By less than this light is not divided, as in core/completion/guided.cpp."""
 
 
 def complete_guided(gbuffer: GBuffer, channel: str) -> NDArray[np.float32]:
@@ -33,3 +38,16 @@ def complete_guided(gbuffer: GBuffer, channel: str) -> NDArray[np.float32]:
     gray = luminance(np.moveaxis(output, 0, -1))
     exact = (gbuffer.mask > 0) & (gbuffer.channel("variance") == 0)
     return np.where(exact, gbuffer.gray, gray)
+
+
+def shown_to_orders(gbuffer: GBuffer) -> GBuffer:
+    """What pixel orders are to go by where guides are known: the light that is completed, and not what it falls on.
+
+    Beside light the guides' normals, along which it bends. Where albedo or coverage ends, the guides tell.
+    """
+    assert gbuffer.guides is not None
+    mask, albedo = gbuffer.mask, gbuffer.guides.albedo
+    light = np.where(mask > 0, gbuffer.gray / np.maximum(luminance(albedo), LEAST_ALBEDO), 0)
+    planes = np.stack([mask, light, 0.5 * mask, *np.moveaxis(gbuffer.guides.normal * mask[..., None], -1, 0)])
+    transfer = transfer_of(planes, GIVEN)
+    return GBuffer.from_stack(planes if transfer is None else transfer.planes(planes, GIVEN))
