@@ -211,3 +211,46 @@ def test_wrong_attributes_are_named(changed, message):
     with pytest.raises(bob.InputError) as error:
         bob.progressive(tracer=tracer, size=SIZE)
     assert str(error.value).startswith(message)
+
+
+def drawn(pixels, rng, deviation=0.2):
+    """The ramp, each time with other noise, and its variance as it is known from a few paths."""
+    noise = deviation * rng.standard_normal(len(pixels))
+    variance = deviation**2 * rng.chisquare(15, len(pixels)) / 15
+    return bob.Samples(color=np.maximum(1 + ramp(pixels) + noise[:, None], 0), variance=variance)
+
+
+@pytest.mark.parametrize("pace", [{"fraction": 0.5}, {"frame_ms": 2}])
+def test_noise_falls_until_the_error_is_as_asked(pace):
+    rng = np.random.default_rng(0)
+    until = 0.005
+    frames = list(bob.progressive(tracer=lambda pixels: drawn(pixels, rng), size=SIZE, until=until, **pace))
+    last = frames[-1].gbuffer
+    truth = 1 + ramp(EVERYWHERE).reshape(H, W, 3)
+    luminance = np.array([0.2126, 0.7152, 0.0722])
+    assert all(frame.error > until for frame in frames[:-1])
+    assert frames[-1].error <= until
+    # Errors are after the transfer, as the picture is brighter than 1.
+    error = np.abs(last.transfer.encode(last.gray) - last.transfer.encode(truth @ luminance)).mean()
+    assert error == pytest.approx(frames[-1].error, rel=0.15)
+    assert [frame.fraction for frame in frames if frame.fraction < 1] == sorted({f.fraction for f in frames} - {1})
+    assert sum(frame.fraction == 1 for frame in frames) > 3
+    # Means of independent samples: their variance is as it says.
+    normal = (last.gray - truth @ luminance) / np.sqrt(last.channel("variance"))
+    assert normal.std() == pytest.approx(1, abs=0.1)
+
+
+def test_without_noise_or_an_error_each_pixel_is_traced_once():
+    rng = np.random.default_rng(0)
+    asked = []
+
+    def tracer(pixels):
+        asked.extend(map(tuple, pixels))
+        return drawn(pixels, rng)
+
+    *_, last = bob.progressive(tracer=tracer, size=SIZE, fraction=0.3)
+    assert last.fraction == 1
+    assert len(asked) == len(set(asked)) == H * W
+    exact = lambda pixels: bob.Samples(color=ramp(pixels))  # noqa: E731
+    *_, last = bob.progressive(tracer=exact, size=SIZE, fraction=0.3, until=1e-9)
+    assert last.fraction == 1

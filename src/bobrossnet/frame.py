@@ -105,6 +105,8 @@ class PartialPicture:
         self.planes = untraced_planes(size, self.layout)
         self.total = size[0] * size[1]
         self.traced = 0
+        self._again = False
+        self._passes: NDArray[np.int32] | None = None  # how often each pixel was traced, once that is not the same
         self.finished = False
         # The core's tracer finds what displays show, and takes any number of pixels.
         self.is_display_referred = isinstance(tracer, SceneTracer)
@@ -114,11 +116,20 @@ class PartialPicture:
     def left(self) -> int:
         return self.total - self.traced
 
+    @property
+    def _open(self) -> int:
+        """How many pixels may be asked for: those that are left, and then, if noise is to fall, all of them again."""
+        return self.left or (self.total if self._again and "variance" in self.layout.places else 0)
+
     def trace(self, count: int) -> int:
         """Call the tracer once, with as many pixels or as many as are decided; return how many those were."""
         called = time.perf_counter()
-        shown = self._displayed()
-        pixels = self.sequence.next(min(count, self.left), shown.planes, shown.layout)
+        is_first = self.left > 0
+        if is_first:
+            shown = self._displayed()
+            pixels = self.sequence.next(min(count, self.left), shown.planes, shown.layout)
+        else:
+            pixels = self._noisiest(min(count, self.total))
         asked = pixels if self.sizes is None else self.sizes.padded(pixels)
         samples = check_samples(self.tracer(asked), len(asked))
         if len(asked) > len(pixels):
@@ -126,12 +137,38 @@ class PartialPicture:
         if self._by_samples and self.traced == 0 and samples.layout != self.layout:
             self.layout = samples.layout
             self.planes = untraced_planes((self.planes.shape[1], self.planes.shape[2]), self.layout)
+        if is_first:
+            self.traced += len(pixels)
+        else:
+            samples = self._averaged(samples, pixels)
         scatter(samples, pixels, self.planes, self.layout)
         if self.expected is not None:
             scatter(samples, pixels, self.expected, self.layout)
-        self.traced += len(pixels)
         self.pace.measured(len(asked), time.perf_counter() - called)
         return len(pixels)
+
+    def _noisiest(self, count: int) -> NDArray[np.int32]:
+        """The pixels of the largest variance, (count, 2)."""
+        variance = self.planes[self.layout.places["variance"]].ravel()
+        chosen = np.argpartition(variance, -count)[-count:]
+        return np.stack(np.unravel_index(chosen, self.planes.shape[1:]), axis=-1).astype(np.int32)
+
+    def _averaged(self, samples: Samples, pixels: NDArray[np.int32]) -> Samples:
+        """The means of what was found at pixels before and of one more sample of each."""
+        row, column = pixels.T
+        if self._passes is None:
+            self._passes = np.ones(self.planes.shape[1:], np.int32)
+        passes = self._passes[row, column][:, None]
+        values = samples.in_layout(self.layout)
+        for name in ("gray", "color", "variance"):
+            if name in self.layout.places:
+                before = self.planes[self.layout.places[name], row, column].T
+                # Variances are of means: of the sum of independent ones, by its count squared.
+                weights = (passes, 1) if name != "variance" else (passes**2 / (passes + 1), 1 / (passes + 1))
+                place = self.layout.places[name]
+                values[:, place] = (weights[0] * before + weights[1] * values[:, place]) / (passes + 1)
+        self._passes[row, column] += 1
+        return Samples.from_values(values, self.layout)
 
     def _displayed(self) -> GBuffer:
         """What was traced, as the orders of pixels are to look at it."""
@@ -159,6 +196,7 @@ class PartialPicture:
         until : float
             The picture is `finished` with all pixels, or where the expected error is at most this.
         """
+        self._again = until > 0
         if count is None:
             self._trace_for(start, budget)
         else:
@@ -167,33 +205,33 @@ class PartialPicture:
 
     def _trace_share(self, count: int) -> None:
         """Trace so many pixels, or all that are left."""
-        until = min(self.traced + count, self.total)
         batch = None if self.sizes is None else self.sizes.batch
-        while self.traced < until:
-            self.trace(batch or until - self.traced)
+        while count > 0 and self._open:
+            count -= self.trace(batch or min(count, self._open))
 
     def _trace_for(self, start: float, budget: float) -> None:
         """Trace as many pixels as leave time to complete the picture."""
         to_complete = self.pace.to_complete
         deadline = start + max(budget - to_complete, MIN_TRACING * to_complete)
-        traced_before = self.traced
-        while self.left:
+        done = 0
+        while self._open:
             called = time.perf_counter()
             remaining = deadline - called
             last_call = remaining < 0.15 * budget
             wanted = self._call(self.pace.pixels_in(remaining if last_call else remaining / 2))
             if wanted == 0:
-                if self.traced > traced_before:
+                if done:
                     break
                 wanted = self._call(self.pace.worthwhile(), at_least=True)
             count = self.trace(wanted)
+            done += count
             if last_call and count == wanted:
                 break
 
     def _call(self, count: int, at_least: bool = False) -> int:
         """How many pixels a call is to have that has time for so many: as many or fewer, but a call's own number at
         least where there has to be one."""
-        return min(self.left, count if self.sizes is None else self.sizes.within(count, at_least))
+        return min(self._open, count if self.sizes is None else self.sizes.within(count, at_least))
 
     def _frame(self, start: float, until: float) -> Frame:
         traced = time.perf_counter()
@@ -201,7 +239,7 @@ class PartialPicture:
         shown = gbuffer if self.expected is None else self._gbuffer(self.expected)
         is_guided = self.guides is not None
         image = complete_guided(shown, "gray") if is_guided else complete(shown, model=self.network)
-        self.finished = self.left == 0 or (until > 0 and mean_error(gbuffer, self.network) <= until)
+        self.finished = self._open == 0 or (until > 0 and mean_error(gbuffer, self.network) <= until)
         now = time.perf_counter()
         self.pace.completed = [*self.pace.completed[-7:], now - traced]
         return Frame(image, gbuffer, self.traced / self.total, now - start, self.network, shown, is_guided)

@@ -56,7 +56,8 @@ def progressive(
     first : float in (0, 1], optional
         Share of the image that the first frame traces, whatever time it takes: before that there is little to see.
     until : float, at least 0
-        End with the first frame whose `error` is at most this.
+        End with the first frame whose `error` is at most this. If a tracer's samples have a variance, pixels are traced
+        again after the last one, those of the largest variance first, until it is.
     order, seed
         In which order the pixels are traced, as in `trace`.
     model : str or path
@@ -65,7 +66,8 @@ def progressive(
     Yields
     ------
     Frame
-        The last one has every pixel traced, and its image is exactly what was traced, unless `until` ends it before.
+        The last one has every pixel traced, and its image is exactly what was traced, unless `until` ends it before, or
+        samples have a variance.
 
     Raises
     ------

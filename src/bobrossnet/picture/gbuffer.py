@@ -464,6 +464,11 @@ class Samples(Channels):
         samples.layout, samples.values = layout, values
         return samples
 
+    def in_layout(self, layout: Layout) -> F32:
+        """A copy of the values, (n, C) of another layout whose channels they have."""
+        columns = [self.values[:, :1] if name == "mask" else self.channel(name) for name in layout.places]
+        return np.concatenate([column.reshape(len(self), -1) for column in columns], axis=1)
+
     @property
     def hit(self) -> NDArray[np.bool_]:
         hit: NDArray[np.bool_] = self.values[:, 0] != 0
@@ -497,10 +502,7 @@ def untraced_planes(size: Size, layout: Layout) -> F32:
 def scatter(samples: Samples, pixels: NDArray[np.int32], planes: F32, layout: Layout) -> None:
     """Write samples to their pixels, (n, 2) rows and columns, in `planes`, (C, H, W) of a layout whose channels the
     samples have."""
-    values = samples.values
-    if samples.layout != layout:
-        columns = [values[:, :1] if name == "mask" else samples.channel(name) for name in layout.places]
-        values = np.concatenate([column.reshape(len(values), -1) for column in columns], axis=1)
+    values = samples.values if samples.layout == layout else samples.in_layout(layout)
     _core.scatter(layout.core, pixels, values, planes)
 
 

@@ -52,6 +52,12 @@ class Transfer(NamedTuple):
         decoded: F32 = np.expm1(values * np.float32(self._range)) * np.float32(self.middle)
         return decoded
 
+    def slope(self, values: F32) -> F32 | float:
+        """By how much more or less differences from these values count once they are encoded."""
+        if self.middle is None:
+            return 1.0
+        return np.float32(1 / self._range) / (values + np.float32(self.middle))
+
     @property
     def _range(self) -> float:
         assert self.middle is not None
