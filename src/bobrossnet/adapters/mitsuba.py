@@ -26,8 +26,9 @@ F32 = NDArray[np.float32]
 PATHS_PER_CALL = 2**15
 """About so many light paths at once: of fewer, Dr.Jit's kernels are not worth their start; of more, frames are late."""
 
-GUIDE_RAYS = 4
-"""Of each pixel, whose mean the guides are: so they are as smooth along edges as the picture is."""
+GUIDE_RAYS = 3
+"""So many by so many, evenly spread over each pixel. Guides are their mean, and so as smooth along edges as the picture
+is: SSIM at 5 % of the pixels is 0.973, 0.976 and 0.978 with 2, 3 and 4 where there are most edges; 4 at random, 0.967."""
 
 OLDEST_LLVM = 17
 """With 14 to 16, Dr.Jit 1.5 ends the process as it compiles."""
@@ -82,8 +83,8 @@ class MitsubaTracer:
 
     def __call__(self, pixels: NDArray[np.int32]) -> Samples:
         """Trace `samples_per_pixel` paths of each pixel, others each time."""
-        color = self._gather(pixels, self.samples_per_pixel, self._light)  # (n, spp, 3)
         n = self.samples_per_pixel
+        color = self._gather(pixels, np.zeros((n, 2)), self._light)  # (n, spp, 3)
         mean = np.maximum(color.mean(axis=1), 0)  # spectra may be more saturated than the primaries
         variance = color.var(axis=1, ddof=1) / n if n > 1 else None
         guides, (row, column) = self.guides(), pixels.T
@@ -95,7 +96,8 @@ class MitsubaTracer:
         """First hits of all pixels, means of a few rays: distances, normals, and albedos, 1 of what is not diffuse."""
         if self._guides is None:
             pixels = np.argwhere(np.ones(self.size)).astype(np.int32)
-            found = self._gather(pixels, GUIDE_RAYS, self._first_hit)
+            inside = (np.argwhere(np.ones((GUIDE_RAYS, GUIDE_RAYS))) + 0.5) / GUIDE_RAYS
+            found = self._gather(pixels, inside, self._first_hit)
             hits, distance, normal, toward, albedo = np.split(found, np.cumsum([1, 1, 3, 3]), axis=-1)
             share, hit_rays = hits.mean(axis=1), np.maximum(hits.sum(axis=1), 1)
             depth = np.where(hits > 0, distance, 0).sum(axis=1) / hit_rays
@@ -109,12 +111,13 @@ class MitsubaTracer:
             )
         return self._guides
 
-    def _gather(self, pixels: NDArray[np.int32], count: int, along: Callable[..., Sequence[Any]]) -> F32:
-        """What is found along `count` rays of each pixel, (n, count, numbers)."""
+    def _gather(self, pixels: NDArray[np.int32], inside: NDArray[Any], along: Callable[..., Sequence[Any]]) -> F32:
+        """What is found from each of the places, (count, 2) rows and columns, inside of each pixel:
+        (n, count, numbers)."""
         mi = _mitsuba()
         self._calls += 1
         seed = (self._seed + 0x9E3779B9 * self._calls) % 2**32
-        x, y = np.repeat(pixels.astype(np.float32)[:, ::-1], count, axis=0).T
+        y, x = (pixels[:, None] + inside.astype(np.float32)).reshape(-1, 2).astype(np.float32).T
         if mi.variant().startswith("scalar"):
             self._sampler.seed(seed)
             rows = [along(mi, float(column), float(row)) for column, row in zip(x, y, strict=True)]
@@ -124,20 +127,20 @@ class MitsubaTracer:
             columns = along(mi, mi.Float(np.ascontiguousarray(x)), mi.Float(np.ascontiguousarray(y)))
             arrays = [np.broadcast_to(np.array(column, np.float32).ravel(), len(x)) for column in columns]
             found = np.stack(arrays, axis=-1)
-        return found.reshape(len(pixels), count, -1)
+        return found.reshape(len(pixels), len(inside), -1)
 
     def _ray(self, mi: Any, x: Any, y: Any) -> tuple[Any, Any]:
-        """A ray through a place that the sampler chooses within a pixel, and what its light counts."""
+        """A ray through a place in the picture, in pixels, and what its light counts."""
         height, width = self.size
-        within, aperture = self._sampler.next_2d(), self._sampler.next_2d()
         time = self._sensor.shutter_open() + self._sensor.shutter_open_time() * self._sampler.next_1d()
-        place = mi.Point2f((x + within.x) / width, (y + within.y) / height)
-        ray, weight = self._sensor.sample_ray_differential(time, self._sampler.next_1d(), place, aperture)
+        color, aperture = self._sampler.next_1d(), self._sampler.next_2d()
+        ray, weight = self._sensor.sample_ray_differential(time, color, mi.Point2f(x / width, y / height), aperture)
         return ray, weight
 
     def _light(self, mi: Any, x: Any, y: Any) -> Sequence[Any]:
-        """Red, green and blue of one path."""
-        ray, weight = self._ray(mi, x, y)
+        """Red, green and blue of one path through a pixel."""
+        inside = self._sampler.next_2d()
+        ray, weight = self._ray(mi, x + inside.x, y + inside.y)
         light, *_ = self._integrator.sample(self._scene, self._sampler, ray, None, True)
         light = mi.unpolarized_spectrum(light * weight)
         if mi.is_spectral:
