@@ -3,9 +3,11 @@
     pip install '.[mitsuba]'
     python examples/mitsuba_preview.py
 
-writes a picture after each tenth of a second, the first complete from 5 % of the pixels; and mitsuba.png, which shows
+writes a picture four times a second, the first complete from 5 % of the pixels; and mitsuba.png, which shows
 the first beside what was traced for it, and beside the last. Without LLVM, MITSUBA_VARIANT=scalar_rgb takes longer.
 """
+
+from __future__ import annotations
 
 import os
 
@@ -32,9 +34,9 @@ def cornell_box() -> mi.Scene:
 
 def main() -> None:
     mi.set_variant(os.environ.get("MITSUBA_VARIANT", "llvm_ad_rgb"))
-    tracer = mitsuba.tracer(cornell_box(), spp=64)
+    tracer = mitsuba.tracer(cornell_box(), spp=32)
     first = None
-    for number, frame in enumerate(bob.progressive(tracer=tracer, first=0.05, frame_ms=100)):
+    for number, frame in enumerate(bob.progressive(tracer=tracer, first=0.05, frame_ms=250)):
         first = first or frame
         name = f"cornell-{number:02}.png"
         write_picture(name, color_to_8_bit(frame.color))
