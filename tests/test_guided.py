@@ -51,6 +51,18 @@ def test_guided_light_of_gray_tracers(tree):
     assert (bob.complete(part, "guided", channel="color") == bob.complete(part, "guided")[..., None]).all()
 
 
+def test_the_core_knows_the_first_surfaces_as_well(tree):
+    part = bob.trace(tree, size=(96, 128), fraction=0.05, guides=True)
+    full = bob.trace(tree, size=(96, 128))
+    assert np.array_equal(part.guides.hit, full.alpha)
+    assert np.array_equal(part.guides.depth, full.depth)
+    assert np.array_equal(part.guides.normal, full.normal)
+    assert (part.guides.albedo == 1).all()
+    assert bob.GBuffer.from_stack(part.planes.copy()) == bob.trace(tree, size=(96, 128), fraction=0.05)
+    error = np.abs(bob.complete(part) - full.gray).mean()
+    assert error < 0.5 * np.abs(bob.complete(full.sample(0.05)) - full.gray).mean()
+
+
 @pytest.mark.parametrize("size", [(1, 1), (1, 9), (7, 1), (5, 6), (33, 17), (40, 50)])
 @pytest.mark.parametrize("count", [0, 1, 3, 20])
 @pytest.mark.parametrize("light", [1e-4, 3, 1e4])
