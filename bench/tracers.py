@@ -1,7 +1,8 @@
 """Other people's tracers: sparse pixels completed along guides, beside lower resolutions and fewer paths denoised, in
 four scenes of Mitsuba's, in perspective and orthographic.
 
-Needs the extra `mitsuba`, LLVM (DRJIT_LIBLLVM_PATH), and from PyPI `pyoidn`. Prints docs/tracers.md's tables.
+Needs the extra `mitsuba`, LLVM (DRJIT_LIBLLVM_PATH), and from PyPI `pyoidn`. Prints docs/tracers.md's tables: `exact` those
+without noise, `noise` the other, by default both.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,6 +27,7 @@ from bobrossnet.color import to_srgb
 
 F32 = NDArray[np.float32]
 
+PICTURE = f"{SIZE[1]}x{SIZE[0]}"
 SPP = 16
 TRUTH = 512
 """Paths of each pixel, which are then denoised: what is left of noise is far below all that is compared."""
@@ -95,11 +98,9 @@ class View:
         """Sparse pixels along guides, or without them."""
         tracer = Exact(self.truth, self.guides) if guided else WithoutGuides(self.truth, self.guides)
         frame = next(bob.progressive(tracer=tracer, first=fraction))
-        color = frame.color
         start = time.perf_counter()
-        frame.color  # noqa: B018  what it takes to complete it
-        seconds = time.perf_counter() - start
-        return Result(*self.score(color), seconds, fraction)
+        color = bob.complete(frame.gbuffer, channel="color")
+        return Result(*self.score(color), time.perf_counter() - start, fraction)
 
     def enlarged(self, factor: int) -> Result:
         """A picture of a lower resolution, of means of the truth's pixels, enlarged bilinearly."""
@@ -164,6 +165,7 @@ def enlarge(picture: F32) -> F32:
         return picture
     import cv2
 
+    cv2.setNumThreads(1)  # several wait for each other on a busy machine
     return np.asarray(cv2.resize(picture, SIZE[::-1], interpolation=cv2.INTER_LINEAR), np.float32)
 
 
@@ -195,7 +197,7 @@ def by_cost(exact: dict[str, list[Result]], guides_seconds: float) -> None:
     rows = []
     total = SIZE[0] * SIZE[1]
     for method, each in exact.items():
-        own = statistics.median(r.seconds for r in each) + (guides_seconds if "guides" in method else 0)
+        own = statistics.median(r.seconds for r in each) + (guides_seconds if "along" in method else 0)
         times = [f"{1e3 * (own + each[0].pixels * total * cost):,.0f}" for cost in PIXEL_COSTS]
         rows.append([method, f"{statistics.fmean(r.ssim for r in each):.3f}", *times])
     everything = [f"{1e3 * total * cost:,.0f}" for cost in PIXEL_COSTS]
@@ -207,24 +209,23 @@ def main() -> None:
     import mitsuba as mi
 
     mi.set_variant("llvm_ad_rgb")
-    only = sys.argv[1:]
-    views = []
-    for name in LOOKS:
-        for orthographic in (False, True):
-            if not only or name in only:
-                views.append(View(name, orthographic))
-                print(f"rendered {name}, {orthographic=}", file=sys.stderr, flush=True)
-    size = f"{SIZE[1]}x{SIZE[0]}"
+    parts = {"exact": without_noise, "noise": with_noise}
+    wanted = sys.argv[1:] or list(parts)
+    views = [View(name, orthographic) for name in LOOKS for orthographic in (False, True)]
+    for part in wanted:
+        parts[part](views)
 
-    exact: dict[str, Callable[[View], Result]] = {}
+
+def without_noise(views: list[View]) -> None:
+    methods: dict[str, Callable[[View], Result]] = {}
     for fraction in FRACTIONS:
-        exact[f"{fraction:.0%} along guides"] = lambda view, f=fraction: view.exact(f)  # type: ignore[misc]
+        methods[f"{fraction:.0%} along guides"] = partial(View.exact, fraction=fraction)
     for fraction in FRACTIONS:
-        exact[f"{fraction:.0%} without guides"] = lambda view, f=fraction: view.exact(f, False)  # type: ignore[misc]
+        methods[f"{fraction:.0%} without guides"] = partial(View.exact, fraction=fraction, guided=False)
     for factor in (2, 4):
-        exact[f"1/{factor} of the resolution"] = lambda view, f=factor: view.enlarged(f)  # type: ignore[misc]
-    results = named(exact, views)
-    heading(f"Without noise, {size}: SSIM in perspective, orthographic; ms to complete or enlarge")
+        methods[f"1/{factor} of the resolution"] = partial(View.enlarged, factor=factor)
+    results = named(methods, views)
+    heading(f"Without noise, {PICTURE}: SSIM in perspective, orthographic; ms to complete or enlarge")
     quality(results, views)
 
     heading("The same by what a pixel costs: milliseconds in all")
@@ -238,17 +239,19 @@ def main() -> None:
     print(f"Guides of all pixels, nine rays each, take {1e3 * statistics.median(seconds):.0f} ms of that.\n")
     by_cost(results, statistics.median(seconds))
 
-    noisy: dict[str, Callable[[View], Result]] = {}
+
+def with_noise(views: list[View]) -> None:
+    methods: dict[str, Callable[[View], Result]] = {}
     for fraction in FRACTIONS:
-        noisy[f"{fraction:.0%} of the pixels, {SPP} paths each"] = lambda view, f=fraction: view.sparse(f)  # type: ignore[misc]
+        methods[f"{fraction:.0%} of the pixels, {SPP} paths each"] = partial(View.sparse, fraction=fraction)
     for spp in (1, 4, SPP):
-        noisy[f"all pixels, {spp} path{'s' * (spp > 1)} each, OIDN"] = lambda view, n=spp: view.dense(n)  # type: ignore[misc]
+        methods[f"all pixels, {spp} path{'s' * (spp > 1)} each, OIDN"] = partial(View.dense, spp=spp)
     for factor in (2, 4):
         for oidn in (False, True):
             name = f"1/{factor} of the resolution, {SPP} paths" + (", OIDN" if oidn else "")
-            noisy[name] = lambda view, f=factor, o=oidn: view.dense(SPP, f, o)  # type: ignore[misc]
-    heading(f"Path tracer of depth {DEPTH}, {size}: SSIM in perspective, orthographic; ms in all, guides with it")
-    quality(named(noisy, views), views)
+            methods[name] = partial(View.dense, spp=SPP, factor=factor, oidn=oidn)
+    heading(f"Path tracer of depth {DEPTH}, {PICTURE}: SSIM in perspective, orthographic; ms in all, guides with it")
+    quality(named(methods, views), views)
 
 
 if __name__ == "__main__":

@@ -3,8 +3,8 @@
     pip install '.[mitsuba]'
     python examples/mitsuba_preview.py
 
-writes a picture four times a second, the first complete from 5 % of the pixels; and mitsuba.png, which shows
-the first beside what was traced for it, and beside the last. Without LLVM, MITSUBA_VARIANT=scalar_rgb takes longer.
+writes a picture that is complete from 5 % of the pixels, and others from more and more of them; and mitsuba.png, which
+shows the first beside what was traced for it, and beside the last. MITSUBA_VARIANT=scalar_rgb needs no LLVM, and longer.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ def main() -> None:
     mi.set_variant(os.environ.get("MITSUBA_VARIANT", "llvm_ad_rgb"))
     tracer = mitsuba.tracer(cornell_box(), spp=32)
     first = None
-    for number, frame in enumerate(bob.progressive(tracer=tracer, first=0.05, frame_ms=250)):
+    for number, frame in enumerate(bob.progressive(tracer=tracer, first=0.05, fraction=0.25)):
         first = first or frame
-        name = f"cornell-{number:02}.png"
+        name = f"cornell-{number}.png"
         write_picture(name, color_to_8_bit(frame.color))
         print(f"{name}: {100 * frame.fraction:.1f} % traced in {1000 * frame.seconds:.0f} ms")
     assert first is not None
