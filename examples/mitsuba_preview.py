@@ -4,7 +4,7 @@
     python examples/mitsuba_preview.py
 
 writes a picture that is complete from 5 % of the pixels, and others from more and more of them; and mitsuba.png, which
-shows the first beside what was traced for it, and beside the last. MITSUBA_VARIANT=scalar_rgb needs no LLVM, and longer.
+shows the first beside what was traced for it, and beside the last. MITSUBA_VARIANT=scalar_rgb needs no LLVM but time.
 """
 
 from __future__ import annotations
