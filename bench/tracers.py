@@ -214,9 +214,15 @@ def by_cost(exact: dict[str, list[Result]], guides_seconds: float) -> None:
 
 
 def main() -> None:
-    import mitsuba as mi
+    try:
+        import mitsuba as mi
+        import pyoidn  # noqa: F401
 
-    mi.set_variant("llvm_ad_rgb")
+        mi.set_variant("llvm_ad_rgb")
+        mitsuba.tracer(mi.load_dict(mi.cornell_box()))
+    except (ImportError, bob.InputError) as error:
+        print(f"skipped {Path(sys.argv[0]).name}: {error}")
+        return
     parts = {"exact": without_noise, "noise": with_noise}
     wanted = sys.argv[1:] or list(parts)
     views = [View(name, orthographic) for name in LOOKS for orthographic in (False, True)]
