@@ -9,6 +9,7 @@
 
 #include "bindings.h"
 #include "completion/error_predictor.h"
+#include "completion/guided.h"
 #include "completion/incremental.h"
 #include "completion/interpolation.h"
 #include "completion/known.h"
@@ -100,6 +101,18 @@ void complete_by_ratio(const bob::Layout& known, const ConstPlanes& planes, cons
     });
 }
 
+void complete_guided(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& guides_layout, const ConstPlanes& guides,
+                     const bob::Layout& completed, const Planes& output) {
+    check_planes(known, planes, completed, output);
+    expect(guides.shape(0) == static_cast<std::size_t>(guides_layout.width()), "guides: expected the layout's width");
+    expect(guides.shape(1) == planes.shape(1) && guides.shape(2) == planes.shape(2), "guides: expected the planes' size");
+    expect(planes.shape(1) > 0 && planes.shape(2) > 0, "planes: expected at least one pixel");
+    interruptible([&] {
+        bob::complete_guided(known, planes.data(), guides_layout, guides.data(), *completed.begin(), static_cast<int>(planes.shape(1)),
+                             static_cast<int>(planes.shape(2)), output.data());
+    });
+}
+
 /// `predict` writes `output`, (channels, H, W), from a G-buffer and what a network made of it, (1, H, W).
 template <class Predict>
 void from_completed(const bob::Layout& layout, const ConstPlanes& planes, const ConstPlanes& gray, const Planes& output,
@@ -143,5 +156,7 @@ void bind_completion(nb::module_& m) {
           "output"_a.noconvert());
     m.def("complete_by_ratio", &complete_by_ratio, "known"_a, "planes"_a.noconvert(), "completed"_a, "known_guide"_a.noconvert(),
           "guide"_a.noconvert(), "output"_a.noconvert());
+    m.def("complete_guided", &complete_guided, "known"_a, "planes"_a.noconvert(), "guides_layout"_a, "guides"_a.noconvert(),
+          "completed"_a, "output"_a.noconvert());
     m.def("keep_known", &keep_known, "known"_a, "planes"_a.noconvert(), "completed"_a, "output"_a.noconvert());
 }

@@ -29,11 +29,11 @@ using namespace nb::literals;
 
 namespace {
 
-/// (name, components, low, high, value where a ray missed) of each channel.
+/// (name, components, low, high, value where a ray missed, whether that is seen) of each channel.
 nb::list channels() {
     nb::list result;
     for (const bob::Channel& c : bob::channels::all) {
-        result.append(nb::make_tuple(nb::str(c.name.data(), c.name.size()), c.components, c.low, c.high, c.missed));
+        result.append(nb::make_tuple(nb::str(c.name.data(), c.name.size()), c.components, c.low, c.high, c.missed, c.seen));
     }
     return result;
 }

@@ -38,6 +38,7 @@ def trace(pixels: NDArray[np.int32]) -> bob.Samples:
     gradient = [signed_distance(points + step * axis) - signed_distance(points - step * axis) for axis in np.eye(3)]
     normal = np.stack(gradient, axis=1) / (2 * step)
     gray = 0.15 + 0.85 * np.clip(normal @ (TOWARD + 0.5 * UP - 0.3 * RIGHT) / np.sqrt(1.34), 0, 1)
+    gray[~hit] = 0  # what is seen where nothing is; it may be any colour
     depth = np.clip(0.5 + 0.5 * points @ TOWARD, 0, 1)
     return bob.Samples(gray, depth, np.stack([normal @ RIGHT, normal @ UP], axis=1), hit)
 

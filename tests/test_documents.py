@@ -8,6 +8,7 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from runpy import run_path
 
+import mitsuba as mi
 import numpy as np
 import pytest
 
@@ -53,6 +54,30 @@ def test_readme_examples_run(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "part.png").exists()
     exec(nurbs, names)
     assert names["picture"].any()
+
+
+def test_examples_of_tracers_run(tmp_path, monkeypatch):
+    own, guided, of_mitsuba = python_in("docs/tracers.md")
+    names = {}
+    exec(own.replace("(480, 640)", "(48, 64)"), names)
+    assert names["frame"].fraction == 1
+    exec(guided, names)
+    assert names["frame"].gbuffer.guides is not None
+    assert names["frame"].color.shape == (48, 64, 3)
+    monkeypatch.setattr(mi, "cornell_box", small(mi.cornell_box))
+    exec(of_mitsuba.replace("llvm_ad_rgb", "scalar_rgb"), names)
+    assert names["frame"].color.shape == (16, 16, 3)
+
+
+def small(box):
+    """The scene with a picture of 16 x 16 pixels."""
+
+    def scene():
+        made = box()
+        made["sensor"]["film"] |= {"width": 16, "height": 16}
+        return made
+
+    return scene
 
 
 def test_examples_of_nurbs_run(tmp_path, monkeypatch, capsys):

@@ -174,3 +174,15 @@ def test_wrong_frames(scene, arguments, message):
     view = bob.View(scene, size=SIZE)
     with pytest.raises(bob.InputError, match=message):
         view.frame(**arguments)
+
+
+def test_depth_of_moving_cameras_is_over_the_unit_sphere():
+    def tracer(camera, pixels):
+        return bob.Samples(gray=np.full(len(pixels), 0.5), depth=np.full(len(pixels), 7.0))
+
+    view = bob.View(tracer=tracer, size=(24, 32))
+    view.frame(bob.Camera(), fraction=0.1)
+    with pytest.raises(
+        bob.InputError, match=r"^depth: expected 0..1 over the unit sphere where a camera moves, got 0..7$"
+    ):
+        view.frame(bob.Camera(azimuth=40), fraction=0.1)

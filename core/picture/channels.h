@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -17,7 +18,8 @@ struct Channel {
     std::string_view name;
     int components;
     float low, high;   // range of the values
-    float missed = 0;  // the value of all components where a ray missed
+    float missed = 0;  // the value of all components where a ray missed, unless what is there is seen
+    bool seen = false; // also of what lies behind all surfaces, which may shine: a sample's own value where its ray missed
 
     bool operator==(const Channel& other) const { return name == other.name; }
 };
@@ -27,14 +29,14 @@ namespace channels {
 /// 1 where a ray was traced. In a sample it says instead whether the ray hit.
 inline constexpr Channel mask{"mask", 1, 0, 1};
 /// Blinn-Phong shade, display-referred.
-inline constexpr Channel gray{"gray", 1, 0, 1};
+inline constexpr Channel gray{"gray", 1, 0, 1, 0, true};
 /// 1 at the point of the unit sphere nearest the camera, 0 at the farthest.
 inline constexpr Channel depth{"depth", 1, 0, 1};
 /// x right and y up, in screen space; of unit length together with a z >= 0 towards the camera.
 inline constexpr Channel normal{"normal", 2, -1, 1};
 
 /// Linear RGB, display-referred; gray is its luminance.
-inline constexpr Channel color{"color", 3, 0, 1};
+inline constexpr Channel color{"color", 3, 0, 1, 0, true};
 /// Linear RGB of the surface itself: what the light is multiplied by.
 inline constexpr Channel albedo{"albedo", 3, 0, 1};
 /// 1 where a surface was hit.
@@ -43,7 +45,10 @@ inline constexpr Channel alpha{"alpha", 1, 0, 1};
 /// Which of the scene's instances was hit: its place in the canonical order.
 inline constexpr Channel instance{"instance", 1, 0, 100000};
 
-inline constexpr Channel all[] = {mask, gray, depth, normal, color, albedo, alpha, instance};
+/// How uncertain the gray is, of tracers that draw at random: the variance of its mean; 0 where it is exact.
+inline constexpr Channel variance{"variance", 1, 0, std::numeric_limits<float>::infinity(), 0, true};
+
+inline constexpr Channel all[] = {mask, gray, depth, normal, color, albedo, alpha, instance, variance};
 
 }  // namespace channels
 

@@ -7,12 +7,21 @@ namespace bob {
 
 std::size_t scatter(const Layout& layout, std::span<const Pixel> pixels, const float* samples, std::size_t sample_width,
                     float* planes, std::size_t height, std::size_t width) {
-    const std::vector<float> missed = layout.missed();
+    std::vector<float> missed = layout.missed();
     const std::size_t components = missed.size(), plane = height * width;
+    std::vector<std::size_t> seen;
+    for (const Channel& channel : layout) {
+        const auto first = static_cast<std::size_t>(layout.place(channel));
+        for (std::size_t c = first; channel.seen && c < first + static_cast<std::size_t>(channel.components); ++c) seen.push_back(c);
+    }
     std::size_t added = 0;
     for (const Pixel pixel : pixels) {
         float* const p = planes + static_cast<std::size_t>(pixel.row) * width + static_cast<std::size_t>(pixel.column);
-        const float* const found = samples[0] != 0 ? samples : missed.data();
+        const float* found = samples;
+        if (samples[0] == 0) {
+            for (const std::size_t c : seen) missed[c] = samples[c];
+            found = missed.data();
+        }
         added += *p == 0;
         *p = 1;
         std::size_t c = 1;

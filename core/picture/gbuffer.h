@@ -16,7 +16,8 @@ struct Pixel {
 
 /// Writes samples, (n, C), to their pixels in `planes`, (C, height, width), both of one layout that begins with the mask;
 /// samples may have more numbers than that, `sample_width` in all, which are left out. A sample's first number says whether
-/// its ray hit; where it is 0, the others do not matter. Returns how many of the pixels were not traced before.
+/// its ray hit; where it is 0, only gray, colour and variance matter, which are 0 where nothing shines. Returns how many of
+/// the pixels were not traced before.
 std::size_t scatter(const Layout& layout, std::span<const Pixel> pixels, const float* samples, std::size_t sample_width,
                     float* planes, std::size_t height, std::size_t width);
 

@@ -40,6 +40,15 @@ TEST(scattered_samples_lie_at_their_pixels) {
     CHECK(planes == std::vector<float>({0, 1, 0, 0, 0, 1, /* x */ 0, 0, 0, 0, 0, 0.75f, /* y */ 0, 0, 0, 0, 0, 0}));
 }
 
+TEST(what_shines_where_a_ray_missed_is_kept) {
+    const bob::Layout layout{bob::channels::mask, bob::channels::gray, bob::channels::depth, bob::channels::variance};
+    std::vector<float> planes(4 * 2);
+    const std::vector<bob::Pixel> pixels{{0, 1}, {0, 0}};
+    const std::vector<float> samples{/* a miss */ 0, 0.25f, 0.5f, 2, /* a hit */ 1, 0.75f, 0.5f, 3};
+    CHECK_EQ(bob::scatter(layout, pixels, samples.data(), 4, planes.data(), 1, 2), std::size_t{2});
+    CHECK(planes == std::vector<float>({1, 1, 0.75f, 0.25f, 0.5f, 0, 3, 2}));
+}
+
 TEST(channels_are_selected_from_planes_without_copies_where_they_come_first) {
     const bob::Layout& layout = bob::gbuffer_layout();
     std::vector<float> planes{0, 1, 10, 11, 20, 21, 30, 31, 40, 41}, storage;

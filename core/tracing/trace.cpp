@@ -82,6 +82,7 @@ Write writer_of(const Channel& channel) {
         {channels::color, write_all<[](const Surface& s, float* to) { put(shaded(s.normal, s.color, *s.material, *s.light), to); }>},
         {channels::albedo, write_all<[](const Surface& s, float* to) { put(s.color, to); }>},
         {channels::alpha, write_all<[](const Surface&, float* to) { *to = 1; }>},
+        {channels::variance, write_all<[](const Surface&, float* to) { *to = 0; }>},
         {channels::instance, write_all<[](const Surface& s, float* to) { *to = static_cast<float>(s.instance); }>},
     };
     for (const auto& [written, write] : writers) {

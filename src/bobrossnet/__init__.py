@@ -23,7 +23,7 @@ from bobrossnet.motion import View
 from bobrossnet.notebooks import register, view
 from bobrossnet.onnx import export
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.gbuffer import GBuffer, Samples
+from bobrossnet.picture.gbuffer import GBuffer, Guides, Samples
 from bobrossnet.picture.order import pixel_order
 from bobrossnet.picture.rendered import Picture
 from bobrossnet.progressive import progressive
@@ -49,6 +49,7 @@ __all__ = [
     "Film",
     "Frame",
     "GBuffer",
+    "Guides",
     "Hits",
     "Implicit",
     "InputError",

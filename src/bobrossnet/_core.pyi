@@ -180,8 +180,8 @@ class Layout:
     def width(self) -> int:
         """Components of all channels."""
 
-def channels() -> list[tuple[str, int, float, float, float]]:
-    """(name, components, low, high, value where a ray missed) of every channel that there is."""
+def channels() -> list[tuple[str, int, float, float, float, bool]]:
+    """(name, components, low, high, value where a ray missed, whether that is seen) of every channel that there is."""
 
 def gbuffer_layout() -> Layout:
     """What the tracer finds and a G-buffer holds; the mask comes first."""
@@ -281,6 +281,11 @@ def interpolate_lattice(known: Layout, planes: F32, completed: Layout, output: F
 
 def complete_by_ratio(known: Layout, planes: F32, completed: Layout, known_guide: F32, guide: F32, output: F32) -> None:
     """Completes one channel, which `completed` names, by its ratio to a guide of which all pixels are known."""
+
+def complete_guided(
+    known: Layout, planes: F32, guides_layout: Layout, guides: F32, completed: Layout, output: F32
+) -> None:
+    """Completes gray or color, which `completed` names, along the mask, depth, normal and albedo of all pixels."""
 
 def keep_known(known: Layout, planes: F32, completed: Layout, output: F32) -> None:
     """Puts the traced pixels of planes back into completed channels; clamps the others to the channels' ranges."""

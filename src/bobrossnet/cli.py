@@ -21,7 +21,7 @@ from urllib.parse import quote
 
 from bobrossnet import __version__, starting
 from bobrossnet.arguments import add_files, add_up, positive, scene_of, with_lists_joined
-from bobrossnet.commands import orbit, render, thumbs
+from bobrossnet.commands import complete, orbit, render, thumbs
 from bobrossnet.learn.commands import add_commands
 from bobrossnet.machine import limit_memory
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
@@ -113,6 +113,7 @@ def parser() -> argparse.ArgumentParser:
     render.add(commands)
     orbit.add(commands)
     thumbs.add(commands)
+    complete.add(commands)
 
     view = commands.add_parser(
         "view",

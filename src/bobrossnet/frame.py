@@ -9,12 +9,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.completion.network import Network, complete, completed_color
+from bobrossnet.completion.guided import complete_guided, shown_to_orders
+from bobrossnet.completion.network import Network, complete, completed_color, displayed
 from bobrossnet.completion.uncertainty import mean_error
+from bobrossnet.errors import check_integer
 from bobrossnet.picture.channels import GIVEN, Layout
-from bobrossnet.picture.gbuffer import GBuffer, scatter, untraced_planes
-from bobrossnet.picture.order import Size
-from bobrossnet.tracing.trace import Tracer, check_samples
+from bobrossnet.picture.gbuffer import GBuffer, Guides, Samples, scatter, untraced_planes
+from bobrossnet.picture.order import MAX_PIXELS, Size
+from bobrossnet.tracing.trace import SceneTracer, Tracer, check_samples
 
 MIN_TRACING = 0.25
 """Least time for tracing in a frame, as a share of the time for completing, so that every budget makes progress."""
@@ -25,7 +27,7 @@ class Frame:
     """One step of a converging picture."""
 
     image: NDArray[np.float32]
-    """(H, W) in 0..1: traced pixels as traced, the others completed."""
+    """(H, W): traced pixels as traced, the others completed; in 0..1 unless more was traced."""
     gbuffer: GBuffer
     """Everything traced so far."""
     fraction: float
@@ -36,10 +38,14 @@ class Frame:
     """What completed it."""
     shown: GBuffer = field(repr=False, compare=False)
     """What the image was completed from: everything traced so far, and what earlier cameras' samples let expect."""
+    is_guided: bool = field(default=False, repr=False, compare=False)
+    """Whether guides completed it, rather than the network."""
 
     @property
     def color(self) -> NDArray[np.float32]:
-        """(H, W, 3), linear RGB in 0..1, completed along with the image. Each use computes it anew."""
+        """(H, W, 3), linear RGB in the image's range, completed along with the image. Each use computes it anew."""
+        if self.is_guided:
+            return complete_guided(self.shown, "color")
         return completed_color(self.shown, None if self.shown.mask.all() else self.image)
 
     @property
@@ -51,6 +57,10 @@ class Frame:
 
 class Sequence(Protocol):
     """Which pixels are traced next."""
+
+    @property
+    def looks(self) -> bool:
+        """As `PixelSequence.looks`."""
 
     def next(self, count: int, planes: NDArray[np.float32], layout: Layout) -> NDArray[np.int32]:
         """As `PixelSequence.next`."""
@@ -73,6 +83,8 @@ class PartialPicture:
         Learns what tracing and completing cost.
     expected : (C, H, W) float32 of the layout, optional
         What to show where nothing was traced yet and its mask is 1. What is traced is written over it.
+    guides : Guides, optional
+        What is known of all pixels, along which the picture is completed instead.
     """
 
     def __init__(
@@ -84,31 +96,86 @@ class PartialPicture:
         network: Network,
         pace: Pace,
         expected: NDArray[np.float32] | None = None,
+        guides: Guides | None = None,
     ) -> None:
         self.tracer, self.sequence, self.network, self.pace = tracer, sequence, network, pace
         self.expected = expected
+        self.guides = guides
         self.layout, self._by_samples = layout or GIVEN, layout is None
         self.planes = untraced_planes(size, self.layout)
         self.total = size[0] * size[1]
         self.traced = 0
+        self._again = False
+        self._passes: NDArray[np.int32] | None = None  # how often each pixel was traced, once that is not the same
         self.finished = False
+        # The core's tracer finds what displays show, and takes any number of pixels.
+        self.is_display_referred = isinstance(tracer, SceneTracer)
+        self.sizes = None if self.is_display_referred else CallSizes(getattr(tracer, "batch", None))
 
     @property
     def left(self) -> int:
         return self.total - self.traced
 
+    @property
+    def _open(self) -> int:
+        """How many pixels may be asked for: those that are left, and then, if noise is to fall, all of them again."""
+        return self.left or (self.total if self._again and "variance" in self.layout.places else 0)
+
     def trace(self, count: int) -> int:
         """Call the tracer once, with as many pixels or as many as are decided; return how many those were."""
-        pixels = self.sequence.next(min(count, self.left), self.planes, self.layout)
-        samples = check_samples(self.tracer(pixels), len(pixels))
+        called = time.perf_counter()
+        is_first = self.left > 0
+        if is_first:
+            shown = self._displayed()
+            pixels = self.sequence.next(min(count, self.left), shown.planes, shown.layout)
+        else:
+            pixels = self._noisiest(min(count, self.total))
+        asked = pixels if self.sizes is None else self.sizes.padded(pixels)
+        samples = check_samples(self.tracer(asked), len(asked))
+        if len(asked) > len(pixels):
+            samples = Samples.from_values(samples.values[: len(pixels)], samples.layout)
         if self._by_samples and self.traced == 0 and samples.layout != self.layout:
             self.layout = samples.layout
             self.planes = untraced_planes((self.planes.shape[1], self.planes.shape[2]), self.layout)
+        if is_first:
+            self.traced += len(pixels)
+        else:
+            samples = self._averaged(samples, pixels)
         scatter(samples, pixels, self.planes, self.layout)
         if self.expected is not None:
             scatter(samples, pixels, self.expected, self.layout)
-        self.traced += len(pixels)
+        self.pace.measured(len(asked), time.perf_counter() - called)
         return len(pixels)
+
+    def _noisiest(self, count: int) -> NDArray[np.int32]:
+        """The pixels of the largest variance, (count, 2)."""
+        variance = self.planes[self.layout.places["variance"]].ravel()
+        chosen = np.argpartition(variance, -count)[-count:]
+        return np.stack(np.unravel_index(chosen, self.planes.shape[1:]), axis=-1).astype(np.int32)
+
+    def _averaged(self, samples: Samples, pixels: NDArray[np.int32]) -> Samples:
+        """The means of what was found at pixels before and of one more sample of each."""
+        row, column = pixels.T
+        if self._passes is None:
+            self._passes = np.ones(self.planes.shape[1:], np.int32)
+        passes = self._passes[row, column][:, None]
+        values = samples.in_layout(self.layout)
+        for name in ("gray", "color", "variance"):
+            if name in self.layout.places:
+                before = self.planes[self.layout.places[name], row, column].T
+                # Variances are of means: of the sum of independent ones, by its count squared.
+                weights = (passes, 1) if name != "variance" else (passes**2 / (passes + 1), 1 / (passes + 1))
+                place = self.layout.places[name]
+                values[:, place] = (weights[0] * before + weights[1] * values[:, place]) / (passes + 1)
+        self._passes[row, column] += 1
+        return Samples.from_values(values, self.layout)
+
+    def _displayed(self) -> GBuffer:
+        """What was traced, as the orders of pixels are to look at it."""
+        traced = GBuffer.from_stack(self.planes.view(), self.layout, self.guides, self.is_display_referred)
+        if not self.sequence.looks:
+            return traced
+        return displayed(traced) if self.guides is None else shown_to_orders(traced)
 
     def warm_up(self, until: float = 0) -> None:
         """Complete it before anyone waits: the first run also allocates memory."""
@@ -129,6 +196,7 @@ class PartialPicture:
         until : float
             The picture is `finished` with all pixels, or where the expected error is at most this.
         """
+        self._again = until > 0
         if count is None:
             self._trace_for(start, budget)
         else:
@@ -137,38 +205,75 @@ class PartialPicture:
 
     def _trace_share(self, count: int) -> None:
         """Trace so many pixels, or all that are left."""
-        until = min(self.traced + count, self.total)
-        while self.traced < until:
-            self.trace(until - self.traced)
+        batch = None if self.sizes is None else self.sizes.batch
+        while count > 0 and self._open:
+            count -= self.trace(batch or min(count, self._open))
 
     def _trace_for(self, start: float, budget: float) -> None:
         """Trace as many pixels as leave time to complete the picture."""
         to_complete = self.pace.to_complete
         deadline = start + max(budget - to_complete, MIN_TRACING * to_complete)
-        traced_before = self.traced
-        while self.left:
+        done = 0
+        while self._open:
             called = time.perf_counter()
             remaining = deadline - called
             last_call = remaining < 0.15 * budget
-            wanted = min(self.left, self.pace.pixels_in(remaining if last_call else remaining / 2))
+            wanted = self._call(self.pace.pixels_in(remaining if last_call else remaining / 2))
             if wanted == 0:
-                if self.traced > traced_before:
+                if done:
                     break
-                wanted = min(self.left, self.pace.worthwhile())
+                wanted = self._call(self.pace.worthwhile(), at_least=True)
             count = self.trace(wanted)
-            self.pace.measured(count, time.perf_counter() - called)
+            done += count
             if last_call and count == wanted:
                 break
 
+    def _call(self, count: int, at_least: bool = False) -> int:
+        """How many pixels a call is to have that has time for so many: as many or fewer, but a call's own number at
+        least where there has to be one."""
+        return min(self._open, count if self.sizes is None else self.sizes.within(count, at_least))
+
     def _frame(self, start: float, until: float) -> Frame:
         traced = time.perf_counter()
-        gbuffer = GBuffer.from_stack(self.planes.copy(), self.layout)
-        shown = gbuffer if self.expected is None else GBuffer.from_stack(self.expected.copy(), self.layout)
-        image = complete(shown, model=self.network)
-        self.finished = self.left == 0 or (until > 0 and mean_error(gbuffer, self.network) <= until)
+        gbuffer = self._gbuffer(self.planes)
+        shown = gbuffer if self.expected is None else self._gbuffer(self.expected)
+        is_guided = self.guides is not None
+        image = complete_guided(shown, "gray") if is_guided else complete(shown, model=self.network)
+        self.finished = self._open == 0 or (until > 0 and mean_error(gbuffer, self.network) <= until)
         now = time.perf_counter()
         self.pace.completed = [*self.pace.completed[-7:], now - traced]
-        return Frame(image, gbuffer, self.traced / self.total, now - start, self.network, shown)
+        return Frame(image, gbuffer, self.traced / self.total, now - start, self.network, shown, is_guided)
+
+    def _gbuffer(self, planes: NDArray[np.float32]) -> GBuffer:
+        return GBuffer.from_stack(planes.copy(), self.layout, self.guides, self.is_display_referred)
+
+
+class CallSizes:
+    """With how many pixels other people's tracers are called: few different numbers, as some compile for each anew.
+
+    Parameters
+    ----------
+    batch : int above 0, optional
+        The tracer's own number; otherwise powers of two and those in the middle between them, as far as the order of
+        pixels lets it.
+    """
+
+    def __init__(self, batch: object) -> None:
+        self.batch = None if batch is None else check_integer("tracer.batch", batch, 1, MAX_PIXELS)
+
+    def within(self, count: int, at_least: bool) -> int:
+        """The largest of these up to `count`, or else 0, or if `at_least` the smallest."""
+        if self.batch is not None:
+            return self.batch if at_least or count >= self.batch else 0
+        if count < 2:
+            return 1 if at_least else count
+        power = 1 << (count.bit_length() - 1)
+        return power + power // 2 if count >= power + power // 2 else power
+
+    def padded(self, pixels: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Pixels, (n, 2), to a whole batch: the last one is asked for again."""
+        missing = 0 if self.batch is None else -len(pixels) % self.batch
+        return np.concatenate([pixels, np.repeat(pixels[-1:], missing, axis=0)]) if missing else pixels
 
 
 class Pace:

@@ -140,6 +140,11 @@ class View:
     def _move(self, camera: Camera) -> None:
         seen = self._seen_by(camera)
         self._layout = layout = self._picture.layout
+        if self._tracer is not None:
+            depth = self._picture.planes[layout.places["depth"]]
+            if depth.min() < 0 or depth.max() > 1:
+                got = f"{depth.min():g}..{depth.max():g}"
+                raise InputError(f"depth: expected 0..1 over the unit sphere where a camera moves, got {got}")
         if self._history is None:
             self._history = _core.History(layout.core, *self.size)
         expected, off_center = untraced_planes(self.size, layout), np.empty(self.size, np.float32)
@@ -179,6 +184,8 @@ class _Seen(NamedTuple):
 
 class _Refreshing:
     """The `Sequence` of a picture of which something is expected, (C, H, W), with what was traced over it."""
+
+    looks = True
 
     def __init__(
         self, order: _core.RefreshOrder, picture: NDArray[np.float32], off_center: NDArray[np.float32]

@@ -5,11 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 
-from bobrossnet.completion.network import NetworkLike, load_network
+from bobrossnet.completion.network import GUIDED, NetworkLike, load_network
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.frame import Frame, Pace, PartialPicture
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.order import SizeLike, check_size, pixel_count
+from bobrossnet.picture.gbuffer import check_guides
+from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike
 from bobrossnet.tracing.trace import SceneTracer, Tracer
@@ -20,9 +21,10 @@ def progressive(
     camera: Camera | None = None,
     *,
     tracer: Tracer | None = None,
-    size: SizeLike = (480, 640),
+    size: SizeLike | None = None,
     frame_ms: float | None = None,
     fraction: float | None = None,
+    first: float | None = None,
     until: float = 0,
     order: str = "default",
     seed: int = 0,
@@ -39,16 +41,23 @@ def progressive(
     camera : Camera, optional
         How the scene is seen.
     tracer : callable, optional
-        Instead of scene and camera: from pixels, (n, 2) int32 rows and columns, to `Samples` of the same length.
-    size : (height, width) or "WIDTHxHEIGHT"
+        Instead of scene and camera: from pixels, (n, 2) int32 rows and columns, to `Samples` of the same length. It may
+        have attributes: `size`, of its picture; `batch`, how many pixels each call is to have, the last of which
+        repeats where fewer are left; and a method `guides()`, which returns `Guides` of all pixels, or a dict of its
+        arguments: it is called once, and the picture is completed along them.
+    size : (height, width) or "WIDTHxHEIGHT", optional
+        By default the tracer's own, or (480, 640).
     frame_ms : float above 0, optional
         Time for each frame in milliseconds; the number of pixels adapts as it runs. 33 if neither this nor `fraction`
         is given. Each frame has to complete its picture, traces for at least a quarter of the time that takes, and
         traces at least as many pixels as are worth a call of the tracer; a budget below that is overrun.
     fraction : float in (0, 1], optional
         Share of the image that each frame adds, instead of `frame_ms`.
+    first : float in (0, 1], optional
+        Share of the image that the first frame traces, whatever time it takes: before that there is little to see.
     until : float, at least 0
-        End with the first frame whose `error` is at most this.
+        End with the first frame whose `error` is at most this. If a tracer's samples have a variance, pixels are traced
+        again after the last one, those of the largest variance first, until it is.
     order, seed
         In which order the pixels are traced, as in `trace`.
     model : str or path
@@ -57,39 +66,59 @@ def progressive(
     Yields
     ------
     Frame
-        The last one has every pixel traced, and its image is exactly what was traced, unless `until` ends it before.
+        The last one has every pixel traced, and its image is exactly what was traced, unless `until` ends it before, or
+        samples have a variance.
 
     Raises
     ------
     InputError
         If an argument is out of range, or the tracer does not return what it was asked for.
     """
-    size = check_size(size)
     if (scene is None) == (tracer is None):
         raise InputError(
             "progressive: expected either a scene or a tracer, got " + ("both" if scene is not None else "neither")
         )
+    if tracer is not None:
+        if camera is not None:
+            raise InputError("camera: expected none beside a tracer, which has its own")
+        if not callable(tracer):
+            raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
+    size = _size_of(tracer, size)
+    guides = None
     if tracer is None:
         assert scene is not None
         tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
-    elif camera is not None:
-        raise InputError("camera: expected none beside a tracer, which has its own")
-    elif not callable(tracer):
-        raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
+    elif hasattr(tracer, "guides") and model in ("default", GUIDED):
+        guides = check_guides(tracer.guides(), size)
     if frame_ms is not None and fraction is not None:
         raise InputError("progressive: expected frame_ms or fraction, got both")
     layout = tracer.layout if isinstance(tracer, SceneTracer) else None
-    picture = PartialPicture(tracer, size, layout, PixelSequence(size, order, seed), load_network(model), Pace())
+    network = load_network("default" if model == GUIDED and guides is not None else model)
+    sequence = PixelSequence(size, order, seed)
+    picture = PartialPicture(tracer, size, layout, sequence, network, Pace(), guides=guides)
     until = check_number("until", until, 0)
     count = None if fraction is None else pixel_count(fraction, size)
     budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
+    at_first = count if first is None else pixel_count(first, size, "first")
     picture.warm_up(until)
-    return _frames(picture, count, budget, until)
+    return _frames(picture, at_first, count, budget, until)
 
 
-def _frames(picture: PartialPicture, count: int | None, budget: float, until: float) -> Iterator[Frame]:
+def _size_of(tracer: Tracer | None, size: SizeLike | None) -> Size:
+    """The picture's size as it was asked for, or as the tracer has it."""
+    own = None if tracer is None else getattr(tracer, "size", None)
+    if own is None:
+        return check_size((480, 640) if size is None else size)
+    own = check_size(own)
+    if size is not None and check_size(size) != own:
+        raise InputError(f"size: expected the tracer's own, {own}, or none, got {check_size(size)}")
+    return own
+
+
+def _frames(
+    picture: PartialPicture, first: int | None, count: int | None, budget: float, until: float
+) -> Iterator[Frame]:
     """Frames of so many pixels each, or of so many seconds."""
-    while True:
+    yield picture.frame(time.perf_counter(), first, budget, until)
+    while not picture.finished:
         yield picture.frame(time.perf_counter(), count, budget, until)
-        if picture.finished:
-            return

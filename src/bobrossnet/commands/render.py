@@ -69,11 +69,14 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Make the picture, and print what was done in what time."""
     import bobrossnet as bob
+    from bobrossnet.atomic import check_writable
+    from bobrossnet.completion.exr import channels_of
     from bobrossnet.completion.network import load_network
     from bobrossnet.fitting import fitted
     from bobrossnet.machine import limit_memory
+    from bobrossnet.picture.exr import ENDING, write_exr
     from bobrossnet.picture.files import (
-        check_picture_path,
+        FORMATS,
         color_to_8_bit,
         side_by_side,
         to_8_bit,
@@ -84,7 +87,11 @@ def run(options: argparse.Namespace) -> None:
     from bobrossnet.rendering import check_picture, finished
 
     limit_memory()
-    out = check_picture_path(options.out)
+    out = check_writable(options.out, "a picture", (*FORMATS, ENDING))
+    if out.suffix.lower() == ENDING and (options.panels or options.background is not None or options.samples > 1):
+        raise bob.InputError(
+            f"{out}: expected no --panels, --background or --samples, which are for pictures to look at"
+        )
     background = arguments.background(options.background)
     check_picture(options.samples, background)
     orbit = options.azimuth, options.elevation, options.roll, options.zoom
@@ -148,5 +155,8 @@ def run(options: argparse.Namespace) -> None:
         picture = to_8_bit(image)
     if scene.unresolved_rays:
         print(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
-    write_picture(out, picture)
+    if out.suffix.lower() == ENDING:
+        write_exr(out, channels_of(part, image, model))
+    else:
+        write_picture(out, picture)
     print(f"wrote      {out}")

@@ -14,9 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
+from bobrossnet.completion.guided import complete_guided
 from bobrossnet.completion.weights import UNCERTAINTY, WEIGHTS, read_weights
 from bobrossnet.errors import InputError, InputTypeError
+from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
+
+GUIDED = "guided"
+"""The name of what completes along guides, without a network."""
+
+DISPLAYED_MIDDLE = 0.2
+"""What the middle of a picture of any range is taken for where colours are compared with what is display-referred."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +34,8 @@ class Network:
     core: _core.Network
 
     def predict(self, gbuffer: GBuffer) -> NDArray[np.float32]:
-        """The network's own output at every pixel, known ones too: (H, W) float32, of any value."""
-        return _predicted(gbuffer, self.core)
+        """The network's own output at every pixel, known ones too: (H, W) float32, of any value; display-referred."""
+        return _predicted(displayed(gbuffer), self.core)
 
 
 NetworkLike: TypeAlias = str | os.PathLike[str] | Network
@@ -43,14 +51,16 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str =
     model : str, path or Network
         Name of shipped weights ("default", "filling", "paper", "small"), or a .safetensors file. "filling" needs no
         learning and a third of the default's time, and is as good from 5 % of adaptive pixels on; "small" lies between.
+        Of a G-buffer with guides, "default" completes gray and colour along these instead, as does "guided".
     channel : "gray", "color", "albedo" or "alpha"
         What to complete. The network completes gray, and coverage for albedo and alpha; colours follow them, by what
         their ratio is at the traced pixels around.
 
     Returns
     -------
-    (H, W) float32 in 0..1, or (H, W, 3) of colours, in linear RGB
-        Traced pixels are returned unchanged; with every pixel traced, this is `gbuffer.gray`, or the other channel.
+    (H, W) float32, or (H, W, 3) of colours, in linear RGB
+        In 0..1, unless more was traced: then in its units, and at least 0. Traced pixels are returned unchanged, but
+        for noisy ones along guides; with every pixel traced, this is `gbuffer.gray`, or the other channel.
 
     Raises
     ------
@@ -69,6 +79,8 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str =
     (120, 160, 3)
     """
     check_gbuffer(gbuffer)  # first: whoever passes arrays instead, as in complete(gray, mask), is told how
+    if channel in ("gray", "color") and follows_guides(gbuffer, model):
+        return complete_guided(gbuffer, channel)
     network = load_network(model).core
     if channel == "gray":
         return _completed(gbuffer, network, network.outputs)
@@ -84,9 +96,25 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str =
     return covered if channel == "alpha" else _completed_along("albedo", gbuffer, alpha, covered)
 
 
+def follows_guides(gbuffer: GBuffer, model: NetworkLike) -> bool:
+    """Whether `model` completes a G-buffer along its guides."""
+    if model == GUIDED and gbuffer.guides is None:
+        raise InputError("model: expected a G-buffer with guides for 'guided', got one without")
+    return gbuffer.guides is not None and model in ("default", GUIDED)
+
+
 def completed_color(gbuffer: GBuffer, gray: NDArray[np.float32] | None) -> NDArray[np.float32]:
     """The completed colour of a G-buffer whose completed gray is known, or None where every pixel was traced."""
-    return gbuffer.color.copy() if gray is None else _completed_along("color", gbuffer, gbuffer.gray, gray)
+    if gray is None:
+        return gbuffer.color.copy()
+    transfer = gbuffer.transfer
+    if "color" not in gbuffer.layout.places or transfer is None or transfer.middle is None:
+        return _completed_along("color", gbuffer, gbuffer.gray, gray)
+    scale = np.float32(DISPLAYED_MIDDLE / transfer.middle)
+    known = Layout("color"), gbuffer.planes[gbuffer.layout.places["color"]] * scale
+    color = np.moveaxis(_by_ratio("color", *known, gbuffer.gray * scale, gray * scale) / scale, 0, -1)
+    np.copyto(color, gbuffer.color, where=gbuffer.mask[..., None] > 0)
+    return color
 
 
 def _completed_along(
@@ -95,10 +123,22 @@ def _completed_along(
     """A channel of colours by its ratio to another one, (H, W), as traced and as completed."""
     if name not in gbuffer.layout.places:  # of what is white
         return np.repeat(completed[..., None], 3, -1)
-    layout, output = _core.Layout(name), np.empty((3, *gbuffer.size), np.float32)
-    _core.complete_by_ratio(gbuffer.layout.core, gbuffer.planes, layout, known, completed, output)
-    _core.keep_known(gbuffer.layout.core, gbuffer.planes, layout, output)
+    output = _by_ratio(name, gbuffer.layout, gbuffer.planes, known, completed)
+    _core.keep_known(gbuffer.layout.core, gbuffer.planes, _core.Layout(name), output)
     return np.moveaxis(output, 0, -1)
+
+
+def _by_ratio(
+    name: str,
+    layout: Layout,
+    planes: NDArray[np.float32],
+    known: NDArray[np.float32],
+    completed: NDArray[np.float32],
+) -> NDArray[np.float32]:
+    """The same of planes, (C, H, W) of a layout: (3, H, W), which traced pixels are only near to."""
+    output = np.empty((3, *completed.shape), np.float32)
+    _core.complete_by_ratio(layout.core, planes, _core.Layout(name), known, completed, output)
+    return output
 
 
 class Completer:
@@ -141,10 +181,24 @@ def _completed(gbuffer: GBuffer, run: Run, outputs: _core.Layout) -> NDArray[np.
     check_gbuffer(gbuffer)
     if gbuffer.mask.all():
         return gbuffer.gray.copy()
-    image = _predicted(gbuffer, run)
-    _core.interpolate_lattice(gbuffer.layout.core, gbuffer.planes, outputs, image[None])
-    _core.keep_known(gbuffer.layout.core, gbuffer.planes, outputs, image[None])
+    shown = displayed(gbuffer)
+    image = _predicted(shown, run)
+    _core.interpolate_lattice(shown.layout.core, shown.planes, outputs, image[None])
+    _core.keep_known(shown.layout.core, shown.planes, outputs, image[None])
+    if (transfer := gbuffer.transfer) is not None:
+        image = transfer.decode(image)
+        np.copyto(image, gbuffer.gray, where=gbuffer.mask > 0)
     return image
+
+
+def displayed(gbuffer: GBuffer) -> GBuffer:
+    """The same, as networks know it: with all channels in the ranges that these have."""
+    transfer = gbuffer.transfer
+    return (
+        gbuffer
+        if transfer is None
+        else GBuffer.from_stack(transfer.planes(gbuffer.planes, gbuffer.layout), gbuffer.layout)
+    )
 
 
 def check_gbuffer(gbuffer: object) -> None:

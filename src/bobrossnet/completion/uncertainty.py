@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.completion.network import NetworkLike, check_gbuffer, load_network
+from bobrossnet.completion.network import NetworkLike, check_gbuffer, displayed, load_network
 from bobrossnet.completion.weights import UNCERTAINTY, read_weights
 from bobrossnet.picture.gbuffer import GBuffer
 
@@ -31,7 +31,10 @@ def uncertainty(gbuffer: GBuffer, *, model: NetworkLike = "default") -> NDArray[
     Returns
     -------
     (H, W) float32 in 0..1
-        The expected absolute error of `complete(gbuffer, model=model)`, in gray; 0 where pixels were traced.
+        The expected absolute error of `complete(gbuffer, model=model)`, in gray; 0 where pixels were traced, or what
+        noise leaves there by its variance. Of
+        pictures of any range, that of gray as `GBuffer.transfer` encodes it; of those with guides, as if these were
+        not known.
 
     Raises
     ------
@@ -47,9 +50,15 @@ def uncertainty(gbuffer: GBuffer, *, model: NetworkLike = "default") -> NDArray[
     True
     """
     check_gbuffer(gbuffer)
-    predicted = load_network(model).predict(gbuffer)
+    shown = displayed(gbuffer)
+    predicted = load_network(model).predict(shown)
     error = np.empty(gbuffer.size, np.float32)
-    _predictor()(gbuffer.layout.core, gbuffer.planes, predicted[None], error[None])
+    _predictor()(shown.layout.core, shown.planes, predicted[None], error[None])
+    if "variance" in gbuffer.layout.places:
+        noise = np.sqrt(np.float32(2 / np.pi) * gbuffer.channel("variance"))  # the mean of what is distributed normally
+        if (transfer := gbuffer.transfer) is not None:
+            noise *= transfer.slope(gbuffer.gray)
+        np.copyto(error, noise, where=gbuffer.mask > 0)
     return error
 
 

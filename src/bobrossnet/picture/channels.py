@@ -17,6 +17,8 @@ class Channel(NamedTuple):
     high: float
     missed: float
     """The value of all components where a ray missed."""
+    seen: bool
+    """Whether what lies behind all surfaces has a value of its own."""
 
 
 CHANNELS = {row[0]: Channel(*row) for row in _core.channels()}
@@ -66,3 +68,6 @@ COLORED = Layout(f"{TRACED.names},color,albedo")
 
 GIVEN = Layout("mask,gray,depth,normal")
 """What users give for a G-buffer or samples, and `GBuffer.stack` returns."""
+
+GUIDES = Layout("mask,depth,normal,albedo")
+"""What is known of all pixels, where shading is known of few."""

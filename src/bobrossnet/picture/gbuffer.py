@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.color import luminance
+from bobrossnet.color import LUMINANCE, luminance
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
-from bobrossnet.picture.channels import CHANNELS, COLORED, GIVEN, Layout
+from bobrossnet.picture.channels import CHANNELS, COLORED, GIVEN, GUIDES, Layout
 from bobrossnet.picture.order import Size, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
+from bobrossnet.picture.transfer import Transfer, transfer_of
 
 F32 = NDArray[np.float32]
 
@@ -59,9 +60,14 @@ class Channels:
 DERIVED: dict[str, Callable[[Channels], F32]] = {
     "color": lambda held: np.repeat(held.gray[..., None], 3, -1),
     "albedo": lambda held: np.repeat(held.alpha[..., None], 3, -1),
-    "alpha": lambda held: (held.depth > 0).astype(np.float32),
+    "alpha": lambda held: (held.depth != 0).astype(np.float32),
+    "variance": lambda held: np.zeros_like(held.gray),
 }
-"""What follows from the other channels where all surfaces are white: a surface is not exactly at the very back."""
+"""What follows from the other channels where all surfaces are white, and samples exact: a surface is not exactly at
+the depth 0."""
+
+UNBOUNDED = ("gray", "color", "variance")
+"""Of any size from 0 on. `depth` has any unit, the others are in the ranges of `CHANNELS`."""
 
 
 class GBuffer(Channels):
@@ -71,19 +77,26 @@ class GBuffer(Channels):
     ----------
     mask : (H, W) float32
         1 where a ray was traced, else 0.
-    gray : (H, W) float32 in 0..1, optional
-        By default the luminance of `color`.
-    depth : (H, W) float32 in 0..1
-        1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest; between them along the
-        line of sight, in perspective by the distance from the camera, which may stand within the sphere.
-    normal : (H, W, 2) float32 in -1..1
+    gray : (H, W) float32 of at least 0, optional
+        By default the luminance of `color`. Display-referred in 0..1, or of any range: see `transfer`.
+    depth : (H, W) float32, optional
+        0..1: 1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest; between them along
+        the line of sight, in perspective by the distance from the camera, which may stand within the sphere. If any
+        value is outside of that, distances from the camera in any unit. By default 0.5 where traced.
+    normal : (H, W, 2) float32 in -1..1, optional
         In screen space, x right and y up; of unit length together with a z >= 0 towards the camera. In perspective
-        relative to each pixel's own ray, which z points back along.
-    color, albedo : (H, W, 3) float32 in 0..1, optional
-        Linear RGB: of the picture, and of the surface itself, white by default.
+        relative to each pixel's own ray, which z points back along. By default 0: towards the camera.
+    color : (H, W, 3) float32 of at least 0, optional
+        Linear RGB of the picture, in the range of gray.
+    albedo : (H, W, 3) float32 in 0..1, optional
+        Linear RGB of the surface itself, white by default.
+    variance : (H, W) float32 of at least 0, optional
+        Of the gray, where it was drawn at random: the variance of its mean. By default 0.
+    guides : Guides, optional
+        What is known of all pixels, also where the mask is 0: completion then follows them.
 
-    Values where the mask is 0 are discarded: all arrays are 0 there. Where a ray missed, the mask is 1 and the
-    others are 0: known background.
+    Values where the mask is 0 are discarded: all arrays but the guides are 0 there. Where a ray missed, the mask is 1
+    and depth, normal and albedo are 0: known background, which is black, or shines in gray or color.
 
     Raises
     ------
@@ -93,21 +106,35 @@ class GBuffer(Channels):
         If a shape differs from the mask's, or a value is not finite or out of range.
     """
 
-    __slots__ = ("layout", "planes")
+    __slots__ = ("guides", "is_display_referred", "layout", "planes")
 
     layout: Layout
     """The channels that it holds."""
     planes: F32
     """All of them, (C, H, W) in the layout's order."""
+    guides: Guides | None
+    is_display_referred: bool
+    """Whether gray, colour and depth are known to be in 0..1, as of the core's tracer; else they are looked at."""
 
     def __init__(
-        self, *, mask: Any, gray: Any = None, depth: Any, normal: Any, color: Any = None, albedo: Any = None
+        self,
+        *,
+        mask: Any,
+        gray: Any = None,
+        depth: Any = None,
+        normal: Any = None,
+        color: Any = None,
+        albedo: Any = None,
+        variance: Any = None,
+        guides: Guides | None = None,
     ) -> None:
         mask = check_float32("mask", mask, (None, None))
         size = check_size(mask.shape)
         if not np.isin(mask, (0, 1)).all():
             raise InputError("mask: expected only 0 and 1, got other values")
-        layout = GIVEN if color is None and albedo is None else COLORED
+        if guides is not None:
+            guides = check_guides(guides, size)
+        layout = layout_of(color is not None or albedo is not None, variance is not None)
         planes = np.empty((layout.width, *size), np.float32)
         planes[0] = mask
         traced = mask > 0
@@ -122,30 +149,36 @@ class GBuffer(Channels):
 
         if gray is None and color is None:
             raise InputError("gray: expected gray or color, got neither")
-        put("depth", depth)
-        put("normal", normal)
+        put("depth", np.full(size, 0.5, np.float32) if depth is None else depth)
+        put("normal", np.zeros((*size, 2), np.float32) if normal is None else normal)
+        if variance is not None:
+            put("variance", variance)
         if color is not None:
             color = put("color", color)
         gray = put("gray", luminance(color) if gray is None else gray)
-        if layout == COLORED:
+        if "color" in layout.places:
             if color is None:
                 put("color", np.repeat(gray[..., None], 3, -1))
-            surface = (planes[layout.places["depth"]][0] > 0).astype(np.float32)
+            surface = (planes[layout.places["depth"]][0] != 0).astype(np.float32)
             put("albedo", np.repeat(surface[..., None], 3, -1) if albedo is None else albedo)
-        self._own(planes, layout)
+        self._own(planes, layout, guides, False)
 
     @classmethod
-    def from_stack(cls, planes: F32, layout: Layout = GIVEN) -> GBuffer:
+    def from_stack(
+        cls, planes: F32, layout: Layout = GIVEN, guides: Guides | None = None, is_display_referred: bool = True
+    ) -> GBuffer:
         """A G-buffer that takes over planes of a layout, by default as `stack` returns them, unchecked and without a
         copy."""
         gbuffer = object.__new__(cls)
-        gbuffer._own(planes, layout)
+        gbuffer._own(planes, layout, guides, is_display_referred)
         return gbuffer
 
-    def _own(self, planes: F32, layout: Layout) -> None:
+    def _own(self, planes: F32, layout: Layout, guides: Guides | None, is_display_referred: bool) -> None:
         planes.flags.writeable = False
         object.__setattr__(self, "planes", planes)
         object.__setattr__(self, "layout", layout)
+        object.__setattr__(self, "guides", guides)
+        object.__setattr__(self, "is_display_referred", is_display_referred)
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"a GBuffer can't be changed ({name})")
@@ -165,6 +198,11 @@ class GBuffer(Channels):
             return DERIVED[name](self)
         planes = self.planes[self.layout.places[name]]
         return planes[0] if CHANNELS[name].components == 1 else np.moveaxis(planes, 0, -1)
+
+    @property
+    def transfer(self) -> Transfer | None:
+        """How gray, colour and depth of any range become those that networks know; None where they are in 0..1."""
+        return None if self.is_display_referred else transfer_of(self.planes, self.layout)
 
     @property
     def size(self) -> Size:
@@ -201,12 +239,13 @@ class GBuffer(Channels):
         while sequence.done < count:
             rows, columns = sequence.next(count - sequence.done, planes, self.layout).T
             planes[:, rows, columns] = self.planes[:, rows, columns]
-        return GBuffer.from_stack(planes, self.layout)
+        return GBuffer.from_stack(planes, self.layout, self.guides, self.is_display_referred)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, GBuffer):
             return False
-        return self.layout == other.layout and np.array_equal(self.planes, other.planes)
+        same = self.layout == other.layout and np.array_equal(self.planes, other.planes)
+        return same and self.guides == other.guides
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -214,7 +253,108 @@ class GBuffer(Channels):
         return f"GBuffer({self.size[0]} x {self.size[1]}, {100 * self.fraction:.4g} % traced)"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return GBuffer.from_stack, (np.array(self.planes), self.layout)
+        return GBuffer.from_stack, (np.array(self.planes), self.layout, self.guides, self.is_display_referred)
+
+
+class Guides(Channels):
+    """What is known of the first visible surface at all pixels, traced or not: cheap first hits, while light is not.
+
+    Completion follows them: between two traced pixels it goes along surfaces, and what lies across an edge has no say.
+
+    Parameters
+    ----------
+    depth : (H, W) numbers, optional
+        As in `Samples`: 0..1, or distances from the camera in any unit.
+    normal : (H, W, 2) or (H, W, 3) numbers in -1..1, optional
+        In screen space, x right and y up, perhaps with z.
+    albedo : (H, W, 3) numbers in 0..1, optional
+        Linear RGB of the surfaces, by which light is divided before it is completed; 1 where there is nothing to divide
+        by, as of mirrors and lamps.
+    hit : (H, W) numbers in 0..1, optional
+        How much of each pixel a surface covers. By default all where the depth is not 0.
+
+    All may be means over a pixel, and are better so. At least one is needed. Where nothing was hit, the others do not
+    matter.
+
+    Raises
+    ------
+    InputError
+        If the shapes differ, or a value is not finite or out of range.
+    """
+
+    __slots__ = ("layout", "planes")
+
+    layout: Layout
+    """mask, which says where surfaces are, depth, normal and albedo."""
+    planes: F32
+    """All of them, (C, H, W) in the layout's order."""
+
+    def __init__(self, depth: Any = None, normal: Any = None, albedo: Any = None, hit: Any = None) -> None:
+        given = {"depth": depth, "normal": normal, "albedo": albedo, "hit": hit}
+        first = next((name for name, value in given.items() if value is not None), None)
+        if first is None:
+            raise InputError("guides: expected depth, normal, albedo or hit, got none of them")
+        dimensions = 2 if first in ("depth", "hit") else 3
+        array = check_array(first, given[first], (None,) * dimensions)
+        size = check_size(array.shape[:2])
+        self.layout = GUIDES
+        if hit is None:
+            hit = np.ones(size) if depth is None else np.isfinite(array) & (array != 0)
+        empty = check_array("hit", hit, size, hint=f"to match {first}") == 0
+        self.planes = np.zeros((self.layout.width, *size), np.float32)
+
+        def put(name: str, value: Any, channel: str) -> None:
+            shape = _values_shape(channel, *size)
+            if name == "normal" and np.shape(value)[2:] == (3,):
+                check_array(name, value, (*size, 3), hint=f"to match {first}")
+                value = np.asarray(value)[..., :2]
+            array = check_array(name, value, shape, hint=f"to match {first}").reshape(*size, -1)
+            array = np.where(empty[..., None], 1 if name == "albedo" else 0, array).astype(np.float32)
+            check_range(channel, array, name)
+            self.planes[self.layout.places[channel]] = np.moveaxis(array, -1, 0)
+
+        put("hit", hit, "mask")
+        put("depth", np.full(size, 0.5) if depth is None else depth, "depth")
+        put("normal", np.zeros((*size, 2)) if normal is None else normal, "normal")
+        put("albedo", np.ones((*size, 3)) if albedo is None else albedo, "albedo")
+        self.planes.flags.writeable = False
+
+    @property
+    def hit(self) -> F32:
+        """(H, W): how much of each pixel a surface covers."""
+        return self.channel("mask")
+
+    @property
+    def size(self) -> Size:
+        """(height, width)"""
+        return self.planes.shape[1], self.planes.shape[2]
+
+    def channel(self, name: str) -> F32:
+        """A channel by its name: (H, W), or (H, W, components) where it has several. KeyError if there is none."""
+        planes = self.planes[self.layout.places[name]]
+        return planes[0] if CHANNELS[name].components == 1 else np.moveaxis(planes, 0, -1)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Guides) and np.array_equal(self.planes, other.planes)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"Guides({self.size[0]} x {self.size[1]})"
+
+
+def check_guides(guides: Any, size: Size) -> Guides:
+    """Return what a user's tracer or a user gave as guides, if they are of a picture of this size."""
+    if isinstance(guides, dict):
+        unknown = sorted(set(guides) - {"depth", "normal", "albedo", "hit"})
+        if unknown:
+            raise InputError(f"guides: expected depth, normal, albedo and hit, got {', '.join(map(str, unknown))}")
+        guides = Guides(**guides)
+    if not isinstance(guides, Guides):
+        raise InputTypeError(f"guides: expected bobrossnet.Guides or a dict of arrays, got {type(guides).__name__}")
+    if guides.size != size:
+        raise InputError(f"guides: expected the picture's size {size}, got {guides.size}")
+    return guides
 
 
 class Samples(Channels):
@@ -222,18 +362,25 @@ class Samples(Channels):
 
     Parameters
     ----------
-    gray : (n,) numbers in 0..1, optional
-        By default the luminance of `color`.
-    depth : (n,) numbers in 0..1, optional
-        1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest; between them along the
-        line of sight, in perspective by the distance from the camera, which may stand within the sphere.
-        By default 0.5.
+    gray : (n,) numbers of at least 0, optional
+        By default the luminance of `color`. Of any range: traced values come back as they are, and what is completed
+        between them goes through `GBuffer.transfer`.
+    depth : (n,) numbers, optional
+        0..1: 1 at the point of the scene's bounding sphere nearest the camera, 0 at the farthest; between them along
+        the line of sight, in perspective by the distance from the camera, which may stand within the sphere. If any
+        sample of a picture is outside of that, all are distances from the camera, in any unit. By default 0.5.
     normal : (n, 2) numbers in -1..1, optional
         In screen space, x right and y up. By default 0: towards the camera.
     hit : (n,) bool, optional
-        False where the ray hit nothing; the other arrays are ignored there. By default true.
-    color, albedo : (n, 3) numbers in 0..1, optional
-        Linear RGB: what is seen, and of the surface itself, white by default.
+        False where the ray hit nothing; depth, normal and albedo are ignored there, while gray and color are what is
+        seen behind everything: NaN and infinity are black. By default true.
+    color : (n, 3) numbers of at least 0, optional
+        Linear RGB of what is seen, in the range of gray.
+    albedo : (n, 3) numbers in 0..1, optional
+        Linear RGB of the surface itself, white by default.
+    variance : (n,) or (n, 3) numbers of at least 0, optional
+        Of the mean that gray or each component of color is, where that was drawn at random; what is traced of a pixel
+        later on is averaged with it. By default 0: exact.
 
     Raises
     ------
@@ -256,6 +403,7 @@ class Samples(Channels):
         hit: Any = None,
         color: Any = None,
         albedo: Any = None,
+        variance: Any = None,
     ) -> None:
         first = "color" if gray is None else "gray"
         if gray is None and color is None:
@@ -268,30 +416,45 @@ class Samples(Channels):
             if not np.isin(hits, (0, 1)).all():
                 raise InputError(f"hit: expected booleans, got other values of dtype {hits.dtype}")
             n = len(hits)
-        self.layout = GIVEN if color is None and albedo is None else COLORED
+        self.layout = layout_of(color is not None or albedo is not None, variance is not None)
         self.values = np.zeros((n, self.layout.width), np.float32)
         self.values[:, 0] = hits
+        hits = self.hit
 
         def put(name: str, value: Any) -> None:
             hint = f"one for each of {'hit' if hit is not None else first}"
-            array = check_array(name, value, _values_shape(name, n), hint=hint)
-            check_range(name, array[self.hit])
-            self.values[:, self.layout.places[name]] = array.reshape(n, -1)
+            array = check_array(name, value, _values_shape(name, n), hint=hint).reshape(n, -1)
+            with np.errstate(over="ignore"):  # what is too large for float32 is said to be infinite
+                array = array.astype(np.float32)
+            check_range(name, array[hits])
+            if not hits.all():
+                shines = CHANNELS[name].seen
+                behind = np.where(np.isfinite(array), array, 0) if shines else CHANNELS[name].missed
+                array = np.where(hits[:, None], array, behind)
+                if shines:
+                    check_range(name, array)
+            self.values[:, self.layout.places[name]] = array
 
+        if variance is not None and np.ndim(variance) == 2:
+            variance = check_array("variance", variance, (n, 3), hint=f"one or three for each of {first}")
+            check_range("variance", variance)
+            # Components are drawn together, as those of a path's light: the largest that it can be.
+            variance = np.square(np.sqrt(np.maximum(variance, 0)) @ LUMINANCE)
         for name, value, default in (
             ("color", color, None),
             ("gray", gray, None),
             ("depth", depth, 0.5),
             ("normal", normal, 0),
             ("albedo", albedo, 1),
+            ("variance", variance, None),
         ):
             if value is not None:
                 put(name, value)
             elif default is not None and name in self.layout.places:
-                self.values[:, self.layout.places[name]] = default
+                self.values[:, self.layout.places[name]] = np.where(hits[:, None], default, CHANNELS[name].missed)
         if gray is None:
             self.values[:, self.layout.places["gray"].start] = luminance(self.channel("color"))
-        elif color is None and self.layout == COLORED:
+        elif color is None and "color" in self.layout.places:
             self.values[:, self.layout.places["color"]] = self.gray[:, None]
 
     @classmethod
@@ -300,6 +463,11 @@ class Samples(Channels):
         samples = object.__new__(cls)
         samples.layout, samples.values = layout, values
         return samples
+
+    def in_layout(self, layout: Layout) -> F32:
+        """A copy of the values, (n, C) of another layout whose channels they have."""
+        columns = [self.values[:, :1] if name == "mask" else self.channel(name) for name in layout.places]
+        return np.concatenate([column.reshape(len(self), -1) for column in columns], axis=1)
 
     @property
     def hit(self) -> NDArray[np.bool_]:
@@ -334,10 +502,7 @@ def untraced_planes(size: Size, layout: Layout) -> F32:
 def scatter(samples: Samples, pixels: NDArray[np.int32], planes: F32, layout: Layout) -> None:
     """Write samples to their pixels, (n, 2) rows and columns, in `planes`, (C, H, W) of a layout whose channels the
     samples have."""
-    values = samples.values
-    if samples.layout != layout:
-        columns = [values[:, :1] if name == "mask" else samples.channel(name) for name in layout.places]
-        values = np.concatenate([column.reshape(len(values), -1) for column in columns], axis=1)
+    values = samples.values if samples.layout == layout else samples.in_layout(layout)
     _core.scatter(layout.core, pixels, values, planes)
 
 
@@ -349,10 +514,24 @@ def check_float32(name: str, value: Any, shape: tuple[int | None, ...], *, hint:
     return array
 
 
-def check_range(name: str, array: NDArray[Any]) -> NDArray[Any]:
-    """Return `array` if its values are finite and in the range of the channel `name`, but for rounding."""
+def layout_of(is_colored: bool, is_random: bool) -> Layout:
+    """The channels of a G-buffer or of samples that have colours, or a variance."""
+    layout = COLORED if is_colored else GIVEN
+    return Layout(f"{layout.names},variance") if is_random else layout
+
+
+def check_range(channel: str, array: NDArray[Any], name: str = "") -> NDArray[Any]:
+    """Return `array` if its values are finite and in the range of a channel, but for rounding; `name` is what it is
+    called in the error."""
+    name = name or channel
     check_finite(name, array)
-    low, high, slack = CHANNELS[name].low, CHANNELS[name].high, 1e-3
+    low, high, slack = CHANNELS[channel].low, CHANNELS[channel].high, 1e-3
+    if channel in UNBOUNDED:
+        if array.size and not array.min() >= -slack:
+            raise InputError(f"{name}: expected values of at least 0, got {array.min():g}")
+        return array
+    if channel == "depth":
+        return array
     if array.size and not (array.min() >= low - slack and array.max() <= high + slack):
         raise InputError(f"{name}: expected values in {low:g}..{high:g}, got {array.min():g}..{array.max():g}")
     return array

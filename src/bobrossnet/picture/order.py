@@ -95,7 +95,7 @@ def check_order(order: Any, seed: Any) -> str:
     return DEFAULT_ORDER if order == "default" else str(order)
 
 
-def pixel_count(fraction: Any, size: Size) -> int:
+def pixel_count(fraction: Any, size: Size, name: str = "fraction") -> int:
     """How many pixels a fraction in (0, 1] of an image is: the nearest whole number, at least one."""
     number = fraction.rstrip(" %") if isinstance(fraction, str) else fraction
     try:
@@ -103,4 +103,4 @@ def pixel_count(fraction: Any, size: Size) -> int:
     except (TypeError, ValueError):
         percent = 0
     hint = f"{percent:g} % is {percent / 100:g}" if 1 < percent <= 100 else ""
-    return max(1, round(check_number("fraction", fraction, 0, 1, above=True, hint=hint) * size[0] * size[1]))
+    return max(1, round(check_number(name, fraction, 0, 1, above=True, hint=hint) * size[0] * size[1]))

@@ -32,6 +32,11 @@ class PixelSequence:
         self._adaptive = _core.AdaptiveOrder(self.seed, *size) if self.order == ADAPTIVE else None
         self._round = np.empty((0, 2), np.int32)  # what is left of it
 
+    @property
+    def looks(self) -> bool:
+        """Whether the next pixels depend on what those before show."""
+        return self._adaptive is not None and not len(self._round)
+
     def next(self, count: int, planes: NDArray[np.float32], layout: Layout) -> NDArray[np.int32]:
         """The next pixels.
 

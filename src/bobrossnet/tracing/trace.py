@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import COLORED, TRACED, Layout
-from bobrossnet.picture.gbuffer import GBuffer, Samples, scatter, untraced_planes
+from bobrossnet.picture.gbuffer import GBuffer, Guides, Samples, scatter, untraced_planes
 from bobrossnet.picture.order import Size, SizeLike, check_order, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike, as_scene
@@ -50,6 +50,17 @@ class SceneTracer:
         self._core.trace(self.camera_in_core, *self.size, pixels, self.layout.core, values)
         return Samples.from_values(values, self.layout)
 
+    def guides(self) -> Guides:
+        """What `Guides` are of all pixels: the first surfaces, without their light."""
+        layout = Layout("mask,depth,normal,albedo")
+        pixels = tiled_pixels(self.size)
+        values = np.empty((len(pixels), layout.width), np.float32)
+        self._core.trace(self.camera_in_core, *self.size, pixels, layout.core, values)
+        planes = np.empty((layout.width, *self.size), np.float32)
+        planes[:, pixels[:, 0], pixels[:, 1]] = values.T
+        mask, depth, x, y, *albedo = planes
+        return Guides(depth, np.stack([x, y], -1), np.stack(albedo, -1), mask)
+
     def shade(self, planes: NDArray[np.float32]) -> None:
         """Write the gray of surfaces as this camera sees them, by their normals and instances; `planes` is (C, H, W) of
         the layout."""
@@ -64,6 +75,7 @@ def trace(
     fraction: float = 1.0,
     order: str = "default",
     seed: int = 0,
+    guides: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> GBuffer:
     """Trace a share of an image's pixels, one ray through the centre of each.
@@ -81,6 +93,9 @@ def trace(
         pixels, along silhouettes and creases that the rounds before have found, and a share of them everywhere else.
         With the others they are the first ones of `pixel_order(size, order=order, seed=seed)`.
     seed : int, 0..2**64 - 1
+    guides : bool
+        Find the first surface at all pixels as well, which `complete` then follows. For materials whose light takes
+        longer than rays; the core's own do not.
     progress : callable, optional
         Called now and then with the share of the work done, 0..1.
 
@@ -116,7 +131,7 @@ def trace(
         done += len(pixels)
         if progress is not None:
             progress(done / count)
-    return GBuffer.from_stack(planes, tracer.layout)
+    return GBuffer.from_stack(planes, tracer.layout, tracer.guides() if guides else None)
 
 
 def _band(size: Size, done: int) -> NDArray[np.int32]:

@@ -1,0 +1,396 @@
+#include "completion/guided.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "color.h"
+#include "completion/guided_kernels.h"
+#include "completion/planes.h"
+#include "parallel.h"
+
+namespace bob {
+namespace {
+
+/// Light is fitted to about so many samples where these are exact: half as many leave out slopes, twice as many blur.
+constexpr double samples_around = 16;
+
+/// And to so many more of noise: times the cube root of the share of it, and of the density squared. That is what makes the error of the
+/// mean and that of the width grow alike; twice as many are too wide at 5 % of the pixels, half as many too noisy at all of them.
+constexpr double samples_for_noise = 1000, most_samples = 600;
+
+/// What squared distances in pixels are raised by, where samples are exact, and in shares of the squared reach where they are not: near
+/// samples then hardly count for more than others. That is so from a variance of so much of the light's square on.
+constexpr double sharp = 0.3, blunt = 0.5, noisy = 0.02;
+
+/// A noisy sample is at most this much of the mean around it; a twentieth of all light is lost at 1.5, fireflies stay at 3.
+constexpr double brighter = 2;
+/// But no sample is darkened by more than so many of its own deviations: lamps are bright and not noisy.
+constexpr double darkened = 3;
+constexpr int clamp_rounds = 3;
+constexpr double samples_to_clamp = 64;
+
+/// Scatter around the fit is taken for detail from so many times the noise on: noise has long tails.
+constexpr float noise_explains = 5;
+
+/// By less than this light is not divided.
+constexpr float least_albedo = 0.02f;
+
+/// The tolerance of depth, of the picture's range; the rest is in proportion to how steep a surface is.
+constexpr GuidedLikeness likeness{20, 20, 100, 5e-4f};
+
+/// Where the weights of like samples are less than this in sum, there are none, and one looks twice as far.
+constexpr float least_weight = 1e-2f;
+constexpr int widenings = 4;
+/// As many samples are enough, however far one looks.
+constexpr int enough = 4096;
+
+constexpr int tile_width = 16, tile_height = 8;
+
+/// Sums over rectangles of the picture.
+class Table {
+public:
+    Table(int height, int width) : height_(height), width_(width), sums_(size(height + 1) * size(width + 1)) {}
+
+    /// `of(i)` is the value of pixel i.
+    template <class Of>
+    void fill(Of of) {
+        for (int y = 0; y < height_; ++y) {
+            double row = 0;
+            for (int x = 0; x < width_; ++x) {
+                row += of(size(y) * size(width_) + size(x));
+                sums_[place(y + 1, x + 1)] = sums_[place(y, x + 1)] + row;
+            }
+        }
+    }
+    /// Of the pixels up to `reach` rows and columns away.
+    [[nodiscard]] double around(int y, int x, int reach) const {
+        const int top = std::clamp(y - reach, 0, height_), bottom = std::clamp(y + reach + 1, 0, height_);
+        const int left = std::clamp(x - reach, 0, width_), right = std::clamp(x + reach + 1, 0, width_);
+        return sums_[place(bottom, right)] - sums_[place(top, right)] - sums_[place(bottom, left)] + sums_[place(top, left)];
+    }
+
+private:
+    static std::size_t size(int n) { return static_cast<std::size_t>(n); }
+    [[nodiscard]] std::size_t place(int y, int x) const { return size(y) * size(width_ + 1) + size(x); }
+
+    int height_, width_;
+    std::vector<double> sums_;
+};
+
+/// What is known of all pixels, with rows padded to whole tiles by repeating their last pixel.
+class Surfaces {
+public:
+    enum Plane { depth, depth_right, depth_down, normal_x, normal_y, normal_z, red, green, blue, coverage, count };
+
+    Surfaces(const Layout& layout, const float* guides, int height, int width)
+        : height_(height), width_(width), stride_((static_cast<std::size_t>(width) + tile_width - 1) / tile_width * tile_width),
+          values_(aligned_floats(count * stride_ * static_cast<std::size_t>(height))) {
+        const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+        const auto given = [&](const Channel& channel, int component = 0) {
+            return guides + static_cast<std::size_t>(layout.place_of(channel) + component) * pixels;
+        };
+        const float *const mask = given(channels::mask), *const nearness = given(channels::depth);
+        const float *const x = given(channels::normal), *const y = given(channels::normal, 1), *const albedo = given(channels::albedo);
+        float deepest = 0;
+        for (std::size_t i = 0; i < pixels; ++i) deepest = std::max(deepest, std::abs(nearness[i]));
+        const float unit = deepest > 0 ? 1 / deepest : 0;
+        for_rows(0, height, width, [&](int line) {
+            const std::size_t first = static_cast<std::size_t>(line) * static_cast<std::size_t>(width);
+            // Differences of depth to the pixel at an offset in memory, if that is in the picture.
+            const auto step = [&](bool inside, std::size_t from, std::size_t to) {
+                return inside ? unit * (nearness[to] - nearness[from]) : std::numeric_limits<float>::infinity();
+            };
+            const std::size_t below = static_cast<std::size_t>(width);
+            for (std::size_t column = 0; column < stride_; ++column) {
+                const int c = std::min(static_cast<int>(column), width - 1);
+                const std::size_t i = first + static_cast<std::size_t>(c);
+                const auto put = [&](Plane plane, float value) { row(plane, line)[column] = value; };
+                put(depth, unit * nearness[i]);
+                put(depth_right, lesser(step(c > 0, i - 1, i), step(c + 1 < width, i, i + 1)));
+                put(depth_down, lesser(step(line > 0, i - below, i), step(line + 1 < height, i, i + below)));
+                put(normal_x, x[i]), put(normal_y, y[i]);
+                put(normal_z, mask[i] * whole_normal(x[i], y[i]).z);
+                put(red, albedo[i]), put(green, albedo[pixels + i]), put(blue, albedo[2 * pixels + i]);
+                put(coverage, mask[i]);
+            }
+        });
+    }
+
+    [[nodiscard]] float* row(int plane, int y) {
+        return values_.get() + (static_cast<std::size_t>(plane) * static_cast<std::size_t>(height_) + static_cast<std::size_t>(y)) * stride_;
+    }
+    [[nodiscard]] const float* row(int plane, int y) const { return const_cast<Surfaces*>(this)->row(plane, y); }
+    [[nodiscard]] int height() const { return height_; }
+    [[nodiscard]] int width() const { return width_; }
+
+    /// What light is divided by, of a channel's component.
+    [[nodiscard]] float divisor(int components, int component, int y, int x) const {
+        const float rgb[] = {row(red, y)[x], row(green, y)[x], row(blue, y)[x]};
+        return std::max(least_albedo, components == 3 ? rgb[component] : luminance({rgb[0], rgb[1], rgb[2]}));
+    }
+
+private:
+    /// How depth changes along an axis, by the differences to the pixels before and after: the lesser, as the other may be across
+    /// an edge. Beyond the picture they are infinite.
+    static float lesser(float before, float after) {
+        const float slope = std::abs(before) < std::abs(after) ? before : after;
+        return std::isfinite(slope) ? slope : 0;
+    }
+
+    int height_, width_;
+    std::size_t stride_;
+    AlignedFloats values_;
+};
+
+/// What was traced, row by row.
+struct Traced {
+    std::vector<GuidedSample> samples;
+    std::vector<int> first;  // sample of each row, and one more
+    bool is_noisy = false;
+
+    Traced(const Layout& known, const float* planes, const Channel& channel, const Surfaces& surfaces) {
+        const int height = surfaces.height(), width = surfaces.width(), components = channel.components;
+        const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+        const auto plane = [&](int place) { return planes + static_cast<std::size_t>(place) * pixels; };
+        const float *const mask = plane(known.place_of(channels::mask)), *const values = plane(known.place_of(channel));
+        const float* const variance = known.place(channels::variance) < 0 ? nullptr : plane(known.place(channels::variance));
+        for (int y = 0; y < height; ++y) {
+            first.push_back(static_cast<int>(samples.size()));
+            for (int x = 0; x < width; ++x) {
+                const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+                if (!(mask[i] > 0)) continue;
+                const auto of = [&](Surfaces::Plane plane) { return surfaces.row(plane, y)[x]; };
+                GuidedSample sample{static_cast<float>(y), static_cast<float>(x), of(Surfaces::depth),
+                                    {of(Surfaces::normal_x), of(Surfaces::normal_y), of(Surfaces::normal_z)},
+                                    {of(Surfaces::red), of(Surfaces::green), of(Surfaces::blue)}, of(Surfaces::coverage), {}, 0, 0};
+                for (int c = 0; c < components; ++c) {
+                    sample.light[c] = values[static_cast<std::size_t>(c) * pixels + i] / surfaces.divisor(components, c, y, x);
+                }
+                sample.shade = components == 3 ? luminance({sample.light[0], sample.light[1], sample.light[2]}) : sample.light[0];
+                if (variance && variance[i] > 0) {
+                    const float divisor = surfaces.divisor(1, 0, y, x);
+                    sample.variance = variance[i] / (divisor * divisor), is_noisy = true;
+                }
+                samples.push_back(sample);
+            }
+        }
+        first.push_back(static_cast<int>(samples.size()));
+    }
+
+    [[nodiscard]] std::span<const GuidedSample> of_row(int y) const {
+        const auto at = static_cast<std::size_t>(y);
+        return {samples.data() + first[at], static_cast<std::size_t>(first[at + 1] - first[at])};
+    }
+};
+
+/// How far samples count, and how little the near ones do more than others: at the corners of tiles, linear between them.
+class Reaches {
+public:
+    struct Reach {
+        float reach, sharpness;
+    };
+
+    Reaches(const Surfaces& surfaces, Traced& traced)
+        : height_(surfaces.height()), width_(surfaces.width()), counts_(height_, width_),
+          across_(static_cast<std::size_t>((width_ + tile_width - 1) / tile_width + 1)),
+          corners_(across_ * static_cast<std::size_t>((height_ + tile_height - 1) / tile_height + 1)) {
+        std::vector<float> plane(static_cast<std::size_t>(height_) * static_cast<std::size_t>(width_));
+        const auto fill = [&](Table& table, auto of) {
+            std::fill(plane.begin(), plane.end(), 0.f);
+            for (const GuidedSample& sample : traced.samples) plane[index(sample)] = of(sample);
+            table.fill([&](std::size_t i) { return plane[i]; });
+        };
+        fill(counts_, [](const GuidedSample&) { return 1.f; });
+        for_corners([&](int y, int x, Reach& corner) { corner = {reach(y, x, samples_around), static_cast<float>(sharp)}; });
+        if (!traced.is_noisy) return;
+
+        Table shades(height_, width_), variances(height_, width_);
+        std::vector<float> raw;
+        for (const GuidedSample& sample : traced.samples) raw.push_back(sample.shade);
+        std::vector<int> around(corners_.size());
+        for_corners([&](int y, int x, Reach& corner) {
+            around[static_cast<std::size_t>(&corner - corners_.data())] = static_cast<int>(reach(y, x, samples_to_clamp));
+        });
+        for (int round = 0; round < clamp_rounds; ++round) {
+            fill(shades, [](const GuidedSample& sample) { return sample.shade; });
+            for (std::size_t n = 0; n < raw.size(); ++n) {
+                GuidedSample& sample = traced.samples[n];
+                const int y = static_cast<int>(sample.row), x = static_cast<int>(sample.column);
+                const int k = around[place((y + tile_height / 2) / tile_height, (x + tile_width / 2) / tile_width)];
+                const double most = brighter * shades.around(y, x, k) / counts_.around(y, x, k);
+                const double least = raw[n] - darkened * std::sqrt(sample.variance);
+                sample.shade = static_cast<float>(std::min<double>(raw[n], std::max(most, least)));
+            }
+        }
+        for (std::size_t n = 0; n < raw.size(); ++n) {
+            GuidedSample& sample = traced.samples[n];
+            const float scale = raw[n] > 0 ? sample.shade / raw[n] : 1;
+            for (float& light : sample.light) light *= scale;
+            sample.variance *= scale * scale;
+        }
+        fill(shades, [](const GuidedSample& sample) { return sample.shade; });
+        fill(variances, [](const GuidedSample& sample) { return sample.variance; });
+        for_corners([&](int y, int x, Reach& corner) {
+            const int k = around[static_cast<std::size_t>(&corner - corners_.data())];
+            const double count = std::max(1., counts_.around(y, x, k)), shade = shades.around(y, x, k) / count;
+            const double noise = variances.around(y, x, k) / count / (shade * shade + 1e-12), side = 2 * k + 1;
+            const double density = count / (side * side);
+            const double wanted = samples_around + samples_for_noise * std::cbrt(noise * density * density);
+            corner.reach = reach(y, x, std::min(most_samples, wanted));
+            corner.sharpness += static_cast<float>(blunt * std::min(1., noise / noisy)) * corner.reach * corner.reach;
+        });
+    }
+
+    /// At a corner of tiles.
+    [[nodiscard]] Reach operator()(int down, int across) const { return corners_[place(down, across)]; }
+
+private:
+    [[nodiscard]] std::size_t place(int down, int across) const {
+        return static_cast<std::size_t>(down) * across_ + static_cast<std::size_t>(across);
+    }
+    [[nodiscard]] std::size_t index(const GuidedSample& sample) const {
+        return static_cast<std::size_t>(sample.row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(sample.column);
+    }
+
+    template <class Body>
+    void for_corners(Body body) {
+        for (std::size_t i = 0; i < corners_.size(); ++i) {
+            body(static_cast<int>(i / across_) * tile_height, static_cast<int>(i % across_) * tile_width, corners_[i]);
+        }
+    }
+
+    /// Within which there are so many samples, in rows and columns; all of the picture where it has fewer.
+    [[nodiscard]] float reach(int y, int x, double samples) const {
+        float low = narrowest, high = static_cast<float>(height_ + width_);
+        if (counts_.around(y, x, static_cast<int>(low)) >= samples) return low;
+        while (high - low > 0.5f) {
+            const float middle = 0.5f * (low + high);
+            (counts_.around(y, x, static_cast<int>(middle)) >= samples ? high : low) = middle;
+        }
+        return high;
+    }
+
+    static constexpr float narrowest = 2.5f;
+
+    int height_, width_;
+    Table counts_;
+    std::size_t across_;
+    std::vector<Reach> corners_;
+};
+
+/// What the kernels write for the pixels of a tile.
+struct Fitted {
+    static constexpr std::size_t size = tile_width * tile_height;
+    std::array<float, size> light[3], weight{}, detail{}, noise{};
+};
+
+/// Fits one tile, looking farther where there are no like samples.
+void fit_tile(const Surfaces& surfaces, const Traced& traced, const Reaches& reaches, int components, int down, int across, Fitted& fitted) {
+    const auto& kernels = best_guided_kernels();
+    const int top = down * tile_height, left = across * tile_width, bottom = std::min(top + tile_height, surfaces.height());
+    const Reaches::Reach corners[] = {reaches(down, across), reaches(down, across + 1), reaches(down + 1, across),
+                                      reaches(down + 1, across + 1)};
+    float widest = 0;
+    for (const auto& corner : corners) widest = std::max(widest, corner.reach);
+    std::array<bool, tile_height> is_done{};
+    for (int widening = 0; widening < widenings; ++widening) {
+        const float scale = static_cast<float>(1 << widening);
+        const int reach = static_cast<int>(widest * scale) + 1;
+        std::vector<GuidedRange> ranges;
+        int found = 0;
+        for (int y = std::max(0, top - reach); y < std::min(surfaces.height(), top + tile_height + reach); ++y) {
+            const auto row = traced.of_row(y);
+            const auto before = [](const GuidedSample& sample, int column) { return sample.column < static_cast<float>(column); };
+            const auto begin = std::lower_bound(row.begin(), row.end(), left - reach, before);
+            const auto end = std::lower_bound(begin, row.end(), left + tile_width + reach, before);
+            const int from = traced.first[static_cast<std::size_t>(y)] + static_cast<int>(begin - row.begin());
+            const int count = static_cast<int>(end - begin);
+            if (count > 0) ranges.push_back({from, from + count, static_cast<float>(y)}), found += count;
+        }
+        const int step = 1 + found / enough;
+        bool is_last = true;
+        for (int y = top; y < bottom; ++y) {
+            const auto in_tile = static_cast<std::size_t>(y - top);
+            if (is_done[in_tile]) continue;
+            const float t = static_cast<float>(y - top) / tile_height;
+            const auto blend = [&](auto of) { return std::array{of(corners[0]) + t * (of(corners[2]) - of(corners[0])), of(corners[1]) + t * (of(corners[3]) - of(corners[1]))}; };
+            const auto far = blend([&](const Reaches::Reach& corner) { return scale * corner.reach; });
+            const auto sharpness = blend([](const Reaches::Reach& corner) { return corner.sharpness; });
+            Fitted fresh;
+            const auto row = [&](Surfaces::Plane plane) { return surfaces.row(plane, y) + left; };
+            const GuidedRow wanted{static_cast<float>(y), static_cast<float>(left), row(Surfaces::depth), row(Surfaces::depth_right),
+                                   row(Surfaces::depth_down), {row(Surfaces::normal_x), row(Surfaces::normal_y), row(Surfaces::normal_z)},
+                                   {row(Surfaces::red), row(Surfaces::green), row(Surfaces::blue)}, row(Surfaces::coverage),
+                                   far[0], (far[1] - far[0]) / tile_width, sharpness[0], (sharpness[1] - sharpness[0]) / tile_width,
+                                   {fresh.light[0].data(), fresh.light[1].data(), fresh.light[2].data()}, fresh.weight.data(),
+                                   fresh.detail.data(), fresh.noise.data()};
+            (components == 3 ? kernels.fit_color : kernels.fit_gray)(traced.samples.data(), ranges.data(), ranges.size(), step, likeness,
+                                                                     wanted, tile_width, traced.is_noisy);
+            bool is_whole = true;
+            for (std::size_t x = 0; x < tile_width; ++x) {
+                const std::size_t i = in_tile * tile_width + x;
+                if (widening > 0 && fitted.weight[i] >= least_weight) continue;
+                for (int c = 0; c < components; ++c) fitted.light[c][i] = fresh.light[c][x];
+                fitted.weight[i] = fresh.weight[x], fitted.detail[i] = fresh.detail[x], fitted.noise[i] = fresh.noise[x];
+                is_whole = is_whole && fresh.weight[x] >= least_weight;
+            }
+            is_done[in_tile] = is_whole;
+            is_last = is_last && is_whole;
+        }
+        if (is_last) break;
+    }
+}
+
+}  // namespace
+
+void complete_guided(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const Channel& channel,
+                     int height, int width, float* output) {
+    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+    const Surfaces surfaces(guides_layout, guides, height, width);
+    Traced traced(known, planes, channel, surfaces);
+    const int components = channel.components;
+    if (traced.samples.empty()) {
+        std::fill_n(output, pixels * static_cast<std::size_t>(components), 0.f);
+        return;
+    }
+    const Reaches reaches(surfaces, traced);
+    const float* const values = planes + static_cast<std::size_t>(known.place_of(channel)) * pixels;
+    const int tiles_across = (width + tile_width - 1) / tile_width, tiles_down = (height + tile_height - 1) / tile_height;
+    parallel_for(static_cast<std::size_t>(tiles_across) * static_cast<std::size_t>(tiles_down), 8, [&](std::size_t begin, std::size_t end) {
+        Fitted fitted;
+        for (std::size_t tile = begin; tile < end; ++tile) {
+            const int down = static_cast<int>(tile) / tiles_across, across = static_cast<int>(tile) % tiles_across;
+            fit_tile(surfaces, traced, reaches, components, down, across, fitted);
+            const int left = across * tile_width;
+            for (int y = down * tile_height; y < std::min((down + 1) * tile_height, height); ++y) {
+                const auto row = traced.of_row(y);
+                auto own = std::lower_bound(row.begin(), row.end(), left, [](const GuidedSample& s, int x) { return s.column < static_cast<float>(x); });
+                for (int x = left; x < std::min(left + tile_width, width); ++x) {
+                    const auto in_tile = static_cast<std::size_t>((y - down * tile_height) * tile_width + x - left);
+                    const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+                    const bool is_traced = own != row.end() && own->column == static_cast<float>(x);
+                    for (int c = 0; c < components; ++c) {
+                        float& to = output[static_cast<std::size_t>(c) * pixels + i];
+                        if (is_traced && own->variance == 0) {
+                            to = values[static_cast<std::size_t>(c) * pixels + i];
+                            continue;
+                        }
+                        float light = fitted.light[c][in_tile];
+                        if (is_traced) {
+                            const float noise = fitted.noise[in_tile], detail = std::max(0.f, fitted.detail[in_tile] - noise_explains * noise);
+                            light += detail / (detail + std::max(noise, own->variance)) * (own->light[c] - light);
+                        }
+                        to = std::max(0.f, light * surfaces.divisor(components, c, y, x));
+                    }
+                    if (is_traced) ++own;
+                }
+            }
+        }
+    });
+}
+
+}  // namespace bob

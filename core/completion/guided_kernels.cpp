@@ -1,0 +1,137 @@
+#include "completion/guided_kernels.h"
+
+#include "simd.h"
+
+namespace bob::BOB_ISA {
+namespace {
+
+/// 1, the place in the picture, and the normal.
+constexpr int unknowns = 6;
+
+/// What is added to the squares of slopes' coefficients, in shares of the weight: without it, slopes that few samples say something
+/// of are extrapolated; more flattens light.
+constexpr float place_ridge = 3e-3f, normal_ridge = 3e-3f;
+
+/// Unlike samples still count for so much, where there are no others.
+constexpr float least_likeness = 1e-5f;
+
+/// Depth bends: its tolerance grows with the distance in pixels, squared.
+constexpr float bend = 0.05f;
+
+F square(F a) { return a * a; }
+F absolute(F a) { return max(a, -a); }
+
+/// Sums over samples, of the upper triangle of a symmetric matrix and of its right sides.
+template <int C>
+struct Sums {
+    F matrix[unknowns][unknowns], right[C][unknowns];
+};
+
+/// Light at the pixel itself, the first unknown: the others are eliminated, the last first.
+template <int C>
+inline void solve(Sums<C>& s, F reach2, F* light) {
+    const F total = s.matrix[0][0];
+    BOB_UNROLL
+    for (int u = 1; u < unknowns; ++u) s.matrix[u][u] += total * (u < 3 ? reach2 * constant(place_ridge) : constant(normal_ridge));
+    BOB_UNROLL
+    for (int k = unknowns - 1; k > 0; --k) {
+        const F inverse = constant(1) / s.matrix[k][k];
+        BOB_UNROLL
+        for (int u = 0; u < k; ++u) {
+            const F factor = s.matrix[u][k] * inverse;
+            BOB_UNROLL
+            for (int v = 0; v <= u; ++v) s.matrix[v][u] -= factor * s.matrix[v][k];
+            BOB_UNROLL
+            for (int c = 0; c < C; ++c) s.right[c][u] -= factor * s.right[c][k];
+        }
+    }
+    BOB_UNROLL
+    for (int c = 0; c < C; ++c) light[c] = s.right[c][0] / s.matrix[0][0];
+}
+
+template <int C>
+void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
+         const GuidedRow& row, int count, bool is_noisy) {
+    F place;
+    for (int i = 0; i < lanes; ++i) place[i] = static_cast<float>(i);
+    const F one = constant(1), none{};
+    for (int x = 0; x < count; x += lanes) {
+        const F along = place + constant(static_cast<float>(x)), column = along + constant(row.column);
+        const F reach = fma(along, constant(row.reach_right), constant(row.reach)), reach2 = reach * reach, inverse_reach2 = one / reach2;
+        const F sharpness = fma(along, constant(row.sharpness_right), constant(row.sharpness));
+        const F depth = load<F>(row.depth + x), right = load<F>(row.depth_right + x), down = load<F>(row.depth_down + x);
+        const F normal[] = {load<F>(row.normal[0] + x), load<F>(row.normal[1] + x), load<F>(row.normal[2] + x)};
+        const F albedo[] = {load<F>(row.albedo[0] + x), load<F>(row.albedo[1] + x), load<F>(row.albedo[2] + x)};
+        const F coverage = load<F>(row.coverage + x);
+        const F tolerance2 = square(constant(likeness.depth) + constant(0.5f) * (absolute(right) + absolute(down)));
+        const F inverse_tolerance2 = one / tolerance2;
+        float widest = 0;
+        for (int i = 0; i < lanes; ++i) widest = reach2[i] > widest ? reach2[i] : widest;
+
+        Sums<C> s{};
+        F total{}, shade{}, shade2{}, variance{}, low[C], high[C];
+        for (int c = 0; c < C; ++c) low[c] = constant(3.4e38f), high[c] = none;
+        for (std::size_t r = 0; r < range_count; ++r) {
+            const float down_to = ranges[r].row - row.row;
+            if (down_to * down_to >= widest) continue;
+            const F dy = constant(down_to);
+            for (int n = ranges[r].begin; n < ranges[r].end; n += step) {
+                const GuidedSample& q = samples[n];
+                const F dx = constant(q.column) - column, distance2 = fma(dx, dx, dy * dy);
+                const F near = max(one - distance2 * inverse_reach2, none);
+                if (bits(near > none) == 0) continue;
+                const F tilt[] = {constant(q.normal[0]) - normal[0], constant(q.normal[1]) - normal[1], constant(q.normal[2]) - normal[2]};
+                F unlike = constant(likeness.normal) * fma(tilt[0], tilt[0], fma(tilt[1], tilt[1], tilt[2] * tilt[2]));
+                const F off_plane = constant(q.depth) - fma(right, dx, fma(down, dy, depth));
+                unlike += off_plane * off_plane * inverse_tolerance2 / fma(constant(bend), distance2, one);
+                const F red = constant(q.albedo[0]) - albedo[0], green = constant(q.albedo[1]) - albedo[1], blue = constant(q.albedo[2]) - albedo[2];
+                unlike += constant(likeness.albedo) * fma(red, red, fma(green, green, blue * blue));
+                unlike += constant(likeness.coverage) * square(constant(q.coverage) - coverage);
+                const F like = max(one / square(one + unlike), constant(least_likeness)), near2 = near * near;
+                const F weight = near2 * like / (distance2 + sharpness);
+                total += near2 * like;
+
+                const F unknown[] = {one, dx, dy, tilt[0], tilt[1], tilt[2]};
+                F weighted[unknowns];
+                BOB_UNROLL
+                for (int u = 0; u < unknowns; ++u) weighted[u] = weight * unknown[u];
+                BOB_UNROLL
+                for (int u = 0; u < unknowns; ++u) {
+                    BOB_UNROLL
+                    for (int v = u; v < unknowns; ++v) s.matrix[u][v] = fma(weighted[u], unknown[v], s.matrix[u][v]);
+                }
+                BOB_UNROLL
+                for (int c = 0; c < C; ++c) {
+                    const F light = constant(q.light[c]);
+                    BOB_UNROLL
+                    for (int u = 0; u < unknowns; ++u) s.right[c][u] = fma(weighted[u], light, s.right[c][u]);
+                    low[c] = near > none ? min(low[c], light) : low[c];
+                    high[c] = near > none ? max(high[c], light) : high[c];
+                }
+                if (is_noisy) {
+                    const F brightness = constant(q.shade);
+                    shade = fma(weight, brightness, shade);
+                    shade2 = fma(weight * brightness, brightness, shade2);
+                    variance = fma(weight, constant(q.variance), variance);
+                }
+            }
+        }
+        const F inverse = one / max(s.matrix[0][0], constant(1e-30f));
+        F light[C];
+        solve<C>(s, reach2, light);
+        BOB_UNROLL
+        for (int c = 0; c < C; ++c) store(row.light[c] + x, max(min(light[c], high[c]), low[c]));  // planes go on, light does not
+        store(row.weight + x, total);
+        if (is_noisy) {
+            const F mean = shade * inverse, noise = variance * inverse;
+            store(row.noise + x, noise);
+            store(row.detail + x, max(shade2 * inverse - mean * mean, none));
+        }
+    }
+}
+
+}  // namespace
+
+const GuidedKernels guided_kernels = {fit<1>, fit<3>};
+
+}  // namespace bob::BOB_ISA

@@ -1,0 +1,52 @@
+/// The inner loop of completion along guides, one variant for each instruction set.
+#pragma once
+
+#include <cstddef>
+
+#include "isa.h"
+
+namespace bob {
+
+/// A traced pixel, as those around it look at it.
+struct GuidedSample {
+    float row, column;
+    float depth, normal[3], albedo[3], coverage;
+    float light[3];
+    float shade, variance;  // light's luminance, and how uncertain that is
+};
+static_assert(sizeof(GuidedSample) == 15 * sizeof(float));
+
+/// Samples of one row of the picture, by their numbers; the row's own number.
+struct GuidedRange {
+    int begin, end;
+    float row;
+};
+
+/// Some pixels of a row, and what is wanted of them. Pointers are to the first of them; whole vectors are read and written.
+struct GuidedRow {
+    float row, column;
+    const float *depth, *depth_right, *depth_down, *normal[3], *albedo[3], *coverage;
+    float reach, reach_right;        // how far samples count, at the first pixel, and how that grows from pixel to pixel
+    float sharpness, sharpness_right;  // what is added to squared distances: the more, the less near ones count for
+    float* light[3];
+    float *weight;            // sum of the weights of like samples: where it is small, there were none
+    float *detail, *noise;    // how far the samples' light scatters around the fit, squared, and how far noise explains it
+};
+
+/// How much surfaces may differ.
+struct GuidedLikeness {
+    float normal, albedo, coverage;  // by what squared differences are multiplied
+    float depth;                     // tolerance
+};
+
+struct GuidedKernels {
+    /// Pixels 0 to `count` of a row; every `step`-th sample of each range. `is_noisy` asks for detail and noise, too.
+    void (*fit_gray)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
+                     const GuidedRow& row, int count, bool is_noisy);
+    void (*fit_color)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,
+                      const GuidedRow& row, int count, bool is_noisy);
+};
+
+BOB_DECLARE_KERNELS(GuidedKernels, guided_kernels)
+
+}  // namespace bob

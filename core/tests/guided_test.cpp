@@ -1,0 +1,68 @@
+#include "completion/guided.h"
+
+#include <cmath>
+#include <vector>
+
+#include "check.h"
+
+namespace {
+
+const bob::Layout traced{bob::channels::mask, bob::channels::color, bob::channels::variance};
+const bob::Layout known{bob::channels::mask, bob::channels::depth, bob::channels::normal, bob::channels::albedo};
+
+/// A picture of which a share is traced, and its guides: two surfaces side by side, one twenty times as bright.
+struct Picture {
+    int height, width;
+    std::vector<float> planes, guides;
+
+    Picture(int height, int width, float share, float variance = 0) : height(height), width(width) {
+        planes.resize(5 * size()), guides.resize(7 * size());
+        test::Random random(3);
+        for (std::size_t i = 0; i < size(); ++i) {
+            const bool left = is_left(i);
+            guides[i] = 1, guides[size() + i] = left ? 0.25f : 0.75f;
+            guides[2 * size() + i] = left ? -0.5f : 0.5f;
+            for (std::size_t k = 4; k < 7; ++k) guides[k * size() + i] = random(0.1f, 1.f);
+            if (random() >= share) continue;
+            planes[i] = 1, planes[4 * size() + i] = variance;
+            for (std::size_t k = 0; k < 3; ++k) planes[(1 + k) * size() + i] = light(i) * guides[(4 + k) * size() + i];
+        }
+    }
+
+    [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(height) * static_cast<std::size_t>(width); }
+    [[nodiscard]] bool is_left(std::size_t i) const { return 2 * (i % static_cast<std::size_t>(width)) < static_cast<std::size_t>(width); }
+    [[nodiscard]] float light(std::size_t i) const { return is_left(i) ? 2.f : 0.1f; }
+
+    [[nodiscard]] std::vector<float> completed() const {
+        std::vector<float> output(3 * size(), -1);
+        bob::complete_guided(traced, planes.data(), known, guides.data(), bob::channels::color, height, width, output.data());
+        return output;
+    }
+};
+
+}  // namespace
+
+TEST(light_does_not_pass_from_one_surface_to_another) {
+    const Picture picture(40, 60, 0.2f);
+    const std::vector<float> color = picture.completed();
+    for (std::size_t i = 0; i < color.size(); ++i) {
+        const float wanted = picture.light(i % picture.size()) * picture.guides[4 * picture.size() + i];
+        CHECK_NEAR(color[i], wanted, 0.05f);  // a fortieth of the brighter one
+    }
+}
+
+TEST(exact_pixels_keep_their_values_and_noisy_ones_are_averaged) {
+    for (const auto& [height, width] : {std::pair{1, 1}, {1, 7}, {6, 1}, {9, 17}, {33, 50}}) {
+        const Picture exact(height, width, 0.3f), noisy(height, width, 0.3f, 1e4f);
+        const std::vector<float> color = exact.completed(), averaged = noisy.completed();
+        for (std::size_t i = 0; i < color.size(); ++i) {
+            if (exact.planes[i % exact.size()] > 0) CHECK_EQ(color[i], exact.planes[exact.size() + i]);
+            CHECK(std::isfinite(color[i]) && std::isfinite(averaged[i]) && averaged[i] >= 0);
+        }
+    }
+}
+
+TEST(nothing_is_made_of_nothing) {
+    const std::vector<float> color = Picture(8, 12, 0).completed();
+    for (const float value : color) CHECK_EQ(value, 0.f);
+}

@@ -1,0 +1,55 @@
+"""`bobrossnet complete`: sparse pictures of other programs."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Any
+
+from bobrossnet import arguments
+
+WHAT = {
+    "color": "of the picture",
+    "depth": "of the first surfaces",
+    "normal": "of these",
+    "albedo": "of these",
+    "mask": "not 0 where a pixel is known; by default the alpha, and without one, where there is light",
+}
+
+
+def add(commands: Any) -> None:
+    """Add the command to the subparsers of the command line."""
+    command = commands.add_parser(
+        "complete",
+        help="complete an OpenEXR picture of which few pixels were rendered",
+        description="Complete an OpenEXR picture of which few pixels were rendered. Where depth, normals or albedo are "
+        "known of all pixels, light follows them. Usual names of layers are known, those of Blender and Mitsuba too.",
+    )
+    command.set_defaults(run=run)
+    command.add_argument("file", metavar="SPARSE.exr", help="of scanlines or tiles, of one part or several")
+    for role, what in WHAT.items():
+        command.add_argument(f"--{role}", metavar="LAYER", help=f"the layer or channel {what}")
+    arguments.add_model(command)
+    command.add_argument("-o", "--out", default="out.exr", metavar="FULL.exr", help="default: out.exr")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Complete the file, and print what was done in what time."""
+    from bobrossnet.atomic import check_writable
+    from bobrossnet.completion.exr import completed_channels
+    from bobrossnet.machine import limit_memory
+    from bobrossnet.picture.exr import ENDING, read_exr, write_exr
+
+    limit_memory()
+    out = check_writable(options.out, "a picture", [ENDING])
+    file = read_exr(options.file, {role: getattr(options, role) for role in WHAT if getattr(options, role)})
+    height, width = file.size
+    for role, names in file.roles.items():
+        dense = ", of all pixels" if role in ("depth", "normal", "albedo") and file.is_dense(names[0]) else ""
+        print(f"{role:10} {', '.join(names)}{dense}")
+    print(f"known      {100 * float(file.traced().mean()):.4g} % of {width}x{height}")
+    start = time.perf_counter()
+    planes = completed_channels(file, options.model)
+    print(f"completed  {len(planes)} channels in {1000 * (time.perf_counter() - start):.0f} ms")
+    write_exr(out, planes, file.header)
+    print(f"wrote      {out}")

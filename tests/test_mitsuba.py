@@ -1,0 +1,155 @@
+"""Mitsuba as a tracer, in its variant that needs no compiler; and its files as it writes them."""
+
+import subprocess
+import sys
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+import bobrossnet as bob
+from bobrossnet.adapters import mitsuba
+from bobrossnet.completion.exr import completed_channels
+from bobrossnet.picture.exr import read_exr
+
+SIZE = (24, 32)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def variant():
+    mi.set_variant("scalar_rgb")
+
+
+def scene_of(sensor="perspective", integrator="path", crop=None, **further):
+    """A ball of red plastic before a wall that shines as much as the sky."""
+    at = mi.ScalarTransform4f().look_at(origin=[0, 0, 5], target=[0, 0, 0], up=[0, 1, 0])
+    film = {"type": "hdrfilm", "height": SIZE[0], "width": SIZE[1], "rfilter": {"type": "box"}}
+    if crop:
+        film |= dict(zip(("crop_offset_x", "crop_offset_y", "crop_width", "crop_height"), crop, strict=True))
+    lens = {"fov": 40.0} if sensor == "perspective" else {}
+    at = at if lens else at @ mi.ScalarTransform4f().scale([1.8, 1.8, 1])
+    red = {"type": "rgb", "value": [0.8, 0.1, 0.2]}
+    return mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": integrator if isinstance(integrator, dict) else {"type": integrator},
+            "sensor": {"type": sensor, "to_world": at, "film": film, **lens},
+            "ball": {"type": "sphere", "bsdf": {"type": "diffuse", "reflectance": red}},
+            "sky": {"type": "constant", "radiance": {"type": "rgb", "value": [2.0, 1.0, 0.5]}},
+            **further,
+        }
+    )
+
+
+EVERYWHERE = np.argwhere(np.ones(SIZE)).astype(np.int32)
+
+
+@pytest.mark.parametrize("sensor", ["perspective", "orthographic"])
+def test_colours_are_those_that_mitsuba_renders(sensor):
+    scene = scene_of(sensor)
+    tracer = mitsuba.tracer(scene, spp=16)
+    samples = tracer(EVERYWHERE)
+    expected = np.array(mi.render(scene, spp=256)).reshape(-1, 3)
+    # In standard deviations of each pixel; of those along silhouettes, a few have all paths on one side.
+    deviation = np.sqrt(samples.channel("variance") * (1 + 1 / 16)) + 0.01
+    within = np.abs(samples.color - expected) @ [0.2126, 0.7152, 0.0722] < 5 * deviation
+    assert within.mean() > 0.98
+    assert np.abs(samples.color.mean(axis=0) / expected.mean(axis=0) - 1).max() < 0.03
+
+
+@pytest.mark.parametrize("sensor", ["perspective", "orthographic"])
+def test_guides_are_the_first_hits(sensor):
+    tracer = mitsuba.tracer(scene_of(sensor), spp=1)
+    guides = tracer.guides()
+    assert guides.size == tracer.size == SIZE
+    middle = (SIZE[0] // 2, SIZE[1] // 2)
+    assert guides.hit[0, 0] == 0
+    assert guides.hit[middle] == 1
+    assert guides.depth[middle] == pytest.approx(4, abs=0.3)
+    assert np.allclose(guides.albedo[middle], (0.8, 0.1, 0.2), atol=1e-5)
+    assert (guides.albedo[0, 0] == 1).all()
+    x, y = np.moveaxis(guides.normal, -1, 0)  # right and up, whatever Mitsuba's axes are
+    inside = guides.hit == 1
+    row, column = np.indices(SIZE)
+    assert np.corrcoef(x[inside], column[inside])[0, 1] > 0.9
+    assert np.corrcoef(y[inside], -row[inside])[0, 1] > 0.9
+    assert np.abs(guides.normal[middle]).max() < 0.3
+
+
+def test_pictures_converge():
+    tracer = mitsuba.tracer(scene_of(), spp=4)
+    assert 0 < tracer.batch <= SIZE[0] * SIZE[1]
+    first, *_, last = bob.progressive(tracer=tracer, first=0.2, fraction=0.2)
+    assert last.fraction == 1
+    assert last.gbuffer.guides is not None
+    expected = np.array(mi.render(scene_of(), spp=128))
+    errors = [np.abs(frame.color - expected).mean() for frame in (first, last)]
+    assert errors[1] < errors[0] < 0.1
+    assert last.gbuffer.alpha[0, 0] == 0
+    assert np.allclose(last.color[0, 0], (2, 1, 0.5), atol=0.01)
+
+
+def test_each_call_draws_other_paths():
+    tracer = mitsuba.tracer(scene_of(), spp=1)
+    one, other = tracer(EVERYWHERE), tracer(EVERYWHERE)
+    assert not np.array_equal(one.color, other.color)
+    again = mitsuba.tracer(scene_of(), spp=1)
+    assert np.array_equal(again(EVERYWHERE).color, one.color)
+    assert "variance" not in one.layout.places
+
+
+def test_films_may_be_cropped():
+    tracer = mitsuba.tracer(scene_of(crop=(8, 4, 16, 12)), spp=1)
+    whole = mitsuba.tracer(scene_of(), spp=1).guides()
+    assert tracer.size == (12, 16)
+    assert np.abs(tracer.guides().hit - whole.hit[4:16, 8:24]).mean() < 0.05
+
+
+def test_files_of_its_aovs_open_without_options(tmp_path):
+    aovs = {"type": "aov", "aovs": "dd:depth,nn:sh_normal,albedo:albedo,pp:position", "img": {"type": "path"}}
+    scene = scene_of(integrator=aovs)
+    mi.render(scene, spp=16)
+    path = tmp_path / "aovs.exr"
+    mi.util.write_bitmap(str(path), scene.sensors()[0].film().bitmap(), write_async=False)
+    file = read_exr(path)
+    letters = ["X", "Y", "Z"]
+    assert file.roles["color"] == ["R", "G", "B"]
+    assert file.roles["depth"] == ["dd.T"]
+    assert file.roles["normal"] == [f"nn.{letter}" for letter in letters]
+    assert file.roles["albedo"] == [f"albedo.{letter}" for letter in "RGB"]
+    whole = completed_channels(file)
+    assert all(np.array_equal(whole[name], file.planes[name]) for name in file.planes)  # nothing is missing
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"scene": 5}, "scene: expected a scene of mitsuba's variant scalar_rgb, got int"),
+        ({"sensor": 1}, "sensor: expected an integer in 0..0, got 1"),
+        ({"spp": 0}, "spp: expected an integer in 1..1048576, got 0"),
+        ({"seed": -1}, "seed: expected an integer in 0.."),
+    ],
+)
+def test_wrong_arguments_are_named(arguments, message):
+    with pytest.raises(bob.InputError) as error:
+        mitsuba.tracer(**({"scene": scene_of()} | arguments))
+    assert str(error.value).startswith(message)
+
+
+def test_a_variant_is_needed():
+    code = "from bobrossnet.adapters import mitsuba\ntry: mitsuba.tracer(None)\nexcept ValueError as e: print(e)"
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert printed == "mitsuba: expected a variant, such as mitsuba.set_variant('llvm_ad_rgb'), got none\n"
+
+
+@pytest.mark.parametrize(("version", "found"), [((15, 0, 6), "15.0.6"), (None, "none")])
+def test_compilers_that_would_end_the_process_are_found_before(version, found, monkeypatch):
+    import drjit
+
+    monkeypatch.setattr(mi, "variant", lambda: "llvm_ad_rgb")
+    monkeypatch.setattr(drjit, "has_backend", lambda backend: version is not None)
+    monkeypatch.setattr(drjit.detail, "llvm_version", lambda: version)
+    with pytest.raises(
+        bob.InputError, match=rf"^mitsuba: expected LLVM 17 or newer for the variant llvm_ad_rgb, got {found};"
+    ):
+        mitsuba.tracer(None)
