@@ -186,3 +186,30 @@ def test_depth_of_moving_cameras_is_over_the_unit_sphere():
         bob.InputError, match=r"^depth: expected 0..1 over the unit sphere where a camera moves, got 0..7$"
     ):
         view.frame(bob.Camera(azimuth=40), fraction=0.1)
+
+
+def test_frames_with_time_for_a_dense_picture_carry_nothing_along(scene):
+    """It would only take time; with less, they do."""
+    view = bob.View(scene, size=SIZE)
+    for camera in orbit(2, 6):
+        frame = view.frame(camera, ms=1000)
+    assert frame.fraction == 1
+    assert np.array_equal(frame.shown.mask, frame.gbuffer.mask)
+    frame = view.frame(bob.Camera(azimuth=42), fraction=0.02)
+    assert frame.shown.fraction > 0.3 > frame.gbuffer.fraction
+
+
+def test_the_cheapest_network_that_is_as_good_completes(scene):
+    """The filling from 5 % of the pixels on, known or expected, where they were placed by need; else the default."""
+    names = {bob.completion.network.load_network(name): name for name in ("default", "filling", "small")}
+    frames = list(bob.progressive(scene, size=SIZE, fraction=0.04, model="auto"))
+    assert [names[frame.network] for frame in frames[:3]] == ["default", "filling", "filling"]
+    assert np.array_equal(frames[0].image, bob.complete(frames[0].gbuffer))
+    assert np.array_equal(frames[1].image, bob.complete(frames[1].gbuffer, model="filling"))
+    on_lattice = bob.progressive(scene, size=SIZE, fraction=0.3, model="auto", order="lattice")
+    assert {names[frame.network] for frame in on_lattice} == {"default"}
+    view = bob.View(scene, size=SIZE)
+    shares = [names[view.frame(camera, fraction=0.02).network] for camera in orbit(2, 3)]
+    assert shares == ["default", "filling", "filling"]
+    view = bob.View(scene, size=SIZE, model="small")
+    assert names[view.frame(fraction=0.3).network] == "small"

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.completion.choice import Choice
 from bobrossnet.completion.guided import complete_guided, shown_to_orders
 from bobrossnet.completion.network import Network, complete, completed_color, displayed
 from bobrossnet.completion.uncertainty import mean_error
@@ -77,7 +78,7 @@ class PartialPicture:
     layout : Layout, optional
         What it is to find; by default what its first samples have.
     sequence : Sequence
-    network : Network
+    choice : Choice
         What completes it.
     pace : Pace
         Learns what tracing and completing cost.
@@ -93,12 +94,12 @@ class PartialPicture:
         size: Size,
         layout: Layout | None,
         sequence: Sequence,
-        network: Network,
+        choice: Choice,
         pace: Pace,
         expected: NDArray[np.float32] | None = None,
         guides: Guides | None = None,
     ) -> None:
-        self.tracer, self.sequence, self.network, self.pace = tracer, sequence, network, pace
+        self.tracer, self.sequence, self.choice, self.pace = tracer, sequence, choice, pace
         self.expected = expected
         self.guides = guides
         self.layout, self._by_samples = layout or GIVEN, layout is None
@@ -237,12 +238,12 @@ class PartialPicture:
         traced = time.perf_counter()
         gbuffer = self._gbuffer(self.planes)
         shown = gbuffer if self.expected is None else self._gbuffer(self.expected)
-        is_guided = self.guides is not None
-        image = complete_guided(shown, "gray") if is_guided else complete(shown, model=self.network)
-        self.finished = self._open == 0 or (until > 0 and mean_error(gbuffer, self.network) <= until)
+        is_guided, network = self.guides is not None, self.choice.of(shown)
+        image = complete_guided(shown, "gray") if is_guided else complete(shown, model=network)
+        self.finished = self._open == 0 or (until > 0 and mean_error(gbuffer, network) <= until)
         now = time.perf_counter()
         self.pace.completed = [*self.pace.completed[-7:], now - traced]
-        return Frame(image, gbuffer, self.traced / self.total, now - start, self.network, shown, is_guided)
+        return Frame(image, gbuffer, self.traced / self.total, now - start, network, shown, is_guided)
 
     def _gbuffer(self, planes: NDArray[np.float32]) -> GBuffer:
         return GBuffer.from_stack(planes.copy(), self.layout, self.guides, self.is_display_referred)

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.completion.network import NetworkLike, load_network
+from bobrossnet.completion.choice import AUTO, DENSE, choice_of
+from bobrossnet.completion.network import NetworkLike
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.frame import Frame, Pace, PartialPicture
 from bobrossnet.picture.camera import Camera
@@ -48,7 +49,7 @@ class View:
         length. Their depth is over the unit sphere, which the camera sees; their gray and colour are
         carried along as they are.
     model : str or path
-        As in `complete`.
+        As in `progressive`.
     seed : int, 0..2**64 - 1
 
     Raises
@@ -72,7 +73,7 @@ class View:
         *,
         size: SizeLike = (480, 640),
         tracer: CameraTracer | None = None,
-        model: NetworkLike = "default",
+        model: NetworkLike = AUTO,
         seed: int = 0,
     ) -> None:
         if (scene is None) == (tracer is None):
@@ -86,7 +87,7 @@ class View:
         self._layout: Layout | None = None  # of a tracer of one's own: known once it was called
         if self._scene is not None:
             self._layout = COLORED_ANEW if self._scene.is_colored else SHADED_ANEW
-        self._network = load_network(model)
+        self._choice = choice_of(model)
         check_order(ADAPTIVE, seed)
         self._seed = int(seed)
         self._pace = Pace()
@@ -129,7 +130,9 @@ class View:
             raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
         start = time.perf_counter()
         if camera is not None and camera != self._seen.camera:
-            self._move(camera)
+            # A picture for which there is time to be dense is as good without what others have seen, and sooner there.
+            is_dense = self._pace.pixels_in(budget - self._pace.to_complete) >= DENSE * self._picture.total
+            self._move(camera, carries=count is not None or not is_dense)
         return self._picture.frame(start, count, budget)
 
     def forget(self) -> None:
@@ -137,34 +140,38 @@ class View:
         self._history = None
         self._picture = self._unknown()
 
-    def _move(self, camera: Camera) -> None:
+    def _move(self, camera: Camera, carries: bool) -> None:
         seen = self._seen_by(camera)
-        self._layout = layout = self._picture.layout
+        self._layout = self._picture.layout
+        self._moves += 1
+        expecting = self._expecting(seen) if carries else None
+        self._seen = seen
+        self._picture = expecting or self._unknown()
+
+    def _expecting(self, seen: _Seen) -> PartialPicture | None:
+        """A picture with what earlier ones let expect; None where that is nothing."""
+        layout, planes = self._picture.layout, self._picture.planes
         if self._tracer is not None:
-            depth = self._picture.planes[layout.places["depth"]]
+            depth = planes[layout.places["depth"]]
             if depth.min() < 0 or depth.max() > 1:
                 got = f"{depth.min():g}..{depth.max():g}"
                 raise InputError(f"depth: expected 0..1 over the unit sphere where a camera moves, got {got}")
         if self._history is None:
             self._history = _core.History(layout.core, *self.size)
         expected, off_center = untraced_planes(self.size, layout), np.empty(self.size, np.float32)
-        self._history.add(self._seen.in_core, self._picture.planes)
-        surfaces = self._history.expect(seen.in_core, expected, off_center)
-        self._seen = seen
-        self._moves += 1
-        if not surfaces:
-            self._picture = self._unknown()
-            return
+        self._history.add(self._seen.in_core, planes)
+        if not self._history.expect(seen.in_core, expected, off_center):
+            return None
         if isinstance(seen.tracer, SceneTracer):
             seen.tracer.shade(expected)
         self._order.begin((self._seed + self._moves) % 2**64)
         sequence = _Refreshing(self._order, expected, off_center)
-        self._picture = PartialPicture(seen.tracer, self.size, layout, sequence, self._network, self._pace, expected)
+        return PartialPicture(seen.tracer, self.size, layout, sequence, self._choice, self._pace, expected)
 
     def _unknown(self) -> PartialPicture:
         """A picture of which nothing is expected."""
         sequence = PixelSequence(self.size, ADAPTIVE, self._seed)
-        return PartialPicture(self._seen.tracer, self.size, self._layout, sequence, self._network, self._pace)
+        return PartialPicture(self._seen.tracer, self.size, self._layout, sequence, self._choice, self._pace)
 
     def _seen_by(self, camera: Camera) -> _Seen:
         if self._scene is not None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 
-from bobrossnet.completion.network import GUIDED, NetworkLike, load_network
+from bobrossnet.completion.choice import choice_of
+from bobrossnet.completion.network import GUIDED, NetworkLike
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.frame import Frame, Pace, PartialPicture
 from bobrossnet.picture.camera import Camera
@@ -61,7 +62,8 @@ def progressive(
     order, seed
         In which order the pixels are traced, as in `trace`.
     model : str or path
-        As in `complete`.
+        As in `complete`; or "auto", for each frame the cheapest that is as good: the default, and from 5 % of adaptive
+        pixels on the filling.
 
     Yields
     ------
@@ -93,9 +95,9 @@ def progressive(
     if frame_ms is not None and fraction is not None:
         raise InputError("progressive: expected frame_ms or fraction, got both")
     layout = tracer.layout if isinstance(tracer, SceneTracer) else None
-    network = load_network("default" if model == GUIDED and guides is not None else model)
+    choice = choice_of("default" if model == GUIDED and guides is not None else model, order)
     sequence = PixelSequence(size, order, seed)
-    picture = PartialPicture(tracer, size, layout, sequence, network, Pace(), guides=guides)
+    picture = PartialPicture(tracer, size, layout, sequence, choice, Pace(), guides=guides)
     until = check_number("until", until, 0)
     count = None if fraction is None else pixel_count(fraction, size)
     budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
