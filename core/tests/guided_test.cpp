@@ -22,7 +22,7 @@ struct Picture {
             const bool left = is_left(i);
             guides[i] = 1, guides[size() + i] = left ? 0.25f : 0.75f;
             guides[2 * size() + i] = left ? -0.5f : 0.5f;
-            for (std::size_t k = 4; k < 7; ++k) guides[k * size() + i] = random(0.1f, 1.f);
+            for (std::size_t k = 4; k < 7; ++k) guides[k * size() + i] = random(0.5f, 0.6f);
             if (random() >= share) continue;
             planes[i] = 1, planes[4 * size() + i] = variance;
             for (std::size_t k = 0; k < 3; ++k) planes[(1 + k) * size() + i] = light(i) * guides[(4 + k) * size() + i];
