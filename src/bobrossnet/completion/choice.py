@@ -11,8 +11,8 @@ from bobrossnet.picture.order import ADAPTIVE
 AUTO = "auto"
 
 DENSE = 0.05
-"""Share of the pixels, traced or expected, from which on the filling is as good as any network where they were placed by
-need (docs/quality.md), in a third of the time."""
+"""Share of the pixels, traced or expected, from which on the filling is as good as any network, in a third of the time,
+where they were placed by need (docs/quality.md)."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,8 @@ class Choice:
 
 
 def choice_of(model: NetworkLike, order: str = ADAPTIVE) -> Choice:
-    """What `model` names, for pixels in an order: "auto" is the default network, and the filling where enough is known of
-    pixels that were placed by need. InputError as of `load_network`."""
+    """What `model` names, for pixels in an order: "auto" is the default network, and the filling where enough is known
+    of pixels that were placed by need. InputError as of `load_network`."""
     if model != AUTO:
         network = load_network(model)
         return Choice(network, network)
