@@ -9,6 +9,7 @@ import statistics
 import time
 
 import numpy as np
+from numpy.typing import NDArray
 from report import MODELS, heading, table
 
 import bobrossnet as bob
@@ -17,6 +18,7 @@ from bobrossnet.motion import SHADED_ANEW
 from bobrossnet.sdf import X, Y, Z, box, cylinder, sphere
 
 SIZE = (480, 640)
+Mask = NDArray[np.bool_]
 MESHES = (
     "scans/igea.ply",
     "mechanical/differential_ring_gear.ply",
@@ -26,8 +28,8 @@ MESHES = (
 STEPS = (2, 4, 10)  # degrees between frames
 FRAMES = 15
 COUNTED = range(9, FRAMES, 2)
-NEW = 0.02
-ANEW = (0.02, 0.05, 0.10)
+NEW = (0.02, 0.05, 0.10)
+SAME_SURFACE = 0.01  # of depth, between two pictures of a point: a pixel or so
 
 
 def scenes() -> dict[str, bob.Scene]:
@@ -38,23 +40,47 @@ def scenes() -> dict[str, bob.Scene]:
     return found | {file.stem: bob.load(file) for file in files}
 
 
-def orbit(scene: bob.Scene, step: float, first: float) -> list[float]:
-    """SSIM with samples carried along, of new pixels alone, and flicker of the first two, in gray levels."""
+def uncovered(before: bob.GBuffer, camera_before: _core.Camera, now: bob.GBuffer, camera: _core.Camera) -> Mask:
+    """Which pixels show a surface that another camera's picture of the same scene did not."""
+    hit = now.depth > 0
+    at = np.column_stack([*np.nonzero(hit), now.depth[hit]]).astype(np.float32)
+    row, column, depth = camera_before.seen(*SIZE, camera.points(*SIZE, at)).T
+    row, column = np.round(row).astype(int), np.round(column).astype(int)
+    inside = (row >= 0) & (row < SIZE[0]) & (column >= 0) & (column < SIZE[1])
+    seen = np.zeros(len(row), bool)
+    seen[inside] = np.abs(before.depth[row[inside], column[inside]] - depth[inside]) < SAME_SURFACE
+    result = np.zeros(SIZE, bool)
+    result[hit] = ~seen
+    return result
+
+
+def orbit(scene: bob.Scene, step: float, first: float, share: float) -> list[float]:
+    """Of pictures with samples carried along, and then of new pixels alone: SSIM, flicker in gray levels, and by how
+    many gray levels uncovered pixels are wrong."""
     view = bob.View(scene, size=SIZE)
-    scores, flicker, before = [], [], None
+    found, before = [], None
     for k in range(FRAMES):
         camera = bob.Camera(azimuth=30 + step * k, elevation=20)
-        image = view.frame(camera, fraction=NEW if k else first).image
+        image = view.frame(camera, fraction=share if k else first).image
         if k + 1 not in COUNTED and k not in COUNTED:
             continue
-        full = bob.trace(scene, camera, size=SIZE)
-        anew = [bob.complete(full.sample(share)) for share in ANEW]
+        full, in_core = bob.trace(scene, camera, size=SIZE), bob.SceneTracer(scene, camera, SIZE).camera_in_core
+        pictures = image, bob.complete(full.sample(share))
         if k in COUNTED and before is not None:
-            scores.append([bob.ssim(picture, full.gray) for picture in (image, *anew)])
-            truth = full.gray - before[0].gray
-            flicker.append([255 * np.abs(p - q - truth).mean() for p, q in ((image, before[1]), (anew[0], before[2]))])
-        before = full, image, anew[0]
-    return [*np.mean(scores, 0), *np.mean(flicker, 0)]
+            full_before, core_before, pictures_before = before
+            new, truth = uncovered(full_before, core_before, full, in_core), full.gray - full_before.gray
+            found.append(
+                [
+                    [
+                        bob.ssim(picture, full.gray),
+                        255 * np.abs(picture - other - truth).mean(),
+                        255 * np.abs(picture - full.gray)[new].mean(),
+                    ]
+                    for picture, other in zip(pictures, pictures_before, strict=True)
+                ]
+            )
+        before = full, in_core, pictures
+    return [float(x) for x in np.mean(found, 0).T.ravel()]
 
 
 def costs(scene: bob.Scene) -> dict[str, float]:
@@ -86,7 +112,7 @@ def costs(scene: bob.Scene) -> dict[str, float]:
         planes = np.zeros_like(planes)
         start = time.thread_time()
         order.begin(k)
-        pixels = order.next(layout.core, planes, expected, off_center, round(NEW * off_center.size))
+        pixels = order.next(layout.core, planes, expected, off_center, round(NEW[0] * off_center.size))
         timed("choose pixels", start)
         _core.scatter(layout.core, pixels, tracer(pixels).values, planes)
     return {name: statistics.median(each) for name, each in times.items()}
@@ -101,16 +127,20 @@ def main() -> None:
     names = list(next(iter(rows.values())))
     table(["scene", *names], [[name, *(f"{row[each]:.1f}" for each in names)] for name, row in rows.items()])
     bob.set_thread_count(threads)
-    for first, what in ((NEW, "from nothing"), (1.0, "from an exact picture")):
+    columns = ["degrees a frame", "new pixels", "SSIM", "anew", "flicker", "anew", "uncovered", "anew"]
+    for first, what in ((0.02, "from nothing"), (1.0, "from an exact picture")):
         heading(
-            f"Orbits at 640x480, {what}: mean SSIM of frames {COUNTED.start} to {COUNTED[-1]}; flicker in gray levels"
+            f"Orbits at 640x480, {what}, with samples carried along and with new pixels alone: means of frames "
+            f"{COUNTED.start} to {COUNTED[-1]}; flicker, and how wrong uncovered pixels are, in gray levels"
         )
-        columns = ["degrees a frame", f"{NEW:.0%} carried along", *(f"{share:.0%} anew" for share in ANEW)]
         cells = []
         for step in STEPS:
-            means = np.mean([orbit(scene, step, first) for scene in shown.values()], 0)
-            cells.append([f"{step}", *(f"{x:.4f}" for x in means[:-2]), *(f"{x:.2f}" for x in means[-2:])])
-        table([*columns, "flicker", f"of {NEW:.0%} anew"], cells)
+            for share in NEW:
+                means = np.mean([orbit(scene, step, first, share) for scene in shown.values()], 0)
+                cells.append(
+                    [f"{step}", f"{share:.0%}", *(f"{x:.4f}" for x in means[:2]), *(f"{x:.2f}" for x in means[2:])]
+                )
+        table(columns, cells)
 
 
 if __name__ == "__main__":

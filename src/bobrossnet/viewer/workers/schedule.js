@@ -16,6 +16,7 @@ const REST_MS = 80; // without a change, until a view is refined: less, and movi
 const LONGEST_MS = 250; // of tracing between two pictures at rest
 const SHARE = 0.8; // of a picture's time that is for tracing: with more, the page itself and messages make all pictures late
 const LEAST = 32; // pixels for each tracer
+const STICKY = 1.25; // as much more there must be time for, until what was carried along is no more: else both would alternate
 const FADE = 0.8;
 const LONGEST_CARRYING = 0.75; // of a moving view's time, for what those before have seen
 const MARGIN = 1.5; // times its planned time, after which a batch ends that takes longer than was measured
@@ -132,7 +133,7 @@ export class Schedule {
       this.#step = 0;
       const time = SHARE * this.#movingTime(), parts = Math.max(1, ready - 1), pixels = this.#viewSize.height * this.#viewSize.width;
       // Where a new picture is dense, or there is no time for more, nothing is carried along.
-      const isDense = !this.#pace.known || this.#pace.rate * time * parts >= DENSE * pixels;
+      const dense = (this.#carries ? STICKY : 1) * DENSE * pixels, isDense = !this.#pace.known || this.#pace.rate * time * parts >= dense;
       const carrying = this.#carryingMs * pixels, takesTooLong = carrying > LONGEST_CARRYING * time;
       this.#carries = !isDense && !takesTooLong;
       if (takesTooLong) this.#carryingMs *= FADE; // it was slow, as all code is at first, and is tried again
