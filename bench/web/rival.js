@@ -129,10 +129,11 @@ async function compare({ file, height, width, cameras, step, before, times, leve
       gbuffer.free();
       return { milliseconds, image };
     });
-    const rate = height * width / all[all.length - 1].milliseconds;
+    // Rays a millisecond, of those that come first: they lie on surfaces.
+    const rateIn = (time) => SLICE * Math.max(1, all.filter(({ milliseconds }) => milliseconds <= time).length) / time;
     const turned = (i) => ({ ...camera, azimuth: camera.azimuth - step * i });
     const path = Array.from({ length: before + 1 }, (_, i) => turned(before - i)), exact = bytes(whole.plane("gray"));
-    const inMotion = times.map((time) => moving(path, time, completing[0], rate));
+    const inMotion = times.map((time) => moving(path, time, completing[0], rateIn(time)));
     const deciding = Math.min(decided(camera), decided(camera), decided(camera));
     frames.push({ exact, filling: completing[0], completing: completing[1], deciding, ours, inMotion, theirs });
   }

@@ -24,7 +24,7 @@ constexpr float surprise_nearby = 0.5f;
 constexpr std::uint32_t surprising = 16;
 
 /// Of so many pixels one is few: where no more are wanted, one round has all of them.
-constexpr std::size_t few = 32;
+constexpr std::size_t few = 64;
 
 /// Worths are sorted by so many of their bits: by sixteenths of an octave.
 constexpr int dropped_bits = 19;

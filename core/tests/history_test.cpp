@@ -208,7 +208,7 @@ TEST(refreshing_ends_with_every_pixel_once) {
         bob::RefreshOrder order(static_cast<std::uint32_t>(h), static_cast<std::uint32_t>(w));
         std::size_t total = 0;
         while (total < n) {
-            const std::size_t wanted = n / 5 + 1, count = std::min(wanted <= n / 32 ? wanted : (wanted + 1) / 2, n - total);
+            const std::size_t wanted = n / 5 + 1, count = std::min(wanted <= n / 64 ? wanted : (wanted + 1) / 2, n - total);
             const auto round = order.next(layout(), done.data(), picture.data(), off_center.data(), wanted);
             CHECK_EQ(round.size(), count);
             if (round.size() != count) return;
