@@ -227,6 +227,31 @@ def test_networks_come_when_pictures_of_meshes_are_sparse(shown):
     assert told(page, "error") == []
 
 
+@pytest.mark.parametrize("script", [SLOW_RAYS, ""], ids=["slow", "fast"])
+def test_moving_pictures_carry_along_what_was_seen_where_rays_are_slow(shown, script):
+    """Where they are fast, a new picture is dense, and as good."""
+    page = shown('src="wedge.glb" picture-size="640x480"', script)
+    exact(page)
+    traced, known = page.evaluate("""async () => {
+      const view = document.querySelector("bob-view"), { viewing } = view;
+      viewing.schedule.refines = false;
+      for (let azimuth = 0; azimuth < 20; azimuth += 2) {
+        const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
+        view.camera = { azimuth };
+        await next;
+      }
+      const { planes, known, height, width } = await viewing.buffers(), size = height * width;
+      return [planes, known].map((of) => of.subarray(0, size).reduce((sum, mask) => sum + mask, 0) / size);
+    }""")
+    if script:
+        assert 0 < traced < 0.05
+        assert known > 0.25
+    else:
+        assert traced > 0.05
+        assert known == traced
+    assert told(page, "error") == []
+
+
 # ---- Cameras ---------------------------------------------------------------------------------------------
 
 
