@@ -107,7 +107,7 @@ class View:
             By default the one of the frame before, at first `Camera()`.
         ms : float above 0, optional
             Time for the frame in milliseconds, as `frame_ms` of `progressive`; 33 if neither this nor `fraction` is
-            given.
+            given. Where that is enough for 5 % of the pixels, nothing is carried along: it would be no better.
         fraction : float in (0, 1], optional
             Share of the pixels that this frame traces.
 
