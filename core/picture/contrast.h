@@ -69,7 +69,8 @@ public:
             if (plane) read(k, channel, [plane](std::size_t i) { return plane[i]; });
             else read(k, channel, [](std::size_t) { return 0.f; });
         };
-        if (const float *const red = red_, *const green = red_ + pixels_, *const blue = green + pixels_; red) {
+        if (red_) {
+            const float *const red = red_, *const green = red + pixels_, *const blue = green + pixels_;
             read(0, channels::gray, [=](std::size_t i) { return shade(red[i], green[i], blue[i]); });
         } else {
             read_plane(0, channels::gray, gray_);
