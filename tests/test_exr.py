@@ -194,3 +194,9 @@ def test_what_is_no_such_file_is_named(picture, tmp_path, capsys):
     assert main(["complete", str(whole), "-o", str(tmp_path / "out.png")]) == 2
     assert main(["render", "--panels", "-o", str(tmp_path / "out.exr")]) == 2
     assert all(line.startswith("bobrossnet: error: ") for line in capsys.readouterr().err.splitlines())
+
+
+def test_a_missing_file_is_one_line(tmp_path, capfd):
+    with pytest.raises(bob.InputError, match=r"none.exr: expected an OpenEXR file, can't read it: No such file"):
+        read_exr(tmp_path / "none.exr")
+    assert capfd.readouterr() == ("", "")
