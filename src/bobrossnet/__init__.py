@@ -23,9 +23,11 @@ from bobrossnet.motion import View
 from bobrossnet.notebooks import register, view
 from bobrossnet.onnx import export
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.gbuffer import GBuffer, Guides, Samples
+from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import pixel_order
 from bobrossnet.picture.rendered import Picture
+from bobrossnet.picture.samples import Samples
 from bobrossnet.progressive import progressive
 from bobrossnet.rendering import render
 from bobrossnet.sdf.formula import implicit

@@ -15,8 +15,10 @@ from bobrossnet.completion.network import Network, complete, completed_color, di
 from bobrossnet.completion.uncertainty import mean_error
 from bobrossnet.errors import check_integer
 from bobrossnet.picture.channels import GIVEN, Layout
-from bobrossnet.picture.gbuffer import GBuffer, Guides, Samples, scatter, untraced_planes
+from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
+from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import MAX_PIXELS, Size
+from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.tracing.trace import SceneTracer, Tracer, check_samples
 
 MIN_TRACING = 0.25

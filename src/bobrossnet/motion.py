@@ -17,8 +17,9 @@ from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.frame import Frame, Pace, PartialPicture
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
-from bobrossnet.picture.gbuffer import Samples, untraced_planes
+from bobrossnet.picture.gbuffer import untraced_planes
 from bobrossnet.picture.order import ADAPTIVE, SizeLike, check_order, check_size, pixel_count
+from bobrossnet.picture.samples import Samples
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike, as_scene
 from bobrossnet.tracing.trace import SceneTracer, Tracer

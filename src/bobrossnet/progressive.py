@@ -10,7 +10,7 @@ from bobrossnet.completion.network import GUIDED, NetworkLike
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.frame import Frame, Pace, PartialPicture
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.gbuffer import check_guides
+from bobrossnet.picture.guides import check_guides
 from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike

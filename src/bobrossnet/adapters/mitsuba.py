@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError, InputTypeError, check_integer
-from bobrossnet.picture.gbuffer import Guides, Samples
+from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import Size
+from bobrossnet.picture.samples import Samples
 
 F32 = NDArray[np.float32]
 

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from bobrossnet.color import from_srgb
 from bobrossnet.completion.network import NetworkLike, complete
 from bobrossnet.picture.exr import ExrFile, Planes
-from bobrossnet.picture.gbuffer import GBuffer, Guides
+from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.picture.guides import Guides
 
 
 def completed_channels(file: ExrFile, model: NetworkLike = "default") -> Planes:

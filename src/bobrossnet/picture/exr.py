@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.errors import InputError
-from bobrossnet.picture.gbuffer import GBuffer, Guides
+from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import Size, check_size
 
 F32 = NDArray[np.float32]

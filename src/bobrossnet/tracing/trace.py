@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import COLORED, TRACED, Layout
-from bobrossnet.picture.gbuffer import GBuffer, Guides, Samples, scatter, untraced_planes
+from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
+from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import Size, SizeLike, check_order, check_size, pixel_count
+from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
