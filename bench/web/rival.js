@@ -82,13 +82,14 @@ async function compare({ file, height, width, cameras, step, before, times, leve
    */
   const moving = (cameras, time, completing, rate) => {
     const history = new History(core, { height, width }, scene.layout);
-    let view, image, spare;
+    let view, image, spare, carrying = 0;
     for (const [i, camera] of cameras.entries()) {
       const begin = performance.now(), end = begin + (i > 0 ? time - completing : Infinity);
       const isDense = rate * (time - completing) >= DENSE * height * width;  // as viewer/workers/schedule.js
       const isExpected = view && !isDense && history.move(view.camera, view.sequence.planes, camera, i);
       view?.sequence.free();
       if (isExpected) scene.shade(history.planes, { height, width }, camera);
+      carrying = isExpected ? performance.now() - begin : NaN;
       const sequence = new PixelSequence(core, { height, width }, scene.layout, isExpected ? history : undefined);
       view = { camera, sequence };
       whole.clear();
@@ -104,7 +105,7 @@ async function compare({ file, height, width, cameras, step, before, times, leve
     }
     const last = bytes(image);
     view.sequence.free(), history.free();
-    return last;
+    return { image: last, carrying };
   };
   for (let i = 0; i < 20; ++i) sequenced(cameras[0], 50), networks.forEach(complete);  // compiled by now
   const frames = [];
@@ -135,7 +136,7 @@ async function compare({ file, height, width, cameras, step, before, times, leve
     const path = Array.from({ length: before + 1 }, (_, i) => turned(before - i)), exact = bytes(whole.plane("gray"));
     const inMotion = times.map((time) => moving(path, time, completing[0], rateIn(time)));
     const deciding = Math.min(decided(camera), decided(camera), decided(camera));
-    frames.push({ exact, filling: completing[0], completing: completing[1], deciding, ours, inMotion, theirs });
+    frames.push({ exact, filling: completing[0], completing: completing[1], deciding, ours, inMotion: inMotion.map(({ image }) => image), carrying: inMotion[0].carrying, theirs });
   }
   return frames;
 }

@@ -280,9 +280,9 @@ def compared(page: Page, file: str, views: int) -> tuple[NDArray[np.float64], di
                 scores[1, i, view] = bob.ssim(decoded(frame["ours"][i]["image"], HEIGHT, WIDTH), exact)
             fitting = [of_level for milliseconds, of_level in of_levels if milliseconds <= limit]
             scores[2:, i, view] = fitting[0] if fitting else np.nan
-    parts = ("filling", "completing", "deciding")
+    parts = ("filling", "completing", "deciding", "carrying")
     # A mean of all views or of none: a frame that is missing for one is missing.
-    return scores.mean(-1), {part: statistics.median(frame[part] for frame in found) for part in parts}
+    return scores.mean(-1), {part: float(np.median([frame[part] for frame in found])) for part in parts}
 
 
 def beside_the_rivals(browser: Browser, url: str, scenes: dict[str, str], views: int, figure: Path | None) -> None:
@@ -300,7 +300,8 @@ def beside_the_rivals(browser: Browser, url: str, scenes: dict[str, str], views:
             rows.append((name, label, *("–" if np.isnan(value) else f"{value:.3f}" for value in mean)))
         print(
             f"{name}: completing {costs['completing']:.1f} ms, the filling {costs['filling']:.1f} ms,"
-            f" deciding on 5 % of the pixels {costs['deciding']:.1f} ms"
+            f" deciding on 5 % of the pixels {costs['deciding']:.1f} ms, carrying along"
+            + (" nothing" if np.isnan(costs["carrying"]) else f" {costs['carrying']:.1f} ms")
         )
     table(("scene", "picture", *(f"{limit} ms" for limit in TIMES_MS)), rows)
     if figure is not None:

@@ -27,8 +27,14 @@ struct Look {
     [[nodiscard]] std::uint32_t contrast() const {
         if (seen == 0) return 0;
         if (seen == (missed | hit)) return most;  // silhouette
-        const auto range = [&](int i) { return static_cast<std::uint32_t>(high[i] - low[i]); };
-        return std::min(most, range(0) + (range(1) + range(2)) * 5 / 8);
+        const auto range = [&](int i) { return static_cast<std::uint16_t>(high[i] - low[i]); };
+        return contrast_of(range(0), range(1), range(2));
+    }
+    /// The same of the ranges of gray and of the normals; of numbers that fit into few bits, since loops over pixels need it.
+    static constexpr std::uint8_t contrast_of(std::uint16_t gray, std::uint16_t x, std::uint16_t y) {
+        const auto normals = static_cast<std::uint16_t>((x + y) * 5);
+        const auto sum = static_cast<std::uint16_t>(gray + normals / 8);
+        return static_cast<std::uint8_t>(sum < most ? sum : most);
     }
 };
 

@@ -104,11 +104,6 @@ Look RefreshOrder::Looks::at(std::size_t i) const {
     return look;
 }
 
-void RefreshOrder::Looks::set(std::size_t i, const Look& look) {
-    for (std::size_t k = 0; k < 3; ++k) low[k][i] = look.low[k], high[k][i] = look.high[k];
-    missed[i] = look.seen & Look::missed ? 255 : 0, hit[i] = look.seen & Look::hit ? 255 : 0;
-}
-
 void RefreshOrder::halve(const Looks& fine, Looks& coarse) {
     for (std::size_t k = 0; k < 3; ++k) {
         halve_each(fine.low[k], coarse.low[k], fine.height, fine.width, least);
@@ -174,9 +169,8 @@ void RefreshOrder::contrast_around(const Looks& looks) {
     std::uint8_t* __restrict const contrast = contrast_.data();
     const auto range = [](std::uint8_t low, std::uint8_t high) { return static_cast<std::uint16_t>(high > low ? high - low : 0); };
     for (std::size_t i = 0, size = around_.size(); i < size; ++i) {
-        const auto normals = static_cast<std::uint16_t>((range(low1[i], high1[i]) + range(low2[i], high2[i])) * 5);
-        const auto sum = static_cast<std::uint16_t>(range(low0[i], high0[i]) + normals / 8);
-        contrast[i] = static_cast<std::uint8_t>(static_cast<std::uint8_t>(sum < Look::most ? sum : Look::most) | (missed[i] & hit[i]));
+        const std::uint8_t shades = Look::contrast_of(range(low0[i], high0[i]), range(low1[i], high1[i]), range(low2[i], high2[i]));
+        contrast[i] = static_cast<std::uint8_t>(shades | (missed[i] & hit[i]));
     }
 }
 

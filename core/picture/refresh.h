@@ -47,7 +47,6 @@ private:
         [[nodiscard]] std::size_t size() const { return hit.size(); }
         [[nodiscard]] bool is_known(std::size_t i) const { return (missed[i] | hit[i]) != 0; }
         [[nodiscard]] Look at(std::size_t i) const;
-        void set(std::size_t i, const Look& look);
     };
     static void halve(const Looks& fine, Looks& coarse);
     /// What is known at each place and the eight around it.
