@@ -13,7 +13,16 @@ from bobrossnet.picture.guides import Guides, check_guides
 from bobrossnet.picture.order import Size, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.picture.transfer import Transfer, transfer_of
-from bobrossnet.picture.values import DERIVED, F32, Channels, check_float32, check_range, layout_of, values_shape
+from bobrossnet.picture.values import (
+    DERIVED,
+    F32,
+    Channels,
+    check_float32,
+    check_range,
+    layout_of,
+    of_planes,
+    values_shape,
+)
 
 
 class GBuffer(Channels):
@@ -142,8 +151,7 @@ class GBuffer(Channels):
         """A channel by its name: (H, W), or (H, W, components) where it has several. KeyError if there is none."""
         if name not in self.layout.places and name in DERIVED:
             return DERIVED[name](self)
-        planes = self.planes[self.layout.places[name]]
-        return planes[0] if CHANNELS[name].components == 1 else np.moveaxis(planes, 0, -1)
+        return of_planes(self.planes, self.layout, name)
 
     @property
     def transfer(self) -> Transfer | None:

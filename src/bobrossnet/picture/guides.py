@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from bobrossnet.errors import InputError, InputTypeError, check_array
-from bobrossnet.picture.channels import CHANNELS, GUIDES, Layout
+from bobrossnet.picture.channels import GUIDES, Layout
 from bobrossnet.picture.order import Size, check_size
-from bobrossnet.picture.values import F32, Channels, check_range, values_shape
+from bobrossnet.picture.values import F32, Channels, check_range, of_planes, values_shape
 
 
 class Guides(Channels):
@@ -87,8 +87,7 @@ class Guides(Channels):
 
     def channel(self, name: str) -> F32:
         """A channel by its name: (H, W), or (H, W, components) where it has several. KeyError if there is none."""
-        planes = self.planes[self.layout.places[name]]
-        return planes[0] if CHANNELS[name].components == 1 else np.moveaxis(planes, 0, -1)
+        return of_planes(self.planes, self.layout, name)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Guides) and np.array_equal(self.planes, other.planes)

@@ -100,3 +100,9 @@ def values_shape(name: str, *shape: int) -> tuple[int, ...]:
     """The shape of a channel's values for users: components last where there are several."""
     components = CHANNELS[name].components
     return shape if components == 1 else (*shape, components)
+
+
+def of_planes(planes: F32, layout: Layout, name: str) -> F32:
+    """A channel of planes, (C, H, W) of a layout that has it, for users: (H, W), or (H, W, components)."""
+    values = planes[layout.places[name]]
+    return values[0] if CHANNELS[name].components == 1 else np.moveaxis(values, 0, -1)

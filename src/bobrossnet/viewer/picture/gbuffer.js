@@ -82,7 +82,9 @@ export class GBuffer {
   /** Replaces all that is known. @param {Float32Array} planes (C, height, width) */
   set(planes) {
     this.#floats(0, widthOf(this.layout)).set(planes);
-    this.traced = planes.subarray(0, this.height * this.width).reduce((sum, mask) => sum + mask, 0);
+    let traced = 0;
+    for (let i = 0; i < this.height * this.width; ++i) traced += planes[i]; // the mask
+    this.traced = traced;
   }
 
   /** Takes what was traced. @param {Int32Array} pixels (n, 2) @param {Float32Array} samples (n, C), as Scene.trace returns them */
