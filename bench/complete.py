@@ -31,7 +31,7 @@ from bobrossnet import _core
 from bobrossnet.completion.network import find_weights, make_network, shipped_names
 from bobrossnet.completion.weights import read_weights
 from bobrossnet.learn.checkpoint import load, save
-from bobrossnet.learn.networks import LEARNT, NETWORKS
+from bobrossnet.learn.networks import NETWORKS, learnt
 from bobrossnet.machine import extra_memory
 from bobrossnet.picture.channels import TRACED
 from bobrossnet.picture.order import FIXED_ORDERS
@@ -119,7 +119,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         peaks = [peak(folder)]
-        for network in LEARNT:
+        for network in learnt():
             weights, onnx = weights_of(network, folder), folder / f"{network}.onnx"
             bob.export(weights, onnx)
             for size in SIZES:
@@ -143,13 +143,13 @@ def main() -> None:
 
 def plot(rows: list[list[str]], path: Path) -> None:
     """Draw how the time of each rival grows with the pixels."""
-    figure, axes = plt.subplots(1, len(LEARNT), figsize=(9, 4), sharey=True, layout="constrained")
+    figure, axes = plt.subplots(1, len(learnt()), figsize=(9, 4), sharey=True, layout="constrained")
     points: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for what, name, milliseconds, *_ in rows:
         _, network, size = what.split(".")
         width, height = map(int, size.split("x"))
         points.setdefault((network, name), []).append((width * height / 1e6, float(milliseconds.split()[0])))
-    for ax, network in zip(axes, LEARNT, strict=True):
+    for ax, network in zip(axes, learnt(), strict=True):
         for (of, name), values in points.items():
             if of == network:
                 ax.loglog(

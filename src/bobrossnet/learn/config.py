@@ -14,7 +14,7 @@ from bobrossnet.errors import InputError, InputTypeError, check_integer, check_n
 from bobrossnet.learn.dataset.loader import DRAWS, FRACTIONS
 from bobrossnet.learn.losses import LOSSES
 from bobrossnet.learn.muon import Muon
-from bobrossnet.learn.networks import LEARNT
+from bobrossnet.learn.networks import learnt
 from bobrossnet.learn.networks.pyramid import FEATURES, HANDED_ON
 from bobrossnet.picture.order import ORDERS
 
@@ -33,7 +33,7 @@ class TrainConfig:
         If a value has another type than its default, is out of range, or is an unknown name.
     """
 
-    network: str = "paper"  # a name in `LEARNT`
+    network: str = "paper"  # a name in `NETWORKS` that has anything to learn
     start: str = ""  # what it begins with: shipped weights' name or a .safetensors file; by default new weights
     groups: int = 4  # of the grouped layers of paper
     features: str = FEATURES  # of pyramid: channels between the two convolutions of each level, from the finest on
@@ -114,7 +114,6 @@ OPTIMIZERS: dict[str, tuple[Make, Schedule]] = {
 """By name: what makes the optimizer, and its learning rate by the share of all steps done, 0..1, and their number."""
 
 _NAMES: dict[str, Collection[str]] = {
-    "network": LEARNT,
     "draw": DRAWS,
     "fractions": FRACTIONS,
     "loss": LOSSES,
@@ -152,9 +151,10 @@ def _checked(name: str, value: Any) -> Any:
         if not isinstance(value, str):
             raise InputTypeError(f"{name}: expected {_STRINGS[name]}, got {value!r}")
         return value
-    if name in _NAMES:
-        if value not in list(_NAMES[name]):
-            raise InputError(f"{name}: expected one of {', '.join(_NAMES[name])}, got {value!r}")
+    if name == "network" or name in _NAMES:
+        names = learnt() if name == "network" else _NAMES[name]
+        if value not in list(names):
+            raise InputError(f"{name}: expected one of {', '.join(names)}, got {value!r}")
         return value
     if name == "learning_rate":
         return check_number(name, value, 0, above=True)
