@@ -6,6 +6,7 @@ import io
 import os
 import re
 import signal
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,10 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet import InputError, cli
+from bobrossnet.completion.network import load_network
 from bobrossnet.sdf import box, sphere
 from bobrossnet.thumbnails import Style, Thumbnail, _made, contact_sheet
+from bobrossnet.upright import seems_to_lie
 
 ROD = bob.polyline([(0, 0, 0), (0, 0, 9)], radius=0.3).mesh()
 NEEDLE = bob.Mesh([(0, 0, 9), (0.5, 0, 0), (0, 0.5, 0), (-0.5, -0.5, 0)], [(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)])
@@ -35,6 +38,37 @@ def opened(path: Path) -> Image.Image:
     with Image.open(path) as picture:
         picture.load()
         return picture.copy()
+
+
+# ---- Files that lie --------------------------------------------------------------------------------------
+
+
+STATUE = (box((2, 1.6, 0.2)).translate((0, 0, 0.1)) | box((0.5, 0.5, 2)).translate((-0.2, 0, 1))).mesh(0.05)
+
+
+def test_what_lies_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lying = bob.Mesh(STATUE.vertices[:, [0, 2, 1]] * (1, 1, -1), STATUE.triangles)  # z became y, as files have it
+    for name, mesh, lies in (("stands", STATUE, False), ("lies", lying, True)):
+        assert seems_to_lie(bob.Scene(mesh)) is lies
+        mesh.save(tmp_path / f"{name}.ply")
+        assert cli.main(["info", str(tmp_path / f"{name}.ply")]) == 0
+        told = [line for line in capsys.readouterr().out.splitlines() if "--up y" in line]
+        assert told == (["up      z; it seems to lie, --up y would turn it upright"] if lies else [])
+    assert not seems_to_lie(bob.Scene([lying, bob.Instance(lying).rotate(-np.pi / 2, (1, 0, 0)).translate((3, 0, 0))]))
+
+
+@pytest.mark.parametrize("shape", [BALL, BALL.mesh(0.1), bob.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])])
+def test_what_has_no_up_never_lies(shape: bob.Shape) -> None:
+    assert not seems_to_lie(bob.Scene(shape))
+
+
+@needs_models
+def test_scans_that_lie() -> None:
+    names = "armadillo happy_buddha kitten lion_statue max_planck nefertiti stanford_bunny"
+    assert all(seems_to_lie(bob.load(MODELS / f"scans/{name}.ply")) for name in names.split())
+    assert not any(
+        seems_to_lie(bob.load(MODELS / f"scans/{name}.ply")) for name in ("cyberware_horse", "ycb_foam_brick")
+    )
 
 
 # ---- Cameras that fit ------------------------------------------------------------------------------------
@@ -159,6 +193,49 @@ def test_a_film_shows_itself() -> None:
     assert re.match(r'<img alt="" src="data:image/webp;base64,[\w+/=]+">$', html)
 
 
+@pytest.fixture(scope="module")
+def scheduler() -> Iterator[str]:
+    """The address of a cluster of one process."""
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address=None) as cluster:
+        yield cluster.scheduler_address
+
+
+def test_a_cluster_makes_the_same_film(scheduler: str) -> None:
+    options: dict[str, Any] = {"frames": 9, "size": "20x20", "fraction": 0.2}
+    here, there = bob.orbit(BALL, **options), bob.orbit(BALL, **options, scheduler=scheduler)
+    drawn = list(there)
+    assert len(drawn) == 9
+    for expected, picture in zip(here, drawn, strict=True):
+        assert np.array_equal(picture.rgba, expected.rgba)
+
+
+def test_a_cluster_makes_the_same_thumbnails(
+    scheduler: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = bob.thumbnails(folder, tmp_path / "here", size="32x24")
+    assert (
+        cli.main(["thumbs", str(folder), "-o", str(tmp_path / "there"), "--size", "32x24", "--scheduler", scheduler])
+        == 0
+    )
+    printed = capsys.readouterr()
+    assert "wrote 2 pictures" in printed.out
+    assert "left out: broken.obj: expected triangles, got none" in printed.err
+    for each in made:
+        if each.picture is not None:
+            there = tmp_path / "there" / each.picture.relative_to(tmp_path / "here")
+            assert there.read_bytes() == each.picture.read_bytes()
+
+
+def test_no_cluster_is_one_line(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(bob.InputError, match="scheduler: expected a Dask scheduler's address, got 'nonsense'"):
+        bob.thumbnails(folder, tmp_path / "out", scheduler="nonsense")
+    with pytest.raises(bob.InputError, match="scheduler: expected a Dask scheduler's address, got 'nonsense'"):
+        list(bob.orbit(BALL, frames=2, scheduler="nonsense"))
+    with pytest.raises(bob.InputTypeError, match="model: expected a name or a path for a cluster, got a Network"):
+        bob.orbit(BALL, model=load_network("default"), scheduler="nonsense")
+
+
 def test_orbit_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "turn.webp"
     assert cli.main(["orbit", "--frames", "3", "--size", "64x48", "--fraction", "20%", "-o", str(out)]) == 0
@@ -166,6 +243,35 @@ def test_orbit_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture
     with Image.open(out) as file:
         assert file.n_frames == 3  # type: ignore[attr-defined]
         assert file.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
+
+
+def test_render_makes_a_picture_to_look_at_of_files(tmp_path: Path) -> None:
+    """Exact, smooth, fitted and transparent: what `bob.render` makes of a fitted camera."""
+    ROD.save(tmp_path / "rod.ply")
+    options = ["render", str(tmp_path / "rod.ply"), "--size", "48x96"]
+    picture, photo, near = (tmp_path / name for name in ("rod.png", "rod.jpg", "near.png"))
+    assert cli.main([*options, "-o", str(picture)]) == 0
+    rod = bob.load(tmp_path / "rod.ply")
+    expected = bob.render(rod, bob.fitted(rod, size="48x96"), size="48x96")
+    assert np.array_equal(np.asarray(opened(picture)), expected.rgba)
+    assert cli.main([*options, "-o", str(photo)]) == 0
+    assert min(opened(photo).getpixel((0, 0))) > 250  # white, since there is nothing to see through
+    assert cli.main([*options, "--zoom", "2", "-o", str(near)]) == 0
+    assert np.array_equal(np.asarray(opened(near)), bob.render(rod, bob.Camera(zoom=2), size="48x96").rgba)
+
+
+@pytest.mark.parametrize("amount", [["--fraction", "100%"], ["--fraction", "20%"], ["--error", "0.01"]])
+def test_an_amount_to_trace_is_of_pixel_centres(amount: list[str], tmp_path: Path) -> None:
+    ROD.save(tmp_path / "rod.ply")
+    out = tmp_path / "rod.png"
+    assert cli.main(["render", str(tmp_path / "rod.ply"), "--size", "48x96", *amount, "-o", str(out)]) == 0
+    rod = bob.load(tmp_path / "rod.ply")
+    if amount[0] == "--error":
+        *_, frame = bob.progressive(rod, size="48x96", fraction=0.01, until=0.01)
+        gray = frame.image
+    else:
+        gray = bob.complete(bob.trace(rod, size="48x96", fraction=float(amount[1][:-1]) / 100))
+    assert np.array_equal(np.asarray(opened(out)), np.rint(gray * 255))
 
 
 def test_render_fits_on_the_command_line(tmp_path: Path) -> None:

@@ -11,7 +11,9 @@ import struct
 import subprocess
 import sys
 import time
+import warnings
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -281,6 +283,20 @@ def test_interrupts_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 # ---- What is kept ----------------------------------------------------------------------------------------
+
+
+def test_threads_leave_warnings_as_they_were(tmp_path: Path) -> None:
+    """What each holds back while it reads, another must not put back later."""
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n" * 50)
+    before = list(warnings.filters)
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(8) as threads:
+            list(threads.map(load, [tmp_path / "a.obj"] * 100))
+    finally:
+        sys.setswitchinterval(interval)
+    assert list(warnings.filters) == before
 
 
 def test_faces_without_all_their_vertices_are_left_out(tmp_path: Path) -> None:

@@ -37,14 +37,15 @@ def add_size(parser: argparse.ArgumentParser, default: tuple[int, int] = (480, 6
     parser.add_argument("--size", type=size, default=default, metavar="WIDTHxHEIGHT", help=f"default: {width}x{height}")
 
 
-def add_fraction(container: argparse._ActionsContainer, default: float) -> None:
-    """Add --fraction, the share of the pixels to trace."""
+def add_fraction(container: argparse._ActionsContainer, default: float | None, told: str = "") -> None:
+    """Add --fraction, the share of the pixels to trace; `told` says what the default is where that depends."""
     container.add_argument(
         "--fraction",
         type=fraction,
         default=default,
         metavar="PERCENT",
-        help=f"share of the pixels to trace, 5%% or 0.05; 100%% is the exact picture (default: {100 * default:g}%%)",
+        help=f"share of the pixels to trace, 5%% or 0.05; 100%% is the exact picture "
+        f"(default: {told if default is None else f'{100 * default:g}%%'})",
     )
 
 
@@ -73,20 +74,27 @@ def add_model(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", default="default", help="name of shipped weights or a .safetensors file")
 
 
-def add_samples(parser: argparse.ArgumentParser, default: int, what: str) -> None:
-    """Add --samples of each pixel."""
-    parser.add_argument("--samples", type=int, default=default, metavar="N", help=f"{what} (default: {default})")
+def add_samples(parser: argparse.ArgumentParser, default: int | None, what: str, told: str = "") -> None:
+    """Add --samples of each pixel; `told` says what the default is where that depends."""
+    parser.add_argument(
+        "--samples", type=int, default=default, metavar="N", help=f"{what} (default: {told or default})"
+    )
 
 
-def add_background(parser: argparse.ArgumentParser, default: str) -> None:
-    """Add --background, which `background` reads."""
+def add_background(parser: argparse.ArgumentParser, default: str | None, told: str = "") -> None:
+    """Add --background, which `background` reads; `told` says what the default is where that depends."""
     parser.add_argument(
         "--background",
         metavar="COLOR",
-        default=None if default == BLACK else default,
+        default=default,
         help="transparent, or a color such as #ffffff, or two for top and bottom: #ffffff,#99bbdd "
-        f"(default: {default})",
+        f"(default: {told or default})",
     )
+
+
+def add_scheduler(parser: argparse.ArgumentParser) -> None:
+    """Add --scheduler, of a cluster to render on."""
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler's, to render on its cluster")
 
 
 def add_up(parser: argparse.ArgumentParser) -> None:

@@ -229,6 +229,7 @@ def _info(options: argparse.Namespace) -> None:
     import bobrossnet as bob
     from bobrossnet.completion.network import find_weights
     from bobrossnet.completion.weights import read_weights
+    from bobrossnet.upright import seems_to_lie
 
     limit_memory()
     configuration = Path(options.file) / "config.json"
@@ -249,6 +250,7 @@ def _info(options: argparse.Namespace) -> None:
             "file": options.file,
             "scene": scene.describe(),
             "sphere": f"{_vector(scene.center)}, radius {scene.radius:.6g}",
+            **({"up": "z; it seems to lie, --up y would turn it upright"} if seems_to_lie(scene) else {}),
         }
     )
     for instance, (low, high) in zip(scene.instances, scene.boxes, strict=True):

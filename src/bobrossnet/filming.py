@@ -7,6 +7,7 @@ import io
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.atomic import check_writable, write_whole
-from bobrossnet.completion.network import NetworkLike, load_network
+from bobrossnet.cluster import as_done, connected
+from bobrossnet.completion.network import Network, NetworkLike, load_network
 from bobrossnet.errors import InputError, InputTypeError, check_integer, check_number
 from bobrossnet.picture.camera import Camera, orbiting
 from bobrossnet.picture.files import before
@@ -48,11 +50,13 @@ class Film:
         One for each picture.
     size, samples, background, fraction, model
         As in `render`.
+    scheduler : address of a Dask scheduler, optional
+        Its workers, which have this package, make the pictures.
 
     Raises
     ------
     InputError
-        If an argument is out of range, or there is no camera.
+        If an argument is out of range, or there is no camera; as pictures are made, if the scheduler can't be reached.
     """
 
     def __init__(
@@ -65,6 +69,7 @@ class Film:
         background: Background = None,
         fraction: float = 1.0,
         model: NetworkLike = "default",
+        scheduler: str | None = None,
     ) -> None:
         self.scene = as_scene(scene)
         self.cameras: Sequence[Camera] = tuple(cameras)
@@ -80,15 +85,28 @@ class Film:
             "samples": samples,
             "background": background,
             "fraction": fraction,
-            "model": load_network(model),
+            "model": load_network(model) if scheduler is None else _by_name(model),
         }
+        self._scheduler = scheduler
 
     def __len__(self) -> int:
         return len(self.cameras)
 
     def __iter__(self) -> Iterator[Picture]:
-        for camera in self.cameras:
-            yield render(self.scene, camera, size=self.size, **self._options)
+        if self._scheduler is None:
+            for camera in self.cameras:
+                yield render(self.scene, camera, size=self.size, **self._options)
+            return
+        with connected(self._scheduler) as client:
+            draw = partial(render, size=self.size, **self._options)
+            scene = client.scatter(self.scene, broadcast=True)  # once for each worker, not for each picture
+            early: dict[int, Picture] = {}  # before those that come earlier in the film
+            shown = 0
+            for index, future in as_done(client, draw, [(scene, camera) for camera in self.cameras]):
+                early[index] = future.result()
+                while shown in early:
+                    yield early.pop(shown)
+                    shown += 1
 
     def save(
         self, path: str | os.PathLike[str], *, fps: float = 25, progress: Callable[[float], None] | None = None
@@ -142,6 +160,7 @@ def orbit(
     background: Background = None,
     fraction: float = 1.0,
     model: NetworkLike = "default",
+    scheduler: str | None = None,
 ) -> Film:
     """A film of one turn around a scene, anticlockwise seen from above.
 
@@ -154,6 +173,8 @@ def orbit(
         Pictures of the turn.
     size, samples, background, fraction, model
         As in `render`.
+    scheduler
+        As of `Film`.
 
     Returns
     -------
@@ -174,7 +195,10 @@ def orbit(
     first = orbiting(camera)
     check_integer("frames", frames, 1, 10_000)
     cameras = [replace(first, azimuth=first.azimuth + 360 * i / frames) for i in range(frames)]
-    return Film(scene, cameras, size=size, samples=samples, background=background, fraction=fraction, model=model)
+    return Film(
+        scene, cameras, size=size, samples=samples, background=background, fraction=fraction, model=model,
+        scheduler=scheduler,
+    )  # fmt: skip
 
 
 def check_film_path(path: str | os.PathLike[str]) -> Path:
@@ -186,6 +210,14 @@ def check_film_path(path: str | os.PathLike[str]) -> Path:
         except ModuleNotFoundError as error:
             raise InputError(f"{path}: writing .mp4 needs av: pip install 'bobrossnet[video]'") from error
     return path
+
+
+def _by_name(model: NetworkLike) -> NetworkLike:
+    """The network, which a cluster's workers read themselves."""
+    if isinstance(model, Network):
+        raise InputTypeError("model: expected a name or a path for a cluster, got a Network")
+    load_network(model)
+    return model
 
 
 def _encoded(kind: str, frames: Sequence[NDArray[np.uint8]], fps: float) -> bytes:

@@ -16,6 +16,7 @@ from bobrossnet._core import set_thread_count
 from bobrossnet.adapters.apart import be_apart
 from bobrossnet.adapters.files import check_up, load, shape_files
 from bobrossnet.adapters.messages import one_line
+from bobrossnet.cluster import as_done, connected
 from bobrossnet.errors import InputError, check_integer
 from bobrossnet.fitting import fitted
 from bobrossnet.machine import limit_memory
@@ -68,6 +69,7 @@ def thumbnails(
     up: str = "z",
     anew: bool = False,
     workers: int | None = None,
+    scheduler: str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Thumbnail]:
     """Make a picture of each shape file of a folder, and of those below it.
@@ -88,6 +90,8 @@ def thumbnails(
         Also pictures that are there already, newer than their files.
     workers : int, optional
         Processes, by default one for each core. A file that ends one costs that file alone.
+    scheduler : address of a Dask scheduler, optional
+        Its workers make the pictures instead. They have this package, and see both folders where this machine does.
     progress : callable, optional
         Called with the share of the files that are done, 0..1.
 
@@ -99,7 +103,7 @@ def thumbnails(
     Raises
     ------
     InputError
-        If an argument is out of range, or there is no such folder.
+        If an argument is out of range, there is no such folder, or the scheduler can't be reached.
 
     Examples
     --------
@@ -122,7 +126,9 @@ def thumbnails(
             made[i] = Thumbnail(file, picture, None, is_new=False)
         else:
             missing.append(i)
-    for i, error in _made([(str(files[i]), str(pictures[i])) for i in missing], style, count):
+    tasks = [(str(files[i].absolute()), str(pictures[i].absolute())) for i in missing]
+    done = _made(tasks, style, count) if scheduler is None else _made_on_cluster(tasks, style, scheduler)
+    for i, error in done:
         file, picture = files[missing[i]], pictures[missing[i]]
         made[missing[i]] = Thumbnail(file, None if error else picture, error)
         if progress is not None:
@@ -174,7 +180,25 @@ def _made(tasks: Sequence[tuple[str, str]], style: Style, workers: int) -> Itera
                     except BrokenProcessPool:
                         suspects.append(calls[call])
     for i in suspects:
-        yield i, f"{Path(tasks[i][0]).name}: its reader ended without a word, perhaps for want of memory"
+        yield i, _ended(tasks[i][0])
+
+
+def _made_on_cluster(
+    tasks: Sequence[tuple[str, str]], style: Style, scheduler: str
+) -> Iterator[tuple[int, str | None]]:
+    """The same on a cluster, which gives up on a file that has ended some of its workers."""
+    with connected(scheduler) as client:
+        from distributed import KilledWorker
+
+        for i, future in as_done(client, partial(_write, style=style), tasks):
+            try:
+                yield i, future.result()
+            except KilledWorker:
+                yield i, _ended(tasks[i][0])
+
+
+def _ended(file: str) -> str:
+    return f"{Path(file).name}: its reader ended without a word, perhaps for want of memory"
 
 
 def _start_worker() -> None:

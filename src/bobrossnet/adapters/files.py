@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import os
+import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -268,23 +269,28 @@ def _check_file(file: Path) -> None:
         raise InputError(f"expected a file, could not open it ({error})") from error
 
 
+_ONE_AT_A_TIME = threading.RLock()
+"""How warnings and logs are told is the process's: of two threads each would undo what the other has set."""
+
+
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Hold back trimesh's log and numpy's warnings about odd numbers: what fails becomes an error. What was left out of
     the file is told afterwards."""
-    # Not `disabled`, which would not hold for the loggers of trimesh's modules: these hand their records up to here.
-    logger, nowhere = logging.getLogger("trimesh"), logging.NullHandler()
-    before, logger.propagate = logger.propagate, False
-    logger.addHandler(nowhere)
-    try:
-        with warnings.catch_warnings(record=True) as told, np.errstate(all="ignore"):
-            warnings.simplefilter("always")
-            # numpy 1 warns and continues with half the numbers of a text; numpy 2 raises.
-            warnings.filterwarnings("error", message="string or file could not be read")
-            yield
-    finally:
-        logger.removeHandler(nowhere)
-        logger.propagate = before
+    with _ONE_AT_A_TIME:
+        # Not `disabled`, which would not hold for the loggers of trimesh's modules: these hand their records up here.
+        logger, nowhere = logging.getLogger("trimesh"), logging.NullHandler()
+        before, logger.propagate = logger.propagate, False
+        logger.addHandler(nowhere)
+        try:
+            with warnings.catch_warnings(record=True) as told, np.errstate(all="ignore"):
+                warnings.simplefilter("always")
+                # numpy 1 warns and continues with half the numbers of a text; numpy 2 raises.
+                warnings.filterwarnings("error", message="string or file could not be read")
+                yield
+        finally:
+            logger.removeHandler(nowhere)
+            logger.propagate = before
     for warning in told:
         if isinstance(warning.message, InputWarning):
             warnings.warn(warning.message, stacklevel=6)

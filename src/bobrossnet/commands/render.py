@@ -13,6 +13,9 @@ from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
 if TYPE_CHECKING:
     import bobrossnet as bob
 
+FRACTION = 0.1
+"""Of the built-in scene's pixels, and beside a reference."""
+
 STEP = 0.01  # of the pixels: after each the expected error is looked at
 LARGE = 3840 * 2160
 """Pixels from which on completing is no matter of milliseconds, and is not done twice to be timed."""
@@ -20,12 +23,18 @@ LARGE = 3840 * 2160
 
 def add(commands: Any) -> None:
     """Add the command to the subparsers of the command line."""
-    render = commands.add_parser("render", help="make a picture of shapes", description="Make a picture of shapes.")
+    render = commands.add_parser(
+        "render",
+        help="make a picture of shapes",
+        description="Make a picture of shapes. Of files it is one to look at: exact, with smooth edges, filled by what "
+        "is seen, transparent around it. --fraction, --error and --panels are for what was traced and completed: "
+        "pixels' centres, in the bounding sphere, on black.",
+    )
     render.set_defaults(run=run)
     arguments.add_files(render)
     arguments.add_size(render)
     amount = render.add_mutually_exclusive_group()
-    arguments.add_fraction(amount, 0.1)
+    arguments.add_fraction(amount, None, f"100%% of files, {100 * FRACTION:g}%% of the built-in scene or with --panels")
     amount.add_argument(
         "--error",
         type=arguments.positive,
@@ -50,20 +59,43 @@ def add(commands: Any) -> None:
     render.add_argument(
         "--fit",
         choices=("sphere", "silhouette"),
-        default="sphere",
         help="what fills the picture: the bounding sphere, at any angle the same, or what is seen, whatever the zoom "
-        "and pan (default: sphere)",
+        "and pan (default: silhouette of files; sphere with an amount to trace, --zoom, --pan or --position)",
     )
     arguments.add_up(render)
     arguments.add_model(render)
     render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
     arguments.add_samples(
         render,
-        1,
-        "with --fraction 100%%: rays at most for each pixel along edges, 4 or 16; 1 goes through pixels' centres",
+        None,
+        "of an exact picture: rays at most for each pixel along edges, 4 or 16; 1 goes through pixels' centres",
+        "4 of files, 1 with an amount to trace",
     )
-    arguments.add_background(render, arguments.BLACK)
+    arguments.add_background(
+        render,
+        None,
+        f"transparent of files, #ffffff in formats that can't be; {arguments.BLACK} with an amount to trace",
+    )
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
+
+
+def settle(options: argparse.Namespace) -> None:
+    """Choose what was left open: by whether a picture to look at is asked for, or what was traced and completed."""
+    from bobrossnet.picture.exr import ENDING
+    from bobrossnet.picture.files import is_opaque
+
+    to_look_at = bool(options.files) and options.fraction is None and options.error is None and not options.panels
+    is_exr = options.out.lower().endswith(ENDING)
+    if options.fraction is None:
+        options.fraction = 1.0 if to_look_at else FRACTION
+    if options.samples is None:
+        options.samples = 4 if to_look_at and not is_exr else 1
+    if options.fit is None:
+        home = Camera()
+        placed = any(getattr(options, name) != getattr(home, name) for name in ("zoom", "pan", "position"))
+        options.fit = "silhouette" if to_look_at and not placed else "sphere"
+    if options.background is None and to_look_at and not is_exr:
+        options.background = "#ffffff" if is_opaque(options.out) else "transparent"
 
 
 def run(options: argparse.Namespace) -> None:
@@ -87,6 +119,7 @@ def run(options: argparse.Namespace) -> None:
     from bobrossnet.rendering import check_picture, finished
 
     limit_memory()
+    settle(options)
     out = check_writable(options.out, "a picture", (*FORMATS, ENDING))
     if out.suffix.lower() == ENDING and (options.panels or options.background is not None or options.samples > 1):
         raise bob.InputError(
@@ -122,7 +155,8 @@ def run(options: argparse.Namespace) -> None:
             for frame in bob.progressive(scene, camera, fraction=STEP, until=options.error, model=model, **view):
                 report(frame.fraction)
         part, trace_ms = frame.gbuffer, 1000 * (time.perf_counter() - start)
-    if height * width <= LARGE:
+    exact = part.fraction == 1
+    if height * width <= LARGE and not exact:
         bob.complete(part, model=model)  # the first run fetches memory
     start = time.perf_counter()
     image = bob.complete(part, model=model)
@@ -132,25 +166,28 @@ def run(options: argparse.Namespace) -> None:
     print(f"scene      {scene.describe()}, loaded and built in {ready_ms:.0f} ms")
     print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {rays:,} rays in {trace_ms:.1f} ms")
     expected = f", expected error {frame.error:.2g} of gray 0..1" if options.error is not None else ""
-    print(f"completed  in {complete_ms:.1f} ms{expected}")
+    if not exact:
+        print(f"completed  in {complete_ms:.1f} ms{expected}")
     if options.panels:
-        whole = part.fraction == 1
-        full, full_ms = (part, trace_ms) if whole else timed_trace("tracing the reference", 1.0)
+        full, full_ms = (part, trace_ms) if exact else timed_trace("tracing the reference", 1.0)
         quality = f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
         print(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
-        completed, exact = to_8_bit(image), to_8_bit(full.gray)
+        completed, reference = to_8_bit(image), to_8_bit(full.gray)
         if scene.is_colored:
-            completed, exact = (color_to_8_bit(bob.complete(g, model, channel="color")) for g in (part, full))
+            completed, reference = (color_to_8_bit(bob.complete(g, model, channel="color")) for g in (part, full))
         picture = side_by_side(
             [
                 (traced_on_green(part), f"traced: {100 * part.fraction:.4g} %, {rays:,} rays, {trace_ms:.1f} ms"),
                 (completed, f"completed: {complete_ms:.1f} ms, {quality}"),
-                (exact, f"reference: {width * height:,} rays, {full_ms:.1f} ms"),
+                (reference, f"reference: {width * height:,} rays, {full_ms:.1f} ms"),
             ]
         )
     elif scene.is_colored or options.background is not None or options.samples > 1:
+        start = time.perf_counter()
         picture = finished(part, scene, camera, samples=options.samples, background=background, model=model).rgba
         picture = picture if background is None else picture[..., :3]
+        if exact and options.samples > 1:
+            print(f"edges      smoothed in {1000 * (time.perf_counter() - start):.1f} ms")
     else:
         picture = to_8_bit(image)
     if scene.unresolved_rays:

@@ -28,6 +28,7 @@ def add(commands: Any) -> None:
     arguments.add_background(thumbs, "transparent")
     thumbs.add_argument("--anew", action="store_true", help="make all of them, also those that are there")
     thumbs.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each core)")
+    arguments.add_scheduler(thumbs)
     thumbs.add_argument("--sheet", metavar="PICTURE", help="write a sheet of all of them, too")
 
 
@@ -53,6 +54,7 @@ def run(options: argparse.Namespace) -> None:
             up=options.up,
             anew=options.anew,
             workers=options.workers,
+            scheduler=options.scheduler,
             progress=report,
         )
     seconds = time.perf_counter() - start

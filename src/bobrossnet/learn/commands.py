@@ -29,7 +29,7 @@ def add_commands(commands: Any) -> None:
     )
     build.add_argument("--test-shapes", type=int, default=10, help="set aside for testing (default: 10)")
     build.add_argument("--seed", type=int, default=0, help="of shapes, cameras, splits and masks (default: 0)")
-    build.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler's, to render on its cluster")
+    arguments.add_scheduler(build)
 
     compare = actions.add_parser(
         "compare",

@@ -110,6 +110,11 @@ def check_picture_path(path: str | os.PathLike[str]) -> Path:
     return check_writable(path, "a picture", FORMATS)
 
 
+def is_opaque(path: str | os.PathLike[str]) -> bool:
+    """Whether a picture's ending is that of a format without transparency."""
+    return FORMATS.get(Path(path).suffix.lower()) in OPAQUE
+
+
 def write_picture(path: str | os.PathLike[str], image: U8) -> None:
     """Write (H, W), (H, W, 3) or (H, W, 4) uint8 in the format that the ending says, whole or not at all; before black
     where that has no transparency."""
@@ -119,7 +124,7 @@ def write_picture(path: str | os.PathLike[str], image: U8) -> None:
     content = io.BytesIO()
     kind = FORMATS[path.suffix.lower()]
     has_alpha = image.ndim == 3 and image.shape[2] == 4
-    picture = Image.fromarray(before("black", image) if has_alpha and kind in OPAQUE else image)
+    picture = Image.fromarray(before("black", image) if has_alpha and is_opaque(path) else image)
     try:
         picture.save(content, kind, **({"compress_level": PNG_LEVEL} if kind == "PNG" else {}))
     except (OSError, ValueError, KeyError) as error:  # WebP's 16383 pixels a side, or a Pillow without AVIF

@@ -6,18 +6,15 @@ build resumes with the missing views, and ends with the same bytes.
 
 from __future__ import annotations
 
-import logging
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from itertools import islice
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.adapters.messages import one_line
+from bobrossnet.cluster import as_done, connected
 from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import SHAPES, SIZES, TEST_SHAPES, Plan
 from bobrossnet.learn.dataset.store import PLANES, Dataset
@@ -71,7 +68,7 @@ def build(
     if shapes is None:
         shapes = 0 if files else SHAPES
     paths = [path for place in files for path in shape_files(place)]
-    with _cluster(scheduler) as client:
+    with connected(scheduler) as client:
         errors = _each(client, _error_of_file, [(str(path),) for path in paths], "checking files")
         for error in filter(None, errors):
             left_out(error, stacklevel=2)
@@ -117,55 +114,14 @@ def _error_of_file(file: str) -> str | None:
     return None
 
 
-@contextmanager
-def _cluster(scheduler: str | None) -> Iterator[Any]:
-    """A client of the scheduler, or of one in this process."""
-    from distributed import Client, LocalCluster
-
-    if scheduler is not None:
-        try:
-            client = Client(scheduler, timeout=10)
-        except (OSError, ValueError) as error:
-            why = one_line(error)
-            raise InputError(f"scheduler: expected a Dask scheduler's address, got {scheduler!r}: {why}") from error
-        with client:
-            yield client
-        return
-    # Failures arrive with their results; the rest of the log is only its reaction to Ctrl-C.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    with (
-        LocalCluster(
-            n_workers=1, threads_per_worker=os.cpu_count() or 1, processes=False, dashboard_address=":0"
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        yield client
-
-
 def _as_done(
     client: Any, function: Callable[..., Any], arguments: Sequence[tuple[Any, ...]], what: str
 ) -> Iterator[tuple[int, Any]]:
-    """Yield the index and the result of each call as it is done, in any order; few more are asked for than can run."""
-    from distributed import as_completed
-
-    window = 2 * sum(client.nthreads().values())
-    calls: Iterable[tuple[int, tuple[Any, ...]]] = iter(enumerate(arguments))
-    index_of = {}
-
-    def submit(count: int) -> list[Any]:
-        futures = []
-        for index, call in islice(calls, count):
-            future = client.submit(function, *call, pure=False)
-            index_of[future.key] = index
-            futures.append(future)
-        return futures
-
+    """Yield the index and the result of each call as it is done, in any order, and report it."""
     with progress(what) as report:
-        done = as_completed(submit(max(window, 2)))
-        for count, future in enumerate(done, 1):
-            yield index_of.pop(future.key), future.result()
+        for count, (index, future) in enumerate(as_done(client, function, arguments), 1):
+            yield index, future.result()
             report(count / len(arguments), f"{count}/{len(arguments)}")
-            done.update(submit(1))
 
 
 def _each(client: Any, function: Callable[..., Any], arguments: Sequence[tuple[Any, ...]], what: str) -> list[Any]:

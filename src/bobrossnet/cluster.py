@@ -1,0 +1,73 @@
+"""Work that runs on a Dask cluster: calls that are sent there, and come back as they are done."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import islice
+from typing import Any
+
+from bobrossnet.adapters.messages import one_line
+from bobrossnet.errors import InputError
+
+
+@contextmanager
+def connected(scheduler: str | None) -> Iterator[Any]:
+    """A client of the Dask scheduler at an address; of one in this process, with a thread for each core, without.
+
+    Raises
+    ------
+    InputError
+        If there is no scheduler at the address, or no Dask here.
+    """
+    try:
+        from distributed import Client, LocalCluster
+    except ModuleNotFoundError:
+        raise InputError("scheduler: expected Dask here, found none: pip install 'bobrossnet[cluster]'") from None
+    if scheduler is not None:
+        try:
+            client = Client(scheduler, timeout=10)
+        except (OSError, ValueError) as error:
+            why = one_line(error)
+            raise InputError(f"scheduler: expected a Dask scheduler's address, got {scheduler!r}: {why}") from error
+        with client:
+            yield client
+        return
+    # Failures arrive with their results; the rest of the log is only its reaction to Ctrl-C.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    with (
+        LocalCluster(
+            n_workers=1, threads_per_worker=os.cpu_count() or 1, processes=False, dashboard_address=":0"
+        ) as cluster,
+        Client(cluster) as client,
+    ):
+        yield client
+
+
+def as_done(
+    client: Any, function: Callable[..., Any], arguments: Sequence[tuple[Any, ...]]
+) -> Iterator[tuple[int, Any]]:
+    """Yield the index and the future of each call as it is done, in any order.
+
+    Few more are asked for than can run, so that results that are not yet taken don't fill the memory.
+    """
+    from distributed import as_completed
+
+    window = 2 * sum(client.nthreads().values())
+    calls: Iterable[tuple[int, tuple[Any, ...]]] = iter(enumerate(arguments))
+    index_of = {}
+
+    def submit(count: int) -> list[Any]:
+        futures = []
+        for index, call in islice(calls, count):
+            future = client.submit(function, *call, pure=False)
+            index_of[future.key] = index
+            futures.append(future)
+        return futures
+
+    done = as_completed(submit(max(window, 2)))
+    for future in done:
+        yield index_of.pop(future.key), future
+        done.update(submit(1))
