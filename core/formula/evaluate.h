@@ -60,6 +60,12 @@ constexpr bool is_decision(Op op) {
     return op == Op::minimum || op == Op::maximum || op == Op::absolute || op == corner_distance || may_jump(op);
 }
 
+/// Whether box `lane` decides it, so that less is to be computed there.
+constexpr bool is_decided(Op op, const Decision& decision, int lane) {
+    const bool first = decision.first >> lane & 1, second = decision.second >> lane & 1;
+    return (first && op != Op::atan2) || (second && !is_rounding(op) && op != Op::atan2);
+}
+
 /// Axis-aligned boxes and what a formula's values are in them.
 struct BoxBatch {
     float low[3][max_lanes], high[3][max_lanes];  // [axis][box]: in

@@ -124,10 +124,10 @@ public:
     Graph(const Graph&) = delete;
     Graph& operator=(const Graph&) = delete;
 
-    Value x() { return add({.op = Op::x}); }
-    Value y() { return add({.op = Op::y}); }
-    Value z() { return add({.op = Op::z}); }
-    Value constant(double value) { return add({.op = Op::constant, .value = value}); }
+    Value x() { return add(Op::x, {}); }
+    Value y() { return add(Op::y, {}); }
+    Value z() { return add(Op::z, {}); }
+    Value constant(double value) { return add(Op::constant, {}, value); }
     Value unary(Op op, Value a, double value = 0);
     Value binary(Op op, Value a, Value b);
     /// b where a < 0, else c.
@@ -135,6 +135,8 @@ public:
 
     /// The op of a node of any expression, on values of this graph; an axis or a constant as it is.
     Value like(const Node& node, const Value operand[3]);
+    /// The same of a node that another graph made, where its operands are as that one had them: there is nothing to simplify.
+    Value again(const Node& node, const Value operand[3]);
 
     /// The nodes of f in this graph, each by make(number of the node, values of its operands) and after these.
     template <class Make>
@@ -152,6 +154,8 @@ public:
 
     /// f as it is.
     Value copy(const Expression& f);
+    /// One of its nodes, with what that needs.
+    Value copy(const Expression& f, std::uint32_t node);
 
     /// f(x, y, z) with other values in the place of x, y and z.
     Value substitute(const Expression& f, Value x, Value y, Value z);
@@ -166,7 +170,10 @@ public:
     [[nodiscard]] Expression expression(Value root) const;
 
 private:
-    Value add(const Node& node);
+    struct Operands {
+        std::uint32_t a = 0, b = 0, c = 0;
+    };
+    Value add(Op op, Operands operands, double value = 0);
     void grow();
 
     std::vector<Node> nodes_;

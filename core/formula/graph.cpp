@@ -14,41 +14,46 @@ bool commutes(Op op) {
     return op == Op::add || op == Op::multiply || op == Op::minimum || op == Op::maximum || op == Op::hypot;
 }
 
-std::size_t hash(const Node& node) {
-    std::uint64_t h = static_cast<std::uint64_t>(node.op) + 1;
-    for (const std::uint32_t operand : node.operand) h = (h ^ operand) * 0x9e3779b97f4a7c15;
-    h = (h ^ (h >> 29) ^ std::bit_cast<std::uint64_t>(node.value)) * 0xbf58476d1ce4e5b9;
+/// Products that don't wait for each other. A constant's bits count, so that 0 and -0 are two.
+std::size_t hash(Op op, std::uint32_t a, std::uint32_t b, std::uint32_t c, double value) {
+    const std::uint64_t of_op = static_cast<std::uint64_t>(op) << 32 | a, of_others = static_cast<std::uint64_t>(b) << 32 | c;
+    const std::uint64_t h = of_op * 0x9e3779b97f4a7c15 + of_others * 0xbf58476d1ce4e5b9 +
+                            std::bit_cast<std::uint64_t>(value) * 0x94d049bb133111eb;
     return h ^ (h >> 32);
-}
-
-/// Bit for bit, so that 0 and -0 are two constants.
-bool same(const Node& a, const Node& b) {
-    return a.op == b.op && a.operand[0] == b.operand[0] && a.operand[1] == b.operand[1] &&
-           a.operand[2] == b.operand[2] && std::bit_cast<std::uint64_t>(a.value) == std::bit_cast<std::uint64_t>(b.value);
 }
 
 }  // namespace
 
 // ---- Nodes ----------------------------------------------------------------------------------------
 
-Value Graph::add(const Node& node) {
+Value Graph::add(Op op, Operands operands, double value) {
+    const auto [a, b, c] = operands;
     if (2 * (nodes_.size() + 1) > slots_.size()) grow();
     const std::size_t mask = slots_.size() - 1;
-    std::size_t slot = hash(node) & mask;
+    const auto bits = std::bit_cast<std::uint64_t>(value);
+    std::size_t slot = hash(op, a, b, c, value) & mask;
     for (; slots_[slot] != no_node; slot = (slot + 1) & mask) {
-        if (same(nodes_[slots_[slot]], node)) return {this, slots_[slot]};
+        const Node& node = nodes_[slots_[slot]];
+        if (node.op == op && node.operand[0] == a && node.operand[1] == b && node.operand[2] == c &&
+            std::bit_cast<std::uint64_t>(node.value) == bits) {
+            return {this, slots_[slot]};
+        }
     }
     if (nodes_.size() == max_nodes) throw TooLarge();
-    slots_[slot] = static_cast<std::uint32_t>(nodes_.size());
-    nodes_.push_back(node);
-    return {this, slots_[slot]};
+    const auto index = slots_[slot] = static_cast<std::uint32_t>(nodes_.size());
+    Node& node = nodes_.emplace_back();
+    node.op = op;
+    node.operand[0] = a, node.operand[1] = b, node.operand[2] = c;
+    node.value = value;
+    return {this, index};
 }
 
 void Graph::grow() {
     slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), no_node);
     const std::size_t mask = slots_.size() - 1;
     for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
-        std::size_t slot = hash(nodes_[i]) & mask;
+        const auto& [op, operand, value] = nodes_[i];
+        std::size_t slot = hash(op, operand[0], operand[1], operand[2], value) & mask;
         while (slots_[slot] != no_node) slot = (slot + 1) & mask;
         slots_[slot] = i;
     }
@@ -70,15 +75,40 @@ Expression Graph::expression(Value root) const {
 
 Value Graph::like(const Node& node, const Value operand[3]) {
     switch (operands(node.op)) {
-        case 0: return add({.op = node.op, .value = node.value});
+        case 0: return add(node.op, {}, node.value);
         case 1: return unary(node.op, operand[0], node.value);
         case 2: return binary(node.op, operand[0], operand[1]);
         default: return select(operand[0], operand[1], operand[2]);
     }
 }
 
+Value Graph::again(const Node& node, const Value operand[3]) {
+    const int count = operands(node.op);
+    // What was older may be younger here.
+    if (commutes(node.op) && operand[1].index < operand[0].index) return like(node, operand);
+    return add(node.op, {count > 0 ? operand[0].index : 0, count > 1 ? operand[1].index : 0, count > 2 ? operand[2].index : 0},
+               node.value);
+}
+
 Value Graph::copy(const Expression& f) {
     return rebuild(f, [&](std::uint32_t i, const Value* operand) { return like(f.nodes()[i], operand); }).back();
+}
+
+Value Graph::copy(const Expression& f, std::uint32_t node) {
+    std::vector<bool> is_needed(node + 1);
+    is_needed[node] = true;
+    for (std::uint32_t i = node + 1; i-- > 0;) {
+        if (!is_needed[i]) continue;
+        for (int k = 0; k < operands(f.nodes()[i].op); ++k) is_needed[f.nodes()[i].operand[k]] = true;
+    }
+    std::vector<Value> values(node + 1);
+    for (std::uint32_t i = 0; i <= node; ++i) {
+        if (!is_needed[i]) continue;
+        Value operand[3];
+        for (int k = 0; k < operands(f.nodes()[i].op); ++k) operand[k] = values[f.nodes()[i].operand[k]];
+        values[i] = like(f.nodes()[i], operand);
+    }
+    return values[node];
 }
 
 Value Graph::substitute(const Expression& f, Value x, Value y, Value z) {
@@ -226,7 +256,7 @@ Value Graph::unary(Op op, Value value, double exponent) {
             break;
         default: break;
     }
-    return add({.op = op, .operand = {value.index}, .value = op == Op::power ? exponent : 0});
+    return add(op, {value.index}, op == Op::power ? exponent : 0);
 }
 
 Value Graph::binary(Op op, Value left, Value right) {
@@ -312,14 +342,14 @@ Value Graph::binary(Op op, Value left, Value right) {
             break;
         default: break;
     }
-    return add({.op = op, .operand = {left.index, right.index}});
+    return add(op, {left.index, right.index});
 }
 
 Value Graph::select(Value a, Value b, Value c) {
     const Term condition{*this, a};
     if (condition.is_constant()) return condition.constant() < 0 ? b : c;
     if (b == c) return b;
-    return add({.op = Op::select, .operand = {a.index, b.index, c.index}});
+    return add(Op::select, {a.index, b.index, c.index});
 }
 
 }  // namespace bob

@@ -1,5 +1,7 @@
 #include "formula/jumps.h"
 
+#include <algorithm>
+#include <map>
 #include <vector>
 
 #include "formula/scratch.h"
@@ -10,120 +12,171 @@ namespace {
 
 constexpr int max_jumps = 3;
 
-/// Of each node: bounded, simplified, copied and made instructions of.
-constexpr std::uint64_t units_of_survey = 150;
+/// Of each node: bounded, asked whether it is needed, and copied if so.
+constexpr std::uint64_t units_of_survey = 40;
 constexpr double pi = 3.14159265358979323846;
-
-/// Where a formula jumps: its node `at` is `before` where `condition` < 0, else `after`.
-struct Jump {
-    std::uint32_t at;
-    float low = 0;  // of a rounding: the number before or after the jump, whichever is lower
-};
 
 enum class Sign { positive, negative, mixed };
 
+/// Decisions of a tape that are taken for granted, on one side of a jump, by their numbers.
+using Given = std::map<std::size_t, Decision>;
+
+/// Where a formula jumps.
+struct Jump {
+    std::size_t decision;  // its number
+    float low = 0;         // of a rounding: the number before or after the jump, whichever is lower
+};
+
 /// What a box shows about a formula.
 struct Survey {
-    Sign sign;
-    Expression simpler;         // as far as the box decides
-    std::optional<Jump> jump;   // in `simpler`: one that the box leaves open, a rounding or an angle rather than a select
+    Sign sign = Sign::mixed;
+    std::vector<Decision> decisions;
+    std::optional<Jump> jump;   // one that the box leaves open, a rounding or an angle rather than a select
     bool is_select = false;     // the jump is that of a select
     bool other_jumps = false;   // that can't be taken out
 };
 
+/// Whether an instruction is a decision; a corner is two, the first of which is its maximum's.
+int decisions_of(const Instruction& step) { return step.op == corner_distance ? 2 : is_decision(step.op) ? 1 : 0; }
+
+/// Makes an instruction compute what its decision's outcome is.
+void settle(Instruction& step, const Decision& outcome) {
+    const bool first = outcome.first & 1;
+    if (is_rounding(step.op)) {
+        step.offset = outcome.value[0];
+        step.op = Op::constant;
+        return;
+    }
+    step.scale = step.op == Op::absolute && !first ? -1.f : 1.f;
+    if (step.op == Op::select) step.a = first ? step.b : step.c;
+    if (step.op == Op::minimum || step.op == Op::maximum) step.a = first ? step.a : step.b;
+    step.op = affine;
+}
+
+/// Bounds in the first of the boxes, and what it decides where some decisions are given.
+std::vector<Decision> bounds(const Tape& tape, const Given& given, BoxBatch& box) {
+    std::vector<Decision> decisions(tape.decisions().size());
+    const FormulaKernels& kernels = best_formula_kernels();
+    const Code code = tape.code();
+    if (given.empty()) {
+        kernels.bounds(code, box, decisions.data(), scratch(code.registers));
+        return decisions;
+    }
+    thread_local std::vector<Instruction> settled;
+    settled.assign(code.instructions, code.instructions + code.count);
+    std::vector<bool> is_settled(decisions.size(), false);
+    std::size_t at = 0;
+    for (Instruction& step : settled) {
+        const int count = decisions_of(step);
+        if (count == 1) {
+            if (const auto outcome = given.find(at); outcome != given.end()) {
+                settle(step, outcome->second);
+                is_settled[at] = true;
+            }
+        }
+        at += static_cast<std::size_t>(count);
+    }
+    kernels.bounds({settled.data(), settled.size(), code.registers, code.result}, box, decisions.data(), scratch(code.registers));
+    // The kernel knows nothing of the decisions that are settled.
+    auto told = decisions.size() - static_cast<std::size_t>(std::count(is_settled.begin(), is_settled.end(), true));
+    for (at = decisions.size(); at-- > 0;) {
+        if (!is_settled[at]) decisions[at] = decisions[--told];
+    }
+    for (const auto& [number, outcome] : given) decisions[number] = outcome;
+    return decisions;
+}
+
 /// The jumps that a box leaves open.
-void find_jumps(const Tape& tape, const std::vector<Decision>& decisions, Survey& survey) {
+void find_jumps(const Tape& tape, Survey& survey) {
+    const std::vector<bool> is_needed = tape.are_needed(survey.decisions, 0);
     std::optional<Jump> of_select;
-    for (std::size_t at = 0; at < decisions.size(); ++at) {
+    for (std::size_t at = 0; at < survey.decisions.size(); ++at) {
         const Op op = tape.decisions()[at];
-        const std::uint32_t i = tape.decision_nodes()[at];
-        const Decision& decision = decisions[at];
+        const Decision& decision = survey.decisions[at];
+        if (!may_jump(op) || !is_needed[at] || is_decided(op, decision, 0)) continue;
         const bool first = decision.first & 1, second = decision.second & 1;
-        if (op == Op::select && !first && !second) {
-            if (!of_select) of_select = Jump{i};
-        } else if (op == Op::atan2 && first) {
-            if (!survey.jump) survey.jump = Jump{i};
-        } else if (is_rounding(op) && !first) {
+        if (op == Op::select) {
+            if (!of_select) of_select = Jump{at};
+        } else if (op == Op::atan2) {
+            if (first && !survey.jump) survey.jump = Jump{at};
+        } else {
             survey.other_jumps = survey.other_jumps || !second;
-            if (second && !survey.jump) survey.jump = Jump{i, decision.value[0]};
+            if (second && !survey.jump) survey.jump = Jump{at, decision.value[0]};
         }
     }
     survey.is_select = !survey.jump && of_select;
     if (!survey.jump) survey.jump = of_select;
 }
 
-Survey survey(const Tape& tape, BoxBatch box, Work& work) {
-    const Expression& f = tape.expression();
-    std::vector<Decision> decisions;
-    const auto decide = [&](const Tape& tape) {
-        decisions.assign(tape.decisions().size(), {});
-        best_formula_kernels().bounds(tape.code(), box, decisions.data(), scratch(tape.code().registers));
-    };
-    work.spend(units_of_survey * f.nodes().size());
-    decide(tape);
-    if (box.least[0] >= 0 || box.nowhere & 1) return {Sign::positive, f, {}};
-    if (box.most[0] < 0) return {Sign::negative, f, {}};
-    Survey result{Sign::mixed, f, {}};
-    if (!(box.partly & 1)) {
-        result.simpler = tape.specialised(decisions, 0);
-        if (!(result.simpler == f)) {
-            const Tape simpler(result.simpler);
-            decide(simpler);
-            find_jumps(simpler, decisions, result);
-            return result;
+Survey survey(const Tape& tape, const Given& given, BoxBatch box, Work& work) {
+    work.spend(units_of_survey * tape.expression().nodes().size());
+    Survey result;
+    result.decisions = bounds(tape, given, box);
+    if (box.partly & 1) {
+        // Only what is given is certain: the greater of two that is never taken may still be NaN.
+        for (std::size_t at = 0; at < result.decisions.size(); ++at) {
+            if (is_decided(tape.decisions()[at], result.decisions[at], 0) && !given.contains(at)) result.decisions[at] = {};
         }
     }
-    find_jumps(tape, decisions, result);
+    if (box.least[0] >= 0 || box.nowhere & 1) {
+        result.sign = Sign::positive;
+    } else if (box.most[0] < 0) {
+        result.sign = Sign::negative;
+    } else {
+        find_jumps(tape, result);
+    }
     return result;
 }
 
 /// What is negative before a jump of a node whose first operand is `a`.
-Value condition(const Node& node, const Jump& jump, Value a) {
-    const float threshold = node.op == Op::floor ? jump.low + 1 : node.op == Op::ceil ? jump.low : jump.low + 0.5f;
-    return is_rounding(node.op) ? a - threshold : a;
+Value condition(Op op, const Jump& jump, Value a) {
+    const float threshold = op == Op::floor ? jump.low + 1 : op == Op::ceil ? jump.low : jump.low + 0.5f;
+    return is_rounding(op) ? a - threshold : a;
 }
 
-/// The node that jumps, as it is on one side.
-Value side(Graph& graph, const Node& node, const Jump& jump, const Value* operand, bool before) {
-    if (node.op == Op::select) return operand[before ? 1 : 2];
-    if (node.op == Op::atan2) {
-        // The angle is counted from the cut, where it is small, and half a turn added or taken.
-        const Value across = -operand[1];
-        return atan2(-operand[0], across) + (before ? -pi : pi);
+/// What is given on one side of a jump of a rounding or a select, besides what is already. Where the sign of what a select asks for is
+/// known, so is it of what that is a multiple of: absolute values and halves cut off at zero need no longer be asked.
+Given on_side(const Tape& tape, Given given, const Jump& jump, bool before) {
+    const std::vector<Node>& nodes = tape.expression().nodes();
+    const auto choice = [](bool first) { return Decision{first ? 1u : 0u, first ? 0u : 1u, {}}; };
+    const std::uint32_t jumping = tape.decision_nodes()[jump.decision];
+    if (nodes[jumping].op != Op::select) {
+        given[jump.decision] = {1, 0, {before ? jump.low : jump.low + 1}};
+        return given;
     }
-    return graph.constant(before ? jump.low : jump.low + 1);
+    std::map<std::uint32_t, bool> is_negative;  // of nodes whose sign is known
+    std::uint32_t i = nodes[jumping].operand[0];
+    bool negative = is_negative[i] = before;
+    while (nodes[i].op == Op::negate || (nodes[i].op == Op::multiply && nodes[nodes[i].operand[1]].op == Op::constant)) {
+        if (nodes[i].op == Op::negate || nodes[nodes[i].operand[1]].value < 0) negative = !negative;
+        i = nodes[i].operand[0];
+        is_negative[i] = negative;
+    }
+    for (std::size_t at = 0; at < tape.decisions().size(); ++at) {
+        const Op op = tape.decisions()[at];
+        const Node& node = nodes[tape.decision_nodes()[at]];
+        if (op == corner_distance || op == Op::atan2 || is_rounding(op)) continue;
+        const auto sign = is_negative.find(node.operand[0]);
+        if (sign == is_negative.end()) continue;
+        if (op == Op::absolute) given[at] = choice(!sign->second);
+        if (op == Op::select) given[at] = choice(sign->second);
+        if ((op == Op::minimum || op == Op::maximum) && nodes[node.operand[1]].op == Op::constant && nodes[node.operand[1]].value == 0) {
+            given[at] = choice(sign->second == (op == Op::minimum));
+        }
+    }
+    return given;
 }
 
-/// The formula on one side of a jump. There the sign of what a select asks for is known, of it and of what it is a multiple
-/// of: absolute values and halves cut off at zero need no longer be asked.
-Expression on_side(const Expression& f, const Jump& jump, bool before) {
-    const std::vector<Node>& nodes = f.nodes();
-    std::vector<int> sign(nodes.size(), 0);
-    if (nodes[jump.at].op == Op::select) {
-        std::uint32_t i = nodes[jump.at].operand[0];
-        int known = before ? -1 : 1;
-        sign[i] = known;
-        while (nodes[i].op == Op::negate ||
-               (nodes[i].op == Op::multiply && nodes[nodes[i].operand[1]].op == Op::constant)) {
-            if (nodes[i].op == Op::negate || nodes[nodes[i].operand[1]].value < 0) known = -known;
-            i = nodes[i].operand[0];
-            sign[i] = known;
-        }
-    }
-    Graph graph;
-    const std::vector<Value> values = graph.rebuild(f, [&](std::uint32_t i, const Value* operand) {
-        const Node& node = nodes[i];
-        if (i == jump.at) return side(graph, node, jump, operand, before);
-        const int known = operands(node.op) > 0 ? sign[node.operand[0]] : 0;
-        if (known && node.op == Op::absolute) return known < 0 ? -operand[0] : operand[0];
-        if (known && node.op == Op::select) return operand[known < 0 ? 1 : 2];
-        if (known && (node.op == Op::minimum || node.op == Op::maximum) &&
-            nodes[node.operand[1]].op == Op::constant && nodes[node.operand[1]].value == 0) {
-            return operand[(known < 0) == (node.op == Op::minimum) ? 0 : 1];
-        }
-        return graph.like(node, operand);
-    });
-    return graph.expression(values.back());
+/// The formula on one side of the cut of an angle: it is counted from there, where it is small, and half a turn added or taken.
+Expression beside_cut(const Tape& tape, const Survey& found, bool before) {
+    thread_local Graph graph;
+    graph.clear();
+    const Tape::Instead instead{tape.decision_nodes()[found.jump->decision], [&](const Value* operand) {
+                                    const Value across = -operand[1];
+                                    return atan2(-operand[0], across) + (before ? -pi : pi);
+                                }};
+    const auto last = static_cast<std::uint32_t>(tape.expression().nodes().size() - 1);
+    return graph.expression(tape.specialised(graph, found.decisions, 0, last, &instead));
 }
 
 /// A formula without inner jumps, and its sign where the box shows it.
@@ -132,26 +185,28 @@ struct Apart {
     Sign sign;
 };
 
-std::optional<Apart> taken_out(Graph& graph, const Tape& f, const BoxBatch& box, int jumps_left, Work& work) {
-    const Survey found = survey(f, box, work);
+std::optional<Apart> taken_out(Graph& graph, const Tape& f, const Given& given, const BoxBatch& box, int jumps_left, Work& work) {
+    const Survey found = survey(f, given, box, work);
+    const auto value_of = [&](std::uint32_t node) { return f.specialised(graph, found.decisions, 0, node); };
+    const auto last = static_cast<std::uint32_t>(f.expression().nodes().size() - 1);
     // Selects that are too many stay inside: most that people write do not jump at all. Where the sign is known, the
     // formula is still asked for its slope: what jumps from below zero to above is a surface with a normal.
-    if (found.sign != Sign::mixed || (jumps_left == 0 && found.is_select)) {
-        return Apart{graph.copy(found.simpler), found.sign};
-    }
+    if (found.sign != Sign::mixed || (jumps_left == 0 && found.is_select)) return Apart{value_of(last), found.sign};
     if (found.other_jumps) return std::nullopt;
-    if (!found.jump) return Apart{graph.copy(found.simpler), found.sign};
+    if (!found.jump) return Apart{value_of(last), found.sign};
     if (jumps_left == 0) return std::nullopt;
-    const auto before = taken_out(graph, Tape(on_side(found.simpler, *found.jump, true)), box, jumps_left - 1, work);
-    if (!before) return std::nullopt;
-    const auto after = taken_out(graph, Tape(on_side(found.simpler, *found.jump, false)), box, jumps_left - 1, work);
-    if (!after) return std::nullopt;
 
-    const std::vector<Node>& nodes = found.simpler.nodes();
-    const std::vector<Value> values = graph.rebuild(
-        found.simpler, [&](std::uint32_t i, const Value* operand) { return graph.like(nodes[i], operand); });
-    const Node& jumping = nodes[found.jump->at];
-    const Value jumps_at = condition(jumping, *found.jump, values[jumping.operand[0]]);
+    const Op op = f.decisions()[found.jump->decision];
+    const auto side = [&](bool before) {
+        if (op == Op::atan2) return taken_out(graph, Tape(beside_cut(f, found, before)), {}, box, jumps_left - 1, work);
+        return taken_out(graph, f, on_side(f, given, *found.jump, before), box, jumps_left - 1, work);
+    };
+    const auto before = side(true);
+    if (!before) return std::nullopt;
+    const auto after = side(false);
+    if (!after) return std::nullopt;
+    const Node& jumping = f.expression().nodes()[f.decision_nodes()[found.jump->decision]];
+    const Value jumps_at = condition(op, *found.jump, value_of(jumping.operand[0]));
     return Apart{select(jumps_at, before->value, after->value),
                  before->sign == after->sign ? before->sign : Sign::mixed};
 }
@@ -169,8 +224,9 @@ Expression without_modulo(const Expression& f) {
 }
 
 std::optional<Expression> with_jumps_outside(const Tape& f, const BoxBatch& box, Work& work) {
-    Graph graph;
-    const auto apart = taken_out(graph, f, box, max_jumps, work);
+    thread_local Graph graph;
+    graph.clear();
+    const auto apart = taken_out(graph, f, {}, box, max_jumps, work);
     if (!apart) return std::nullopt;
     if (apart->sign == Sign::mixed) return graph.expression(apart->value);
     return graph.expression(graph.constant(apart->sign == Sign::positive ? 1 : -1));

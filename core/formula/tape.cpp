@@ -45,36 +45,43 @@ std::optional<std::array<std::uint32_t, 2>> corner_of(const std::vector<Node>& n
     return is_corner ? std::optional(std::array{a, b}) : std::nullopt;
 }
 
-/// Sums and products with a constant become one affine step, also one after the other; corners one step.
-Lowered lower(const std::vector<Node>& nodes, std::uint32_t i) {
+/// Sums and products with a constant become one affine step, also one after the other; corners one step. Written where it
+/// stays, number by number: what is copied before it has arrived in memory is waited for.
+void lower(const std::vector<Node>& nodes, std::uint32_t i, Lowered& to) {
     const Node& node = nodes[i];
-    const auto constant = [&](int k) { return nodes[node.operand[k]].op == Op::constant; };
+    const auto is_constant = [&](int k) { return nodes[node.operand[k]].op == Op::constant; };
     const auto value = [&](int k) { return nodes[node.operand[k]].value; };
+    const auto becomes = [&](Op op, std::uint32_t a, std::uint32_t b, double scale, double offset) {
+        to.op = op;
+        to.operand[0] = a, to.operand[1] = b, to.operand[2] = node.operand[2];
+        to.scale = scale, to.offset = offset;
+    };
+    const auto [a, b, c] = node.operand;
     switch (node.op) {
-        case Op::constant: return {node.op, {}, 0, node.value};
-        case Op::power: return {node.op, {node.operand[0]}, node.value, 0};
-        case Op::negate: return {affine, {node.operand[0]}, -1, 0};
+        case Op::constant: return becomes(node.op, 0, 0, 0, node.value);
+        case Op::power: return becomes(node.op, a, 0, node.value, 0);
+        case Op::negate: return becomes(affine, a, 0, -1, 0);
         case Op::multiply:
-            if (constant(1)) return {affine, {node.operand[0]}, value(1), 0};
+            if (is_constant(1)) return becomes(affine, a, 0, value(1), 0);
             break;
         case Op::subtract:
-            if (constant(0)) return {affine, {node.operand[1]}, -1, value(0)};
+            if (is_constant(0)) return becomes(affine, b, 0, -1, value(0));
             break;
         case Op::add:
-            if (constant(1)) {
-                const Node& left = nodes[node.operand[0]];
+            if (is_constant(1)) {
+                const Node& left = nodes[a];
                 if (left.op == Op::multiply && nodes[left.operand[1]].op == Op::constant) {
-                    return {affine, {left.operand[0]}, nodes[left.operand[1]].value, value(1)};
+                    return becomes(affine, left.operand[0], 0, nodes[left.operand[1]].value, value(1));
                 }
-                return {affine, {node.operand[0]}, 1, value(1)};
+                return becomes(affine, a, 0, 1, value(1));
             }
             break;
         case Op::select:
-            if (const auto sides = corner_of(nodes, node)) return {corner_distance, {(*sides)[0], (*sides)[1]}};
+            if (const auto sides = corner_of(nodes, node)) return becomes(corner_distance, (*sides)[0], (*sides)[1], 0, 0);
             break;
         default: break;
     }
-    return {node.op, {node.operand[0], node.operand[1], node.operand[2]}, 0, 0};
+    becomes(node.op, a, b, 0, 0);
 }
 
 /// With quotients in the place of powers below 1, which plain nodes may have, and Graph has not.
@@ -113,14 +120,21 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
     const std::vector<Node>& nodes = expression_.nodes();
     const auto count = static_cast<std::uint32_t>(nodes.size());
 
+    struct Memory {
+        std::vector<Lowered> steps;
+        std::vector<std::uint32_t> last_use;
+        std::vector<std::uint16_t> place;
+    };
+    thread_local Memory memory;
+    auto& [steps, last_use, place] = memory;
+
     // Where each node is used for the last time; nodes that lowering skips over are not used at all.
-    std::vector<Lowered> steps;
-    steps.reserve(count);
-    for (std::uint32_t i = 0; i < count; ++i) steps.push_back(lower(nodes, i));
-    std::vector<std::uint32_t> last_use(count, unused);
+    if (steps.size() < count) steps.resize(count);
+    last_use.assign(count, unused);
     last_use[count - 1] = count;
     for (std::uint32_t i = count; i-- > 0;) {
         if (last_use[i] == unused) continue;
+        lower(nodes, i, steps[i]);
         for (int k = 0; k < operands_of(steps[i]); ++k) {
             std::uint32_t& last = last_use[steps[i].operand[k]];
             if (last == unused) last = i;
@@ -128,17 +142,18 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
     }
 
     Registers registers;
-    std::vector<std::uint16_t> place(count, 0);
+    place.resize(count);
     code_.reserve(count);
     for (std::uint32_t i = 0; i < count; ++i) {
-        const Lowered& step = steps[i];
         if (last_use[i] == unused) continue;
+        const Lowered& step = steps[i];
         if (is_axis(step.op)) {
             place[i] = static_cast<std::uint16_t>(static_cast<int>(step.op) - static_cast<int>(Op::x));
             continue;
         }
-        Instruction instruction{.op = step.op, .out = 0, .a = 0, .b = 0, .c = 0,
-                                .scale = static_cast<float>(step.scale), .offset = static_cast<float>(step.offset)};
+        Instruction& instruction = code_.emplace_back();
+        instruction.op = step.op;
+        instruction.scale = static_cast<float>(step.scale), instruction.offset = static_cast<float>(step.offset);
         std::uint16_t* const slots[3] = {&instruction.a, &instruction.b, &instruction.c};
         for (int k = 0; k < operands_of(step); ++k) *slots[k] = place[step.operand[k]];
         // An operand's register may take the result: every step reads its operands before it writes.
@@ -150,7 +165,6 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
             }
         }
         instruction.out = place[i] = registers.take();
-        code_.push_back(instruction);
         const auto decides = [&](Op op, std::uint32_t node) { decisions_.push_back(op), decision_nodes_.push_back(node); };
         if (step.op == corner_distance) decides(Op::maximum, nodes[i].operand[1]);
         if (is_decision(step.op)) decides(step.op, i);
@@ -159,73 +173,111 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
     result_ = place[count - 1];
 }
 
-Expression Tape::specialised(std::span<const Decision> decisions, int lane) const {
-    const std::vector<Node>& nodes = expression_.nodes();
-    const auto count = static_cast<std::uint32_t>(nodes.size());
+namespace {
 
-    // Boxes decide most of a formula: what is not needed any more is only passed over once, as a byte.
-    enum Outcome : std::uint8_t { itself, first_operand, second_operand, third_operand, negative, constant };
-    struct Memory {
-        std::vector<Outcome> outcome;
-        std::vector<std::uint8_t> is_needed;
-        std::vector<std::uint32_t> needed;
-        std::vector<float> constants;
-        std::vector<Value> values;
-        Graph graph;
-    };
-    thread_local Memory memory;
-    auto& [outcome, is_needed, needed, constants, values, graph] = memory;
-    outcome.assign(count, itself);
+/// What becomes of a node in a box.
+enum Outcome : std::uint8_t { itself, first_operand, second_operand, third_operand, negative, constant };
+
+}  // namespace
+
+struct Tape::Memory {
+    std::vector<Outcome> outcome;
+    std::vector<std::uint8_t> is_needed, is_as_it_was;
+    std::vector<std::uint32_t> needed;  // from the last to the first
+    std::vector<float> constants;
+    std::vector<Value> values;
+
+    static Memory& of_this_thread() {
+        thread_local Memory memory;
+        return memory;
+    }
+};
+
+void Tape::find_needed(Memory& memory, std::span<const Decision> decisions, int lane, std::uint32_t node) const {
+    auto& [outcome, is_needed, is_as_it_was, needed, constants, values] = memory;
+    const std::vector<Node>& nodes = expression_.nodes();
+    const std::uint32_t count = node + 1;
+    outcome.assign(nodes.size(), itself);
     is_needed.assign(count, 0);
     needed.clear();
-    if (values.size() < count) values.resize(count), constants.resize(count);
-    graph.clear();
+    if (values.size() < nodes.size()) values.resize(nodes.size()), constants.resize(nodes.size());
 
     for (std::size_t at = 0; at < decisions_.size(); ++at) {
         const Op op = decisions_[at];
         const Decision& decision = decisions[at];
+        if (!is_decided(op, decision, lane)) continue;
         const bool first = decision.first >> lane & 1, second = decision.second >> lane & 1;
         Outcome& known = outcome[decision_nodes_[at]];
         if (is_rounding(op)) {
-            if (first) known = constant, constants[decision_nodes_[at]] = decision.value[lane];
+            known = constant, constants[decision_nodes_[at]] = decision.value[lane];
         } else if (op == Op::absolute) {
-            if (first || second) known = first ? first_operand : negative;
-        } else if (op != Op::atan2 && (first || second)) {
+            known = first ? first_operand : negative;
+        } else {
             known = static_cast<Outcome>(first_operand + (op == Op::select || op == corner_distance ? 1 : 0) + (second ? 1 : 0));
         }
     }
 
-    is_needed[count - 1] = 1;
+    // Boxes decide most of a formula: what is not needed any more is only passed over once, as a byte.
+    is_needed[node] = 1;
     for (std::uint32_t i = count; i-- > 0;) {
         if (!is_needed[i]) continue;
         needed.push_back(i);
-        const Node& node = nodes[i];
         switch (outcome[i]) {
             case itself:
-                for (int k = 0; k < operands(node.op); ++k) is_needed[node.operand[k]] = 1;
+                for (int k = 0; k < operands(nodes[i].op); ++k) is_needed[nodes[i].operand[k]] = 1;
                 break;
             case constant: break;
-            case negative: is_needed[node.operand[0]] = 1; break;
-            default: is_needed[node.operand[outcome[i] - first_operand]] = 1;
+            case negative: is_needed[nodes[i].operand[0]] = 1; break;
+            default: is_needed[nodes[i].operand[outcome[i] - first_operand]] = 1;
         }
     }
+}
 
+std::vector<bool> Tape::are_needed(std::span<const Decision> decisions, int lane) const {
+    Memory& memory = Memory::of_this_thread();
+    find_needed(memory, decisions, lane, static_cast<std::uint32_t>(expression_.nodes().size() - 1));
+    std::vector<bool> result;
+    result.reserve(decisions_.size());
+    for (const std::uint32_t node : decision_nodes_) result.push_back(memory.is_needed[node]);
+    return result;
+}
+
+Value Tape::specialised(Graph& graph, std::span<const Decision> decisions, int lane, std::uint32_t node, const Instead* instead) const {
+    Memory& memory = Memory::of_this_thread();
+    find_needed(memory, decisions, lane, node);
+    auto& [outcome, is_needed, is_as_it_was, needed, constants, values] = memory;
+    const std::vector<Node>& nodes = expression_.nodes();
+    is_as_it_was.assign(node + 1, 0);
     for (std::size_t at = needed.size(); at-- > 0;) {
         const std::uint32_t i = needed[at];
-        const Node& node = nodes[i];
         switch (outcome[i]) {
             case itself: {
                 Value operand[3];
-                for (int k = 0; k < operands(node.op); ++k) operand[k] = values[node.operand[k]];
-                values[i] = graph.like(node, operand);
+                std::uint8_t unchanged = 1;
+                for (int k = 0; k < operands(nodes[i].op); ++k) {
+                    operand[k] = values[nodes[i].operand[k]];
+                    unchanged &= is_as_it_was[nodes[i].operand[k]];
+                }
+                if (instead && instead->node == i) {
+                    values[i] = instead->make(operand);
+                } else {
+                    is_as_it_was[i] = unchanged;
+                    values[i] = unchanged ? graph.again(nodes[i], operand) : graph.like(nodes[i], operand);
+                }
                 break;
             }
             case constant: values[i] = graph.constant(constants[i]); break;
-            case negative: values[i] = -values[node.operand[0]]; break;
-            default: values[i] = values[node.operand[outcome[i] - first_operand]];
+            case negative: values[i] = -values[nodes[i].operand[0]]; break;
+            default: values[i] = values[nodes[i].operand[outcome[i] - first_operand]];
         }
     }
-    return graph.expression(values[count - 1]);
+    return values[node];
+}
+
+Expression Tape::specialised(std::span<const Decision> decisions, int lane) const {
+    thread_local Graph graph;
+    graph.clear();
+    return graph.expression(specialised(graph, decisions, lane, static_cast<std::uint32_t>(expression_.nodes().size() - 1)));
 }
 
 }  // namespace bob
