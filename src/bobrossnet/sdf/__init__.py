@@ -20,11 +20,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.sdf import custom, d2, d3, ease
+from bobrossnet.sdf import custom, d2, d3, ease, lettering, masks
 from bobrossnet.sdf.custom import *  # noqa: F403
 from bobrossnet.sdf.d2 import *  # noqa: F403
 from bobrossnet.sdf.d3 import *  # type: ignore[assignment]  # noqa: F403  # in place of those of two dimensions
 from bobrossnet.sdf.d3 import SDF3
+from bobrossnet.sdf.lettering import *  # noqa: F403
+from bobrossnet.sdf.masks import *  # noqa: F403
 
 pi = math.pi
 degrees = math.degrees
@@ -54,4 +56,4 @@ def show_slice(shape: SDF3, *args: Any, **kwargs: Any) -> None:
 
 
 __all__ = ["d2", "d3", "degrees", "ease", "generate", "np", "pi", "radians", "sample_slice", "save", "show_slice"]
-__all__ += [*custom.__all__, *d2.__all__, *d3.__all__]
+__all__ += [*custom.__all__, *d2.__all__, *d3.__all__, *lettering.__all__, *masks.__all__]
