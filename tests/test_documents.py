@@ -93,6 +93,16 @@ def test_examples_of_nurbs_run(tmp_path, monkeypatch, capsys):
     assert [instance.shape.kind for instance in bob.load("vault.bob").instances] == ["brep", "tube"]
 
 
+def test_example_of_text_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["name_plate.py", "Io"])
+    run_path(str(ROOT / "examples/name_plate.py"), run_name="__main__")
+    assert capsys.readouterr().out == "name_plate.png and name_plate.stl: Io\n"
+    assert (tmp_path / "name_plate.stl").stat().st_size > 100_000
+    with Image.open(tmp_path / "name_plate.png") as picture:
+        assert picture.size == (960, 480)
+
+
 def test_examples_of_pictures_run(tmp_path, monkeypatch):
     """With a mesh for the CAD part, and small."""
     pictures, films, notebook = python_in("docs/pictures.md")

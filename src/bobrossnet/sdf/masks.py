@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from bobrossnet.errors import InputError, check_array, check_integer
+from bobrossnet.errors import InputError, check_integer
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.outlines import Outline, Places, fitted_size, region
 
@@ -20,16 +20,14 @@ PIXELS = 2**22
 TOLERANCE = 0.25
 """How far the outline may be simplified, in pixels: with a tenth of that, circles have twice as many corners."""
 
-MOST_CORNERS = 2**20
-"""Of an outline before it is simplified; noise has more."""
+MOST_CORNERS = 2**18
+"""Of an outline before it is simplified; noise has more, and a formula of so many would be too large."""
 
 WHITE = 127.5
 """Above it a gray level is white."""
 
 
-def measure_image(
-    path_or_array: Any, width: float | None = None, height: float | None = None
-) -> tuple[float, float]:
+def measure_image(path_or_array: Any, width: float | None = None, height: float | None = None) -> tuple[float, float]:
     """The width and height of the picture that `image` makes a shape of with the same arguments.
 
     Parameters
@@ -48,19 +46,17 @@ def measure_image(
     return fitted_size("measure_image", _opened("measure_image", path_or_array).size, width, height)
 
 
-def image(
-    path_or_array: Any, width: float | None = None, height: float | None = None, pixels: int = PIXELS
-) -> SDF2:
+def image(path_or_array: Any, width: float | None = None, height: float | None = None, pixels: int = PIXELS) -> SDF2:
     """What is white in a picture, the picture's middle at the origin.
 
-    The outline is where gray, interpolated between pixels' centres, is half of white, simplified by at most a quarter of a
-    pixel. Distances are those from this outline.
+    The outline is where gray, interpolated between pixels' centres, is half of white, simplified by at most a quarter
+    of a pixel. Distances are those from this outline.
 
     Parameters
     ----------
     path_or_array : path, PIL image, or array
-        A file that Pillow reads, or an array (h, w) bool, uint8, or float in 0..1, or (h, w, 3 or 4) uint8. Colours count
-        by their luma, and alpha does not count.
+        A file that Pillow reads, or an array (h, w) bool, uint8, or float in 0..1, or (h, w, 3 or 4) uint8. Colours
+        count by their luma, and alpha does not count.
     width, height : numbers above 0, optional
         Of the whole picture; with both, it is stretched. Without either, the height is 1.
     pixels : int, 16..2**26
@@ -108,7 +104,10 @@ def _opened(name: str, thing: Any) -> Image.Image:
                 return picture.convert("L")
         except (OSError, ValueError, Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
             raise InputError(f"{name}: {os.fspath(thing)}: expected a picture: {error}") from None
-    array = check_array(f"{name}: path_or_array", thing, np.shape(thing))
+    try:
+        array = np.asarray(thing)
+    except ValueError:  # rows of different lengths
+        array = np.asarray(None)
     colored = array.ndim == 3 and array.shape[2] in (3, 4) and array.dtype == np.uint8
     gray = array.ndim == 2 and (array.dtype in (np.bool_, np.uint8) or array.dtype.kind == "f")
     if not (colored or gray) or not array.size:
@@ -119,9 +118,9 @@ def _opened(name: str, thing: Any) -> Image.Image:
     return Image.fromarray(array).convert("L")
 
 
-# Of a square between four pixels, clockwise from the top left: which corners are white, and from which sides to which the
-# outline goes with white to its left; sides are numbered clockwise from the top. Where white meets white across a corner
-# only, the mean of the four decides.
+# Of a square between four pixels: which corners are white, clockwise from the top left, and from which sides to which
+# the outline goes with white to its left; sides are numbered clockwise from the top. Where white meets white across a
+# corner only, the mean of the four decides.
 APART = {
     0b0001: [(3, 0)], 0b0010: [(0, 1)], 0b0100: [(1, 2)], 0b1000: [(2, 3)],
     0b0011: [(3, 1)], 0b0110: [(0, 2)], 0b1100: [(1, 3)], 0b1001: [(2, 0)],
@@ -141,8 +140,8 @@ def _contours(gray: NDArray[np.float64]) -> Iterator[Places]:
     framed[1:-1, 1:-1] = gray
     height, width = framed.shape
     corners = [framed[:-1, :-1], framed[:-1, 1:], framed[1:, 1:], framed[1:, :-1]]
-    code = sum((corner > WHITE).astype(np.uint8) << bit for bit, corner in enumerate(corners))
-    joined = sum(corners) > 4 * WHITE
+    code = np.sum([(corner > WHITE) << bit for bit, corner in enumerate(corners)], axis=0)
+    joined = np.sum(corners, axis=0) > 4 * WHITE
     # Sides of squares by number: those along rows, then those along columns.
     square = np.arange(height * width).reshape(height, width)[:-1, :-1]
     sides = [square, height * width + square + 1, square + width, height * width + square]
@@ -181,7 +180,7 @@ def _contours(gray: NDArray[np.float64]) -> Iterator[Places]:
 
 
 def _simplified(loop: Places) -> Places:
-    """Corners of a closed outline that the others are near enough to: Douglas and Peucker's, between two that are far apart."""
+    """The corners of a closed outline that are enough: Douglas and Peucker's, between two that are far apart."""
     far = int(np.abs(loop - loop[0]).argmax())
     closed = np.append(loop, loop[0])
     kept = {0, far}

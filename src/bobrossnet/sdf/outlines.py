@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -16,8 +17,8 @@ Places: TypeAlias = NDArray[np.complex128]
 """Places in the plane, x + i y: turning is multiplication."""
 
 Outline: TypeAlias = NDArray[np.float64]
-"""(n, 3): x, y and the bulge of the piece from there to the next row's place, from the last to the first. The bulge is the
-tangent of a quarter of an arc's angle, positive anticlockwise, 0 of a line."""
+"""(n, 3): x, y and the bulge of the piece from there to the next row's place, from the last to the first. The bulge is
+the tangent of a quarter of an arc's angle, positive anticlockwise, 0 of a line."""
 
 MOST_PARTS = 64
 """Of a curve: at a cusp arcs come no nearer to it."""
@@ -48,14 +49,12 @@ def fitted_size(name: str, own: tuple[float, float], width: Any, height: Any) ->
 
     What is not given follows from the proportions; without either, the height is 1.
     """
-    if width is None and height is None:
-        height = 1
-    wide = None if width is None else check_number(f"{name}: width", width, 0, above=True)
-    high = None if height is None else check_number(f"{name}: height", height, 0, above=True)
     aspect = own[0] / own[1]
-    if wide is None:
-        wide = high * aspect
-    return wide, wide / aspect if high is None else high
+    high = 1.0 if height is None else check_number(f"{name}: height", height, 0, above=True)
+    if width is None:
+        return high * aspect, high
+    wide = check_number(f"{name}: width", width, 0, above=True)
+    return wide, wide / aspect if height is None else high
 
 
 def arcs_along(curve: Places, tolerance: float, size: float) -> Outline:
@@ -92,7 +91,7 @@ def _at(curve: Places, t: NDArray[np.float64]) -> Places:
     """de Casteljau's algorithm."""
     points = [np.full(t.shape, point) for point in curve]
     while len(points) > 1:
-        points = [a + t * (b - a) for a, b in zip(points, points[1:], strict=False)]
+        points = [a + t * (b - a) for a, b in pairwise(points)]
     return points[0]
 
 
@@ -153,9 +152,9 @@ def _without_large_radii(
         lines = max(1, math.ceil(length / math.sqrt(8 * radius * tolerance))) if bulge else 1
         angle = 4 * math.atan(bulge)
         for i in range(lines):
-            # Of a circle, chords of equal angles: sines over the sine of the whole.
-            share = i / lines
-            turned = np.exp(1j * angle * (share - 1) / 2) * math.sin(angle * share / 2) / math.sin(angle / 2) if i else 0
-            place = start + (end - start) * turned
+            # The chords to points of an arc are as the sines of half of their angles.
+            turn, half = angle * i / lines, angle / 2
+            chord = np.exp(0.5j * (turn - angle)) * math.sin(turn / 2) / math.sin(half) if i else 0
+            place = start + (end - start) * chord
             rows.append((place.real, place.imag, 0.0))
     return np.array(rows)
