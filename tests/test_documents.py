@@ -3,6 +3,7 @@
 import doctest
 import pkgutil
 import re
+import sys
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -11,6 +12,7 @@ from runpy import run_path
 import mitsuba as mi
 import numpy as np
 import pytest
+from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.adapters.files import ALL_ENDINGS, CAD_READERS, KINDS, NURBS_READERS

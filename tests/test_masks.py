@@ -106,6 +106,13 @@ def test_what_can_not_be_used_is_told(arguments, message):
     assert "\n" not in str(error.value)
 
 
+def test_too_many_details_are_refused():
+    dots = np.zeros((300, 300), bool)
+    dots[::4, ::4] = True
+    with pytest.raises(InputError, match=r"image: expected an outline of at most 10000 lines and arcs, got 22[0-9]{3}$"):
+        image(dots)
+
+
 def test_noise_is_refused():
     noise = np.random.default_rng(0).random((900, 900)) < 0.5
     with pytest.raises(InputError, match=r"image: expected an outline of at most 262144 corners, got \d+; give fewer"):

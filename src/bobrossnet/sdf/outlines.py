@@ -23,6 +23,9 @@ the tangent of a quarter of an arc's angle, positive anticlockwise, 0 of a line.
 MOST_PARTS = 64
 """Of a curve: at a cusp arcs come no nearer to it."""
 
+MOST_PIECES = 10_000
+"""Of an outline, as of polygons: bounds of larger formulas are hardly found."""
+
 LARGEST_RADIUS = 10
 """Of arcs, in sizes of what they are part of: float32 has no digits left for larger ones, which become lines."""
 
@@ -35,6 +38,9 @@ def region(outlines: list[Outline], name: str) -> SDF2:
     InputError
         If nothing is inside, or its formula grows too large.
     """
+    pieces = sum(map(len, outlines))
+    if pieces > MOST_PIECES:
+        raise InputError(f"{name}: expected an outline of at most {MOST_PIECES} lines and arcs, got {pieces}")
     try:
         expression = _core.region(outlines)
     except _core.TooLargeError as error:
