@@ -109,7 +109,7 @@ def test_what_can_not_be_used_is_told(arguments, message):
 def test_too_many_details_are_refused():
     dots = np.zeros((300, 300), bool)
     dots[::4, ::4] = True
-    with pytest.raises(InputError, match=r"image: expected an outline of at most 10000 lines and arcs, got 22[0-9]{3}$"):
+    with pytest.raises(InputError, match=r"image: expected an outline of at most 10000 lines and arcs, got 22"):
         image(dots)
 
 
