@@ -3,8 +3,10 @@
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
+#include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -15,6 +17,7 @@
 #include <vector>
 
 #include "bindings.h"
+#include "modelling/region.h"
 #include "modelling/vocabulary.h"
 
 using namespace nb::literals;
@@ -146,6 +149,30 @@ nb::object call_method(const bob::Sdf& sdf, std::string_view name, const nb::tup
     return to_python(bob::call_method(sdf, name, call.positional, call.keywords));
 }
 
+/// Rows of x, y and the bulge of the piece from there to the next row's place, from the last to the first.
+using Outline = Array<const double, -1, 3>;
+
+/// None where the loops wind around nothing.
+std::optional<bob::Expression> region(const std::vector<Outline>& outlines) {
+    std::vector<bob::Loop> loops;
+    for (const Outline& outline : outlines) {
+        const auto rows = items<std::array<double, 3>>(outline);
+        bob::Loop& loop = loops.emplace_back();
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            const auto& [x, y, bulge] = rows[i];
+            const std::array<double, 3>& next = rows[i + 1 < rows.size() ? i + 1 : 0];
+            if (x != next[0] || y != next[1]) loop.push_back({{x, y}, {next[0], next[1]}, bulge});
+        }
+    }
+    std::optional<bob::Expression> result;
+    interruptible([&] {
+        bob::Graph graph;
+        const std::optional<bob::Value> distance = bob::region(graph, loops, bob::Winding::nonzero);
+        if (distance) result = graph.expression(*distance);
+    });
+    return result;
+}
+
 void init_model(bob::Sdf* self, int dimensions, const bob::Expression& expression, std::optional<double> k) {
     new (self) bob::Sdf{dimensions, std::make_shared<const bob::Expression>(expression), k};
 }
@@ -174,4 +201,5 @@ void bind_modelling(nb::module_& m) {
     m.def("call_method", &call_method, "sdf"_a, "name"_a, "args"_a, "kwargs"_a);
     m.def("combine", [](char op, const bob::Sdf& a, const bob::Sdf& b) { return to_python({bob::combine(op, a, b)}); },
           "op"_a, "a"_a, "b"_a);
+    m.def("region", &region, "outlines"_a);
 }

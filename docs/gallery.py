@@ -244,6 +244,22 @@ even = link.repeat((2.6, 0, 0), count=(1, 0, 0))
 odd = link.rotate(pi / 2, X).repeat((2.6, 0, 0), count=(1, 0, 0)).translate(1.3 * X)
 even | odd
 """,
+    "a name plate": """
+from matplotlib import get_data_path
+
+font = get_data_path() + "/fonts/ttf/DejaVuSans-Bold.ttf"
+width, height = measure_text(font, "Bob Ross", height=1)
+plate = rounded_box((width + 1, height + 1, 0.4), 0.15)
+plate - text(font, "Bob Ross", height=1).extrude(0.2).translate(0.2 * Z)
+""",
+    "Mandelbrot's set": """
+y, x = np.mgrid[-1.2:1.2:97j, -2.1:0.7:113j]
+z = x + 1j * y
+for _ in range(20):
+    z = np.where(np.abs(z) < 2, z * z + x + 1j * y, 2)
+
+image(np.abs(z) < 2).extrude(0.1)
+""",
     "gear.sdf": """
 bob.load("examples/gear.sdf")
 """,

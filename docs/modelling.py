@@ -20,7 +20,7 @@ LINE = 120
 HEAD = """# The modelling language
 
 Shapes as formulas that are negative inside, after fogleman/sdf (github.com/fogleman/sdf): a program written
-for it runs once its first line says `from bobrossnet.sdf import *`. Text, images and meshes as shapes are missing.
+for it runs once its first line says `from bobrossnet.sdf import *`, unless it uses meshes as shapes, which are missing.
 `f.save("part.stl")` writes triangles, which keep sharp edges sharp; `f.save("part.png", camera=bob.Camera(azimuth=30))`
 draws a picture without any. Shapes are traced like any others: `bob.trace(f)`.
 
@@ -36,9 +36,36 @@ and `d3` have both: `d2.slab(x0=0)`. To define your own shapes and operations, d
 
 Every value is that of fogleman/sdf's formula, with these exceptions: `rounded_rectangle` respects its center; repeated
 corners of a polygon, the centre of an ellipsoid and other places where a formula there divides 0 by 0 have a value; and
-k is taken when shapes are joined, not when they are evaluated.
+k is taken when shapes are joined, not when they are evaluated. Text and pictures are where those of fogleman/sdf are,
+but have outlines instead of pixels.
 
 This list is made by docs/modelling.py from the table in core/modelling.
+"""
+
+TEXT_AND_PICTURES = """## Text and pictures
+
+| | |
+|---|---|
+| `text(font_name, text, width=None, height=None)` | A line of text, from a font file or the name of one. |
+| `measure_text(font_name, text, width=None, height=None)` | How wide and high it is. |
+| `image(path_or_array, width=None, height=None, pixels=4194304)` | What is white in a picture. |
+| `measure_image(path_or_array, width=None, height=None)` | How wide and high it is. |
+
+These are flat shapes around the origin, of height 1 if nothing else is said, and of Python alone: scripts and the page
+read neither fonts nor pictures, but show what was saved as `.bob`. Text needs fontTools: `pip install '.[text]'`.
+
+Letters are outlines of lines and arcs that follow the font's curves, TrueType's or those of CFF, to 3e-5 of the font's
+size; what overlaps is one. They follow each other by their widths and the font's `kern` table: ligatures are not made,
+and scripts that join or reorder their letters are not shaped. Width is measured from where the first letter begins to
+where another would follow, spaces included, height from the lowest to the highest point, as Pillow does.
+
+A picture's outline is where gray is half of white, between pixels as well, simplified by at most a quarter of a pixel;
+pictures of more pixels than `pixels` are made smaller first. White that reaches the frame ends there, its corners cut
+by half a pixel.
+
+Distances are those from these outlines, exact. A dozen letters are ready to be traced in half a second. Beyond about
+fifty, or for an intricate picture, preparing takes seconds and tracing gets slow: make a shape of each line of text,
+and put them into one scene.
 """
 
 SECTIONS = [
@@ -55,6 +82,8 @@ def document() -> str:
     for title, belongs in SECTIONS:
         rows = [f"| `{_called(word)}` | {word.meaning.replace('|', '&#124;')} |" for word in WORDS if belongs(word)]
         parts.append("\n".join([f"## {title}", "", "| | |", "|---|---|", *rows]) + "\n")
+        if title == "Flat shapes":
+            parts.append(TEXT_AND_PICTURES)
     return "\n".join(parts)
 
 

@@ -3,6 +3,7 @@
 import doctest
 import pkgutil
 import re
+import sys
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -11,6 +12,7 @@ from runpy import run_path
 import mitsuba as mi
 import numpy as np
 import pytest
+from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.adapters.files import ALL_ENDINGS, CAD_READERS, KINDS, NURBS_READERS
@@ -91,6 +93,16 @@ def test_examples_of_nurbs_run(tmp_path, monkeypatch, capsys):
     assert "1.000000 high, at u = 1.000000" in capsys.readouterr().out
     assert (tmp_path / "vault.png").exists()
     assert [instance.shape.kind for instance in bob.load("vault.bob").instances] == ["brep", "tube"]
+
+
+def test_example_of_text_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["name_plate.py", "Io"])
+    run_path(str(ROOT / "examples/name_plate.py"), run_name="__main__")
+    assert capsys.readouterr().out == "name_plate.png and name_plate.stl: Io\n"
+    assert (tmp_path / "name_plate.stl").stat().st_size > 100_000
+    with Image.open(tmp_path / "name_plate.png") as picture:
+        assert picture.size == (960, 480)
 
 
 def test_examples_of_pictures_run(tmp_path, monkeypatch):

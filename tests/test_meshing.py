@@ -12,7 +12,7 @@ from nurbs_shapes import CIRCLE, CIRCLE_KNOTS, CIRCLE_WEIGHTS, cylinder, sphere,
 
 import bobrossnet as bob
 from bobrossnet import _core, cli
-from bobrossnet.sdf import d2, d3
+from bobrossnet.sdf import d2, d3, write_binary_stl
 from bobrossnet.sdf.d3 import X, Y, Z
 from bobrossnet.shapes import mesh as mesh_module
 from bobrossnet.shapes import shape as shape_module
@@ -350,6 +350,7 @@ def test_programs_for_fogleman_sdf_write_meshes(tmp_path, monkeypatch):
         "f -= c.orient(X) | c.orient(Y) | c.orient(Z)\n"
         "f.save('out.stl', step=0.05, verbose=False, sparse=True)\nsave('out.ply', f, samples=2**15)\n"
         "points = generate(f, step=(0.05, 0.1, 0.1), workers=2, batch_size=32)\n"
+        "write_binary_stl('points.stl', points)\n"
     )
     names = {}
     exec(program, names)
@@ -357,6 +358,9 @@ def test_programs_for_fogleman_sdf_write_meshes(tmp_path, monkeypatch):
     points = names["points"]
     assert points.shape[1] == 3
     assert len(points) == 3 * len(bob.load_mesh("out.stl").triangles)
+    assert (tmp_path / "points.stl").read_bytes()[80:] == (tmp_path / "out.stl").read_bytes()[80:]
+    with pytest.raises(bob.InputError, match="points: expected three for each triangle, got 4"):
+        write_binary_stl("points.stl", np.zeros((4, 3)))
     low, high = csg().bounding_box(np.eye(4))
     step = (np.prod(high - low) / 2**15) ** (1 / 3)
     assert len(bob.load_mesh("out.ply").triangles) == len(csg().mesh(step).triangles)
@@ -378,8 +382,13 @@ def test_slices_are_of_distances(monkeypatch):
 
     shown = []
     monkeypatch.setattr(plt, "show", lambda: shown.append(plt.gcf().axes[0].images[0]))
-    d2.circle(1).extrude(2).show_slice(z=0, w=20, h=30)
+    f = d2.circle(1).extrude(2)
+    f.show_slice(z=0, w=20, h=30)
     assert shown[0].get_array().shape == (20, 30)
+    plt.close("all")
+    f.show_slice(z=0, w=20, h=30, abs=True)
+    assert np.array_equal(shown[1].get_array(), np.abs(shown[0].get_array()))
+    assert shown[0].get_array().min() < -0.5
     plt.close("all")
 
 

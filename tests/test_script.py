@@ -95,6 +95,10 @@ def test_expressions_of_numbers_are_pythons(script):
     [
         ("", "line 1, column 1: expected a shape"),
         ("f = circle(2)", "line 1, column 1: expected a 3D shape as the script's result, got a 2D one; .extrude(1)"),
+        (
+            'f = text("font.ttf", "a").extrude(1)',
+            "line 1, column 5: text: scripts read no fonts and no pictures; write the program in Python",
+        ),
         ("f = sphere(1)\nimport os", "line 2, column 1: import: scripts have every word already; delete this line"),
         ("\n\nopen('x')", "line 3, column 1: open: scripts make shapes and nothing else"),
         ("f = sphere(1).twist('a')", "line 1, column 15: twist: k: expected a number, got a string"),

@@ -43,6 +43,7 @@ constexpr std::string_view no_errors = "scripts have no exceptions; write if and
 constexpr std::string_view no_scope = "all names of a script share one scope";
 constexpr std::string_view no_effect = "scripts make shapes and nothing else";
 constexpr std::string_view no_module = "write the name without a module before it, as in sqrt(2) or pi";
+constexpr std::string_view no_file = "scripts read no fonts and no pictures; write the program in Python";
 constexpr Refused refused[] = {
     {"import", no_import, true},
     {"from", no_import, true},
@@ -100,6 +101,10 @@ constexpr Refused refused[] = {
     {"map", "write [f(x) for x in items]", false},
     {"filter", "write [x for x in items if ...]", false},
     {"zip", "write for i in range(len(a)): and a[i], b[i]", false},
+    {"text", no_file, false},
+    {"image", no_file, false},
+    {"measure_text", no_file, false},
+    {"measure_image", no_file, false},
 };
 
 bool is_keyword(std::string_view name) {

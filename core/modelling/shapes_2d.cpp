@@ -1,6 +1,7 @@
 /// Shapes in two dimensions, with the values of fogleman/sdf's; see shapes_3d.cpp on how they are written.
 #include <algorithm>
 
+#include "modelling/region.h"
 #include "modelling/shapes_nd.h"
 #include "modelling/words.h"
 
@@ -105,26 +106,6 @@ Value convex(Graph& graph, const std::vector<Edge>& edges, int turn) {
     return result;
 }
 
-/// The distance from the nearest edge, negative where the edges wind around the point an odd number of times.
-Value even_odd(Graph& graph, const std::vector<Edge>& edges) {
-    const Point<2> p = point<2>(graph);
-    std::optional<Value> distance, angle;
-    for (const Edge& edge : edges) {
-        // Beside the edge both are the same, but the hypotenuse has no gradient where left is 0.
-        const Value aside = abs(edge.left);
-        const Value off = max(hypot(edge.left, max(beyond(edge.run, edge.length), 0)), aside);
-        // Of the edge seen from the point: cross and dot product of the ways to its ends, each with x and y once.
-        const Point<2> q = p - (edge.from - edge.direction * (-edge.length / 2));
-        const Value square_y = square(q[1]);
-        const Value inwards = square(q[0]) + square_y - edge.length * edge.length / 4;
-        const Value seen = atan2(edge.left * edge.length, inwards);
-        distance = distance ? min(*distance, off) : off;
-        angle = angle ? *angle + seen : seen;
-    }
-    const Value inside = -*distance;
-    return select(cos(*angle / 2), inside, *distance);
-}
-
 Object polygon(const Arguments& a) {
     std::vector<Vector<2>> corners = a.points<2>("points");
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
@@ -133,8 +114,12 @@ Object polygon(const Arguments& a) {
     if (corners.size() > 10000) a.reject("points", "at most 10000 points");
     Graph graph;
     const std::vector<Edge> all = edges(graph, corners);
-    const int turn = convex_turn(all);
-    return sdf<2>(graph, turn ? convex(graph, all, turn) : even_odd(graph, all));
+    if (const int turn = convex_turn(all)) return sdf<2>(graph, convex(graph, all, turn));
+    Loop loop;
+    for (std::size_t i = 0; i < corners.size(); ++i) loop.push_back({corners[i], corners[(i + 1) % corners.size()]});
+    const std::optional<Value> distance = region(graph, {loop}, Winding::odd);
+    if (!distance) a.reject("points", "corners with something between them");
+    return sdf<2>(graph, *distance);
 }
 
 Object vesica(const Arguments& a) {

@@ -366,6 +366,14 @@ def call_method(sdf: Sdf, name: str, args: tuple[Any, ...], kwargs: dict[str, An
 def combine(op: str, a: Sdf, b: Sdf) -> Any:
     """Union "|", intersection "&" or difference "-"."""
 
+def region(outlines: list[NDArray[np.float64]]) -> Expression | None:
+    """The signed distance in x and y from what closed outlines wind around; None where that is nothing.
+
+    An outline is (n, 3): x, y and the bulge of the piece from there to the next row's place, from the last to the
+    first: the tangent of a quarter of an arc's angle, positive anticlockwise, 0 of a straight line. TooLargeError where
+    the formula grows too large.
+    """
+
 def run_script(source: bytes) -> Sdf:
     """The shape of a script; ValueError with line and column if it is none."""
 

@@ -20,11 +20,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.sdf import custom, d2, d3, ease
+from bobrossnet.atomic import check_writable
+from bobrossnet.errors import InputError, check_array
+from bobrossnet.sdf import custom, d2, d3, ease, lettering, masks
 from bobrossnet.sdf.custom import *  # noqa: F403
 from bobrossnet.sdf.d2 import *  # noqa: F403
 from bobrossnet.sdf.d3 import *  # type: ignore[assignment]  # noqa: F403  # in place of those of two dimensions
 from bobrossnet.sdf.d3 import SDF3
+from bobrossnet.sdf.lettering import *  # noqa: F403
+from bobrossnet.sdf.masks import *  # noqa: F403
+from bobrossnet.shapes.mesh import Mesh
 
 pi = math.pi
 degrees = math.degrees
@@ -41,6 +46,15 @@ def generate(shape: SDF3, *args: Any, **kwargs: Any) -> NDArray[np.float64]:
     return shape.generate(*args, **kwargs)
 
 
+def write_binary_stl(path: str | os.PathLike[str], points: Any) -> None:
+    """Write triangles, their corners (3 t, 3) as `generate` gives them, to an STL file, which .stl is the ending of."""
+    check_writable(path, "an STL file", [".stl"])
+    corners = check_array("points", points, (None, 3))
+    if len(corners) % 3:
+        raise InputError(f"points: expected three for each triangle, got {len(corners)}")
+    Mesh(corners, np.arange(len(corners)).reshape(-1, 3)).save(path)
+
+
 def sample_slice(
     shape: SDF3, *args: Any, **kwargs: Any
 ) -> tuple[NDArray[np.float64], tuple[float, float, float, float], str]:
@@ -53,5 +67,6 @@ def show_slice(shape: SDF3, *args: Any, **kwargs: Any) -> None:
     shape.show_slice(*args, **kwargs)
 
 
-__all__ = ["d2", "d3", "degrees", "ease", "generate", "np", "pi", "radians", "sample_slice", "save", "show_slice"]
-__all__ += [*custom.__all__, *d2.__all__, *d3.__all__]
+__all__ = ["d2", "d3", "degrees", "ease", "generate", "np", "pi", "radians"]
+__all__ += ["sample_slice", "save", "show_slice", "write_binary_stl"]
+__all__ += [*custom.__all__, *d2.__all__, *d3.__all__, *lettering.__all__, *masks.__all__]

@@ -160,12 +160,14 @@ class Solid(words.SDF, Implicit):
         extent = (float(low[second]), float(high[second]), float(low[first]), float(high[first]))
         return self(points.reshape(-1, 3)).reshape(size), extent, "XYZ"[second] + "XYZ"[first]
 
-    def show_slice(self, *args: Any, **kwargs: Any) -> None:
+    def show_slice(self, *args: Any, abs: bool = False, **kwargs: Any) -> None:
         """Show how far the points of a plane are from the surface, by matplotlib.
 
         Parameters
         ----------
         As of `sample_slice`, such as ``z=0``.
+        abs : bool
+            Whether points inside are as far as those outside, instead of negative.
 
         Raises
         ------
@@ -177,7 +179,7 @@ class Solid(words.SDF, Implicit):
             import matplotlib.pyplot as plt
         except ModuleNotFoundError:
             raise InputError("show_slice: expected matplotlib, found none: pip install matplotlib") from None
-        plt.imshow(np.abs(distances), extent=extent, origin="lower")
+        plt.imshow(np.abs(distances) if abs else distances, extent=extent, origin="lower")
         plt.xlabel(axes[0])
         plt.ylabel(axes[1])
         plt.colorbar()

@@ -1,0 +1,109 @@
+/// What is known of a single piece of an outline: a straight line, or an arc of a circle.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <vector>
+
+#include "modelling/boundary.h"
+#include "modelling/words.h"
+
+namespace bob {
+
+inline double cross(const Vector<2>& a, const Vector<2>& b) { return a[0] * b[1] - a[1] * b[0]; }
+
+/// An arc that rises less above its chord than rounding moves its middle.
+inline bool is_straight(const Piece& piece) { return std::fabs(piece.bulge) < 1e-9; }
+
+/// The circle around a piece that is not straight.
+struct Arc {
+    Vector<2> center, from;
+    double radius;
+    double angle;  // from its start to its end, positive anticlockwise
+
+    explicit Arc(const Piece& piece) : from(piece.from), angle(4 * std::atan(piece.bulge)) {
+        const Vector<2> chord = piece.to - piece.from, left{-chord[1], chord[0]};
+        const double b = piece.bulge;
+        center = (piece.from - piece.to * -1) * 0.5 - left * ((b * b - 1) / (4 * b));
+        radius = length(chord) * (1 + b * b) / (4 * std::fabs(b));
+    }
+
+    /// From its start to a point, as seen from its center, the way that the arc goes unless the other is much shorter.
+    [[nodiscard]] double angle_to(const Vector<2>& p) const {
+        const Vector<2> a = from - center, b = p - center;
+        const double turn = angle < 0 ? -1 : 1, way = turn * std::atan2(cross(a, b), dot(a, b));
+        const double back = (std::fabs(angle) - 2 * std::numbers::pi) / 2;
+        return turn * (way < back ? way + 2 * std::numbers::pi : way);
+    }
+
+    /// Whether the ray from its center through a point meets it.
+    [[nodiscard]] bool spans(const Vector<2>& p) const {
+        const double way = angle_to(p) / angle;
+        return way >= 0 && way <= 1;
+    }
+};
+
+inline Vector<2> middle_of(const Piece& piece) {
+    const Vector<2> chord = piece.to - piece.from, right{chord[1], -chord[0]};
+    return (piece.from - piece.to * -1) * 0.5 - right * (-piece.bulge / 2);
+}
+
+/// An axis-aligned rectangle.
+struct Extent {
+    Vector<2> low{INFINITY, INFINITY}, high{-INFINITY, -INFINITY};
+
+    void add(const Vector<2>& p) {
+        for (std::size_t i = 0; i < 2; ++i) low[i] = std::min(low[i], p[i]), high[i] = std::max(high[i], p[i]);
+    }
+    void add(const Piece& piece) {
+        add(piece.from), add(piece.to);
+        if (is_straight(piece)) return;
+        const Arc arc(piece);
+        for (std::size_t i = 0; i < 2; ++i) {
+            for (const double side : {-arc.radius, arc.radius}) {
+                Vector<2> p = arc.center;
+                p[i] += side;
+                if (arc.spans(p)) add(p);
+            }
+        }
+    }
+    void add(const Loop& loop) {
+        for (const Piece& piece : loop) add(piece);
+    }
+    [[nodiscard]] bool contains(const Extent& other) const {
+        return other.low[0] >= low[0] && other.low[1] >= low[1] && other.high[0] <= high[0] && other.high[1] <= high[1];
+    }
+};
+
+inline Vector<2> turned(const Vector<2>& v, double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {c * v[0] - s * v[1], s * v[0] + c * v[1]};
+}
+
+/// The piece in as few equal parts as are quarters of circles or less.
+inline std::vector<Piece> quarters(const Piece& piece) {
+    if (is_straight(piece)) return {piece};
+    const Arc arc(piece);
+    const double count = std::ceil(std::fabs(arc.angle) / (std::numbers::pi / 2) - 1e-9);
+    std::vector<Piece> result;
+    Vector<2> from = piece.from;
+    for (double i = 1; i <= count; ++i) {
+        const Vector<2> on_circle = arc.center - turned(piece.from - arc.center, arc.angle * i / count) * -1;
+        const Vector<2> to = i < count ? on_circle : piece.to;
+        result.push_back({from, to, std::tan(arc.angle / count / 4)});
+        from = to;
+    }
+    return result;
+}
+
+/// Where a piece leads at its start, and at its end.
+inline Vector<2> start_direction(const Piece& piece) {
+    return turned(normalized(piece.to - piece.from), -2 * std::atan(piece.bulge));
+}
+inline Vector<2> end_direction(const Piece& piece) {
+    return turned(normalized(piece.to - piece.from), 2 * std::atan(piece.bulge));
+}
+
+}  // namespace bob

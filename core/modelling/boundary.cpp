@@ -1,0 +1,373 @@
+#include "modelling/boundary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+#include "modelling/arcs.h"
+
+namespace bob {
+namespace {
+
+/// What counts as the same place, in the extent of all loops.
+constexpr double same_place = 1e-9;
+
+/// Where pieces follow each other, they meet at their common end and are not looked for crossings so near it, in their
+/// length: of arcs with one tangent the crossings are found with half of the digits only.
+constexpr double near_common_end = 1e-4;
+
+/// Pieces in rows by their height, to look for those near a point or near each other.
+class Rows {
+public:
+    Rows(std::span<const Piece> pieces, double margin) : pieces_(pieces) {
+        for (const Piece& piece : pieces) boxes_.emplace_back().add(piece);
+        Extent all;
+        for (Extent& box : boxes_) {
+            for (std::size_t i = 0; i < 2; ++i) box.low[i] -= margin, box.high[i] += margin;
+            all.add(box.low), all.add(box.high);
+        }
+        low_ = all.low[1];
+        rows_.resize(1 + static_cast<std::size_t>(std::sqrt(static_cast<double>(pieces.size()))));
+        scale_ = static_cast<double>(rows_.size()) / std::max(all.high[1] - all.low[1], 1e-300);
+        for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+            for (std::size_t row = row_of(boxes_[i].low[1]); row <= row_of(boxes_[i].high[1]); ++row) rows_[row].push_back(i);
+        }
+    }
+
+    /// Calls visit(i, j), i < j, for pieces whose boxes meet.
+    template <class Visit>
+    void for_each_pair(Visit visit) const {
+        for (std::size_t row = 0; row < rows_.size(); ++row) {
+            for (std::size_t a = 0; a < rows_[row].size(); ++a) {
+                for (std::size_t b = a + 1; b < rows_[row].size(); ++b) {
+                    const std::uint32_t i = rows_[row][a], j = rows_[row][b];
+                    const Extent &p = boxes_[i], &q = boxes_[j];
+                    if (row != std::max(row_of(p.low[1]), row_of(q.low[1]))) continue;  // seen in an earlier row
+                    if (p.low[0] <= q.high[0] && q.low[0] <= p.high[0] && p.low[1] <= q.high[1] && q.low[1] <= p.high[1]) {
+                        visit(i, j);
+                    }
+                }
+            }
+        }
+    }
+
+    /// How often the pieces wind around a point: their chords, as far as they cross the line from it along x, and the
+    /// caps between chords and arcs that it lies in.
+    [[nodiscard]] int winding(const Vector<2>& p) const {
+        int result = 0;
+        for (const std::uint32_t i : rows_[row_of(p[1])]) {
+            const Piece& piece = pieces_[i];
+            const double left = cross(piece.to - piece.from, p - piece.from);
+            if (piece.from[1] <= p[1] && p[1] < piece.to[1] && left > 0) ++result;
+            if (piece.to[1] <= p[1] && p[1] < piece.from[1] && left < 0) --result;
+            if (is_straight(piece)) continue;
+            const bool beside_chord = piece.bulge > 0 ? left <= 0 : left >= 0;
+            const Arc arc(piece);
+            const bool in_circle = length(p - arc.center) < arc.radius;
+            // Of more than half a circle, the cap is all of the circle on the chord's one side, and so it is of less.
+            if (beside_chord && in_circle) result += piece.bulge > 0 ? 1 : -1;
+        }
+        return result;
+    }
+
+private:
+    [[nodiscard]] std::size_t row_of(double y) const {
+        const double row = std::clamp((y - low_) * scale_, 0.0, static_cast<double>(rows_.size() - 1));
+        return static_cast<std::size_t>(row);
+    }
+
+    std::span<const Piece> pieces_;
+    std::vector<Extent> boxes_;
+    std::vector<std::vector<std::uint32_t>> rows_;
+    double low_ = 0, scale_ = 1;
+};
+
+// ---- Crossings ------------------------------------------------------------------------------------
+
+/// Where the lines or circles that two pieces lie on cross, at most two points.
+void crossings(const Piece& a, const Piece& b, std::vector<Vector<2>>& points) {
+    if (is_straight(a) && is_straight(b)) {
+        const Vector<2> u = a.to - a.from, v = b.to - b.from;
+        const double area = cross(u, v);
+        if (std::fabs(area) <= 1e-14 * length(u) * length(v)) return;
+        points.push_back(a.from - u * (-cross(b.from - a.from, v) / area));
+        return;
+    }
+    if (is_straight(a)) return crossings(b, a, points);
+    const Arc arc(a);
+    Vector<2> middle, across;  // the crossings lie on both sides of it, if at all
+    double half = 0;
+    if (is_straight(b)) {
+        const Vector<2> along = normalized(b.to - b.from);
+        middle = b.from - along * -dot(arc.center - b.from, along);
+        across = along;
+        half = arc.radius * arc.radius - dot(middle - arc.center, middle - arc.center);
+    } else {
+        const Arc other(b);
+        const Vector<2> between = other.center - arc.center;
+        const double distance = length(between);
+        if (distance == 0) return;
+        const double to_middle =
+            (distance + (arc.radius - other.radius) * (arc.radius + other.radius) / distance) / 2;
+        middle = arc.center - between * (-to_middle / distance);
+        across = {-between[1] / distance, between[0] / distance};
+        half = arc.radius * arc.radius - to_middle * to_middle;
+    }
+    // Those that touch are taken to meet in one point.
+    half = half > 0 ? std::sqrt(half) : half > -1e-12 * arc.radius * arc.radius ? 0 : -1;
+    if (half < 0) return;
+    points.push_back(middle - across * half);
+    points.push_back(middle - across * -half);
+}
+
+/// How much of the piece lies before a point of it.
+double share(const Piece& piece, const Vector<2>& p) {
+    const Vector<2> span = piece.to - piece.from;
+    if (is_straight(piece)) return dot(p - piece.from, span) / dot(span, span);
+    const Arc arc(piece);
+    return arc.angle_to(p) / arc.angle;
+}
+
+/// Whether a point of a piece's line or circle is on the piece itself.
+bool is_on(const Piece& piece, const Vector<2>& p, double tolerance) {
+    if (length(p - piece.from) < tolerance || length(p - piece.to) < tolerance) return true;
+    const double before = share(piece, p);
+    if (before < 0 || before > 1) return false;
+    if (is_straight(piece)) {
+        const Vector<2> span = piece.to - piece.from;
+        return std::fabs(cross(span, p - piece.from)) <= tolerance * length(span);
+    }
+    const Arc arc(piece);
+    return std::fabs(length(p - arc.center) - arc.radius) <= tolerance;
+}
+
+/// The pieces, cut where they cross.
+std::vector<Piece> cut(const std::vector<Loop>& loops, double tolerance) {
+    std::vector<Piece> pieces;
+    std::vector<std::uint32_t> next;  // in the loop
+    for (const Loop& loop : loops) {
+        const auto first = static_cast<std::uint32_t>(pieces.size());
+        for (const Piece& piece : loop) {
+            pieces.push_back(piece);
+            next.push_back(static_cast<std::uint32_t>(pieces.size()));
+        }
+        if (!loop.empty()) next.back() = first;
+    }
+    const Rows rows(pieces, tolerance);
+    std::vector<std::vector<Vector<2>>> cuts(pieces.size());
+    std::vector<Vector<2>> found;
+    rows.for_each_pair([&](std::uint32_t i, std::uint32_t j) {
+        const Piece &a = pieces[i], &b = pieces[j];
+        found.assign({a.from, a.to, b.from, b.to});
+        crossings(a, b, found);
+        const double near = near_common_end * std::min(length(a.to - a.from), length(b.to - b.from));
+        for (const Vector<2>& p : found) {
+            if (next[i] == j && length(p - a.to) < near) continue;
+            if (next[j] == i && length(p - b.to) < near) continue;
+            if (is_on(a, p, tolerance) && is_on(b, p, tolerance)) cuts[i].push_back(p), cuts[j].push_back(p);
+        }
+    });
+
+    std::vector<Piece> result;
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+        const Piece& piece = pieces[i];
+        std::vector<std::pair<double, Vector<2>>> ordered{{1, piece.to}};
+        for (const Vector<2>& p : cuts[i]) {
+            if (length(p - piece.to) > tolerance) ordered.emplace_back(share(piece, p), p);
+        }
+        std::sort(ordered.begin(), ordered.end());
+        Vector<2> from = piece.from;
+        double before = 0;
+        for (const auto& [at, to] : ordered) {
+            if (length(to - from) <= tolerance) continue;
+            result.push_back({from, to, std::tan((at - before) * std::atan(piece.bulge))});
+            from = to, before = at;
+        }
+    }
+    return result;
+}
+
+// ---- The boundary ---------------------------------------------------------------------------------
+
+/// Numbers places, the same number for those that are the same.
+class Places {
+public:
+    explicit Places(double tolerance) : tolerance_(tolerance) {}
+
+    std::uint32_t number_of(const Vector<2>& p) {
+        const auto x = cell(p[0]), y = cell(p[1]);
+        for (std::int64_t i = x - 1; i <= x + 1; ++i) {
+            for (std::int64_t j = y - 1; j <= y + 1; ++j) {
+                const auto [begin, end] = known_.equal_range(key(i, j));
+                for (auto at = begin; at != end; ++at) {
+                    if (length(places_[at->second] - p) <= tolerance_) return at->second;
+                }
+            }
+        }
+        known_.emplace(key(x, y), static_cast<std::uint32_t>(places_.size()));
+        places_.push_back(p);
+        return static_cast<std::uint32_t>(places_.size() - 1);
+    }
+    [[nodiscard]] std::size_t count() const { return places_.size(); }
+
+private:
+    [[nodiscard]] std::int64_t cell(double x) const { return static_cast<std::int64_t>(std::floor(x / tolerance_)); }
+    static std::uint64_t key(std::int64_t i, std::int64_t j) {
+        return static_cast<std::uint64_t>(i) * 0x9e3779b97f4a7c15 + static_cast<std::uint64_t>(j);
+    }
+
+    double tolerance_;
+    std::vector<Vector<2>> places_;
+    std::unordered_multimap<std::uint64_t, std::uint32_t> known_;
+};
+
+/// Those between inside and outside, the inside to their left.
+std::vector<Piece> between_inside_and_outside(const std::vector<Piece>& pieces, Winding winding, double tolerance) {
+    const Rows rows(pieces, tolerance);
+    const auto is_inside = [&](const Vector<2>& p) {
+        const int turns = rows.winding(p);
+        return winding == Winding::odd ? turns % 2 != 0 : turns != 0;
+    };
+    std::vector<Piece> result;
+    for (const Piece& piece : pieces) {
+        const Vector<2> chord = normalized(piece.to - piece.from), left{-chord[1], chord[0]};
+        const Vector<2> middle = middle_of(piece);
+        const bool inside = is_inside(middle - left * (-tolerance / 4));
+        if (inside == is_inside(middle - left * (tolerance / 4))) continue;
+        result.push_back(inside ? piece : Piece{piece.to, piece.from, -piece.bulge});
+    }
+    return result;
+}
+
+/// Puts pieces together to loops. Where several loops touch, each keeps to the inside between two pieces.
+std::vector<Loop> chained(const std::vector<Piece>& pieces, double tolerance) {
+    Places places(2 * tolerance);
+    struct Ends {
+        std::uint32_t from, to;
+    };
+    std::vector<Ends> ends;
+    for (const Piece& piece : pieces) {
+        const std::uint32_t from = places.number_of(piece.from);
+        ends.push_back({from, places.number_of(piece.to)});
+    }
+    std::vector<std::vector<std::uint32_t>> leaving(places.count());
+    for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+        std::vector<std::uint32_t>& others = leaving[ends[i].from];
+        const bool known = std::any_of(others.begin(), others.end(), [&](std::uint32_t j) {
+            return ends[j].to == ends[i].to && std::fabs(pieces[j].bulge - pieces[i].bulge) < 1e-6;
+        });
+        if (!known) others.push_back(i);
+    }
+    std::vector<bool> used(pieces.size(), false);
+    // Of pieces that leave where `last` arrives, the one with the narrowest inside between them.
+    const auto next = [&](std::uint32_t last) {
+        std::optional<std::uint32_t> best;
+        double least = INFINITY;
+        const Vector<2> back = end_direction(pieces[last]) * -1;
+        for (const std::uint32_t i : leaving[ends[last].to]) {
+            if (used[i]) continue;
+            const Vector<2> away = start_direction(pieces[i]);
+            double between = std::atan2(cross(away, back), dot(away, back));
+            if (between < 0) between += 2 * std::numbers::pi;
+            if (between < least) least = between, best = i;
+        }
+        return best;
+    };
+    std::vector<Loop> loops;
+    for (const std::vector<std::uint32_t>& starts : leaving) {
+        for (const std::uint32_t start : starts) {
+            if (used[start]) continue;
+            Loop loop;
+            std::optional<std::uint32_t> i = start;
+            while (i) {
+                used[*i] = true;
+                loop.push_back(pieces[*i]);
+                if (loop.size() > 1) loop.back().from = loop[loop.size() - 2].to;
+                i = ends[*i].to == ends[start].from ? std::nullopt : next(*i);
+            }
+            if (length(loop.back().to - loop.front().from) <= 2 * tolerance) {
+                loop.back().to = loop.front().from;
+            } else {
+                loop.push_back({loop.back().to, loop.front().from});  // a gap that rounding left
+            }
+            if (loop.size() > 1) loops.push_back(std::move(loop));
+        }
+    }
+    return loops;
+}
+
+// ---- Parts ----------------------------------------------------------------------------------------
+
+/// Anticlockwise positive.
+double area(const Loop& loop) {
+    double twice = 0;
+    const Vector<2> origin = loop.front().from;
+    for (const Piece& piece : loop) {
+        twice += cross(piece.from - origin, piece.to - origin);
+        if (is_straight(piece)) continue;
+        const Arc arc(piece);
+        twice += arc.radius * arc.radius * (arc.angle - std::sin(arc.angle));
+    }
+    return twice / 2;
+}
+
+/// Gives each hole to the smallest part that is around it.
+std::vector<Part> with_holes(std::vector<Loop> loops, double tolerance) {
+    std::vector<Part> parts;
+    std::vector<Loop> holes;
+    for (Loop& loop : loops) {
+        if (area(loop) > 0) {
+            parts.push_back({std::move(loop), {}});
+        } else {
+            holes.push_back(std::move(loop));
+        }
+    }
+    std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return area(a.around) < area(b.around); });
+    std::vector<Extent> extents;
+    for (const Part& part : parts) extents.emplace_back().add(part.around);
+    for (Loop& hole : holes) {
+        Extent extent;
+        extent.add(hole);
+        const Piece& piece = hole.front();
+        const Vector<2> chord = normalized(piece.to - piece.from), left{-chord[1], chord[0]};
+        const Vector<2> beside = middle_of(piece) - left * (-tolerance / 4);
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            if (!extents[i].contains(extent) || Rows(parts[i].around, tolerance).winding(beside) == 0) continue;
+            parts[i].holes.push_back(std::move(hole));
+            break;
+        }
+    }
+    return parts;
+}
+
+void move(Loop& loop, const Vector<2>& offset) {
+    for (Piece& piece : loop) piece.from = piece.from - offset * -1, piece.to = piece.to - offset * -1;
+}
+
+}  // namespace
+
+std::vector<Part> parts(const std::vector<Loop>& loops, Winding winding) {
+    Extent all;
+    for (const Loop& loop : loops) all.add(loop);
+    const double extent = std::max(all.high[0] - all.low[0], all.high[1] - all.low[1]);
+    const double tolerance = same_place * extent;
+    if (!std::isnormal(tolerance)) return {};
+    // Far from the origin, coordinates have no digits left to compute with.
+    std::vector<Loop> here = loops;
+    for (Loop& loop : here) move(loop, all.low * -1);
+    const std::vector<Piece> edges = between_inside_and_outside(cut(here, tolerance), winding, tolerance);
+    std::vector<Part> result = with_holes(chained(edges, tolerance), tolerance);
+    for (Part& part : result) {
+        move(part.around, all.low);
+        for (Loop& hole : part.holes) move(hole, all.low);
+    }
+    return result;
+}
+
+}  // namespace bob

@@ -1,0 +1,92 @@
+"""Lines of text as a font's own Bézier curves, read by fontTools: the extra `text`."""
+
+# ruff: noqa: N802, N815  # the pen's methods have fontTools' names
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from fontTools.pens.basePen import BasePen
+from fontTools.pens.boundsPen import BoundsPen
+from fontTools.ttLib import TTFont, TTLibError
+
+from bobrossnet.errors import InputError
+from bobrossnet.sdf.outlines import Places
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of text in units of the font's size: the Bézier curves of each outline, and the box around it, from where
+    its first letter begins to where another would, or as far as the letters reach beyond that."""
+
+    outlines: list[list[Places]]
+    low: complex
+    high: complex
+
+    @property
+    def size(self) -> tuple[float, float]:
+        across = self.high - self.low
+        return across.real, across.imag
+
+
+class Pen(BasePen):  # type: ignore[misc]
+    """Writes down the curves of outlines, and closes them."""
+
+    def __init__(self, glyphs: Any) -> None:
+        super().__init__(glyphs)
+        self.outlines: list[list[list[Any]]] = []
+
+    def _moveTo(self, point: Any) -> None:
+        self.outlines.append([])
+        self.first = point
+
+    def _lineTo(self, point: Any) -> None:
+        if point != self._getCurrentPoint():
+            self._curveToOne(point)
+
+    def _curveToOne(self, *points: Any) -> None:
+        self.outlines[-1].append([self._getCurrentPoint(), *points])
+
+    def _closePath(self) -> None:
+        self._lineTo(self.first)
+
+    _qCurveToOne = _curveToOne
+    _endPath = _closePath
+
+
+def line(name: str, path: str, text: str) -> Line:
+    """A text in the font of a file, letters by their widths and the `kern` table. `name` begins messages.
+
+    Raises
+    ------
+    InputError
+        If the font can't be read, or nothing of the text can be seen.
+    """
+    outlines: list[list[Any]] = []
+    at, before, low, high = 0.0, "", complex(0, np.inf), complex(0, -np.inf)
+    try:
+        with TTFont(path, fontNumber=0) as font:
+            size = font["head"].unitsPerEm
+            glyphs, names = font.getGlyphSet(), font.getBestCmap() or {}
+            kerning = font["kern"].kernTables[0].kernTable if "kern" in font else {}
+            for letter in text:
+                glyph = names.get(ord(letter), ".notdef")
+                at += kerning.get((before, glyph), 0)
+                pen, bounds = Pen(glyphs), BoundsPen(glyphs)
+                glyphs[glyph].draw(pen)
+                glyphs[glyph].draw(bounds)
+                outlines += [[np.array(curve) @ (1, 1j) + at for curve in each] for each in pen.outlines if each]
+                if bounds.bounds:
+                    x0, y0, x1, y1 = bounds.bounds
+                    low = complex(min(low.real, at + x0), min(low.imag, y0))
+                    high = complex(max(high.real, at + x1), max(high.imag, y1))
+                at, before = at + glyphs[glyph].width, glyph
+    except Exception as error:  # of a damaged font, any
+        reason = " ".join(str(error).split()) if isinstance(error, TTLibError) else type(error).__name__
+        raise InputError(f"{name}: {path}: expected a font with outlines, TrueType or OpenType: {reason}") from error
+    high = complex(max(high.real, at), high.imag)
+    if high.imag <= low.imag:
+        raise InputError(f"{name}: text: expected letters that can be seen, got {text!r}")
+    return Line([[curve / size for curve in outline] for outline in outlines], low / size, high / size)

@@ -1,0 +1,204 @@
+"""Pictures as shapes in two dimensions, after fogleman/sdf: inside where they are white."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from bobrossnet.errors import InputError, check_integer
+from bobrossnet.sdf.d2 import SDF2
+from bobrossnet.sdf.outlines import Outline, Places, fitted_size, region
+
+PIXELS = 2**22
+"""As in fogleman/sdf."""
+
+TOLERANCE = 0.25
+"""How far the outline may be simplified, in pixels: with a tenth of that, circles have twice as many corners."""
+
+MOST_CORNERS = 2**18
+"""Of an outline before it is simplified; noise has more, and a formula of so many would be too large."""
+
+WHITE = 127.5
+"""Above it a gray level is white."""
+
+
+def measure_image(path_or_array: Any, width: float | None = None, height: float | None = None) -> tuple[float, float]:
+    """The width and height of the picture that `image` makes a shape of with the same arguments.
+
+    Parameters
+    ----------
+    As of `image`.
+
+    Returns
+    -------
+    (width, height) : floats
+
+    Raises
+    ------
+    InputError
+        As `image`.
+    """
+    return fitted_size("measure_image", _opened("measure_image", path_or_array).size, width, height)
+
+
+def image(path_or_array: Any, width: float | None = None, height: float | None = None, pixels: int = PIXELS) -> SDF2:
+    """What is white in a picture, the picture's middle at the origin.
+
+    The outline is where gray, interpolated between pixels' centres, is half of white, simplified by at most a quarter
+    of a pixel. Distances are those from this outline.
+
+    Parameters
+    ----------
+    path_or_array : path, PIL image, or array
+        A file that Pillow reads, or an array (h, w) bool, uint8, or float in 0..1, or (h, w, 3 or 4) uint8. Colours
+        count by their luma, and alpha does not count.
+    width, height : numbers above 0, optional
+        Of the whole picture; with both, it is stretched. Without either, the height is 1.
+    pixels : int, 16..2**26
+        Larger pictures are made smaller first.
+
+    Raises
+    ------
+    InputError
+        If the picture can't be read, has no white, or its outline is too intricate.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from bobrossnet.sdf import *
+    >>> y, x = np.mgrid[-32:32, -32:32] + 0.5
+    >>> ball = image(np.clip(20.5 - np.hypot(x, y), 0, 1), height=64)
+    >>> ball([(0, 0), (30, 0)]).round().tolist()
+    [[-20.0], [10.0]]
+    """
+    picture = _opened("image", path_or_array)
+    wide, high = fitted_size("image", picture.size, width, height)
+    factor = (check_integer("image: pixels", pixels, 16, 2**26) / (picture.width * picture.height)) ** 0.5
+    if factor < 1:
+        picture = picture.resize([max(1, round(side * factor)) for side in picture.size])
+    gray = np.asarray(picture, np.float64)
+    scale_x, scale_y = wide / gray.shape[1], high / gray.shape[0]
+    outlines: list[Outline] = []
+    for loop in _contours(gray):
+        corners = _simplified(loop)
+        if len(corners) > 2:
+            x, y = corners.real * scale_x - wide / 2, high / 2 - corners.imag * scale_y
+            outlines.append(np.stack([x, y, np.zeros(len(x))], axis=1))
+    if not outlines:
+        raise InputError("image: expected a picture with white in it, got none")
+    return region(outlines, "image")
+
+
+def _opened(name: str, thing: Any) -> Image.Image:
+    """A picture as gray levels: of mode L, or F in 0..255."""
+    if isinstance(thing, Image.Image):
+        return thing.convert("L")
+    if isinstance(thing, str | os.PathLike):
+        try:
+            with Image.open(thing) as picture:
+                return picture.convert("L")
+        except (OSError, ValueError, Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
+            raise InputError(f"{name}: {os.fspath(thing)}: expected a picture: {error}") from None
+    try:
+        array = np.asarray(thing)
+    except ValueError:  # rows of different lengths
+        array = np.asarray(None)
+    colored = array.ndim == 3 and array.shape[2] in (3, 4) and array.dtype == np.uint8
+    gray = array.ndim == 2 and (array.dtype in (np.bool_, np.uint8) or array.dtype.kind == "f")
+    if not (colored or gray) or not array.size:
+        expected = "(h, w) bool, uint8 or float, or (h, w, 3 or 4) uint8"
+        raise InputError(f"{name}: path_or_array: expected an array {expected}, got {array.shape} {array.dtype}")
+    if array.dtype.kind == "f":
+        return Image.fromarray(255 * np.clip(np.nan_to_num(array), 0, 1).astype(np.float32))
+    return Image.fromarray(array).convert("L")
+
+
+# Of a square between four pixels: which corners are white, clockwise from the top left, and from which sides to which
+# the outline goes with white to its left; sides are numbered clockwise from the top. Where white meets white across a
+# corner only, the mean of the four decides.
+APART = {
+    0b0001: [(3, 0)], 0b0010: [(0, 1)], 0b0100: [(1, 2)], 0b1000: [(2, 3)],
+    0b0011: [(3, 1)], 0b0110: [(0, 2)], 0b1100: [(1, 3)], 0b1001: [(2, 0)],
+    0b1110: [(0, 3)], 0b1101: [(1, 0)], 0b1011: [(2, 1)], 0b0111: [(3, 2)],
+    0b0101: [(3, 0), (1, 2)], 0b1010: [(0, 1), (2, 3)],
+}  # fmt: skip
+JOINED = {0b0101: [(1, 0), (3, 2)], 0b1010: [(0, 3), (2, 1)]}
+
+
+def _contours(gray: NDArray[np.float64]) -> Iterator[Places]:
+    """Marching squares: closed outlines around white, in pixels, x to the right and y down from the top left.
+
+    The picture's frame is where white ends that reaches it.
+    """
+    around = np.pad(gray, 1, mode="edge")
+    framed = np.minimum(around, 2 * WHITE - around)
+    framed[1:-1, 1:-1] = gray
+    height, width = framed.shape
+    corners = [framed[:-1, :-1], framed[:-1, 1:], framed[1:, 1:], framed[1:, :-1]]
+    code = np.sum([(corner > WHITE) << bit for bit, corner in enumerate(corners)], axis=0)
+    joined = np.sum(corners, axis=0) > 4 * WHITE
+    # Sides of squares by number: those along rows, then those along columns.
+    square = np.arange(height * width).reshape(height, width)[:-1, :-1]
+    sides = [square, height * width + square + 1, square + width, height * width + square]
+    onward = np.full(2 * height * width, -1)
+    for table, chosen in ((APART, ~joined | ~np.isin(code, list(JOINED))), (JOINED, joined)):
+        for case, ways in table.items():
+            rows, columns = np.nonzero((code == case) & chosen)
+            for start, end in ways:
+                onward[sides[start][rows, columns]] = sides[end][rows, columns]
+    starts = np.flatnonzero(onward >= 0)
+    if len(starts) > MOST_CORNERS:
+        raise InputError(
+            f"image: expected an outline of at most {MOST_CORNERS} corners, got {len(starts)}; give fewer pixels="
+        )
+
+    # Where gray is half of white on each of them; centres of pixels are at halves.
+    along_column, place = np.divmod(starts, height * width)
+    row, column = np.divmod(place, width)
+    here, there = framed[row, column], framed[row + along_column, column + 1 - along_column]
+    share = (WHITE - here) / (there - here)
+    places = np.where(along_column, column - 0.5 + 1j * (row - 0.5 + share), column - 0.5 + share + 1j * (row - 0.5))
+
+    number = np.full(onward.shape, -1)
+    number[starts] = np.arange(len(starts))
+    following = number[onward[starts]].tolist()
+    seen = bytearray(len(starts))
+    for first in range(len(starts)):
+        loop = []
+        at = first
+        while not seen[at]:
+            seen[at] = 1
+            loop.append(at)
+            at = following[at]
+        if loop:
+            yield places[loop]
+
+
+def _simplified(loop: Places) -> Places:
+    """The corners of a closed outline that are enough: Douglas and Peucker's, between two that are far apart."""
+    far = int(np.abs(loop - loop[0]).argmax())
+    closed = np.append(loop, loop[0])
+    kept = {0, far}
+    open_ranges = [(0, far), (far, len(loop))]
+    while open_ranges:
+        first, last = open_ranges.pop()
+        if last - first < 2:
+            continue
+        chord = closed[last] - closed[first]
+        off = closed[first + 1 : last] - closed[first]
+        if chord:
+            run = np.clip((off * chord.conjugate()).real / abs(chord) ** 2, 0, 1)
+            off = off - run * chord
+        middle = first + 1 + int(np.abs(off).argmax())
+        if abs(off[middle - first - 1]) > TOLERANCE:
+            kept.add(middle)
+            open_ranges += [(first, middle), (middle, last)]
+    return loop[sorted(kept)]
+
+
+__all__ = ["image", "measure_image"]
