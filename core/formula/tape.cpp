@@ -77,12 +77,24 @@ Lowered lower(const std::vector<Node>& nodes, std::uint32_t i) {
     return {node.op, {node.operand[0], node.operand[1], node.operand[2]}, 0, 0};
 }
 
-/// With quotients in the place of powers below 1, which plain nodes may have, and Graph has not.
-Expression without_low_powers(Expression f) {
+/// Powers below 1, which plain nodes may have, and Graph has not.
+template <class Formula>
+bool has_low_powers(const Formula& f) {
     const auto low = [](const Node& node) { return node.op == Op::power && node.value < 1; };
-    if (std::none_of(f.nodes().begin(), f.nodes().end(), low)) return f;
+    return std::any_of(f.nodes().begin(), f.nodes().end(), low);
+}
+
+/// With quotients in their place.
+Expression without_low_powers(Expression f) {
+    if (!has_low_powers(f)) return f;
     Graph graph;
     return graph.expression(graph.copy(f));
+}
+ColorFormula without_low_powers(const ColorFormula& f) {
+    if (!has_low_powers(f)) return f;
+    Graph graph;
+    const Value x = graph.x(), y = graph.y(), z = graph.z();
+    return graph.color_formula(graph.substitute(f, x, y, z));
 }
 
 int operands_of(const Lowered& step) { return step.op == affine ? 1 : step.op == corner_distance ? 2 : operands(step.op); }
@@ -107,18 +119,16 @@ private:
     std::vector<std::uint16_t> free_;
 };
 
-}  // namespace
-
-Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(expression))) {
-    const std::vector<Node>& nodes = expression_.nodes();
+LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_t> roots) {
     const auto count = static_cast<std::uint32_t>(nodes.size());
+    LoweredCode result;
 
     // Where each node is used for the last time; nodes that lowering skips over are not used at all.
     std::vector<Lowered> steps;
     steps.reserve(count);
     for (std::uint32_t i = 0; i < count; ++i) steps.push_back(lower(nodes, i));
     std::vector<std::uint32_t> last_use(count, unused);
-    last_use[count - 1] = count;
+    for (const std::uint32_t root : roots) last_use[root] = count;
     for (std::uint32_t i = count; i-- > 0;) {
         if (last_use[i] == unused) continue;
         for (int k = 0; k < operands_of(steps[i]); ++k) {
@@ -129,7 +139,7 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
 
     Registers registers;
     std::vector<std::uint16_t> place(count, 0);
-    code_.reserve(count);
+    result.instructions.reserve(count);
     for (std::uint32_t i = 0; i < count; ++i) {
         const Lowered& step = steps[i];
         if (last_use[i] == unused) continue;
@@ -150,13 +160,28 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
             }
         }
         instruction.out = place[i] = registers.take();
-        code_.push_back(instruction);
-        const auto decides = [&](Op op, std::uint32_t node) { decisions_.push_back(op), decision_nodes_.push_back(node); };
+        result.instructions.push_back(instruction);
+        const auto decides = [&](Op op, std::uint32_t node) {
+            result.decisions.push_back(op), result.decision_nodes.push_back(node);
+        };
         if (step.op == corner_distance) decides(Op::maximum, nodes[i].operand[1]);
         if (is_decision(step.op)) decides(step.op, i);
     }
-    registers_ = registers.count();
-    result_ = place[count - 1];
+    result.registers = registers.count();
+    for (const std::uint32_t root : roots) result.results.push_back(place[root]);
+    return result;
+}
+
+}  // namespace
+
+Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(expression))) {
+    const std::uint32_t root[] = {static_cast<std::uint32_t>(expression_.nodes().size() - 1)};
+    code_ = lowered(expression_.nodes(), root);
+}
+
+ColorTape::ColorTape(const ColorFormula& formula) {
+    const ColorFormula f = without_low_powers(formula);
+    code_ = lowered(f.nodes(), f.roots());
 }
 
 Expression Tape::specialised(std::span<const Decision> decisions, int lane) const {
@@ -181,13 +206,13 @@ Expression Tape::specialised(std::span<const Decision> decisions, int lane) cons
     if (values.size() < count) values.resize(count), constants.resize(count);
     graph.clear();
 
-    for (std::size_t at = 0; at < decisions_.size(); ++at) {
-        const Op op = decisions_[at];
+    for (std::size_t at = 0; at < code_.decisions.size(); ++at) {
+        const Op op = code_.decisions[at];
         const Decision& decision = decisions[at];
         const bool first = decision.first >> lane & 1, second = decision.second >> lane & 1;
-        Outcome& known = outcome[decision_nodes_[at]];
+        Outcome& known = outcome[code_.decision_nodes[at]];
         if (is_rounding(op)) {
-            if (first) known = constant, constants[decision_nodes_[at]] = decision.value[lane];
+            if (first) known = constant, constants[code_.decision_nodes[at]] = decision.value[lane];
         } else if (op == Op::absolute) {
             if (first || second) known = first ? first_operand : negative;
         } else if (op != Op::atan2 && (first || second)) {

@@ -1,6 +1,7 @@
-/// Formulas ready to be evaluated: an expression and the code that computes it.
+/// Formulas ready to be evaluated: an expression, or that of a colour, and the code that computes it.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -8,6 +9,15 @@
 #include "formula/expression.h"
 
 namespace bob {
+
+/// What lowering makes of nodes.
+struct LoweredCode {
+    std::vector<Instruction> instructions;
+    std::vector<Op> decisions;
+    std::vector<std::uint32_t> decision_nodes;
+    int registers = 3;
+    std::vector<int> results;  // the registers of the roots
+};
 
 class Tape {
 public:
@@ -17,19 +27,30 @@ public:
     [[nodiscard]] Expression specialised(std::span<const Decision> decisions, int lane) const;
 
     [[nodiscard]] const Expression& expression() const { return expression_; }
-    [[nodiscard]] Code code() const { return {code_.data(), code_.size(), registers_, result_}; }
+    [[nodiscard]] Code code() const {
+        return {code_.instructions.data(), code_.instructions.size(), code_.registers, code_.results[0]};
+    }
     /// The ops that are decisions, in the order in which evaluation comes to them.
-    [[nodiscard]] const std::vector<Op>& decisions() const { return decisions_; }
+    [[nodiscard]] const std::vector<Op>& decisions() const { return code_.decisions; }
     /// And which nodes of the expression they are.
-    [[nodiscard]] const std::vector<std::uint32_t>& decision_nodes() const { return decision_nodes_; }
+    [[nodiscard]] const std::vector<std::uint32_t>& decision_nodes() const { return code_.decision_nodes; }
 
 private:
     Expression expression_;
-    std::vector<Instruction> code_;
-    std::vector<Op> decisions_;
-    std::vector<std::uint32_t> decision_nodes_;
-    int registers_ = 3;
-    int result_ = 0;
+    LoweredCode code_;
+};
+
+class ColorTape {
+public:
+    explicit ColorTape(const ColorFormula& formula);
+
+    [[nodiscard]] Code code() const { return {code_.instructions.data(), code_.instructions.size(), code_.registers, results()[0]}; }
+    /// The registers that hold red, green and blue at the end.
+    [[nodiscard]] std::array<int, 3> results() const { return {code_.results[0], code_.results[1], code_.results[2]}; }
+    [[nodiscard]] std::size_t bytes() const { return code_.instructions.size() * sizeof(Instruction); }
+
+private:
+    LoweredCode code_;
 };
 
 }  // namespace bob

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.atomic import check_writable, write_whole
-from bobrossnet.color import from_srgb
+from bobrossnet.color import from_srgb, to_srgb
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
 from bobrossnet.shapes.affine import UPRIGHT, mapped
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
@@ -126,11 +126,16 @@ class Mesh(Shape):
             self.wrap = (across, down)
 
     @classmethod
-    def owning(cls, vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> Mesh:
+    def owning(
+        cls, vertices: NDArray[np.float64], triangles: NDArray[np.int32], colors: NDArray[np.float32] | None = None
+    ) -> Mesh:
         """A mesh that takes over arrays that are right, unchecked and without a copy."""
         mesh = object.__new__(cls)
         vertices.flags.writeable = triangles.flags.writeable = False
         mesh.vertices, mesh.triangles, mesh.normals = vertices, triangles, None
+        if colors is not None:
+            colors.flags.writeable = False
+            mesh.colors = colors
         return mesh
 
     @cached_property
@@ -195,13 +200,14 @@ class Mesh(Shape):
         return self
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the mesh to a file, with its normals if it has any and the format does.
+        """Write the mesh to a file, with its normals and its vertices' colours if it has any and the format does.
 
         Parameters
         ----------
         path : str or path
             Ends in .stl or .ply (both binary), .obj or .glb. GLB is y-up by its specification, and the mesh is turned
-            to that; readers turn it back. STL holds float32 alone, the others do so for normals.
+            to that; readers turn it back. STL holds float32 alone, the others do so for normals. Colours are 8 bits, linear
+            in GLB, sRGB in PLY and OBJ; STL has none. Those of triangles and textures are left out.
 
         Raises
         ------
@@ -219,7 +225,17 @@ class Mesh(Shape):
         upright = UPRIGHT.T if ending == "glb" else np.eye(4)
         normals = None if self.normals is None else mapped(upright, self.normals)
         vertices = self.vertices if ending != "glb" else mapped(upright, self.vertices)
-        written = trimesh.Trimesh(vertices, self.triangles, vertex_normals=normals, process=False, validate=False)
+        colors = (
+            None if self.colors is None or ending == "stl" else self.colors if ending == "glb" else to_srgb(self.colors)
+        )
+        written = trimesh.Trimesh(
+            vertices,
+            self.triangles,
+            vertex_normals=normals,
+            vertex_colors=None if colors is None else np.rint(255 * colors).astype(np.uint8),
+            process=False,
+            validate=False,
+        )
         content = written.export(file_type=ending)
         assert not isinstance(content, dict)  # as glTF would be, in several files
         write_whole(path, content.encode() if isinstance(content, str) else content)
