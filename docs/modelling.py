@@ -30,11 +30,11 @@ are in radians; `degrees` and `radians` convert. X, Y, Z, UP and ORIGIN are vect
 accepted, a number applies to all axes. Where an easing is expected, any function of t made of operators and numpy's
 functions will do.
 
-`f.color("#c33")` gives a colour, as "#rrggbb" or as three numbers in 0..1 of linear light; in Python also as a function of points
-(n, 2 or 3) that returns (n, 3). It goes where the shape goes: unions show the colour of the surface that is seen, and k
-blends colours as it blends shapes. What is cut has the tool's colour if that has one: `part - hole.color("#c33")` is a white part
-with red holes, `part.color("#c33") - hole` red throughout. In an intersection a shape without a colour has that of the
-other; elsewhere it is white.
+`f.color("#c33")` gives a colour, as "#rrggbb" or as three numbers in 0..1 of linear light; in Python also as a function
+of points (n, 2 or 3) that returns (n, 3). It goes where the shape goes: unions show the colour of the surface that is
+seen, and k blends colours as it blends shapes. What is cut has the tool's colour if that has one:
+`part - hole.color("#c33")` is a white part with red holes, `part.color("#c33") - hole` red throughout. In an
+intersection a shape without a colour has that of the other; elsewhere it is white.
 
 A name that exists in two and in three dimensions means three, but an operation on a flat shape is the flat one; `d2`
 and `d3` have both: `d2.slab(x0=0)`. To define your own shapes and operations, decorate functions with `@sdf2`, `@sdf3`,

@@ -7,32 +7,30 @@ import re
 
 import numpy as np
 import pytest
+from word_scripts import COLORED, SCRIPTS
 
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.adapters.container import layout, sealed
 from bobrossnet.color import from_srgb, to_srgb
+from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.sdf import (
     SDF2,
     SDF3,
     X,
-    Y,
     Z,
     box,
     capsule,
     circle,
-    cylinder,
     d2,
     ease,
     op2,
     op3,
     op23,
     rectangle,
-    slab,
     sphere,
     torus,
 )
-from word_scripts import COLORED, SCRIPTS
 
 SIZE = 60, 80
 RED, BLUE, WHITE = np.array((1.0, 0, 0)), np.array((0, 0, 1.0)), np.ones(3)
@@ -456,8 +454,9 @@ def test_pictures_that_shapes_save_are_in_color(tmp_path):
     from PIL import Image
 
     A.save(tmp_path / "a.png", size=SIZE)
-    red, green, blue = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))[30, 40]
-    assert red > 2 * max(green, blue)
+    picture = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))
+    assert np.array_equal(picture, color_to_8_bit(bob.trace(A, size=SIZE).color))
+    assert picture[..., 0].max() > 2 * picture[30, 40, 1]
 
 
 # ---- Files -----------------------------------------------------------------------------------------------

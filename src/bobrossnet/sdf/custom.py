@@ -16,9 +16,9 @@
 
 The function within takes points (n, 2) or (n, 3) and returns a number for each, (n,) or (n, 1), negative inside. It is
 called once, with symbols in the place of points, and may use numpy's functions; `np.where` chooses between values where
-Python's `if` would. In operations, `other(p)` is the other shape's value at the points, (n, 1), which carries its colour
-along: through whatever is done to it alone, and through `np.minimum`, `np.maximum` and `np.where`, which choose one. Where
-shapes of two colours are mixed otherwise, as sums are, the result has none.
+Python's `if` would. In operations, `other(p)` is the other shape's value at the points, (n, 1), which carries its
+colour along: through whatever is done to it alone, and through `np.minimum`, `np.maximum` and `np.where`, which choose
+one. Where shapes of two colours are mixed otherwise, as sums are, the result has none.
 """
 
 from __future__ import annotations

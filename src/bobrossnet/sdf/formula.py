@@ -23,8 +23,8 @@ def implicit(function: Callable[..., Any], bounds: Any = None, color: Any = None
     bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, finite, each low below its high, optional
         The box to look in. Without it the bounds are found, and an unbounded shape is refused.
     color : callable, str, 3 numbers in 0..1 or ColorFormula, optional
-        Of the surface: (r, g, b) of x, y and z, written as the function is, or a colour: sRGB as "#rrggbb" or linear RGB.
-        What it gives is linear, and clamped to 0..1; NaN is 0.
+        Of the surface: (r, g, b) of x, y and z, written as the function is, or a colour: sRGB as "#rrggbb" or linear
+        RGB. What it gives is linear, and clamped to 0..1; NaN is 0.
 
     Returns
     -------

@@ -75,7 +75,7 @@ def color_formula_of(function: Callable[..., Any], name: str = "color") -> _core
 
 
 def color_formula_of_points(function: Callable[..., Any], dimensions: int, name: str = "color") -> _core.ColorFormula:
-    """The same of a function of points (N, `dimensions`) that returns (N, 3), each colour depending on its own point."""
+    """The same of a function of points (N, `dimensions`) that returns (N, 3), each colour of its own point only."""
     graph = _core.Graph()
     return _traced(function, graph, [_symbols([_coordinates(graph)[:dimensions]])], name, _color_formula)
 
@@ -83,7 +83,7 @@ def color_formula_of_points(function: Callable[..., Any], dimensions: int, name:
 def formulas_of_points(
     function: Callable[..., Any], dimensions: int, name: str = "function"
 ) -> tuple[_core.Expression, _core.ColorFormula | None]:
-    """The formula that a function of points computes, and that of its colour if it has one from shapes that it evaluates.
+    """The formula that a function of points computes, and that of the colour that shapes which it evaluates give it.
 
     Parameters
     ----------
@@ -408,8 +408,8 @@ def _lifted(value: Any) -> Any:
 
 # ---- Colours ---------------------------------------------------------------------------------------------
 #
-# Values of shapes carry colours along, as in core/modelling/colored.h. A colour's nodes are only made once the formula is
-# known, which so is the same as without.
+# Values of shapes carry colours along, as in core/modelling/colored.h. A colour's nodes are only made once the formula
+# is known, which so is the same as without.
 
 
 def _white(graph: _core.Graph) -> tuple[int, int, int]:
@@ -423,29 +423,29 @@ def _of_formula(color: _core.ColorFormula, x: int, y: int, z: int) -> Paint:
 
 
 def _painted(ufunc: np.ufunc, result: Any, operands: Sequence[Any]) -> Any:
-    """The result of a rule with the colour that its operands give it: the only one that there is, or that of the lower or
-    higher value. Other mixtures of two shapes have none."""
-    shapes = [operand for operand in operands if isinstance(operand, Symbol) and operand.color]
+    """The result of a rule with the colour that its operands give it: the only one that there is, or that of the lower
+    or higher value. Other mixtures of two shapes have none."""
+    shapes = [(operand, operand.color) for operand in operands if isinstance(operand, Symbol) and operand.color]
     if not shapes or not isinstance(result, Symbol) or isinstance(result, Condition):
         return result
-    paints = [shape.color for shape in shapes]
-    if len(shapes) == 1 or paints[0] is paints[1]:
-        result.color = paints[0]
-    elif BINARY.get(ufunc) == "minimum":
-        result.color = _choosing(_difference(shapes[1], shapes[0]).node, paints[1], paints[0])
-    elif BINARY.get(ufunc) == "maximum" and _white in paints:  # a shape that only cuts
-        result.color = paints[paints[0] is _white]
-    elif BINARY.get(ufunc) == "maximum":
-        result.color = _choosing(_difference(shapes[0], shapes[1]).node, paints[1], paints[0])
+    (a, paint_a), (b, paint_b) = shapes[0], shapes[-1]
+    if paint_a is paint_b:
+        result.color = paint_a
+    elif ufunc in LOWER:
+        result.color = _choosing(b, a, paint_b, paint_a)
+    elif ufunc in HIGHER and _white in (paint_a, paint_b):  # a shape that only cuts
+        result.color = paint_b if paint_a is _white else paint_a
+    elif ufunc in HIGHER:
+        result.color = _choosing(a, b, paint_b, paint_a)
     return result
 
 
-def _choosing(condition: int, below: Paint, above: Paint) -> Paint:
-    if below is above:
-        return below
+def _choosing(lower: Symbol, higher: Symbol | int, yes: Paint, no: Paint) -> Paint:
+    """One paint where the first value is below the second, else the other."""
 
     def paint(graph: _core.Graph) -> tuple[int, int, int]:
-        red, green, blue = (graph.select(condition, *pair) for pair in zip(below(graph), above(graph), strict=True))
+        below = _difference(lower, higher).node
+        red, green, blue = (graph.select(below, *pair) for pair in zip(yes(graph), no(graph), strict=True))
         return red, green, blue
 
     return paint
@@ -468,7 +468,7 @@ def _choice(condition: Any, a: Any, b: Any) -> Any:
     chosen = Symbol(graph, graph.select(condition.below, _node(graph, yes), _node(graph, no)))
     paints = [value.color for value in (yes, no) if isinstance(value, Symbol) and value.color]
     if len(paints) == 2:
-        chosen.color = _choosing(condition.below, *paints)
+        chosen.color = _choosing(Symbol(graph, condition.below), 0, *paints)
     elif paints:
         chosen.color = paints[0]
     return chosen
@@ -542,6 +542,9 @@ UNARY = {
     np.ceil: "ceil",
     np.rint: "round",
 }
+
+LOWER: set[np.ufunc] = {np.minimum, np.fmin}
+HIGHER: set[np.ufunc] = {np.maximum, np.fmax}
 
 BINARY = {
     np.add: "add",

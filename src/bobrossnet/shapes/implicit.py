@@ -27,15 +27,15 @@ class Implicit(Shape):
     bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, finite, each low below its high, optional
         The box to look in. Without it the bounds are found, and an unbounded shape is refused.
     color : ColorFormula, str or 3 numbers in 0..1, optional
-        Of the surface: sRGB as "#rrggbb", linear RGB, or a formula of it; what that gives is clamped to 0..1, and NaN is
-        0. It is evaluated where rays hit, and changes neither where that is nor the normals. The material's colour is
-        multiplied by it.
+        Of the surface: sRGB as "#rrggbb", linear RGB, or a formula of it; what that gives is clamped to 0..1, and NaN
+        is 0. It is evaluated where rays hit, and changes neither where that is nor the normals. The material's colour
+        is multiplied by it.
 
     Raises
     ------
     InputError
-        If the bounds are not a box, or the colour is none. When it is first placed or traced: if it is unbounded and no bounds were given, or
-        if there is no surface.
+        If the bounds are not a box, or the colour is none. When it is first placed or traced: if it is unbounded and no
+        bounds were given, or if there is no surface.
     """
 
     kind = "implicit"

@@ -206,8 +206,8 @@ class Mesh(Shape):
         ----------
         path : str or path
             Ends in .stl or .ply (both binary), .obj or .glb. GLB is y-up by its specification, and the mesh is turned
-            to that; readers turn it back. STL holds float32 alone, the others do so for normals. Colours are 8 bits, linear
-            in GLB, sRGB in PLY and OBJ; STL has none. Those of triangles and textures are left out.
+            to that; readers turn it back. STL holds float32 alone, the others do so for normals. Colours are 8 bits,
+            linear in GLB, sRGB in PLY and OBJ; STL has none. Those of triangles and textures are left out.
 
         Raises
         ------

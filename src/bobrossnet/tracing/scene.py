@@ -120,8 +120,8 @@ class Scene:
         return Scene(instance.transformed(UPRIGHT) for instance in self.instances)
 
     def mesh(self, step: float | None = None) -> Mesh:
-        """All shapes as one mesh, each in its place, without normals. What overlaps stays so. If anything is not white, vertices
-        and triangles have the colours of shapes and materials, without those of textures.
+        """All shapes as one mesh, each in its place, without normals. What overlaps stays so. If anything is not
+        white, vertices and triangles have the colours of shapes and materials, without those of textures.
 
         Parameters
         ----------
