@@ -177,8 +177,8 @@ bob::NurbsCurve<N> curve(const Array<const double, -1, N + 1>& control_points, c
 }
 
 /// Sequences of faces, of their loops and of these' curves, as `_core.pyi` has them; control points have their weights
-/// behind them.
-void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance) {
+/// behind them. `colors`: linear RGB of the faces.
+void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance, const std::optional<Points>& colors) {
     using Surface = std::tuple<Array<const double, -1, -1, 4>, Knots, Knots, nb::sequence>;
     using Curve = std::tuple<Array<const double, -1, 3>, Knots>;
     std::vector<bob::Face> converted;
@@ -197,6 +197,8 @@ void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance) {
             }
         }
     }
+    expect(!colors || colors->shape(0) == converted.size(), "colors: expected one for each face");
+    for (std::size_t i = 0; colors && i < converted.size(); ++i) converted[i].color = items<bob::Vec3>(*colors)[i];
     interruptible([&] { new (self) bob::Brep(bob::Brep::of_weighted_points(std::move(converted), tolerance)); });
 }
 
@@ -248,7 +250,7 @@ void bind_shapes(nb::module_& m) {
     m.def("vm_solid", &vm_solid, "formula"_a);
 
     nb::class_<bob::Brep, bob::Shape>(m, "Brep")
-        .def("__init__", &init_brep, "faces"_a, "tolerance"_a)
+        .def("__init__", &init_brep, "faces"_a, "tolerance"_a, "colors"_a.noconvert().none() = nb::none())
         .def_prop_ro("is_coarse", [](const bob::Brep& s) { return s.pieces().is_coarse; })
         .def_prop_ro("patches", [](const bob::Brep& s) { return s.pieces().patches.size(); })
         .def_prop_ro("pieces", [](const bob::Brep& s) { return s.pieces().count; });

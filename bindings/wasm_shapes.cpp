@@ -172,15 +172,16 @@ EXPORT(make_vm_solid) Shape* make_vm_solid(const Formula* formula, const double*
     });
 }
 
-/// The arrays of a scene file's brep (CONVENTIONS.md).
+/// The arrays of a scene file's brep (CONVENTIONS.md); colors: (face_count, 3), or null.
 EXPORT(make_brep)
 Shape* make_brep(const std::int32_t* faces, std::size_t face_count, const double* control_points, const double* knots,
                  const std::int32_t* loops, const std::int32_t* trims, const double* trim_control_points,
-                 const double* trim_knots, double tolerance) {
+                 const double* trim_knots, double tolerance, const float* colors) {
     return attempt([&] {
         std::vector<bob::Face> converted(face_count);
         for (bob::Face& face : converted) {
             const std::int32_t* row = take(faces, 5);
+            if (const float* rgb = colors ? take(colors, 3) : nullptr) face.color = bob::Vec3{rgb[0], rgb[1], rgb[2]};
             const std::int32_t size_u = row[0], size_v = row[1], degree_u = row[2], degree_v = row[3];
             bob::NurbsSurface& surface = face.surface;
             surface.degree_u = degree_u, surface.degree_v = degree_v;

@@ -179,6 +179,12 @@ SCENES = {
         bob.Mesh(mesh().vertices, mesh().triangles, colors=np.random.default_rng(1).uniform(size=(60, 3))),
         bob.Instance(script(), material=bob.Material("#b87333", metallic=1, roughness=0.3)).translate((2, 0, 0)),
     ],
+    "colored brep": lambda: bob.Brep(
+        [
+            bob.Face(face.control_points, face.knots_u, face.knots_v, face.weights, face.trims, color)
+            for face, color in zip(cylinder().faces, ("#c33", "#39c", None, "#fd3") * 2, strict=False)
+        ]
+    ),
     "colored script": lambda: script(
         "f = sphere(1).color('#c33') & box(1.5).color('#39c').k(0.2)\nf -= cylinder(0.5).twist(1).color((1, 0.5, 0))\n"
     ),

@@ -195,7 +195,7 @@ class WasmCore:
             self.made("color_expression", formula, *given)
         return self.made("make_implicit", formula, bounds)
 
-    def brep(self, faces, tolerance):
+    def brep(self, faces, tolerance, colors=None):
         table, loops, trims = [], [], []
         points, knots, trim_points, trim_knots = [], [], [], []
         for control_points, knots_u, knots_v, of_face in faces:
@@ -216,7 +216,7 @@ class WasmCore:
         integers = [np.array(values or [0], np.int32) for values in (loops, trims)]
         return self.made(
             "make_brep", np.array(table, np.int32), len(table), joined(points), joined(knots),
-            *integers, joined(trim_points), joined(trim_knots), float(tolerance),
+            *integers, joined(trim_points), joined(trim_knots), float(tolerance), 0 if colors is None else colors,
         )  # fmt: skip
 
     def tube(self, control_points, knots):

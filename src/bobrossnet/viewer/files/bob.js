@@ -44,6 +44,7 @@ const KINDS = {
   brep: {
     faces: ["I32", null, 5], control_points: ["F64", null, 4], knots: ["F64", null], loops: ["I32", null],
     trims: ["I32", null, 2], trim_control_points: ["F64", null, 3], trim_knots: ["F64", null], "tolerance?": ["F64", 1],
+    "face_colors?": ["F32", null, 3],
   },
   tube: { control_points: ["F64", null, 3], knots: ["F64", null], radii: ["F64", null], "weights?": ["F64", null] },
 };
