@@ -168,7 +168,7 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
         if (is_decision(step.op)) decides(step.op, i);
     }
     result.registers = registers.count();
-    for (const std::uint32_t root : roots) result.results.push_back(place[root]);
+    for (std::size_t i = 0; i < roots.size(); ++i) result.results[i] = place[roots[i]];
     return result;
 }
 

@@ -12,11 +12,13 @@ namespace bob {
 
 /// What lowering makes of nodes.
 struct LoweredCode {
+    [[nodiscard]] Code code() const { return {instructions.data(), instructions.size(), registers, results[0]}; }
+
     std::vector<Instruction> instructions;
     std::vector<Op> decisions;
     std::vector<std::uint32_t> decision_nodes;
     int registers = 3;
-    std::vector<int> results;  // the registers of the roots
+    std::array<int, 3> results{};  // the registers of the roots, of which there is one or three
 };
 
 class Tape {
@@ -27,9 +29,7 @@ public:
     [[nodiscard]] Expression specialised(std::span<const Decision> decisions, int lane) const;
 
     [[nodiscard]] const Expression& expression() const { return expression_; }
-    [[nodiscard]] Code code() const {
-        return {code_.instructions.data(), code_.instructions.size(), code_.registers, code_.results[0]};
-    }
+    [[nodiscard]] Code code() const { return code_.code(); }
     /// The ops that are decisions, in the order in which evaluation comes to them.
     [[nodiscard]] const std::vector<Op>& decisions() const { return code_.decisions; }
     /// And which nodes of the expression they are.
@@ -44,9 +44,9 @@ class ColorTape {
 public:
     explicit ColorTape(const ColorFormula& formula);
 
-    [[nodiscard]] Code code() const { return {code_.instructions.data(), code_.instructions.size(), code_.registers, results()[0]}; }
+    [[nodiscard]] Code code() const { return code_.code(); }
     /// The registers that hold red, green and blue at the end.
-    [[nodiscard]] std::array<int, 3> results() const { return {code_.results[0], code_.results[1], code_.results[2]}; }
+    [[nodiscard]] const std::array<int, 3>& results() const { return code_.results; }
     [[nodiscard]] std::size_t bytes() const { return code_.instructions.size() * sizeof(Instruction); }
 
 private:
