@@ -55,7 +55,14 @@ public:
     Handle substitute(const bob::Expression& f, Handle x, Handle y, Handle z) {
         return handle(graph_.substitute(f, value(x), value(y), value(z)));
     }
+    nb::tuple substitute_color(const bob::ColorFormula& f, Handle x, Handle y, Handle z) {
+        const auto rgb = graph_.substitute(f, value(x), value(y), value(z));
+        return nb::make_tuple(handle(rgb[0]), handle(rgb[1]), handle(rgb[2]));
+    }
     [[nodiscard]] bob::Expression expression(Handle root) { return graph_.expression(value(root)); }
+    [[nodiscard]] bob::ColorFormula color_formula(Handle r, Handle g, Handle b) {
+        return graph_.color_formula({value(r), value(g), value(b)});
+    }
     [[nodiscard]] std::size_t size() const { return graph_.size(); }
 
 private:
@@ -75,9 +82,10 @@ private:
 using Ops = Array<std::uint8_t, -1>;
 using Operands = Array<std::uint32_t, -1, 3>;
 using Values = Array<double, -1>;
+using Roots = Array<std::uint32_t, 3>;
 
-void init_expression(bob::Expression* self, const Array<const std::uint8_t, -1>& ops,
-                     const Array<const std::uint32_t, -1, 3>& operands, const Array<const double, -1>& values) {
+std::vector<bob::Node> nodes_of(const Array<const std::uint8_t, -1>& ops, const Array<const std::uint32_t, -1, 3>& operands,
+                                const Array<const double, -1>& values) {
     const std::size_t count = ops.shape(0);
     expect(operands.shape(0) == count && values.shape(0) == count, "expected ops, operands and values of one length");
     std::vector<bob::Node> nodes(count);
@@ -85,27 +93,47 @@ void init_expression(bob::Expression* self, const Array<const std::uint8_t, -1>&
         const std::uint32_t* operand = operands.data() + 3 * i;
         nodes[i] = {static_cast<bob::Op>(ops.data()[i]), {operand[0], operand[1], operand[2]}, values.data()[i]};
     }
-    new (self) bob::Expression(std::move(nodes));
+    return nodes;
 }
 
-Ops ops(const bob::Expression& expression) {
-    const auto& nodes = expression.nodes();
+void init_expression(bob::Expression* self, const Array<const std::uint8_t, -1>& ops,
+                     const Array<const std::uint32_t, -1, 3>& operands, const Array<const double, -1>& values) {
+    new (self) bob::Expression(nodes_of(ops, operands, values));
+}
+
+void init_color_formula(bob::ColorFormula* self, const Array<const std::uint8_t, -1>& ops,
+                        const Array<const std::uint32_t, -1, 3>& operands, const Array<const double, -1>& values,
+                        const Array<const std::uint32_t, 3>& roots) {
+    new (self) bob::ColorFormula(nodes_of(ops, operands, values), {roots.data()[0], roots.data()[1], roots.data()[2]});
+}
+
+template <class Formula>
+Ops ops(const Formula& formula) {
+    const auto& nodes = formula.nodes();
     auto result = make_array<std::uint8_t, -1>(nodes.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) result.data()[i] = static_cast<std::uint8_t>(nodes[i].op);
     return result;
 }
 
-Operands operands(const bob::Expression& expression) {
-    const auto& nodes = expression.nodes();
+template <class Formula>
+Operands operands(const Formula& formula) {
+    const auto& nodes = formula.nodes();
     auto result = make_array<std::uint32_t, -1, 3>(nodes.size(), 3);
     for (std::size_t i = 0; i < nodes.size(); ++i) std::copy_n(nodes[i].operand, 3, result.data() + 3 * i);
     return result;
 }
 
-Values values(const bob::Expression& expression) {
-    const auto& nodes = expression.nodes();
+template <class Formula>
+Values values(const Formula& formula) {
+    const auto& nodes = formula.nodes();
     auto result = make_array<double, -1>(nodes.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) result.data()[i] = nodes[i].value;
+    return result;
+}
+
+Roots roots(const bob::ColorFormula& formula) {
+    auto result = make_array<std::uint32_t, 3>(3);
+    std::copy_n(formula.roots().data(), 3, result.data());
     return result;
 }
 
@@ -122,13 +150,29 @@ Values evaluate(const bob::Expression& f, const Array<const double, -1, 3>& poin
     return result;
 }
 
-std::size_t hash(const bob::Expression& expression) {
-    std::size_t h = expression.nodes().size();
-    const auto mix = [&h](std::size_t part) { h = (h ^ part) * 0x9e3779b97f4a7c15 + 1; };
-    for (const bob::Node& node : expression.nodes()) {
-        mix(static_cast<std::size_t>(node.op));
-        for (const std::uint32_t operand : node.operand) mix(operand);
-        mix(std::hash<double>{}(node.value));
+/// (n, 3): linear RGB.
+Array<double, -1, 3> evaluate_colors(const bob::ColorFormula& f, const Array<const double, -1, 3>& points) {
+    auto result = make_array<double, -1, 3>(points.shape(0), 3);
+    interruptible([&] {
+        bob::parallel_for(points.shape(0), 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const double* p = points.data() + 3 * i;
+                std::ranges::copy(f(p[0], p[1], p[2]), result.data() + 3 * i);
+            }
+        });
+    });
+    return result;
+}
+
+std::size_t mixed(std::size_t h, std::size_t part) { return (h ^ part) * 0x9e3779b97f4a7c15 + 1; }
+
+template <class Formula>
+std::size_t hash(const Formula& formula) {
+    std::size_t h = formula.nodes().size();
+    for (const bob::Node& node : formula.nodes()) {
+        h = mixed(h, static_cast<std::size_t>(node.op));
+        for (const std::uint32_t operand : node.operand) h = mixed(h, operand);
+        h = mixed(h, std::hash<double>{}(node.value));
     }
     return h;
 }
@@ -140,19 +184,43 @@ void bind_formula(nb::module_& m) {
 
     nb::class_<bob::Expression>(m, "Expression")
         .def("__init__", &init_expression, "ops"_a.noconvert(), "operands"_a.noconvert(), "values"_a.noconvert())
-        .def_prop_ro("ops", &ops, nb::rv_policy::move)
-        .def_prop_ro("operands", &operands, nb::rv_policy::move)
-        .def_prop_ro("values", &values, nb::rv_policy::move)
+        .def_prop_ro("ops", &ops<bob::Expression>, nb::rv_policy::move)
+        .def_prop_ro("operands", &operands<bob::Expression>, nb::rv_policy::move)
+        .def_prop_ro("values", &values<bob::Expression>, nb::rv_policy::move)
         .def("uses", [](const bob::Expression& f, std::string_view op) { return f.uses(find_op(op)); }, "op"_a)
         .def("__call__", &evaluate, "points"_a.noconvert())
         .def("__len__", [](const bob::Expression& f) { return f.nodes().size(); })
         .def(nb::self == nb::self)
-        .def("__hash__", &hash)
+        .def("__hash__", &hash<bob::Expression>)
         .def("__str__", [](const bob::Expression& f) { return bob::to_text(f); })
         .def("__repr__", [](const bob::Expression& f) { return "<Expression " + bob::to_text(f, 60) + ">"; })
         .def("__reduce__", [](nb::handle self) {
             const auto& f = nb::cast<const bob::Expression&>(self);
             return nb::make_tuple(self.type(), nb::make_tuple(ops(f), operands(f), values(f)));
+        });
+
+    nb::class_<bob::ColorFormula>(m, "ColorFormula")
+        .def("__init__", &init_color_formula, "ops"_a.noconvert(), "operands"_a.noconvert(), "values"_a.noconvert(),
+             "roots"_a.noconvert())
+        .def_static("constant", [](double r, double g, double b) { return bob::ColorFormula({r, g, b}); }, "r"_a, "g"_a, "b"_a)
+        .def_prop_ro("ops", &ops<bob::ColorFormula>, nb::rv_policy::move)
+        .def_prop_ro("operands", &operands<bob::ColorFormula>, nb::rv_policy::move)
+        .def_prop_ro("values", &values<bob::ColorFormula>, nb::rv_policy::move)
+        .def_prop_ro("roots", &roots, nb::rv_policy::move)
+        .def("__call__", &evaluate_colors, "points"_a.noconvert())
+        .def("__len__", [](const bob::ColorFormula& f) { return f.nodes().size(); })
+        .def(nb::self == nb::self)
+        .def("__hash__", [](const bob::ColorFormula& f) {
+            std::size_t h = hash(f);
+            for (const std::uint32_t root : f.roots()) h = mixed(h, root);
+            return h;
+        })
+        .def("__repr__", [](const bob::ColorFormula& f) {
+            return "<ColorFormula of " + std::to_string(f.nodes().size()) + " steps>";
+        })
+        .def("__reduce__", [](nb::handle self) {
+            const auto& f = nb::cast<const bob::ColorFormula&>(self);
+            return nb::make_tuple(self.type(), nb::make_tuple(ops(f), operands(f), values(f), roots(f)));
         });
 
     nb::class_<Graph>(m, "Graph")
@@ -165,6 +233,8 @@ void bind_formula(nb::module_& m) {
         .def("binary", &Graph::binary, "op"_a, "a"_a, "b"_a)
         .def("select", &Graph::select, "a"_a, "b"_a, "c"_a)
         .def("substitute", &Graph::substitute, "f"_a, "x"_a, "y"_a, "z"_a)
+        .def("substitute_color", &Graph::substitute_color, "f"_a, "x"_a, "y"_a, "z"_a)
         .def("expression", &Graph::expression, "root"_a)
+        .def("color_formula", &Graph::color_formula, "r"_a, "g"_a, "b"_a)
         .def("__len__", &Graph::size);
 }

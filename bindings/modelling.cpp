@@ -43,6 +43,9 @@ Object to_object(nb::handle value, int depth = 0) {
     if (nb::isinstance<nb::bool_>(value)) return {value.is(nb::handle(Py_True))};
     if (nb::isinstance<bob::Sdf>(value)) return {nb::cast<const bob::Sdf&>(value)};
     if (nb::isinstance<bob::Easing>(value)) return {nb::cast<const bob::Easing&>(value)};
+    if (nb::isinstance<bob::ColorFormula>(value)) {
+        return {bob::Color{std::make_shared<const bob::ColorFormula>(nb::cast<const bob::ColorFormula&>(value))}};
+    }
     if (nb::isinstance<nb::str>(value)) return {nb::cast<std::string>(value)};
     if (nb::isinstance<nb::float_>(value) || nb::isinstance<nb::int_>(value)) return {to_double(value)};
     const bool list = nb::hasattr(value, "__len__") && nb::hasattr(value, "__getitem__") && !nb::isinstance<nb::dict>(value);
@@ -66,6 +69,8 @@ nb::object to_python(const Object& object) {
             nb::list items;
             for (const Object& item : *value) items.append(to_python(item));
             return nb::tuple(items);
+        } else if constexpr (std::is_same_v<T, bob::Color>) {
+            return nb::cast(*value.formula);
         } else {
             return nb::cast(value);
         }
@@ -81,6 +86,7 @@ const char* type_name(bob::Type type) {
         case bob::Type::numbers: return "numbers";
         case bob::Type::points: return "points";
         case bob::Type::easing: return "easing";
+        case bob::Type::color: return "color";
         case bob::Type::sdf: return "sdf";
     }
     return "";
@@ -173,8 +179,10 @@ std::optional<bob::Expression> region(const std::vector<Outline>& outlines) {
     return result;
 }
 
-void init_model(bob::Sdf* self, int dimensions, const bob::Expression& expression, std::optional<double> k) {
-    new (self) bob::Sdf{dimensions, std::make_shared<const bob::Expression>(expression), k};
+void init_model(bob::Sdf* self, int dimensions, const bob::Expression& expression, std::optional<double> k,
+                const bob::ColorFormula* color) {
+    new (self) bob::Sdf{dimensions, std::make_shared<const bob::Expression>(expression), k,
+                        color ? std::make_shared<const bob::ColorFormula>(*color) : nullptr};
 }
 
 void init_easing(bob::Easing* self, const bob::Expression& expression) {
@@ -188,10 +196,12 @@ void bind_modelling(nb::module_& m) {
     nb::exception<bob::CallTypeError>(m, "CallTypeError", PyExc_TypeError);
 
     nb::class_<bob::Sdf>(m, "Sdf")
-        .def("__init__", &init_model, "dimensions"_a, "expression"_a, "k"_a = nb::none())
+        .def("__init__", &init_model, "dimensions"_a, "expression"_a, "k"_a = nb::none(), "color"_a.none() = nb::none())
         .def_ro("dimensions", &bob::Sdf::dimensions)
         .def_prop_ro("expression", [](const bob::Sdf& sdf) { return *sdf.expression; }, nb::rv_policy::move)
-        .def_ro("k", &bob::Sdf::k);
+        .def_ro("k", &bob::Sdf::k)
+        .def_prop_ro("color", [](const bob::Sdf& sdf) { return sdf.color ? std::optional(*sdf.color) : std::nullopt; },
+                     nb::rv_policy::move);
     nb::class_<bob::Easing>(m, "Easing")
         .def("__init__", &init_easing, "expression"_a)
         .def_prop_ro("expression", [](const bob::Easing& easing) { return *easing.expression; }, nb::rv_policy::move);

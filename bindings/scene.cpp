@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "bindings.h"
+#include "color.h"
 #include "parallel.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
@@ -168,6 +169,7 @@ void bind_scene(nb::module_& m) {
         .def_ro("roughness", &bob::Material::roughness)
         .def_prop_ro("emissive", [](const bob::Material& m) { return std::to_array(m.emissive); });
 
+    m.def("linear_color", &bob::linear_color, "text"_a);
     m.def("shape_digest", &shape_digest, "kind"_a, "tensors"_a);
     m.def("singular_values", [](const Matrix& map) { return bob::singular_values(bob::affine_map(map.data())); },
           "map"_a.noconvert());

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bindings.h"
+#include "parallel.h"
 #include "shapes/brep.h"
 #include "shapes/contouring.h"
 #include "shapes/implicit.h"
@@ -97,14 +98,34 @@ Array<double, 2, 3> to_array(const bob::Bounds& bounds) {
     return result;
 }
 
-void init_implicit(bob::Implicit* self, const bob::Expression& formula, const Corners& bounds) {
+void init_implicit(bob::Implicit* self, const bob::Expression& formula, const Corners& bounds, const bob::ColorFormula* color) {
     bob::Bounds box;
     for (int axis = 0; axis < 3; ++axis) {
         box.low[axis] = bounds.data()[axis];
         box.high[axis] = bounds.data()[3 + axis];
         expect(box.low[axis] < box.high[axis], "bounds: expected each low below its high");
     }
-    interruptible([&] { new (self) bob::Implicit(formula, box); });
+    interruptible([&] { new (self) bob::Implicit(formula, box, color); });
+}
+
+/// (n, 3): linear RGB of a shape with colours at points, (n, 3), in its own units.
+Array<float, -1, 3> implicit_colors(const bob::Implicit& shape, const Array<const double, -1, 3>& points) {
+    expect(shape.is_colored(), "shape: expected one with colours");
+    const auto& [center, radius] = shape.sphere();
+    auto result = make_array<float, -1, 3>(points.shape(0), 3);
+    interruptible([&] {
+        bob::parallel_for(points.shape(0), 256, [&](std::size_t begin, std::size_t end) {
+            std::vector<bob::Vec3> own(end - begin);
+            for (std::size_t i = begin; i < end; ++i) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    const double coordinate = points.data()[3 * i + static_cast<std::size_t>(axis)];
+                    own[i - begin][axis] = static_cast<float>((coordinate - center[axis]) / radius);
+                }
+            }
+            shape.colors(own, {reinterpret_cast<bob::Vec3*>(result.data()) + begin, own.size()});
+        });
+    });
+    return result;
 }
 
 using NewVertices = Array<double, -1, 3>;
@@ -156,8 +177,8 @@ bob::NurbsCurve<N> curve(const Array<const double, -1, N + 1>& control_points, c
 }
 
 /// Sequences of faces, of their loops and of these' curves, as `_core.pyi` has them; control points have their weights
-/// behind them.
-void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance) {
+/// behind them. `colors`: linear RGB of the faces.
+void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance, const std::optional<Points>& colors) {
     using Surface = std::tuple<Array<const double, -1, -1, 4>, Knots, Knots, nb::sequence>;
     using Curve = std::tuple<Array<const double, -1, 3>, Knots>;
     std::vector<bob::Face> converted;
@@ -176,6 +197,8 @@ void init_brep(bob::Brep* self, const nb::sequence& faces, double tolerance) {
             }
         }
     }
+    expect(!colors || colors->shape(0) == converted.size(), "colors: expected one for each face");
+    for (std::size_t i = 0; colors && i < converted.size(); ++i) converted[i].color = items<bob::Vec3>(*colors)[i];
     interruptible([&] { new (self) bob::Brep(bob::Brep::of_weighted_points(std::move(converted), tolerance)); });
 }
 
@@ -217,16 +240,17 @@ void bind_shapes(nb::module_& m) {
         .def_prop_ro("bvh_bytes", &bob::Mesh::bvh_bytes);
 
     nb::class_<bob::Implicit, bob::Shape>(m, "Implicit")
-        .def("__init__", &init_implicit, "formula"_a, "bounds"_a.noconvert())
+        .def("__init__", &init_implicit, "formula"_a, "bounds"_a.noconvert(), "color"_a.none() = nb::none())
         .def_prop_ro("cells", [](const bob::Implicit& s) { return s.cells().cells().size(); })
         .def_prop_ro("is_coarse", [](const bob::Implicit& s) { return s.cells().is_coarse(); })
         .def_prop_ro("unresolved_rays", &bob::Implicit::unresolved_rays)
-        .def("dual_contour", &dual_contour, "step"_a);
+        .def("dual_contour", &dual_contour, "step"_a)
+        .def("colors", &implicit_colors, "points"_a.noconvert());
     m.def("find_bounds", &find_bounds, "formula"_a);
     m.def("vm_solid", &vm_solid, "formula"_a);
 
     nb::class_<bob::Brep, bob::Shape>(m, "Brep")
-        .def("__init__", &init_brep, "faces"_a, "tolerance"_a)
+        .def("__init__", &init_brep, "faces"_a, "tolerance"_a, "colors"_a.noconvert().none() = nb::none())
         .def_prop_ro("is_coarse", [](const bob::Brep& s) { return s.pieces().is_coarse; })
         .def_prop_ro("patches", [](const bob::Brep& s) { return s.pieces().patches.size(); })
         .def_prop_ro("pieces", [](const bob::Brep& s) { return s.pieces().count; });

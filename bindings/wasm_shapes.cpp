@@ -1,4 +1,6 @@
 /// Formulas, and shapes other than meshes, in the WebAssembly module: what core.mesh.wasm does without.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -43,9 +45,33 @@ std::vector<bob::Homogeneous<N>> take_points(const double*& from, std::size_t co
     return {first, first + count};
 }
 
-Shape* surface_of(const bob::Expression& formula, const bob::Bounds& box) {
+/// A formula, and that of its surface's colour if it has one.
+struct Formula {
+    bob::Expression f;
+    std::shared_ptr<const bob::ColorFormula> color = nullptr;
+};
+
+std::vector<bob::Node> nodes_of(const std::uint8_t* ops, const std::uint32_t* operands, const double* values, std::size_t count) {
+    std::vector<bob::Node> nodes(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::uint32_t* operand = operands + 3 * i;
+        nodes[i] = {static_cast<bob::Op>(ops[i]), {operand[0], operand[1], operand[2]}, values[i]};
+    }
+    return nodes;
+}
+
+/// ops: (n,), operands: (n, 3), values: (n,), as nodes_of takes them.
+void read_nodes(const std::vector<bob::Node>& nodes, std::uint8_t* ops, std::uint32_t* operands, double* values) {
+    for (const bob::Node& node : nodes) {
+        *ops++ = static_cast<std::uint8_t>(node.op);
+        operands = std::copy_n(node.operand, 3, operands);
+        *values++ = node.value;
+    }
+}
+
+Shape* surface_of(const bob::Expression& formula, const bob::Bounds& box, const bob::ColorFormula* color = nullptr) {
     for (int axis = 0; axis < 3; ++axis) expect(box.low[axis] < box.high[axis], "bounds: expected each low below its high");
-    auto shape = std::make_shared<const bob::Implicit>(formula, box);
+    auto shape = std::make_shared<const bob::Implicit>(formula, box, color);
     expect(!shape->cells().cells().empty(), "shape: expected a surface within the bounds, got none");
     const bool is_coarse = shape->cells().is_coarse();
     return new Shape{.core = std::move(shape), .is_coarse = is_coarse};
@@ -65,45 +91,57 @@ bob::Bounds some(const std::optional<bob::Bounds>& bounds) {
 // ---- Formulas --------------------------------------------------------------------------------------------
 
 EXPORT(make_expression)
-bob::Expression* make_expression(const std::uint8_t* ops, const std::uint32_t* operands, const double* values,
-                                 std::size_t count) {
+Formula* make_expression(const std::uint8_t* ops, const std::uint32_t* operands, const double* values, std::size_t count) {
+    return attempt([&] { return new Formula{bob::Expression(nodes_of(ops, operands, values, count))}; });
+}
+
+/// Gives the formula's surface a colour; roots: (3,).
+EXPORT(color_expression)
+bool color_expression(Formula* formula, const std::uint8_t* ops, const std::uint32_t* operands, const double* values,
+                      std::size_t count, const std::uint32_t* roots) {
     return attempt([&] {
-        std::vector<bob::Node> nodes(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::uint32_t* operand = operands + 3 * i;
-            nodes[i] = {static_cast<bob::Op>(ops[i]), {operand[0], operand[1], operand[2]}, values[i]};
-        }
-        return new bob::Expression(std::move(nodes));
+        formula->color = std::make_shared<const bob::ColorFormula>(nodes_of(ops, operands, values, count),
+                                                                   std::array{roots[0], roots[1], roots[2]});
+        return true;
     });
 }
 
-EXPORT(parse_vm) bob::Expression* parse_vm(const char* text, std::size_t size) {
-    return attempt([&] { return new bob::Expression(bob::parse_vm({text, size})); });
+EXPORT(parse_vm) Formula* parse_vm(const char* text, std::size_t size) {
+    return attempt([&] { return new Formula{bob::parse_vm({text, size})}; });
 }
 
-EXPORT(run_script) bob::Expression* run_script(const char* source, std::size_t size) {
-    return attempt([&] { return new bob::Expression(*bob::run_script({source, size}).expression); });
+EXPORT(run_script) Formula* run_script(const char* source, std::size_t size) {
+    return attempt([&] {
+        const bob::Sdf sdf = bob::run_script({source, size});
+        return new Formula{*sdf.expression, sdf.color};
+    });
 }
 
-EXPORT(expression_size) std::size_t expression_size(const bob::Expression* expression) { return expression->nodes().size(); }
+EXPORT(expression_size) std::size_t expression_size(const Formula* formula) { return formula->f.nodes().size(); }
 
 /// ops: (n,), operands: (n, 3), values: (n,), as make_expression takes them.
 EXPORT(read_expression)
-void read_expression(const bob::Expression* expression, std::uint8_t* ops, std::uint32_t* operands, double* values) {
-    for (const bob::Node& node : expression->nodes()) {
-        *ops++ = static_cast<std::uint8_t>(node.op);
-        operands = std::copy_n(node.operand, 3, operands);
-        *values++ = node.value;
-    }
+void read_expression(const Formula* formula, std::uint8_t* ops, std::uint32_t* operands, double* values) {
+    read_nodes(formula->f.nodes(), ops, operands, values);
 }
 
-EXPORT(free_expression) void free_expression(bob::Expression* expression) { delete expression; }
+/// 0 where the surface has no colour.
+EXPORT(color_size) std::size_t color_size(const Formula* formula) { return formula->color ? formula->color->nodes().size() : 0; }
+
+/// As color_expression takes them, of a formula whose surface has a colour.
+EXPORT(read_color)
+void read_color(const Formula* formula, std::uint8_t* ops, std::uint32_t* operands, double* values, std::uint32_t* roots) {
+    read_nodes(formula->color->nodes(), ops, operands, values);
+    std::ranges::copy(formula->color->roots(), roots);
+}
+
+EXPORT(free_expression) void free_expression(Formula* formula) { delete formula; }
 
 /// bounds: (2, 3), NaN where the formula is positive everywhere. Fails where it has none.
-EXPORT(find_bounds) bool find_bounds(const bob::Expression* expression, double* bounds) {
+EXPORT(find_bounds) bool find_bounds(const Formula* formula, double* bounds) {
     return attempt([&] {
         constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-        const bob::Bounds found = bob::find_bounds(*expression).value_or(bob::Bounds{{nan, nan, nan}, {nan, nan, nan}});
+        const bob::Bounds found = bob::find_bounds(formula->f).value_or(bob::Bounds{{nan, nan, nan}, {nan, nan, nan}});
         for (int axis = 0; axis < 3; ++axis) bounds[axis] = found.low[axis], bounds[3 + axis] = found.high[axis];
         return true;
     });
@@ -112,36 +150,38 @@ EXPORT(find_bounds) bool find_bounds(const bob::Expression* expression, double* 
 // ---- Shapes ----------------------------------------------------------------------------------------------
 
 /// bounds: (2, 3), or null where they are to be found.
-EXPORT(make_implicit) Shape* make_implicit(const bob::Expression* formula, const double* bounds) {
+EXPORT(make_implicit) Shape* make_implicit(const Formula* formula, const double* bounds) {
     return attempt([&] {
-        if (bounds) return surface_of(*formula, corners(bounds));
+        const bob::ColorFormula* const color = formula->color.get();
+        if (bounds) return surface_of(formula->f, corners(bounds), color);
         std::optional<bob::Bounds> found;
         try {
-            found = bob::find_bounds(*formula);
+            found = bob::find_bounds(formula->f);
         } catch (const std::invalid_argument& error) {
             throw std::invalid_argument(std::string("shape: expected ") + error.what() + "; cut it");
         }
-        return surface_of(*formula, some(found));
+        return surface_of(formula->f, some(found), color);
     });
 }
 
 /// The solid of a .vm file's formula. bounds: (2, 3), or null.
-EXPORT(make_vm_solid) Shape* make_vm_solid(const bob::Expression* formula, const double* bounds) {
+EXPORT(make_vm_solid) Shape* make_vm_solid(const Formula* formula, const double* bounds) {
     return attempt([&] {
-        const bob::VmSolid solid = bob::vm_solid(*formula);
+        const bob::VmSolid solid = bob::vm_solid(formula->f);
         return surface_of(solid.formula, bounds ? corners(bounds) : some(solid.bounds));
     });
 }
 
-/// The arrays of a scene file's brep (CONVENTIONS.md).
+/// The arrays of a scene file's brep (CONVENTIONS.md); colors: (face_count, 3), or null.
 EXPORT(make_brep)
 Shape* make_brep(const std::int32_t* faces, std::size_t face_count, const double* control_points, const double* knots,
                  const std::int32_t* loops, const std::int32_t* trims, const double* trim_control_points,
-                 const double* trim_knots, double tolerance) {
+                 const double* trim_knots, double tolerance, const float* colors) {
     return attempt([&] {
         std::vector<bob::Face> converted(face_count);
         for (bob::Face& face : converted) {
             const std::int32_t* row = take(faces, 5);
+            if (const float* rgb = colors ? take(colors, 3) : nullptr) face.color = bob::Vec3{rgb[0], rgb[1], rgb[2]};
             const std::int32_t size_u = row[0], size_v = row[1], degree_u = row[2], degree_v = row[3];
             bob::NurbsSurface& surface = face.surface;
             surface.degree_u = degree_u, surface.degree_v = degree_v;

@@ -1,7 +1,10 @@
 /// Colours: linear RGB in x, y and z, and sRGB's curve.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <optional>
+#include <string_view>
 
 #include "vec.h"
 
@@ -17,5 +20,8 @@ inline float from_srgb(float value) {
 inline float to_srgb(float value) {
     return value <= 0.0031308f ? value * 12.92f : 1.055f * std::pow(value, 1 / 2.4f) - 0.055f;
 }
+
+/// Linear RGB of sRGB as "#rrggbb" or "#rgb"; nothing of another text.
+[[nodiscard]] std::optional<std::array<double, 3>> linear_color(std::string_view text);
 
 }  // namespace bob

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.picture.files import GAP, side_by_side, to_8_bit, write_picture
+from bobrossnet.picture.files import GAP, color_to_8_bit, side_by_side, to_8_bit, write_picture
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.words import WORDS
 
@@ -96,6 +96,7 @@ OPERATIONS_ON_SOLIDS = {
     "translate": "box(0.8) | box(0.8).translate((1.2, 0, 0.6))",
     "scale": "sphere(0.5).translate(-X) | sphere(0.5).scale((1, 1, 2)).translate(X)",
     "elongate": "torus(0.5, 0.2).elongate((0.8, 0, 0))",
+    "color": 'box(1.4).color("#c33") - sphere(0.9).color("#fd3") | sphere(0.5).color("#39c")',
     "rotate": "box((2, 0.6, 0.3)) | box((2, 0.6, 0.3)).rotate(pi / 3, Z).translate(Z)",
     "rotate_to": "capped_cone(-Z, Z, 0.5, 0.1).rotate_to(X + Z, Z)",
     "orient": "capped_cone(-Z, Z, 0.5, 0.1).orient(X)",
@@ -123,6 +124,7 @@ OPERATIONS_ON_FLAT_SHAPES = {
     "translate": "rectangle(0.8) | rectangle(0.8).translate((1, 0.5))",
     "scale": "circle(0.5).translate((-1, 0)) | circle(0.5).scale((1, 2)).translate((1, 0))",
     "elongate": "vesica(0.8, 0.4).elongate((0.6, 0))",
+    "color": 'hexagon(1).color("#39c").union(circle(0.6, center=(0.8, 0.6)).color("#fd3"), k=0.5)',
     "rotate": "rectangle((2, 0.4)) | rectangle((2, 0.4)).rotate(pi / 3)",
     "circular_array": "hexagon(0.3).translate((1, 0)).circular_array(7)",
     "extrude": "hexagon(1).extrude(1.5)",
@@ -268,6 +270,16 @@ bob.load("examples/vase.sdf")
 """,
     "tower.sdf": """
 bob.load("examples/tower.sdf")
+""",
+    "toadstool.sdf": """
+bob.load("examples/toadstool.sdf")
+""",
+    "colours that are formulas": """
+def waves(p):
+    x, y, z = p[:, 0], p[:, 1], p[:, 2]
+    return 0.5 + 0.5 * np.sin(7 * x), 0.2, 0.5 + 0.5 * np.sin(5 * z + 3 * y)
+
+sphere(1).color(waves) | torus(1.3, 0.15).color(lambda p: np.abs(p) / 1.5)
 """,
 }
 
@@ -455,18 +467,20 @@ def made(code: str, helpers: str = "") -> bob.Scene:
 
 
 def draw(section: Section, caption: str, side: int) -> tuple[NDArray[np.uint8], str]:
-    """(side, side) uint8, every pixel traced, and the caption."""
+    """(side, side) uint8, or (side, side, 3) where anything has a colour, every pixel traced, and the caption."""
     scene = made(section.code[caption], section.helpers)
-    return to_8_bit(bob.trace(scene, section.camera, size=(side, side)).gray), caption
+    seen = bob.trace(scene, section.camera, size=(side, side))
+    return color_to_8_bit(seen.color) if scene.is_colored else to_8_bit(seen.gray), caption
 
 
 def sheet(section: Section) -> NDArray[np.uint8]:
-    """All pictures of a section in rows, each above its caption: (H, W) uint8."""
+    """All pictures of a section in rows, each above its caption: (H, W) uint8, or (H, W, 3) if any has colours."""
     side = SHEET_WIDTH // section.columns - GAP
     panels = [draw(section, caption, side) for caption in section.code]
     panels += [(np.full((side, side), 255, np.uint8), "")] * (-len(panels) % section.columns)
     rows = [side_by_side(panels[i : i + section.columns]) for i in range(0, len(panels), section.columns)]
-    return np.concatenate(rows)[..., 0]
+    joined = np.concatenate(rows)
+    return joined if (joined != joined[..., :1]).any() else joined[..., 0]
 
 
 def strip(names: list[str]) -> NDArray[np.uint8]:

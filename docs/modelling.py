@@ -30,6 +30,12 @@ are in radians; `degrees` and `radians` convert. X, Y, Z, UP and ORIGIN are vect
 accepted, a number applies to all axes. Where an easing is expected, any function of t made of operators and numpy's
 functions will do.
 
+`f.color("#c33")` gives a colour, as "#rrggbb" or as three numbers in 0..1 of linear light; in Python also as a function
+of points (n, 2 or 3) that returns (n, 3). It goes where the shape goes: unions show the colour of the surface that is
+seen, and k blends colours as it blends shapes. What is cut has the tool's colour if that has one:
+`part - hole.color("#c33")` is a white part with red holes, `part.color("#c33") - hole` red throughout. In an
+intersection a shape without a colour has that of the other; elsewhere it is white.
+
 A name that exists in two and in three dimensions means three, but an operation on a flat shape is the flat one; `d2`
 and `d3` have both: `d2.slab(x0=0)`. To define your own shapes and operations, decorate functions with `@sdf2`, `@sdf3`,
 `@op2`, `@op3`, `@op23` and `@op32` (`help("bobrossnet.sdf.custom")`).
@@ -109,11 +115,13 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet._core import ColorFormula
 {imports}
 Vector: TypeAlias = Sequence[float] | NDArray[Any]
 Size: TypeAlias = float | Vector
 Points: TypeAlias = Sequence[Vector] | NDArray[Any]
 Easing: TypeAlias = Callable[[Any], Any]
+Color: TypeAlias = str | Vector | ColorFormula | Callable[[Any], Any]
 
 __all__ = [
 {names}
@@ -143,6 +151,7 @@ TYPES = {
     "numbers": "Size",
     "points": "Points",
     "easing": "Easing",
+    "color": "Color",
 }
 
 

@@ -17,7 +17,13 @@ import bobrossnet as bob
 
 FOLDER = ROOT / "src/bobrossnet/viewer/gallery"
 
-SCRIPTS = {"csg": "ball, box and cylinders", "gear": "gear", "tower": "tower", "vase": "vase with flutes"}
+SCRIPTS = {
+    "csg": "ball, box and cylinders",
+    "gear": "gear",
+    "tower": "tower",
+    "toadstool": "toadstool",
+    "vase": "vase with flutes",
+}
 """Titles of those in the folder and in examples/."""
 IMPLICITS = ["gyroid", "tanglecube", "heart", "metaballs"]
 SPLINES = ["a lantern", "a ring of ribbons", "a sea shell", "a flower", "a knot"]

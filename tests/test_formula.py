@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.sdf.symbols import RULES, expression_of, expression_of_points, substitute
+from bobrossnet.sdf.symbols import RULES, expression_of, formulas_of_points, substitute
 
 RANDOM = np.random.default_rng(7).uniform(-3, 3, (200, 3))
 SPECIAL = np.array([(a, b, c) for a in (0, 1, -1, 2.5) for b in (0, 1, -2, 0.5) for c in (0, -1.5, 3)], np.float64)
@@ -434,12 +434,12 @@ PRIMITIVES = {
 
 @pytest.mark.parametrize("name", PRIMITIVES)
 def test_functions_of_points_compute_what_they_do_in_numpy(name) -> None:
-    f = expression_of_points(PRIMITIVES[name], 3)
+    f, _ = formulas_of_points(PRIMITIVES[name], 3)
     np.testing.assert_allclose(values(f), np.ravel(PRIMITIVES[name](POINTS)), 1e-12, 1e-13)
 
 
 def test_functions_of_points_of_the_plane() -> None:
-    f = expression_of_points(lambda p: length(p - np.array([1, 0])) - p.shape[1], 2)
+    f, _ = formulas_of_points(lambda p: length(p - np.array([1, 0])) - p.shape[1], 2)
     np.testing.assert_allclose(values(f), np.hypot(POINTS[:, 0] - 1, POINTS[:, 1]) - 2, 1e-12, 1e-13)
 
 
@@ -461,8 +461,8 @@ OPERATIONS = {
 
 @pytest.mark.parametrize("name", OPERATIONS)
 def test_operations_on_formulas_compute_what_they_do_in_numpy(name) -> None:
-    expression = expression_of_points(box, 3)
-    f = expression_of_points(OPERATIONS[name](lambda p: substitute(expression, p)), 3)
+    expression, _ = formulas_of_points(box, 3)
+    f, _ = formulas_of_points(OPERATIONS[name](lambda p: substitute(expression, p)), 3)
     expected = OPERATIONS[name](lambda p: box(p).reshape((-1, 1)))(POINTS)
     np.testing.assert_allclose(values(f), np.ravel(expected), 1e-12, 1e-13)
 
@@ -470,10 +470,10 @@ def test_operations_on_formulas_compute_what_they_do_in_numpy(name) -> None:
 def test_flat_formulas_take_points_of_the_plane_and_of_space() -> None:
     flat = expression_of(lambda x, y: x - 2 * y, 2)
     for columns in ([0, 1], [0, 1, 2]):
-        f = expression_of_points(lambda p, columns=columns: substitute(flat, p[:, columns] * 3), 3)
+        f, _ = formulas_of_points(lambda p, columns=columns: substitute(flat, p[:, columns] * 3), 3)
         np.testing.assert_allclose(values(f), 3 * POINTS[:, 0] - 6 * POINTS[:, 1], 1e-12, 1e-13)
     with pytest.raises(bob.InputError, match=r"points: expected shape \(n, 2\) or \(n, 3\), got \(1, 1\)"):
-        expression_of_points(lambda p: substitute(flat, p[:, :1]), 3)
+        formulas_of_points(lambda p: substitute(flat, p[:, :1]), 3)
 
 
 @pytest.mark.parametrize(
@@ -489,7 +489,7 @@ def test_flat_formulas_take_points_of_the_plane_and_of_space() -> None:
 )
 def test_what_is_no_formula_of_points_is_refused_in_one_line(function, message) -> None:
     with pytest.raises(bob.InputError, match=f"^shape: .*{message}") as caught:
-        expression_of_points(function, 3, "shape")
+        formulas_of_points(function, 3, "shape")
     assert "\n" not in str(caught.value)
 
 

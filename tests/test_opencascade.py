@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -274,24 +275,47 @@ def furniture(tmp_path_factory):
 def test_parts_of_an_assembly_keep_names_colors_and_places(furniture):
     instances = read_step(furniture[".step"])
     crates = [instance for instance in instances if instance.name == "Kästchen"]
-    assert sorted((i.material.color, len(i.shape.faces)) for i in crates) == [(GREEN, 1)] * 2 + [(RED, 5)] * 2
-    assert crates[0].shape is crates[2].shape
+    for crate in crates:
+        assert Counter(face.color for face in crate.shape.faces) == {RED: 5, GREEN: 1}
+        assert crate.material.is_white
+    assert crates[0].shape is crates[1].shape
     turned = [[0, -1, 0, 100], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
     assert np.allclose(crates[0].transform, turned)
-    assert np.allclose(crates[2].transform[:3, 3], [0, 0, 40])
+    assert np.allclose(crates[1].transform[:3, 3], [0, 0, 40])
     (ball,) = [instance for instance in instances if instance.name == "ball"]
     assert ball.material.color == BLUE
+    assert not ball.shape.is_colored
     assert np.allclose(ball.transform[:3, 3], [0, 50, 0])
 
 
 def test_iges_keeps_colors_and_places(furniture):
     instances = read_iges(furniture[".iges"])
-    count = {instance.material.color: len(instance.shape.faces) for instance in instances}
+    count = Counter(face.color or i.material.color for i in instances for face in i.shape.faces)
     assert count == {RED: 10, GREEN: 2, BLUE: 2}
     assert sum(map(area, faces_of(instances))) == pytest.approx(2 * 2200 + 4 * math.pi * 49, rel=2e-3)
-    crates = [instance for instance in instances if instance.material.color != BLUE]
-    points = np.concatenate([face.control_points.reshape(-1, 3) for face in faces_of(crates)])
+    crates = [face for face in faces_of(instances) if face.color in (RED, GREEN)]
+    points = np.concatenate([face.control_points.reshape(-1, 3) for face in crates])
     assert np.allclose([points.min(axis=0), points.max(axis=0)], [[0, 0, 0], [100, 20, 70]])
+
+
+def test_faces_without_a_color_have_that_of_their_place(tmp_path):
+    document = Document()
+    shape = box()
+    crate = document.part(shape, "crate")
+    document.paint(document.tool.AddSubShape(crate, next(explore(shape, TopAbs_ShapeEnum.TopAbs_FACE))), GREEN)
+    room = document.assembly("room")
+    for i, color in enumerate((RED, BLUE, None)):
+        place = document.tool.AddComponent(room, crate, at(0, 0, 40 * i))
+        if color:
+            document.paint(place, color)
+    instances = read_step(document.write(tmp_path / "room.step"))
+    assert [Counter(face.color for face in i.shape.faces) for i in instances] == [
+        {GREEN: 1, color: 5} for color in (RED, BLUE, None)
+    ]
+    mesh = instances[0].shape.mesh(5)
+    edges = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()  # closed, as it was not in parts
+    assert {tuple(color) for color in mesh.face_colors} == {RED, GREEN}
 
 
 def test_what_is_hidden_is_left_out(tmp_path):

@@ -386,6 +386,7 @@ FORMULAS_OF_BOTH = {
     "intersection": folded(lambda a, b, k=None: rounded_max(a, b, k)),
     "blend": folded(lambda a, b, k=0.5: k * b + (1 - k) * a),
     "negate": lambda p, f: -f(p),
+    "color": lambda p, f, c: f(p),  # tests/test_formula_color.py is about the colours
     "dilate": lambda p, f, r: f(p) - r,
     "erode": lambda p, f, r: f(p) + r,
     "shell": lambda p, f, thickness: np.abs(f(p)) - thickness / 2,
@@ -492,6 +493,7 @@ def calls_of_both(f, g, h, v, size):
         "intersection": [call(f, g), call(f, g, h, k=0.5)],
         "blend": [call(f, g, h), call(f, g, k=0.2), call(f, g, k=-1)],
         "negate": [call(f)],
+        "color": [call(f, "#c33"), call(f, c=(0.5, 0, 1))],
         "dilate": [call(f, 0.2), call(f, r=-0.1)],
         "erode": [call(f, 0.2), call(f, -0.1)],
         "shell": [call(f, 0.1)],

@@ -176,6 +176,27 @@ def test_instances_stand_where_python_places_them(read, tmp_path):
     assert_equal_pictures(read(tmp_path / "all.bob", camera=camera), scene, camera, pixels=3)
 
 
+def test_formulas_and_faces_have_their_colors(read, same, tmp_path):
+    from bobrossnet.sdf import box, sphere, torus
+
+    corners = [[(x, y, 0.3 * x * y) for y in (-1, 1)] for x in (-1, 1)]
+    sheets = [bob.Face(np.add(corners, (0, 0, i)), [0, 0, 1, 1], [0, 0, 1, 1], color=color)
+              for i, color in enumerate(("#c33", None, (0, 0.5, 1)))]  # fmt: skip
+    ball = sphere(1).color(lambda p: 0.5 + 0.5 * np.sin(7 * p)) - box(1).translate((0.8, -0.8, 0.5)).color("#fd3")
+    scene = bob.Scene(
+        [
+            bob.Instance(ball, material=bob.Material("#fea")).scale((1, 2, 0.5)).rotate(1, (1, 2, 3)),
+            bob.Instance(ball | torus(1.2, 0.2).color("#393").k(0.2)).translate((3, 0, 0)),
+            bob.Instance(bob.Brep(sheets)).translate((-4, 0, 0)),
+        ]
+    )
+    bob.save_scene(scene, tmp_path / "colored.bob")
+    found = read(tmp_path / "colored.bob")
+    assert_equal_pictures(found, scene, pixels=8)
+    assert (np.ptp(found["color"], axis=0) > 0.2).sum() > 100
+    same("a.sdf", "f = sphere(1).color('#c33') & box(1.5)\nf - cylinder(0.5).color((0, 0.25, 1)).k(0.1)\n", pixels=8)
+
+
 def test_where_surfaces_coincide_the_same_one_is_seen(read, tmp_path):
     """Whichever stands first in the file."""
     colors = [bob.Material((level, level, level)) for level in (0.1, 0.5, 0.9)]
@@ -839,6 +860,26 @@ def test_damaged_scenes_are_refused(read, viewer):
     formula = {"0.ops": np.array([1], np.uint8), "0.operands": np.zeros((1, 3), np.uint32), "0.values": np.zeros(1)}
     wide = {**formula, "0.bounds": np.array([(-1e308,) * 3, (1e308,) * 3])}
     assert "bounds: expected numbers of at most 1e+100 in size, got -1e+308" in told(kinds=["implicit"], tensors=wide)
+    red = {"0.color_ops": np.zeros(2, np.uint8), "0.color_operands": np.zeros((2, 3), np.uint32),
+           "0.color_values": np.eye(2)[0], "0.color_roots": np.array([0, 1, 1], np.uint32)}  # fmt: skip
+    for changed, what in (
+        ({"0.color_ops": np.array([99, 0], np.uint8)}, "color: node 0: expected an op, got an unknown one"),
+        ({"0.color_roots": np.array([0, 1, 2], np.uint32)}, "color: expected red, green and blue among the nodes"),
+        ({"0.color_values": np.zeros(3)}, "color: expected ops, operands and values of one length"),
+        ({"0.color_roots": np.zeros(4, np.uint32)}, "color_roots: expected shape (3), got (4)"),
+    ):
+        error = told(kinds=["implicit"], tensors={**formula, **red, **changed})
+        assert error.startswith(f"a.bob: shapes[0]: {what}")
+    part = {name: tensor for name, tensor in red.items() if name != "0.color_ops"}
+    assert "color: expected color_ops, color_op" in told(kinds=["implicit"], tensors={**formula, **part})
+    sheet = bob.nurbs_surface([[(0, 0, 0), (0, 1, 0)], [(1, 0, 0), (1, 1, 0)]], *[[0, 0, 1, 1]] * 2, color="#c33")
+    brep = {f"0.{name}": tensor for name, tensor in sheet.tensors().items()}
+    for colors, what in (
+        (np.ones((2, 3)), "expected one for each of 1 faces, got 2"),
+        (np.ones((1, 3)) * 2, "expected n"),
+    ):
+        error = told(kinds=["brep"], tensors={**brep, "0.face_colors": colors.astype(np.float32)})
+        assert error.startswith(f"a.bob: shapes[0]: face_colors: {what}")
     assert told(name=3) == "a.bob: instances[0].name: expected a string, got number 3"
     assert told(kinds=["ball"]).startswith("a.bob: shapes[0]: expected a kind among mesh, implicit, brep, tube")
     assert told(tensors={"0.vertices": np.eye(3)}) == "a.bob: shapes[0]: triangles: expected an array of I32, got none"

@@ -22,7 +22,7 @@ wasmtime = pytest.importorskip("wasmtime", reason="wasmtime, which runs WebAssem
 
 from nurbs_shapes import cylinder  # noqa: E402
 from wasm_core import FOLDER, CoreError, WasmCore, recorded  # noqa: E402
-from word_scripts import SCRIPTS  # noqa: E402
+from word_scripts import COLORED, SCRIPTS  # noqa: E402
 
 pytestmark = pytest.mark.skipif(
     not (FOLDER / "core.wasm").is_file(),
@@ -161,7 +161,8 @@ def mesh():
 
 
 def script(text=SCRIPT):
-    return bob.Implicit(_core.run_script(text.encode()).expression)
+    made = _core.run_script(text.encode())
+    return bob.Implicit(made.expression, color=made.color)
 
 
 def tube():
@@ -178,6 +179,15 @@ SCENES = {
         bob.Mesh(mesh().vertices, mesh().triangles, colors=np.random.default_rng(1).uniform(size=(60, 3))),
         bob.Instance(script(), material=bob.Material("#b87333", metallic=1, roughness=0.3)).translate((2, 0, 0)),
     ],
+    "colored brep": lambda: bob.Brep(
+        [
+            bob.Face(face.control_points, face.knots_u, face.knots_v, face.weights, face.trims, color)
+            for face, color in zip(cylinder().faces, ("#c33", "#39c", None, "#fd3") * 2, strict=False)
+        ]
+    ),
+    "colored script": lambda: script(
+        "f = sphere(1).color('#c33') & box(1.5).color('#39c').k(0.2)\nf -= cylinder(0.5).twist(1).color((1, 0.5, 0))\n"
+    ),
 }
 
 
@@ -189,7 +199,7 @@ def test_scenes_are_traced_as_in_python(core, kind, fov, baseline, monkeypatch):
     scene, size = bob.Scene(SCENES[kind]()), (61, 90)
     pixels = bob.pixel_order(size, count=3000)
     traced = bob.trace(scene, camera, size=size, fraction=3000 / (61 * 90), order="lattice")
-    expected = traced.planes[: 8 if kind == "colored" else 5]
+    expected = traced.planes[: 8 if kind.startswith("colored") else 5]
     planes = core.trace(core.scene(made, scene._arrangement), camera, size, pixels)
     assert expected[2].any()
     np.testing.assert_array_equal(planes[0], expected[0])
@@ -197,7 +207,7 @@ def test_scenes_are_traced_as_in_python(core, kind, fov, baseline, monkeypatch):
     if not core.relaxed:
         np.testing.assert_array_equal(planes[2], expected[2])
         if kind not in ("mesh", "several", "colored"):
-            np.testing.assert_array_equal(planes[3:], expected[3:])
+            np.testing.assert_array_equal(planes[3:5], expected[3:5])
 
 
 @pytest.mark.parametrize("fov", [0, 40])
@@ -236,6 +246,15 @@ def test_scripts_have_the_same_nodes_as_in_python(core):
     assert all(re.search(rf"\b{word.name}\(|ease\.{word.name}\b", "\n".join(SCRIPTS)) for word in WORDS)
     for text in [*SCRIPTS, *examples]:
         assert_same_nodes(text, core.nodes("run_script", text.encode()), _core.run_script(text.encode()).expression)
+
+
+def test_colors_of_scripts_have_the_same_nodes_as_in_python(core):
+    assert core.color_nodes(b"sphere(1)") is None
+    for text in COLORED:
+        color = _core.run_script(text.encode()).color
+        *nodes, roots = core.color_nodes(text.encode())
+        assert_same_nodes(text, nodes, color)
+        np.testing.assert_array_equal(roots, color.roots)
 
 
 @pytest.mark.parametrize("line", ["compare x y", "round x", "not x", "mod x y", "and x y", "or x y", "recip x"])

@@ -168,9 +168,18 @@ class WasmCore:
     def nodes(self, language, text):
         """The ops, operands and values of what a script or a .vm file makes."""
         expression = self.made(language, text)
-        count = self.call("expression_size", expression)
-        nodes = np.zeros(count, np.uint8), np.zeros((count, 3), np.uint32), np.zeros(count)
+        nodes = nodes_of(self.call("expression_size", expression))
         self.call("read_expression", expression, *nodes)
+        self.call("free_expression", expression)
+        return nodes
+
+    def color_nodes(self, text):
+        """The same, and the roots, of a script's colour; None where it has none."""
+        expression = self.made("run_script", text)
+        count, nodes = self.call("color_size", expression), None
+        if count:
+            nodes = *nodes_of(count), np.zeros(3, np.uint32)
+            self.call("read_color", expression, *nodes)
         self.call("free_expression", expression)
         return nodes
 
@@ -179,10 +188,14 @@ class WasmCore:
         given = [0 if array is None else array for array in (*arrays, None, None, None)[:4]]
         return self.made("make_mesh", vertices, len(vertices), triangles, len(triangles), *given, 0, 0)
 
-    def implicit(self, expression, bounds):
-        return self.made("make_implicit", self.expression(expression), bounds)
+    def implicit(self, expression, bounds, color=None):
+        formula = self.expression(expression)
+        if color is not None:
+            given = color.ops, color.operands, color.values, len(color), color.roots
+            self.made("color_expression", formula, *given)
+        return self.made("make_implicit", formula, bounds)
 
-    def brep(self, faces, tolerance):
+    def brep(self, faces, tolerance, colors=None):
         table, loops, trims = [], [], []
         points, knots, trim_points, trim_knots = [], [], [], []
         for control_points, knots_u, knots_v, of_face in faces:
@@ -203,7 +216,7 @@ class WasmCore:
         integers = [np.array(values or [0], np.int32) for values in (loops, trims)]
         return self.made(
             "make_brep", np.array(table, np.int32), len(table), joined(points), joined(knots),
-            *integers, joined(trim_points), joined(trim_knots), float(tolerance),
+            *integers, joined(trim_points), joined(trim_knots), float(tolerance), 0 if colors is None else colors,
         )  # fmt: skip
 
     def tube(self, control_points, knots):
@@ -235,6 +248,10 @@ class WasmCore:
         self.made("add_samples", colored, 1, pixels, samples, len(pixels), planes, *size, added)
         assert added[0] == len(pixels)
         return planes
+
+
+def nodes_of(count):
+    return np.zeros(count, np.uint8), np.zeros((count, 3), np.uint32), np.zeros(count)
 
 
 def placed(camera):

@@ -1,5 +1,7 @@
 """Scripts that call every word of the modelling language, for comparing what different builds make of them."""
 
+import re
+
 SOLIDS = """\
 sphere(1.25, (1, 2, 3))
 plane((1, 2, 3), (0.5, 0, 0))
@@ -44,6 +46,7 @@ box(1).transition_linear(sphere(1), e=ease.in_out_quad)
 box(1).transition_radial(sphere(1), e=ease.in_out_sine)
 box((4, 0.5, 0.5)).wrap_around(-2, 2, e=ease.out_quad)
 sphere(1).slice().extrude(1)
+sphere(1).color("#c33")
 """.splitlines()
 
 FLAT = """\
@@ -62,6 +65,7 @@ hexagon(1).rotate(0.5).translate((1, 2)).scale((1, 2))
 hexagon(0.25).translate((1, 0)).circular_array(5)
 (hexagon(1) | circle(1).k(0.25)).shell(0.1).repeat((3, 3), count=1)
 hexagon(1).elongate((1, 0.5)) - circle(0.25)
+hexagon(1).color((0.25, 0.5, 1))
 """.splitlines()
 
 EASINGS = ["linear"] + [
@@ -75,3 +79,14 @@ SCRIPTS = (
     + [f"({flat}).{solid}" for flat in FLAT for solid in ("extrude(1)", "revolve(3)")]
     + [f"hexagon(1).extrude_to(circle(1), 2, ease.{easing})" for easing in EASINGS]
 )
+
+SHAPES = re.compile(r"\b(sphere|box|torus|cylinder|octahedron|circle|rectangle|hexagon)(\((?:[^()]|\([^()]*\))*\))")
+
+
+def colored(text):
+    """The script with a colour for each of its shapes of a few words."""
+    colors = iter(["'#c33'", "(0, 0.25, 1)", "'#fd3'"] * 100)
+    return SHAPES.sub(lambda match: f"{match[0]}.color({next(colors)})", text)
+
+
+COLORED = [colored(text) for text in SCRIPTS if SHAPES.search(text)]

@@ -101,6 +101,10 @@ struct FormulaKernels {
     /// f at `count` points, at most `lanes`; coordinates by axis.
     void (*values)(const Code& code, const float* const point[3], int count, float* value, void* scratch);
 
+    /// The same of code with three results, in the registers `results` at the end.
+    void (*colors)(const Code& code, const int results[3], const float* const point[3], int count, float* const color[3],
+                   void* scratch);
+
     /// The gradient too, by axis.
     void (*gradients)(const Code& code, const float* const point[3], int count, float* value, float* const gradient[3],
                       void* scratch);

@@ -81,7 +81,10 @@ void check_numbers(const Node& node, std::size_t i) {
     }
 }
 
-Expression::Expression(std::vector<Node> nodes) {
+namespace {
+
+/// Throws unless nodes are in order, and such as formulas have.
+void check(const std::vector<Node>& nodes) {
     if (nodes.empty()) throw std::invalid_argument("expected at least one node, got none");
     if (nodes.size() > Graph::max_nodes) throw TooLarge();
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -92,38 +95,12 @@ Expression::Expression(std::vector<Node> nodes) {
         }
         check_numbers(node, i);
     }
-    nodes_ = needed(nodes, static_cast<std::uint32_t>(nodes.size() - 1));
 }
 
-std::vector<Node> needed(std::span<const Node> nodes, std::uint32_t root) {
-    std::vector<std::uint32_t> place(root + 1, 0);
-    place[root] = 1;
-    std::size_t count = 0;
-    for (std::uint32_t i = root + 1; i-- > 0;) {
-        if (!place[i]) continue;
-        ++count;
-        for (int k = 0; k < operands(nodes[i].op); ++k) place[nodes[i].operand[k]] = 1;
-    }
-    std::vector<Node> result;
-    result.reserve(count);
-    for (std::uint32_t i = 0; i <= root; ++i) {
-        if (!place[i]) continue;
-        place[i] = static_cast<std::uint32_t>(result.size());
-        Node node = nodes[i];
-        for (int k = 0; k < 3; ++k) node.operand[k] = k < operands(node.op) ? place[node.operand[k]] : 0;
-        result.push_back(node);
-    }
-    return result;
-}
-
-bool Expression::uses(Op op) const {
-    return std::any_of(nodes_.begin(), nodes_.end(), [op](const Node& node) { return node.op == op; });
-}
-
-double Expression::operator()(double x, double y, double z) const {
-    std::vector<double> values(nodes_.size());
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-        const Node& node = nodes_[i];
+std::vector<double> values_at(const std::vector<Node>& nodes, double x, double y, double z) {
+    std::vector<double> values(nodes.size());
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        const Node& node = nodes[i];
         const auto operand = [&](int k) { return values[node.operand[k]]; };
         values[i] = node.op == Op::x   ? x
                     : node.op == Op::y ? y
@@ -131,7 +108,68 @@ double Expression::operator()(double x, double y, double z) const {
                                        : evaluate(node.op, node.value, i ? operand(0) : 0, i ? operand(1) : 0,
                                                   i ? operand(2) : 0);
     }
-    return values.back();
+    return values;
+}
+
+}  // namespace
+
+Expression::Expression(std::vector<Node> nodes) {
+    check(nodes);
+    std::uint32_t root[] = {static_cast<std::uint32_t>(nodes.size() - 1)};
+    nodes_ = needed(nodes, root);
+}
+
+std::vector<Node> needed(std::span<const Node> nodes, std::span<std::uint32_t> roots) {
+    const std::uint32_t last = *std::max_element(roots.begin(), roots.end());
+    std::vector<std::uint32_t> place(last + 1, 0);
+    for (const std::uint32_t root : roots) place[root] = 1;
+    std::size_t count = 0;
+    for (std::uint32_t i = last + 1; i-- > 0;) {
+        if (!place[i]) continue;
+        ++count;
+        for (int k = 0; k < operands(nodes[i].op); ++k) place[nodes[i].operand[k]] = 1;
+    }
+    std::vector<Node> result;
+    result.reserve(count);
+    for (std::uint32_t i = 0; i <= last; ++i) {
+        if (!place[i]) continue;
+        place[i] = static_cast<std::uint32_t>(result.size());
+        Node node = nodes[i];
+        for (int k = 0; k < 3; ++k) node.operand[k] = k < operands(node.op) ? place[node.operand[k]] : 0;
+        result.push_back(node);
+    }
+    for (std::uint32_t& root : roots) root = place[root];
+    return result;
+}
+
+bool Expression::uses(Op op) const {
+    return std::any_of(nodes_.begin(), nodes_.end(), [op](const Node& node) { return node.op == op; });
+}
+
+double Expression::operator()(double x, double y, double z) const { return values_at(nodes_, x, y, z).back(); }
+
+// ---- Colour formulas -------------------------------------------------------------------------------------
+
+ColorFormula::ColorFormula(std::vector<Node> nodes, const std::array<std::uint32_t, 3>& roots) : roots_(roots) {
+    check(nodes);
+    for (const std::uint32_t root : roots) {
+        if (root >= nodes.size()) throw std::invalid_argument("expected red, green and blue among the nodes, got a later one");
+    }
+    nodes_ = needed(nodes, roots_);
+}
+
+ColorFormula::ColorFormula(const std::array<double, 3>& rgb) {
+    Graph graph;
+    std::array<Value, 3> values;
+    for (std::size_t i = 0; i < 3; ++i) values[i] = graph.constant(rgb[i]);
+    *this = graph.color_formula(values);
+}
+
+std::array<double, 3> ColorFormula::operator()(double x, double y, double z) const {
+    const std::vector<double> values = values_at(nodes_, x, y, z);
+    std::array<double, 3> rgb;
+    for (std::size_t i = 0; i < 3; ++i) rgb[i] = color_component(values[roots_[i]]);
+    return rgb;
 }
 
 }  // namespace bob

@@ -1,6 +1,7 @@
 /// Expressions in x, y and z: how formulas, modelled shapes and .vm files all are held.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -92,11 +93,43 @@ private:
     std::vector<Node> nodes_;
 };
 
+/// Linear RGB, each a formula of x, y and z; they share their nodes. What is not in 0..1 is clamped, and NaN is 0. Never empty.
+class ColorFormula {
+public:
+    /// `roots`: the nodes that are red, green and blue. Throws as Expression does, and drops what no root needs.
+    ColorFormula(std::vector<Node> nodes, const std::array<std::uint32_t, 3>& roots);
+
+    /// The same colour everywhere.
+    explicit ColorFormula(const std::array<double, 3>& rgb);
+
+    [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
+    [[nodiscard]] const std::array<std::uint32_t, 3>& roots() const { return roots_; }
+
+    /// The colour at a point, in double precision.
+    [[nodiscard]] std::array<double, 3> operator()(double x, double y, double z) const;
+
+    friend bool operator==(const ColorFormula&, const ColorFormula&) = default;
+
+private:
+    friend class Graph;
+
+    ColorFormula() = default;
+
+    std::vector<Node> nodes_;
+    std::array<std::uint32_t, 3> roots_{};
+};
+
+/// A component of a colour as it is shown: 0 for NaN.
+template <class Number>
+constexpr Number color_component(Number value) {
+    return value > 0 ? value < 1 ? value : Number{1} : Number{0};
+}
+
 /// Throws std::invalid_argument unless the numbers of the i-th node are ones that formulas have.
 void check_numbers(const Node& node, std::size_t i);
 
-/// The nodes that the one at `root` needs, in order, `root` last.
-[[nodiscard]] std::vector<Node> needed(std::span<const Node> nodes, std::uint32_t root);
+/// The nodes that some roots need, in order; `roots` are then their numbers among these.
+[[nodiscard]] std::vector<Node> needed(std::span<const Node> nodes, std::span<std::uint32_t> roots);
 
 /// Thrown by a graph when a formula grows beyond `Graph::max_nodes`.
 struct TooLarge : std::runtime_error {
@@ -138,9 +171,10 @@ public:
     /// The same of a node that another graph made, where its operands are as that one had them: there is nothing to simplify.
     Value again(const Node& node, const Value operand[3]);
 
-    /// The nodes of f in this graph, each by make(number of the node, values of its operands) and after these.
-    template <class Make>
-    std::vector<Value> rebuild(const Expression& f, Make make) {
+    /// The nodes of an expression or a colour formula in this graph, each by make(number of the node, values of its operands) and
+    /// after these.
+    template <class Formula, class Make>
+    std::vector<Value> rebuild(const Formula& f, Make make) {
         std::vector<Value> values;
         values.reserve(f.nodes().size());
         for (std::uint32_t i = 0; i < f.nodes().size(); ++i) {
@@ -154,11 +188,10 @@ public:
 
     /// f as it is.
     Value copy(const Expression& f);
-    /// One of its nodes, with what that needs.
-    Value copy(const Expression& f, std::uint32_t node);
 
     /// f(x, y, z) with other values in the place of x, y and z.
     Value substitute(const Expression& f, Value x, Value y, Value z);
+    std::array<Value, 3> substitute(const ColorFormula& f, Value x, Value y, Value z);
 
     [[nodiscard]] const Node& node(Value v) const { return nodes_[v.index]; }
     [[nodiscard]] std::size_t size() const { return nodes_.size(); }
@@ -168,6 +201,7 @@ public:
 
     /// What `root` needs.
     [[nodiscard]] Expression expression(Value root) const;
+    [[nodiscard]] ColorFormula color_formula(const std::array<Value, 3>& rgb) const;
 
 private:
     struct Operands {
@@ -175,6 +209,8 @@ private:
     };
     Value add(Op op, Operands operands, double value = 0);
     void grow();
+    template <class Formula>
+    std::vector<Value> substituted(const Formula& f, Value x, Value y, Value z);
 
     std::vector<Node> nodes_;
     std::vector<std::uint32_t> slots_;  // open addressing: where each node's hash leads; no_node where free

@@ -93,6 +93,12 @@ void values(const Code& code, const float* const point[3], int count, float* val
                           domain, scratch), count);
 }
 
+void colors(const Code& code, const int results[3], const float* const point[3], int count, float* const color[3], void* scratch) {
+    Domain domain;
+    run(code, load_some(point[0], count), load_some(point[1], count), load_some(point[2], count), domain, scratch);
+    for (int i = 0; i < 3; ++i) store_some(color[i], static_cast<const F*>(scratch)[results[i]], count);
+}
+
 void gradients(const Code& code, const float* const point[3], int count, float* value, float* const gradient[3],
                void* scratch) {
     using Gradient = Dual<F, 3>;
@@ -498,6 +504,6 @@ void first_roots(const Code& code, Segment* segments, std::size_t count, void* s
 
 }  // namespace
 
-const FormulaKernels formula_kernels = {lanes, values, gradients, bounds, narrow, first_roots};
+const FormulaKernels formula_kernels = {lanes, values, colors, gradients, bounds, narrow, first_roots};
 
 }  // namespace bob::BOB_ISA

@@ -68,8 +68,17 @@ void Graph::clear() {
 Expression Graph::expression(Value root) const {
     // A graph's nodes are in order; where their numbers come from is up to the caller.
     for (std::uint32_t i = 0; i <= root.index; ++i) check_numbers(nodes_[i], i);
+    std::uint32_t roots[] = {root.index};
     Expression result;
-    result.nodes_ = needed(nodes_, root.index);
+    result.nodes_ = needed(nodes_, roots);
+    return result;
+}
+
+ColorFormula Graph::color_formula(const std::array<Value, 3>& rgb) const {
+    ColorFormula result;
+    for (std::size_t i = 0; i < 3; ++i) result.roots_[i] = rgb[i].index;
+    result.nodes_ = needed(nodes_, result.roots_);
+    for (std::uint32_t i = 0; i < result.nodes_.size(); ++i) check_numbers(result.nodes_[i], i);
     return result;
 }
 
@@ -94,24 +103,8 @@ Value Graph::copy(const Expression& f) {
     return rebuild(f, [&](std::uint32_t i, const Value* operand) { return like(f.nodes()[i], operand); }).back();
 }
 
-Value Graph::copy(const Expression& f, std::uint32_t node) {
-    std::vector<bool> is_needed(node + 1);
-    is_needed[node] = true;
-    for (std::uint32_t i = node + 1; i-- > 0;) {
-        if (!is_needed[i]) continue;
-        for (int k = 0; k < operands(f.nodes()[i].op); ++k) is_needed[f.nodes()[i].operand[k]] = true;
-    }
-    std::vector<Value> values(node + 1);
-    for (std::uint32_t i = 0; i <= node; ++i) {
-        if (!is_needed[i]) continue;
-        Value operand[3];
-        for (int k = 0; k < operands(f.nodes()[i].op); ++k) operand[k] = values[f.nodes()[i].operand[k]];
-        values[i] = like(f.nodes()[i], operand);
-    }
-    return values[node];
-}
-
-Value Graph::substitute(const Expression& f, Value x, Value y, Value z) {
+template <class Formula>
+std::vector<Value> Graph::substituted(const Formula& f, Value x, Value y, Value z) {
     return rebuild(f, [&](std::uint32_t i, const Value* operand) {
         switch (f.nodes()[i].op) {
             case Op::x: return x;
@@ -119,7 +112,14 @@ Value Graph::substitute(const Expression& f, Value x, Value y, Value z) {
             case Op::z: return z;
             default: return like(f.nodes()[i], operand);
         }
-    }).back();
+    });
+}
+
+Value Graph::substitute(const Expression& f, Value x, Value y, Value z) { return substituted(f, x, y, z).back(); }
+
+std::array<Value, 3> Graph::substitute(const ColorFormula& f, Value x, Value y, Value z) {
+    const std::vector<Value> values = substituted(f, x, y, z);
+    return {values[f.roots()[0]], values[f.roots()[1]], values[f.roots()[2]]};
 }
 
 // ---- Algebra --------------------------------------------------------------------------------------

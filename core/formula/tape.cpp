@@ -84,12 +84,24 @@ void lower(const std::vector<Node>& nodes, std::uint32_t i, Lowered& to) {
     becomes(node.op, a, b, 0, 0);
 }
 
-/// With quotients in the place of powers below 1, which plain nodes may have, and Graph has not.
-Expression without_low_powers(Expression f) {
+/// Powers below 1, which plain nodes may have, and Graph has not.
+template <class Formula>
+bool has_low_powers(const Formula& f) {
     const auto low = [](const Node& node) { return node.op == Op::power && node.value < 1; };
-    if (std::none_of(f.nodes().begin(), f.nodes().end(), low)) return f;
+    return std::any_of(f.nodes().begin(), f.nodes().end(), low);
+}
+
+/// With quotients in their place.
+Expression without_low_powers(Expression f) {
+    if (!has_low_powers(f)) return f;
     Graph graph;
     return graph.expression(graph.copy(f));
+}
+ColorFormula without_low_powers(const ColorFormula& f) {
+    if (!has_low_powers(f)) return f;
+    Graph graph;
+    const Value x = graph.x(), y = graph.y(), z = graph.z();
+    return graph.color_formula(graph.substitute(f, x, y, z));
 }
 
 int operands_of(const Lowered& step) { return step.op == affine ? 1 : step.op == corner_distance ? 2 : operands(step.op); }
@@ -114,11 +126,9 @@ private:
     std::vector<std::uint16_t> free_;
 };
 
-}  // namespace
-
-Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(expression))) {
-    const std::vector<Node>& nodes = expression_.nodes();
+LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_t> roots) {
     const auto count = static_cast<std::uint32_t>(nodes.size());
+    LoweredCode result;
 
     struct Memory {
         std::vector<Lowered> steps;
@@ -131,7 +141,7 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
     // Where each node is used for the last time; nodes that lowering skips over are not used at all.
     if (steps.size() < count) steps.resize(count);
     last_use.assign(count, unused);
-    last_use[count - 1] = count;
+    for (const std::uint32_t root : roots) last_use[root] = count;
     for (std::uint32_t i = count; i-- > 0;) {
         if (last_use[i] == unused) continue;
         lower(nodes, i, steps[i]);
@@ -143,7 +153,7 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
 
     Registers registers;
     place.resize(count);
-    code_.reserve(count);
+    result.instructions.reserve(count);
     for (std::uint32_t i = 0; i < count; ++i) {
         if (last_use[i] == unused) continue;
         const Lowered& step = steps[i];
@@ -151,7 +161,7 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
             place[i] = static_cast<std::uint16_t>(static_cast<int>(step.op) - static_cast<int>(Op::x));
             continue;
         }
-        Instruction& instruction = code_.emplace_back();
+        Instruction& instruction = result.instructions.emplace_back();
         instruction.op = step.op;
         instruction.scale = static_cast<float>(step.scale), instruction.offset = static_cast<float>(step.offset);
         std::uint16_t* const slots[3] = {&instruction.a, &instruction.b, &instruction.c};
@@ -165,12 +175,27 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
             }
         }
         instruction.out = place[i] = registers.take();
-        const auto decides = [&](Op op, std::uint32_t node) { decisions_.push_back(op), decision_nodes_.push_back(node); };
+        const auto decides = [&](Op op, std::uint32_t node) {
+            result.decisions.push_back(op), result.decision_nodes.push_back(node);
+        };
         if (step.op == corner_distance) decides(Op::maximum, nodes[i].operand[1]);
         if (is_decision(step.op)) decides(step.op, i);
     }
-    registers_ = registers.count();
-    result_ = place[count - 1];
+    result.registers = registers.count();
+    for (std::size_t i = 0; i < roots.size(); ++i) result.results[i] = place[roots[i]];
+    return result;
+}
+
+}  // namespace
+
+Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(expression))) {
+    const std::uint32_t root[] = {static_cast<std::uint32_t>(expression_.nodes().size() - 1)};
+    code_ = lowered(expression_.nodes(), root);
+}
+
+ColorTape::ColorTape(const ColorFormula& formula) {
+    const ColorFormula f = without_low_powers(formula);
+    code_ = lowered(f.nodes(), f.roots());
 }
 
 namespace {
@@ -202,14 +227,14 @@ void Tape::find_needed(Memory& memory, std::span<const Decision> decisions, int 
     needed.clear();
     if (values.size() < nodes.size()) values.resize(nodes.size()), constants.resize(nodes.size());
 
-    for (std::size_t at = 0; at < decisions_.size(); ++at) {
-        const Op op = decisions_[at];
+    for (std::size_t at = 0; at < code_.decisions.size(); ++at) {
+        const Op op = code_.decisions[at];
         const Decision& decision = decisions[at];
         if (!is_decided(op, decision, lane)) continue;
         const bool first = decision.first >> lane & 1, second = decision.second >> lane & 1;
-        Outcome& known = outcome[decision_nodes_[at]];
+        Outcome& known = outcome[code_.decision_nodes[at]];
         if (is_rounding(op)) {
-            known = constant, constants[decision_nodes_[at]] = decision.value[lane];
+            known = constant, constants[code_.decision_nodes[at]] = decision.value[lane];
         } else if (op == Op::absolute) {
             known = first ? first_operand : negative;
         } else {
@@ -237,8 +262,8 @@ std::vector<bool> Tape::are_needed(std::span<const Decision> decisions, int lane
     Memory& memory = Memory::of_this_thread();
     find_needed(memory, decisions, lane, static_cast<std::uint32_t>(expression_.nodes().size() - 1));
     std::vector<bool> result;
-    result.reserve(decisions_.size());
-    for (const std::uint32_t node : decision_nodes_) result.push_back(memory.is_needed[node]);
+    result.reserve(code_.decision_nodes.size());
+    for (const std::uint32_t node : code_.decision_nodes) result.push_back(memory.is_needed[node]);
     return result;
 }
 

@@ -1,6 +1,7 @@
-/// Formulas ready to be evaluated: an expression and the code that computes it.
+/// Formulas ready to be evaluated: an expression, or that of a colour, and the code that computes it.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <span>
 #include <vector>
@@ -9,6 +10,17 @@
 #include "formula/expression.h"
 
 namespace bob {
+
+/// What lowering makes of nodes.
+struct LoweredCode {
+    [[nodiscard]] Code code() const { return {instructions.data(), instructions.size(), registers, results[0]}; }
+
+    std::vector<Instruction> instructions;
+    std::vector<Op> decisions;
+    std::vector<std::uint32_t> decision_nodes;
+    int registers = 3;
+    std::array<int, 3> results{};  // the registers of the roots, of which there is one or three
+};
 
 class Tape {
 public:
@@ -30,22 +42,31 @@ public:
     [[nodiscard]] std::vector<bool> are_needed(std::span<const Decision> decisions, int lane) const;
 
     [[nodiscard]] const Expression& expression() const { return expression_; }
-    [[nodiscard]] Code code() const { return {code_.data(), code_.size(), registers_, result_}; }
+    [[nodiscard]] Code code() const { return code_.code(); }
     /// The ops that are decisions, in the order in which evaluation comes to them.
-    [[nodiscard]] const std::vector<Op>& decisions() const { return decisions_; }
+    [[nodiscard]] const std::vector<Op>& decisions() const { return code_.decisions; }
     /// And which nodes of the expression they are.
-    [[nodiscard]] const std::vector<std::uint32_t>& decision_nodes() const { return decision_nodes_; }
+    [[nodiscard]] const std::vector<std::uint32_t>& decision_nodes() const { return code_.decision_nodes; }
 
 private:
     struct Memory;
     void find_needed(Memory& memory, std::span<const Decision> decisions, int lane, std::uint32_t node) const;
 
     Expression expression_;
-    std::vector<Instruction> code_;
-    std::vector<Op> decisions_;
-    std::vector<std::uint32_t> decision_nodes_;
-    int registers_ = 3;
-    int result_ = 0;
+    LoweredCode code_;
+};
+
+class ColorTape {
+public:
+    explicit ColorTape(const ColorFormula& formula);
+
+    [[nodiscard]] Code code() const { return code_.code(); }
+    /// The registers that hold red, green and blue at the end.
+    [[nodiscard]] const std::array<int, 3>& results() const { return code_.results; }
+    [[nodiscard]] std::size_t bytes() const { return code_.instructions.size() * sizeof(Instruction); }
+
+private:
+    LoweredCode code_;
 };
 
 }  // namespace bob

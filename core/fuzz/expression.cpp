@@ -133,6 +133,8 @@ FUZZ(expression) {
     } catch (const std::invalid_argument&) {
         return;
     }
+    const auto last = static_cast<std::uint32_t>(f->nodes().size() - 1);
+    fuzz::colors(bob::ColorFormula(f->nodes(), {last, last / 2, 0}));
     if (!plain) f = simplified(*f);
     fuzz::expect(bob::to_text(*f, 60).size() <= 60, "a text of the length asked for");
     if (part < 15) {

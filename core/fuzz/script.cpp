@@ -18,6 +18,7 @@ FUZZ(script) {
     const bob::Expression& f = *sdf.expression;
     fuzz::expect(sdf.dimensions == 3, "a shape of three dimensions");
     fuzz::expect(bob::to_text(f).size() <= 200, "a text of the length asked for");
+    if (sdf.color && sdf.color->nodes().size() < 10000) fuzz::colors(*sdf.color);
     if (!traced || f.nodes().size() > 200) return;
     if (const auto box = fuzz::bounds_of(f)) fuzz::trace(f, *box, source);
 }

@@ -19,6 +19,16 @@ Value smooth_min(Value a, Value b, double k) {
     return min(a, b) - rounded;
 }
 
+/// h of that mix: how much of the colour is that of what `condition` is negative for.
+Value share(Value condition, double k) { return clamp(0.5 - condition / (2 * k), 0, 1); }
+
+Colored smooth_min(const Colored& a, const Colored& b, double k) {
+    if (k == 0) return min(a, b);
+    return {smooth_min(a.distance, b.distance, k), of_both(a, b, [&](const Rgb& of_a, const Rgb& of_b) {
+                return mixed(of_a, of_b, share(b.distance - a.distance, k));
+            })};
+}
+
 }  // namespace
 
 double smoothness(const Arguments& arguments) { return arguments.has("k") ? arguments.at_least(0, "k") : 0; }
@@ -27,6 +37,13 @@ Value smooth_max(Value a, Value b, double k) {
     if (k == 0) return max(a, b);
     const Value rounded = fillet(a, b, k);
     return max(a, b) + rounded;
+}
+
+Colored smooth_max(const Colored& a, const Colored& b, double k) {
+    const Value distance = smooth_max(a.distance, b.distance, k);
+    if (!a.color || !b.color) return {distance, a.color ? a.color : b.color};
+    const Value a_is_lower = a.distance - b.distance;
+    return {distance, k == 0 ? chosen(a_is_lower, *b.color, *a.color) : mixed(*a.color, *b.color, share(a_is_lower, k))};
 }
 
 namespace {
@@ -41,31 +58,36 @@ template <std::size_t n, class Step>
 Object fold(const Arguments& a, double k, Step step) {
     Graph graph;
     const Point<n> p = point<n>(graph);
-    Value result = at(a.sdf("a"), p);
+    Colored result = at(a.sdf("a"), p);
     for (const Sdf& b : a.sdfs("bs")) result = step(result, at(b, p), k != 0 ? k : b.k.value_or(0));
     return sdf<n>(graph, result);
 }
 
 template <std::size_t n>
 Object unite(const Arguments& a) {
-    return fold<n>(a, smoothness(a), smooth_min);
+    return fold<n>(a, smoothness(a), [](const Colored& x, const Colored& y, double k) { return smooth_min(x, y, k); });
 }
 
 template <std::size_t n>
 Object subtract(const Arguments& a) {
-    return fold<n>(a, smoothness(a), [](Value x, Value y, double k) { return smooth_max(x, -y, k); });
+    // A tool without a colour leaves cuts that look like what they are cut into; one with a colour paints these alone.
+    return fold<n>(a, smoothness(a), [](const Colored& x, const Colored& y, double k) {
+        return smooth_max(y.color ? painted(x) : x, -y, k);
+    });
 }
 
 template <std::size_t n>
 Object intersect(const Arguments& a) {
-    return fold<n>(a, smoothness(a), smooth_max);
+    return fold<n>(a, smoothness(a), [](const Colored& x, const Colored& y, double k) { return smooth_max(x, y, k); });
 }
 
 template <std::size_t n>
 Object blend(const Arguments& a) {
-    return fold<n>(a, a.number("k"), [](Value x, Value y, double k) {
-        const Value before = (1 - k) * x;
-        return k * y + before;
+    return fold<n>(a, a.number("k"), [](const Colored& x, const Colored& y, double k) -> Colored {
+        const Value before = (1 - k) * x.distance;
+        return {k * y.distance + before, of_both(x, y, [&](const Rgb& of_x, const Rgb& of_y) {
+                    return mixed(of_x, of_y, x.distance.graph->constant(k));
+                })};
     });
 }
 
@@ -79,22 +101,30 @@ Object change(const Arguments& a, Change change) {
 
 template <std::size_t n>
 Object negate(const Arguments& a) {
-    return change<n>(a, [](Value d) { return -d; });
+    return change<n>(a, [](const Colored& d) { return -d; });
 }
 
 template <std::size_t n>
 Object dilate(const Arguments& a) {
-    return change<n>(a, [r = a.number("r")](Value d) { return d - r; });
+    return change<n>(a, [r = a.number("r")](const Colored& d) { return d - r; });
 }
 
 template <std::size_t n>
 Object erode(const Arguments& a) {
-    return change<n>(a, [r = a.number("r")](Value d) { return d + r; });
+    return change<n>(a, [r = a.number("r")](const Colored& d) { return d + r; });
 }
 
 template <std::size_t n>
 Object shell(const Arguments& a) {
-    return change<n>(a, [thickness = a.number("thickness")](Value d) { return abs(d) - thickness / 2; });
+    return change<n>(a, [thickness = a.number("thickness")](const Colored& d) { return abs(d) - thickness / 2; });
+}
+
+// ---- Colours ---------------------------------------------------------------------------------------------
+
+Object color(const Arguments& a) {
+    Sdf result = a.sdf("other");
+    result.color = a.color("c");
+    return {std::move(result)};
 }
 
 // ---- Places ----------------------------------------------------------------------------------------------
@@ -169,10 +199,10 @@ Object circular_array_2d(const Arguments& a) {
     const int count = a.whole(1, most_copies, "count");
     Graph graph;
     const Point<2> p = point<2>(graph);
-    std::optional<Value> result;
+    std::optional<Colored> result;
     for (int i = 0; i < count; ++i) {
         const Object copy = rotated_2d(a.sdf("other"), 2 * pi * i / count);
-        const Value d = at(std::get<Sdf>(copy.value), p);
+        const Colored d = at(std::get<Sdf>(copy.value), p);
         result = result ? min(*result, d) : d;
     }
     return sdf<2>(graph, *result);
@@ -201,7 +231,7 @@ Object circular_array_3d(const Arguments& a) {
     const Value sx = s * x, qy = between(c * y - sx, least_y, most_y);
     const Value step_y = sin_step * qy, rx = between(cos_step * qx + step_y, least_x, 1);
     const Value step_x = sin_step * qx, ry = between(cos_step * qy - step_x, -most_y, -least_y);
-    const Value nearer = copy(qx, qy);
+    const Colored nearer = copy(qx, qy);
     return sdf<3>(graph, min(copy(rx, ry), nearer));
 }
 
@@ -230,12 +260,12 @@ Object repeat(const Arguments& a) {
     }
     if (copies > most_copies) a.reject("padding", "at most " + std::to_string(most_copies) + " copies of the shape");
 
-    std::optional<Value> result;
+    std::optional<Colored> result;
     Vector<n> neighbor = Vector<n>{} - reach;
     for (std::size_t axis = 0; axis < n;) {
         Vector<n> offset;
         for (std::size_t i = 0; i < n; ++i) offset[i] = spacing[i] * neighbor[i];
-        const Value d = at(a.sdf("other"), p - offset);
+        const Colored d = at(a.sdf("other"), p - offset);
         result = result ? min(*result, d) : d;
         for (axis = 0; axis < n && ++neighbor[axis] > reach[axis]; ++axis) neighbor[axis] = -reach[axis];
     }
@@ -317,12 +347,16 @@ Object wrap_around(const Arguments& a) {
 
 // ---- From one shape to another ---------------------------------------------------------------------------
 
-Value mixed(const Value& from, const Value& to, Value t) { return from + (to - from) * t; }
-Value mixed(Value&&, Value&&, Value) = delete;  // as in formula/sequenced.h
+Colored mixed(const Colored& from, const Colored& to, Value t) {
+    const Value way = (to.distance - from.distance) * t;
+    return {from.distance + way, of_both(from, to, [&](const Rgb& of_from, const Rgb& of_to) {
+                return mixed(of_from, of_to, t);
+            })};
+}
 
 Object transition(const Arguments& a, Graph& graph, Value t) {
     const Point<3> p = point<3>(graph);
-    const Value to = at(a.sdf("f1"), p), from = at(a.sdf("f0"), p);
+    const Colored to = at(a.sdf("f1"), p), from = at(a.sdf("f0"), p);
     return sdf<3>(graph, mixed(from, to, t));
 }
 
@@ -338,11 +372,14 @@ Object transition_radial(const Arguments& a) {
 
 // ---- From two dimensions to three, and back --------------------------------------------------------------
 
+/// The ends look like what they cut off.
+Colored between_ends(const Colored& d, Value beyond_ends) { return {corner(d.distance, beyond_ends), d.color}; }
+
 Object extrude(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
     const Value beyond_ends = abs(z) - a.number("h") / 2;
-    return sdf<3>(graph, corner(at(a.sdf("other"), Point<2>{x, y}), beyond_ends));
+    return sdf<3>(graph, between_ends(at(a.sdf("other"), Point<2>{x, y}), beyond_ends));
 }
 
 Object extrude_to(const Arguments& a) {
@@ -350,9 +387,9 @@ Object extrude_to(const Arguments& a) {
     Graph graph;
     const auto [x, y, z] = point<3>(graph);
     const Value t = eased(a.easing("e"), clamp(z / h, -0.5, 0.5) + 0.5);
-    const Value top = at(a.sdf("b"), Point<2>{x, y}), bottom = at(a.sdf("a"), Point<2>{x, y});
-    const Value d = mixed(bottom, top, t);
-    return sdf<3>(graph, corner(d, abs(z) - h / 2));
+    const Colored top = at(a.sdf("b"), Point<2>{x, y}), bottom = at(a.sdf("a"), Point<2>{x, y});
+    const Colored d = mixed(bottom, top, t);
+    return sdf<3>(graph, between_ends(d, abs(z) - h / 2));
 }
 
 Object revolve(const Arguments& a) {
@@ -407,6 +444,8 @@ void add_operations_in(std::vector<Word>& words) {
               "Larger by a factor, or one for each axis; then distances are approximate.");
     operation("elongate", {other, required("size", Type::size)}, elongate<n>,
               "Cut through the middle and pulled apart by size on each side of each axis.");
+    operation("color", {other, required("c", Type::color)}, color,
+              "The whole shape in a colour: \"#rrggbb\", or three numbers of linear light in 0..1.");
 }
 
 void add_operations_3d(std::vector<Word>& words) {

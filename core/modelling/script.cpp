@@ -50,7 +50,7 @@ private:
         step(at, size(value) / 16);
         const Sdf* sdf = std::get_if<Sdf>(&value.value);
         if (!sdf) return;
-        nodes_ += sdf->expression->nodes().size();
+        nodes_ += sdf->expression->nodes().size() + (sdf->color ? sdf->color->nodes().size() : 0);
         if (nodes_ > ScriptLimits::nodes) {
             throw ScriptError(at, "expected shapes of at most " + std::to_string(ScriptLimits::nodes) +
                                       " nodes in all steps together, got more");

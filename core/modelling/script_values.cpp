@@ -321,8 +321,8 @@ Object to_object(const Value& value) {
 Value from_object(const Object& object) {
     const auto convert = [](const auto& held) -> Value {
         using T = std::decay_t<decltype(held)>;
-        if constexpr (std::is_same_v<T, std::string>) {
-            return {};  // no word returns texts, and values only point at the script's
+        if constexpr (std::is_same_v<T, std::string> || std::is_same_v<T, Color>) {
+            return {};  // no word returns colours or texts, and values only point at the script's
         } else if constexpr (std::is_same_v<T, std::shared_ptr<const Object::List>>) {
             std::vector<Value> items;
             for (const Object& each : *held) items.push_back(from_object(each));

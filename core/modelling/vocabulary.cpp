@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "color.h"
 #include "modelling/words.h"
 
 namespace bob {
@@ -20,6 +21,10 @@ std::string text(double number) {
 /// The value itself where it is short, else what it is.
 std::string value_text(const Object& object) {
     if (const double* number = std::get_if<double>(&object.value)) return text(*number);
+    if (const std::string* string = std::get_if<std::string>(&object.value)) {
+        const bool plain = std::all_of(string->begin(), string->end(), [](char c) { return c >= ' ' && c <= '~'; });
+        return plain && string->size() <= 20 ? '"' + *string + '"' : describe(object);
+    }
     const ListPointer* list = std::get_if<ListPointer>(&object.value);
     if (!list || (*list)->size() > 4) return describe(object);
     std::string result = "(";
@@ -51,6 +56,9 @@ bool has_type(const Object& object, Type type, int dimensions) {
             return list && std::all_of((*list)->begin(), (*list)->end(), is_point);
         }
         case Type::easing: return std::holds_alternative<Easing>(object.value);
+        case Type::color:
+            return std::holds_alternative<Color>(object.value) || std::holds_alternative<std::string>(object.value) ||
+                   is_vector(object, 3);
         case Type::sdf: {
             const Sdf* sdf = std::get_if<Sdf>(&object.value);
             return sdf && sdf->dimensions == dimensions;
@@ -69,6 +77,7 @@ std::string expected(Type type, int dimensions) {
         case Type::numbers: return "a number or a list of numbers";
         case Type::points: return "a list of " + d + "points";
         case Type::easing: return "an easing function";
+        case Type::color: return "#rrggbb or 3 numbers";
         case Type::sdf: return "a " + d + "shape";
     }
     return "";
@@ -99,6 +108,23 @@ void check(const Word& word, const Parameter& parameter, const Object& object) {
     if (parameter.type == Type::integer && *number != std::floor(*number)) {
         throw CallError(place(word, parameter) + "expected a whole number, got " + text(*number));
     }
+}
+
+/// Takes the colours of all shapes in a list, and returns whether there were any.
+bool without_colors(std::vector<Object>& values) {
+    bool found = false;
+    for (Object& value : values) {
+        if (Sdf* sdf = std::get_if<Sdf>(&value.value)) {
+            found |= sdf->color != nullptr;
+            sdf->color = nullptr;
+        } else if (const ListPointer* list = std::get_if<ListPointer>(&value.value)) {
+            List items = **list;
+            if (!without_colors(items)) continue;
+            found = true;
+            value.value = std::make_shared<const List>(std::move(items));
+        }
+    }
+    return found;
 }
 
 std::string names(const Word& word) {
@@ -186,7 +212,13 @@ const Word* find_word(std::string_view name, int dimensions) {
 Object call(const Word& word, std::span<const Object> positional, std::span<const Keyword> keywords) {
     const Word& callee = suited(word, positional);
     try {
-        return callee.call(Arguments(callee, bind(callee, positional, keywords)));
+        std::vector<Object> values = bind(callee, positional, keywords);
+        const std::vector<Object> colored = values;
+        if (!without_colors(values)) return callee.call(Arguments(callee, std::move(values)));
+        // Colours have nodes in common with distances, which would then be numbered in another order.
+        Object result = callee.call(Arguments(callee, std::move(values)));
+        std::get<Sdf>(result.value).color = std::get<Sdf>(callee.call(Arguments(callee, colored)).value).color;
+        return result;
     } catch (const std::invalid_argument&) {  // a constant that became NaN, such as the difference of two that overflowed
         throw CallError(std::string(callee.name) + ": expected numbers small enough to compute with, got too large ones");
     }
@@ -225,6 +257,7 @@ std::string describe(const Object& object) {
         return "a " + std::to_string(sdf->dimensions) + "D shape";
     }
     if (std::holds_alternative<Easing>(object.value)) return "an easing function";
+    if (std::holds_alternative<Color>(object.value)) return "a colour";
     const std::string count = std::to_string(std::get<ListPointer>(object.value)->size());
     return "a list of " + count + (is_numbers(object) && count != "0" ? " numbers" : "");
 }
@@ -312,6 +345,19 @@ std::vector<Vector<n>> Arguments::points(std::string_view name) const {
         for (std::size_t i = 0; i < n; ++i) point[i] = std::get<double>(numbers[i].value);
     }
     return result;
+}
+
+std::shared_ptr<const ColorFormula> Arguments::color(std::string_view name) const {
+    const Object& object = at(name);
+    if (const Color* color = std::get_if<Color>(&object.value)) return color->formula;
+    if (const std::string* string = std::get_if<std::string>(&object.value)) {
+        const auto rgb = linear_color(*string);
+        if (!rgb) reject(name, "#rrggbb or 3 numbers");
+        return std::make_shared<const ColorFormula>(*rgb);
+    }
+    const Vector<3> rgb = vector<3>(name);
+    if (!std::all_of(rgb.begin(), rgb.end(), [](double c) { return c >= 0 && c <= 1; })) reject(name, "numbers in 0..1");
+    return std::make_shared<const ColorFormula>(rgb);
 }
 
 std::vector<Sdf> Arguments::sdfs(std::string_view name) const {

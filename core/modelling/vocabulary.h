@@ -20,12 +20,18 @@ namespace bob {
 struct Sdf {
     int dimensions = 3;
     std::shared_ptr<const Expression> expression;
-    std::optional<double> k;  // the radius of smooth blends with this shape, set by .k(); forgotten by every operation
+    std::optional<double> k;  // the radius of smooth blends with this shape, set by .k(); only .color() does not forget it
+    std::shared_ptr<const ColorFormula> color;  // of its surface; null where it has none
 };
 
 /// A function of one number, t, held as an expression in x.
 struct Easing {
     std::shared_ptr<const Expression> expression;
+};
+
+/// A colour at each point, given as one.
+struct Color {
+    std::shared_ptr<const ColorFormula> formula;
 };
 
 struct None {
@@ -35,7 +41,7 @@ struct None {
 /// A value of the language. A vector is a list of numbers.
 struct Object {
     using List = std::vector<Object>;
-    std::variant<None, bool, double, std::string, Sdf, Easing, std::shared_ptr<const List>> value;
+    std::variant<None, bool, double, std::string, Sdf, Easing, Color, std::shared_ptr<const List>> value;
 };
 
 enum class Type {
@@ -46,6 +52,7 @@ enum class Type {
     numbers,  // a number, or one for each axis or corner, as the meaning says
     points,   // a list of vectors
     easing,
+    color,    // "#rrggbb", three numbers of linear RGB, or a Color
     sdf,      // of the word's own dimensions
 };
 
@@ -92,7 +99,7 @@ struct CallTypeError : CallError {
 
 using Keyword = std::pair<std::string, Object>;
 
-/// Calls a word as Python calls a function; throws CallError, or TooLarge. An operation called with a shape of other
+/// Calls a word as Python calls a function. Distances are the same whatever has a colour; throws CallError, or TooLarge. An operation called with a shape of other
 /// dimensions is the operation of that name in those, where there is one. An easing called with a number is a number;
 /// without it, the Easing itself.
 [[nodiscard]] Object call(const Word& word, std::span<const Object> positional, std::span<const Keyword> keywords);

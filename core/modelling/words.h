@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "formula/sequenced.h"
+#include "modelling/colored.h"
 #include "modelling/vocabulary.h"
 
 namespace bob {
@@ -56,6 +57,7 @@ public:
 
     [[nodiscard]] const Sdf& sdf(std::string_view name) const { return std::get<Sdf>(at(name).value); }
     [[nodiscard]] std::vector<Sdf> sdfs(std::string_view name) const;
+    [[nodiscard]] std::shared_ptr<const ColorFormula> color(std::string_view name) const;
     [[nodiscard]] const Expression& easing(std::string_view name) const {
         return *std::get<Easing>(at(name).value).expression;
     }
@@ -205,14 +207,25 @@ inline Value beyond(Value v, double extent) { return abs(v - extent / 2) - exten
 // Shapes.
 
 template <std::size_t n>
-Object sdf(const Graph& graph, Value distance) {
-    return {Sdf{static_cast<int>(n), std::make_shared<const Expression>(graph.expression(distance)), std::nullopt}};
+Object sdf(const Graph& graph, const Colored& made) {
+    Sdf result{static_cast<int>(n), std::make_shared<const Expression>(graph.expression(made.distance)), std::nullopt, nullptr};
+    if (made.color) result.color = std::make_shared<const ColorFormula>(graph.color_formula(*made.color));
+    return {std::move(result)};
 }
 
-/// A shape's distance at a point.
 template <std::size_t n>
-Value at(const Sdf& sdf, const Point<n>& p) {
-    return p[0].graph->substitute(*sdf.expression, p[0], p[1], n == 3 ? p[n - 1] : p[0].graph->constant(0));
+Object sdf(const Graph& graph, Value distance) {
+    return sdf<n>(graph, Colored{distance});
+}
+
+/// A shape at a point.
+template <std::size_t n>
+Colored at(const Sdf& sdf, const Point<n>& p) {
+    Graph& graph = *p[0].graph;
+    const Value z = n == 3 ? p[n - 1] : graph.constant(0);
+    Colored result{graph.substitute(*sdf.expression, p[0], p[1], z)};
+    if (sdf.color) result.color = graph.substitute(*sdf.color, p[0], p[1], z);
+    return result;
 }
 
 inline Value eased(const Expression& easing, Value t) {
@@ -223,7 +236,9 @@ inline Value eased(const Expression& easing, Value t) {
 /// How far apart two distances may be for the edge between them to be rounded: the argument k, 0 where there is none.
 double smoothness(const Arguments& arguments);
 
-/// The larger of a and b, rounded where they are closer than k: what intersections are made of.
+/// The larger of a and b, rounded where they are closer than k: what intersections are made of. Where only one of two shapes has
+/// a colour, the other has it too: it only cuts.
 Value smooth_max(Value a, Value b, double k);
+Colored smooth_max(const Colored& a, const Colored& b, double k);
 
 }  // namespace bob

@@ -174,6 +174,9 @@ Brep::Brep(std::span<const Face> faces, double tolerance, const Sphere& sphere) 
         patches.push_back({decompose(s), regions_.back().get()});
     }
     pieces_ = build_pieces(patches, tolerance);
+    if (std::any_of(faces.begin(), faces.end(), [](const Face& face) { return face.color.has_value(); })) {
+        for (const Face& face : faces) colors_.push_back(face.color.value_or(Vec3{1, 1, 1}));
+    }
 }
 
 Brep Brep::of_weighted_points(std::vector<Face> faces, double tolerance) {
@@ -203,6 +206,10 @@ void Brep::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
 
 void Brep::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {
     best_piece_kernels().normals(pieces_, rays, hits.data(), normals.data());
+}
+
+void Brep::colors(std::span<const Ray>, std::span<const Hit> hits, std::span<const float>, std::span<Vec3> colors) const {
+    for (std::size_t i = 0; i < hits.size(); ++i) colors[i] = colors_[pieces_.patches[hits[i].primitive].face];
 }
 
 Place Brep::place(const Hit& hit) const {

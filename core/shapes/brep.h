@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,7 @@ namespace bob {
 struct Face {
     NurbsSurface surface;
     std::vector<TrimLoop> loops;  // none: all of the surface
+    std::optional<Vec3> color = std::nullopt;  // linear RGB, 0..1; none: white
 };
 
 class Brep : public Shape {
@@ -36,6 +38,11 @@ public:
     [[nodiscard]] double overshoot() const override { return 2e-3; }
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
+
+    /// Whether any face has a colour.
+    [[nodiscard]] bool is_colored() const override { return !colors_.empty(); }
+    void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
+                std::span<Vec3> colors) const override;
 
     /// The face, and its parameters.
     [[nodiscard]] Place place(const Hit& hit) const override;
@@ -67,6 +74,7 @@ private:
     std::vector<std::unique_ptr<const TrimRegion>> regions_;
     Pieces pieces_;
     Search search_;
+    std::vector<Vec3> colors_;  // of the faces, if any has one
 };
 
 }  // namespace bob

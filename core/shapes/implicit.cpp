@@ -46,6 +46,14 @@ Expression in_unit_sphere(const Expression& f, const Bounds& bounds, const Spher
     return graph.expression(value);
 }
 
+ColorTape in_unit_sphere(const ColorFormula& color, const Sphere& sphere) {
+    Graph graph;
+    const Value axes[3] = {graph.x(), graph.y(), graph.z()};
+    Value p[3];
+    for (int axis = 0; axis < 3; ++axis) p[axis] = axes[axis] * sphere.radius + sphere.center[axis];
+    return ColorTape(graph.color_formula(graph.substitute(color, p[0], p[1], p[2])));
+}
+
 /// Bounds of the slopes along a direction, of a formula whose own slopes lie between two.
 struct Slopes {
     float least = 0, most = 0;
@@ -65,8 +73,10 @@ struct Slopes {
 
 }  // namespace
 
-Implicit::Implicit(const Expression& f, const Bounds& bounds)
-    : Shape(sphere_in(bounds)), cells_(in_unit_sphere(f, bounds, sphere())) {}
+Implicit::Implicit(const Expression& f, const Bounds& bounds, const ColorFormula* color)
+    : Shape(sphere_in(bounds)), cells_(in_unit_sphere(f, bounds, sphere())) {
+    if (color) color_ = in_unit_sphere(*color, sphere());
+}
 
 void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
     const FormulaKernels& kernels = best_formula_kernels();
@@ -162,6 +172,32 @@ void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std
             if (!without) break;
         }
     });
+}
+
+void Implicit::colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float>, std::span<Vec3> colors) const {
+    for (std::size_t i = 0; i < hits.size(); ++i) colors[i] = rays[i].origin + hits[i].t * rays[i].direction;
+    this->colors(colors.first(hits.size()), colors);
+}
+
+void Implicit::colors(std::span<const Vec3> points, std::span<Vec3> colors) const {
+    const FormulaKernels& kernels = best_formula_kernels();
+    const Code code = color_->code();
+    const auto results = color_->results();
+    void* const memory = scratch(code.registers);
+    const auto lanes = static_cast<std::size_t>(kernels.lanes);
+    for (std::size_t first = 0; first < points.size(); first += lanes) {
+        const std::size_t count = std::min(points.size() - first, lanes);
+        float point[3][max_lanes], color[3][max_lanes];
+        const float* const axes[3] = {point[0], point[1], point[2]};
+        float* const components[3] = {color[0], color[1], color[2]};
+        for (int axis = 0; axis < 3; ++axis) {
+            for (std::size_t i = 0; i < count; ++i) point[axis][i] = points[first + i][axis];
+        }
+        kernels.colors(code, results.data(), axes, static_cast<int>(count), components, memory);
+        for (std::size_t i = 0; i < count; ++i) {
+            for (int k = 0; k < 3; ++k) colors[first + i][k] = color_component(color[k][i]);
+        }
+    }
 }
 
 }  // namespace bob

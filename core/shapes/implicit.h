@@ -2,8 +2,10 @@
 #pragma once
 
 #include <atomic>
+#include <optional>
 
 #include "formula/expression.h"
+#include "formula/tape.h"
 #include "shapes/bounds.h"
 #include "shapes/cells.h"
 #include "shapes/outline.h"
@@ -13,9 +15,9 @@ namespace bob {
 
 class Implicit : public Shape {
 public:
-    /// The surface of f within a box, whose centre becomes the origin and whose longest half side becomes 1.
-    /// Throws Stopped where building its cells shall not go on.
-    Implicit(const Expression& f, const Bounds& bounds);
+    /// The surface of f within a box, whose centre becomes the origin and whose longest half side becomes 1; coloured by a formula
+    /// if there is one. Throws Stopped where building its cells shall not go on.
+    Implicit(const Expression& f, const Bounds& bounds, const ColorFormula* color = nullptr);
 
     [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
     [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
@@ -23,7 +25,13 @@ public:
     void prepare_places() const override;
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
-    [[nodiscard]] std::size_t bytes() const override { return cells_.bytes(); }
+    [[nodiscard]] bool is_colored() const override { return color_.has_value(); }
+    void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
+                std::span<Vec3> colors) const override;
+    [[nodiscard]] std::size_t bytes() const override { return cells_.bytes() + (color_ ? color_->bytes() : 0); }
+
+    /// Of a shape with colours: linear RGB, 0..1, at points in the coordinates of rays, on the surface or not.
+    void colors(std::span<const Vec3> points, std::span<Vec3> colors) const;
 
     [[nodiscard]] const Cells& cells() const { return cells_; }
 
@@ -33,6 +41,7 @@ public:
 
 private:
     Cells cells_;
+    std::optional<ColorTape> color_;
     mutable Outline outline_;
     mutable std::atomic<std::uint64_t> unresolved_rays_ = 0;
 };

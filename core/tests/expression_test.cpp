@@ -289,3 +289,26 @@ TEST(graphs_refuse_the_numbers_that_expressions_refuse) {
         CHECK(refused);
     }
 }
+
+TEST(color_formulas_hold_what_their_roots_need) {
+    using bob::ColorFormula;
+    const std::vector<bob::Node> nodes{
+        {.op = Op::x}, {.op = Op::y}, {.op = Op::constant, .value = 0.5}, {.op = Op::sqrt, .operand = {1}},
+        {.op = Op::subtract, .operand = {0, 2}}, {.op = Op::sin, .operand = {4}}};
+    const ColorFormula color(nodes, {4, 2, 0});
+    CHECK_EQ(color.nodes().size(), 3u);
+    CHECK(color.roots() == (std::array{2u, 1u, 0u}));
+    CHECK(color(0.75, 0, 0) == (std::array{0.25, 0.5, 0.75}));
+    CHECK(color(3, 0, 0) == (std::array{1.0, 0.5, 1.0}));
+    CHECK(color(-3, 0, 0) == (std::array{0.0, 0.5, 0.0}));
+    CHECK(ColorFormula(nodes, {3, 0, 0})(1, -1, 0) == (std::array{0.0, 1.0, 1.0}));  // NaN is 0
+    CHECK(ColorFormula({0.25, 0.5, 0.25})(7, 7, 7) == (std::array{0.25, 0.5, 0.25}));
+    CHECK_EQ(ColorFormula({0.25, 0.5, 0.25}).nodes().size(), 2u);
+    bool refused = false;
+    try {
+        [[maybe_unused]] const ColorFormula none(nodes, {0, 1, 6});
+    } catch (const std::invalid_argument&) {
+        refused = true;
+    }
+    CHECK(refused);
+}

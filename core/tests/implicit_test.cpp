@@ -138,3 +138,41 @@ TEST(rays_meet_alone_what_they_meet_together) {
         CHECK_EQ(shape.unresolved_rays(), 0u);
     }
 }
+
+TEST(colors_change_no_hit_and_are_those_of_their_formula) {
+    const std::vector<bob::Ray> rays = rays_around(300);
+    const bob::Bounds box{{-3, -2, -1}, {1, 2, 3}};  // so that units differ: half as large, around (-1, 0, 1)
+    bob::Graph g;
+    const Value x = g.x(), y = g.y(), z = g.z();
+    const Value waves = sin(3 * x) * 0.5 + 0.5, below = z - 1;
+    const bob::ColorFormula color = g.color_formula({waves, select(below, y, 0.5 - y), modulo(x, 0.4) * 2 + 0.1});
+    for (const bob::Expression& f : formulas()) {
+        const bob::Implicit plain(f, box), colored(f, box, &color);
+        CHECK(!plain.is_colored() && colored.is_colored());
+        CHECK_EQ(plain.cells().codes(), colored.cells().codes());
+        test::for_each_isa([&] {
+            const std::vector<Hit> hits = closest_hits(colored, rays), expected = closest_hits(plain, rays);
+            std::vector<bob::Ray> meeting;
+            std::vector<Hit> met;
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+                CHECK(same(hits[i], expected[i]));
+                if (hits[i].t < test::infinity) meeting.push_back(rays[i]), met.push_back(hits[i]);
+            }
+            std::vector<bob::Vec3> colors(met.size()), normals(met.size()), plain_normals(met.size());
+            colored.normals(meeting, met, normals), plain.normals(meeting, met, plain_normals);
+            colored.colors(meeting, met, std::vector<float>(met.size()), colors);
+            std::size_t far = 0;
+            for (std::size_t i = 0; i < met.size(); ++i) {
+                const bob::Vec3 p = meeting[i].origin + met[i].t * meeting[i].direction;
+                const auto rgb = color(2.0 * p.x - 1, 2.0 * p.y, 2.0 * p.z + 1);
+                for (int k = 0; k < 3; ++k) {
+                    CHECK(normals[i][k] == plain_normals[i][k]);
+                    CHECK(colors[i][k] >= 0 && colors[i][k] <= 1);
+                    far += std::fabs(colors[i][k] - rgb[static_cast<std::size_t>(k)]) > 1e-5;
+                }
+            }
+            CHECK_LT(20u, met.size());
+            CHECK_LT(far, 3u);  // where the formula jumps
+        });
+    }
+}

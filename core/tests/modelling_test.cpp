@@ -47,6 +47,7 @@ bool fits(const Object& object, Type type, int dimensions) {
         case Type::size: return is_number || is_vector;
         case Type::easing: return std::holds_alternative<bob::Easing>(object.value);
         case Type::points:
+        case Type::color:
         case Type::sdf: return false;
     }
     return false;
@@ -149,6 +150,35 @@ TEST(methods_are_operations_and_k) {
         message = error.what();
     }
     check_says(message, "a 3D shape has no method extrude");
+}
+
+TEST(colors_follow_their_shapes) {
+    const Object red{std::string("#f00")}, blue = list({number(0), number(0), number(1)});
+    const bob::Sdf ball = made("color", {{made("sphere")}, red}), box = made("color", {{made("box")}, blue});
+    const Object aside = list({number(1), number(0), number(0)});
+    const auto both = made("union", {{ball}, {made("translate", {{box}, aside})}});
+    const auto plain = made("union", {{made("sphere")}, {made("translate", {{made("box")}, aside})}});
+    CHECK((*both.color)(-1, 0, 0) == (std::array{1.0, 0.0, 0.0}));
+    CHECK((*both.color)(1.5, 0, 0) == (std::array{0.0, 0.0, 1.0}));
+    CHECK(*both.expression == *plain.expression);  // node by node
+    CHECK(plain.color == nullptr);
+    // Painted as a whole, it has one colour, and what it had is forgotten.
+    CHECK((*made("color", {{both}, {std::string("#0f0")}}).color)(1.5, 0, 0) == (std::array{0.0, 1.0, 0.0}));
+    // A tool without a colour paints nothing; one with a colour its cuts, and leaves the rest white.
+    CHECK((*made("difference", {{ball}, {made("box")}}).color)(0.5, 0, 0) == (std::array{1.0, 0.0, 0.0}));
+    const auto cut = made("difference", {{made("sphere")}, {box}});
+    CHECK((*cut.color)(0.5, 0, 0) == (std::array{0.0, 0.0, 1.0}));
+    CHECK((*cut.color)(1, 0, 0) == (std::array{1.0, 1.0, 1.0}));
+    CHECK((*made("intersection", {{made("sphere")}, {box}}).color)(1, 0, 0) == (std::array{0.0, 0.0, 1.0}));
+    // .k() and .color() leave each other.
+    const auto rounded = std::get<bob::Sdf>(bob::call_method(ball, "k", std::vector{number(0.5)}, {}).value);
+    CHECK_EQ(made("color", {{rounded}, blue}).k.value_or(0), 0.5);
+    CHECK(rounded.color == ball.color);
+    check_says(refusal("color", {{ball}, {std::string("red")}}), "color: c: expected #rrggbb or 3 numbers, got \"red\"");
+    check_says(refusal("color", {{ball}, list({number(1), number(2), number(0)})}), "color: c: expected numbers in 0..1, got (1, 2, 0)");
+    check_says(refusal("color", {{ball}, list({number(1), number(0)})}), "color: c: expected #rrggbb or 3 numbers, got a list of 2 numbers");
+    check_says(refusal("color", {{ball}, number(1)}), "color: c: expected #rrggbb or 3 numbers, got a number");
+    check_says(refusal("color", {{ball}, {std::string("a\nb")}}), "color: c: expected #rrggbb or 3 numbers, got a string");
 }
 
 TEST(operations_suit_the_dimensions_of_the_first_model) {

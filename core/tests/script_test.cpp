@@ -1,5 +1,6 @@
 #include "modelling/script.h"
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -230,4 +231,15 @@ TEST(script_random_texts) {
         }
     }
     CHECK_LT(500, shapes);
+}
+
+TEST(script_colors) {
+    const bob::Sdf sdf = bob::run_script("f = sphere().color('#f00') | box(1).color([0, 0.5, 1]).translate(X)\n");
+    CHECK((*sdf.color)(-1, 0, 0) == (std::array{1.0, 0.0, 0.0}));
+    CHECK((*sdf.color)(1.5, 0, 0) == (std::array{0.0, 0.5, 1.0}));
+    CHECK(*sdf.expression == *bob::run_script("f = sphere() | box(1).translate(X)\n").expression);
+    CHECK(bob::run_script("sphere()").color == nullptr);
+    CHECK(fails("sphere().color('red')", "line 1, column 10: color: c: expected #rrggbb or 3 numbers, got \"red\""));
+    CHECK(fails("sphere().color()", "line 1, column 10: color: c: expected #rrggbb or 3 numbers, got nothing"));
+    CHECK(fails("f = sphere().color(2 * X)", "line 1, column 14: color: c: expected numbers in 0..1, got (2, 0, 0)"));
 }

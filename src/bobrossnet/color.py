@@ -1,11 +1,18 @@
-"""Colours: sRGB's curve, and luminance."""
+"""Colours: as people give them, sRGB's curve, and luminance."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+
+from bobrossnet import _core
+from bobrossnet.errors import InputError, InputTypeError, check_number
+
+Color: TypeAlias = str | Sequence[float]
+"""sRGB as "#rrggbb" or "#rgb", or three numbers of linear RGB, 0..1."""
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Of red, green and blue in linear light, by Rec. 709."""
@@ -29,3 +36,17 @@ def luminance(rgb: Any) -> NDArray[Any]:
     values = np.asarray(rgb)
     sums: NDArray[Any] = values @ np.array(LUMINANCE, values.dtype)
     return sums
+
+
+def linear(name: str, color: Color) -> tuple[float, float, float]:
+    """Linear RGB of a colour as users give it; `name` is the argument's, for errors."""
+    if isinstance(color, str):
+        rgb = _core.linear_color(color)
+        if rgb is None:
+            raise InputError(f"{name}: expected #rrggbb or 3 numbers, got {color[:40]!r}")
+        return rgb[0], rgb[1], rgb[2]
+    try:
+        red, green, blue = color
+    except (TypeError, ValueError):
+        raise InputTypeError(f"{name}: expected #rrggbb or 3 numbers, got {color!r:.40}") from None
+    return check_number(name, red, 0, 1), check_number(name, green, 0, 1), check_number(name, blue, 0, 1)

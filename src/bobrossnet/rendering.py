@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.color import from_srgb, to_srgb
+from bobrossnet.color import Color, from_srgb, linear, to_srgb
 from bobrossnet.completion.network import NetworkLike, complete
 from bobrossnet.errors import check_integer
 from bobrossnet.picture.camera import Camera
@@ -17,7 +17,6 @@ from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import SizeLike
 from bobrossnet.picture.rendered import Picture
-from bobrossnet.tracing.material import Color, linear
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 from bobrossnet.tracing.trace import BATCH, SceneTracer, trace
 

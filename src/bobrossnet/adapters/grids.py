@@ -69,8 +69,8 @@ def read_cpt(file: Path) -> list[Instance]:
             grid.append(points)
     if len(rows) < 2 or len(rows[0]) < 2:
         raise InputError(f"expected at least 2 x 2 points, got {len(rows)} x {len(rows[0]) if rows else 0}")
-    knots = (clamped(count, min(3, count - 1)) for count in (len(rows), len(rows[0])))
-    return [Instance(Brep([Face(np.array(grid), *knots)]), name=file.name)]
+    knots_u, knots_v = (clamped(count, min(3, count - 1)) for count in (len(rows), len(rows[0])))
+    return [Instance(Brep([Face(np.array(grid), knots_u, knots_v)]), name=file.name)]
 
 
 def numbers(words: Iterable[str]) -> NDArray[np.float64]:

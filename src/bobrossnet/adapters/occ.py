@@ -174,11 +174,12 @@ class _Walk:
         self.others["points"] += sum(
             1 for _ in _explore(shape, TopAbs_ShapeEnum.TopAbs_VERTEX, TopAbs_ShapeEnum.TopAbs_EDGE)
         )
-        return [body for group in groups for body in self.colored(group, colors, size)]
+        return [self.body(group, colors, size) for group in groups]
 
-    def colored(self, shapes: list[Any], colors: dict[int, Color | None], size: float) -> list[Body]:
-        """Convert the faces of a solid, of a shell, or single ones: a body for each colour."""
-        of_color: dict[Color | None, list[FaceData]] = {}
+    def body(self, shapes: list[Any], colors: dict[int, Color | None], size: float) -> Body:
+        """Convert the faces of a solid, of a shell, or single ones."""
+        converted: list[FaceData] = []
+        of_faces: list[Color | None] = []
         tolerance = RELATIVE_TOLERANCE * size
         gap = 5 * tolerance  # what is approximated may lie somewhat farther off
         for shape in shapes:
@@ -199,8 +200,9 @@ class _Walk:
                 except Exception as error:  # OpenCascade raises all sorts of exceptions
                     self.dropped.append(f"{type(error).__name__}: {error}")
                 else:
-                    of_color.setdefault(color, []).extend(faces)
-        return [Body(faces, color, gap) for color, faces in of_color.items()]
+                    converted += faces
+                    of_faces += [color] * len(faces)
+        return Body(converted, of_faces, gap)
 
 
 def _children(label: Any) -> Iterator[Any]:

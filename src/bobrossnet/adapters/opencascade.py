@@ -42,10 +42,10 @@ class FaceData(NamedTuple):
 
 
 class Body(NamedTuple):
-    """The faces of one colour of a solid, a shell, or of all that is in neither."""
+    """The faces of a solid, a shell, or of all that is in neither."""
 
     faces: list[FaceData]
-    color: Color | None  # None: the color of the instance
+    colors: list[Color | None]  # of the faces; None: the color of the instance
     tolerance: float  # how far apart the edges of neighbouring faces may be
 
 
@@ -78,9 +78,9 @@ def read_step(file: Path) -> list[Instance]:
     Returns
     -------
     list of Instance
-        One for each solid, each shell outside solids, and the faces outside shells, in each place of an assembly; where
-        its faces have several colours, one for each. Named after the file's products, or the file where these have no
-        name. Points, curves and what is hidden are left out.
+        One for each solid, each shell outside solids, and the faces outside shells, in each place of an assembly; of a
+        material in its colour, or a white one where its faces have several. Named after the file's products, or the
+        file where these have no name. Points, curves and what is hidden are left out.
 
     Raises
     ------
@@ -106,24 +106,12 @@ def _read(file: Path, kind: str) -> list[Instance]:
     (_check_step if kind == "STEP" else _check_iges)(file)
     assembly: Assembly = call_apart("bobrossnet.adapters.occ", "read_assembly", kind, str(file))
     dropped = assembly.dropped
-    parts: list[list[tuple[Brep, Color | None]]] = []
-    for bodies in assembly.parts:
-        breps = []
-        for body in bodies:
-            faces = []
-            for data in body.faces:
-                try:
-                    faces.append(_face(data))
-                except InputError as error:
-                    dropped.append(str(error))
-            if faces:
-                breps.append((Brep(faces, body.tolerance), body.color))
-        parts.append(breps)
+    parts = [[_Solid(body, dropped) for body in bodies] for bodies in assembly.parts]
     instances = [
-        Instance(brep, place.matrix, None if color is None else Material(color), one_line(place.name) or name_of(file))
+        solid.placed(place, one_line(place.name) or name_of(file))
         for place in assembly.placed
-        for brep, own in parts[place.part]
-        for color in (own or place.color,)
+        for solid in parts[place.part]
+        if solid.faces
     ]
     if not instances:
         raise InputError(f"expected faces, got {assembly.total:,} that can't be converted ({dropped[0]})")
@@ -154,6 +142,41 @@ def _check_iges(file: Path) -> None:
         raise InputError("expected an IGES file that ends with a line marked T, got one that ends before")
 
 
+class _Solid:
+    """A body whose faces are checked, and the shapes that its places give it."""
+
+    def __init__(self, body: Body, dropped: list[str]) -> None:
+        self.tolerance = body.tolerance
+        self.faces: list[Face] = []
+        self.colors: list[Color | None] = []
+        self.plain: Brep | None = None
+        self.painted: dict[Color | None, Brep] = {}  # by the colour of faces without one
+        for data, color in zip(body.faces, body.colors, strict=True):
+            try:
+                self.faces.append(_face(data))
+            except InputError as error:
+                dropped.append(str(error))
+            else:
+                self.colors.append(color)
+
+    def placed(self, place: Placed, name: str) -> Instance:
+        """Where all of it is of one colour, that is the material's, so that places of several colours share a shape."""
+        colors = {color or place.color for color in self.colors}
+        if len(colors) == 1:
+            (color,) = colors
+            self.plain = self.plain or Brep(self.faces, self.tolerance)
+            return Instance(self.plain, place.matrix, None if color is None else Material(color), name)
+        if place.color not in self.painted:
+            faces = zip(self.faces, self.colors, strict=True)
+            painted = [_painted(face, color or place.color) for face, color in faces]
+            self.painted[place.color] = Brep(painted, self.tolerance)
+        return Instance(self.painted[place.color], place.matrix, None, name)
+
+
 def _face(data: FaceData) -> Face:
     trims = [[TrimCurve(*curve) for curve in loop] for loop in data.trims]
     return Face(data.control_points, data.knots_u, data.knots_v, data.weights, trims or None)
+
+
+def _painted(face: Face, color: Color | None) -> Face:
+    return Face(face.control_points, face.knots_u, face.knots_v, face.weights, face.trims or None, color)

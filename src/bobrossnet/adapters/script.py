@@ -21,6 +21,7 @@ def read_script(path: Path) -> SDF3:
         line and column of the mistake.
     """
     try:
-        return SDF3(_core.run_script(path.read_bytes()).expression)
+        made = _core.run_script(path.read_bytes())
     except ValueError as error:
         raise InputError(str(error)) from None
+    return SDF3(made.expression, color=made.color)

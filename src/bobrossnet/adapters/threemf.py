@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.part import Part, counted, placed
 from bobrossnet.adapters.xml import read_xml
+from bobrossnet.color import linear
 from bobrossnet.errors import InputError
-from bobrossnet.tracing.material import linear
 
 MAX_INSTANCES = 100_000
 

@@ -16,7 +16,9 @@
 
 The function within takes points (n, 2) or (n, 3) and returns a number for each, (n,) or (n, 1), negative inside. It is
 called once, with symbols in the place of points, and may use numpy's functions; `np.where` chooses between values where
-Python's `if` would. In operations, `other(p)` is the other shape's value at the points, (n, 1).
+Python's `if` would. In operations, `other(p)` is the other shape's value at the points, (n, 1), which carries its
+colour along: through whatever is done to it alone, and through `np.minimum`, `np.maximum` and `np.where`, which choose
+one. Where shapes of two colours are mixed otherwise, as sums are, the result has none.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.d3 import SDF3
-from bobrossnet.sdf.symbols import expression_of_points
+from bobrossnet.sdf.symbols import formulas_of_points
 
 P = ParamSpec("P")
 S = TypeVar("S", SDF2, SDF3)
@@ -69,7 +71,10 @@ def _making(shape: type[S], function: Callable[P, Any]) -> Callable[P, S]:
     @functools.wraps(function)
     def make(*args: P.args, **kwargs: P.kwargs) -> S:
         made = function(*args, **kwargs)
-        return made if isinstance(made, shape) else shape(expression_of_points(made, shape.dimensions, name))
+        if isinstance(made, shape):
+            return made
+        expression, color = formulas_of_points(made, shape.dimensions, name)
+        return shape(expression, color=color)
 
     return make
 

@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet._core import ColorFormula
 from bobrossnet.sdf.d3 import SDF3
 from bobrossnet.sdf.words import Flat
 
@@ -13,6 +14,7 @@ Vector: TypeAlias = Sequence[float] | NDArray[Any]
 Size: TypeAlias = float | Vector
 Points: TypeAlias = Sequence[Vector] | NDArray[Any]
 Easing: TypeAlias = Callable[[Any], Any]
+Color: TypeAlias = str | Vector | ColorFormula | Callable[[Any], Any]
 
 __all__ = [
     "ORIGIN",
@@ -23,6 +25,7 @@ __all__ = [
     "blend",
     "circle",
     "circular_array",
+    "color",
     "difference",
     "dilate",
     "elongate",
@@ -91,6 +94,9 @@ class SDF2(Flat):
 
     def elongate(self, size: Size) -> SDF2:
         """Cut through the middle and pulled apart by size on each side of each axis."""
+
+    def color(self, c: Color) -> SDF2:
+        """The whole shape in a colour: "#rrggbb", or three numbers of linear light in 0..1."""
 
     def rotate(self, angle: float) -> SDF2:
         """Turned around the origin by an angle in radians, clockwise."""
@@ -179,6 +185,9 @@ def scale(other: SDF2, factor: Size) -> SDF2:
 
 def elongate(other: SDF2, size: Size) -> SDF2:
     """Cut through the middle and pulled apart by size on each side of each axis."""
+
+def color(other: SDF2, c: Color) -> SDF2:
+    """The whole shape in a colour: "#rrggbb", or three numbers of linear light in 0..1."""
 
 def rotate(other: SDF2, angle: float) -> SDF2:
     """Turned around the origin by an angle in radians, clockwise."""

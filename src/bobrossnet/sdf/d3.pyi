@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet._core import ColorFormula
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.solid import Solid
 
@@ -13,6 +14,7 @@ Vector: TypeAlias = Sequence[float] | NDArray[Any]
 Size: TypeAlias = float | Vector
 Points: TypeAlias = Sequence[Vector] | NDArray[Any]
 Easing: TypeAlias = Callable[[Any], Any]
+Color: TypeAlias = str | Vector | ColorFormula | Callable[[Any], Any]
 
 __all__ = [
     "ORIGIN",
@@ -30,6 +32,7 @@ __all__ = [
     "capped_cylinder",
     "capsule",
     "circular_array",
+    "color",
     "cylinder",
     "difference",
     "dilate",
@@ -109,6 +112,9 @@ class SDF3(Solid):
 
     def elongate(self, size: Size) -> SDF3:
         """Cut through the middle and pulled apart by size on each side of each axis."""
+
+    def color(self, c: Color) -> SDF3:
+        """The whole shape in a colour: "#rrggbb", or three numbers of linear light in 0..1."""
 
     def rotate(self, angle: float, vector: Vector = ...) -> SDF3:
         """Turned around a vector by an angle in radians."""
@@ -247,6 +253,9 @@ def scale(other: SDF3, factor: Size) -> SDF3:
 
 def elongate(other: SDF3, size: Size) -> SDF3:
     """Cut through the middle and pulled apart by size on each side of each axis."""
+
+def color(other: SDF3, c: Color) -> SDF3:
+    """The whole shape in a colour: "#rrggbb", or three numbers of linear light in 0..1."""
 
 def rotate(other: SDF3, angle: float, vector: Vector = ...) -> SDF3:
     """Turned around a vector by an angle in radians."""

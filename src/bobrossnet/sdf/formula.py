@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from bobrossnet import _core
 from bobrossnet.sdf.d3 import SDF3
-from bobrossnet.sdf.symbols import expression_of
+from bobrossnet.sdf.symbols import color_formula_of, expression_of
 
 
-def implicit(function: Callable[..., Any], bounds: Any = None) -> SDF3:
+def implicit(function: Callable[..., Any], bounds: Any = None, color: Any = None) -> SDF3:
     """The shape that is inside where a function is negative.
 
     The function is called once, with symbols, and what it computes becomes a formula; it may use operators, numpy's
@@ -21,6 +22,9 @@ def implicit(function: Callable[..., Any], bounds: Any = None) -> SDF3:
         f(x, y, z), of any unit: it need not be a distance.
     bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, finite, each low below its high, optional
         The box to look in. Without it the bounds are found, and an unbounded shape is refused.
+    color : callable, str, 3 numbers in 0..1 or ColorFormula, optional
+        Of the surface: (r, g, b) of x, y and z, written as the function is, or a colour: sRGB as "#rrggbb" or linear
+        RGB. What it gives is linear, and clamped to 0..1; NaN is 0.
 
     Returns
     -------
@@ -31,7 +35,8 @@ def implicit(function: Callable[..., Any], bounds: Any = None) -> SDF3:
     Raises
     ------
     InputError
-        If the function can't be turned into a formula, or the bounds are not a box; the message says why.
+        If a function can't be turned into a formula, the bounds are not a box or the colour is none; the message says
+        why.
 
     Examples
     --------
@@ -39,5 +44,8 @@ def implicit(function: Callable[..., Any], bounds: Any = None) -> SDF3:
     >>> tangle = bob.implicit(lambda x, y, z: x**4 + y**4 + z**4 - 5 * (x * x + y * y + z * z) + 11.8)
     >>> print(tangle.expression)
     x**4 + y**4 + z**4 - (x**2 + y**2 + z**2) * 5 + 11.8
+    >>> striped = bob.implicit(lambda x, y, z: x * x + y * y + z * z - 1, color=lambda x, y, z: (z % 0.5, 0.1, 0.2))
     """
-    return SDF3(expression_of(function, 3), bounds)
+    if callable(color) and not isinstance(color, _core.ColorFormula):
+        color = color_formula_of(color)
+    return SDF3(expression_of(function, 3), bounds, color)

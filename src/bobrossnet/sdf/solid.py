@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError, check_array, check_integer, check_number
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.files import FORMATS, check_picture_path, to_8_bit, write_picture
+from bobrossnet.picture.files import FORMATS, check_picture_path, color_to_8_bit, to_8_bit, write_picture
 from bobrossnet.picture.order import SizeLike
 from bobrossnet.sdf import words
 from bobrossnet.shapes.affine import IDENTITY
@@ -29,8 +29,9 @@ class Solid(words.SDF, Implicit):
 
     dimensions = 3
 
-    def __init__(self, function: Any, bounds: Any = None) -> None:
-        Implicit.__init__(self, words.formula(function, 3), bounds)
+    def __init__(self, function: Any, bounds: Any = None, color: Any = None) -> None:
+        expression, own_color = words.formulas(function, color, 3)
+        Implicit.__init__(self, expression, bounds, own_color)
         self._k = None
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -76,8 +77,8 @@ class Solid(words.SDF, Implicit):
             self._within(bounds, step, samples).save(path)
         elif ending in FORMATS:
             path = check_picture_path(path)
-            shape = self if bounds is None else Implicit(self.expression, bounds)
-            write_picture(path, to_8_bit(trace(shape, camera, size=size).gray))
+            seen = trace(self._in(bounds), camera, size=size)
+            write_picture(path, color_to_8_bit(seen.color) if self.is_colored else to_8_bit(seen.gray))
         else:
             endings = " ".join([*MESH_FORMATS, *FORMATS])
             raise InputError(f"{path}: expected the ending of a mesh or a picture ({endings}), got {ending or 'none'}")
@@ -116,13 +117,17 @@ class Solid(words.SDF, Implicit):
 
     def _within(self, bounds: Any, step: Any, samples: float | None) -> Mesh:
         """The mesh for what `generate` is given."""
-        shape = self if bounds is None else Implicit(self.expression, bounds)
+        shape = self._in(bounds)
         if step is not None and np.ndim(step):
             step = float(check_array("step", step, (3,)).min())
         if step is None and samples is not None:
             low, high = shape.bounding_box(IDENTITY)
             step = (float(np.prod(high - low)) / check_number("samples", samples, 1)) ** (1 / 3)
         return shape.mesh(step)
+
+    def _in(self, bounds: Any) -> Implicit:
+        """The shape within other bounds, if there are any."""
+        return self if bounds is None else Implicit(self.expression, bounds, self.color_formula)
 
     def sample_slice(
         self, w: int = 1024, h: int = 1024, x: Any = None, y: Any = None, z: Any = None, bounds: Any = None
@@ -147,7 +152,7 @@ class Solid(words.SDF, Implicit):
             The names of both in this order, such as "YX".
         """
         size = check_integer("w", w, 2, 8192), check_integer("h", h, 2, 8192)
-        shape = self if bounds is None else Implicit(self.expression, bounds)
+        shape = self._in(bounds)
         low, high = shape.bounding_box(IDENTITY) if bounds is None or shape.bounds is None else shape.bounds
         across = next((axis for axis, at in enumerate((x, y, z)) if at is not None), None)
         if across is None:

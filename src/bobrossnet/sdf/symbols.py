@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Callable, Sequence
 from numbers import Real
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
@@ -18,6 +18,11 @@ from bobrossnet.errors import InputError, InputTypeError
 Number: TypeAlias = "Symbol | float"
 Rule: TypeAlias = Callable[..., Any]
 """What a numpy function does to single symbols and numbers, at least one of them a symbol."""
+
+Paint: TypeAlias = Callable[[_core.Graph], tuple[int, int, int]]
+"""Makes the nodes of a colour: red, green and blue."""
+
+Made = TypeVar("Made")
 
 MAX_EXPONENT = 1000  # of powers with whole exponents, as in the core
 
@@ -47,11 +52,38 @@ def expression_of(function: Callable[..., Any], arity: int, name: str = "functio
         symbol or a number, or takes too many steps.
     """
     graph = _core.Graph()
-    return _traced(function, graph, _coordinates(graph)[:arity], name)
+    return _traced(function, graph, _coordinates(graph)[:arity], name, _expression)
 
 
-def expression_of_points(function: Callable[..., Any], dimensions: int, name: str = "function") -> _core.Expression:
-    """The formula that a function of points computes.
+def color_formula_of(function: Callable[..., Any], name: str = "color") -> _core.ColorFormula:
+    """The formula of a colour that a function of x, y and z computes, as `expression_of` finds it.
+
+    Parameters
+    ----------
+    function : callable
+        Takes three symbols and returns three symbols or numbers: red, green and blue, linear.
+    name : str
+        Begins messages.
+
+    Raises
+    ------
+    InputError
+        As `expression_of`.
+    """
+    graph = _core.Graph()
+    return _traced(function, graph, _coordinates(graph), name, _color_formula)
+
+
+def color_formula_of_points(function: Callable[..., Any], dimensions: int, name: str = "color") -> _core.ColorFormula:
+    """The same of a function of points (N, `dimensions`) that returns (N, 3), each colour of its own point only."""
+    graph = _core.Graph()
+    return _traced(function, graph, [_symbols([_coordinates(graph)[:dimensions]])], name, _color_formula)
+
+
+def formulas_of_points(
+    function: Callable[..., Any], dimensions: int, name: str = "function"
+) -> tuple[_core.Expression, _core.ColorFormula | None]:
+    """The formula that a function of points computes, and that of the colour that shapes which it evaluates give it.
 
     Parameters
     ----------
@@ -67,16 +99,20 @@ def expression_of_points(function: Callable[..., Any], dimensions: int, name: st
         As `expression_of`.
     """
     graph = _core.Graph()
-    return _traced(function, graph, [_symbols([_coordinates(graph)[:dimensions]])], name)
+    return _traced(function, graph, [_symbols([_coordinates(graph)[:dimensions]])], name, _expression_and_color)
 
 
-def substitute(expression: _core.Expression, points: Symbols) -> Symbols:
+def substitute(
+    expression: _core.Expression, points: Symbols, color: _core.ColorFormula | Literal["white"] | None = None
+) -> Symbols:
     """The values of a formula at symbolic points.
 
     Parameters
     ----------
     expression : Expression
     points : (N, 2) or (N, 3) Symbols
+    color : ColorFormula or "white", optional
+        Of a shape, which its values carry along; "white" of a shape without one.
 
     Returns
     -------
@@ -90,7 +126,16 @@ def substitute(expression: _core.Expression, points: Symbols) -> Symbols:
         return _symbols(expression(known)[:, None])
     graph = _graph(*points.flat)
     rows = [[_node(graph, value) for value in row] + [graph.constant(0)] for row in points]
-    return _symbols([[Symbol(graph, graph.substitute(expression, *row[:3]))] for row in rows])
+    values = []
+    for row in rows:
+        x, y, z = row[:3]
+        value = Symbol(graph, graph.substitute(expression, x, y, z))
+        if isinstance(color, _core.ColorFormula):
+            value.color = _of_formula(color, x, y, z)
+        elif color == "white":
+            value.color = _white
+        values.append([value])
+    return _symbols(values)
 
 
 class Symbol(NDArrayOperatorsMixin):
@@ -100,6 +145,8 @@ class Symbol(NDArrayOperatorsMixin):
     __hash__ = None  # type: ignore[assignment]  # equality is a condition
     ndim = 0
     shape = ()
+    color: Paint | None = None
+    """Of a value that a shape gave, and of what is computed from it."""
 
     def __init__(self, graph: _core.Graph, node: int) -> None:
         self.graph = graph
@@ -186,22 +233,53 @@ def _coordinates(graph: _core.Graph) -> list[Symbol]:
     return [Symbol(graph, node) for node in (graph.x(), graph.y(), graph.z())]
 
 
-def _traced(function: Callable[..., Any], graph: _core.Graph, args: Sequence[Any], name: str) -> _core.Expression:
+def _traced(
+    function: Callable[..., Any],
+    graph: _core.Graph,
+    args: Sequence[Any],
+    name: str,
+    made: Callable[[_core.Graph, Any], Made],
+) -> Made:
     if not callable(function):
         raise InputTypeError(f"{name}: expected a function, got {type(function).__name__}")
     try:
-        result = function(*args)
-        if isinstance(result, np.ndarray) and result.size == 1:
-            result = result.reshape(-1)[0]
-        if isinstance(result, Condition) or not _is_number(result):
-            what = "a condition" if isinstance(result, Condition) else _kind(result)
-            raise InputTypeError(f"expected a function that returns a symbol or a number, got {what}")
-        return graph.expression(_node(graph, result))
+        return made(graph, function(*args))
     except (InputError, _core.TooLargeError) as error:
         raise (InputTypeError if isinstance(error, TypeError) else InputError)(f"{name}: {error}") from error
     except Exception as error:
         text = " ".join(str(error).split())
         raise InputError(f"{name}: expected a formula, got {type(error).__name__}: {text}") from error
+
+
+def _number(result: Any, expected: str) -> Any:
+    """A single symbol or number; `expected` is what a function returns where it is right."""
+    if isinstance(result, np.ndarray) and result.size == 1:
+        result = result.reshape(-1)[0]
+    if isinstance(result, Condition) or not _is_number(result):
+        what = "a condition" if isinstance(result, Condition) else _kind(result)
+        raise InputTypeError(f"expected a function that returns {expected}, got {what}")
+    return result
+
+
+def _expression(graph: _core.Graph, result: Any) -> _core.Expression:
+    return graph.expression(_node(graph, _number(result, "a symbol or a number")))
+
+
+def _expression_and_color(graph: _core.Graph, result: Any) -> tuple[_core.Expression, _core.ColorFormula | None]:
+    number = _number(result, "a symbol or a number")
+    expression = graph.expression(_node(graph, number))
+    # Only now the colour's nodes join the graph: the expression is the same with them.
+    paint = getattr(number, "color", None)
+    return expression, None if paint in (None, _white) else graph.color_formula(*paint(graph))
+
+
+def _color_formula(graph: _core.Graph, result: Any) -> _core.ColorFormula:
+    expected = "red, green and blue"
+    rgb = _plain(result)
+    if isinstance(result, str) or rgb.size != 3:
+        raise InputTypeError(f"expected a function that returns {expected}, got {_kind(result)}")
+    red, green, blue = (_node(graph, _number(component, expected)) for component in rgb.reshape(-1))
+    return graph.color_formula(red, green, blue)
 
 
 def _kind(value: Any) -> str:
@@ -275,7 +353,7 @@ def _apply(ufunc: np.ufunc, method: str, inputs: Sequence[Any], kwargs: dict[str
 
     def rule(*operands: Any) -> Any:
         symbolic = any(isinstance(operand, Symbol) for operand in operands)
-        return RULES[ufunc](*operands) if symbolic else ufunc(*operands)
+        return _painted(ufunc, RULES[ufunc](*operands), operands) if symbolic else ufunc(*operands)
 
     result = _elementwise(rule, *inputs)
     out = kwargs.get("out", (None,))[0]
@@ -328,6 +406,51 @@ def _lifted(value: Any) -> Any:
     return value
 
 
+# ---- Colours ---------------------------------------------------------------------------------------------
+#
+# Values of shapes carry colours along, as in core/modelling/colored.h. A colour's nodes are only made once the formula
+# is known, which so is the same as without.
+
+
+def _white(graph: _core.Graph) -> tuple[int, int, int]:
+    """Of a shape without a colour."""
+    one = graph.constant(1)
+    return one, one, one
+
+
+def _of_formula(color: _core.ColorFormula, x: int, y: int, z: int) -> Paint:
+    return lambda graph: graph.substitute_color(color, x, y, z)
+
+
+def _painted(ufunc: np.ufunc, result: Any, operands: Sequence[Any]) -> Any:
+    """The result of a rule with the colour that its operands give it: the only one that there is, or that of the lower
+    or higher value. Other mixtures of two shapes have none."""
+    shapes = [(operand, operand.color) for operand in operands if isinstance(operand, Symbol) and operand.color]
+    if not shapes or not isinstance(result, Symbol) or isinstance(result, Condition):
+        return result
+    (a, paint_a), (b, paint_b) = shapes[0], shapes[-1]
+    if paint_a is paint_b:
+        result.color = paint_a
+    elif ufunc in LOWER:
+        result.color = _choosing(b, a, paint_b, paint_a)
+    elif ufunc in HIGHER and _white in (paint_a, paint_b):  # a shape that only cuts
+        result.color = paint_b if paint_a is _white else paint_a
+    elif ufunc in HIGHER:
+        result.color = _choosing(a, b, paint_b, paint_a)
+    return result
+
+
+def _choosing(lower: Symbol, higher: Symbol | int, yes: Paint, no: Paint) -> Paint:
+    """One paint where the first value is below the second, else the other."""
+
+    def paint(graph: _core.Graph) -> tuple[int, int, int]:
+        below = _difference(lower, higher).node
+        red, green, blue = (graph.select(below, *pair) for pair in zip(yes(graph), no(graph), strict=True))
+        return red, green, blue
+
+    return paint
+
+
 # ---- numpy functions that are not ufuncs -----------------------------------------------------------------
 
 
@@ -341,8 +464,14 @@ def _choice(condition: Any, a: Any, b: Any) -> Any:
     if not isinstance(condition, Condition):
         condition = condition != 0
     graph = condition.graph
-    yes, no = _node(graph, a), _node(graph, b)
-    return Symbol(graph, graph.select(condition.below, *((no, yes) if condition.negated else (yes, no))))
+    yes, no = (b, a) if condition.negated else (a, b)
+    chosen = Symbol(graph, graph.select(condition.below, _node(graph, yes), _node(graph, no)))
+    paints = [value.color for value in (yes, no) if isinstance(value, Symbol) and value.color]
+    if len(paints) == 2:
+        chosen.color = _choosing(Symbol(graph, condition.below), 0, *paints)
+    elif paints:
+        chosen.color = paints[0]
+    return chosen
 
 
 def _select(conditions: Sequence[Any], choices: Sequence[Any], default: Any = 0) -> Any:
@@ -413,6 +542,9 @@ UNARY = {
     np.ceil: "ceil",
     np.rint: "round",
 }
+
+LOWER: set[np.ufunc] = {np.minimum, np.fmin}
+HIGHER: set[np.ufunc] = {np.maximum, np.fmax}
 
 BINARY = {
     np.add: "add",

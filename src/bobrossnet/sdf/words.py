@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_array
-from bobrossnet.sdf.symbols import Symbol, Symbols, expression_of, expression_of_points, substitute
+from bobrossnet.sdf.symbols import (
+    Symbol,
+    Symbols,
+    color_formula_of_points,
+    expression_of,
+    formulas_of_points,
+    substitute,
+)
+from bobrossnet.shapes.implicit import color_formula
 
 
 @dataclass(frozen=True)
@@ -74,6 +82,7 @@ TYPES = {
     "numbers": "number or several",
     "points": "list of vectors",
     "easing": "function of t",
+    "color": "colour",
     "sdf": "shape",
 }
 """What each type of parameter is called in documentation."""
@@ -88,13 +97,18 @@ class SDF:
         A formula in x, y (and z), negative inside; or a function of points (n, 2 or 3) that returns one number for
         each, which is called once with symbols.
 
+    color : str, 3 numbers in 0..1, ColorFormula or callable, optional
+        Of the whole shape: sRGB as "#rrggbb", linear RGB, a formula of it, or a function of points that returns (n, 3).
+
     Attributes
     ----------
     expression : Expression
+    color_formula : ColorFormula or None
     """
 
     dimensions: int
     expression: _core.Expression
+    color_formula: _core.ColorFormula | None
     _k: float | None
 
     def __call__(self, points: Any) -> Any:
@@ -110,7 +124,7 @@ class SDF:
         (n, 1) float64, negative inside
         """
         if isinstance(points, Symbols):
-            return substitute(self.expression, points)
+            return substitute(self.expression, points, self.color_formula or "white")
         points = check_array("points", points, (None, self.dimensions))
         in_space = np.zeros((len(points), 3))
         in_space[:, : self.dimensions] = points
@@ -134,7 +148,7 @@ class SDF:
 
     def to_core(self) -> _core.Sdf:
         """The shape as the core takes it."""
-        return _core.Sdf(self.dimensions, self.expression, self._k)
+        return _core.Sdf(self.dimensions, self.expression, self._k, self.color_formula)
 
     def __or__(self, other: Any) -> Any:
         return self._combined("|", other)
@@ -159,22 +173,26 @@ class Flat(SDF):
 
     dimensions = 2
 
-    def __init__(self, function: Any) -> None:
-        self.expression = formula(function, 2)
+    def __init__(self, function: Any, color: Any = None) -> None:
+        self.expression, self.color_formula = formulas(function, color, 2)
         self._k = None
 
 
-SHAPES: dict[int, Callable[[_core.Expression], SDF]] = {}
+SHAPES: dict[int, type[Any]] = {}
 """SDF2 and SDF3 by their dimensions."""
 
 
-def formula(function: Any, dimensions: int) -> _core.Expression:
-    """The formula of what SDF2 and SDF3 are made from."""
+def formulas(function: Any, color: Any, dimensions: int) -> tuple[_core.Expression, _core.ColorFormula | None]:
+    """The formulas of what SDF2 and SDF3 are made from."""
     if isinstance(function, _core.Expression):
-        return function
-    if isinstance(function, SDF):
-        return function.expression
-    return expression_of_points(function, dimensions)
+        expression, own = function, None
+    elif isinstance(function, SDF):
+        expression, own = function.expression, function.color_formula
+    else:
+        expression, own = formulas_of_points(function, dimensions)
+    if callable(color) and not isinstance(color, _core.ColorFormula):
+        return expression, color_formula_of_points(color, dimensions)
+    return expression, own if color is None else color_formula(color)
 
 
 def shape_words(dimensions: int) -> dict[str, Callable[..., Any]]:
@@ -303,9 +321,11 @@ def _to_core(word: Word, place: int | str, value: Any) -> Any:
     """The core's own kinds of values; numbers and vectors are converted there."""
     if isinstance(value, SDF):
         return value.to_core()
-    if callable(value) and not isinstance(value, type):
+    if callable(value) and not isinstance(value, type | _core.ColorFormula):
         names = [parameter.name for parameter in word.parameters]
         name = names[min(place, len(names) - 1)] if isinstance(place, int) else place
+        if any(parameter.name == name and parameter.type == "color" for parameter in word.parameters):
+            return color_formula_of_points(value, word.dimensions, f"{word.name}: {name}")
         return _core.Easing(expression_of(value, 1, f"{word.name}: {name}"))
     return value
 
@@ -313,7 +333,7 @@ def _to_core(word: Word, place: int | str, value: Any) -> Any:
 def _from_core(value: Any) -> Any:
     if not isinstance(value, _core.Sdf):
         return value
-    shape = SHAPES[value.dimensions](value.expression)
+    shape = SHAPES[value.dimensions](value.expression, color=value.color)
     shape._k = value.k
     return shape
 

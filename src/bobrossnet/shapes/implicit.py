@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
+from bobrossnet.color import Color, linear
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, warn_coarse
 from bobrossnet.shapes.affine import check_size
 from bobrossnet.shapes.mesh import Mesh
@@ -25,25 +26,33 @@ class Implicit(Shape):
         f, in any unit: it need not be a distance.
     bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, finite, each low below its high, optional
         The box to look in. Without it the bounds are found, and an unbounded shape is refused.
+    color : ColorFormula, str or 3 numbers in 0..1, optional
+        Of the surface: sRGB as "#rrggbb", linear RGB, or a formula of it; what that gives is clamped to 0..1, and NaN
+        is 0. It is evaluated where rays hit, and changes neither where that is nor the normals. The material's colour
+        is multiplied by it.
 
     Raises
     ------
     InputError
-        If the bounds are not a box. When it is first placed or traced: if it is unbounded and no bounds were given, or
-        if there is no surface.
+        If the bounds are not a box, or the colour is none. When it is first placed or traced: if it is unbounded and no
+        bounds were given, or if there is no surface.
     """
 
     kind = "implicit"
 
     expression: _core.Expression
     bounds: NDArray[np.float64] | None
+    color_formula: _core.ColorFormula | None
 
-    def __init__(self, expression: _core.Expression, bounds: Any = None) -> None:
+    def __init__(
+        self, expression: _core.Expression, bounds: Any = None, color: Color | _core.ColorFormula | None = None
+    ) -> None:
         if not isinstance(expression, _core.Expression):
             hint = "; bobrossnet.implicit takes functions" if callable(expression) else ""
             raise InputTypeError(f"expression: expected an Expression, got {type(expression).__name__}{hint}")
         self.expression = expression
         self.bounds = None if bounds is None else _box(bounds)
+        self.color_formula = color_formula(color)
 
     @classmethod
     def within(cls, expression: _core.Expression, bounds: NDArray[np.float64]) -> Implicit:
@@ -54,7 +63,7 @@ class Implicit(Shape):
 
     @cached_property
     def core(self) -> _core.Implicit:
-        surface = _core.Implicit(self.expression, self._box)
+        surface = _core.Implicit(self.expression, self._box, self.color_formula)
         if not surface.cells:
             raise InputError("shape: expected a surface within the bounds, got none")
         if surface.is_coarse:
@@ -82,6 +91,10 @@ class Implicit(Shape):
         return self.core.cells
 
     @property
+    def is_colored(self) -> bool:
+        return self.color_formula is not None
+
+    @property
     def unresolved_rays(self) -> int:
         """How many rays so far passed places that could not be distinguished from the surface: where it only just
         touches the ray, within a millionth of the shape's size, or where the formula is too wild to be bounded. Nothing
@@ -95,6 +108,7 @@ class Implicit(Shape):
         return {
             "formula": f"{len(self.expression):,} steps: {self.expression}",
             "cells": f"{self.cells:,}, {self.core.bytes / 2**20:.1f} MiB",
+            **({} if self.color_formula is None else {"colours": f"{len(self.color_formula):,} steps"}),
         }
 
     def mesh(self, step: float | None = None) -> Mesh:
@@ -111,7 +125,8 @@ class Implicit(Shape):
         -------
         Mesh
             Closed, with every edge in exactly two triangles, anticlockwise seen from outside. No point of it is farther
-            from the surface than about the step, of a smooth surface than a small part of it.
+            from the surface than about the step, of a smooth surface than a small part of it. Its vertices have the
+            colours that a coloured shape has there.
 
         Raises
         ------
@@ -131,7 +146,8 @@ class Implicit(Shape):
             raise InputError(f"step: expected a larger one than {length:g}, which makes {error}") from None
         if not len(triangles):
             raise InputError(f"step: expected one that is less than the shape is thick, got {length:g}")
-        return Mesh.owning(vertices, triangles)
+        colors = self.core.colors(vertices) if self.is_colored else None
+        return Mesh.owning(vertices, triangles, colors)
 
     def tensors(self) -> dict[str, NDArray[Any]]:
         tensors: dict[str, NDArray[Any]] = {
@@ -139,21 +155,52 @@ class Implicit(Shape):
             "operands": self.expression.operands,
             "values": self.expression.values,
         }
-        return tensors if self.bounds is None else {**tensors, "bounds": self.bounds}
+        if self.bounds is not None:
+            tensors["bounds"] = self.bounds
+        color = self.color_formula
+        if color is not None:
+            tensors |= {"color_ops": color.ops, "color_operands": color.operands}
+            tensors |= {"color_values": color.values, "color_roots": color.roots}
+        return tensors
 
     @classmethod
     def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Implicit:
         required = {"ops": "uint8", "operands": "uint32", "values": "float64"}
-        check_tensors(tensors, required, {"bounds": "float64"})
-        try:
-            expression = _core.Expression(*(np.ascontiguousarray(tensors[name]) for name in required))
-        except (TypeError, ValueError) as error:
-            raise InputError(f"formula: {error}") from None
-        return cls(expression, tensors.get("bounds"))
+        of_color = {f"color_{name}": dtype for name, dtype in required.items()} | {"color_roots": "uint32"}
+        check_tensors(tensors, required, {"bounds": "float64", **of_color})
+        expression = _formula("formula", _core.Expression, tensors, required)
+        color = None
+        if of_color.keys() & tensors.keys():
+            given = {name: tensor for name, tensor in tensors.items() if name in of_color}
+            check_tensors(given, of_color)
+            color = _formula("color", _core.ColorFormula, given, of_color)
+        return cls(expression, tensors.get("bounds"), color)
 
     def __repr__(self) -> str:
         bounds = "" if self.bounds is None else f", bounds={self.bounds.tolist()}"
-        return f"Implicit({self.expression}{bounds})"
+        color = "" if self.color_formula is None else f", color={self.color_formula!r}"
+        return f"Implicit({self.expression}{bounds}{color})"
+
+
+F = TypeVar("F")
+
+
+def _formula(name: str, kind: Callable[..., F], tensors: Mapping[str, NDArray[Any]], names: Iterable[str]) -> F:
+    try:
+        return kind(*(np.ascontiguousarray(tensors[each]) for each in names))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def color_formula(color: Color | _core.ColorFormula | None) -> _core.ColorFormula | None:
+    """The formula of what shapes are given as their colour."""
+    if color is None or isinstance(color, _core.ColorFormula):
+        return color
+    if callable(color):
+        raise InputTypeError(
+            "color: expected a colour or a ColorFormula, got a function; bobrossnet.implicit takes functions"
+        )
+    return _core.ColorFormula.constant(*linear("color", color))
 
 
 def _box(bounds: Any) -> NDArray[np.float64]:

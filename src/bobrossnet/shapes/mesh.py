@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.atomic import check_writable, write_whole
-from bobrossnet.color import from_srgb
+from bobrossnet.color import from_srgb, to_srgb
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
 from bobrossnet.shapes.affine import UPRIGHT, mapped
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
@@ -126,11 +126,21 @@ class Mesh(Shape):
             self.wrap = (across, down)
 
     @classmethod
-    def owning(cls, vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> Mesh:
+    def owning(
+        cls,
+        vertices: NDArray[np.float64],
+        triangles: NDArray[np.int32],
+        colors: NDArray[np.float32] | None = None,
+        face_colors: NDArray[np.float32] | None = None,
+    ) -> Mesh:
         """A mesh that takes over arrays that are right, unchecked and without a copy."""
         mesh = object.__new__(cls)
         vertices.flags.writeable = triangles.flags.writeable = False
         mesh.vertices, mesh.triangles, mesh.normals = vertices, triangles, None
+        for array in (colors, face_colors):
+            if array is not None:
+                array.flags.writeable = False
+        mesh.colors, mesh.face_colors = colors, face_colors
         return mesh
 
     @cached_property
@@ -195,13 +205,15 @@ class Mesh(Shape):
         return self
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the mesh to a file, with its normals if it has any and the format does.
+        """Write the mesh to a file, with its normals and its colours if it has any and the format does.
 
         Parameters
         ----------
         path : str or path
             Ends in .stl or .ply (both binary), .obj or .glb. GLB is y-up by its specification, and the mesh is turned
-            to that; readers turn it back. STL holds float32 alone, the others do so for normals.
+            to that; readers turn it back. STL holds float32 alone, the others do so for normals. Colours are those of
+            vertices, 8 bits, linear in GLB, sRGB in PLY and OBJ; STL has none. Where triangles of several colours meet,
+            vertices are written once for each. Textures are left out.
 
         Raises
         ------
@@ -216,13 +228,31 @@ class Mesh(Shape):
         ending = check_mesh_path(path).suffix.lower()[1:]
         import trimesh  # takes longer to import than the package
 
+        mesh = self if ending == "stl" else self._with_colors_at_vertices()
         upright = UPRIGHT.T if ending == "glb" else np.eye(4)
-        normals = None if self.normals is None else mapped(upright, self.normals)
-        vertices = self.vertices if ending != "glb" else mapped(upright, self.vertices)
-        written = trimesh.Trimesh(vertices, self.triangles, vertex_normals=normals, process=False, validate=False)
+        normals = None if mesh.normals is None else mapped(upright, mesh.normals)
+        vertices = mesh.vertices if ending != "glb" else mapped(upright, mesh.vertices)
+        colors = None if ending == "stl" else mesh.colors
+        if colors is not None:
+            colors = np.rint(255 * (colors if ending == "glb" else to_srgb(colors))).astype(np.uint8)
+        written = trimesh.Trimesh(
+            vertices, mesh.triangles, vertex_normals=normals, vertex_colors=colors, process=False, validate=False
+        )
         content = written.export(file_type=ending)
         assert not isinstance(content, dict)  # as glTF would be, in several files
         write_whole(path, content.encode() if isinstance(content, str) else content)
+
+    def _with_colors_at_vertices(self) -> Mesh:
+        """The same without colours of triangles: a vertex stands once for each colour of the triangles around it."""
+        if self.face_colors is None:
+            return self
+        palette, color = np.unique(self.face_colors, axis=0, return_inverse=True)
+        corners = self.triangles * np.int64(len(palette)) + color.reshape(-1, 1)
+        used, triangles = np.unique(corners, return_inverse=True)
+        vertex, color = np.divmod(used, len(palette))
+        colors = palette[color] if self.colors is None else palette[color] * self.colors[vertex]
+        normals = None if self.normals is None else self.normals[vertex]
+        return Mesh(self.vertices[vertex], triangles.reshape(-1, 3), normals, colors=colors)
 
     def turned_upright(self) -> Mesh:
         """The mesh with its y axis turned up to z: (x, y, z) becomes (x, -z, y)."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
+from bobrossnet.color import Color, linear
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer, check_number, warn_coarse
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape, check_tensors
@@ -85,10 +86,13 @@ class Face:
         A point of the surface remains if an odd number of loops goes around it, in either direction; without loops, all
         do. A loop is an (n, 2) array, a polygon in (u, v); a `TrimCurve`; or a sequence of such arrays, as polylines,
         and curves, end to end. Where an end does not meet the next beginning, a straight line joins them.
+    color : str or 3 numbers in 0..1, optional
+        sRGB as "#rrggbb", or linear RGB, which the material's is multiplied by; without it, white.
 
     Attributes
     ----------
     trims : tuple of loops, each a tuple of TrimCurve
+    color : (red, green, blue), linear, or None
 
     Raises
     ------
@@ -101,8 +105,17 @@ class Face:
     knots_v: Values
     weights: Values | None
     trims: tuple[Loop, ...]
+    color: tuple[float, float, float] | None
 
-    def __init__(self, control_points: Any, knots_u: Any, knots_v: Any, weights: Any = None, trims: Any = None) -> None:
+    def __init__(
+        self,
+        control_points: Any,
+        knots_u: Any,
+        knots_v: Any,
+        weights: Any = None,
+        trims: Any = None,
+        color: Color | None = None,
+    ) -> None:
         points = check_control_points("control_points", control_points, (None, None, 3))
         loops = () if trims is None else check_tuple("trims", trims, "a sequence of loops")
         object.__setattr__(self, "control_points", points)
@@ -110,6 +123,7 @@ class Face:
         object.__setattr__(self, "knots_v", check_knots("knots_v", knots_v, points.shape[1]))
         object.__setattr__(self, "weights", check_weights("weights", weights, points.shape[:2]))
         object.__setattr__(self, "trims", tuple(_loop(f"trims[{i}]", loop) for i, loop in enumerate(loops)))
+        object.__setattr__(self, "color", None if color is None else linear("color", color))
 
     @property
     def degree_u(self) -> int:
@@ -224,6 +238,17 @@ class Brep(Shape):
                 raise InputTypeError(f"faces[{i}]: expected a Face, got {type(face).__name__}")
         self.tolerance = check_number("tolerance", tolerance, 0)
 
+    @property
+    def is_colored(self) -> bool:
+        return any(face.color is not None for face in self.faces)
+
+    @property
+    def face_colors(self) -> NDArray[np.float32] | None:
+        """Linear RGB of each face, (F, 3), if any has a colour."""
+        if not self.is_colored:
+            return None
+        return np.array([(1, 1, 1) if face.color is None else face.color for face in self.faces], np.float32)
+
     @cached_property
     def core(self) -> _core.Brep:
         faces = [
@@ -236,7 +261,7 @@ class Brep(Shape):
             for face in self.faces
         ]
         try:
-            surfaces = _core.Brep(faces, self.tolerance)
+            surfaces = _core.Brep(faces, self.tolerance, self.face_colors)
         except ValueError as error:
             raise InputError(str(error)) from None
         if surfaces.is_coarse:
@@ -256,7 +281,8 @@ class Brep(Shape):
         -------
         Mesh
             Edges that faces share are sampled alike and welded where their ends agree, within 1/50 of the step or twice
-            the tolerance. So it is closed if the faces are, and then anticlockwise seen from outside.
+            the tolerance. So it is closed if the faces are, and then anticlockwise seen from outside. Its triangles
+            have the colours of their faces.
 
         Raises
         ------
@@ -282,12 +308,16 @@ class Brep(Shape):
             if loops
             else "none",
             "patches": f"{core.patches:,} in {core.pieces:,} pieces, {core.bytes / 2**20:.1f} MiB",
+            **({"colours": f"{len({face.color for face in self.faces}):,}"} if self.is_colored else {}),
         }
 
     def tensors(self) -> dict[str, NDArray[Any]]:
         curves = [curve for face in self.faces for loop in face.trims for curve in loop]
         tolerance = {"tolerance": np.array([self.tolerance])} if self.tolerance else {}
-        return tolerance | {
+        colors = {} if self.face_colors is None else {"face_colors": self.face_colors}
+        return {
+            **tolerance,
+            **colors,
             "faces": _table(
                 [(*face.control_points.shape[:2], face.degree_u, face.degree_v, len(face.trims)) for face in self.faces]
             ),
@@ -302,10 +332,12 @@ class Brep(Shape):
     @classmethod
     def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Brep:
         int32, float64 = ("faces", "loops", "trims"), ("control_points", "knots", "trim_control_points", "trim_knots")
-        check_tensors(
-            tensors, dict.fromkeys(int32, "int32") | dict.fromkeys(float64, "float64"), {"tolerance": "float64"}
-        )
+        required = dict.fromkeys(int32, "int32") | dict.fromkeys(float64, "float64")
+        check_tensors(tensors, required, {"tolerance": "float64", "face_colors": "float32"})
         table = _counts("faces", tensors, 5)
+        colors: list[Any] = [None] * len(table)
+        if "face_colors" in tensors:
+            colors = check_array("face_colors", tensors["face_colors"], (len(table), 3)).tolist()
         take = {
             "control_points": _Pieces(tensors, "control_points", 4),
             "knots": _Pieces(tensors, "knots"),
@@ -322,7 +354,7 @@ class Brep(Shape):
             points, weights = _without_weights(take["trim_control_points"].next(count))
             return TrimCurve(points, take["trim_knots"].next(count + degree + 1), weights)
 
-        def next_face(n: int, m: int, p: int, q: int, loop_count: int) -> Face:
+        def next_face(color: Any, n: int, m: int, p: int, q: int, loop_count: int) -> Face:
             points, weights = _without_weights(take["control_points"].next(n * m).reshape(n, m, 4))
             knots_u, knots_v = take["knots"].next(n + p + 1), take["knots"].next(m + q + 1)
             loops = []
@@ -332,12 +364,12 @@ class Brep(Shape):
                     with place_in_errors(f"trims[{i}][{j}]"):
                         loop.append(next_curve())
                 loops.append(loop)
-            return Face(points, knots_u, knots_v, weights, loops)
+            return Face(points, knots_u, knots_v, weights, loops, color)
 
         faces = []
         for i, row in enumerate(table.tolist()):
             with place_in_errors(f"faces[{i}]"):
-                faces.append(next_face(*row))
+                faces.append(next_face(colors[i], *row))
         for pieces in take.values():
             pieces.check_end()
         tolerance = tensors.get("tolerance", np.zeros(1))
@@ -356,7 +388,14 @@ def _counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}{'s' * (count != 1)}"
 
 
-def nurbs_surface(control_points: Any, knots_u: Any, knots_v: Any, weights: Any = None, trims: Any = None) -> Brep:
+def nurbs_surface(
+    control_points: Any,
+    knots_u: Any,
+    knots_v: Any,
+    weights: Any = None,
+    trims: Any = None,
+    color: Color | None = None,
+) -> Brep:
     """A NURBS surface as a shape: a `Brep` of one `Face`, whose parameters these are.
 
     >>> import bobrossnet as bob
@@ -364,7 +403,7 @@ def nurbs_surface(control_points: Any, knots_u: Any, knots_v: Any, weights: Any 
     >>> bob.nurbs_surface(corners, [0, 0, 1, 1], [0, 0, 1, 1]).faces[0].points(0.5, 0.5).tolist()
     [0.5, 0.5, 0.25]
     """
-    return Brep([Face(control_points, knots_u, knots_v, weights, trims)])
+    return Brep([Face(control_points, knots_u, knots_v, weights, trims, color)])
 
 
 # ---- Trims -----------------------------------------------------------------------------------------------

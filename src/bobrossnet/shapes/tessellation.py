@@ -43,15 +43,17 @@ class Part(NamedTuple):
     points: Values  # (n, 3)
     triangles: I32  # (t, 3)
     borders: int  # the first so many points lie on the face's border
+    color: NDArray[np.float32] | None  # (3,), linear
 
 
 def tessellated(brep: Brep, step: float) -> Mesh:
     """The mesh of a brep; see `Brep.mesh`."""
     parts: list[Part] = []
+    colors = brep.face_colors
     count = 0
     for i, face in enumerate(brep.faces):
         try:
-            part = _part(face, step, MAX_TRIANGLES - count)
+            part = _part(face, step, MAX_TRIANGLES - count, None if colors is None else colors[i])
         except ValueError as error:
             if isinstance(error, InputError):
                 raise
@@ -69,7 +71,7 @@ def tessellated(brep: Brep, step: float) -> Mesh:
 # ---- One face ------------------------------------------------------------------------------------------------------
 
 
-def _part(face: Face, step: float, most: int) -> Part:
+def _part(face: Face, step: float, most: int, color: NDArray[np.float32] | None) -> Part:
     grid = _Grid(face, step, most)
     loops = [_sampled(face, _smooth(face, loop), step) for loop in _loops(face)]
     uv = np.concatenate(loops)
@@ -89,7 +91,7 @@ def _part(face: Face, step: float, most: int) -> Part:
     sides: I32 = np.ascontiguousarray(place[edges[edges[:, 0] != edges[:, 1]]])
     triangles = _core.triangulate(np.ascontiguousarray(whole[order], np.int32), sides)
     at = np.concatenate([uv, inner])[order]
-    return Part(_points(face, at), triangles, int(np.count_nonzero(order < len(uv))))
+    return Part(_points(face, at), triangles, int(np.count_nonzero(order < len(uv))), color)
 
 
 class _Grid:
@@ -297,7 +299,9 @@ def _joined(parts: list[Part], weld: float) -> Mesh:
         raise InputError("step: expected one that is less than the shape is wide, got one that leaves nothing")
     triangles = _facing_alike(points, triangles, owner, len(parts))
     used, triangles = np.unique(triangles, return_inverse=True)
-    return Mesh.owning(points[used], np.ascontiguousarray(triangles.reshape(-1, 3), np.int32))
+    colors = [part.color for part in parts if part.color is not None]
+    face_colors = np.stack(colors)[owner] if colors else None
+    return Mesh.owning(points[used], np.ascontiguousarray(triangles.reshape(-1, 3), np.int32), face_colors=face_colors)
 
 
 def _keys(numbers: NDArray[np.signedinteger]) -> NDArray[np.int64]:

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import TypeAlias
 
 from bobrossnet import _core
-from bobrossnet.color import from_srgb
-from bobrossnet.errors import InputError, InputTypeError, check_number
-
-Color: TypeAlias = str | Sequence[float]
+from bobrossnet.color import Color, linear
+from bobrossnet.errors import InputError, check_number
 
 
 @dataclass(frozen=True, init=False)
@@ -101,18 +96,3 @@ class Material:
         if self.roughness is None:
             fields |= {"metallic": 0, "roughness": -1}
         return _core.Material(**fields)
-
-
-def linear(name: str, color: Color) -> tuple[float, float, float]:
-    """Linear RGB of a colour as users give it; `name` is the argument's, for errors."""
-    if isinstance(color, str):
-        if not re.fullmatch("#([0-9a-fA-F]{3}){1,2}", color):
-            raise InputError(f"{name}: expected #rrggbb or 3 numbers, got {color[:40]!r}")
-        digits = color[1:] if len(color) == 7 else "".join(2 * digit for digit in color[1:])
-        red, green, blue = (float(from_srgb(int(digits[i : i + 2], 16) / 255)) for i in (0, 2, 4))
-        return red, green, blue
-    try:
-        red, green, blue = color
-    except (TypeError, ValueError):
-        raise InputTypeError(f"{name}: expected #rrggbb or 3 numbers, got {color!r:.40}") from None
-    return check_number(name, red, 0, 1), check_number(name, green, 0, 1), check_number(name, blue, 0, 1)

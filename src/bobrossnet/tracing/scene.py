@@ -120,14 +120,15 @@ class Scene:
         return Scene(instance.transformed(UPRIGHT) for instance in self.instances)
 
     def mesh(self, step: float | None = None) -> Mesh:
-        """All shapes as one mesh, each in its place, without normals. What overlaps stays so.
+        """All shapes as one mesh, each in its place, without normals. What overlaps stays so. If anything is not
+        white, vertices and triangles have the colours of shapes and materials, without those of textures.
 
         Parameters
         ----------
         step : number above 0, optional
             As of `Shape.mesh`, in the scene's units; by default each shape's own.
         """
-        vertices, triangles, count = [], [], 0
+        vertices, triangles, colors, face_colors, count = [], [], [], [], 0
         meshes: dict[tuple[int, float | None], Shape] = {}
         for instance in self.instances:
             matrix = instance.transform
@@ -143,7 +144,16 @@ class Scene:
             mirrored = np.linalg.det(matrix[:3, :3]) < 0
             triangles.append((mesh.triangles[:, ::-1] if mirrored else mesh.triangles) + np.int32(count))
             count += len(mesh.vertices)
-        return Mesh(np.concatenate(vertices), np.concatenate(triangles))
+            own = np.ones((len(mesh.vertices), 3)) if mesh.colors is None else mesh.colors
+            colors.append(own * instance.material.color)
+            own = np.ones((len(mesh.triangles), 3)) if mesh.face_colors is None else mesh.face_colors
+            face_colors.append(own)
+        made: dict[str, Any] = {}
+        for name, values in (("colors", colors), ("face_colors", face_colors)):
+            joined = np.concatenate(values)
+            if (joined != 1).any():
+                made[name] = joined
+        return Mesh(np.concatenate(vertices), np.concatenate(triangles), **made)
 
     @cached_property
     def core(self) -> _core.Scene:

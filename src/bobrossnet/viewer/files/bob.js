@@ -37,10 +37,14 @@ const KINDS = {
     vertices: ["F64", null, 3], triangles: ["I32", null, 3], "normals?": ["F32", null, 3], "colors?": ["F32", null, 3],
     "face_colors?": ["F32", null, 3], "uv?": ["F32", null, 2], "texture?": ["U8", null, 3], "texture_layout?": ["I32", 4],
   },
-  implicit: { ops: ["U8", null], operands: ["U32", null, 3], values: ["F64", null], "bounds?": ["F64", 2, 3] },
+  implicit: {
+    ops: ["U8", null], operands: ["U32", null, 3], values: ["F64", null], "bounds?": ["F64", 2, 3],
+    "color_ops?": ["U8", null], "color_operands?": ["U32", null, 3], "color_values?": ["F64", null], "color_roots?": ["U32", 3],
+  },
   brep: {
     faces: ["I32", null, 5], control_points: ["F64", null, 4], knots: ["F64", null], loops: ["I32", null],
     trims: ["I32", null, 2], trim_control_points: ["F64", null, 3], trim_knots: ["F64", null], "tolerance?": ["F64", 1],
+    "face_colors?": ["F32", null, 3],
   },
   tube: { control_points: ["F64", null, 3], knots: ["F64", null], radii: ["F64", null], "weights?": ["F64", null] },
 };
@@ -161,18 +165,29 @@ function checkShape(core, shape) {
       return checkColors(shape);
     }
     case "implicit": {
-      const { ops, operands, values, bounds } = shape;
-      if (operands.length !== 3 * ops.length || values.length !== ops.length) {
-        throw new CoreError("formula: expected ops, operands and values of one length");
+      const { ops, operands, values, bounds, color_ops, color_operands, color_values, color_roots } = shape;
+      checkNodeCounts("formula", ops, operands, values);
+      if (color_ops || color_operands || color_values || color_roots) {
+        if (!color_ops || !color_operands || !color_values || !color_roots) {
+          throw new CoreError("color: expected color_ops, color_operands, color_values and color_roots together");
+        }
+        checkNodeCounts("color", color_ops, color_operands, color_values);
       }
       if (bounds) checkCoordinates("bounds", bounds);
       if (bounds && ![0, 1, 2].every((axis) => bounds[axis] < bounds[axis + 3])) {
         throw new CoreError(`bounds: expected each low below its high, got ${bounds.join(", ")}`);
       }
-      return placedErrors("formula", () => checkNodes(core, shape));
+      return checkNodes(core, shape);
     }
     case "brep": return checkBrep(shape);
     case "tube": return checkTube(shape);
+  }
+}
+
+/** @param {string} name @param {Uint8Array} ops @param {Uint32Array} operands @param {Float64Array} values */
+function checkNodeCounts(name, ops, operands, values) {
+  if (operands.length !== 3 * ops.length || values.length !== ops.length) {
+    throw new CoreError(`${name}: expected ops, operands and values of one length`);
   }
 }
 

@@ -1,12 +1,14 @@
 // @ts-check
 /** Surfaces of formulas: of scripts, of .vm files, and of the arrays of scene files. */
 import { as } from "../core/core.js";
+import { placedErrors } from "../core/errors.js";
 import { Shape } from "./shape.js";
 
 /**
  * @typedef {import("../core/core.js").Core} Core
- * @typedef {{ops: Uint8Array, operands: Uint32Array, values: Float64Array}} Nodes of a formula, (n,), (n, 3) and (n,), as in
- *   scene files (CONVENTIONS.md)
+ * @typedef {{ops: Uint8Array, operands: Uint32Array, values: Float64Array, color_ops?: Uint8Array, color_operands?: Uint32Array,
+ *   color_values?: Float64Array, color_roots?: Uint32Array}} Nodes of a formula, (n,), (n, 3) and (n,), and of its surface's
+ *   colour, perhaps, with its roots (3,), as in scene files (CONVENTIONS.md)
  */
 
 /** The shape that a script makes (docs/scripts.md). @param {Core} core @param {string} source */
@@ -57,7 +59,20 @@ const run = (core, source) => core.made("run_script", source);
 const parse = (core, text) => core.made("parse_vm", text);
 
 /** @param {Core} core @param {Nodes} nodes */
-const make = (core, { ops, operands, values }) => core.made("make_expression", ops, operands, values, ops.length);
+function make(core, { ops, operands, values, color_ops, color_operands, color_values, color_roots }) {
+  const expression = placedErrors("formula", () => core.made("make_expression", ops, operands, values, ops.length));
+  try {
+    if (color_ops && color_operands && color_values && color_roots) {
+      placedErrors("color", () => {
+        core.made("color_expression", expression, color_ops, color_operands, color_values, color_ops.length, color_roots);
+      });
+    }
+    return expression;
+  } catch (error) {
+    core.call("free_expression", expression);
+    throw error;
+  }
+}
 
 /** @template T @param {Core} core @param {number} expression @param {(expression: number) => T} f @returns {T} */
 function withExpression(core, expression, f) {

@@ -5,7 +5,7 @@
  *
  * @typedef {{faces: Int32Array, control_points: Float64Array, knots: Float64Array, loops: Int32Array, trims:
  *   Int32Array,
- *            trim_control_points: Float64Array, trim_knots: Float64Array, tolerance?: Float64Array}} BrepTensors
+ *            trim_control_points: Float64Array, trim_knots: Float64Array, tolerance?: Float64Array, face_colors?: Float32Array}} BrepTensors
  * @typedef {{control_points: Float64Array, knots: Float64Array, radii: Float64Array, weights?: Float64Array}}
  *   TubeTensors
  */
@@ -27,9 +27,9 @@ const MAX_WEIGHT_RATIO = 1e10;
  */
 export function brepShape(core, tensors) {
   checkBrep(tensors);
-  const { faces, control_points, knots, loops, trims, trim_control_points, trim_knots, tolerance } = tensors;
+  const { faces, control_points, knots, loops, trims, trim_control_points, trim_knots, tolerance, face_colors } = tensors;
   return new Shape(core, core.made("make_brep", faces, faces.length / 5, control_points, knots, loops, trims,
-                                   trim_control_points, trim_knots, tolerance?.[0] ?? 0));
+                                   trim_control_points, trim_knots, tolerance?.[0] ?? 0, face_colors ?? 0));
 }
 
 /**
@@ -50,7 +50,7 @@ export function tubeShape(core, tensors) {
 
 /** Throws a CoreError unless tensors are those of a brep. @param {BrepTensors} tensors */
 export function checkBrep(tensors) {
-  const { faces, loops, trims, tolerance } = tensors;
+  const { faces, loops, trims, tolerance, face_colors } = tensors;
   const takeLoops = pieces("loops", loops), takeTrims = pieces("trims", trims, 2);
   const takeKnots = pieces("knots", tensors.knots), takePoints = pieces("control_points", tensors.control_points, 4);
   const takeTrimKnots = pieces("trim_knots", tensors.trim_knots);
@@ -82,6 +82,10 @@ export function checkBrep(tensors) {
     throw new CoreError(`tolerance: expected one number, got ${tolerance.length}`);
   }
   if (tolerance) checkNumber("tolerance", tolerance[0], 0, Number.MAX_VALUE);
+  if (face_colors && 5 * face_colors.length !== 3 * faces.length) {
+    throw new CoreError(`face_colors: expected one for each of ${faces.length / 5} faces, got ${face_colors.length / 3}`);
+  }
+  if (face_colors?.some((value) => !(value >= 0 && value <= 1))) throw new CoreError("face_colors: expected numbers in 0..1");
 }
 
 /** Throws a CoreError unless tensors are those of a tube. @param {TubeTensors} tensors */

@@ -21,8 +21,8 @@ const DTYPES = new Map(/** @type {[Function, string][]} */ ([
 /** Columns of arrays that have rows. @type {Record<string, Record<string, number>>} */
 const COLUMNS = {
   mesh: { vertices: 3, triangles: 3, normals: 3, colors: 3, face_colors: 3, uv: 2, texture: 3 },
-  implicit: { operands: 3, bounds: 3 },
-  brep: { faces: 5, control_points: 4, trims: 2, trim_control_points: 3 },
+  implicit: { operands: 3, bounds: 3, color_operands: 3 },
+  brep: { faces: 5, control_points: 4, trims: 2, trim_control_points: 3, face_colors: 3 },
   tube: { control_points: 3 },
 };
 
