@@ -99,9 +99,9 @@ struct CallTypeError : CallError {
 
 using Keyword = std::pair<std::string, Object>;
 
-/// Calls a word as Python calls a function. Distances are the same whatever has a colour; throws CallError, or TooLarge. An operation called with a shape of other
+/// Calls a word as Python calls a function; throws CallError, or TooLarge. An operation called with a shape of other
 /// dimensions is the operation of that name in those, where there is one. An easing called with a number is a number;
-/// without it, the Easing itself.
+/// without it, the Easing itself. The expression of the shape is the same, node by node, whatever has a colour.
 [[nodiscard]] Object call(const Word& word, std::span<const Object> positional, std::span<const Keyword> keywords);
 
 /// Calls the method `name` of a shape: the operation of that name that takes shapes of its dimensions, or `k`.

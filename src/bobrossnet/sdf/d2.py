@@ -20,10 +20,13 @@ class SDF2(words.Flat):
     function : Expression, or callable
         A formula in x and y, negative inside; or a function of points (n, 2) that returns one number for each, which
         is called once with symbols.
+    color : str, 3 numbers in 0..1, ColorFormula or callable, optional
+        Of the whole shape: sRGB as "#rrggbb", linear RGB, a formula of it, or a function of points that returns (n, 3).
 
     Attributes
     ----------
     expression : Expression
+    color_formula : ColorFormula or None
     """
 
 

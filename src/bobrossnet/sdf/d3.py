@@ -24,11 +24,14 @@ class SDF3(Solid):
         which is called once with symbols.
     bounds : ((x0, y0, z0), (x1, y1, z1)) numbers, optional
         The box to look in when it is traced. Without it the bounds are found.
+    color : str, 3 numbers in 0..1, ColorFormula or callable, optional
+        Of the whole shape: sRGB as "#rrggbb", linear RGB, a formula of it, or a function of points that returns (n, 3).
 
     Attributes
     ----------
     expression : Expression
     bounds : (2, 3) float64 or None
+    color_formula : ColorFormula or None
     """
 
 
