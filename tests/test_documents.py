@@ -102,7 +102,7 @@ def test_example_of_text_runs(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out == "name_plate.png and name_plate.stl: Io\n"
     assert (tmp_path / "name_plate.stl").stat().st_size > 100_000
     with Image.open(tmp_path / "name_plate.png") as picture:
-        assert picture.size == (960, 480)
+        assert picture.size == (960, 320)
 
 
 def test_examples_of_pictures_run(tmp_path, monkeypatch):

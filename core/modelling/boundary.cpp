@@ -4,12 +4,13 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <span>
-#include <tuple>
 #include <unordered_map>
 #include <utility>
 
+#include "interruption.h"
 #include "modelling/arcs.h"
 
 namespace bob {
@@ -21,6 +22,9 @@ constexpr double same_place = 1e-9;
 /// Where pieces follow each other, they meet at their common end and are not looked for crossings so near it, in their
 /// length: of arcs with one tangent the crossings are found with half of the digits only.
 constexpr double near_common_end = 1e-4;
+
+/// Outlines that cross more often make formulas that are too large.
+constexpr std::size_t most_cuts = 1 << 18;
 
 /// Pieces in rows by their height, to look for those near a point or near each other.
 class Rows {
@@ -40,19 +44,20 @@ public:
         }
     }
 
-    /// Calls visit(i, j), i < j, for pieces whose boxes meet.
+    /// Calls visit(i, j) once for each two pieces whose boxes meet.
     template <class Visit>
     void for_each_pair(Visit visit) const {
-        for (std::size_t row = 0; row < rows_.size(); ++row) {
-            for (std::size_t a = 0; a < rows_[row].size(); ++a) {
-                for (std::size_t b = a + 1; b < rows_[row].size(); ++b) {
-                    const std::uint32_t i = rows_[row][a], j = rows_[row][b];
-                    const Extent &p = boxes_[i], &q = boxes_[j];
-                    if (row != std::max(row_of(p.low[1]), row_of(q.low[1]))) continue;  // seen in an earlier row
-                    if (p.low[0] <= q.high[0] && q.low[0] <= p.high[0] && p.low[1] <= q.high[1] && q.low[1] <= p.high[1]) {
-                        visit(i, j);
-                    }
-                }
+        std::vector<std::uint32_t> upwards(boxes_.size());
+        std::iota(upwards.begin(), upwards.end(), 0u);
+        std::stable_sort(upwards.begin(), upwards.end(),
+                         [&](std::uint32_t i, std::uint32_t j) { return boxes_[i].low[1] < boxes_[j].low[1]; });
+        for (std::size_t a = 0; a < upwards.size(); ++a) {
+            Interruption::check();
+            const Extent& p = boxes_[upwards[a]];
+            for (std::size_t b = a + 1; b < upwards.size(); ++b) {
+                const Extent& q = boxes_[upwards[b]];
+                if (q.low[1] > p.high[1]) break;
+                if (p.low[0] <= q.high[0] && q.low[0] <= p.high[0]) visit(upwards[a], upwards[b]);
             }
         }
     }
@@ -134,17 +139,19 @@ double share(const Piece& piece, const Vector<2>& p) {
     return arc.angle_to(p) / arc.angle;
 }
 
-/// Whether a point of a piece's line or circle is on the piece itself.
+/// Whether a point is on a piece.
 bool is_on(const Piece& piece, const Vector<2>& p, double tolerance) {
-    if (length(p - piece.from) < tolerance || length(p - piece.to) < tolerance) return true;
-    const double before = share(piece, p);
-    if (before < 0 || before > 1) return false;
+    const Vector<2> span = piece.to - piece.from, off = p - piece.from;
     if (is_straight(piece)) {
-        const Vector<2> span = piece.to - piece.from;
-        return std::fabs(cross(span, p - piece.from)) <= tolerance * length(span);
+        const double beside = cross(span, off), run = dot(off, span), squared = dot(span, span);
+        if (!(beside * beside <= tolerance * tolerance * squared)) return false;
+        if (run >= 0 && run <= squared) return true;
+    } else {
+        const Arc arc(piece);
+        if (!(std::fabs(length(p - arc.center) - arc.radius) <= tolerance)) return false;
+        if (arc.spans(p)) return true;
     }
-    const Arc arc(piece);
-    return std::fabs(length(p - arc.center) - arc.radius) <= tolerance;
+    return length(off) < tolerance || length(p - piece.to) < tolerance;
 }
 
 /// The pieces, cut where they cross.
@@ -162,6 +169,7 @@ std::vector<Piece> cut(const std::vector<Loop>& loops, double tolerance) {
     const Rows rows(pieces, tolerance);
     std::vector<std::vector<Vector<2>>> cuts(pieces.size());
     std::vector<Vector<2>> found;
+    std::size_t count = 0;
     rows.for_each_pair([&](std::uint32_t i, std::uint32_t j) {
         const Piece &a = pieces[i], &b = pieces[j];
         found.assign({a.from, a.to, b.from, b.to});
@@ -170,7 +178,9 @@ std::vector<Piece> cut(const std::vector<Loop>& loops, double tolerance) {
         for (const Vector<2>& p : found) {
             if (next[i] == j && length(p - a.to) < near) continue;
             if (next[j] == i && length(p - b.to) < near) continue;
-            if (is_on(a, p, tolerance) && is_on(b, p, tolerance)) cuts[i].push_back(p), cuts[j].push_back(p);
+            if (!is_on(a, p, tolerance) || !is_on(b, p, tolerance)) continue;
+            cuts[i].push_back(p), cuts[j].push_back(p);
+            if (++count > most_cuts) throw TooLarge();
         }
     });
 

@@ -26,7 +26,7 @@ struct Part {
 };
 
 /// What is inside, as parts whose loops meet at corners at most. The loops given may cross themselves and each other; what
-/// differs by less than 1e-9 of their extent counts as the same.
+/// differs by less than 1e-9 of their extent counts as the same. Throws TooLarge where they cross too often.
 [[nodiscard]] std::vector<Part> parts(const std::vector<Loop>& loops, Winding winding);
 
 }  // namespace bob

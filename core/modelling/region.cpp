@@ -2,9 +2,11 @@
 /// are exact, and the boxes around loops, which are never farther away, let bounds pass over all that is not near.
 ///
 /// The distance from a loop is that from the nearest of its features: pieces, and corners that points can be nearest to.
-/// Few are near in a small box, and there little but one of them is left of the formula. "Hello, world" of 330 arcs and
-/// lines is ready to be traced in 0.3 s, with 960 lines in 0.8 s; the sum of all angles under which a point sees the
-/// pieces, which gives the sign too, but is never simpler anywhere, takes 2.7 s, and then 50 times as long for each ray.
+/// Few are near in a small box, and there little but one of them is left of the formula. "Hello, world", to 1e-4 of its
+/// size, takes 330 arcs and lines, which are ready to be traced in 0.3 s, or 960 lines, in 0.8 s, and twice as long for each
+/// ray. The sum of all angles under which a point sees the pieces gives the sign too, but gets simpler nowhere: with
+/// it the lines take 2.7 s, and then 50 times as long for each ray as the arcs. Features that know their side even beyond
+/// their ends, where others are nearer, jump there, and took a quarter more of both.
 #include "modelling/region.h"
 
 #include <cmath>

@@ -70,7 +70,8 @@ def line(name: str, path: str, text: str) -> Line:
         with TTFont(path, fontNumber=0) as font:
             size = font["head"].unitsPerEm
             glyphs, names = font.getGlyphSet(), font.getBestCmap() or {}
-            kerning = font["kern"].kernTables[0].kernTable if "kern" in font else {}
+            tables = font["kern"].kernTables if "kern" in font else []
+            kerning = {pair: by for table in tables for pair, by in getattr(table, "kernTable", {}).items()}
             for letter in text:
                 glyph = names.get(ord(letter), ".notdef")
                 at += kerning.get((before, glyph), 0)
