@@ -26,7 +26,7 @@ from sparse import on_one_thread, sparse_table
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.sdf import X, Y, box, cylinder, sphere
+from bobrossnet.sdf import X, Y, Z, box, cylinder, ease, rounded_box, rounded_cylinder, sphere
 
 Formula = Callable[[Any, Any, Any], Any]
 """f(x, y, z) of numpy arrays that can be broadcast, of their dtype."""
@@ -161,6 +161,29 @@ def solid() -> bob.Implicit:
     holes = cylinder(0.5)
     result: bob.Implicit = (sphere(1) & box(1.5)) - (holes | holes.orient(X) | holes.orient(Y))
     return result
+
+
+def knob() -> bob.Implicit:
+    """A knurled knob: two rings of boxes, twisted either way, are cut out of a cylinder."""
+    teeth = box((1, 1, 4)).rotate(np.pi / 4).circular_array(24, 1.6)
+    result: bob.Implicit = rounded_cylinder(1, 0.1, 5) - (teeth.twist(0.75) | teeth.twist(-0.75)).k(0.1)
+    return result - cylinder(0.5).k(0.1)  # type: ignore[no-any-return]
+
+
+def weave() -> bob.Implicit:
+    """Bent strips, three around each place of two lattices, each with the strips of the eight places around it."""
+    strip = rounded_box([3.2, 1, 0.25], 0.1).translate((1.5, 0, 0.0625))
+    bent = strip.bend_linear(X * 0.75, X * 2.25, Z * -0.1875, ease.in_out_quad)
+    some = bent.circular_array(3, 0).repeat((2.7, 5.4, 0), padding=1)
+    result: bob.Implicit = (some | some.translate((2.7 / 2, 2.7, 0))) & cylinder(10)
+    return result
+
+
+def prepared() -> dict[str, bob.Implicit]:
+    """Shapes whose formulas jump, or have many parts, beside the examples."""
+    folder = Path(__file__).parent.parent / "examples"
+    scripts = {name: bob.load(folder / name).instances[0].shape for name in ("gear.sdf", "vase.sdf", "tower.sdf")}
+    return {**scripts, "knob": knob(), "weave": weave()}  # type: ignore[dict-item]
 
 
 def examples() -> list[Example]:
@@ -306,15 +329,14 @@ def build(shape: bob.Implicit) -> bob.Scene:
     return scene
 
 
-def build_row(example: Example) -> list[str]:
-    shape = example.shape
+def build_row(name: str, shape: bob.Implicit) -> list[str]:
     bounds = _core.find_bounds(shape.expression) if shape.bounds is None else shape.bounds
     assert bounds is not None
     seconds = in_turn({"cells": partial(_core.Implicit, shape.expression, bounds), "all": partial(build, shape)}, RUNS)
     core = shape.core
     assert isinstance(core, _core.Implicit)
     return [
-        example.name,
+        name,
         f"{len(shape.expression)}",
         spread(seconds["cells"], 1e3),
         spread(seconds["all"], 1e3),
@@ -389,7 +411,8 @@ def main() -> None:
 
     heading(f"Implicit surfaces, building: milliseconds, {threads} threads")
     columns = ["shape", "steps", "cells", "all before the first ray", "number of cells", "MiB"]
-    table(columns, [build_row(example) for example in shapes])
+    built = {example.name: example.shape for example in shapes} | prepared()
+    table(columns, [build_row(*each) for each in built.items()])
 
     heading("Implicit surfaces, every pixel of 640x480: millions of rays per second")
     columns = ["shape", "ms", f"{threads} threads", "1 thread", f"{threads} threads / 1", "unresolved rays"]
