@@ -192,11 +192,12 @@ std::optional<Apart> taken_out(Graph& graph, const Tape& f, const Given& given, 
     // Selects that are too many stay inside: most that people write do not jump at all. Where the sign is known, the
     // formula is still asked for its slope: what jumps from below zero to above is a surface with a normal.
     if (found.sign != Sign::mixed || (jumps_left == 0 && found.is_select)) return Apart{value_of(last), found.sign};
-    if (found.other_jumps) return std::nullopt;
+    const Op op = found.jump ? f.decisions()[found.jump->decision] : Op::constant;
+    // Beside the cut of an angle, it is rounded to far fewer numbers.
+    if (found.other_jumps && op != Op::atan2) return std::nullopt;
     if (!found.jump) return Apart{value_of(last), found.sign};
     if (jumps_left == 0) return std::nullopt;
 
-    const Op op = f.decisions()[found.jump->decision];
     const auto side = [&](bool before) {
         if (op == Op::atan2) return taken_out(graph, Tape(beside_cut(f, found, before)), {}, box, jumps_left - 1, work);
         return taken_out(graph, f, on_side(f, given, *found.jump, before), box, jumps_left - 1, work);

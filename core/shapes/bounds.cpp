@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "formula/jumps.h"
 #include "formula/scratch.h"
 #include "formula/tape.h"
 #include "work.h"
@@ -23,8 +24,9 @@ constexpr std::uint64_t budget = 1'200'000'000;
 /// Which cells of a box may hold f <= 0; it evaluates no more of them than an answer needs.
 class Inside {
 public:
-    Inside(const Tape& tape, const Bounds& box, Work& work)
-        : tape_(tape), box_(box), work_(work), decisions_(tape.decisions().size()) {
+    /// `jumping`: the same without modulo, to take jumps out of; null where they are left in.
+    Inside(const Tape& tape, const Tape* jumping, const Bounds& box, Work& work)
+        : tape_(tape), jumping_(jumping), box_(box), work_(work), decisions_(tape.decisions().size()) {
         std::vector<Index> blocks = all(cuts / block);
         for (Index& at : blocks) at = {block * at[0], block * at[1], block * at[2]};
         look(blocks, block, [&](const Index& corner, const Finding& found) {
@@ -84,11 +86,24 @@ private:
         }
         bool found_one = false;
         look(unknown, 1, [&](const Index& at, const Finding& found) {
-            known(at) = found.maybe ? Known::maybe : Known::outside;
-            found_one = found_one || found.maybe;
+            const bool maybe = found.maybe && !(jumping_ && is_outside_beside_jumps(at));
+            known(at) = maybe ? Known::maybe : Known::outside;
+            found_one = found_one || maybe;
             return !found_one;
         });
         return found_one;
+    }
+
+    /// Whether f is positive in a cell on each side of its jumps.
+    bool is_outside_beside_jumps(const Index& at) {
+        BoxBatch cell{};
+        for (int axis = 0; axis < 3; ++axis) {
+            const int k = at[static_cast<std::size_t>(axis)];
+            cell.low[axis][0] = static_cast<float>(face(axis, k));
+            cell.high[axis][0] = static_cast<float>(face(axis, k + 1));
+        }
+        const auto apart = with_jumps_outside(*jumping_, cell, work_);
+        return apart && apart->nodes().back().op == Op::constant && apart->nodes().back().value > 0;
     }
 
     /// f in parts of the box, `side` cells long; each is reported until `tell` returns false.
@@ -126,6 +141,7 @@ private:
     Known& known(const Index& at) { return known_[static_cast<std::size_t>((at[2] * cuts + at[1]) * cuts + at[0])]; }
 
     const Tape& tape_;
+    const Tape* jumping_;
     Bounds box_;
     Work& work_;
     std::vector<Decision> decisions_;
@@ -135,27 +151,31 @@ private:
 }  // namespace
 
 std::optional<Bounds> find_bounds(const Expression& f) {
-    Work work(budget);
-    const Tape tape(f);
-    // A formula that overflows far out gives no bound there; nearer, it may.
-    for (const double reach : {1e9, 1e6, 1e3, 30.}) {
-        Bounds box{{-reach, -reach, -reach}, {reach, reach, reach}};
-        for (int round = 0; round < 100; ++round) {
-            const std::optional<Bounds> hull = Inside(tape, box, work).hull();
-            if (!hull) return std::nullopt;
-            double least_left = 1;
-            for (int axis = 0; axis < 3; ++axis) {
-                const double left = (hull->high[axis] - hull->low[axis]) / (box.high[axis] - box.low[axis]);
-                least_left = std::min(least_left, left);
+    const Tape tape(f), jumping(without_modulo(f));
+    // Cells with jumps in them reach as far as these do. To take jumps out takes long, and is seldom needed.
+    for (const Tape* jumps : {static_cast<const Tape*>(nullptr), &jumping}) {
+        if (jumps && std::none_of(jumps->decisions().begin(), jumps->decisions().end(), may_jump)) continue;
+        Work work(budget);
+        // A formula that overflows far out gives no bound there; nearer, it may.
+        for (const double reach : {1e9, 1e6, 1e3, 30.}) {
+            Bounds box{{-reach, -reach, -reach}, {reach, reach, reach}};
+            for (int round = 0; round < 100; ++round) {
+                const std::optional<Bounds> hull = Inside(tape, jumps, box, work).hull();
+                if (!hull) return std::nullopt;
+                double least_left = 1;
+                for (int axis = 0; axis < 3; ++axis) {
+                    const double left = (hull->high[axis] - hull->low[axis]) / (box.high[axis] - box.low[axis]);
+                    least_left = std::min(least_left, left);
+                }
+                box = *hull;
+                if (least_left > 0.99) break;
             }
-            box = *hull;
-            if (least_left > 0.99) break;
+            bool open = false;
+            for (int axis = 0; axis < 3; ++axis) open = open || box.low[axis] <= -reach || box.high[axis] >= reach;
+            if (!open) return box;
+            if (work.is_spent()) throw std::invalid_argument("an expression whose bounds are found in a few seconds, got one that takes longer");
+            if (!Inside(tape, jumps, box, work).is_vague()) break;
         }
-        bool open = false;
-        for (int axis = 0; axis < 3; ++axis) open = open || box.low[axis] <= -reach || box.high[axis] >= reach;
-        if (!open) return box;
-        if (work.is_spent()) throw std::invalid_argument("an expression whose bounds are found in a few seconds, got one that takes longer");
-        if (!Inside(tape, box, work).is_vague()) break;
     }
     throw std::invalid_argument("an expression that is bounded, got one whose inside reaches beyond 1e9 from the origin");
 }

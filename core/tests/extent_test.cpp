@@ -4,6 +4,7 @@
 #include "check.h"
 #include "formula/scratch.h"
 #include "formula/tape.h"
+#include "modelling/script.h"
 
 namespace {
 
@@ -94,6 +95,19 @@ TEST(bounds_of_formulas_that_overflow_far_out_are_found_nearer) {
     for (int axis = 0; axis < 3; ++axis) {
         CHECK(found->low[axis] < -0.6 && found->high[axis] > 0.6);
         CHECK(found->low[axis] > -3 && found->high[axis] < 3);
+    }
+}
+
+TEST(bounds_of_circles_of_few_are_found_beside_their_jumps) {
+    // Between two of them the formula jumps, however far out.
+    for (int count = 1; count <= 6; ++count) {
+        const bob::Sdf f = bob::run_script("sphere(0.3).circular_array(" + std::to_string(count) + ", 1)");
+        const auto found = bob::find_bounds(*f.expression);
+        CHECK(found.has_value());
+        CHECK(found->high[0] >= 1.3 && found->low[2] <= -0.3);
+        for (int axis = 0; axis < 3; ++axis) {
+            CHECK(found->low[axis] > -2 && found->high[axis] < 2);
+        }
     }
 }
 
