@@ -19,7 +19,7 @@ namespace {
 constexpr int cuts = 16, block = 4;
 
 /// Units of work, for each box and instruction: where it is spent, the box is not made smaller.
-constexpr std::uint64_t budget = 1'200'000'000;
+constexpr std::uint64_t budget = 1'200'000'000, budget_to_tighten = 100'000'000;
 
 /// Which cells of a box may hold f <= 0; it evaluates no more of them than an answer needs.
 class Inside {
@@ -148,33 +148,43 @@ private:
     std::array<Known, cuts * cuts * cuts> known_{};
 };
 
+/// A box made as small as can be seen; nothing where f is positive in all of it.
+std::optional<Bounds> shrunk(const Tape& tape, const Tape* jumping, Bounds box, Work& work) {
+    for (int round = 0; round < 100; ++round) {
+        const std::optional<Bounds> hull = Inside(tape, jumping, box, work).hull();
+        if (!hull) return std::nullopt;
+        double least_left = 1;
+        for (int axis = 0; axis < 3; ++axis) {
+            least_left = std::min(least_left, (hull->high[axis] - hull->low[axis]) / (box.high[axis] - box.low[axis]));
+        }
+        box = *hull;
+        if (least_left > 0.99) break;
+    }
+    return box;
+}
+
 }  // namespace
 
 std::optional<Bounds> find_bounds(const Expression& f) {
     const Tape tape(f), jumping(without_modulo(f));
-    // Cells with jumps in them reach as far as these do. To take jumps out takes long, and is seldom needed.
-    for (const Tape* jumps : {static_cast<const Tape*>(nullptr), &jumping}) {
-        if (jumps && std::none_of(jumps->decisions().begin(), jumps->decisions().end(), may_jump)) continue;
+    const bool jumps = std::any_of(jumping.decisions().begin(), jumping.decisions().end(), may_jump);
+    // Cells with jumps in them hold more than the inside, however far out. To take jumps out takes long, and is done where it
+    // must be, and then to make the box smaller.
+    for (const Tape* taken_out : {static_cast<const Tape*>(nullptr), &jumping}) {
+        if (taken_out && !jumps) continue;
         Work work(budget);
         // A formula that overflows far out gives no bound there; nearer, it may.
         for (const double reach : {1e9, 1e6, 1e3, 30.}) {
-            Bounds box{{-reach, -reach, -reach}, {reach, reach, reach}};
-            for (int round = 0; round < 100; ++round) {
-                const std::optional<Bounds> hull = Inside(tape, jumps, box, work).hull();
-                if (!hull) return std::nullopt;
-                double least_left = 1;
-                for (int axis = 0; axis < 3; ++axis) {
-                    const double left = (hull->high[axis] - hull->low[axis]) / (box.high[axis] - box.low[axis]);
-                    least_left = std::min(least_left, left);
-                }
-                box = *hull;
-                if (least_left > 0.99) break;
-            }
+            const std::optional<Bounds> box = shrunk(tape, taken_out, {{-reach, -reach, -reach}, {reach, reach, reach}}, work);
+            if (!box) return std::nullopt;
             bool open = false;
-            for (int axis = 0; axis < 3; ++axis) open = open || box.low[axis] <= -reach || box.high[axis] >= reach;
-            if (!open) return box;
+            for (int axis = 0; axis < 3; ++axis) open = open || box->low[axis] <= -reach || box->high[axis] >= reach;
+            if (!open) {
+                Work more(budget_to_tighten);
+                return jumps && !taken_out ? shrunk(tape, &jumping, *box, more) : box;
+            }
             if (work.is_spent()) throw std::invalid_argument("an expression whose bounds are found in a few seconds, got one that takes longer");
-            if (!Inside(tape, jumps, box, work).is_vague()) break;
+            if (!Inside(tape, taken_out, *box, work).is_vague()) break;
         }
     }
     throw std::invalid_argument("an expression that is bounded, got one whose inside reaches beyond 1e9 from the origin");
