@@ -264,7 +264,7 @@ NEXT = """async (azimuth) => {
 @pytest.mark.parametrize("workers", [1, 4])
 def test_pixels_are_those_of_the_adaptive_order(browser, viewer, workers):
     """Whatever the pace and the number of workers, in motion and as a view is refined."""
-    page = Page(browser, f"{viewer.url}?size=640x480&workers={workers}#scene=gear.sdf")
+    page = Page(browser, f"{viewer.url}?size=640x480&workers={workers}#scene=vase.sdf")
     page.tab.fill("#budget", "10")
     partial = []
     for azimuth in (40, 41, 41, None, None, None, None):
@@ -277,7 +277,7 @@ def test_pixels_are_those_of_the_adaptive_order(browser, viewer, workers):
         part = full.sample(planes[0].mean(), order="adaptive")
         np.testing.assert_array_equal(planes, part.stack())
     # The same pixels as Python's, but for what highlights in another instruction set may change.
-    scene, share = bob.load(viewer.files["gallery/gear.sdf"]), partial[0][0].mean()
+    scene, share = bob.load(viewer.files["gallery/vase.sdf"]), partial[0][0].mean()
     mask = bob.trace(scene, page.camera(), size=(480, 640), fraction=share, order="adaptive").mask
     assert (mask != partial[0][0]).mean() < 0.01
     assert partial[0][0].mean() < partial[-1][0].mean()
