@@ -112,18 +112,18 @@ Survey survey(const Tape& tape, const Given& given, BoxBatch box, Work& work) {
     work.spend(units_of_survey * tape.expression().nodes().size());
     Survey result;
     result.decisions = bounds(tape, given, box);
-    if (box.partly & 1) {
-        // Only what is given is certain: the greater of two that is never taken may still be NaN.
-        for (std::size_t at = 0; at < result.decisions.size(); ++at) {
-            if (is_decided(tape.decisions()[at], result.decisions[at], 0) && !given.contains(at)) result.decisions[at] = {};
-        }
-    }
     if (box.least[0] >= 0 || box.nowhere & 1) {
         result.sign = Sign::positive;
     } else if (box.most[0] < 0) {
         result.sign = Sign::negative;
     } else {
         find_jumps(tape, result);
+    }
+    if (box.partly & 1) {
+        // Only what is given may be left out: the greater of two that is never taken may still be NaN.
+        for (std::size_t at = 0; at < result.decisions.size(); ++at) {
+            if (!given.contains(at)) result.decisions[at] = {};
+        }
     }
     return result;
 }

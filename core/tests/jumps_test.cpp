@@ -139,3 +139,19 @@ TEST(what_a_side_of_a_jump_knows_is_used) {
     CHECK(!apart->uses(Op::maximum));
     CHECK(!apart->uses(Op::floor));
 }
+
+TEST(what_boxes_decide_is_no_jump_where_a_formula_is_partly_no_number) {
+    // floor(z) is one number in the box, in part of which the root is NaN.
+    bob::Graph g;
+    const Value cell = g.y() - floor(g.y()), root = sqrt(g.x()) * 0.1 - 0.05, shift = floor(g.z()) * 0.1, sum = cell * 0.1 + shift;
+    BoxBatch box{};
+    box.low[0][0] = -0.1f, box.high[0][0] = 1, box.low[1][0] = 0.9f, box.high[1][0] = 1.1f, box.low[2][0] = 0.2f, box.high[2][0] = 0.4f;
+    bob::Work work(1'000'000);
+    const auto apart = with_jumps_outside(bob::Tape(g.expression(max(root, sum - 0.08))), box, work);
+    CHECK(apart.has_value());
+    for (const Point p : {Point{0.5f, 0.95f, 0.3f}, Point{0.01f, 1.05f, 0.3f}, Point{0.01f, 0.99f, 0.3f}}) {
+        const double y = p[1] < 1 ? p[1] : p[1] - 1, expected = std::max(std::sqrt(p[0]) * 0.1 - 0.05, y * 0.1 - 0.08);
+        CHECK_EQ((*apart)(p[0], p[1], p[2]) < 0, expected < 0);
+    }
+    CHECK(std::isnan((*apart)(-0.05, 0.95, 0.3)));
+}
