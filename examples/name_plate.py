@@ -4,12 +4,15 @@ python examples/name_plate.py [name] [font file]
 """
 
 import sys
+from contextlib import suppress
 
-import matplotlib
 import numpy as np
 
 import bobrossnet as bob
 from bobrossnet.sdf import SDF3, image, measure_text, rounded_box, text
+
+FONTS = "DejaVuSans-Bold.ttf", "arialbd.ttf", "Arial Bold.ttf", "LiberationSans-Bold.ttf", "Helvetica.ttc"
+"""One of which most systems have."""
 
 HEART = """
 .##...##.
@@ -20,6 +23,19 @@ HEART = """
 ...###...
 ....#....
 """
+
+
+def found_font() -> str:
+    """A font of this system, or the one that comes with matplotlib."""
+    for font in FONTS:
+        with suppress(bob.InputError):
+            measure_text(font, "A")
+            return font
+    try:
+        import matplotlib
+    except ModuleNotFoundError:
+        sys.exit("found no font: python examples/name_plate.py NAME FONT_FILE")
+    return f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans-Bold.ttf"
 
 
 def parts(name: str, font: str) -> tuple[SDF3, SDF3, SDF3]:
@@ -34,7 +50,7 @@ def parts(name: str, font: str) -> tuple[SDF3, SDF3, SDF3]:
 
 def main() -> None:
     name = sys.argv[1] if len(sys.argv) > 1 else "Hello, world"
-    font = sys.argv[2] if len(sys.argv) > 2 else f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans-Bold.ttf"
+    font = sys.argv[2] if len(sys.argv) > 2 else found_font()
     plate, letters, heart = parts(name, font)
     colors = "#23406a", "#f2e3b3", "#c8323c"
     shapes = [
