@@ -26,7 +26,7 @@ struct Arc {
     explicit Arc(const Piece& piece) : from(piece.from), angle(4 * std::atan(piece.bulge)) {
         const Vector<2> chord = piece.to - piece.from, left{-chord[1], chord[0]};
         const double b = piece.bulge;
-        center = (piece.from - piece.to * -1) * 0.5 - left * ((b * b - 1) / (4 * b));
+        center = (piece.from + piece.to) * 0.5 + left * ((1 - b * b) / (4 * b));
         radius = length(chord) * (1 + b * b) / (4 * std::fabs(b));
     }
 
@@ -47,7 +47,7 @@ struct Arc {
 
 inline Vector<2> middle_of(const Piece& piece) {
     const Vector<2> chord = piece.to - piece.from, right{chord[1], -chord[0]};
-    return (piece.from - piece.to * -1) * 0.5 - right * (-piece.bulge / 2);
+    return (piece.from + piece.to) * 0.5 + right * (piece.bulge / 2);
 }
 
 /// An axis-aligned rectangle.
@@ -90,7 +90,7 @@ inline std::vector<Piece> quarters(const Piece& piece) {
     std::vector<Piece> result;
     Vector<2> from = piece.from;
     for (double i = 1; i <= count; ++i) {
-        const Vector<2> on_circle = arc.center - turned(piece.from - arc.center, arc.angle * i / count) * -1;
+        const Vector<2> on_circle = arc.center + turned(piece.from - arc.center, arc.angle * i / count);
         const Vector<2> to = i < count ? on_circle : piece.to;
         result.push_back({from, to, std::tan(arc.angle / count / 4)});
         from = to;

@@ -101,7 +101,7 @@ void crossings(const Piece& a, const Piece& b, std::vector<Vector<2>>& points) {
         const Vector<2> u = a.to - a.from, v = b.to - b.from;
         const double area = cross(u, v);
         if (std::fabs(area) <= 1e-14 * length(u) * length(v)) return;
-        points.push_back(a.from - u * (-cross(b.from - a.from, v) / area));
+        points.push_back(a.from + u * (cross(b.from - a.from, v) / area));
         return;
     }
     if (is_straight(a)) return crossings(b, a, points);
@@ -110,7 +110,7 @@ void crossings(const Piece& a, const Piece& b, std::vector<Vector<2>>& points) {
     double half = 0;
     if (is_straight(b)) {
         const Vector<2> along = normalized(b.to - b.from);
-        middle = b.from - along * -dot(arc.center - b.from, along);
+        middle = b.from + along * dot(arc.center - b.from, along);
         across = along;
         half = arc.radius * arc.radius - dot(middle - arc.center, middle - arc.center);
     } else {
@@ -120,7 +120,7 @@ void crossings(const Piece& a, const Piece& b, std::vector<Vector<2>>& points) {
         if (distance == 0) return;
         const double to_middle =
             (distance + (arc.radius - other.radius) * (arc.radius + other.radius) / distance) / 2;
-        middle = arc.center - between * (-to_middle / distance);
+        middle = arc.center + between * (to_middle / distance);
         across = {-between[1] / distance, between[0] / distance};
         half = arc.radius * arc.radius - to_middle * to_middle;
     }
@@ -248,7 +248,7 @@ std::vector<Piece> between_inside_and_outside(const std::vector<Piece>& pieces, 
     for (const Piece& piece : pieces) {
         const Vector<2> chord = normalized(piece.to - piece.from), left{-chord[1], chord[0]};
         const Vector<2> middle = middle_of(piece);
-        const bool inside = is_inside(middle - left * (-tolerance / 4));
+        const bool inside = is_inside(middle + left * (tolerance / 4));
         if (inside == is_inside(middle - left * (tolerance / 4))) continue;
         result.push_back(inside ? piece : Piece{piece.to, piece.from, -piece.bulge});
     }
@@ -346,7 +346,7 @@ std::vector<Part> with_holes(std::vector<Loop> loops, double tolerance) {
         extent.add(hole);
         const Piece& piece = hole.front();
         const Vector<2> chord = normalized(piece.to - piece.from), left{-chord[1], chord[0]};
-        const Vector<2> beside = middle_of(piece) - left * (-tolerance / 4);
+        const Vector<2> beside = middle_of(piece) + left * (tolerance / 4);
         for (std::size_t i = 0; i < parts.size(); ++i) {
             if (!extents[i].contains(extent) || Rows(parts[i].around, tolerance).winding(beside) == 0) continue;
             parts[i].holes.push_back(std::move(hole));
@@ -357,7 +357,7 @@ std::vector<Part> with_holes(std::vector<Loop> loops, double tolerance) {
 }
 
 void move(Loop& loop, const Vector<2>& offset) {
-    for (Piece& piece : loop) piece.from = piece.from - offset * -1, piece.to = piece.to - offset * -1;
+    for (Piece& piece : loop) piece.from = piece.from + offset, piece.to = piece.to + offset;
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ std::optional<Feature> of_corner(Graph& graph, const Piece& before, const Piece&
     const Point<2> from_corner = point<2>(graph) - after.from;
     const Value away = length(from_corner), inside = -away;
     if (std::cos(turn) < sharp_turn) return Feature{away, turn > 0 ? away : inside};
-    const Vector<2> on = normalized(arriving - leaving * -1), right{on[1], -on[0]};
+    const Vector<2> on = normalized(arriving + leaving), right{on[1], -on[0]};
     return Feature{away, max(min(dot(from_corner, right) * steep, away), inside)};
 }
 

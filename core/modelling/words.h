@@ -95,6 +95,12 @@ Parameter with_default(std::string_view name, Type type, const Default& value) {
 // Vectors.
 
 template <std::size_t n>
+Vector<n> operator+(Vector<n> a, const Vector<n>& b) {
+    for (std::size_t i = 0; i < n; ++i) a[i] += b[i];
+    return a;
+}
+
+template <std::size_t n>
 Vector<n> operator-(Vector<n> a, const Vector<n>& b) {
     for (std::size_t i = 0; i < n; ++i) a[i] -= b[i];
     return a;
