@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "bindings.h"
+#include "formula/arrays.h"
 #include "formula/expression.h"
 #include "formula/text.h"
 #include "parallel.h"
@@ -88,12 +89,7 @@ std::vector<bob::Node> nodes_of(const Array<const std::uint8_t, -1>& ops, const 
                                 const Array<const double, -1>& values) {
     const std::size_t count = ops.shape(0);
     expect(operands.shape(0) == count && values.shape(0) == count, "expected ops, operands and values of one length");
-    std::vector<bob::Node> nodes(count);
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::uint32_t* operand = operands.data() + 3 * i;
-        nodes[i] = {static_cast<bob::Op>(ops.data()[i]), {operand[0], operand[1], operand[2]}, values.data()[i]};
-    }
-    return nodes;
+    return bob::nodes_of(ops.data(), operands.data(), values.data(), count);
 }
 
 void init_expression(bob::Expression* self, const Array<const std::uint8_t, -1>& ops,

@@ -15,6 +15,7 @@
 
 #include "wasm.h"
 #include "wasm_shape.h"
+#include "formula/arrays.h"
 #include "formula/expression.h"
 #include "formula/vm.h"
 #include "modelling/script.h"
@@ -51,16 +52,7 @@ struct Formula {
     std::shared_ptr<const bob::ColorFormula> color = nullptr;
 };
 
-std::vector<bob::Node> nodes_of(const std::uint8_t* ops, const std::uint32_t* operands, const double* values, std::size_t count) {
-    std::vector<bob::Node> nodes(count);
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::uint32_t* operand = operands + 3 * i;
-        nodes[i] = {static_cast<bob::Op>(ops[i]), {operand[0], operand[1], operand[2]}, values[i]};
-    }
-    return nodes;
-}
-
-/// ops: (n,), operands: (n, 3), values: (n,), as nodes_of takes them.
+/// ops: (n,), operands: (n, 3), values: (n,), as bob::nodes_of takes them.
 void read_nodes(const std::vector<bob::Node>& nodes, std::uint8_t* ops, std::uint32_t* operands, double* values) {
     for (const bob::Node& node : nodes) {
         *ops++ = static_cast<std::uint8_t>(node.op);
@@ -92,7 +84,7 @@ bob::Bounds some(const std::optional<bob::Bounds>& bounds) {
 
 EXPORT(make_expression)
 Formula* make_expression(const std::uint8_t* ops, const std::uint32_t* operands, const double* values, std::size_t count) {
-    return attempt([&] { return new Formula{bob::Expression(nodes_of(ops, operands, values, count))}; });
+    return attempt([&] { return new Formula{bob::Expression(bob::nodes_of(ops, operands, values, count))}; });
 }
 
 /// Gives the formula's surface a colour; roots: (3,).
@@ -100,7 +92,7 @@ EXPORT(color_expression)
 bool color_expression(Formula* formula, const std::uint8_t* ops, const std::uint32_t* operands, const double* values,
                       std::size_t count, const std::uint32_t* roots) {
     return attempt([&] {
-        formula->color = std::make_shared<const bob::ColorFormula>(nodes_of(ops, operands, values, count),
+        formula->color = std::make_shared<const bob::ColorFormula>(bob::nodes_of(ops, operands, values, count),
                                                                    std::array{roots[0], roots[1], roots[2]});
         return true;
     });
