@@ -166,12 +166,14 @@ std::optional<Bounds> shrunk(const Tape& tape, const Tape* jumping, Bounds box, 
 }  // namespace
 
 std::optional<Bounds> find_bounds(const Expression& f) {
-    const Tape tape(f), jumping(without_modulo(f));
-    const bool jumps = std::any_of(jumping.decisions().begin(), jumping.decisions().end(), may_jump);
+    const Tape tape(f);
+    std::optional<Tape> jumping;
+    if (f.uses(Op::modulo) || std::any_of(tape.decisions().begin(), tape.decisions().end(), may_jump)) jumping.emplace(without_modulo(f));
     // Cells with jumps in them hold more than the inside, however far out. To take jumps out takes long, and is done where it
     // must be, and then to make the box smaller.
-    for (const Tape* taken_out : {static_cast<const Tape*>(nullptr), &jumping}) {
-        if (taken_out && !jumps) continue;
+    for (const bool without_jumps : {false, true}) {
+        if (without_jumps && !jumping) break;
+        const Tape* const taken_out = without_jumps ? &*jumping : nullptr;
         Work work(budget);
         // A formula that overflows far out gives no bound there; nearer, it may.
         for (const double reach : {1e9, 1e6, 1e3, 30.}) {
@@ -181,7 +183,7 @@ std::optional<Bounds> find_bounds(const Expression& f) {
             for (int axis = 0; axis < 3; ++axis) open = open || box->low[axis] <= -reach || box->high[axis] >= reach;
             if (!open) {
                 Work more(budget_to_tighten);
-                return jumps && !taken_out ? shrunk(tape, &jumping, *box, more) : box;
+                return jumping && !without_jumps ? shrunk(tape, &*jumping, *box, more) : box;
             }
             if (work.is_spent()) throw std::invalid_argument("an expression whose bounds are found in a few seconds, got one that takes longer");
             if (!Inside(tape, taken_out, *box, work).is_vague()) break;

@@ -43,10 +43,9 @@ std::vector<std::uint8_t> signature(const Tape& tape, std::span<const Decision> 
     for (std::size_t i = 0; i < decisions.size(); ++i) {
         const Decision& d = decisions[i];
         const Op op = tape.decisions()[i];
-        const bool first = op != Op::atan2 && d.first >> lane & 1;
-        const bool second = !is_rounding(op) && d.second >> lane & 1;
-        result.push_back(static_cast<std::uint8_t>(first | second << 1));
-        if (!first || !is_rounding(op)) continue;
+        const bool decided = is_decided(op, d, lane), first = d.first >> lane & 1, second = d.second >> lane & 1;
+        result.push_back(static_cast<std::uint8_t>(decided ? first | second << 1 : 0));
+        if (!decided || !is_rounding(op)) continue;
         const auto value = std::bit_cast<std::array<std::uint8_t, 4>>(d.value[lane]);
         result.insert(result.end(), value.begin(), value.end());
     }
