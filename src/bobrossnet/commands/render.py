@@ -79,13 +79,11 @@ def add(commands: Any) -> None:
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
 
 
-def settle(options: argparse.Namespace) -> None:
+def _settle(options: argparse.Namespace, is_exr: bool) -> None:
     """Choose what was left open: by whether a picture to look at is asked for, or what was traced and completed."""
-    from bobrossnet.picture.exr import ENDING
     from bobrossnet.picture.files import is_opaque
 
     to_look_at = bool(options.files) and options.fraction is None and options.error is None and not options.panels
-    is_exr = options.out.lower().endswith(ENDING)
     if options.fraction is None:
         options.fraction = 1.0 if to_look_at else FRACTION
     if options.samples is None:
@@ -119,9 +117,10 @@ def run(options: argparse.Namespace) -> None:
     from bobrossnet.rendering import check_picture, finished
 
     limit_memory()
-    settle(options)
     out = check_writable(options.out, "a picture", (*FORMATS, ENDING))
-    if out.suffix.lower() == ENDING and (options.panels or options.background is not None or options.samples > 1):
+    is_exr = out.suffix.lower() == ENDING
+    _settle(options, is_exr)
+    if is_exr and (options.panels or options.background is not None or options.samples > 1):
         raise bob.InputError(
             f"{out}: expected no --panels, --background or --samples, which are for pictures to look at"
         )
@@ -192,7 +191,7 @@ def run(options: argparse.Namespace) -> None:
         picture = to_8_bit(image)
     if scene.unresolved_rays:
         print(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
-    if out.suffix.lower() == ENDING:
+    if is_exr:
         write_exr(out, channels_of(part, image, model))
     else:
         write_picture(out, picture)

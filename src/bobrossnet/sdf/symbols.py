@@ -51,8 +51,7 @@ def expression_of(function: Callable[..., Any], arity: int, name: str = "functio
         If the function raises something, asks for the truth of a condition on symbols, returns something else than a
         symbol or a number, or takes too many steps.
     """
-    graph = _core.Graph()
-    return _traced(function, graph, _coordinates(graph)[:arity], name, _expression)
+    return _traced(function, lambda xyz: xyz[:arity], name, _expression)
 
 
 def color_formula_of(function: Callable[..., Any], name: str = "color") -> _core.ColorFormula:
@@ -70,14 +69,12 @@ def color_formula_of(function: Callable[..., Any], name: str = "color") -> _core
     InputError
         As `expression_of`.
     """
-    graph = _core.Graph()
-    return _traced(function, graph, _coordinates(graph), name, _color_formula)
+    return _traced(function, list, name, _color_formula)
 
 
 def color_formula_of_points(function: Callable[..., Any], dimensions: int, name: str = "color") -> _core.ColorFormula:
     """The same of a function of points (N, `dimensions`) that returns (N, 3), each colour of its own point only."""
-    graph = _core.Graph()
-    return _traced(function, graph, [_symbols([_coordinates(graph)[:dimensions]])], name, _color_formula)
+    return _traced(function, lambda xyz: [_symbols([xyz[:dimensions]])], name, _color_formula)
 
 
 def formulas_of_points(
@@ -98,8 +95,7 @@ def formulas_of_points(
     InputError
         As `expression_of`.
     """
-    graph = _core.Graph()
-    return _traced(function, graph, [_symbols([_coordinates(graph)[:dimensions]])], name, _expression_and_color)
+    return _traced(function, lambda xyz: [_symbols([xyz[:dimensions]])], name, _expression_and_color)
 
 
 def substitute(
@@ -229,21 +225,19 @@ class Symbols(np.ndarray[Any, np.dtype[np.object_]]):
 # ---- Tracing ---------------------------------------------------------------------------------------------
 
 
-def _coordinates(graph: _core.Graph) -> list[Symbol]:
-    return [Symbol(graph, node) for node in (graph.x(), graph.y(), graph.z())]
-
-
 def _traced(
     function: Callable[..., Any],
-    graph: _core.Graph,
-    args: Sequence[Any],
+    arguments: Callable[[list[Symbol]], Sequence[Any]],
     name: str,
     made: Callable[[_core.Graph, Any], Made],
 ) -> Made:
+    """What is made of a function's result; `arguments` makes what it is called with of x, y and z."""
     if not callable(function):
         raise InputTypeError(f"{name}: expected a function, got {type(function).__name__}")
+    graph = _core.Graph()
+    coordinates = [Symbol(graph, node) for node in (graph.x(), graph.y(), graph.z())]
     try:
-        return made(graph, function(*args))
+        return made(graph, function(*arguments(coordinates)))
     except (InputError, _core.TooLargeError) as error:
         raise (InputTypeError if isinstance(error, TypeError) else InputError)(f"{name}: {error}") from error
     except Exception as error:

@@ -144,15 +144,15 @@ class Scene:
             mirrored = np.linalg.det(matrix[:3, :3]) < 0
             triangles.append((mesh.triangles[:, ::-1] if mirrored else mesh.triangles) + np.int32(count))
             count += len(mesh.vertices)
-            own = np.ones((len(mesh.vertices), 3)) if mesh.colors is None else mesh.colors
-            colors.append(own * instance.material.color)
-            own = np.ones((len(mesh.triangles), 3)) if mesh.face_colors is None else mesh.face_colors
-            face_colors.append(own)
+            if self.is_colored:
+                own = np.ones((len(mesh.vertices), 3)) if mesh.colors is None else mesh.colors
+                colors.append(own * instance.material.color)
+                own = np.ones((len(mesh.triangles), 3)) if mesh.face_colors is None else mesh.face_colors
+                face_colors.append(own)
         made: dict[str, Any] = {}
         for name, values in (("colors", colors), ("face_colors", face_colors)):
-            joined = np.concatenate(values)
-            if (joined != 1).any():
-                made[name] = joined
+            if any((of_shape != 1).any() for of_shape in values):
+                made[name] = np.concatenate(values)
         return Mesh(np.concatenate(vertices), np.concatenate(triangles), **made)
 
     @cached_property
