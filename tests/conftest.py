@@ -18,6 +18,18 @@ def tree():
 
 
 @pytest.fixture
+def no_methods_are_left():
+    """Takes away the methods that a test has given shapes by operations of its own."""
+    from bobrossnet.sdf import SDF2, SDF3
+
+    before = {shape: set(vars(shape)) for shape in (SDF2, SDF3)}
+    yield
+    for shape, names in before.items():
+        for name in set(vars(shape)) - names:
+            delattr(shape, name)
+
+
+@pytest.fixture
 def every_instruction_set():
     """The instruction sets of this machine; whichever a test has set, the best is in use again after it."""
     from bobrossnet import _core

@@ -8,17 +8,10 @@ import pytest
 import bobrossnet as bob
 from bobrossnet.sdf import SDF2, SDF3, X, box, circle, ease, op2, op3, op23, op32, rectangle, sdf2, sdf3, sphere
 
+pytestmark = pytest.mark.usefixtures("no_methods_are_left")
+
 SPACE = np.random.default_rng(3).uniform(-2, 2, (300, 3))
 PLANE = SPACE[:, :2].copy()
-
-
-@pytest.fixture(autouse=True)
-def _no_methods_are_left():
-    before = {shape: set(vars(shape)) for shape in (SDF2, SDF3)}
-    yield
-    for shape, names in before.items():
-        for name in set(vars(shape)) - names:
-            delattr(shape, name)
 
 
 def agree(shape, expected, points=SPACE) -> None:

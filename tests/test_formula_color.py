@@ -32,19 +32,12 @@ from bobrossnet.sdf import (
     torus,
 )
 
+pytestmark = pytest.mark.usefixtures("no_methods_are_left")
+
 SIZE = 60, 80
 RED, BLUE, WHITE = np.array((1.0, 0, 0)), np.array((0, 0, 1.0)), np.ones(3)
 POINTS = np.random.default_rng(5).uniform(-2, 2, (400, 3))
 A, B = sphere(1).color(RED), box(1.5).translate((0.7, 0.4, 0.3)).color("#00f")
-
-
-@pytest.fixture(autouse=True)
-def _no_methods_are_left():
-    before = {shape: set(vars(shape)) for shape in (SDF2, SDF3)}
-    yield
-    for shape, names in before.items():
-        for name in set(vars(shape)) - names:
-            delattr(shape, name)
 
 
 def colors(shape, points=POINTS):
