@@ -422,7 +422,8 @@ def test_what_the_page_carries_along_is_shaded_anew_and_its_pixels_are_exact(pag
 
 @pytest.mark.parametrize("role", ["leads", "helps"])
 def test_others_go_on_where_a_worker_ends(browser, viewer, role):
-    page = Page(browser, f"{viewer.url}?size=640x480&workers=3#scene=gear.sdf", WORKERS)
+    # A scene that takes long enough for all workers to join.
+    page = Page(browser, f"{viewer.url}?size=640x480&workers=3#scene=vase.sdf", WORKERS)
     page.wait_until(lambda: page.tab.evaluate("() => workers.filter((worker) => worker.helps).length") > 1)
     page.tab.evaluate(
         """
@@ -434,7 +435,7 @@ def test_others_go_on_where_a_worker_ends(browser, viewer, role):
         """,
         role,
     )
-    expected = bob.trace(bob.load(viewer.files["gallery/gear.sdf"]), size=(480, 640))
+    expected = bob.trace(bob.load(viewer.files["gallery/vase.sdf"]), size=(480, 640))
     assert_equal_pictures(page.exact(), to_8_bit(expected.gray))
     page.close()
 
