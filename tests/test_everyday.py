@@ -6,6 +6,7 @@ import io
 import os
 import re
 import signal
+import socket
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +18,7 @@ from models import MODELS, needs_models
 from PIL import Image
 
 import bobrossnet as bob
-from bobrossnet import InputError, cli
+from bobrossnet import InputError, cli, cluster
 from bobrossnet.completion.network import load_network
 from bobrossnet.sdf import box, sphere
 from bobrossnet.thumbnails import Style, Thumbnail, _made, contact_sheet
@@ -227,11 +228,17 @@ def test_a_cluster_makes_the_same_thumbnails(
             assert there.read_bytes() == each.picture.read_bytes()
 
 
-def test_no_cluster_is_one_line(folder: Path, tmp_path: Path) -> None:
+def test_no_cluster_is_one_line(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(bob.InputError, match="scheduler: expected a Dask scheduler's address, got 'nonsense'"):
         bob.thumbnails(folder, tmp_path / "out", scheduler="nonsense")
     with pytest.raises(bob.InputError, match="scheduler: expected a Dask scheduler's address, got 'nonsense'"):
         list(bob.orbit(BALL, frames=2, scheduler="nonsense"))
+    monkeypatch.setattr(cluster, "ANSWER_SECONDS", 1)
+    with (
+        socket.create_server(("127.0.0.1", 0)) as silent,
+        pytest.raises(bob.InputError, match=r"scheduler: expected .* got '127.0.0.1:[0-9]+': no answer in 1 seconds"),
+    ):
+        bob.thumbnails(folder, tmp_path / "out", scheduler=f"127.0.0.1:{silent.getsockname()[1]}")
     with pytest.raises(bob.InputTypeError, match="model: expected a name or a path for a cluster, got a Network"):
         bob.orbit(BALL, model=load_network("default"), scheduler="nonsense")
 

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from itertools import islice
 from typing import Any
 
 from bobrossnet.adapters.messages import one_line
 from bobrossnet.errors import InputError
+
+# How long a scheduler may take to answer; a wrong address would wait for ever.
+ANSWER_SECONDS = 10
 
 
 @contextmanager
@@ -27,12 +32,13 @@ def connected(scheduler: str | None) -> Iterator[Any]:
     except ModuleNotFoundError:
         raise InputError("scheduler: expected Dask here, found none: pip install 'bobrossnet[cluster]'") from None
     if scheduler is not None:
-        try:
-            client = Client(scheduler, timeout=10)
-        except (OSError, ValueError) as error:
-            why = one_line(error)
-            raise InputError(f"scheduler: expected a Dask scheduler's address, got {scheduler!r}: {why}") from error
-        with client:
+        with ThreadPoolExecutor(1) as pool:  # a notebook's own thread has a loop that runs already
+            try:
+                pool.submit(asyncio.run, asyncio.wait_for(_reach(scheduler), timeout=ANSWER_SECONDS)).result()
+            except (OSError, ValueError, asyncio.TimeoutError) as error:
+                why = one_line(error) or f"no answer in {ANSWER_SECONDS} seconds"
+                raise InputError(f"scheduler: expected a Dask scheduler's address, got {scheduler!r}: {why}") from error
+        with Client(scheduler) as client:
             yield client
         return
     # Failures arrive with their results; the rest of the log is only its reaction to Ctrl-C.
@@ -44,6 +50,15 @@ def connected(scheduler: str | None) -> Iterator[Any]:
         Client(cluster) as client,
     ):
         yield client
+
+
+async def _reach(scheduler: str) -> None:
+    """Return if a Dask scheduler answers; a client that finds none can't be closed, and may halt those after it."""
+    from distributed import Security
+    from distributed.core import connect
+
+    comm = await connect(scheduler, **Security().get_connection_args("client"))
+    await comm.close()
 
 
 def as_done(
