@@ -84,7 +84,7 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch):
     clock = Clock()
-    for module in ("progressive", "frame"):
+    for module in ("progressive", "frame", "tracing.calls"):
         monkeypatch.setattr(import_module(f"bobrossnet.{module}"), "time", clock)
     monkeypatch.setattr(import_module("bobrossnet.frame"), "complete", clock.complete)
     return clock

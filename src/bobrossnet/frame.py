@@ -13,13 +13,14 @@ from bobrossnet.completion.choice import Choice
 from bobrossnet.completion.guided import complete_guided, shown_to_orders
 from bobrossnet.completion.network import Network, complete, completed_color, displayed
 from bobrossnet.completion.uncertainty import mean_error
-from bobrossnet.errors import check_integer
 from bobrossnet.picture.channels import GIVEN, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
-from bobrossnet.picture.order import MAX_PIXELS, Size
+from bobrossnet.picture.order import Size
 from bobrossnet.picture.samples import Samples, scatter
-from bobrossnet.tracing.trace import SceneTracer, Tracer, check_samples
+from bobrossnet.picture.sequence import with_guesses
+from bobrossnet.tracing.calls import AsyncTracer, Calls
+from bobrossnet.tracing.trace import BATCH, SceneTracer, Tracer
 
 MIN_TRACING = 0.25
 """Least time for tracing in a frame, as a share of the time for completing, so that every budget makes progress."""
@@ -74,7 +75,7 @@ class PartialPicture:
 
     Parameters
     ----------
-    tracer : Tracer
+    tracer : Tracer or AsyncTracer
         Of one camera.
     size : (height, width)
     layout : Layout, optional
@@ -92,7 +93,7 @@ class PartialPicture:
 
     def __init__(
         self,
-        tracer: Tracer,
+        tracer: Tracer | AsyncTracer,
         size: Size,
         layout: Layout | None,
         sequence: Sequence,
@@ -101,58 +102,92 @@ class PartialPicture:
         expected: NDArray[np.float32] | None = None,
         guides: Guides | None = None,
     ) -> None:
-        self.tracer, self.sequence, self.choice, self.pace = tracer, sequence, choice, pace
+        self.calls, self.sequence, self.choice, self.pace = Calls(tracer), sequence, choice, pace
         self.expected = expected
         self.guides = guides
         self.layout, self._by_samples = layout or GIVEN, layout is None
         self.planes = untraced_planes(size, self.layout)
         self.total = size[0] * size[1]
         self.traced = 0
+        self._asked_for = 0  # at least once: those that were traced, and those under way
+        self._decided = np.empty((0, 2), np.int32)  # pixels that come next
         self._again = False
         self._passes: NDArray[np.int32] | None = None  # how often each pixel was traced, once that is not the same
         self.finished = False
         # The core's tracer finds what displays show, and takes any number of pixels.
         self.is_display_referred = isinstance(tracer, SceneTracer)
-        self.sizes = None if self.is_display_referred else CallSizes(getattr(tracer, "batch", None))
+        self.sizes = None if self.is_display_referred else self.calls.sizes
 
     @property
-    def left(self) -> int:
-        return self.total - self.traced
+    def _left(self) -> int:
+        return self.total - self._asked_for
 
     @property
     def _open(self) -> int:
-        """How many pixels may be asked for: those that are left, and then, if noise is to fall, all of them again."""
-        return self.left or (self.total if self._again and "variance" in self.layout.places else 0)
+        """How many pixels may be asked for: those that are left, and then, if noise is to fall, all of them again but
+        those under way."""
+        if self._left or not (self._again and "variance" in self.layout.places):
+            return self._left
+        return self.total - sum(len(call.pixels) for call in self.calls.under_way)
 
-    def trace(self, count: int) -> int:
-        """Call the tracer once, with as many pixels or as many as are decided; return how many those were."""
-        called = time.perf_counter()
-        is_first = self.left > 0
+    def _trace(self, count: int) -> int:
+        """Call the tracer once and wait for it; return how many pixels, at most so many, it had."""
+        self._begin(count)
+        return self._take()
+
+    def _begin(self, count: int) -> bool:
+        """Call the tracer with so many pixels, or fewer where fewer are decided; return whether the call goes on."""
+        began = time.perf_counter()
+        is_first = self._left > 0
         if is_first:
-            shown = self._displayed()
-            pixels = self.sequence.next(min(count, self.left), shown.planes, shown.layout)
+            pixels = self._next(min(count, self._left))
+            self._asked_for += len(pixels)
         else:
-            pixels = self._noisiest(min(count, self.total))
-        asked = pixels if self.sizes is None else self.sizes.padded(pixels)
-        samples = check_samples(self.tracer(asked), len(asked))
-        if len(asked) > len(pixels):
-            samples = Samples.from_values(samples.values[: len(pixels)], samples.layout)
+            pixels = self._noisiest(min(count, self._open))
+        return self.calls.begin(pixels, is_first, began)
+
+    def _take(self, timeout: float | None = None) -> int:
+        """Take what came of a call; return how many pixels, 0 where nothing comes in so many seconds."""
+        taken = self.calls.take(timeout)
+        if taken is None:
+            return 0
+        taking = time.perf_counter()
+        call, samples, came = taken
         if self._by_samples and self.traced == 0 and samples.layout != self.layout:
             self.layout = samples.layout
             self.planes = untraced_planes((self.planes.shape[1], self.planes.shape[2]), self.layout)
-        if is_first:
-            self.traced += len(pixels)
+        if call.is_first:
+            self.traced += len(call.pixels)
         else:
-            samples = self._averaged(samples, pixels)
-        scatter(samples, pixels, self.planes, self.layout)
+            samples = self._averaged(samples, call.pixels)
+        scatter(samples, call.pixels, self.planes, self.layout)
         if self.expected is not None:
-            scatter(samples, pixels, self.expected, self.layout)
-        self.pace.measured(len(asked), time.perf_counter() - called)
-        return len(pixels)
+            scatter(samples, call.pixels, self.expected, self.layout)
+        if self.calls.in_flight == 1:
+            self.pace.measured(call.asked, came - call.began + time.perf_counter() - taking)
+        return len(call.pixels)
+
+    def _next(self, count: int) -> NDArray[np.int32]:
+        """The next pixels in the sequence, at most so many. Of several calls each has a share of what is left of a
+        round, so that all end at about the same time: the next round is decided by what came until then."""
+        calls = self.calls
+        if not len(self._decided):
+            shown = self._displayed()
+            together = count if calls.in_flight == 1 else min(BATCH, self._left)
+            self._decided = self.sequence.next(together, shown.planes, shown.layout)
+        if calls.in_flight > 1 and calls.sizes.batch is None:
+            share = max(-(-len(self._decided) // calls.in_flight), calls.turnover.worthwhile())
+            count = self._call(min(count, share), at_least=True)
+        pixels, self._decided = self._decided[:count], self._decided[count:]
+        return pixels
 
     def _noisiest(self, count: int) -> NDArray[np.int32]:
         """The pixels of the largest variance, (count, 2)."""
         variance = self.planes[self.layout.places["variance"]].ravel()
+        if self.calls.under_way:
+            rows, columns = self._under_way().T
+            variance = variance.copy()
+            variance[rows * self.planes.shape[2] + columns] = -1
         chosen = np.argpartition(variance, -count)[-count:]
         return np.stack(np.unravel_index(chosen, self.planes.shape[1:]), axis=-1).astype(np.int32)
 
@@ -178,7 +213,14 @@ class PartialPicture:
         traced = GBuffer.from_stack(self.planes.view(), self.layout, self.guides, self.is_display_referred)
         if not self.sequence.looks:
             return traced
-        return displayed(traced) if self.guides is None else shown_to_orders(traced)
+        shown = displayed(traced) if self.guides is None else shown_to_orders(traced)
+        if not self.calls.under_way:
+            return shown
+        return GBuffer.from_stack(with_guesses(shown.planes, self._under_way()), shown.layout)
+
+    def _under_way(self) -> NDArray[np.int32]:
+        """The pixels of all calls that are under way, (n, 2)."""
+        return np.concatenate([call.pixels for call in self.calls.under_way])
 
     def warm_up(self, until: float = 0) -> None:
         """Complete it before anyone waits: the first run also allocates memory."""
@@ -200,24 +242,29 @@ class PartialPicture:
             The picture is `finished` with all pixels, or where the expected error is at most this.
         """
         self._again = until > 0
-        if count is None:
-            self._trace_for(start, budget)
-        else:
-            self._trace_share(count)
+        done = 0
+        if self.calls.in_flight == 1:
+            done = self._trace_for(start, budget) if count is None else self._trace_share(count)
+        if self.calls.in_flight > 1:
+            self._gather(start, count, budget, done)
         return self._frame(start, until)
 
-    def _trace_share(self, count: int) -> None:
-        """Trace so many pixels, or all that are left."""
-        batch = None if self.sizes is None else self.sizes.batch
-        while count > 0 and self._open:
-            count -= self.trace(batch or min(count, self._open))
-
-    def _trace_for(self, start: float, budget: float) -> None:
-        """Trace as many pixels as leave time to complete the picture."""
-        to_complete = self.pace.to_complete
-        deadline = start + max(budget - to_complete, MIN_TRACING * to_complete)
+    def _trace_share(self, count: int) -> int:
+        """Trace so many pixels, or all that are left, one call after the other."""
         done = 0
-        while self._open:
+        while done < count and self._open and self.calls.in_flight == 1:
+            done += self._trace(self.calls.sizes.batch or min(count - done, self._open))
+        return done
+
+    def _deadline(self, start: float, budget: float) -> float:
+        """Until when a frame may trace, so that there is time to complete the picture."""
+        return start + max(budget - self.pace.to_complete, MIN_TRACING * self.pace.to_complete)
+
+    def _trace_for(self, start: float, budget: float) -> int:
+        """Trace as many pixels as leave time to complete the picture, one call after the other."""
+        deadline = self._deadline(start, budget)
+        done = 0
+        while self._open and self.calls.in_flight == 1:
             called = time.perf_counter()
             remaining = deadline - called
             last_call = remaining < 0.15 * budget
@@ -226,10 +273,36 @@ class PartialPicture:
                 if done:
                     break
                 wanted = self._call(self.pace.worthwhile(), at_least=True)
-            count = self.trace(wanted)
+            count = self._trace(wanted)
             done += count
             if last_call and count == wanted:
                 break
+        return done
+
+    def _gather(self, start: float, count: int | None, budget: float, done: int) -> None:
+        """Take what comes of several calls, until so many pixels came, or until there is just time to complete the
+        picture. As many calls as may be are under way all the time, and still are at the end."""
+        deadline = self._deadline(start, budget)
+        goes_on = True  # as calls do that have not returned samples at once
+        while True:
+            while came := self._take(0):  # first, so that the next pixels are chosen by all that is known
+                done += came
+            is_enough = done >= count if count is not None else done > 0 and time.perf_counter() >= deadline
+            if self._open and self.calls.has_room and (goes_on or not is_enough):
+                goes_on = self._begin(self._part(count, budget))
+            elif is_enough or not self.calls.under_way:
+                return
+            else:
+                done += self._take(deadline - time.perf_counter() if count is None and done else None)
+
+    def _part(self, count: int | None, budget: float) -> int:
+        """How many pixels one of several calls is to have at most, where a frame has so many, or so many seconds."""
+        if self.calls.sizes.batch is not None:
+            return self.calls.sizes.batch
+        if count is not None:
+            return -(-count // self.calls.in_flight)
+        # It comes within half a frame; frames are never shorter than completing.
+        return self.calls.turnover.pixels_in(max(budget, self.pace.to_complete) / 2, self.calls.in_flight)
 
     def _call(self, count: int, at_least: bool = False) -> int:
         """How many pixels a call is to have that has time for so many: as many or fewer, but a call's own number at
@@ -242,41 +315,14 @@ class PartialPicture:
         shown = gbuffer if self.expected is None else self._gbuffer(self.expected)
         is_guided, network = self.guides is not None, self.choice.of(shown)
         image = complete_guided(shown, "gray") if is_guided else complete(shown, model=network)
-        self.finished = self._open == 0 or (until > 0 and mean_error(gbuffer, network) <= until)
+        is_all = self._open == 0 and not self.calls.under_way
+        self.finished = is_all or (until > 0 and mean_error(gbuffer, network) <= until)
         now = time.perf_counter()
         self.pace.completed = [*self.pace.completed[-7:], now - traced]
         return Frame(image, gbuffer, self.traced / self.total, now - start, network, shown, is_guided)
 
     def _gbuffer(self, planes: NDArray[np.float32]) -> GBuffer:
         return GBuffer.from_stack(planes.copy(), self.layout, self.guides, self.is_display_referred)
-
-
-class CallSizes:
-    """With how many pixels other people's tracers are called: few different numbers, as some compile for each anew.
-
-    Parameters
-    ----------
-    batch : int above 0, optional
-        The tracer's own number; otherwise powers of two and those in the middle between them, as far as the order of
-        pixels lets it.
-    """
-
-    def __init__(self, batch: object) -> None:
-        self.batch = None if batch is None else check_integer("tracer.batch", batch, 1, MAX_PIXELS)
-
-    def within(self, count: int, at_least: bool) -> int:
-        """The largest of these up to `count`, or else 0, or if `at_least` the smallest."""
-        if self.batch is not None:
-            return self.batch if at_least or count >= self.batch else 0
-        if count < 2:
-            return 1 if at_least else count
-        power = 1 << (count.bit_length() - 1)
-        return power + power // 2 if count >= power + power // 2 else power
-
-    def padded(self, pixels: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Pixels, (n, 2), to a whole batch: the last one is asked for again."""
-        missing = 0 if self.batch is None else -len(pixels) % self.batch
-        return np.concatenate([pixels, np.repeat(pixels[-1:], missing, axis=0)]) if missing else pixels
 
 
 class Pace:

@@ -22,7 +22,7 @@ from bobrossnet.picture.order import ADAPTIVE, SizeLike, check_order, check_size
 from bobrossnet.picture.samples import Samples
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike, as_scene
-from bobrossnet.tracing.trace import SceneTracer, Tracer
+from bobrossnet.tracing.trace import SceneTracer, Tracer, check_samples
 
 CameraTracer: TypeAlias = Callable[[Camera, NDArray[np.int32]], Samples]
 """From a camera and pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds."""
@@ -179,7 +179,12 @@ class View:
             tracer = SceneTracer(self._scene, camera, self.size, self._layout)
             return _Seen(camera, tracer, tracer.camera_in_core)
         assert self._tracer is not None
-        return _Seen(camera, partial(self._tracer, camera), camera.core((0, 0, 0), 1))
+        return _Seen(camera, partial(self._trace, camera), camera.core((0, 0, 0), 1))
+
+    def _trace(self, camera: Camera, pixels: NDArray[np.int32]) -> Samples:
+        """Call a tracer of one's own; calls that go on elsewhere would outlive their camera."""
+        assert self._tracer is not None
+        return check_samples(self._tracer(camera, pixels), len(pixels))
 
 
 class _Seen(NamedTuple):

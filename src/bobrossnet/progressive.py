@@ -13,6 +13,7 @@ from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.guides import check_guides
 from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
+from bobrossnet.tracing.calls import AsyncTracer
 from bobrossnet.tracing.scene import SceneLike
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 
@@ -21,7 +22,7 @@ def progressive(
     scene: SceneLike | None = None,
     camera: Camera | None = None,
     *,
-    tracer: Tracer | None = None,
+    tracer: Tracer | AsyncTracer | None = None,
     size: SizeLike | None = None,
     frame_ms: float | None = None,
     fraction: float | None = None,
@@ -45,7 +46,10 @@ def progressive(
         Instead of scene and camera: from pixels, (n, 2) int32 rows and columns, to `Samples` of the same length. It may
         have attributes: `size`, of its picture; `batch`, how many pixels each call is to have, the last of which
         repeats where fewer are left; and a method `guides()`, which returns `Guides` of all pixels, or a dict of its
-        arguments: it is called once, and the picture is completed along them.
+        arguments: it is called once, and the picture is completed along them. It may return a future of its samples
+        instead, as `concurrent.futures` and Dask have them; then its attribute `in_flight` says how many calls may be
+        under way at once, by default as many as this machine has cores. Where the iterator is closed before its end,
+        calls that wait are cancelled, and those that run are waited for.
     size : (height, width) or "WIDTHxHEIGHT", optional
         By default the tracer's own, or (480, 640).
     frame_ms : float above 0, optional
@@ -53,7 +57,7 @@ def progressive(
         is given. Each frame has to complete its picture, traces for at least a quarter of the time that takes, and
         traces at least as many pixels as are worth a call of the tracer; a budget below that is overrun.
     fraction : float in (0, 1], optional
-        Share of the image that each frame adds, instead of `frame_ms`.
+        Share of the image that each frame adds, instead of `frame_ms`; or more, by what came of several calls.
     first : float in (0, 1], optional
         Share of the image that the first frame traces, whatever time it takes: before that there is little to see.
     until : float, at least 0
@@ -74,7 +78,8 @@ def progressive(
     Raises
     ------
     InputError
-        If an argument is out of range, or the tracer does not return what it was asked for.
+        If an argument is out of range, or the tracer does not return what it was asked for. What the tracer raises
+        comes through, here or in a future.
     """
     if (scene is None) == (tracer is None):
         raise InputError(
@@ -106,7 +111,7 @@ def progressive(
     return _frames(picture, at_first, count, budget, until)
 
 
-def _size_of(tracer: Tracer | None, size: SizeLike | None) -> Size:
+def _size_of(tracer: Tracer | AsyncTracer | None, size: SizeLike | None) -> Size:
     """The picture's size as it was asked for, or as the tracer has it."""
     own = None if tracer is None else getattr(tracer, "size", None)
     if own is None:
@@ -121,6 +126,9 @@ def _frames(
     picture: PartialPicture, first: int | None, count: int | None, budget: float, until: float
 ) -> Iterator[Frame]:
     """Frames of so many pixels each, or of so many seconds."""
-    yield picture.frame(time.perf_counter(), first, budget, until)
-    while not picture.finished:
-        yield picture.frame(time.perf_counter(), count, budget, until)
+    try:
+        yield picture.frame(time.perf_counter(), first, budget, until)
+        while not picture.finished:
+            yield picture.frame(time.perf_counter(), count, budget, until)
+    finally:
+        picture.calls.close()

@@ -79,3 +79,30 @@ def places_in_sequence(planes: NDArray[np.float32], layout: Layout, order: str, 
         rows, columns = sequence.next(places.size - done, planes, layout).T
         places[rows, columns] = np.arange(done, sequence.done)
     return places
+
+
+def with_guesses(planes: NDArray[np.float32], pixels: NDArray[np.int32]) -> NDArray[np.float32]:
+    """Planes, (C, H, W) with the mask first, where pixels that are still being traced, (n, 2), show what a traced one
+    near them does: an adaptive order would take them for empty.
+
+    As if they were empty, SSIM at 5 % of the happy tree with 17 calls of 24 pixels under way is 0.917; so it is 0.940.
+    """
+    guessed = planes.copy()
+    row, column = pixels.T
+    guessed[:, row, column] = planes.reshape(len(planes), -1)[:, _near(planes[0], row, column)]
+    return guessed
+
+
+def _near(mask: NDArray[np.float32], row: NDArray[np.int32], column: NDArray[np.int32]) -> NDArray[np.int64]:
+    """The index of a pixel whose mask is not 0 in the smallest square around each place that has one, of those that
+    halve and halve the picture; 0 where there is none."""
+    known = np.where(mask != 0, np.arange(mask.size).reshape(mask.shape), -1)  # the last one in each square
+    found = known[row, column]
+    while (found < 0).any() and known.size > 1:
+        known = np.pad(known, [(0, side % 2) for side in known.shape], constant_values=-1)
+        known = np.maximum(
+            np.maximum(known[::2, ::2], known[1::2, ::2]), np.maximum(known[::2, 1::2], known[1::2, 1::2])
+        )
+        row, column = row // 2, column // 2
+        found = np.where(found < 0, known[row, column], found)
+    return np.maximum(found, 0)

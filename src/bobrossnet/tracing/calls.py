@@ -1,0 +1,144 @@
+"""Calls of other people's tracers, which return samples, or futures of them that others fill."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.errors import InputError, InputTypeError, check_integer
+from bobrossnet.picture.samples import Samples
+from bobrossnet.tracing.call_sizes import CallSizes, Turnover
+from bobrossnet.tracing.trace import Tracer, check_samples
+
+MOST_IN_FLIGHT = 2**16
+
+
+class SamplesFuture(Protocol):
+    """Samples to come: what the futures of `concurrent.futures` and of Dask have in common."""
+
+    def add_done_callback(self, callback: Callable[[Any], object], /) -> object: ...
+
+    def result(self) -> Samples:
+        """The samples, or raise what the call raised."""
+
+    def cancel(self) -> object: ...
+
+    def cancelled(self) -> bool: ...
+
+
+AsyncTracer: TypeAlias = Callable[[NDArray[np.int32]], SamplesFuture]
+"""As `Tracer`, while its calls go on in other threads, processes or on other machines."""
+
+
+@dataclass(frozen=True, eq=False)
+class Call:
+    """One call of a tracer."""
+
+    pixels: NDArray[np.int32]
+    """(n, 2)"""
+    asked: int
+    """How many pixels it has with those that fill a batch."""
+    is_first: bool
+    """Whether its pixels were not asked for before."""
+    began: float
+    """When their choice began, of `time.perf_counter`."""
+    returned: Any
+    future: SamplesFuture | None
+    """What it returned, if that is a future."""
+
+
+class Calls:
+    """The calls of a tracer that are under way.
+
+    Parameters
+    ----------
+    tracer : Tracer or AsyncTracer
+        Its attributes `batch` and `in_flight` say how it is to be called.
+    """
+
+    def __init__(self, tracer: Tracer | AsyncTracer) -> None:
+        self._tracer = tracer
+        self.sizes = CallSizes(getattr(tracer, "batch", None))
+        self.turnover = Turnover()
+        told = getattr(tracer, "in_flight", None)
+        self._is_told = told is not None
+        self.in_flight = 1 if told is None else check_integer("tracer.in_flight", told, 1, MOST_IN_FLIGHT)
+        """How many may be under way at once. If the tracer does not say: one until it has returned a future."""
+        self.under_way: list[Call] = []
+        """Those that were not taken yet."""
+        self._came: SimpleQueue[tuple[Call, float]] = SimpleQueue()  # and when
+
+    @property
+    def has_room(self) -> bool:
+        return len(self.under_way) < self.in_flight
+
+    def begin(self, pixels: NDArray[np.int32], is_first: bool, began: float) -> bool:
+        """Call the tracer; return whether the call goes on."""
+        if not self.under_way:
+            self.turnover.resumed(began)
+        asked = self.sizes.padded(pixels)
+        returned = self._tracer(asked)
+        call = Call(pixels, len(asked), is_first, began, returned, _future(returned))
+        self.under_way.append(call)
+        if call.future is None:
+            self._came.put((call, time.perf_counter()))
+            return False
+        if not self._is_told:
+            self.in_flight, self._is_told = os.cpu_count() or 1, True
+        call.future.add_done_callback(lambda _: self._came.put((call, time.perf_counter())))
+        return True
+
+    def take(self, timeout: float | None = None) -> tuple[Call, Samples, float] | None:
+        """What came first of what was not taken yet, and when; None if nothing comes in so many seconds.
+
+        Raises
+        ------
+        InputError
+            If it is not what was asked for; whatever else its call raised.
+        """
+        try:
+            call, at = self._came.get(timeout=None if timeout is None else max(timeout, 0))
+        except Empty:
+            return None
+        self.under_way.remove(call)
+        if call.future is not None and call.future.cancelled():
+            raise InputError("tracer: expected samples, got a future that was cancelled")
+        samples = check_samples(call.returned if call.future is None else call.future.result(), call.asked)
+        if call.asked > len(call.pixels):
+            samples = Samples.from_values(samples.values[: len(call.pixels)], samples.layout)
+        if self.in_flight > 1:
+            self.turnover.came(call.asked, at - call.began, at, self.in_flight)
+        return call, samples, at
+
+    def close(self) -> None:
+        """Cancel the calls that wait elsewhere, and wait for those that run: none is left."""
+        futures = {call: call.future for call in self.under_way if call.future is not None}
+        for future in futures.values():
+            future.cancel()
+        self.under_way = []
+        left = {call for call, future in futures.items() if not future.cancelled()}
+        while left:
+            left.discard(self._came.get()[0])
+
+
+def _future(returned: Any) -> SamplesFuture | None:
+    """What a tracer returned, if it is a future."""
+    if isinstance(returned, Samples):
+        return None
+    is_future = all(hasattr(returned, name) for name in ("add_done_callback", "result", "cancel", "cancelled"))
+    if hasattr(returned, "__await__") and (not is_future or hasattr(returned, "get_loop")):
+        # A loop of asyncio's may run in this very thread, and would never come to it.
+        if hasattr(returned, "close"):
+            returned.close()  # a coroutine that is never begun warns
+        raise InputTypeError(
+            "tracer: expected it to return bobrossnet.Samples, or a future that others fill, got "
+            f"{type(returned).__name__}; asyncio.run_coroutine_threadsafe returns such a future"
+        )
+    return returned if is_future else None
