@@ -182,7 +182,8 @@ void bind_picture(nb::module_& m) {
 
     m.def("pixel_order", &pixel_order, "order"_a, "seed"_a, "height"_a, "width"_a, "start"_a, "pixels"_a.noconvert());
     nb::class_<bob::AdaptiveOrder>(m, "AdaptiveOrder")
-        .def(nb::init<std::uint64_t, std::uint32_t, std::uint32_t>(), "seed"_a, "height"_a, "width"_a)
+        .def(nb::init<std::uint64_t, std::uint32_t, std::uint32_t, std::uint32_t>(), "seed"_a, "height"_a, "width"_a,
+             "first_step"_a = 0)
         .def("next", &next_round, "layout"_a, "planes"_a.noconvert())
         .def_prop_ro("bytes", &bob::AdaptiveOrder::bytes);
     m.def("scatter", &scatter, "layout"_a, "pixels"_a.noconvert(), "samples"_a.noconvert(), "planes"_a.noconvert());

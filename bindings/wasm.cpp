@@ -200,8 +200,9 @@ bool pixel_order(const char* name, std::size_t name_size, std::uint32_t seed_low
 }
 
 EXPORT(make_adaptive_order)
-bob::AdaptiveOrder* make_adaptive_order(std::uint32_t seed_low, std::uint32_t seed_high, std::uint32_t height, std::uint32_t width) {
-    return attempt([&] { return new bob::AdaptiveOrder(joined(seed_low, seed_high), height, width); });
+bob::AdaptiveOrder* make_adaptive_order(std::uint32_t seed_low, std::uint32_t seed_high, std::uint32_t height, std::uint32_t width,
+                                        std::uint32_t first_step) {
+    return attempt([&] { return new bob::AdaptiveOrder(joined(seed_low, seed_high), height, width, first_step); });
 }
 EXPORT(free_adaptive_order) void free_adaptive_order(bob::AdaptiveOrder* order) { delete order; }
 

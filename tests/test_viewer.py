@@ -261,6 +261,16 @@ NEXT = """async (azimuth) => {
 }"""
 
 
+def first_pixels(planes, count, first_step):
+    """Where the first pixels of the adaptive order are, of a whole picture, (H, W)."""
+    size, order = planes.shape[1:], _core.AdaptiveOrder(0, *planes.shape[1:], first_step)
+    mask = np.zeros(size, np.float32)
+    while (left := int(count - mask.sum())) > 0:
+        rows, columns = order.next(_core.gbuffer_layout(), planes)[:left].T
+        mask[rows, columns] = 1
+    return mask
+
+
 @pytest.mark.parametrize("workers", [1, 4])
 def test_pixels_are_those_of_the_adaptive_order(browser, viewer, workers):
     """Whatever the pace and the number of workers, in motion and as a view is refined."""
@@ -272,15 +282,48 @@ def test_pixels_are_those_of_the_adaptive_order(browser, viewer, workers):
         partial.append(buffers(page))
     partial = partial[3:]  # of one camera
     page.tab.evaluate("() => bobrossnet.converged()")
-    full = bob.GBuffer.from_stack(buffers(page))
+    full = buffers(page)
     for planes in partial:
-        part = full.sample(planes[0].mean(), order="adaptive")
-        np.testing.assert_array_equal(planes, part.stack())
-    # The same pixels as Python's, but for what highlights in another instruction set may change.
-    scene, share = bob.load(viewer.files["gallery/vase.sdf"]), partial[0][0].mean()
-    mask = bob.trace(scene, page.camera(), size=(480, 640), fraction=share, order="adaptive").mask
-    assert (mask != partial[0][0]).mean() < 0.01
+        assert any(np.array_equal(planes, full * first_pixels(full, planes[0].sum(), step)) for step in (0, 1, 2, 4, 8))
     assert partial[0][0].mean() < partial[-1][0].mean()
+    page.close()
+
+
+def test_a_moving_picture_begins_with_the_lattice_that_there_is_time_for(page, viewer):
+    """Of a quarter of the time at most; the whole picture where that fits; none where its rays' time is not known."""
+    asked = [
+        # time in which a whole picture would be traced, ms; rays a ms elsewhere; all, some of the time; the step before
+        [30, 1000, 40, 20, 0],
+        [39, 1000, 40, 20, 0],
+        [39, 1000, 40, 20, 1],
+        [41, 1000, 40, 20, 1],
+        [90, 100, 40, 20, 0],
+        [1000, 100, 40, 20, 0],
+        [None, 100, 40, 20, 0],
+    ]
+    found = page.tab.evaluate(
+        """async ([address, asked]) => {
+          const { plan } = await import(new URL("workers/lattice.js", address).href);
+          return asked.map(([ms, rate, whole, part, before]) =>
+            plan(6400, { lattice: ms === null ? NaN : ms / 6400, rate }, { whole, part }, before));
+        }""",
+        [viewer.url, asked],
+    )
+    assert [each["firstStep"] for each in found] == [1, 4, 1, 4, 8, 0, 0]
+    assert found[0]["count"] == 6400
+    assert found[4]["count"] == 6400 / 64 + round(100 * (20 - 90 / 64))
+    assert found[-1]["count"] == 2000
+
+
+def test_a_moving_picture_is_whole_where_there_is_time_for_it(browser, viewer):
+    page = Page(browser, viewer.url + "?size=96x72#scene=happy_tree.bob")
+    page.tab.fill("#budget", "200")
+    shares = []
+    for azimuth in range(40, 60):
+        page.tab.evaluate(NEXT, azimuth)
+        shares.append(page.tab.evaluate("() => bobrossnet.statistics.fraction"))
+    assert shares[-1] == 1
+    page.tab.evaluate("() => bobrossnet.converged()")
     page.close()
 
 

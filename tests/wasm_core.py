@@ -130,10 +130,10 @@ class WasmCore:
         self.made("pixel_order", order, *halves(seed), *size, start, pixels, count)
         return pixels
 
-    def adaptive_order(self, seed, planes):
+    def adaptive_order(self, seed, planes, first_step=0):
         """All pixels in this order, round by round."""
         size = planes.shape[1:]
-        order, count = self.made("make_adaptive_order", *halves(seed), *size), np.zeros(1, np.uint32)
+        order, count = self.made("make_adaptive_order", *halves(seed), *size, first_step), np.zeros(1, np.uint32)
         left = size[0] * size[1]
         while left > 0:
             address = self.made("next_round", order, 0, planes, count)

@@ -21,17 +21,15 @@ function traced(scene, gbuffer, camera) {
   return performance.now() - begin;
 }
 
-/** Traces pixels of a sequence, into a G-buffer as well, until a time is over; the slices, with the milliseconds after each. */
-function slices(scene, gbuffer, sequence, camera, time = Infinity) {
-  const found = [], begin = performance.now();
-  for (let left; (left = sequence.available()) > 0;) {
-    const pixels = sequence.next(Math.min(left, SLICE)), samples = scene.trace(pixels, gbuffer, camera);
+/** Traces pixels of a sequence, into a G-buffer as well, until some place in it; milliseconds after each slice. */
+function slices(scene, gbuffer, sequence, camera, until) {
+  const milliseconds = [], begin = performance.now();
+  while (sequence.done < until) {
+    const pixels = sequence.next(Math.min(sequence.available(), SLICE)), samples = scene.trace(pixels, gbuffer, camera);
     sequence.add(pixels, samples), gbuffer.add(pixels, samples);
-    const milliseconds = performance.now() - begin;
-    found.push({ pixels, samples, milliseconds });
-    if (milliseconds > time) break;
+    milliseconds.push(performance.now() - begin);
   }
-  return found;
+  return milliseconds;
 }
 
 /** 8-bit grays in base64. */
@@ -39,90 +37,93 @@ const bytes = (image) => new Uint8Array(Uint8ClampedArray.from(image, (value) =>
 
 async function compare({ file, height, width, cameras, step, before, times, levels }) {
   const modules = ["core/load", "completion/network", "completion/weights", "files/read", "picture/gbuffer", "picture/history",
-                   "picture/order", "tracing/scene"];
-  const [{ loadCore }, { DENSE, Network }, { readWeights }, { readFile }, { GBuffer }, { History }, { PixelSequence }, { buildScene }] =
+                   "picture/order", "tracing/scene", "workers/lattice"];
+  const [{ loadCore }, { DENSE, Network }, { readWeights }, { readFile }, { GBuffer }, { History }, { AdaptiveOrder, PixelSequence },
+         { buildScene }, { plan }] =
     await Promise.all(modules.map((module) => import(`./${module}.js`)));
   const core = await loadCore();
   const fetched = async (path) => (await fetch(path)).arrayBuffer();
   const scene = buildScene(core, await readFile(core, file, await fetched(file)));
   const networks = await Promise.all(["filling", "default"].map(async (name) =>
     new Network(core, readWeights(await fetched(`weights/${name}.safetensors`)))));
-  const whole = new GBuffer(core, height, width, scene.layout), part = new GBuffer(core, height, width, scene.layout);
+  const whole = new GBuffer(core, height, width, scene.layout);
   const complete = (network) => {
     const begin = performance.now();
-    network.complete(part);
+    network.complete(whole);
     return performance.now() - begin;
   };
-  const sequenced = (camera, time) => {
-    const sequence = new PixelSequence(core, { height, width }, scene.layout);
+  const sequence = (step, expected) =>
+    new PixelSequence(core, { height, width }, scene.layout, expected ?? new AdaptiveOrder(core, { height, width }, scene.layout, step));
+  /** Milliseconds after each slice of a picture that begins with the lattice of a step. */
+  const sequenced = (camera, step, until = height * width) => {
+    const pixels = sequence(step);
     whole.clear();
-    const found = slices(scene, whole, sequence, camera, time);
-    sequence.free();
-    return found;
+    const milliseconds = slices(scene, whole, pixels, camera, until);
+    pixels.free();
+    return milliseconds;
   };
   /** Milliseconds that it takes to decide where 5 % of the pixels are, those included that go into reading what they show. */
   const decided = (camera) => {
-    const sequence = new PixelSequence(core, { height, width }, scene.layout);
+    const order = sequence(0);
     let milliseconds = 0;
     const timed = (part) => {
       const begin = performance.now(), result = part();
       milliseconds += performance.now() - begin;
       return result;
     };
-    while (sequence.done < 0.05 * height * width) {
-      const pixels = timed(() => sequence.next(sequence.available())), samples = scene.trace(pixels, whole, camera);
-      timed(() => sequence.add(pixels, samples));
+    while (order.done < 0.05 * height * width) {
+      const pixels = timed(() => order.next(order.available())), samples = scene.trace(pixels, whole, camera);
+      timed(() => order.add(pixels, samples));
     }
-    sequence.free();
+    order.free();
     return milliseconds;
   };
   /**
-   * The picture of the last of some cameras, each with so many milliseconds, the first but with all pixels; where all of them were
-   * traced in time, it is exact. As viewer/workers/tracer.js and completing.js do it, one after the other.
+   * The picture of the last of some cameras, each with so many milliseconds, the first but with all pixels unless it is the only
+   * one. As viewer/workers/tracer.js and completing.js do it, one after the other; where a whole picture takes `dense` ms, and
+   * rays along edges are `rate` a millisecond.
    */
-  const moving = (cameras, time, completing, rate) => {
+  const moving = (cameras, time, completing, dense, rate) => {
     const history = new History(core, { height, width }, scene.layout);
-    let view, image, spare, carrying = 0;
+    let view, image, spare, carrying = 0, latticeStep = 1;
     for (const [i, camera] of cameras.entries()) {
-      const begin = performance.now(), end = begin + (i > 0 ? time - completing : Infinity);
-      const isDense = rate * (time - completing) >= DENSE * height * width;  // as viewer/workers/schedule.js
-      const isExpected = view && !isDense && history.move(view.camera, view.sequence.planes, camera, i);
-      view?.sequence.free();
+      const begin = performance.now(), isFirst = i === 0 && cameras.length > 1;
+      // As viewer/workers/schedule.js has it.
+      const pace = { lattice: dense / (height * width), rate }, ofAll = { whole: time, part: time - completing[0] };
+      const { firstStep, count } = plan(height * width, pace, ofAll, latticeStep), isDense = count >= DENSE * height * width;
+      const isExpected = view && !isDense && history.move(view.camera, view.order.planes, camera, i);
+      view?.order.free();
       if (isExpected) scene.shade(history.planes, { height, width }, camera);
       carrying = isExpected ? performance.now() - begin : NaN;
-      const sequence = new PixelSequence(core, { height, width }, scene.layout, isExpected ? history : undefined);
-      view = { camera, sequence };
+      latticeStep = isExpected ? 0 : firstStep;
+      const end = begin + (isFirst ? Infinity : latticeStep === 1 ? time : time - completing[isExpected || isDense ? 0 : 1]);
+      const order = sequence(latticeStep, isExpected ? history : undefined);
+      view = { camera, order };
       whole.clear();
-      for (let now; sequence.done < height * width && (now = performance.now()) < end;) {
-        const wanted = Math.max(32, i > 0 ? Math.floor(rate * (end - now)) : Infinity);
-        const pixels = sequence.next(Math.min(sequence.available(wanted), wanted, SLICE));
+      for (let now; order.done < height * width && (now = performance.now()) < end;) {
+        const wanted = Math.max(32, isFirst ? Infinity : Math.floor(rate * (end - now)));
+        const pixels = order.next(Math.min(order.available(wanted), wanted, SLICE));
         const samples = scene.trace(pixels, { height, width }, camera);
-        sequence.add(pixels, samples);
+        order.add(pixels, samples);
         if (!isExpected) whole.add(pixels, samples);
       }
       if (isExpected) whole.set(spare = history.picture(spare));
-      image = sequence.done === height * width ? whole.plane("gray") : networks[whole.traced < DENSE * height * width ? 1 : 0].complete(whole);
+      image = order.done === height * width ? whole.plane("gray") : networks[whole.traced < DENSE * height * width ? 1 : 0].complete(whole);
     }
     const last = bytes(image);
-    view.sequence.free(), history.free();
+    view.order.free(), history.free();
     return { image: last, carrying };
   };
-  for (let i = 0; i < 20; ++i) sequenced(cameras[0], 50), networks.forEach(complete);  // compiled by now
+  for (let i = 0; i < 20; ++i) sequenced(cameras[0], 0, 0.2 * height * width), networks.forEach(complete);  // compiled by now
   const frames = [];
   for (const camera of cameras) {
-    const all = sequenced(camera);
+    const edges = sequenced(camera, 0), dense = Math.min(sequenced(camera, 1).at(-1), sequenced(camera, 1).at(-1));
+    const exact = bytes(whole.plane("gray"));
+    // Rays a millisecond, of those that come first: they lie on surfaces.
+    const rateIn = (time) => SLICE * Math.max(1, edges.filter((milliseconds) => milliseconds <= time).length) / time;
     const completing = networks.map((network) => Math.min(complete(network), complete(network), complete(network)));
-    const ours = times.map((time) => {
-      if (all[all.length - 1].milliseconds <= time) return { fraction: 1, image: bytes(whole.plane("gray")) };
-      for (const [which, network] of networks.entries()) {  // the first one if enough pixels are traced, as in the page
-        const fitting = all.filter(({ milliseconds }) => milliseconds + completing[which] <= time);
-        part.clear();
-        for (const { pixels, samples } of fitting) part.add(pixels, samples);
-        const fraction = part.traced / (height * width);
-        if (fraction >= DENSE || (which > 0 && fraction > 0)) return { fraction, image: bytes(network.complete(part)) };
-      }
-      return null;
-    });
+    const shown = (path) => times.map((time) => moving(path, time, completing, dense, rateIn(time)));
+    const anew = shown([camera]);
     const theirs = Array.from({ length: levels }, (_, level) => {
       const gbuffer = new GBuffer(core, height >> level, width >> level, scene.layout);
       const milliseconds = traced(scene, gbuffer, camera);
@@ -130,13 +131,10 @@ async function compare({ file, height, width, cameras, step, before, times, leve
       gbuffer.free();
       return { milliseconds, image };
     });
-    // Rays a millisecond, of those that come first: they lie on surfaces.
-    const rateIn = (time) => SLICE * Math.max(1, all.filter(({ milliseconds }) => milliseconds <= time).length) / time;
-    const turned = (i) => ({ ...camera, azimuth: camera.azimuth - step * i });
-    const path = Array.from({ length: before + 1 }, (_, i) => turned(before - i)), exact = bytes(whole.plane("gray"));
-    const inMotion = times.map((time) => moving(path, time, completing[0], rateIn(time)));
+    const inMotion = shown(Array.from({ length: before + 1 }, (_, i) => ({ ...camera, azimuth: camera.azimuth - step * (before - i) })));
     const deciding = Math.min(decided(camera), decided(camera), decided(camera));
-    frames.push({ exact, filling: completing[0], completing: completing[1], deciding, ours, inMotion: inMotion.map(({ image }) => image), carrying: inMotion[0].carrying, theirs });
+    const images = (pictures) => pictures.map(({ image }) => image);
+    frames.push({ exact, dense, filling: completing[0], completing: completing[1], deciding, anew: images(anew), inMotion: images(inMotion), carrying: inMotion[0].carrying, theirs });
   }
   return frames;
 }

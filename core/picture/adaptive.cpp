@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
+#include <stdexcept>
 
 namespace bob {
 namespace {
@@ -38,9 +39,13 @@ std::array<Pixel, 4> around(Pixel pixel, std::int32_t step, bool diagonal) {
 
 }  // namespace
 
-AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width)
-    : height_(height), width_(width), total_(height * width), lattice_(make_order("lattice", seed, height, width)),
-      known_(total_) {}
+AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, std::uint32_t first_step)
+    : height_(height), width_(width), total_(height * width),
+      row_step_(first_step == 1 ? 2 : first_step), ends_in_rows_(first_step == 1), lattice_(make_order("lattice", seed, height, width)), known_(total_) {
+    if (first_step > 8 || (first_step > 0 && !std::has_single_bit(first_step))) {
+        throw std::invalid_argument("first_step: expected 0, 1, 2, 4 or 8");
+    }
+}
 
 AdaptiveOrder::Place AdaptiveOrder::place(Pixel pixel) {
     const auto zeros = [](std::int32_t x) { return std::min(std::countr_zero(static_cast<std::uint32_t>(x)), Tile::bits); };
@@ -57,6 +62,10 @@ AdaptiveOrder::Children AdaptiveOrder::children(Pixel pixel) {
 }
 
 std::span<const Pixel> AdaptiveOrder::next(const Layout& layout, const float* planes) {
+    if (row_step_ > 0) {
+        take_rows();
+        if (!round_.empty()) return round_;
+    }
     read(layout, planes);
     round_.clear();
     if (decided_ == total_) return round_;
@@ -87,6 +96,22 @@ std::span<const Pixel> AdaptiveOrder::next(const Layout& layout, const float* pl
     follow_lattice(count);
     decided_ = end;
     return round_;
+}
+
+void AdaptiveOrder::take_rows() {
+    round_.clear();
+    const std::uint32_t first = static_cast<std::uint32_t>(lattice_first) % row_step_;
+    for (std::uint32_t row = first; row < height_; row += row_step_) {
+        for (std::uint32_t column = first; column < width_; column += row_step_) {
+            const Pixel pixel{static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)};
+            Known& known = known_[index_of(pixel)];
+            if (known.where >= chosen) continue;
+            known.where = chosen;
+            round_.push_back(pixel);
+        }
+    }
+    decided_ += static_cast<std::uint32_t>(round_.size());
+    row_step_ = ends_in_rows_ && row_step_ > 1 ? 1 : 0;
 }
 
 void AdaptiveOrder::follow_lattice(std::size_t until) {

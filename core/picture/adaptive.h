@@ -23,7 +23,9 @@ namespace bob {
 /// (Refinement of squares by contrast is Akimoto et al., "Pixel-Selected Ray Tracing", 1991.)
 class AdaptiveOrder {
 public:
-    AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width);
+    /// With a first step, 2, 4 or 8, the first round is the lattice of that step, row by row: where rays of neighbours cost
+    /// little, that is a smaller picture for little. At step 1 it is that of step 2, and the second round all others.
+    AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, std::uint32_t first_step = 0);
 
     /// The next round: at least one pixel, or none where all were decided. All pixels of the rounds before have been
     /// traced; what they show is taken from the planes, (C, height, width) of a layout.
@@ -61,6 +63,8 @@ private:
 
     /// Takes what the last round shows.
     void read(const Layout& layout, const float* planes);
+    /// The round is what is left of the lattice of `row_step_`.
+    void take_rows();
     /// Fills the round up to so many pixels from the lattice.
     void follow_lattice(std::size_t until);
     /// Looks anew at those of which this pixel is a corner: they have seen what it shows, or, before that is known, differ
@@ -91,6 +95,8 @@ private:
     static constexpr std::size_t queues = 176;
 
     std::uint32_t height_, width_, total_;
+    std::uint32_t row_step_;  // of the next round, where that goes row by row; else 0
+    bool ends_in_rows_;       // whether all are left to a round that does
     Order lattice_;
     std::vector<Pixel> of_lattice_;  // its next pixels
     std::uint32_t lattice_done_ = 0;

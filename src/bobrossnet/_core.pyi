@@ -221,7 +221,7 @@ def pixel_order(order: str, seed: int, height: int, width: int, start: int, pixe
 class AdaptiveOrder:
     """Which pixels come next, round by round, by what those before show."""
 
-    def __init__(self, seed: int, height: int, width: int) -> None: ...
+    def __init__(self, seed: int, height: int, width: int, first_step: int = 0) -> None: ...
     def next(self, layout: Layout, planes: F32) -> I32:
         """The next round, (n, 2) rows and columns; all pixels of the rounds before are in planes (C, H, W)."""
     @property

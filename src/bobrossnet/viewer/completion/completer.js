@@ -57,6 +57,10 @@ export class Completer {
    * @returns {Promise<Float32Array>} its `image`
    */
   async complete(gbuffer) {
+    if (gbuffer.traced === gbuffer.height * gbuffer.width) {
+      gbuffer.image.set(gbuffer.plane("gray"));
+      return gbuffer.image;
+    }
     await this.#fill(gbuffer);
     this.network.interpolate(gbuffer);
     return gbuffer.image;

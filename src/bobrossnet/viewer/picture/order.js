@@ -40,11 +40,16 @@ export class AdaptiveOrder {
   #handle;
   #isColored;
 
-  /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] that is shown */
-  constructor(core, { height, width, seed = 0 }, layout = GBUFFER) {
+  /**
+   * @param {import("../core/core.js").Core} core
+   * @param {Which} which
+   * @param {import("./channels.js").Layout} [layout] that is shown
+   * @param {number} [firstStep] of the lattice that comes first, row by row: 1, 2, 4 or 8
+   */
+  constructor(core, { height, width, seed = 0 }, layout = GBUFFER, firstStep = 0) {
     this.#core = core;
     this.#isColored = Number(layout === COLORED);
-    this.#handle = core.made("make_adaptive_order", ...halves(seed), height, width);
+    this.#handle = core.made("make_adaptive_order", ...halves(seed), height, width, firstStep);
   }
 
   /** @type {RoundOrder["next"]} */
@@ -72,6 +77,8 @@ export class PixelSequence {
   #known = 0;
   /** How many pixels are handed out. */
   done = 0;
+  /** How many rounds have begun. */
+  rounds = 0;
 
   /**
    * @param {import("../core/core.js").Core} core
@@ -103,6 +110,7 @@ export class PixelSequence {
       });
       this.#round = new Int32Array(this.#core.memory, address, 2 * count).slice();
       this.#taken = 0;
+      ++this.rounds;
     }
     return this.#round.length / 2 - this.#taken;
   }

@@ -225,7 +225,8 @@ export class Pool {
       // The others trace the batch again.
       const batch = this.#batch;
       if (batch && tracer === this.#leader) {
-        this.#finish({ kind: "traced", batch, cancelled: true, reached: 0, rays: 0, preparing: 0, milliseconds: 0 });
+        const lattice = { rays: 0, milliseconds: 0 };
+        this.#finish({ kind: "traced", batch, cancelled: true, reached: 0, rays: 0, preparing: 0, milliseconds: 0, lattice });
       } else if (this.#others.includes(tracer)) {
         this.cancel();
       }

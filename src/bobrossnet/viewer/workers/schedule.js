@@ -10,6 +10,7 @@
  * @typedef {import("../picture/camera.js").Size} Size
  */
 import { DENSE } from "../completion/network.js";
+import { plan } from "./lattice.js";
 import { Pace } from "./pace.js";
 
 const REST_MS = 80; // without a change, until a view is refined: less, and moving on would often have to end that first
@@ -44,6 +45,8 @@ export class Schedule {
   #pace = new Pace();
   #carries = true; // whether the view brings along what those before have seen
   #carryingMs = 0; // for a pixel of it, before the first ray
+  #firstStep = 0; // of the lattice that the view begins with
+  #latticeMs = NaN; // of one thread for a pixel of it
   /** Milliseconds to complete a pixel, where measured. @type {Partial<Record<Model, number>>} */
   #pixelMs = {};
   /** What completed the last picture. @type {Model} */
@@ -84,6 +87,7 @@ export class Schedule {
     if (pool !== this.#pool) this.#tracing = false;
     this.#pool = pool;
     this.#pace = new Pace();
+    this.#latticeMs = NaN;
     this.#waiting = [];
     this.change({});
   }
@@ -100,10 +104,12 @@ export class Schedule {
   }
 
   /** @param {import("./pool.js").Traced} traced */
-  traced({ batch, cancelled, reached, rays, preparing, milliseconds }) {
+  traced({ batch, cancelled, reached, rays, preparing, milliseconds, lattice }) {
     this.#tracing = false;
     if (this.#carries && this.#step === 0) this.#carryingMs = preparing / (batch.height * batch.width);
-    if (rays > 0) this.#pace.measured(rays, batch.parts * milliseconds);
+    // Rays along edges are slower than those of a lattice.
+    if (lattice.rays > 0) this.#latticeMs = batch.parts * lattice.milliseconds / lattice.rays;
+    if (rays > lattice.rays) this.#pace.measured(rays - lattice.rays, batch.parts * (milliseconds - lattice.milliseconds));
     if (!cancelled) {
       this.#waiting.push(batch.id);
       this.#reached = reached;
@@ -131,13 +137,7 @@ export class Schedule {
       this.#scale = this.#scales ? this.#movingScale() : 1;
       this.#begin(this.#scale);
       this.#step = 0;
-      const time = SHARE * this.#movingTime(), parts = Math.max(1, ready - 1), pixels = this.#viewSize.height * this.#viewSize.width;
-      // Where a new picture is dense, or there is no time for more, nothing is carried along.
-      const dense = (this.#carries ? STICKY : 1) * DENSE * pixels, isDense = !this.#pace.known || this.#pace.rate * time * parts >= dense;
-      const carrying = this.#carryingMs * pixels, takesTooLong = carrying > LONGEST_CARRYING * time;
-      this.#carries = !isDense && !takesTooLong;
-      if (takesTooLong) this.#carryingMs *= FADE; // it was slow, as all code is at first, and is tried again
-      this.#trace(this.#carries ? time - carrying : time, parts);
+      this.#traceMoving(ready);
     } else if (this.refines && (this.#reached < this.#viewSize.height * this.#viewSize.width || this.#scale > 1)) {
       const left = this.#changedAt + REST_MS - performance.now();
       if (left > 0) {
@@ -182,15 +182,32 @@ export class Schedule {
     this.#reached = 0;
   }
 
-  /** @param {number} time milliseconds for tracing @param {number} parts */
-  #trace(time, parts) {
+  /** The first batch of a view. @param {number} ready how many threads can trace */
+  #traceMoving(ready) {
+    const parts = Math.max(1, ready - 1), pixels = this.#viewSize.height * this.#viewSize.width;
+    const time = SHARE * this.#movingTime(), carrying = this.#carryingMs * pixels;
+    // A whole picture is only painted, so that all threads trace.
+    const ofAll = { whole: Math.max(time, time * ready - this.#completing("filling", this.#viewSize)), part: time * parts };
+    const { firstStep, count } = plan(pixels, { lattice: this.#latticeMs, rate: this.#pace.rate }, ofAll, this.#firstStep);
+    // Where a new picture is dense, or there is no time for more, nothing is carried along.
+    const isDense = !this.#pace.known || count >= (this.#carries ? STICKY : 1) * DENSE * pixels;
+    const takesTooLong = carrying > LONGEST_CARRYING * time;
+    if (takesTooLong) this.#carryingMs *= FADE; // it was slow, as all code is at first, and is tried again
+    this.#carries = !isDense && !takesTooLong;
+    this.#firstStep = this.#carries ? 0 : firstStep;
+    if (this.#carries) this.#trace(time - carrying, parts);
+    else this.#trace(time, firstStep === 1 ? ready : parts, count);
+  }
+
+  /** @param {number} time milliseconds for tracing @param {number} parts @param {number} [count] of pixels, as far as that is known */
+  #trace(time, parts, count = Math.round(this.#pace.rate * time * parts)) {
     const total = this.#viewSize.height * this.#viewSize.width;
-    const count = Math.max(LEAST * parts, Math.round(this.#pace.rate * time * parts));
     this.#tracing = true;
     this.#pool?.trace({
       id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, carries: this.#carries,
-      sparse: this.#completing("default", this.#viewSize) < this.budget ? "default" : "small",
-      to: this.#pace.known ? Math.min(total, this.#reached + count) : total, milliseconds: this.#pace.known ? MARGIN * time : time,
+      firstStep: this.#firstStep, sparse: this.#completing("default", this.#viewSize) < this.budget ? "default" : "small",
+      to: this.#pace.known ? Math.min(total, this.#reached + Math.max(LEAST * parts, count)) : total,
+      milliseconds: this.#pace.known ? MARGIN * time : time,
     });
   }
 }
