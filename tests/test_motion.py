@@ -213,3 +213,34 @@ def test_the_cheapest_network_that_is_as_good_completes(scene):
     assert shares == ["default", "filling", "filling"]
     view = bob.View(scene, size=SIZE, model="small")
     assert names[view.frame(fraction=0.3).network] == "small"
+
+
+def test_a_picture_is_whole_where_there_is_time_for_it() -> None:
+    view = bob.View(bob.happy_tree(), size=(60, 80))
+    for azimuth in range(30, 40):
+        frame = view.frame(bob.Camera(azimuth=azimuth), ms=500)
+        if frame.fraction == 1 and azimuth > 33:
+            break
+    assert frame.fraction == 1
+    np.testing.assert_array_equal(frame.image, bob.trace(bob.happy_tree(), bob.Camera(azimuth), size=(60, 80)).gray)
+    assert frame.seconds < 0.5
+
+
+@pytest.mark.parametrize(
+    ("seconds", "before", "first_step"),
+    [(0.030, 0, 1), (0.039, 0, 4), (0.039, 1, 1), (0.041, 1, 4), (0.120, 0, 8), (1.0, 0, 0), (None, 0, 0)],
+)
+def test_a_picture_begins_with_the_lattice_that_there_is_time_for(
+    seconds: float | None, before: int, first_step: int
+) -> None:
+    """A quarter of the time at most, all of it for the whole picture; a little less than for the one before."""
+    view, total = bob.View(bob.happy_tree(), size=(80, 80)), 6400
+    view._first_step = before
+    view._pace.completed = [0.02, 0.02]
+    view._pace.measured(1000, 1)
+    if seconds is not None:
+        view._lattice_pace.measured(total, seconds)
+    plan = view._plan(0.04)
+    assert plan.first_step == first_step
+    assert plan.lattice == (-(-total // first_step**2) if first_step else 0)
+    assert plan.pixels >= plan.lattice

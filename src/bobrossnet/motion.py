@@ -33,6 +33,13 @@ SHADED_ANEW = Layout(_core.remembered_layout(False).names)
 COLORED_ANEW = Layout(_core.remembered_layout(True).names)
 """The same of scenes that have colours."""
 
+LATTICE_SHARE = 0.25
+"""The lattice that a picture begins with takes so much of its time at most: with more, too few rays would be left for
+edges."""
+
+STICKY = 0.85
+"""A denser lattice than before must take so much less than there is time for: else both would alternate."""
+
 
 class View:
     """A scene seen by a camera that moves from frame to frame.
@@ -91,7 +98,8 @@ class View:
         self._choice = choice_of(model)
         check_order(ADAPTIVE, seed)
         self._seed = int(seed)
-        self._pace = Pace()
+        self._pace, self._lattice_pace = Pace(), Pace()
+        self._first_step = 0  # of the lattice that the picture began with
         self._history: _core.History | None = None
         self._order = _core.RefreshOrder(*self.size)
         self._moves = 0
@@ -108,7 +116,8 @@ class View:
             By default the one of the frame before, at first `Camera()`.
         ms : float above 0, optional
             Time for the frame in milliseconds, as `frame_ms` of `progressive`; 33 if neither this nor `fraction` is
-            given. Where that is enough for 5 % of the pixels, nothing is carried along: it would be no better.
+            given. Where that is enough for 5 % of the pixels, nothing is carried along: it would be no better. The
+            picture begins with a lattice then, and is whole where there is time for all pixels.
         fraction : float in (0, 1], optional
             Share of the pixels that this frame traces.
 
@@ -130,23 +139,40 @@ class View:
         if camera is not None and not isinstance(camera, Camera):
             raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
         start = time.perf_counter()
+        lattice = 0
         if camera is not None and camera != self._seen.camera:
+            plan = self._plan(budget) if count is None else _Plan(0, 0, 0)
             # A picture for which there is time to be dense is as good without what others have seen, and sooner there.
-            is_dense = self._pace.pixels_in(budget - self._pace.to_complete) >= DENSE * self._picture.total
-            self._move(camera, carries=count is not None or not is_dense)
-        return self._picture.frame(start, count, budget)
+            self._move(camera, carries=plan.pixels < DENSE * self._picture.total, first_step=plan.first_step)
+            if self._picture.expected is None:
+                lattice = plan.lattice
+        return self._picture.frame(start, count, budget, lattice=lattice)
 
     def forget(self) -> None:
         """Begin anew: for tracers whose shapes or lights have changed."""
         self._history = None
         self._picture = self._unknown()
 
-    def _move(self, camera: Camera, carries: bool) -> None:
+    def _plan(self, budget: float) -> _Plan:
+        """What there is time for, in seconds, in a picture that carries nothing along."""
+        total, part = self._picture.total, budget - self._pace.to_complete
+        for step in (1, 2, 4, 8):
+            lattice = -(-total // step**2)
+            # Its rays are never slower than those along edges, which every picture has.
+            seconds = min(self._lattice_pace.most_seconds(lattice), self._pace.most_seconds(lattice))
+            stays = 0 < self._first_step <= step
+            if seconds <= (1 if stays else STICKY) * (budget if step == 1 else LATTICE_SHARE * part):
+                others = 0 if step == 1 else self._pace.pixels_in(part - seconds)
+                return _Plan(step, lattice, lattice + others)
+        return _Plan(0, 0, self._pace.pixels_in(part))
+
+    def _move(self, camera: Camera, carries: bool, first_step: int) -> None:
         seen = self._seen_by(camera)
         self._layout = self._picture.layout
         self._moves += 1
         expecting = self._expecting(seen) if carries else None
         self._seen = seen
+        self._first_step = 0 if expecting else first_step
         self._picture = expecting or self._unknown()
 
     def _expecting(self, seen: _Seen) -> PartialPicture | None:
@@ -167,12 +193,14 @@ class View:
             seen.tracer.shade(expected)
         self._order.begin((self._seed + self._moves) % 2**64)
         sequence = _Refreshing(self._order, expected, off_center)
-        return PartialPicture(seen.tracer, self.size, layout, sequence, self._choice, self._pace, expected)
+        return PartialPicture(seen.tracer, self.size, layout, sequence, self._choice, self._pace, expected=expected)
 
     def _unknown(self) -> PartialPicture:
         """A picture of which nothing is expected."""
-        sequence = PixelSequence(self.size, ADAPTIVE, self._seed)
-        return PartialPicture(self._seen.tracer, self.size, self._layout, sequence, self._choice, self._pace)
+        sequence = PixelSequence(self.size, ADAPTIVE, self._seed, self._first_step)
+        return PartialPicture(
+            self._seen.tracer, self.size, self._layout, sequence, self._choice, self._pace, self._lattice_pace
+        )
 
     def _seen_by(self, camera: Camera) -> _Seen:
         if self._scene is not None:
@@ -187,6 +215,14 @@ class View:
         return check_samples(self._tracer(camera, pixels), len(pixels))
 
 
+class _Plan(NamedTuple):
+    """A new picture."""
+
+    first_step: int  # of the lattice that it begins with: 1 for the whole picture, 0 for none
+    lattice: int  # its pixels
+    pixels: int  # in all
+
+
 class _Seen(NamedTuple):
     """What a camera sees."""
 
@@ -199,6 +235,7 @@ class _Refreshing:
     """The `Sequence` of a picture of which something is expected, (C, H, W), with what was traced over it."""
 
     looks = True
+    in_lattice = False
 
     def __init__(
         self, order: _core.RefreshOrder, picture: NDArray[np.float32], off_center: NDArray[np.float32]

@@ -18,6 +18,8 @@ class PixelSequence:
     size : (height, width)
     order, seed
         As in `trace`.
+    first_step : 0, 1, 2, 4 or 8
+        Of the lattice that an adaptive order begins with, row by row; at 1 all pixels follow that of step 2.
 
     Raises
     ------
@@ -25,12 +27,19 @@ class PixelSequence:
         If there is no such order, or no such seed.
     """
 
-    def __init__(self, size: Size, order: str, seed: int) -> None:
+    def __init__(self, size: Size, order: str, seed: int, first_step: int = 0) -> None:
         self.size, self.order, self.seed = size, check_order(order, seed), int(seed)
         self.done = 0
         """How many were handed out."""
-        self._adaptive = _core.AdaptiveOrder(self.seed, *size) if self.order == ADAPTIVE else None
+        self._adaptive = _core.AdaptiveOrder(self.seed, *size, first_step) if self.order == ADAPTIVE else None
         self._round = np.empty((0, 2), np.int32)  # what is left of it
+        self._rounds = 0
+        self._ends_in_lattice = first_step == 1
+
+    @property
+    def in_lattice(self) -> bool:
+        """Whether the pixels that were handed out last are of an adaptive order's first lattice."""
+        return self._rounds == 1 or (self._rounds > 0 and self._ends_in_lattice)
 
     @property
     def looks(self) -> bool:
@@ -56,6 +65,7 @@ class PixelSequence:
         else:
             if not len(self._round):
                 self._round = self._adaptive.next(layout.core, planes)
+                self._rounds += 1
             pixels, self._round = self._round[:count], self._round[count:]
         self.done += len(pixels)
         return pixels
