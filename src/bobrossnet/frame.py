@@ -381,8 +381,8 @@ class Pace:
         return int(max(0, min((seconds - per_call) / per_pixel, self.GROWTH * self.largest)))
 
     def most_seconds(self, pixels: int) -> float:
-        """How long so many pixels take at most, if they are no fewer than in the calls so far; infinite where nothing is
-        known."""
+        """How long so many pixels take at most, if they are no fewer than in the calls so far; infinite where nothing
+        is known."""
         return pixels * float(self.sums[2] / self.sums[1]) if self.largest else inf
 
     def worthwhile(self) -> int:
