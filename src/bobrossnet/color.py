@@ -32,9 +32,10 @@ def to_srgb(values: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
 
 
 def luminance(rgb: Any) -> NDArray[Any]:
-    """Of linear RGB, (..., 3)."""
+    """Of linear RGB, (..., 3); the same whatever stands beside it, which sums of a library are not."""
     values = np.asarray(rgb)
-    sums: NDArray[Any] = values @ np.array(LUMINANCE, values.dtype)
+    red, green, blue = np.array(LUMINANCE, values.dtype)
+    sums: NDArray[Any] = red * values[..., 0] + green * values[..., 1] + blue * values[..., 2]
     return sums
 
 

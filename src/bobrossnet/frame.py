@@ -287,13 +287,16 @@ class PartialPicture:
         while True:
             while came := self._take(0):  # first, so that the next pixels are chosen by all that is known
                 done += came
-            is_enough = done >= count if count is not None else done > 0 and time.perf_counter() >= deadline
-            if self._open and self.calls.has_room and (goes_on or not is_enough):
+            if done >= count if count is not None else done > 0 and time.perf_counter() >= deadline:
+                break
+            if self._open and self.calls.has_room:
                 goes_on = self._begin(self._part(count, budget))
-            elif is_enough or not self.calls.under_way:
-                return
-            else:
+            elif self.calls.under_way:
                 done += self._take(deadline - time.perf_counter() if count is None and done else None)
+            else:
+                return
+        while goes_on and self._open and self.calls.has_room:
+            goes_on = self._begin(self._part(count, budget))
 
     def _part(self, count: int | None, budget: float) -> int:
         """How many pixels one of several calls is to have at most, where a frame has so many, or so many seconds."""

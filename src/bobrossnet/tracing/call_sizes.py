@@ -81,5 +81,6 @@ class Turnover:
         if len(self._fastest) < 2:
             return 1
         (few, least), (many, most) = min(self._fastest.items()), max(self._fastest.items())
-        per_pixel = (most - least) / (many - few)
-        return max(1, int(least / per_pixel - few)) if per_pixel > 0 else 1
+        if most <= least:
+            return many
+        return max(1, int(least * (many - few) / (most - least) - few))
