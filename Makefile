@@ -31,6 +31,7 @@ bench: $(VENV)/installed-test
 	$(BIN)/python bench/color.py
 	$(BIN)/python bench/everyday.py
 	$(BIN)/python bench/tracers.py
+	$(BIN)/python bench/async_tracers.py
 	$(BIN)/python bench/learn.py
 
 # The viewer's page in Chromium: frames a second, first pictures, memory, and its pictures beside those of half the resolution.

@@ -8,6 +8,7 @@ from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from runpy import run_path
+from subprocess import PIPE, run
 
 import mitsuba as mi
 import numpy as np
@@ -59,13 +60,18 @@ def test_readme_examples_run(tmp_path, monkeypatch, capsys):
 
 
 def test_examples_of_tracers_run(tmp_path, monkeypatch):
-    own, guided, of_mitsuba = python_in("docs/tracers.md")
+    own, guided, pooled, of_mitsuba = python_in("docs/tracers.md")
     names = {}
     exec(own.replace("(480, 640)", "(48, 64)"), names)
     assert names["frame"].fraction == 1
     exec(guided, names)
     assert names["frame"].gbuffer.guides is not None
     assert names["frame"].color.shape == (48, 64, 3)
+    (tmp_path / "pooled.py").write_text(
+        (own + pooled + "        print(frame.fraction)\n").replace("(480, 640)", "(48, 64)")
+    )
+    printed = run([sys.executable, tmp_path / "pooled.py"], stdout=PIPE, text=True, check=True, timeout=60).stdout
+    assert printed.split()[-1] == "1.0"
     monkeypatch.setattr(mi, "cornell_box", small(mi.cornell_box))
     exec(of_mitsuba.replace("llvm_ad_rgb", "scalar_rgb"), names)
     assert names["frame"].color.shape == (16, 16, 3)

@@ -1,0 +1,382 @@
+"""Tracers that return futures: several calls go on at once, and come back in any order."""
+
+import asyncio
+import threading
+import time
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
+
+import numpy as np
+import pytest
+
+import bobrossnet as bob
+
+H, W = SIZE = (48, 64)
+LATER = 0.002
+
+
+def found(pixels):
+    """A disc before a ramp."""
+    row, column = pixels.T
+    hit = np.hypot(row - H / 2, column - W / 2) < 15
+    gray = np.where(hit, row / H, column / W)
+    return bob.Samples(color=gray[:, None] * (1, 0.5, 0.25), depth=np.where(hit, 0.6, 0), hit=hit)
+
+
+def noisy(pixels, deviation=0.1):
+    rng = np.random.default_rng(abs(hash(pixels.tobytes())))
+    gray = 1 + pixels[:, 1] / W + deviation * rng.standard_normal(len(pixels))
+    return bob.Samples(gray, variance=np.full(len(pixels), deviation**2))
+
+
+class Pool:
+    """A tracer whose calls run in threads, some before those that began earlier."""
+
+    size = SIZE
+    in_flight = 4
+
+    def __init__(self, trace=found, workers=4):
+        self.trace = trace
+        self.executor = ThreadPoolExecutor(workers)
+        self.calls, self.running, self.most, self.lock = [], 0, 0, threading.Lock()
+
+    def __call__(self, pixels):
+        self.calls.append(pixels)
+        return self.executor.submit(self.run, pixels, LATER * (1 + len(self.calls) % 3))
+
+    def run(self, pixels, seconds):
+        with self.lock:
+            self.running += 1
+            self.most = max(self.most, self.running)
+        try:
+            time.sleep(seconds)
+            return self.trace(pixels)
+        finally:
+            with self.lock:
+                self.running -= 1
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.executor.shutdown()
+
+
+class ByHand:
+    """A tracer whose calls end when a test says so."""
+
+    size = SIZE
+
+    def __init__(self, in_flight=4):
+        self.in_flight = in_flight
+        self.calls = []
+
+    def __call__(self, pixels):
+        future = Future()
+        self.calls.append((pixels, future))
+        return future
+
+    def end(self, index):
+        pixels, future = self.calls.pop(index)
+        future.set_result(found(pixels))
+        return len(pixels)
+
+
+def last_of(**arguments):
+    *_, last = bob.progressive(**arguments)
+    return last
+
+
+PACES = [{"fraction": 0.1}, {"first": 0.2, "frame_ms": 5}, {"frame_ms": 20}]
+
+
+@pytest.mark.parametrize("pace", PACES)
+@pytest.mark.parametrize("order", ["adaptive", "uniform"])
+@pytest.mark.parametrize("batch", [None, 50])
+def test_the_picture_is_that_of_a_plain_tracer_to_the_bit(pace, order, batch):
+    with Pool() as tracer:
+        tracer.batch = batch
+        frames = list(bob.progressive(tracer=tracer, order=order, **pace))
+    plain = last_of(tracer=found, size=SIZE)
+    assert frames[-1].gbuffer == plain.gbuffer
+    assert np.array_equal(frames[-1].image, plain.image)
+    assert np.array_equal(frames[-1].color, plain.color)
+    fractions = [frame.fraction for frame in frames]
+    assert fractions == sorted(set(fractions))
+    assert fractions[0] >= pace.get("first", pace.get("fraction", 0)) - 1e-3
+    asked = np.concatenate(tracer.calls)
+    assert len(np.unique(asked, axis=0)) == H * W
+    assert tracer.most == tracer.in_flight
+    if batch is None:
+        assert len(asked) == H * W
+    else:
+        assert {len(pixels) for pixels in tracer.calls} == {batch}
+    for frame in frames:
+        row, column = np.argwhere(frame.gbuffer.mask).T
+        assert np.array_equal(frame.color[row, column], plain.color[row, column])
+
+
+def test_results_may_come_in_any_order():
+    tracer = ByHand()
+    frames = bob.progressive(tracer=tracer, fraction=1)
+    random = np.random.default_rng(0)
+
+    def end_some():
+        while waiting.is_alive():
+            if len(tracer.calls) >= 4 or frames.gi_frame is None or (len(tracer.calls) and random.random() < 0.1):
+                tracer.end(random.integers(len(tracer.calls)))
+            time.sleep(1e-4)
+
+    out = []
+    waiting = threading.Thread(target=lambda: out.extend(frames))
+    waiting.start()
+    end_some()
+    assert out[-1].gbuffer == last_of(tracer=found, size=SIZE).gbuffer
+
+
+def test_frames_come_while_calls_are_under_way():
+    tracer = ByHand(in_flight=3)
+    frames = bob.progressive(tracer=tracer, frame_ms=20)
+    ended = []
+    timer = threading.Timer(0.05, lambda: ended.append(tracer.end(1)))
+    timer.start()
+    first = next(frames)
+    timer.join()
+    assert len(tracer.calls) == 3  # another one began
+    assert first.fraction == ended[0] / (H * W)
+    tracer.end(2)
+    second = next(frames)
+    assert second.fraction > first.fraction
+    assert second.seconds < 1
+    for _, future in tracer.calls:
+        future.set_result(None)
+    frames.close()
+
+
+def test_what_is_under_way_is_not_taken_for_empty(tree):
+    """Rounds that are decided before the last one came go where plain ones do."""
+    full = bob.trace(tree, size=(240, 320))
+
+    def traced(pixels):
+        row, column = pixels.T
+        return bob.Samples(full.gray[row, column], full.depth[row, column], full.normal[row, column])
+
+    class Late(ByHand):
+        size = (240, 320)
+
+        def __call__(self, pixels):
+            if len(self.calls) == self.in_flight - 1:  # the oldest comes
+                pixels_before, future = self.calls.pop(0)
+                future.set_result(traced(pixels_before))
+            return super().__call__(pixels)
+
+    frame = next(bob.progressive(tracer=Late(8), first=0.05, fraction=0.05))
+    assert frame.fraction == pytest.approx(0.05, abs=0.01)
+    late, plain = (bob.ssim(bob.complete(part), full.gray) for part in (frame.gbuffer, full.sample(frame.fraction)))
+    assert late > plain - 0.02
+
+
+@pytest.mark.parametrize("until", [0.002, 0.02])
+def test_noise_falls_until_the_error_is_as_asked(until):
+    with Pool(noisy) as tracer:
+        *frames, last = bob.progressive(tracer=tracer, fraction=0.3, until=until)
+    assert last.error <= until
+    assert all(frame.error > until for frame in frames)
+    asked = np.concatenate(tracer.calls)
+    assert len(asked) > H * W or until == 0.02
+    assert tracer.running == 0
+
+
+def test_guides_are_followed():
+    class Guided(Pool):
+        def guides(self):
+            return {"depth": np.full(SIZE, 5.0)}
+
+    with Guided() as tracer:
+        *_, last = bob.progressive(tracer=tracer, fraction=0.3)
+    assert last.gbuffer.guides is not None
+    assert np.array_equal(last.color, last_of(tracer=found, size=SIZE).color)
+
+
+def test_nothing_is_left_when_it_is_closed_early():
+    threads = threading.active_count()
+    with Pool(workers=2) as tracer:
+        frames = bob.progressive(tracer=tracer, fraction=0.1)
+        next(frames)
+        frames.close()
+        assert tracer.running == 0
+        count = len(tracer.calls)
+        time.sleep(5 * LATER)
+        assert (tracer.running, len(tracer.calls)) == (0, count)
+    assert threading.active_count() == threads
+
+
+def test_calls_that_have_not_begun_are_cancelled():
+    tracer = ByHand()
+    frames = bob.progressive(tracer=tracer, frame_ms=1)
+    threading.Timer(0.02, lambda: tracer.end(0)).start()
+    next(frames)
+    futures = [future for _, future in tracer.calls]
+    assert len(futures) == 4
+    frames.close()
+    assert all(future.cancelled() for future in futures)
+
+
+def test_the_end_by_its_error_leaves_nothing():
+    with Pool() as tracer:
+        last = last_of(tracer=tracer, fraction=0.02, until=0.2)
+        assert last.fraction < 1
+        assert tracer.running == 0
+
+
+def test_what_a_call_raises_comes_through():
+    def failing(pixels):
+        raise ZeroDivisionError("mine")
+
+    with Pool(failing) as tracer:
+        frames = bob.progressive(tracer=tracer)
+        with pytest.raises(ZeroDivisionError, match="mine"):
+            next(frames)
+        assert tracer.running == 0
+        assert list(frames) == []
+
+
+def test_a_tracer_that_fails_itself_leaves_no_call():
+    class Failing(Pool):
+        def __call__(self, pixels):
+            if len(self.calls) == 3:
+                raise OSError("no connection")
+            return super().__call__(pixels)
+
+    with Failing() as tracer:
+        with pytest.raises(OSError, match="no connection"):
+            next(bob.progressive(tracer=tracer))
+        assert tracer.running == 0
+
+
+async def coroutine(pixels):
+    return found(pixels)
+
+
+@pytest.mark.parametrize(
+    ("tracer", "message"),
+    [
+        (lambda future: future.set_result(np.zeros(3)), "expected it to return bobrossnet.Samples, got ndarray"),
+        (
+            lambda future: future.set_result(bob.Samples([0.5])),
+            "expected it to return 10 samples, one per pixel, got 1",
+        ),
+        (lambda future: future.cancel(), "expected samples, got a future that was cancelled"),
+    ],
+)
+def test_each_wrong_future_is_one_line(tracer, message):
+    def filled(pixels):
+        future = Future()
+        tracer(future)
+        return future
+
+    with pytest.raises(bob.InputError) as error:
+        next(bob.progressive(tracer=filled, size=SIZE))  # 10 pixels are the first round
+    assert str(error.value) == f"tracer: {message}"
+
+
+def asyncio_future(pixels):
+    loop = asyncio.new_event_loop()
+    future = loop.create_future()
+    loop.close()
+    return future
+
+
+@pytest.mark.parametrize(("tracer", "got"), [(coroutine, "coroutine"), (asyncio_future, "Future")])
+def test_what_a_loop_in_this_thread_would_fill_is_refused(tracer, got):
+    with pytest.raises(bob.InputTypeError) as error:
+        next(bob.progressive(tracer=tracer, size=SIZE))
+    assert str(error.value) == (
+        "tracer: expected it to return bobrossnet.Samples, or a future that others fill, got "
+        f"{got}; asyncio.run_coroutine_threadsafe returns such a future"
+    )
+
+
+def test_coroutines_in_a_loop_elsewhere():
+    loop = asyncio.new_event_loop()
+    thread = threading.Thread(target=loop.run_forever)
+    thread.start()
+    tracer = lambda pixels: asyncio.run_coroutine_threadsafe(coroutine(pixels), loop)  # noqa: E731
+    assert last_of(tracer=tracer, size=SIZE).gbuffer == last_of(tracer=found, size=SIZE).gbuffer
+    loop.call_soon_threadsafe(loop.stop)
+    thread.join()
+    loop.close()
+
+
+@pytest.mark.parametrize("pace", PACES)
+@pytest.mark.parametrize("in_flight", [None, 1, 3])
+def test_samples_and_futures_may_alternate(pace, in_flight):
+    class Mixed(Pool):
+        def __call__(self, pixels):
+            future = super().__call__(pixels)
+            return future.result() if len(self.calls) % 3 else future
+
+    with Mixed() as tracer:
+        tracer.in_flight = in_flight
+        assert last_of(tracer=tracer, **pace).gbuffer == last_of(tracer=found, size=SIZE).gbuffer
+
+
+def test_samples_at_once_keep_the_pace_whatever_is_said_to_be_in_flight():
+    def tracer(pixels):
+        time.sleep(LATER)
+        return found(pixels)
+
+    tracer.in_flight = 5
+    frames = bob.progressive(tracer=tracer, size=SIZE, frame_ms=20)
+    assert np.median([frame.seconds for frame in frames]) < 0.1
+
+
+@pytest.mark.parametrize("in_flight", [0, 2.5, "many", 2**20])
+def test_wrong_numbers_of_calls_are_named(in_flight):
+    tracer = ByHand(in_flight)
+    with pytest.raises(bob.InputError, match=r"^tracer.in_flight: expected an integer"):
+        bob.progressive(tracer=tracer)
+
+
+def test_views_take_no_futures():
+    tracer = ByHand()
+    view = bob.View(tracer=lambda camera, pixels: tracer(pixels), size=SIZE)
+    with pytest.raises(bob.InputError, match=r"^tracer: expected it to return bobrossnet.Samples, got Future$"):
+        view.frame()
+
+
+def test_dask():
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=":0") as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        tracer = partial(client.submit, found)
+        assert last_of(tracer=tracer, size=SIZE).gbuffer == last_of(tracer=found, size=SIZE).gbuffer
+        frames = bob.progressive(tracer=tracer, size=SIZE, fraction=0.1)
+        next(frames)
+        frames.close()
+        with pytest.raises(ZeroDivisionError):
+            next(bob.progressive(tracer=lambda pixels: client.submit(lambda: 1 / 0), size=SIZE))
+
+
+def test_the_rate_is_that_of_all_calls():
+    """Whatever calls wait for: here twice as many are under way as run."""
+    from bobrossnet.tracing.call_sizes import Turnover
+
+    turnover, workers, in_flight, per_call, per_pixel = Turnover(), 4, 8, 0.002, 0.001
+    free, now, calls = [0.0] * workers, 0.0, []
+    for _ in range(200):
+        while len(calls) < in_flight:
+            n = turnover.pixels_in(0.1, in_flight)
+            worker = free.index(min(free))
+            free[worker] = max(free[worker], now) + per_call + n * per_pixel
+            calls.append((free[worker], now, n))
+        calls.sort()
+        ended, began, n = calls.pop(0)
+        turnover.came(n, ended - began, ended, in_flight)
+        now = ended
+    assert turnover.pixels_in(0.1, in_flight) == pytest.approx((0.1 / 2 - per_call) / per_pixel, rel=0.15)
+    turnover.resumed(now + 100)  # nothing was under way meanwhile
+    turnover.came(48, 0.05, now + 100.0125, in_flight)
+    assert turnover.pixels_in(0.1, in_flight) == pytest.approx((0.1 / 2 - per_call) / per_pixel, rel=0.2)
