@@ -158,8 +158,7 @@ class View:
         total, part = self._picture.total, budget - self._pace.to_complete
         for step in (1, 2, 4, 8):
             lattice = -(-total // step**2)
-            # Its rays are never slower than those along edges, which every picture has.
-            seconds = min(self._lattice_pace.most_seconds(lattice), self._pace.most_seconds(lattice))
+            seconds = self._lattice_pace.most_seconds(lattice)
             stays = 0 < self._first_step <= step
             if seconds <= (1 if stays else STICKY) * (budget if step == 1 else LATTICE_SHARE * part):
                 others = 0 if step == 1 else self._pace.pixels_in(part - seconds)

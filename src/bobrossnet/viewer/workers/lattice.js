@@ -22,9 +22,7 @@ const STICKY = 0.85;
  *   for a lattice; and how many pixels are traced in all
  */
 export function plan(pixels, pace, time, before) {
-  // Its rays are never slower than those along edges, which every picture has.
-  const each = Number.isNaN(pace.lattice) ? NaN : Math.min(pace.lattice, 1 / pace.rate);
-  const milliseconds = (/** @type {number} */ step) => each * pixels / step ** 2;
+  const milliseconds = (/** @type {number} */ step) => pace.lattice * pixels / step ** 2;
   const fits = (/** @type {number} */ step) =>
     milliseconds(step) <= (before > 0 && before <= step ? 1 : STICKY) * (step === 1 ? time.whole : SHARE * time.part);
   const firstStep = [1, 2, 4, 8].find(fits) ?? 0;
