@@ -243,4 +243,5 @@ def test_a_picture_begins_with_the_lattice_that_there_is_time_for(
     plan = view._plan(0.04)
     assert plan.first_step == first_step
     assert plan.lattice == (-(-total // first_step**2) if first_step else 0)
-    assert plan.pixels >= plan.lattice
+    lattice_seconds = (seconds or 0) / first_step**2 if first_step else 0
+    assert plan.others == (0 if first_step == 1 else view._pace.pixels_in(0.02 - lattice_seconds))

@@ -332,9 +332,10 @@ def test_a_moving_picture_begins_with_the_lattice_that_there_is_time_for(page, v
         [viewer.url, asked],
     )
     assert [each["firstStep"] for each in found] == [1, 4, 1, 4, 8, 0, 0]
-    assert found[0]["count"] == 6400
-    assert found[4]["count"] == 6400 / 64 + round(100 * (20 - 90 / 64))
-    assert found[-1]["count"] == 2000
+    assert [each["lattice"] for each in found] == [6400, 400, 6400, 400, 100, 0, 0]
+    assert found[0]["others"] == 0
+    assert found[4]["others"] == round(100 * (20 - 90 / 64))
+    assert found[-1]["others"] == 2000
 
 
 def test_a_moving_picture_is_whole_where_there_is_time_for_it(browser, viewer):

@@ -90,7 +90,8 @@ async function compare({ file, height, width, cameras, step, before, times, leve
       const begin = performance.now(), isFirst = i === 0 && cameras.length > 1;
       // As viewer/workers/schedule.js has it.
       const pace = { lattice: dense / (height * width), rate }, ofAll = { whole: time, part: time - completing[0] };
-      const { firstStep, count } = plan(height * width, pace, ofAll, latticeStep), isDense = count >= DENSE * height * width;
+      const { firstStep, lattice, others } = plan(height * width, pace, ofAll, latticeStep);
+      const isDense = Math.max(lattice, others) >= DENSE * height * width;
       const isExpected = view && !isDense && history.move(view.camera, view.order.planes, camera, i);
       view?.order.free();
       if (isExpected) scene.shade(history.planes, { height, width }, camera);

@@ -143,7 +143,8 @@ class View:
         if camera is not None and camera != self._seen.camera:
             plan = self._plan(budget) if count is None else _Plan(0, 0, 0)
             # A picture for which there is time to be dense is as good without what others have seen, and sooner there.
-            self._move(camera, carries=plan.pixels < DENSE * self._picture.total, first_step=plan.first_step)
+            is_dense = max(plan.lattice, plan.others) >= DENSE * self._picture.total
+            self._move(camera, carries=not is_dense, first_step=plan.first_step)
             if self._picture.expected is None:
                 lattice = plan.lattice
         return self._picture.frame(start, count, budget, lattice=lattice)
@@ -162,7 +163,7 @@ class View:
             stays = 0 < self._first_step <= step
             if seconds <= (1 if stays else STICKY) * (budget if step == 1 else LATTICE_SHARE * part):
                 others = 0 if step == 1 else self._pace.pixels_in(part - seconds)
-                return _Plan(step, lattice, lattice + others)
+                return _Plan(step, lattice, others)
         return _Plan(0, 0, self._pace.pixels_in(part))
 
     def _move(self, camera: Camera, carries: bool, first_step: int) -> None:
@@ -219,7 +220,7 @@ class _Plan(NamedTuple):
 
     first_step: int  # of the lattice that it begins with: 1 for the whole picture, 0 for none
     lattice: int  # its pixels
-    pixels: int  # in all
+    others: int  # how many there is time for
 
 
 class _Seen(NamedTuple):

@@ -18,15 +18,15 @@ const STICKY = 0.85;
  *   other rays a millisecond
  * @param {{whole: number, part: number}} time milliseconds of all threads: for a whole picture, which is not completed, and for others
  * @param {number} before the step of the picture before
- * @returns {{firstStep: number, count: number}} the lattice's step: 1 for the whole picture, 2, 4 or 8; 0 where rays are too slow
- *   for a lattice; and how many pixels are traced in all
+ * @returns {{firstStep: number, lattice: number, others: number}} the lattice's step: 1 for the whole picture, 2, 4 or 8; 0 where
+ *   rays are too slow for a lattice; its pixels, and how many others there is time for
  */
 export function plan(pixels, pace, time, before) {
   const milliseconds = (/** @type {number} */ step) => pace.lattice * pixels / step ** 2;
   const fits = (/** @type {number} */ step) =>
     milliseconds(step) <= (before > 0 && before <= step ? 1 : STICKY) * (step === 1 ? time.whole : SHARE * time.part);
   const firstStep = [1, 2, 4, 8].find(fits) ?? 0;
-  if (firstStep === 1) return { firstStep, count: pixels };
+  if (firstStep === 1) return { firstStep, lattice: pixels, others: 0 };
   const lattice = firstStep && Math.ceil(pixels / firstStep ** 2);
-  return { firstStep, count: lattice + Math.round(pace.rate * (time.part - (firstStep && milliseconds(firstStep)))) };
+  return { firstStep, lattice, others: Math.round(pace.rate * (time.part - (firstStep && milliseconds(firstStep)))) };
 }

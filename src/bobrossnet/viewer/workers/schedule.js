@@ -188,15 +188,15 @@ export class Schedule {
     const time = SHARE * this.#movingTime(), carrying = this.#carryingMs * pixels;
     // A whole picture is only painted, so that all threads trace.
     const ofAll = { whole: Math.max(time, time * ready - this.#completing("filling", this.#viewSize)), part: time * parts };
-    const { firstStep, count } = plan(pixels, { lattice: this.#latticeMs, rate: this.#pace.rate }, ofAll, this.#firstStep);
+    const { firstStep, lattice, others } = plan(pixels, { lattice: this.#latticeMs, rate: this.#pace.rate }, ofAll, this.#firstStep);
     // Where a new picture is dense, or there is no time for more, nothing is carried along.
-    const isDense = !this.#pace.known || count >= (this.#carries ? STICKY : 1) * DENSE * pixels;
+    const isDense = !this.#pace.known || Math.max(lattice, others) >= (this.#carries ? STICKY : 1) * DENSE * pixels;
     const takesTooLong = carrying > LONGEST_CARRYING * time;
     if (takesTooLong) this.#carryingMs *= FADE; // it was slow, as all code is at first, and is tried again
     this.#carries = !isDense && !takesTooLong;
     this.#firstStep = this.#carries ? 0 : firstStep;
     if (this.#carries) this.#trace(time - carrying, parts);
-    else this.#trace(time, firstStep === 1 ? ready : parts, count);
+    else this.#trace(time, firstStep === 1 ? ready : parts, lattice + others);
   }
 
   /** @param {number} time milliseconds for tracing @param {number} parts @param {number} [count] of pixels, as far as that is known */
