@@ -26,12 +26,13 @@ constexpr std::size_t short_code = 12;
 /// of bounding values is 1.
 constexpr std::uint64_t units_to_narrow = 4, units_to_specialise = 100;
 
-/// The work of bounding values in a box: angles and powers take as long as many sums.
+/// The work of bounding values in a box: angles and powers take as long as many sums, and the way to a mesh as long as many of these.
 std::uint64_t units_of(const Code& code) {
     std::uint64_t units = code.count;
     for (std::size_t i = 0; i < code.count; ++i) {
         const Op op = code.instructions[i].op;
         if ((op >= Op::sin && op <= Op::log) || op == Op::power || op == Op::atan2) units += 24;
+        if (op == Op::mesh_distance) units += 600;
     }
     return units;
 }
@@ -356,7 +357,7 @@ std::vector<Cells::Builder::Child> Cells::Builder::occupied(const TapePtr& paren
     return children;
 }
 
-Cells::Cells(const Expression& f) {
+Cells::Cells(const Expression& f) : meshes_(f.meshes()) {
     // The root's children are built apart, by all threads, and put together in order.
     const auto tape = std::make_shared<const Tape>(f);
     Builder root(0, budget / 16);

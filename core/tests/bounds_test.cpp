@@ -110,6 +110,7 @@ TEST(bounds_are_sharp_where_each_variable_stands_once) {
         Random random(2);
         for (int i = static_cast<int>(Op::negate); i < bob::op_count; ++i) {
             const Op op = static_cast<Op>(i);
+            if (op == Op::mesh_distance) continue;  // bounded over the ball around the box
             bob::Node node{.op = op, .operand = {0, 1, 2}, .value = 3};
             if (op == Op::modulo) node.operand[1] = 3;
             const bob::Tape tape(bob::Expression(

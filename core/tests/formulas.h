@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "check.h"
+#include "formula/mesh_distance.h"
 #include "formula/scratch.h"
 #include "formula/tape.h"
 
@@ -31,6 +32,17 @@ inline double random_constant(Random& random) {
     return random() < 0.5f ? random(-2, 2) : numbers[pick(random, std::size(numbers))];
 }
 
+/// An octahedron with a corner pushed in, for formulas of all ops.
+inline const bob::MeshDistance& some_mesh() {
+    static const auto mesh = [] {
+        const std::vector<bob::Vec3> vertices{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, -0.25f}, {0, 0, -1}};
+        const std::vector<bob::MeshDistance::Triangle> triangles{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                                                                 {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+        return bob::MeshDistance::of(vertices, triangles);
+    }();
+    return *mesh;
+}
+
 /// A random formula of all ops and `steps` steps at most, as plain nodes that nothing simplifies.
 inline bob::Expression random_expression(Random& random, int steps) {
     using bob::Op;
@@ -45,6 +57,7 @@ inline bob::Expression random_expression(Random& random, int steps) {
             node.operand[k] = static_cast<std::uint32_t>(nodes.size() - 1 - back);
         }
         if (node.op == Op::power) node.value = std::array{-3, -2, -1, 1, 2, 3, 4, 5, 8, 11}[pick(random, 10)];
+        if (node.op == Op::mesh_distance) node.value = some_mesh().number();
         nodes.push_back(node);
     }
     return bob::Expression(std::move(nodes));
