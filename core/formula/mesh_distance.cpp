@@ -361,22 +361,30 @@ MeshDistance::Closest MeshDistance::closest(const Face& face, const Point& p) {
     return {height * height, p - height * face.normal, true};
 }
 
+/// `Number`: what distances from boxes are computed in.
+template <class Number>
 void MeshDistance::find_closest(const Point& p, Closest& best) const {
-    const Box place = around(p, 0);
-    const auto squared_distances = [&](const float (&bounds)[2][3][8], float (&squared)[8]) {
+    constexpr Number none = std::numeric_limits<Number>::infinity();
+    constexpr Number rounding = 8 * std::numeric_limits<Number>::epsilon();
+    Number low[3], high[3];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto at = static_cast<Number>(p[axis]), slack = rounding * std::fabs(at);
+        low[axis] = at - slack, high[axis] = at + slack;
+    }
+    const auto squared_distances = [&](const float (&bounds)[2][3][8], Number (&squared)[8]) {
         for (std::size_t k = 0; k < 8; ++k) {
-            float sum = 0;
-            for (int axis = 0; axis < 3; ++axis) {
-                const float below = bounds[0][axis][k] - place.high[axis], above = place.low[axis] - bounds[1][axis][k];
-                const float outside = below > above ? below : above;
-                const float way = outside > 0 ? outside : 0;
+            Number sum = 0;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const Number below = bounds[0][axis][k] - high[axis], above = low[axis] - bounds[1][axis][k];
+                const Number outside = below > above ? below : above;
+                const Number way = outside > 0 ? outside : 0;
                 sum += way * way;
             }
-            squared[k] = sum * (1 - 1e-6f);
+            squared[k] = sum * (1 - rounding);
         }
     };
     struct Open {
-        float squared;
+        Number squared;
         ChildRef child;
     };
     Open stack[7 * Bvh::max_depth + 8];
@@ -385,13 +393,13 @@ void MeshDistance::find_closest(const Point& p, Closest& best) const {
     while (open > 0) {
         const auto [bound, at] = stack[--open];
         if (bound > best.squared) continue;
-        float squared[8];
+        Number squared[8];
         if (!at.is_leaf()) {
             const BvhNode& node = nodes_[at.node_index()];
             squared_distances(node.bounds, squared);
             const std::size_t first = open;
             for (std::size_t k = 0; k < 8; ++k) {
-                if (!(squared[k] <= best.squared) || squared[k] == float_infinity) continue;
+                if (!(squared[k] <= best.squared) || squared[k] == none) continue;
                 std::size_t i = open++;
                 for (; i > first && stack[i - 1].squared < squared[k]; --i) stack[i] = stack[i - 1];
                 stack[i] = {squared[k], node.child[k]};
@@ -402,7 +410,7 @@ void MeshDistance::find_closest(const Point& p, Closest& best) const {
             const Leaf& leaf = leaves_[i];
             squared_distances(leaf.bounds, squared);
             for (std::size_t k = 0; k < 8; ++k) {
-                if (!(squared[k] <= best.squared) || squared[k] == float_infinity) continue;
+                if (!(squared[k] <= best.squared) || squared[k] == none) continue;
                 const Closest here = closest(faces_[leaf.face[k]], p);
                 if (here.squared < best.squared) best = here, best.face = leaf.face[k];
             }
@@ -415,7 +423,9 @@ MeshDistance::Closest MeshDistance::closest(const Point& p, const Known& known) 
     const std::uint32_t first = known.face == no_face ? 0 : known.face;
     Closest best = closest(faces_[first], p);
     best.face = first;
-    find_closest(p, best);
+    // Seen from afar, floats don't tell which box is closer.
+    const bool is_far = std::max({std::fabs(p[0]), std::fabs(p[1]), std::fabs(p[2])}) > 8;
+    is_far ? find_closest<double>(p, best) : find_closest<float>(p, best);
     return best;
 }
 
@@ -468,11 +478,14 @@ double MeshDistance::operator()(const Point& p, Known& known, Point& gradient) c
 /// normals, made longer to a length of 1.
 bool MeshDistance::gradients(const Point& center, double radius, double distance, Point& low, Point& high) const {
     constexpr double least_length = 0.05;
+    constexpr int most_faces = 256;  // of which a box that is worth a bound has far fewer
     const double reach = (std::fabs(distance) + 2 * radius) * (1 + relative_error) + absolute_error;
     if (!(reach < 10)) return false;
     low = {2, 2, 2}, high = {-2, -2, -2};
     double shortest = 0;
+    int looked_at = 0;
     for_each_in(around(center, reach), [&](std::uint32_t index) {
+        if (++looked_at > most_faces) return false;
         const Face& face = faces_[index];
         if (face.normal == Point{}) return true;  // its neighbours' normals do
         if (closest(face, center).squared > reach * reach) return true;
@@ -486,7 +499,7 @@ bool MeshDistance::gradients(const Point& center, double radius, double distance
         shortest = face.sense ? std::sqrt(squared) : 0;
         return shortest >= least_length;
     });
-    if (shortest < least_length) return false;
+    if (looked_at > most_faces || shortest < least_length) return false;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (low[axis] < 0) low[axis] = std::max(-1., low[axis] / shortest);
         if (high[axis] > 0) high[axis] = std::min(1., high[axis] / shortest);

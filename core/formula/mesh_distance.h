@@ -93,6 +93,7 @@ private:
     void for_each_in(const Box& box, Visit visit) const;
     [[nodiscard]] int sense(std::uint32_t face) const;
     [[nodiscard]] bool is_inside(const Point& p) const;
+    template <class Number>
     void find_closest(const Point& p, Closest& best) const;
     [[nodiscard]] Closest closest(const Point& p, const Known& known) const;
     [[nodiscard]] double signed_distance(const Point& p, const Closest& closest, Known& known) const;

@@ -37,6 +37,11 @@ std::uint64_t units_of(const Code& code) {
     return units;
 }
 
+bool has_mesh(const Code& code) {
+    const Instruction* const end = code.instructions + code.count;
+    return std::any_of(code.instructions, end, [](const Instruction& step) { return step.op == Op::mesh_distance; });
+}
+
 /// What the boxes decide about lane `lane`, as bytes that can be compared.
 std::vector<std::uint8_t> signature(const Tape& tape, std::span<const Decision> decisions, int lane) {
     std::vector<std::uint8_t> result;
@@ -198,12 +203,14 @@ private:
 
     /// The last level is for jumps that are too many in one cell. All else is traced faster in larger cells, which more
     /// rays share, as long as the code does not get much shorter: with the last level for all, a tanglecube took twice as
-    /// long; with the last two for spheres, 1.7 times.
+    /// long; with the last two for spheres, 1.7 times. Meshes are nearly flat in the smallest cells, where rays cross them once:
+    /// with the last level but one, they took one and a half times to three times as long.
     bool is_leaf(const Code& code, bool smooth, int level) {
         if (level == max_levels) return true;
-        if (smooth && level == max_levels - 2 && code.count <= short_code) return true;
+        const bool is_long = code.count > short_code || has_mesh(code);
+        if (smooth && level == max_levels - 2 && !is_long) return true;
         if (level < max_levels - 1) return false;
-        return smooth || result.cells_.size() >= max_cells_;
+        return (smooth && !has_mesh(code)) || result.cells_.size() >= max_cells_;
     }
 
     static BoxBatch boxes_of(std::array<int, 3> at, int level, const int* children, int count) {

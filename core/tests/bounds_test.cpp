@@ -68,7 +68,9 @@ void for_random_boxes(std::uint64_t seed, int count, Body body) {
         for (int i = 0; i < count; ++i) {
             const bob::Expression f = test::simplified(test::random_expression(random, 1 + i % 20));
             Random another(seed + static_cast<std::uint64_t>(i));
-            const bob::Tape tape(i % 8 == 7 ? test::corner(f, test::simplified(test::random_expression(another, 8))) : f);
+            const bob::Tape tape(i % 8 == 7   ? test::corner(f, test::simplified(test::random_expression(another, 8)))
+                                 : i % 8 == 3 ? test::random_mesh_formula(another)
+                                              : f);
             BoxBatch boxes = random_boxes(random);
             std::vector<Decision> decisions(tape.decisions().size());
             kernels.bounds(tape.code(), boxes, decisions.data(), bob::scratch(tape.code().registers));
