@@ -16,7 +16,6 @@ from bobrossnet.shapes.affine import check_size
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape, check_tensors
 
-
 MESHES = {"mesh_sizes": "uint32", "mesh_vertices": "float32", "mesh_triangles": "uint32"}
 """Arrays of formulas that have the distances of meshes, and their dtypes."""
 
