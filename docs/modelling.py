@@ -85,16 +85,16 @@ MESHES = """## Meshes
 These are of Python alone: scripts and the page read no meshes for their formulas, but show what was saved as `.bob`.
 
 A solid of a mesh is one like any other: cut, rounded, hollowed, bent, coloured and repeated. Distances are exact
-everywhere, those from the triangles, whose corners are rounded to 1e-7 of the mesh's size. There is no grid: `voxel_size`
-and `half_width` change nothing. Colours, textures and normals of the mesh are left out, so facets show.
+everywhere, those from the triangles, whose corners are rounded to 1e-7 of the mesh's size. There is no grid:
+`voxel_size` and `half_width` change nothing. Colours, textures and normals of the mesh are left out, so facets show.
 
-The mesh has to be closed: every edge is in as many triangles in the one direction as in the other, where vertices of equal
-coordinates, as STL has them, are one. If not, the error says how many edges are open, or lie between triangles that wind
-against each other. Inside is what the surface winds around, whether clockwise or anticlockwise, so parts may overlap;
-within such a mesh distances are also those from what its parts hide of each other.
+The mesh has to be closed: every edge is in as many triangles in the one direction as in the other, where vertices of
+equal coordinates, as STL has them, are one. If not, the error says how many edges are open, or lie between triangles
+that wind against each other. Inside is what the surface winds around, whether clockwise or anticlockwise, so parts may
+overlap; distances are then also those from what the parts hide of each other.
 
-70,000 triangles are ready to be traced in one to two seconds, 350,000 in five, on two cores; a ray takes five to twenty times
-as long as in the mesh itself, whose picture is the same: trace `bob.Mesh` where nothing is done to it.
+On two cores, 70,000 triangles are ready to be traced in one to two seconds, 350,000 in five. A ray takes longer than in
+the mesh itself, whose picture is the same: trace `bob.Mesh` where nothing is done to it.
 """
 
 SECTIONS = [

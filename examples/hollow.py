@@ -8,7 +8,8 @@ import sys
 import numpy as np
 
 import bobrossnet as bob
-from bobrossnet.sdf import SDF3, Mesh, Y, capped_cone, cylinder, slab, sphere, torus
+from bobrossnet.sdf import Mesh
+from bobrossnet.sdf.d3 import SDF3, Y, capped_cone, cylinder, slab, sphere, torus
 
 
 def pawn() -> Mesh:
@@ -27,7 +28,8 @@ def hollowed(mesh: Mesh) -> SDF3:
     rib = slab(z0=-size / 200, z1=size / 200).repeat(size / 6)
     ribs = (rib.rotate(np.pi / 4, Y) | rib.rotate(-np.pi / 4, Y)).translate(middle)
     drain = (cylinder(size / 20) & slab(z1=size / 6)).translate((middle[0], middle[1], low[2]))
-    return solid - (inside.color("#e8b04a") - ribs.color("#e8b04a")) - drain
+    hollow: SDF3 = solid - (inside.color("#e8b04a") - ribs.color("#e8b04a")) - drain
+    return hollow
 
 
 def main() -> None:
@@ -36,10 +38,8 @@ def main() -> None:
     low, high = mesh.bounding_box(np.eye(4))
     part.save("hollow.stl", step=(high - low).max() / 100)
     middle = (low + high) / 2
-    open_in_front = part & slab(y0=middle[1])
-    bob.render(open_in_front, bob.Camera(azimuth=-75, elevation=15), size=(640, 480), background="#fff").save(
-        "hollow.png"
-    )
+    open_in_front, camera = part & slab(y0=middle[1]), bob.Camera(azimuth=-75, elevation=15)
+    bob.render(open_in_front, camera, size=(640, 480), background="#fff").save("hollow.png")
     print(f"hollow.png and hollow.stl: of {mesh}")
 
 

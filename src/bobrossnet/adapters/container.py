@@ -32,8 +32,8 @@ from bobrossnet.tracing.scene import MAX_INSTANCES, Scene, SceneLike, as_scene
 ENDING = ".bob"
 FORMAT = "bobrossnet-scene"
 VERSIONS = ("1", "2", "3")
-"""The second has colours of meshes, and metallicity and roughness, the third meshes in formulas. Scenes are written in the
-first that has what they have."""
+"""The second has colours of meshes, and metallicity and roughness, the third meshes in formulas. Scenes are written in
+the first that has what they need."""
 
 KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Brep, Implicit, Mesh, Tube)}
 """The shapes that files can hold, by the word for them there."""

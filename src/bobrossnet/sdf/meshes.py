@@ -35,7 +35,9 @@ class Mesh(shapes.Mesh):
         """
         from bobrossnet.adapters.files import load_mesh  # which reads programs of this language, too
 
-        return cls.from_tensors(load_mesh(path).tensors())
+        mesh = cls.from_tensors(load_mesh(path).tensors())
+        assert isinstance(mesh, Mesh)
+        return mesh
 
     def sdf(self, voxel_size: float | None = None, half_width: float | None = None) -> SDF3:
         """The mesh as a shape: the distance from its triangles, negative inside, in the mesh's units.
