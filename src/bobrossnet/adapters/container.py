@@ -147,7 +147,7 @@ def read_scene(file: Path) -> Scene:
         raise InputError(f"expected the format {FORMAT}, got {metadata.get('format')!r}")
     if metadata.get("version") not in VERSIONS:
         raise InputError(
-            f"expected version {' or '.join(VERSIONS)}, got {metadata.get('version')!r}; "
+            f"expected version {', '.join(VERSIONS[:-1])} or {VERSIONS[-1]}, got {metadata.get('version')!r}; "
             "was it written by a newer release?"
         )
     content = _fields("scene", read_json(metadata.get("scene", "")), "shapes", "instances")

@@ -76,7 +76,7 @@ export function readBob(core, bytes) {
   if (metadata.format !== FORMAT) throw new CoreError(`expected the format ${FORMAT}, got ${brief(metadata.format)}`);
   if (!VERSIONS.includes(metadata.version)) {
     const got = brief(metadata.version);
-    throw new CoreError(`expected version ${VERSIONS.join(" or ")}, got ${got}; was it written by a newer release?`);
+    throw new CoreError(`expected version ${VERSIONS.slice(0, -1).join(", ")} or ${VERSIONS.at(-1)}, got ${got}; was it written by a newer release?`);
   }
   const content = checkFields("scene", JSON.parse(metadata.scene), "shapes", "instances");
   const instances = checkList("instances", content.instances);
