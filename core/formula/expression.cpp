@@ -105,11 +105,16 @@ void check(const std::vector<Node>& nodes) {
     }
 }
 
-std::vector<double> values_at(const std::vector<Node>& nodes, double x, double y, double z) {
+std::vector<double> values_at(const std::vector<Node>& nodes, const Meshes& meshes, double x, double y, double z) {
     std::vector<double> values(nodes.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) {
         const Node& node = nodes[i];
         const auto operand = [&](int k) { return values[node.operand[k]]; };
+        if (node.op == Op::mesh_distance) {
+            const auto named = [&](const auto& mesh) { return mesh->number() == node.value; };
+            values[i] = (**std::find_if(meshes.begin(), meshes.end(), named))({operand(0), operand(1), operand(2)});
+            continue;
+        }
         values[i] = node.op == Op::x   ? x
                     : node.op == Op::y ? y
                     : node.op == Op::z ? z
@@ -166,7 +171,7 @@ bool Expression::uses(Op op) const {
     return std::any_of(nodes_.begin(), nodes_.end(), [op](const Node& node) { return node.op == op; });
 }
 
-double Expression::operator()(double x, double y, double z) const { return values_at(nodes_, x, y, z).back(); }
+double Expression::operator()(double x, double y, double z) const { return values_at(nodes_, meshes_, x, y, z).back(); }
 
 // ---- Colour formulas -------------------------------------------------------------------------------------
 
@@ -187,7 +192,7 @@ ColorFormula::ColorFormula(const std::array<double, 3>& rgb) {
 }
 
 std::array<double, 3> ColorFormula::operator()(double x, double y, double z) const {
-    const std::vector<double> values = values_at(nodes_, x, y, z);
+    const std::vector<double> values = values_at(nodes_, meshes_, x, y, z);
     std::array<double, 3> rgb;
     for (std::size_t i = 0; i < 3; ++i) rgb[i] = color_component(values[roots_[i]]);
     return rgb;

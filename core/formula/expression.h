@@ -215,6 +215,15 @@ public:
     /// Forgets all nodes, but keeps the memory.
     void clear();
 
+    /// A graph that is used again and again: empty at first, and afterwards it keeps no meshes.
+    struct Reused {
+        Graph& graph;
+        explicit Reused(Graph& graph) : graph(graph) { graph.clear(); }
+        ~Reused() { graph.meshes_.clear(); }
+        Reused(const Reused&) = delete;
+        Reused& operator=(const Reused&) = delete;
+    };
+
     /// What `root` needs.
     [[nodiscard]] Expression expression(Value root) const;
     [[nodiscard]] ColorFormula color_formula(const std::array<Value, 3>& rgb) const;

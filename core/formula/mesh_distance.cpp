@@ -33,6 +33,9 @@ constexpr double aside = 1e-6;
 
 constexpr float node_cost = 1.5f;
 
+/// Triangles that are looked at for the sides of one: so that no file, however odd, builds for minutes.
+constexpr std::size_t most_beside = 2048, unlimited = std::numeric_limits<std::size_t>::max();
+
 Point wide(Vec3 v) { return {v.x, v.y, v.z}; }
 Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
@@ -213,7 +216,6 @@ MeshDistance::MeshDistance(std::vector<Vec3> vertices, std::vector<Triangle> tri
             }
         }
     }
-    for (const Box& box : boxes) box_.extend(box);
     // After all else: it looks for triangles, and for what is inside.
     std::vector<std::int8_t> senses(faces_.size());
     parallel_for(faces_.size(), 1024, [&](std::size_t begin, std::size_t end) {
@@ -264,14 +266,15 @@ int MeshDistance::sense(std::uint32_t index) const {
     Box box;
     for (const Vec3 corner : face.corner) box.extend(corner);
     bool is_cut = false;
+    std::size_t beside = 0;
     for_each_in(box, [&](std::uint32_t other) {
-        is_cut = other != index && overlap(face, faces_[other]);
+        is_cut = ++beside > most_beside || (other != index && overlap(face, faces_[other]));
         return !is_cut;
     });
     if (is_cut) return 0;
     const Point middle = 1 / 3. * (wide(face.corner[0]) + wide(face.corner[1]) + wide(face.corner[2]));
-    const bool above = is_inside(middle + aside * face.normal), below = is_inside(middle - aside * face.normal);
-    return below - above;
+    const auto above = is_inside(middle + aside * face.normal, most_beside), below = is_inside(middle - aside * face.normal, most_beside);
+    return above && below ? *below - *above : 0;
 }
 
 /// Whether two triangles have more in common than a corner, an edge or a point where they touch. If not, some axis tells them
@@ -310,11 +313,13 @@ bool MeshDistance::overlap(const Face& a, const Face& b) {
 
 /// By what is above p. How a triangle winds around the vertical line is the sum over its edges, and what an edge adds is its twin's
 /// negative to the bit; so no line passes between two triangles.
-bool MeshDistance::is_inside(const Point& p) const {
+std::optional<bool> MeshDistance::is_inside(const Point& p, std::size_t most) const {
     Box above = around(p, 0);
     above.high.z = float_infinity;
     int winding = 0;
+    std::size_t looked_at = 0;
     for_each_in(above, [&](std::uint32_t index) {
+        if (++looked_at > most) return false;
         const Face& face = faces_[index];
         const Point corner[3] = {wide(face.corner[0]) - p, wide(face.corner[1]) - p, wide(face.corner[2]) - p};
         int turns = 0;
@@ -328,6 +333,7 @@ bool MeshDistance::is_inside(const Point& p) const {
         if (turns && turns * dot(cross(corner[1] - corner[0], corner[2] - corner[0]), corner[0]) > 0) winding += turns;
         return true;
     });
+    if (looked_at > most) return std::nullopt;
     return winding != 0;
 }
 
@@ -438,7 +444,7 @@ double MeshDistance::signed_distance(const Point& p, const Closest& closest, Kno
     } else if (known.face != no_face && length(p - known.point) < std::fabs(known.distance)) {
         inside = known.distance < 0;  // there is no surface between the two points
     } else {
-        inside = is_inside(p);
+        inside = *is_inside(p, unlimited);
     }
     const double result = inside ? -distance : distance;
     known = {p, result, closest.face};

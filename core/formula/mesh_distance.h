@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -63,7 +64,8 @@ private:
     static constexpr std::uint32_t no_face = 0xffffffff;
 
     /// `sense`: 1 where the side from which the corners are anticlockwise is outside and the other inside, -1 where it is the other
-    /// way round, 0 where both are inside, or other triangles cut through.
+    /// way round, 0 where both are inside, or other triangles cut through
+    /// or are too many to look at.
     struct Face {
         Vec3 corner[3];
         int sense = 0;
@@ -88,11 +90,12 @@ private:
     static Closest closest(const Face& face, const Point& p);
     static bool overlap(const Face& a, const Face& b);
 
-    /// visit(face) of those whose boxes meet a box, until it returns false.
+    /// visit(face) of those whose boxes meet a box, while it returns true.
     template <class Visit>
     void for_each_in(const Box& box, Visit visit) const;
     [[nodiscard]] int sense(std::uint32_t face) const;
-    [[nodiscard]] bool is_inside(const Point& p) const;
+    /// Nothing where more than `most` triangles are above p.
+    [[nodiscard]] std::optional<bool> is_inside(const Point& p, std::size_t most) const;
     template <class Number>
     void find_closest(const Point& p, Closest& best) const;
     [[nodiscard]] Closest closest(const Point& p, const Known& known) const;
@@ -105,7 +108,6 @@ private:
     std::vector<Face> faces_;
     std::vector<BvhNode> nodes_;
     std::vector<Leaf> leaves_;
-    Box box_;
 };
 
 /// The distance from a mesh of any size and place, in its own units; its vertices are rounded to 1e-7 of its size. Throws

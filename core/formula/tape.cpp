@@ -305,7 +305,7 @@ Value Tape::specialised(Graph& graph, std::span<const Decision> decisions, int l
 
 Expression Tape::specialised(std::span<const Decision> decisions, int lane) const {
     thread_local Graph graph;
-    graph.clear();
+    const Graph::Reused reused(graph);
     return graph.expression(specialised(graph, decisions, lane, static_cast<std::uint32_t>(expression_.nodes().size() - 1)));
 }
 

@@ -231,6 +231,8 @@ TEST(meshes_are_known_by_their_content) {
         const std::vector<float> at_center = test::values(tape, {{0, 0, 0}});
         f.reset();
         CHECK(test::same(test::values(tape, {{0, 0, 0}})[0], at_center[0]));
+        const std::vector<bob::Decision> nothing_decided(tape.decisions().size());
+        CHECK(tape.specialised(nothing_decided, 0) == tape.expression());
     }
     CHECK(MeshDistance::numbered(number) == nullptr);
     CHECK(std::isnan(evaluate(bob::Op::mesh_distance, number, 0, 0, 0)));
