@@ -93,7 +93,7 @@ equal coordinates, as STL has them, are one. If not, the error says how many edg
 that wind against each other. Inside is what the surface winds around, whether clockwise or anticlockwise, so parts may
 overlap; distances are then also those from what the parts hide of each other.
 
-On two cores, 70,000 triangles are ready to be traced in one to two seconds, 350,000 in five. A ray takes longer than in
+On two cores, 70,000 triangles are ready to be traced in two seconds, 350,000 in five. A ray takes longer than in
 the mesh itself, whose picture is the same: trace `bob.Mesh` where nothing is done to it.
 """
 
