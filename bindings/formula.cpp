@@ -1,14 +1,18 @@
 /// Formulas: graphs that Python traces functions into, and the expressions that come of them.
 #include <nanobind/nanobind.h>
 #include <nanobind/operators.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +20,7 @@
 #include "bindings.h"
 #include "formula/arrays.h"
 #include "formula/expression.h"
+#include "formula/mesh_distance.h"
 #include "formula/text.h"
 #include "parallel.h"
 
@@ -85,22 +90,78 @@ using Operands = Array<std::uint32_t, -1, 3>;
 using Values = Array<double, -1>;
 using Roots = Array<std::uint32_t, 3>;
 
+/// (m, 2), (v, 3) and (t, 3), as bob::MeshArrays has them.
+using MeshSizes = Array<const std::uint32_t, -1, 2>;
+using MeshVertices = Array<const float, -1, 3>;
+using MeshTriangles = Array<const std::uint32_t, -1, 3>;
+
+template <class A>
+auto span_of(const A& array) {
+    return std::span(array.data(), array.size());
+}
+
+bob::Meshes meshes_of(const std::optional<MeshSizes>& sizes, const std::optional<MeshVertices>& vertices,
+                      const std::optional<MeshTriangles>& triangles) {
+    expect(sizes.has_value() == vertices.has_value() && sizes.has_value() == triangles.has_value(),
+           "expected the sizes, vertices and triangles of meshes together");
+    bob::Meshes meshes;
+    if (sizes) interruptible([&] { meshes = bob::meshes_of({span_of(*sizes), span_of(*vertices), span_of(*triangles)}); });
+    return meshes;
+}
+
 std::vector<bob::Node> nodes_of(const Array<const std::uint8_t, -1>& ops, const Array<const std::uint32_t, -1, 3>& operands,
-                                const Array<const double, -1>& values) {
+                                const Array<const double, -1>& values, const bob::Meshes& meshes) {
     const std::size_t count = ops.shape(0);
     expect(operands.shape(0) == count && values.shape(0) == count, "expected ops, operands and values of one length");
-    return bob::nodes_of(ops.data(), operands.data(), values.data(), count);
+    return bob::nodes_of(ops.data(), operands.data(), values.data(), count, meshes);
 }
 
 void init_expression(bob::Expression* self, const Array<const std::uint8_t, -1>& ops,
-                     const Array<const std::uint32_t, -1, 3>& operands, const Array<const double, -1>& values) {
-    new (self) bob::Expression(nodes_of(ops, operands, values));
+                     const Array<const std::uint32_t, -1, 3>& operands, const Array<const double, -1>& values,
+                     const std::optional<MeshSizes>& mesh_sizes, const std::optional<MeshVertices>& mesh_vertices,
+                     const std::optional<MeshTriangles>& mesh_triangles) {
+    const bob::Meshes meshes = meshes_of(mesh_sizes, mesh_vertices, mesh_triangles);
+    new (self) bob::Expression(nodes_of(ops, operands, values, meshes));
 }
 
 void init_color_formula(bob::ColorFormula* self, const Array<const std::uint8_t, -1>& ops,
                         const Array<const std::uint32_t, -1, 3>& operands, const Array<const double, -1>& values,
-                        const Array<const std::uint32_t, 3>& roots) {
-    new (self) bob::ColorFormula(nodes_of(ops, operands, values), {roots.data()[0], roots.data()[1], roots.data()[2]});
+                        const Array<const std::uint32_t, 3>& roots, const std::optional<MeshSizes>& mesh_sizes,
+                        const std::optional<MeshVertices>& mesh_vertices, const std::optional<MeshTriangles>& mesh_triangles) {
+    const bob::Meshes meshes = meshes_of(mesh_sizes, mesh_vertices, mesh_triangles);
+    new (self) bob::ColorFormula(nodes_of(ops, operands, values, meshes), {roots.data()[0], roots.data()[1], roots.data()[2]});
+}
+
+/// Of a formula with meshes, what the constructor takes of them; else an empty tuple.
+template <class Formula>
+nb::tuple mesh_arrays(const Formula& formula) {
+    const bob::Meshes& meshes = formula.meshes();
+    if (meshes.empty()) return nb::make_tuple();
+    std::size_t vertices = 0, triangles = 0;
+    for (const auto& mesh : meshes) vertices += mesh->vertices().size(), triangles += mesh->triangles().size();
+    auto sizes = make_array<std::uint32_t, -1, 2>(meshes.size(), 2);
+    auto points = make_array<float, -1, 3>(vertices, 3);
+    auto corners = make_array<std::uint32_t, -1, 3>(triangles, 3);
+    std::uint32_t* size = sizes.data();
+    float* point = points.data();
+    std::uint32_t* corner = corners.data();
+    for (const auto& mesh : meshes) {
+        *size++ = static_cast<std::uint32_t>(mesh->vertices().size());
+        *size++ = static_cast<std::uint32_t>(mesh->triangles().size());
+        for (const bob::Vec3& v : mesh->vertices()) *point++ = v.x, *point++ = v.y, *point++ = v.z;
+        for (const bob::MeshDistance::Triangle& t : mesh->triangles()) corner = std::ranges::copy(t, corner).out;
+    }
+    return nb::make_tuple(nb::cast(std::move(sizes)), nb::cast(std::move(points)), nb::cast(std::move(corners)));
+}
+
+bob::Expression distance_to_mesh(const Array<const double, -1, 3>& vertices, const Array<const std::int32_t, -1, 3>& triangles) {
+    std::vector<bob::MeshDistance::Point> points(vertices.shape(0));
+    std::vector<bob::MeshDistance::Triangle> corners(triangles.shape(0));
+    std::copy_n(vertices.data(), 3 * points.size(), points.empty() ? nullptr : points[0].data());
+    std::copy_n(triangles.data(), 3 * corners.size(), corners.empty() ? nullptr : corners[0].data());
+    std::optional<bob::Expression> result;
+    interruptible([&] { result = bob::distance_to_mesh(points, corners); });
+    return *result;
 }
 
 template <class Formula>
@@ -123,7 +184,7 @@ template <class Formula>
 Values values(const Formula& formula) {
     const auto& nodes = formula.nodes();
     auto result = make_array<double, -1>(nodes.size());
-    for (std::size_t i = 0; i < nodes.size(); ++i) result.data()[i] = nodes[i].value;
+    for (std::size_t i = 0; i < nodes.size(); ++i) result.data()[i] = bob::value_in_arrays(nodes[i], formula.meshes());
     return result;
 }
 
@@ -179,10 +240,13 @@ void bind_formula(nb::module_& m) {
     nb::exception<bob::TooLarge>(m, "TooLargeError", PyExc_ValueError);
 
     nb::class_<bob::Expression>(m, "Expression")
-        .def("__init__", &init_expression, "ops"_a.noconvert(), "operands"_a.noconvert(), "values"_a.noconvert())
+        .def("__init__", &init_expression, "ops"_a.noconvert(), "operands"_a.noconvert(), "values"_a.noconvert(),
+             "mesh_sizes"_a.noconvert() = nb::none(), "mesh_vertices"_a.noconvert() = nb::none(),
+             "mesh_triangles"_a.noconvert() = nb::none())
         .def_prop_ro("ops", &ops<bob::Expression>, nb::rv_policy::move)
         .def_prop_ro("operands", &operands<bob::Expression>, nb::rv_policy::move)
         .def_prop_ro("values", &values<bob::Expression>, nb::rv_policy::move)
+        .def_prop_ro("mesh_arrays", &mesh_arrays<bob::Expression>)
         .def("uses", [](const bob::Expression& f, std::string_view op) { return f.uses(find_op(op)); }, "op"_a)
         .def("__call__", &evaluate, "points"_a.noconvert())
         .def("__len__", [](const bob::Expression& f) { return f.nodes().size(); })
@@ -192,17 +256,21 @@ void bind_formula(nb::module_& m) {
         .def("__repr__", [](const bob::Expression& f) { return "<Expression " + bob::to_text(f, 60) + ">"; })
         .def("__reduce__", [](nb::handle self) {
             const auto& f = nb::cast<const bob::Expression&>(self);
-            return nb::make_tuple(self.type(), nb::make_tuple(ops(f), operands(f), values(f)));
+            return nb::make_tuple(self.type(), nb::make_tuple(ops(f), operands(f), values(f)) + mesh_arrays(f));
         });
+
+    m.def("distance_to_mesh", &distance_to_mesh, "vertices"_a.noconvert(), "triangles"_a.noconvert());
 
     nb::class_<bob::ColorFormula>(m, "ColorFormula")
         .def("__init__", &init_color_formula, "ops"_a.noconvert(), "operands"_a.noconvert(), "values"_a.noconvert(),
-             "roots"_a.noconvert())
+             "roots"_a.noconvert(), "mesh_sizes"_a.noconvert() = nb::none(), "mesh_vertices"_a.noconvert() = nb::none(),
+             "mesh_triangles"_a.noconvert() = nb::none())
         .def_static("constant", [](double r, double g, double b) { return bob::ColorFormula({r, g, b}); }, "r"_a, "g"_a, "b"_a)
         .def_prop_ro("ops", &ops<bob::ColorFormula>, nb::rv_policy::move)
         .def_prop_ro("operands", &operands<bob::ColorFormula>, nb::rv_policy::move)
         .def_prop_ro("values", &values<bob::ColorFormula>, nb::rv_policy::move)
         .def_prop_ro("roots", &roots, nb::rv_policy::move)
+        .def_prop_ro("mesh_arrays", &mesh_arrays<bob::ColorFormula>)
         .def("__call__", &evaluate_colors, "points"_a.noconvert())
         .def("__len__", [](const bob::ColorFormula& f) { return f.nodes().size(); })
         .def(nb::self == nb::self)
@@ -216,7 +284,7 @@ void bind_formula(nb::module_& m) {
         })
         .def("__reduce__", [](nb::handle self) {
             const auto& f = nb::cast<const bob::ColorFormula&>(self);
-            return nb::make_tuple(self.type(), nb::make_tuple(ops(f), operands(f), values(f), roots(f)));
+            return nb::make_tuple(self.type(), nb::make_tuple(ops(f), operands(f), values(f), roots(f)) + mesh_arrays(f));
         });
 
     nb::class_<Graph>(m, "Graph")

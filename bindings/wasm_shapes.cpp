@@ -82,18 +82,33 @@ bob::Bounds some(const std::optional<bob::Bounds>& bounds) {
 
 // ---- Formulas --------------------------------------------------------------------------------------------
 
+/// sizes: (meshes, 2), vertices: (v, 3), triangles: (t, 3), as bob::MeshArrays has them.
+EXPORT(make_meshes)
+bob::Meshes* make_meshes(const std::uint32_t* sizes, std::size_t meshes, const float* vertices, std::size_t v,
+                         const std::uint32_t* triangles, std::size_t t) {
+    return attempt([&] {
+        return new bob::Meshes(bob::meshes_of({{sizes, 2 * meshes}, {vertices, 3 * v}, {triangles, 3 * t}}));
+    });
+}
+
+EXPORT(free_meshes) void free_meshes(bob::Meshes* meshes) { delete meshes; }
+
+/// `meshes` may be null where the formula has none.
 EXPORT(make_expression)
-Formula* make_expression(const std::uint8_t* ops, const std::uint32_t* operands, const double* values, std::size_t count) {
-    return attempt([&] { return new Formula{bob::Expression(bob::nodes_of(ops, operands, values, count))}; });
+Formula* make_expression(const std::uint8_t* ops, const std::uint32_t* operands, const double* values, std::size_t count,
+                         const bob::Meshes* meshes) {
+    return attempt([&] {
+        return new Formula{bob::Expression(bob::nodes_of(ops, operands, values, count, meshes ? *meshes : bob::Meshes{}))};
+    });
 }
 
 /// Gives the formula's surface a colour; roots: (3,).
 EXPORT(color_expression)
 bool color_expression(Formula* formula, const std::uint8_t* ops, const std::uint32_t* operands, const double* values,
-                      std::size_t count, const std::uint32_t* roots) {
+                      std::size_t count, const std::uint32_t* roots, const bob::Meshes* meshes) {
     return attempt([&] {
-        formula->color = std::make_shared<const bob::ColorFormula>(bob::nodes_of(ops, operands, values, count),
-                                                                   std::array{roots[0], roots[1], roots[2]});
+        auto nodes = bob::nodes_of(ops, operands, values, count, meshes ? *meshes : bob::Meshes{});
+        formula->color = std::make_shared<const bob::ColorFormula>(std::move(nodes), std::array{roots[0], roots[1], roots[2]});
         return true;
     });
 }

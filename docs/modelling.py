@@ -20,7 +20,7 @@ LINE = 120
 HEAD = """# The modelling language
 
 Shapes as formulas that are negative inside, after fogleman/sdf (github.com/fogleman/sdf): a program written
-for it runs once its first line says `from bobrossnet.sdf import *`, unless it uses meshes as shapes, which are missing.
+for it runs once its first line says `from bobrossnet.sdf import *`.
 `f.save("part.stl")` writes triangles, which keep sharp edges sharp; `f.save("part.png", camera=bob.Camera(azimuth=30))`
 draws a picture without any. Shapes are traced like any others: `bob.trace(f)`.
 
@@ -43,7 +43,7 @@ and `d3` have both: `d2.slab(x0=0)`. To define your own shapes and operations, d
 Every value is that of fogleman/sdf's formula, with these exceptions: `rounded_rectangle` respects its center; repeated
 corners of a polygon, the centre of an ellipsoid and other places where a formula there divides 0 by 0 have a value; and
 k is taken when shapes are joined, not when they are evaluated. Text and pictures are where those of fogleman/sdf are,
-but have outlines instead of pixels.
+but have outlines instead of pixels, and meshes have distances from their triangles instead of a grid's.
 
 This list is made by docs/modelling.py from the table in core/modelling.
 """
@@ -74,6 +74,29 @@ fifty, or for an intricate picture, preparing takes seconds and tracing gets slo
 and put them into one scene.
 """
 
+MESHES = """## Meshes
+
+| | |
+|---|---|
+| `Mesh.from_file(path)` | A mesh from a .stl, .ply, .obj, .off, .glb, .gltf or .3mf file. |
+| `Mesh(vertices, triangles)` | A mesh of arrays, as `bob.Mesh` takes them. |
+| `mesh.sdf(voxel_size=None, half_width=None)` | Its inside, a solid in the mesh's units. |
+
+These are of Python alone: scripts and the page read no meshes for their formulas, but show what was saved as `.bob`.
+
+A solid of a mesh is one like any other: cut, rounded, hollowed, bent, coloured and repeated. Distances are exact
+everywhere, those from the triangles, whose corners are rounded to 1e-7 of the mesh's size. There is no grid:
+`voxel_size` and `half_width` change nothing. Colours, textures and normals of the mesh are left out, so facets show.
+
+The mesh has to be closed: every edge is in as many triangles in the one direction as in the other, where vertices of
+equal coordinates, as STL has them, are one. If not, the error says how many edges are open, or lie between triangles
+that wind against each other. Inside is what the surface winds around, whether clockwise or anticlockwise, so parts may
+overlap; distances are then also those from what the parts hide of each other.
+
+On two cores, 70,000 triangles are ready to be traced in two seconds, 350,000 in five. A ray takes longer than in
+the mesh itself, whose picture is the same: trace `bob.Mesh` where nothing is done to it.
+"""
+
 SECTIONS = [
     ("Solids", lambda word: word.kind == "shape" and word.dimensions == 3),
     ("Flat shapes", lambda word: word.kind == "shape" and word.dimensions == 2),
@@ -89,7 +112,7 @@ def document() -> str:
         rows = [f"| `{_called(word)}` | {word.meaning.replace('|', '&#124;')} |" for word in WORDS if belongs(word)]
         parts.append("\n".join([f"## {title}", "", "| | |", "|---|---|", *rows]) + "\n")
         if title == "Flat shapes":
-            parts.append(TEXT_AND_PICTURES)
+            parts += [TEXT_AND_PICTURES, MESHES]
     return "\n".join(parts)
 
 

@@ -111,6 +111,18 @@ def test_example_of_text_runs(tmp_path, monkeypatch, capsys):
         assert picture.size == (960, 320)
 
 
+def test_examples_of_meshes_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["hollow.py"])
+    run_path(str(ROOT / "examples/hollow.py"), run_name="__main__")
+    assert capsys.readouterr().out.startswith("hollow.png and hollow.stl: of Mesh(")
+    assert (tmp_path / "hollow.stl").stat().st_size > 100_000
+    with Image.open(tmp_path / "hollow.png") as picture:
+        colors = np.asarray(picture.convert("RGB")).reshape(-1, 3).astype(int)
+    yellow = (colors[:, 0] > colors[:, 2] + 60).mean()  # what is inside
+    assert 0.05 < yellow < 0.5
+
+
 def test_examples_of_pictures_run(tmp_path, monkeypatch):
     """With a mesh for the CAD part, and small."""
     pictures, films, notebook = python_in("docs/pictures.md")

@@ -25,7 +25,7 @@ PYTHON = {
     "shapes": set(),
     "tracing": {"picture", "shapes"},
     "completion": {"picture"},
-    "sdf": {"picture", "shapes", "tracing"},
+    "sdf": {"adapters", "picture", "shapes", "tracing"},  # for the language's word that reads a file
     "adapters": {"picture", "sdf", "shapes", "tracing"},
     "page": {"adapters", "completion", "picture", "shapes", "tracing"},
 }

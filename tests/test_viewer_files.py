@@ -150,7 +150,7 @@ BOX = bob.Mesh(
 
 def test_instances_stand_where_python_places_them(read, tmp_path):
     """Any affine map, a material for each, and shapes of every kind."""
-    from bobrossnet.sdf import capsule, sphere
+    from bobrossnet.sdf import Mesh, capsule, sphere
 
     skewed = np.array([(1, 0.5, 0, 3), (0, -1, 0.2, 0), (0.3, 0, 2, -1), (0, 0, 0, 1)])
     matte = bob.Material("#804020", specular=0)
@@ -169,6 +169,7 @@ def test_instances_stand_where_python_places_them(read, tmp_path):
             bob.Instance(sphere(1e3) & capsule((0, 0, 0), (0, 0, 2), 0.5), material=matte).translate((0, -3, 0)),
             bob.Instance(hill).rotate(0.7).translate((-4, 0, 0)),
             bob.Instance(arch, skewed),
+            bob.Instance(Mesh(BOX.vertices, BOX.triangles).sdf().shell(0.2) - sphere(1)).translate((4, 0, 0)),
         ]
     )
     bob.save_scene(scene, tmp_path / "all.bob")
@@ -872,6 +873,20 @@ def test_damaged_scenes_are_refused(read, viewer):
         assert error.startswith(f"a.bob: shapes[0]: {what}")
     part = {name: tensor for name, tensor in red.items() if name != "0.color_ops"}
     assert "color: expected color_ops, color_op" in told(kinds=["implicit"], tensors={**formula, **part})
+    corners = {"0.mesh_sizes": np.array([[4, 4]], np.uint32), "0.mesh_vertices": np.eye(4, 3, dtype=np.float32),
+               "0.mesh_triangles": np.array([(0, 1, 2), (1, 0, 3), (2, 1, 3), (0, 2, 3)], np.uint32)}  # fmt: skip
+    distance = {"0.ops": np.array([1, 2, 3, 30], np.uint8), "0.values": np.zeros(4),
+                "0.operands": np.array([*np.zeros((3, 3)), (0, 1, 2)], np.uint32)}  # fmt: skip
+    for changed, what in (
+        ({}, "formula: node 3: expected the place of a mesh, got another"),
+        ({**corners, "0.mesh_triangles": corners["0.mesh_triangles"][:3]}, "formula: expected as many vertices and tr"),
+        ({**corners, "0.mesh_triangles": np.zeros((4, 3), np.uint32)}, "formula: expected a closed mesh, got no tri"),
+        ({**corners, "0.mesh_sizes": np.array([[4]], np.uint32)}, "mesh_sizes: expected shape (n, 2), got (1, 1)"),
+        ({"0.mesh_sizes": corners["0.mesh_sizes"]}, "mesh_sizes: expected mesh_sizes, mesh_vertices and mesh_tri"),
+        ({f"0.color_{name[2:]}": tensor for name, tensor in corners.items()}, "color: expected a formula with its me"),
+    ):
+        error = told(kinds=["implicit"], tensors={**distance, **changed})
+        assert error.startswith(f"a.bob: shapes[0]: {what}")
     sheet = bob.nurbs_surface([[(0, 0, 0), (0, 1, 0)], [(1, 0, 0), (1, 1, 0)]], *[[0, 0, 1, 1]] * 2, color="#c33")
     brep = {f"0.{name}": tensor for name, tensor in sheet.tensors().items()}
     for colors, what in (

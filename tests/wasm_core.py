@@ -163,7 +163,18 @@ class WasmCore:
         return planes, off_center, int(surfaces[0]), np.frombuffer(pixels, np.int32).reshape(-1, 2)
 
     def expression(self, expression):
-        return self.made("make_expression", expression.ops, expression.operands, expression.values, len(expression))
+        arrays = expression.ops, expression.operands, expression.values, len(expression)
+        meshes = self.meshes(expression)
+        made = self.made("make_expression", *arrays, meshes)
+        self.call("free_meshes", meshes)
+        return made
+
+    def meshes(self, formula):
+        """Those of an expression or a colour formula, to be freed."""
+        if not formula.mesh_arrays:
+            return 0
+        sizes, vertices, triangles = formula.mesh_arrays
+        return self.made("make_meshes", sizes, len(sizes), vertices, len(vertices), triangles, len(triangles))
 
     def nodes(self, language, text):
         """The ops, operands and values of what a script or a .vm file makes."""
@@ -192,7 +203,9 @@ class WasmCore:
         formula = self.expression(expression)
         if color is not None:
             given = color.ops, color.operands, color.values, len(color), color.roots
-            self.made("color_expression", formula, *given)
+            meshes = self.meshes(color)
+            self.made("color_expression", formula, *given, meshes)
+            self.call("free_meshes", meshes)
         return self.made("make_implicit", formula, bounds)
 
     def brep(self, faces, tolerance, colors=None):

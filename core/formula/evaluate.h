@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "formula/expression.h"
 #include "isa.h"
@@ -22,9 +23,20 @@ struct Instruction {
     std::uint8_t unused = 0;
     std::uint16_t out, a, b, c;  // registers; 0 where there is no operand
     std::uint16_t unused_too = 0;
-    float scale, offset;  // of `affine`; a constant's value is in offset, a power's exponent in scale
+    float scale, offset;  // of `affine`; a constant's value is in offset, a power's exponent in scale; both hold a mesh's address
 };
 static_assert(sizeof(Instruction) == 20);
+
+/// The mesh of an instruction, which whoever holds the code keeps.
+inline void set_mesh(Instruction& instruction, const MeshDistance* mesh) {
+    static_assert(sizeof mesh <= 2 * sizeof(float));
+    std::memcpy(&instruction.scale, &mesh, sizeof mesh);
+}
+inline const MeshDistance& mesh_of(const Instruction& instruction) {
+    const MeshDistance* mesh;
+    std::memcpy(&mesh, &instruction.scale, sizeof mesh);
+    return *mesh;
+}
 
 /// A formula as instructions in order; registers 0, 1 and 2 hold x, y and z.
 struct Code {

@@ -5,6 +5,8 @@
 #include <limits>
 #include <string>
 
+#include "formula/mesh_distance.h"
+
 namespace bob {
 namespace {
 
@@ -12,6 +14,7 @@ constexpr std::string_view names[op_count] = {
     "constant", "x",    "y",   "z",   "negate", "absolute", "square", "sqrt",     "sin",      "cos",
     "tan",      "asin", "acos", "atan", "exp",  "log",      "floor",  "ceil",     "round",    "power",
     "add",      "subtract", "multiply", "divide", "minimum", "maximum", "hypot", "atan2", "modulo", "select",
+    "mesh_distance",
 };
 
 }  // namespace
@@ -57,6 +60,10 @@ double evaluate(Op op, double value, double a, double b, double c) {
             return (r < 0) != (b < 0) ? r + b : r;
         }
         case Op::select: return a < 0 ? b : c;
+        case Op::mesh_distance: {
+            const auto mesh = MeshDistance::numbered(value);
+            return mesh ? (*mesh)({a, b, c}) : nan;
+        }
     }
     return nan;
 }
@@ -79,6 +86,7 @@ void check_numbers(const Node& node, std::size_t i) {
     if (node.op == Op::power && !(std::fabs(node.value) <= max_exponent && node.value == std::floor(node.value))) {
         refuse(i, "expected a whole exponent of at most 1000");
     }
+    if (node.op == Op::mesh_distance && !MeshDistance::numbered(node.value)) refuse(i, "expected the number of a mesh, got another");
 }
 
 namespace {
@@ -97,11 +105,16 @@ void check(const std::vector<Node>& nodes) {
     }
 }
 
-std::vector<double> values_at(const std::vector<Node>& nodes, double x, double y, double z) {
+std::vector<double> values_at(const std::vector<Node>& nodes, const Meshes& meshes, double x, double y, double z) {
     std::vector<double> values(nodes.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) {
         const Node& node = nodes[i];
         const auto operand = [&](int k) { return values[node.operand[k]]; };
+        if (node.op == Op::mesh_distance) {
+            const auto named = [&](const auto& mesh) { return mesh->number() == node.value; };
+            values[i] = (**std::find_if(meshes.begin(), meshes.end(), named))({operand(0), operand(1), operand(2)});
+            continue;
+        }
         values[i] = node.op == Op::x   ? x
                     : node.op == Op::y ? y
                     : node.op == Op::z ? z
@@ -117,6 +130,18 @@ Expression::Expression(std::vector<Node> nodes) {
     check(nodes);
     std::uint32_t root[] = {static_cast<std::uint32_t>(nodes.size() - 1)};
     nodes_ = needed(nodes, root);
+    meshes_ = meshes_of(nodes_);
+}
+
+Meshes meshes_of(std::span<const Node> nodes) {
+    Meshes meshes;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        if (nodes[i].op != Op::mesh_distance) continue;
+        auto mesh = MeshDistance::numbered(nodes[i].value);
+        if (!mesh) refuse(i, "expected the number of a mesh, got another");
+        if (std::find(meshes.begin(), meshes.end(), mesh) == meshes.end()) meshes.push_back(std::move(mesh));
+    }
+    return meshes;
 }
 
 std::vector<Node> needed(std::span<const Node> nodes, std::span<std::uint32_t> roots) {
@@ -146,7 +171,7 @@ bool Expression::uses(Op op) const {
     return std::any_of(nodes_.begin(), nodes_.end(), [op](const Node& node) { return node.op == op; });
 }
 
-double Expression::operator()(double x, double y, double z) const { return values_at(nodes_, x, y, z).back(); }
+double Expression::operator()(double x, double y, double z) const { return values_at(nodes_, meshes_, x, y, z).back(); }
 
 // ---- Colour formulas -------------------------------------------------------------------------------------
 
@@ -156,6 +181,7 @@ ColorFormula::ColorFormula(std::vector<Node> nodes, const std::array<std::uint32
         if (root >= nodes.size()) throw std::invalid_argument("expected red, green and blue among the nodes, got a later one");
     }
     nodes_ = needed(nodes, roots_);
+    meshes_ = meshes_of(nodes_);
 }
 
 ColorFormula::ColorFormula(const std::array<double, 3>& rgb) {
@@ -166,7 +192,7 @@ ColorFormula::ColorFormula(const std::array<double, 3>& rgb) {
 }
 
 std::array<double, 3> ColorFormula::operator()(double x, double y, double z) const {
-    const std::vector<double> values = values_at(nodes_, x, y, z);
+    const std::vector<double> values = values_at(nodes_, meshes_, x, y, z);
     std::array<double, 3> rgb;
     for (std::size_t i = 0; i < 3; ++i) rgb[i] = color_component(values[roots_[i]]);
     return rgb;

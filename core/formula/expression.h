@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string_view>
@@ -46,9 +47,10 @@ enum class Op : std::uint8_t {
     modulo,  // a - b floor(a / b): the sign is b's, as in Python
     // of a, b and c
     select,  // b where a < 0, else c; the one that is not chosen does not matter, even if it is NaN
+    mesh_distance,  // of the point (a, b, c) from the mesh whose number is `value`, negative inside
 };
 constexpr int max_exponent = 1000;  // of a power, either way
-constexpr int op_count = static_cast<int>(Op::select) + 1;
+constexpr int op_count = static_cast<int>(Op::mesh_distance) + 1;
 
 /// Number of operands, 0 to 3.
 [[nodiscard]] constexpr int operands(Op op) {
@@ -58,16 +60,21 @@ constexpr int op_count = static_cast<int>(Op::select) + 1;
 /// The op's name, which is also its name in Python and in files.
 [[nodiscard]] std::string_view name(Op op);
 
-/// The value of an op, in double precision: what constants are folded by.
+/// The value of an op, in double precision: what constants are folded by. NaN where no mesh has the number.
 [[nodiscard]] double evaluate(Op op, double value, double a, double b, double c);
 
 struct Node {
     Op op = Op::constant;
     std::uint32_t operand[3] = {};  // earlier nodes; 0 where there is none
-    double value = 0;               // of a constant; the exponent of a power
+    double value = 0;               // of a constant; the exponent of a power; the number of a mesh
 
     friend bool operator==(const Node&, const Node&) = default;
 };
+
+class MeshDistance;
+
+/// The meshes of a formula (formula/mesh_distance.h), in the order of their first nodes; they live as long as it does.
+using Meshes = std::vector<std::shared_ptr<const MeshDistance>>;
 
 /// A formula f(x, y, z): nodes that each come after their operands; the last is the result, and each is needed for it.
 /// Never empty.
@@ -78,6 +85,7 @@ public:
     explicit Expression(std::vector<Node> nodes);
 
     [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
+    [[nodiscard]] const Meshes& meshes() const { return meshes_; }
     [[nodiscard]] bool uses(Op op) const;
 
     /// f at a point, in double precision, node by node: the reference for the faster evaluators.
@@ -91,6 +99,7 @@ private:
     Expression() = default;
 
     std::vector<Node> nodes_;
+    Meshes meshes_;
 };
 
 /// Linear RGB, each a formula of x, y and z; they share their nodes. What is not in 0..1 is clamped, and NaN is 0. Never empty.
@@ -104,6 +113,7 @@ public:
 
     [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
     [[nodiscard]] const std::array<std::uint32_t, 3>& roots() const { return roots_; }
+    [[nodiscard]] const Meshes& meshes() const { return meshes_; }
 
     /// The colour at a point, in double precision.
     [[nodiscard]] std::array<double, 3> operator()(double x, double y, double z) const;
@@ -117,6 +127,7 @@ private:
 
     std::vector<Node> nodes_;
     std::array<std::uint32_t, 3> roots_{};
+    Meshes meshes_;
 };
 
 /// A component of a colour as it is shown: 0 for NaN.
@@ -127,6 +138,9 @@ constexpr Number color_component(Number value) {
 
 /// Throws std::invalid_argument unless the numbers of the i-th node are ones that formulas have.
 void check_numbers(const Node& node, std::size_t i);
+
+/// The meshes that nodes name. Throws std::invalid_argument where there is no such mesh any more.
+[[nodiscard]] Meshes meshes_of(std::span<const Node> nodes);
 
 /// The nodes that some roots need, in order; `roots` are then their numbers among these.
 [[nodiscard]] std::vector<Node> needed(std::span<const Node> nodes, std::span<std::uint32_t> roots);
@@ -165,6 +179,8 @@ public:
     Value binary(Op op, Value a, Value b);
     /// b where a < 0, else c.
     Value select(Value a, Value b, Value c);
+    /// How far (x, y, z) is from a mesh.
+    Value mesh_distance(const std::shared_ptr<const MeshDistance>& mesh, Value x, Value y, Value z);
 
     /// The op of a node of any expression, on values of this graph; an axis or a constant as it is.
     Value like(const Node& node, const Value operand[3]);
@@ -199,6 +215,15 @@ public:
     /// Forgets all nodes, but keeps the memory.
     void clear();
 
+    /// A graph that is used again and again: empty at first, and afterwards it keeps no meshes.
+    struct Reused {
+        Graph& graph;
+        explicit Reused(Graph& graph) : graph(graph) { graph.clear(); }
+        ~Reused() { graph.meshes_.clear(); }
+        Reused(const Reused&) = delete;
+        Reused& operator=(const Reused&) = delete;
+    };
+
     /// What `root` needs.
     [[nodiscard]] Expression expression(Value root) const;
     [[nodiscard]] ColorFormula color_formula(const std::array<Value, 3>& rgb) const;
@@ -208,11 +233,13 @@ private:
         std::uint32_t a = 0, b = 0, c = 0;
     };
     Value add(Op op, Operands operands, double value = 0);
+    Value mesh_distance(double number, Value x, Value y, Value z);
     void grow();
     template <class Formula>
     std::vector<Value> substituted(const Formula& f, Value x, Value y, Value z);
 
     std::vector<Node> nodes_;
+    Meshes meshes_;                     // that its nodes name
     std::vector<std::uint32_t> slots_;  // open addressing: where each node's hash leads; no_node where free
 };
 

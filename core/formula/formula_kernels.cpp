@@ -1,5 +1,6 @@
 #include "formula/dual.h"
 #include "formula/evaluate.h"
+#include "formula/mesh_lanes.h"
 
 namespace bob::BOB_ISA {
 namespace {
@@ -61,6 +62,7 @@ inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domai
             case Op::hypot: out = hypot(a, b); break;
             case Op::atan2: out = decided(i->op, a, b, atan2(a, b)); continue;
             case Op::modulo: out = modulo(a, b, domain); break;
+            case Op::mesh_distance: out = mesh_distance(mesh_of(*i), a, b, c); break;
             case Op::select:
                 domain.nowhere = M{};  // what is NaN so far may be what is not chosen
                 out = decided(i->op, a, b, select(a, b, c));

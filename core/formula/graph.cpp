@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "formula/expression.h"
+#include "formula/mesh_distance.h"
 
 namespace bob {
 namespace {
@@ -62,6 +63,7 @@ void Graph::grow() {
 void Graph::clear() {
     const std::size_t size = std::bit_ceil(std::max<std::size_t>(64, 4 * nodes_.size()));
     nodes_.clear();
+    meshes_.clear();
     slots_.assign(std::min(slots_.size(), size), no_node);
 }
 
@@ -71,6 +73,7 @@ Expression Graph::expression(Value root) const {
     std::uint32_t roots[] = {root.index};
     Expression result;
     result.nodes_ = needed(nodes_, roots);
+    if (!meshes_.empty()) result.meshes_ = meshes_of(result.nodes_);
     return result;
 }
 
@@ -79,6 +82,7 @@ ColorFormula Graph::color_formula(const std::array<Value, 3>& rgb) const {
     for (std::size_t i = 0; i < 3; ++i) result.roots_[i] = rgb[i].index;
     result.nodes_ = needed(nodes_, result.roots_);
     for (std::uint32_t i = 0; i < result.nodes_.size(); ++i) check_numbers(result.nodes_[i], i);
+    if (!meshes_.empty()) result.meshes_ = meshes_of(result.nodes_);
     return result;
 }
 
@@ -87,7 +91,9 @@ Value Graph::like(const Node& node, const Value operand[3]) {
         case 0: return add(node.op, {}, node.value);
         case 1: return unary(node.op, operand[0], node.value);
         case 2: return binary(node.op, operand[0], operand[1]);
-        default: return select(operand[0], operand[1], operand[2]);
+        default:
+            return node.op == Op::mesh_distance ? mesh_distance(node.value, operand[0], operand[1], operand[2])
+                                                : select(operand[0], operand[1], operand[2]);
     }
 }
 
@@ -95,6 +101,7 @@ Value Graph::again(const Node& node, const Value operand[3]) {
     const int count = operands(node.op);
     // What was older may be younger here.
     if (commutes(node.op) && operand[1].index < operand[0].index) return like(node, operand);
+    if (node.op == Op::mesh_distance) return like(node, operand);  // which keeps the mesh
     return add(node.op, {count > 0 ? operand[0].index : 0, count > 1 ? operand[1].index : 0, count > 2 ? operand[2].index : 0},
                node.value);
 }
@@ -350,6 +357,20 @@ Value Graph::select(Value a, Value b, Value c) {
     if (condition.is_constant()) return condition.constant() < 0 ? b : c;
     if (b == c) return b;
     return add(Op::select, {a.index, b.index, c.index});
+}
+
+Value Graph::mesh_distance(const std::shared_ptr<const MeshDistance>& mesh, Value x, Value y, Value z) {
+    if (std::find(meshes_.begin(), meshes_.end(), mesh) == meshes_.end()) meshes_.push_back(mesh);
+    const Term a{*this, x}, b{*this, y}, c{*this, z};
+    if (a.is_constant() && b.is_constant() && c.is_constant()) return constant((*mesh)({a.constant(), b.constant(), c.constant()}));
+    return add(Op::mesh_distance, {x.index, y.index, z.index}, mesh->number());
+}
+
+Value Graph::mesh_distance(double number, Value x, Value y, Value z) {
+    const auto named = [number](const std::shared_ptr<const MeshDistance>& mesh) { return mesh->number() == number; };
+    const auto known = std::find_if(meshes_.begin(), meshes_.end(), named);
+    if (known != meshes_.end()) return mesh_distance(std::shared_ptr(*known), x, y, z);
+    return mesh_distance(MeshDistance::numbered(number), x, y, z);
 }
 
 }  // namespace bob

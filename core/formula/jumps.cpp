@@ -170,7 +170,7 @@ Given on_side(const Tape& tape, Given given, const Jump& jump, bool before) {
 /// The formula on one side of the cut of an angle: it is counted from there, where it is small, and half a turn added or taken.
 Expression beside_cut(const Tape& tape, const Survey& found, bool before) {
     thread_local Graph graph;
-    graph.clear();
+    const Graph::Reused reused(graph);
     const Tape::Instead instead{tape.decision_nodes()[found.jump->decision], [&](const Value* operand) {
                                     const Value across = -operand[1];
                                     return atan2(-operand[0], across) + (before ? -pi : pi);
@@ -226,7 +226,7 @@ Expression without_modulo(const Expression& f) {
 
 std::optional<Expression> with_jumps_outside(const Tape& f, const BoxBatch& box, Work& work) {
     thread_local Graph graph;
-    graph.clear();
+    const Graph::Reused reused(graph);
     const auto apart = taken_out(graph, f, {}, box, max_jumps, work);
     if (!apart) return std::nullopt;
     if (apart->sign == Sign::mixed) return graph.expression(apart->value);

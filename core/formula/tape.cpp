@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "formula/mesh_distance.h"
+
 namespace bob {
 namespace {
 
@@ -164,6 +166,7 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
         Instruction& instruction = result.instructions.emplace_back();
         instruction.op = step.op;
         instruction.scale = static_cast<float>(step.scale), instruction.offset = static_cast<float>(step.offset);
+        if (step.op == Op::mesh_distance) set_mesh(instruction, MeshDistance::numbered(nodes[i].value).get());
         std::uint16_t* const slots[3] = {&instruction.a, &instruction.b, &instruction.c};
         for (int k = 0; k < operands_of(step); ++k) *slots[k] = place[step.operand[k]];
         // An operand's register may take the result: every step reads its operands before it writes.
@@ -196,6 +199,7 @@ Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(exp
 ColorTape::ColorTape(const ColorFormula& formula) {
     const ColorFormula f = without_low_powers(formula);
     code_ = lowered(f.nodes(), f.roots());
+    meshes_ = f.meshes();
 }
 
 namespace {
@@ -301,7 +305,7 @@ Value Tape::specialised(Graph& graph, std::span<const Decision> decisions, int l
 
 Expression Tape::specialised(std::span<const Decision> decisions, int lane) const {
     thread_local Graph graph;
-    graph.clear();
+    const Graph::Reused reused(graph);
     return graph.expression(specialised(graph, decisions, lane, static_cast<std::uint32_t>(expression_.nodes().size() - 1)));
 }
 

@@ -67,6 +67,7 @@ public:
 
 private:
     LoweredCode code_;
+    Meshes meshes_;
 };
 
 }  // namespace bob

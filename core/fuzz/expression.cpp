@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "formula/mesh_distance.h"
 #include "formula/scratch.h"
 #include "formula/tape.h"
 #include "formula/text.h"
@@ -13,6 +14,16 @@
 namespace {
 
 using Point = std::array<float, 3>;
+
+/// A tetrahedron.
+const bob::MeshDistance& mesh() {
+    static const auto made = [] {
+        const std::vector<bob::Vec3> vertices{{-0.5f, -0.5f, -0.5f}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+        const std::vector<bob::MeshDistance::Triangle> triangles{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+        return bob::MeshDistance::of(vertices, triangles);
+    }();
+    return *made;
+}
 
 bob::Expression formula(fuzz::Source& source) {
     std::vector<bob::Node> nodes{{.op = bob::Op::x}, {.op = bob::Op::y}, {.op = bob::Op::z}};
@@ -25,6 +36,7 @@ bob::Expression formula(fuzz::Source& source) {
             operand = back < 250 ? count - 1 - back % count : back;  // some come later, or never
         }
         if (node.op == bob::Op::constant) node.value = source.number();
+        if (node.op == bob::Op::mesh_distance) node.value = mesh().number();
         if (node.op == bob::Op::power) node.value = source.byte() < 250 ? source.between(-5, 8) : source.number();
         nodes.push_back(node);
     }

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "box.h"
+#include "bvh.h"
 #include "isa.h"
-#include "shapes/bvh.h"
 #include "shapes/shape.h"
 
 namespace bob {

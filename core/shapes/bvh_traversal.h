@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "shapes/bvh.h"
+#include "bvh.h"
 #include "shapes/shape.h"
 #include "simd.h"
 

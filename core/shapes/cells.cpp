@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "formula/mesh_distance.h"
 #include "formula/scratch.h"
 #include "work.h"
 
@@ -21,7 +22,9 @@ Box Cells::box(const Cell& cell) {
 }
 
 std::size_t Cells::bytes() const {
-    return children_.size() * sizeof(std::int32_t) + cells_.size() * sizeof(Cell) +
+    std::size_t of_meshes = 0;
+    for (const auto& mesh : meshes_) of_meshes += mesh->bytes();
+    return of_meshes + children_.size() * sizeof(std::int32_t) + cells_.size() * sizeof(Cell) +
            codes_.size() * sizeof(Stored) + instructions_.size() * sizeof(Instruction);
 }
 

@@ -94,6 +94,7 @@ private:
     std::vector<Cell> cells_;
     std::vector<Stored> codes_;
     std::vector<Instruction> instructions_;
+    Meshes meshes_;  // that the instructions name
     Box hull_;
     std::uint32_t max_code_ = 0;
     int max_registers_ = 3;

@@ -9,10 +9,10 @@
 #include <span>
 #include <vector>
 
+#include "bvh.h"
 #include "isa.h"
 #include "nurbs/nurbs.h"
 #include "nurbs/trim.h"
-#include "shapes/bvh.h"
 #include "shapes/shape.h"
 
 namespace bob {

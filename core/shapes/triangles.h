@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "bvh.h"
 #include "isa.h"
-#include "shapes/bvh.h"
 #include "shapes/shape.h"
 #include "vec.h"
 

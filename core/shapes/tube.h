@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "bvh.h"
 #include "nurbs/nurbs.h"
-#include "shapes/bvh.h"
 #include "shapes/shape.h"
 #include "shapes/tube_pieces.h"
 

@@ -3,8 +3,8 @@
 
 #include <cstddef>
 
+#include "bvh.h"
 #include "isa.h"
-#include "shapes/bvh.h"
 #include "shapes/shape.h"
 
 namespace bob {

@@ -3,8 +3,8 @@
 #include <array>
 #include <limits>
 
-#include "check.h"
 #include "formula/text.h"
+#include "formulas.h"
 
 namespace {
 
@@ -50,8 +50,7 @@ std::vector<bob::Node> random_nodes(test::Random& random) {
     std::vector<bob::Node> nodes{{.op = Op::x}, {.op = Op::y}, {.op = Op::z}};
     for (int i = 0; i < 4; ++i) nodes.push_back({.op = Op::constant, .value = numbers[pick(std::size(numbers))]});
     for (int i = 0; i < 25; ++i) {
-        bob::Node node{.op = static_cast<Op>(static_cast<std::size_t>(Op::negate) +
-                                             pick(bob::op_count - static_cast<std::size_t>(Op::negate)))};
+        bob::Node node{.op = test::random_op(random)};
         for (int k = 0; k < operands(node.op); ++k) {
             // Near the end more often, so that formulas grow deep.
             const std::size_t back = pick(1 + pick(nodes.size()));
@@ -84,7 +83,8 @@ TEST(ops_pass_nan_on) {
         for (int k = 0; k < operands(op); ++k) {
             const double a[] = {k == 0 ? no_number : -1, k == 1 ? no_number : 2, k == 2 ? no_number : 3};
             // A select minds only what it chooses: here b, since a is -1.
-            CHECK(std::isnan(evaluate(op, 2, a[0], a[1], a[2])) == !(op == Op::select && k == 2));
+            const double value = op == Op::mesh_distance ? test::some_mesh()->number() : 2;
+            CHECK(std::isnan(evaluate(op, value, a[0], a[1], a[2])) == !(op == Op::select && k == 2));
         }
     }
 }
@@ -113,6 +113,9 @@ TEST(expressions_are_checked) {
     CHECK(refused({{.op = Op::x}, {.op = Op::select, .operand = {0, 0, 2}}}, "come before"));
     CHECK(refused({{.op = Op::constant, .value = no_number}}, "NaN"));
     CHECK(refused({{.op = Op::x}, {.op = Op::power, .value = 0.5}}, "whole"));
+    for (const double number : {0., -1., 0.5, 1e9, no_number, infinity}) {
+        CHECK(refused({{.op = Op::x}, {.op = Op::mesh_distance, .value = number}}, "number of a mesh"));
+    }
     CHECK(refused({{.op = Op::x}, {.op = Op::power, .value = 1001}}, "1000"));
     CHECK(refused({{.op = Op::x}, {.op = Op::power, .value = no_number}}, "whole"));
     CHECK(!refused({{.op = Op::constant, .value = infinity}}, ""));

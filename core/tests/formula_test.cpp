@@ -15,6 +15,10 @@ using test::values;
 
 bob::Tape tape_of(Op op) {
     bob::Graph g;
+    if (op == Op::mesh_distance) {
+        return bob::Tape(bob::Expression({{.op = Op::x}, {.op = Op::y}, {.op = Op::z},
+                                          {.op = op, .operand = {0, 1, 2}, .value = test::some_mesh()->number()}}));
+    }
     return bob::Tape(g.expression(operands(op) == 1   ? g.unary(op, g.x())
                                   : operands(op) == 2 ? g.binary(op, g.x(), g.y())
                                                       : g.select(g.x(), g.y(), g.z())));
@@ -135,7 +139,8 @@ TEST(functions_at_special_values) {
                 for (const float b : specials) {
                     if (operands(op) == 1 && !same(b, 1)) continue;
                     if ((op == Op::sin || op == Op::cos || op == Op::tan) && std::fabs(a) > 1e4f) continue;
-                    const auto expected = static_cast<float>(evaluate(op, 0, a, b, 7));
+                    const double number = op == Op::mesh_distance ? test::some_mesh()->number() : 0;
+                    const auto expected = static_cast<float>(evaluate(op, number, a, b, 7));
                     const float got = value(tape, a, b, 7);
                     // Squares, quotients and products on the way may leave the range of floats.
                     if (op == Op::hypot && std::fabs(expected) > 1e18f && !std::isinf(a) && !std::isinf(b)) continue;
@@ -198,7 +203,8 @@ TEST(random_formulas_match_double_precision) {
         Random random(3);
         int judged = 0, numbers = 0, all = 0;
         for (int i = 0; i < 4000; ++i) {
-            const bob::Expression f = test::random_formula(random);
+            Random another(static_cast<std::uint64_t>(i));
+            const bob::Expression plain = test::random_formula(random), f = i % 8 == 3 ? test::random_mesh_formula(another) : plain;
             std::vector<Point> points;
             for (int k = 0; k < 32; ++k) {
                 const float size = std::array{1.f, 1.f, 1e-3f, 30.f}[test::pick(random, 4)];
@@ -234,11 +240,15 @@ TEST(gradients_match_differences_of_values) {
         const bob::FormulaKernels& kernels = bob::best_formula_kernels();
         int judged = 0;
         for (int i = 0; i < 1500; ++i) {
-            const bob::Expression f = test::simplified(test::random_expression(random, 1 + i % 16));
-            const bool infinite = std::any_of(f.nodes().begin(), f.nodes().end(), [](const bob::Node& node) {
-                return node.op == Op::constant && std::isinf(node.value);
-            });
-            if (infinite) continue;  // slopes are NaN then
+            Random another(static_cast<std::uint64_t>(i));
+            const bob::Expression plain = test::simplified(test::random_expression(random, 1 + i % 16));
+            const bob::Expression f = i % 8 == 3 ? test::random_mesh_formula(another) : plain;
+            const auto is_infinite = [](const bob::Expression& formula) {
+                return std::any_of(formula.nodes().begin(), formula.nodes().end(), [](const bob::Node& node) {
+                    return node.op == Op::constant && std::isinf(node.value);
+                });
+            };
+            if (is_infinite(plain) || is_infinite(f)) continue;  // slopes are NaN then
             const bob::Tape tape(f);
             float p[3][bob::max_lanes], value[bob::max_lanes], gradient[3][bob::max_lanes];
             for (auto& axis : p) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "check.h"
+#include "formula/mesh_distance.h"
 #include "formula/scratch.h"
 #include "formula/tape.h"
 
@@ -31,14 +32,30 @@ inline double random_constant(Random& random) {
     return random() < 0.5f ? random(-2, 2) : numbers[pick(random, std::size(numbers))];
 }
 
+/// An octahedron with a corner pushed in.
+inline const std::shared_ptr<const bob::MeshDistance>& some_mesh() {
+    static const auto mesh = [] {
+        const std::vector<bob::Vec3> vertices{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, -0.25f}, {0, 0, -1}};
+        const std::vector<bob::MeshDistance::Triangle> triangles{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                                                                 {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+        return bob::MeshDistance::of(vertices, triangles);
+    }();
+    return mesh;
+}
+
+/// Of one to three numbers but meshes, which have formulas of their own below.
+inline bob::Op random_op(Random& random) {
+    constexpr auto first = static_cast<std::size_t>(bob::Op::negate), last = static_cast<std::size_t>(bob::Op::select);
+    return static_cast<bob::Op>(first + pick(random, last + 1 - first));
+}
+
 /// A random formula of all ops and `steps` steps at most, as plain nodes that nothing simplifies.
 inline bob::Expression random_expression(Random& random, int steps) {
     using bob::Op;
     std::vector<bob::Node> nodes{{.op = Op::x}, {.op = Op::y}, {.op = Op::z}};
     for (int i = 0; i < 3; ++i) nodes.push_back({.op = Op::constant, .value = random_constant(random)});
     for (int i = 0; i < steps; ++i) {
-        bob::Node node{.op = static_cast<Op>(static_cast<std::size_t>(Op::negate) +
-                                             pick(random, bob::op_count - static_cast<std::size_t>(Op::negate)))};
+        bob::Node node{.op = random_op(random)};
         for (int k = 0; k < operands(node.op); ++k) {
             // Near the end more often, so that formulas grow deep.
             const std::size_t back = pick(random, 1 + pick(random, nodes.size()));
@@ -69,6 +86,20 @@ inline bob::Expression corner(const bob::Expression& a, const bob::Expression& b
 inline bob::Expression random_formula(Random& random) {
     const bob::Expression plain = random_expression(random, 1 + static_cast<int>(pick(random, 16)));
     return random() < 0.7f ? simplified(plain) : plain;
+}
+
+/// The distance of random values from a mesh, and an op of it and of others.
+inline bob::Expression random_mesh_formula(Random& random) {
+    using bob::Op, bob::Value;
+    bob::Graph g;
+    Value p[3] = {g.x(), g.y(), g.z()};
+    for (Value& axis : p) {
+        if (random() < 0.3f) axis = g.copy(random_expression(random, 3));
+        if (random() < 0.5f) axis = axis * random(-3, 3) + random(-1, 1);
+    }
+    const Value distance = g.mesh_distance(some_mesh(), p[0], p[1], p[2]), other = g.copy(random_expression(random, 3));
+    const Op ops[] = {Op::minimum, Op::maximum, Op::add, Op::subtract, Op::multiply, Op::hypot};
+    return g.expression(random() < 0.3f ? distance : g.binary(ops[pick(random, std::size(ops))], distance, other));
 }
 
 /// f by this instruction set's kernel.

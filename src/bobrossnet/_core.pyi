@@ -301,22 +301,38 @@ class TooLargeError(ValueError):
 class Expression:
     """A formula f(x, y, z), immutable; equal if its nodes are.
 
-    Node i has the number of an op, ops[i]; up to three earlier nodes, operands[i]; and a constant's value or a power's
-    exponent, values[i]. The last node is the result. ValueError if they are no formula.
+    Node i has the number of an op, ops[i]; up to three earlier nodes, operands[i]; and a constant's value, a power's
+    exponent or the place of a mesh, values[i]. The last node is the result. Meshes are there one after the other:
+    `mesh_sizes` (m, 2), how many vertices and triangles each has, `mesh_vertices` (v, 3), -1..1, and `mesh_triangles`
+    (t, 3). ValueError if they are no formula.
     """
 
-    def __init__(self, ops: U8, operands: U32, values: F64) -> None: ...
+    def __init__(
+        self,
+        ops: U8,
+        operands: U32,
+        values: F64,
+        mesh_sizes: U32 | None = None,
+        mesh_vertices: F32 | None = None,
+        mesh_triangles: U32 | None = None,
+    ) -> None: ...
     @property
     def ops(self) -> U8: ...
     @property
     def operands(self) -> U32: ...
     @property
     def values(self) -> F64: ...
+    @property
+    def mesh_arrays(self) -> tuple[()] | tuple[U32, F32, U32]:
+        """Its meshes as the constructor takes them; empty if it has none."""
     def uses(self, op: str) -> bool: ...
     def __call__(self, points: F64) -> F64:
         """The values at points (n, 3), in double precision."""
     def __len__(self) -> int: ...
     def __hash__(self) -> int: ...
+
+def distance_to_mesh(vertices: F64, triangles: I32) -> Expression:
+    """The signed distance from a mesh, (v, 3) and (t, 3); ValueError unless it is closed."""
 
 class ColorFormula:
     """A colour (r, g, b)(x, y, z), linear RGB, immutable; equal if its nodes and roots are.
@@ -324,7 +340,16 @@ class ColorFormula:
     Nodes are as of an Expression; red, green and blue are the nodes `roots`. ValueError if they are no formula.
     """
 
-    def __init__(self, ops: U8, operands: U32, values: F64, roots: U32) -> None: ...
+    def __init__(
+        self,
+        ops: U8,
+        operands: U32,
+        values: F64,
+        roots: U32,
+        mesh_sizes: U32 | None = None,
+        mesh_vertices: F32 | None = None,
+        mesh_triangles: U32 | None = None,
+    ) -> None: ...
     @staticmethod
     def constant(r: float, g: float, b: float) -> ColorFormula: ...
     @property
@@ -335,6 +360,8 @@ class ColorFormula:
     def values(self) -> F64: ...
     @property
     def roots(self) -> U32: ...
+    @property
+    def mesh_arrays(self) -> tuple[()] | tuple[U32, F32, U32]: ...
     def __call__(self, points: F64) -> F64:
         """The colours (n, 3), clamped to 0..1, at points (n, 3), in double precision."""
     def __len__(self) -> int: ...

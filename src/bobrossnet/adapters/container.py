@@ -31,8 +31,9 @@ from bobrossnet.tracing.scene import MAX_INSTANCES, Scene, SceneLike, as_scene
 
 ENDING = ".bob"
 FORMAT = "bobrossnet-scene"
-VERSIONS = ("1", "2")
-"""The second has colours of meshes, and metallicity and roughness. Scenes without are written in the first."""
+VERSIONS = ("1", "2", "3")
+"""The second has colours of meshes, and metallicity and roughness, the third meshes in formulas. Scenes are written in
+the first that has what they need."""
 
 KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Brep, Implicit, Mesh, Tube)}
 """The shapes that files can hold, by the word for them there."""
@@ -101,10 +102,11 @@ def packed(scene: SceneLike) -> bytes:
             }
         )
     content = {"shapes": kinds, "instances": instances}
-    is_new = any(not PHYSICAL.isdisjoint(fields) for fields in materials.values()) or any(
+    is_colored = any(not PHYSICAL.isdisjoint(fields) for fields in materials.values()) or any(
         instance.shape.is_colored for instance in placed
     )
-    data = layout(content, tensors, VERSIONS[is_new])
+    has_meshes = any(name.endswith("mesh_sizes") for name in tensors)
+    data = layout(content, tensors, VERSIONS[2 if has_meshes else is_colored])
     _check_header(data, "scene: ")
     if len(data) > MAX_BYTES:
         raise InputError(f"scene: expected at most {MAX_BYTES:,} bytes, which can be read again, got {len(data):,}")
@@ -145,7 +147,7 @@ def read_scene(file: Path) -> Scene:
         raise InputError(f"expected the format {FORMAT}, got {metadata.get('format')!r}")
     if metadata.get("version") not in VERSIONS:
         raise InputError(
-            f"expected version {' or '.join(VERSIONS)}, got {metadata.get('version')!r}; "
+            f"expected version {', '.join(VERSIONS[:-1])} or {VERSIONS[-1]}, got {metadata.get('version')!r}; "
             "was it written by a newer release?"
         )
     content = _fields("scene", read_json(metadata.get("scene", "")), "shapes", "instances")

@@ -22,14 +22,15 @@ from numpy.typing import NDArray
 
 from bobrossnet.atomic import check_writable
 from bobrossnet.errors import InputError, check_array
-from bobrossnet.sdf import custom, d2, d3, ease, lettering, masks
+from bobrossnet.sdf import custom, d2, d3, ease, lettering, masks, meshes
 from bobrossnet.sdf.custom import *  # noqa: F403
 from bobrossnet.sdf.d2 import *  # noqa: F403
 from bobrossnet.sdf.d3 import *  # type: ignore[assignment]  # noqa: F403  # in place of those of two dimensions
 from bobrossnet.sdf.d3 import SDF3
 from bobrossnet.sdf.lettering import *  # noqa: F403
 from bobrossnet.sdf.masks import *  # noqa: F403
-from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.sdf.meshes import *  # noqa: F403
+from bobrossnet.sdf.meshes import Mesh
 
 pi = math.pi
 degrees = math.degrees
@@ -69,4 +70,4 @@ def show_slice(shape: SDF3, *args: Any, **kwargs: Any) -> None:
 
 __all__ = ["d2", "d3", "degrees", "ease", "generate", "np", "pi", "radians"]
 __all__ += ["sample_slice", "save", "show_slice", "write_binary_stl"]
-__all__ += [*custom.__all__, *d2.__all__, *d3.__all__, *lettering.__all__, *masks.__all__]
+__all__ += [*custom.__all__, *d2.__all__, *d3.__all__, *lettering.__all__, *masks.__all__, *meshes.__all__]

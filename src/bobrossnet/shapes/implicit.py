@@ -16,6 +16,9 @@ from bobrossnet.shapes.affine import check_size
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape, check_tensors
 
+MESHES = {"mesh_sizes": "uint32", "mesh_vertices": "float32", "mesh_triangles": "uint32"}
+"""Arrays of formulas that have the distances of meshes, and their dtypes."""
+
 
 class Implicit(Shape):
     """The surface f(x, y, z) = 0 of a formula; f < 0 is inside.
@@ -155,25 +158,28 @@ class Implicit(Shape):
             "operands": self.expression.operands,
             "values": self.expression.values,
         }
+        tensors |= zip(MESHES, self.expression.mesh_arrays, strict=False)
         if self.bounds is not None:
             tensors["bounds"] = self.bounds
         color = self.color_formula
         if color is not None:
             tensors |= {"color_ops": color.ops, "color_operands": color.operands}
             tensors |= {"color_values": color.values, "color_roots": color.roots}
+            tensors |= zip((f"color_{name}" for name in MESHES), color.mesh_arrays, strict=False)
         return tensors
 
     @classmethod
     def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Implicit:
         required = {"ops": "uint8", "operands": "uint32", "values": "float64"}
         of_color = {f"color_{name}": dtype for name, dtype in required.items()} | {"color_roots": "uint32"}
-        check_tensors(tensors, required, {"bounds": "float64", **of_color})
-        expression = _formula("formula", _core.Expression, tensors, required)
+        of_color_meshes = {f"color_{name}": dtype for name, dtype in MESHES.items()}
+        check_tensors(tensors, required, {"bounds": "float64", **MESHES, **of_color, **of_color_meshes})
+        expression = _formula("formula", _core.Expression, tensors, required, MESHES)
         color = None
-        if of_color.keys() & tensors.keys():
-            given = {name: tensor for name, tensor in tensors.items() if name in of_color}
-            check_tensors(given, of_color)
-            color = _formula("color", _core.ColorFormula, given, of_color)
+        if (of_color.keys() | of_color_meshes.keys()) & tensors.keys():
+            given = {name: tensor for name, tensor in tensors.items() if name.startswith("color_")}
+            check_tensors(given, of_color, of_color_meshes)
+            color = _formula("color", _core.ColorFormula, given, of_color, of_color_meshes)
         return cls(expression, tensors.get("bounds"), color)
 
     def __repr__(self) -> str:
@@ -185,9 +191,16 @@ class Implicit(Shape):
 F = TypeVar("F")
 
 
-def _formula(name: str, kind: Callable[..., F], tensors: Mapping[str, NDArray[Any]], names: Iterable[str]) -> F:
+def _formula(
+    name: str,
+    kind: Callable[..., F],
+    tensors: Mapping[str, NDArray[Any]],
+    names: Iterable[str],
+    meshes: Iterable[str],
+) -> F:
+    given = [*names, *(each for each in meshes if each in tensors)]
     try:
-        return kind(*(np.ascontiguousarray(tensors[each]) for each in names))
+        return kind(**{each.removeprefix("color_"): np.ascontiguousarray(tensors[each]) for each in given})
     except (TypeError, ValueError) as error:
         raise InputError(f"{name}: {error}") from None
 

@@ -19,7 +19,7 @@ import { readContainer, readTensor } from "./safetensors.js";
  * @typedef {import("./safetensors.js").Container} Container
  */
 
-const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2"];
+const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2", "3"];
 
 /** Bytes of JSON that readers of safetensors take, as bobrossnet.adapters.container.MAX_HEADER. */
 const MAX_HEADER = 100_000_000;
@@ -40,6 +40,8 @@ const KINDS = {
   implicit: {
     ops: ["U8", null], operands: ["U32", null, 3], values: ["F64", null], "bounds?": ["F64", 2, 3],
     "color_ops?": ["U8", null], "color_operands?": ["U32", null, 3], "color_values?": ["F64", null], "color_roots?": ["U32", 3],
+    "mesh_sizes?": ["U32", null, 2], "mesh_vertices?": ["F32", null, 3], "mesh_triangles?": ["U32", null, 3],
+    "color_mesh_sizes?": ["U32", null, 2], "color_mesh_vertices?": ["F32", null, 3], "color_mesh_triangles?": ["U32", null, 3],
   },
   brep: {
     faces: ["I32", null, 5], control_points: ["F64", null, 4], knots: ["F64", null], loops: ["I32", null],
@@ -74,7 +76,7 @@ export function readBob(core, bytes) {
   if (metadata.format !== FORMAT) throw new CoreError(`expected the format ${FORMAT}, got ${brief(metadata.format)}`);
   if (!VERSIONS.includes(metadata.version)) {
     const got = brief(metadata.version);
-    throw new CoreError(`expected version ${VERSIONS.join(" or ")}, got ${got}; was it written by a newer release?`);
+    throw new CoreError(`expected version ${VERSIONS.slice(0, -1).join(", ")} or ${VERSIONS.at(-1)}, got ${got}; was it written by a newer release?`);
   }
   const content = checkFields("scene", JSON.parse(metadata.scene), "shapes", "instances");
   const instances = checkList("instances", content.instances);
@@ -172,6 +174,11 @@ function checkShape(core, shape) {
           throw new CoreError("color: expected color_ops, color_operands, color_values and color_roots together");
         }
         checkNodeCounts("color", color_ops, color_operands, color_values);
+      } else if (shape.color_mesh_sizes) throw new CoreError("color: expected a formula with its meshes, got these alone");
+      for (const of of /** @type {const} */ (["", "color_"])) {
+        if (new Set([shape[`${of}mesh_sizes`], shape[`${of}mesh_vertices`], shape[`${of}mesh_triangles`]].map(Boolean)).size > 1) {
+          throw new CoreError(`${of}mesh_sizes: expected ${of}mesh_sizes, ${of}mesh_vertices and ${of}mesh_triangles together`);
+        }
       }
       if (bounds) checkCoordinates("bounds", bounds);
       if (bounds && ![0, 1, 2].every((axis) => bounds[axis] < bounds[axis + 3])) {

@@ -6,9 +6,11 @@ import { Shape } from "./shape.js";
 
 /**
  * @typedef {import("../core/core.js").Core} Core
- * @typedef {{ops: Uint8Array, operands: Uint32Array, values: Float64Array, color_ops?: Uint8Array, color_operands?: Uint32Array,
- *   color_values?: Float64Array, color_roots?: Uint32Array}} Nodes of a formula, (n,), (n, 3) and (n,), and of its surface's
- *   colour, perhaps, with its roots (3,), as in scene files (CONVENTIONS.md)
+ * @typedef {{ops: Uint8Array, operands: Uint32Array, values: Float64Array, mesh_sizes?: Uint32Array, mesh_vertices?: Float32Array,
+ *   mesh_triangles?: Uint32Array, color_ops?: Uint8Array, color_operands?: Uint32Array, color_values?: Float64Array,
+ *   color_roots?: Uint32Array, color_mesh_sizes?: Uint32Array, color_mesh_vertices?: Float32Array,
+ *   color_mesh_triangles?: Uint32Array}} Nodes of a formula, (n,), (n, 3) and (n,), and the meshes among them; the same of its
+ *   surface's colour, perhaps, with its roots (3,), as in scene files (CONVENTIONS.md)
  */
 
 /** The shape that a script makes (docs/scripts.md). @param {Core} core @param {string} source */
@@ -59,18 +61,46 @@ const run = (core, source) => core.made("run_script", source);
 const parse = (core, text) => core.made("parse_vm", text);
 
 /** @param {Core} core @param {Nodes} nodes */
-function make(core, { ops, operands, values, color_ops, color_operands, color_values, color_roots }) {
-  const expression = placedErrors("formula", () => core.made("make_expression", ops, operands, values, ops.length));
+function make(core, nodes) {
+  const { ops, operands, values, color_ops, color_operands, color_values, color_roots } = nodes;
+  const expression = placedErrors("formula", () => {
+    return withMeshes(core, nodes.mesh_sizes, nodes.mesh_vertices, nodes.mesh_triangles, (meshes) => {
+      return core.made("make_expression", ops, operands, values, ops.length, meshes);
+    });
+  });
   try {
     if (color_ops && color_operands && color_values && color_roots) {
       placedErrors("color", () => {
-        core.made("color_expression", expression, color_ops, color_operands, color_values, color_ops.length, color_roots);
+        withMeshes(core, nodes.color_mesh_sizes, nodes.color_mesh_vertices, nodes.color_mesh_triangles, (meshes) => {
+          core.made("color_expression", expression, color_ops, color_operands, color_values, color_ops.length, color_roots, meshes);
+        });
       });
     }
     return expression;
   } catch (error) {
     core.call("free_expression", expression);
     throw error;
+  }
+}
+
+/**
+ * The meshes that arrays hold while f looks at them; 0 without.
+ *
+ * @template T
+ * @param {Core} core
+ * @param {Uint32Array | undefined} sizes (m, 2)
+ * @param {Float32Array | undefined} vertices (v, 3)
+ * @param {Uint32Array | undefined} triangles (t, 3)
+ * @param {(meshes: number) => T} f
+ * @returns {T}
+ */
+function withMeshes(core, sizes, vertices, triangles, f) {
+  if (!sizes || !vertices || !triangles) return f(0);
+  const meshes = core.made("make_meshes", sizes, sizes.length / 2, vertices, vertices.length / 3, triangles, triangles.length / 3);
+  try {
+    return f(meshes);
+  } finally {
+    core.call("free_meshes", meshes);
   }
 }
 

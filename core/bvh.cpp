@@ -1,5 +1,7 @@
 /// Top-down: binary splits by the surface area heuristic over binned centroids (Wald, "On fast Construction of SAH-based
 /// Bounding Volume Hierarchies", 2007), collapsed to eight children a node by opening the largest ones.
+#include "bvh.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -11,7 +13,6 @@
 #include "float4.h"
 #include "interruption.h"
 #include "parallel.h"
-#include "shapes/bvh.h"
 
 namespace bob {
 namespace {

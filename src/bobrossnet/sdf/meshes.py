@@ -1,0 +1,73 @@
+"""Meshes as shapes of the modelling language, by their exact distances."""
+
+from __future__ import annotations
+
+import os
+
+from bobrossnet import _core
+from bobrossnet.errors import InputError, check_number
+from bobrossnet.sdf.d3 import SDF3
+from bobrossnet.shapes import mesh as shapes
+
+
+class Mesh(shapes.Mesh):
+    """A triangle mesh that can be made a shape of the language.
+
+    >>> from bobrossnet.sdf import *
+    >>> corners, triangles = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
+    >>> f = Mesh(corners, triangles).sdf().dilate(0.1) - sphere(0.5)
+    >>> f([(0.1, 0.2, 1), (-1, 0, 0)]).round(3).tolist()
+    [[0.073], [0.9]]
+
+    Parameters
+    ----------
+    vertices, triangles, and what else `bobrossnet.Mesh` takes
+    """
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> Mesh:
+        """Read a mesh from a file, as `bobrossnet.load_mesh` does, which says what is raised.
+
+        Parameters
+        ----------
+        path : str or path
+            Ends in .stl, .ply, .obj, .off, .glb, .gltf or .3mf.
+        """
+        from bobrossnet.adapters.files import load_mesh  # which reads programs of this language, too
+
+        mesh = cls.from_tensors(load_mesh(path).tensors())
+        assert isinstance(mesh, Mesh)
+        return mesh
+
+    def sdf(self, voxel_size: float | None = None, half_width: float | None = None) -> SDF3:
+        """The mesh as a shape: the distance from its triangles, negative inside, in the mesh's units.
+
+        Distances are exact everywhere, from the vertices rounded to 1e-7 of the mesh's size. Equal vertices count as
+        one. Inside is what the surface winds around, in whichever direction: parts may overlap, and what lies within
+        more than one of them is inside. Colours, normals and textures are left out.
+
+        Parameters
+        ----------
+        voxel_size, half_width : number above 0, optional
+            Of the grids that fogleman/sdf needs; here they change nothing.
+
+        Returns
+        -------
+        SDF3
+
+        Raises
+        ------
+        InputError
+            If the mesh is not closed, or triangles that share an edge wind in different directions: then nothing says
+            what is inside.
+        """
+        for name, value in (("voxel_size", voxel_size), ("half_width", half_width)):
+            if value is not None:
+                check_number(name, value, 0, above=True)
+        try:
+            return SDF3(_core.distance_to_mesh(self.vertices, self.triangles))
+        except ValueError as error:
+            raise InputError(f"mesh: {error}") from None
+
+
+__all__ = ["Mesh"]
