@@ -238,36 +238,34 @@ def white_shapes(shapes: Path) -> set[str]:
 def real_shapes(real: Evaluation | None, white: set[str]) -> list[str]:
     if real is None:
         return []
-    plain, colored = real.of_shapes(white), real.of_shapes(set(real.shapes) - white)
     parts = [
         "## Results on real shapes",
         f"Other people's shapes, which nothing was trained on; traced pixels kept. {verdict(real)}",
-        f"The report's shapes and ours are white, as are {len(plain.pictures)} of these. {verdict(plain)}",
     ]
-    if colored.pictures:
-        rows = [
-            [method, *(f"{mean:.4f}" for mean in colored.mean(method))]
-            for method in (kept(NAME), "nearest", "pull-push", "delaunay-linear")
-        ]
+    others = set(real.shapes) - white
+    if white and others:
+        plain, colored = real.of_shapes(white), real.of_shapes(others)
+        methods = (kept(NAME), "nearest", "pull-push", "delaunay-linear")
+        rows = [[method, *(f"{mean:.4f}" for mean in colored.mean(method))] for method in methods]
         parts += [
-            f"The other {len(colored.pictures)} have colours, such as the network has never seen: dark ones are taken for "
-            f"shade. {verdict(colored)}",
+            f"The report's shapes and ours are white, as are {len(white)} of these. {verdict(plain)}",
+            f"The other {len(others)} have colours, which the network has never seen: it takes dark ones for shade. "
+            + verdict(colored),
             table(["SSIM, colours", *(f"{100 * fraction:g} %" for fraction in real.fractions)], rows, left=True),
         ]
     return [*parts, "All of them:", str(real)]
 
 
 def verdict(real: Evaluation) -> str:
-    name = kept(NAME)
-    lost = [
-        f"{100 * fraction:g} % by {filling}"
-        for filling in ("nearest", "pull-push")
-        for fraction, ours, theirs in zip(real.fractions, real.mean(name), real.mean(filling), strict=True)
-        if fraction < 1 and ours < theirs
-    ]
-    if not lost:
-        return "It is above nearest and pull-push filling at every share below 100 %."
-    return f"It is beaten at {', '.join(lost)}."
+    lost = []
+    for filling in ("nearest", "pull-push"):
+        pairs = zip(real.fractions, real.mean(kept(NAME)), real.mean(filling), strict=True)
+        shares = [f"{100 * fraction:g}" for fraction, ours, theirs in pairs if fraction < 1 and ours < theirs]
+        if shares:
+            lost.append(f"by {filling} filling at {', '.join(shares)} %")
+    if lost:
+        return f"It is beaten {'; '.join(lost)}."
+    return "It is above nearest and pull-push filling at every share below 100 %."
 
 
 def losses(path: Path) -> list[str]:
