@@ -262,6 +262,10 @@ for _ in range(20):
 
 image(np.abs(z) < 2).extrude(0.1)
 """,
+    "a mesh, hollowed": """
+tree = bob.happy_tree()
+Mesh(tree.vertices, tree.triangles).sdf().shell(0.04) & slab(y0=0)
+""",
     "gear.sdf": """
 bob.load("examples/gear.sdf")
 """,
