@@ -5,15 +5,13 @@
 #include <functional>
 #include <utility>
 
+#include "vec3d.h"
+
 namespace bob {
 namespace {
 
-using Vector = std::array<double, 3>;
-
-double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 /// Turns two vectors in their plane until they are at right angles; returns false if they already are.
-bool make_orthogonal(Vector& p, Vector& q) {
+bool make_orthogonal(Vec3d& p, Vec3d& q) {
     const double pp = dot(p, p), qq = dot(q, q), pq = dot(p, q);
     if (!(std::fabs(pq) > 1e-16 * std::sqrt(pp) * std::sqrt(qq))) return false;
     const double half = (qq - pp) / (2 * pq);
@@ -84,7 +82,7 @@ std::array<double, 3> singular_values(const AffineMap& map) {
     for (const auto& row : map.row) largest = std::max({largest, std::fabs(row[0]), std::fabs(row[1]), std::fabs(row[2])});
     int exponent = 0;
     std::frexp(largest, &exponent);
-    Vector columns[3];
+    Vec3d columns[3];
     for (int i = 0; i < 3; ++i) {
         for (std::size_t j = 0; j < 3; ++j) columns[j][static_cast<std::size_t>(i)] = std::ldexp(map.row[i][j], -exponent);
     }

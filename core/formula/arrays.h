@@ -1,7 +1,6 @@
 /// Formulas as arrays, as files hold them and bindings pass them on.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -33,8 +32,7 @@ namespace bob {
 /// What nodes_of takes as a node's value.
 [[nodiscard]] inline double value_in_arrays(const Node& node, const Meshes& meshes) {
     if (node.op != Op::mesh_distance) return node.value;
-    const auto is_its = [&](const auto& mesh) { return mesh->number() == node.value; };
-    return static_cast<double>(std::find_if(meshes.begin(), meshes.end(), is_its) - meshes.begin());
+    return static_cast<double>(find_mesh(meshes, node.value) - meshes.begin());
 }
 
 /// Some meshes one after the other. sizes: (m, 2), how many vertices and triangles each has; vertices: (v, 3), triangles: (t, 3),

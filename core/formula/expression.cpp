@@ -111,8 +111,7 @@ std::vector<double> values_at(const std::vector<Node>& nodes, const Meshes& mesh
         const Node& node = nodes[i];
         const auto operand = [&](int k) { return values[node.operand[k]]; };
         if (node.op == Op::mesh_distance) {
-            const auto named = [&](const auto& mesh) { return mesh->number() == node.value; };
-            values[i] = (**std::find_if(meshes.begin(), meshes.end(), named))({operand(0), operand(1), operand(2)});
+            values[i] = (**find_mesh(meshes, node.value))({operand(0), operand(1), operand(2)});
             continue;
         }
         values[i] = node.op == Op::x   ? x
@@ -142,6 +141,10 @@ Meshes meshes_of(std::span<const Node> nodes) {
         if (std::find(meshes.begin(), meshes.end(), mesh) == meshes.end()) meshes.push_back(std::move(mesh));
     }
     return meshes;
+}
+
+Meshes::const_iterator find_mesh(const Meshes& meshes, double number) {
+    return std::ranges::find_if(meshes, [=](const auto& mesh) { return mesh->number() == number; });
 }
 
 std::vector<Node> needed(std::span<const Node> nodes, std::span<std::uint32_t> roots) {

@@ -142,6 +142,9 @@ void check_numbers(const Node& node, std::size_t i);
 /// The meshes that nodes name. Throws std::invalid_argument where there is no such mesh any more.
 [[nodiscard]] Meshes meshes_of(std::span<const Node> nodes);
 
+/// Where the mesh of a number is among some; their end if it is not there.
+[[nodiscard]] Meshes::const_iterator find_mesh(const Meshes& meshes, double number);
+
 /// The nodes that some roots need, in order; `roots` are then their numbers among these.
 [[nodiscard]] std::vector<Node> needed(std::span<const Node> nodes, std::span<std::uint32_t> roots);
 

@@ -367,10 +367,8 @@ Value Graph::mesh_distance(const std::shared_ptr<const MeshDistance>& mesh, Valu
 }
 
 Value Graph::mesh_distance(double number, Value x, Value y, Value z) {
-    const auto named = [number](const std::shared_ptr<const MeshDistance>& mesh) { return mesh->number() == number; };
-    const auto known = std::find_if(meshes_.begin(), meshes_.end(), named);
-    if (known != meshes_.end()) return mesh_distance(std::shared_ptr(*known), x, y, z);
-    return mesh_distance(MeshDistance::numbered(number), x, y, z);
+    const auto known = find_mesh(meshes_, number);
+    return mesh_distance(known != meshes_.end() ? *known : MeshDistance::numbered(number), x, y, z);
 }
 
 }  // namespace bob

@@ -37,14 +37,6 @@ constexpr float node_cost = 1.5f;
 constexpr std::size_t most_beside = 2048, unlimited = std::numeric_limits<std::size_t>::max();
 
 Point wide(Vec3 v) { return {v.x, v.y, v.z}; }
-Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Point operator*(double s, const Point& a) { return {s * a[0], s * a[1], s * a[2]}; }
-double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Point cross(const Point& a, const Point& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double length(const Point& a) { return std::sqrt(dot(a, a)); }
 
 /// Around a point in double precision, and wider at each side by `reach`.
 Box around(const Point& p, double reach) {

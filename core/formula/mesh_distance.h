@@ -11,6 +11,7 @@
 #include "bvh.h"
 #include "sha256.h"
 #include "vec.h"
+#include "vec3d.h"
 
 namespace bob {
 
@@ -20,7 +21,7 @@ class Expression;
 /// a point, in whichever direction, so parts may overlap. Distances are Euclidean, in double precision.
 class MeshDistance {
 public:
-    using Point = std::array<double, 3>;
+    using Point = Vec3d;
     using Triangle = std::array<std::uint32_t, 3>;
 
     /// Equal vertices become one; triangles without three corners, and vertices without triangles, are left out. Throws

@@ -40,8 +40,8 @@ std::array<Pixel, 4> around(Pixel pixel, std::int32_t step, bool diagonal) {
 }  // namespace
 
 AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, std::uint32_t first_step)
-    : height_(height), width_(width), total_(height * width),
-      row_step_(first_step == 1 ? 2 : first_step), ends_in_rows_(first_step == 1), lattice_(make_order("lattice", seed, height, width)), known_(total_) {
+    : height_(height), width_(width), total_(height * width), row_step_(first_step == 1 ? 2 : first_step),
+      ends_in_rows_(first_step == 1), lattice_(make_order("lattice", seed, height, width)), known_(total_) {
     if (first_step > 8 || (first_step > 0 && !std::has_single_bit(first_step))) {
         throw std::invalid_argument("first_step: expected 0, 1, 2, 4 or 8");
     }

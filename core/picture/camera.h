@@ -10,6 +10,7 @@
 
 #include "picture/gbuffer.h"
 #include "ray.h"
+#include "vec3d.h"
 
 namespace bob {
 
@@ -135,13 +136,9 @@ public:
     [[nodiscard]] bool in_perspective() const { return in_perspective_; }
 
 private:
-    using Axis = std::array<double, 3>;
-    static double dot(const Axis& a, const Axis& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-    static Axis cross(const Axis& a, const Axis& b) {
-        return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-    }
+    using Axis = Vec3d;
     static Axis normalized(const Axis& a) {
-        const double size = std::sqrt(dot(a, a));
+        const double size = length(a);
         return {a[0] / size, a[1] / size, a[2] / size};
     }
     static Vec3 rounded(const Axis& a) {

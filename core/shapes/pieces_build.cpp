@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "vec3d.h"
 #include "work.h"
 #include "shapes/pieces.h"
 
@@ -35,17 +36,6 @@ constexpr double narrowest = 1e-7;
 
 // Boxes reach this much farther, in half sizes and in units, than their pieces.
 constexpr double box_margin = 1e-3, rounding = 1e-6;
-
-using Vec3d = std::array<double, 3>;
-
-Vec3d operator+(const Vec3d& a, const Vec3d& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Vec3d operator-(const Vec3d& a, const Vec3d& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec3d operator*(double s, const Vec3d& a) { return {s * a[0], s * a[1], s * a[2]}; }
-double dot(const Vec3d& a, const Vec3d& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-double length(const Vec3d& a) { return std::sqrt(dot(a, a)); }
-Vec3d cross(const Vec3d& a, const Vec3d& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 /// What a packet holds of one piece, and its box among all.
 struct Piece {

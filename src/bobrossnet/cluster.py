@@ -14,8 +14,8 @@ from typing import Any
 from bobrossnet.adapters.messages import one_line
 from bobrossnet.errors import InputError
 
-# How long a scheduler may take to answer; a wrong address would wait for ever.
 ANSWER_SECONDS = 10
+"""How long a scheduler may take to answer: at a wrong address, waiting would never end."""
 
 
 @contextmanager

@@ -259,8 +259,9 @@ class PartialPicture:
         """
         self._again = until > 0
         self._in_rows = True
-        done = self._trace_share(lattice)
+        self._trace_share(lattice)
         self._in_rows = False
+        done = 0
         if self.calls.in_flight == 1:
             done = self._trace_for(start, budget) if count is None else self._trace_share(count)
         if self.calls.in_flight > 1:
