@@ -19,6 +19,9 @@ inline F acos(F a, Domain&) { return acos(a); }
 inline F modulo(F a, F b, Domain&) { return modulo(a, b); }
 inline F select(F a, F b, F c) { return is_nan(a) ? a : (a < F{} ? b : c); }
 
+inline F piecewise(F a, F b, F c) { return select(a, b, c); }
+inline Interval piecewise(Interval a, Interval b, Interval c) { return select(a, b, c); }
+
 inline void watch(F, Domain&) {}
 
 inline void set(F& a, float x) { a = constant(x); }
@@ -172,6 +175,10 @@ inline Dual<N, K> select(const Dual<N, K>& a, const Dual<N, K>& b, const Dual<N,
     const M jumps = may_change_sign(a.value);
     return chain(select(a.value, b.value, c.value), b, c,
                  [&](N s, N t) { return unless(jumps, by_sign(a.value, s, t)); });
+}
+template <class N, int K>
+inline Dual<N, K> piecewise(const Dual<N, K>& a, const Dual<N, K>& b, const Dual<N, K>& c) {
+    return chain(select(a.value, b.value, c.value), b, c, [&](N s, N t) { return by_sign(a.value, s, t); });
 }
 template <class N, int K>
 inline Dual<N, K> floor(const Dual<N, K>& a) {

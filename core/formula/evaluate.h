@@ -17,6 +17,11 @@ constexpr Op affine = static_cast<Op>(op_count);
 /// else hypot(a, b). A select, but one that does not jump.
 constexpr Op corner_distance = static_cast<Op>(op_count + 1);
 
+/// A select that `meets`.
+constexpr Op piecewise_select = static_cast<Op>(op_count + 2);
+
+constexpr bool is_select(Op op) { return op == Op::select || op == piecewise_select; }
+
 /// 20 bytes, without gaps: code that is the same is the same in memory.
 struct Instruction {
     Op op;
@@ -69,7 +74,7 @@ constexpr bool may_jump(Op op) { return op == Op::select || op == Op::atan2 || i
 
 /// Whether a box may decide something about an op.
 constexpr bool is_decision(Op op) {
-    return op == Op::minimum || op == Op::maximum || op == Op::absolute || op == corner_distance || may_jump(op);
+    return op == Op::minimum || op == Op::maximum || op == Op::absolute || op == corner_distance || op == piecewise_select || may_jump(op);
 }
 
 /// Whether box `lane` decides it, so that less is to be computed there.
@@ -104,6 +109,7 @@ struct Segment {
     bool open;                      // the kernel's own, as is all that follows: whether it is still looking
     float a, fa, b, fb;             // where it begins, or the two sides of the root, and the values there
     float to_jump;                  // from a on
+    float doubt;                    // where the first part of it begins in which roots are unresolved
 };
 
 struct FormulaKernels {

@@ -66,10 +66,13 @@ constexpr int op_count = static_cast<int>(Op::mesh_distance) + 1;
 struct Node {
     Op op = Op::constant;
     std::uint32_t operand[3] = {};  // earlier nodes; 0 where there is none
-    double value = 0;               // of a constant; the exponent of a power; the number of a mesh
+    double value = 0;               // of a constant; the exponent of a power; the number of a mesh; of a select, `meets` or 0
 
     friend bool operator==(const Node&, const Node&) = default;
 };
+
+/// The value of a select at which its formula does not jump.
+constexpr double meets = 1;
 
 class MeshDistance;
 
@@ -182,6 +185,9 @@ public:
     Value binary(Op op, Value a, Value b);
     /// b where a < 0, else c.
     Value select(Value a, Value b, Value c);
+    /// The same where the formula that it becomes part of does not jump: where a changes its sign, b and c meet, or neither
+    /// is chosen in the end.
+    Value piecewise(Value a, Value b, Value c);
     /// How far (x, y, z) is from a mesh.
     Value mesh_distance(const std::shared_ptr<const MeshDistance>& mesh, Value x, Value y, Value z);
 
@@ -236,6 +242,7 @@ private:
         std::uint32_t a = 0, b = 0, c = 0;
     };
     Value add(Op op, Operands operands, double value = 0);
+    Value choice(Value a, Value b, Value c, double value);
     Value mesh_distance(double number, Value x, Value y, Value z);
     void grow();
     template <class Formula>
@@ -287,6 +294,8 @@ inline Value modulo(const Value& a, const Value& b) { return a.graph->binary(Op:
 inline Value modulo(Value a, double b) { return modulo(a, a.graph->constant(b)); }
 /// b where a < 0, else c.
 inline Value select(const Value& a, const Value& b, const Value& c) { return a.graph->select(a, b, c); }
+/// The same of a formula that does not jump there (Graph::piecewise).
+inline Value piecewise(const Value& a, const Value& b, const Value& c) { return a.graph->piecewise(a, b, c); }
 inline Value clamp(Value a, double low, double high) { return min(max(a, low), high); }
 
 }  // namespace bob

@@ -93,7 +93,7 @@ Value Graph::like(const Node& node, const Value operand[3]) {
         case 2: return binary(node.op, operand[0], operand[1]);
         default:
             return node.op == Op::mesh_distance ? mesh_distance(node.value, operand[0], operand[1], operand[2])
-                                                : select(operand[0], operand[1], operand[2]);
+                                                : choice(operand[0], operand[1], operand[2], node.value);
     }
 }
 
@@ -352,11 +352,14 @@ Value Graph::binary(Op op, Value left, Value right) {
     return add(op, {left.index, right.index});
 }
 
-Value Graph::select(Value a, Value b, Value c) {
+Value Graph::select(Value a, Value b, Value c) { return choice(a, b, c, 0); }
+Value Graph::piecewise(Value a, Value b, Value c) { return choice(a, b, c, meets); }
+
+Value Graph::choice(Value a, Value b, Value c, double value) {
     const Term condition{*this, a};
     if (condition.is_constant()) return condition.constant() < 0 ? b : c;
     if (b == c) return b;
-    return add(Op::select, {a.index, b.index, c.index});
+    return add(Op::select, {a.index, b.index, c.index}, value);
 }
 
 Value Graph::mesh_distance(const std::shared_ptr<const MeshDistance>& mesh, Value x, Value y, Value z) {

@@ -48,7 +48,7 @@ void settle(Instruction& step, const Decision& outcome) {
         return;
     }
     step.scale = step.op == Op::absolute && !first ? -1.f : 1.f;
-    if (step.op == Op::select) step.a = first ? step.b : step.c;
+    if (is_select(step.op)) step.a = first ? step.b : step.c;
     if (step.op == Op::minimum || step.op == Op::maximum) step.a = first ? step.a : step.b;
     step.op = affine;
 }
@@ -159,7 +159,7 @@ Given on_side(const Tape& tape, Given given, const Jump& jump, bool before) {
         const auto sign = is_negative.find(node.operand[0]);
         if (sign == is_negative.end()) continue;
         if (op == Op::absolute) given[at] = choice(!sign->second);
-        if (op == Op::select) given[at] = choice(sign->second);
+        if (is_select(op)) given[at] = choice(sign->second);
         if ((op == Op::minimum || op == Op::maximum) && nodes[node.operand[1]].op == Op::constant && nodes[node.operand[1]].value == 0) {
             given[at] = choice(sign->second == (op == Op::minimum));
         }

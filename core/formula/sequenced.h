@@ -24,5 +24,9 @@ Value select(Value&&, Value&&, const Value&) = delete;
 Value select(Value&&, const Value&, Value&&) = delete;
 Value select(const Value&, Value&&, Value&&) = delete;
 Value select(Value&&, Value&&, Value&&) = delete;
+Value piecewise(Value&&, Value&&, const Value&) = delete;
+Value piecewise(Value&&, const Value&, Value&&) = delete;
+Value piecewise(const Value&, Value&&, Value&&) = delete;
+Value piecewise(Value&&, Value&&, Value&&) = delete;
 
 }  // namespace bob

@@ -80,6 +80,7 @@ void lower(const std::vector<Node>& nodes, std::uint32_t i, Lowered& to) {
             break;
         case Op::select:
             if (const auto sides = corner_of(nodes, node)) return becomes(corner_distance, (*sides)[0], (*sides)[1], 0, 0);
+            if (node.value == meets) return becomes(piecewise_select, a, b, 0, 0);
             break;
         default: break;
     }
@@ -242,7 +243,7 @@ void Tape::find_needed(Memory& memory, std::span<const Decision> decisions, int 
         } else if (op == Op::absolute) {
             known = first ? first_operand : negative;
         } else {
-            known = static_cast<Outcome>(first_operand + (op == Op::select || op == corner_distance ? 1 : 0) + (second ? 1 : 0));
+            known = static_cast<Outcome>(first_operand + (is_select(op) || op == corner_distance ? 1 : 0) + (second ? 1 : 0));
         }
     }
 

@@ -78,7 +78,7 @@ Feature nearest(const std::vector<Feature>& features, std::size_t first, std::si
     const std::size_t middle = first + (last - first) / 2;
     const Feature a = nearest(features, first, middle), b = nearest(features, middle, last);
     const Value away = min(a.away, b.away);
-    return {away, select(b.away - a.away, b.signed_distance, a.signed_distance)};
+    return {away, piecewise(b.away - a.away, b.signed_distance, a.signed_distance)};
 }
 
 /// The signed distance of what is to the left of a loop, as if there were no other loops.

@@ -50,7 +50,7 @@ Object hexagon(const Arguments& a) {
     x = x + over * (sqrt3 / 2), y = y - over * 0.5;
     const Value beside = abs(x) - r / sqrt3, beyond = y - r;  // inside, nothing is beside the edge
     const Value up = max(beyond, 0);
-    return sdf<2>(graph, select(beside, beyond, hypot(max(beside, 0), up)));
+    return sdf<2>(graph, piecewise(beside, beyond, hypot(max(beside, 0), up)));
 }
 
 Object rounded_x(const Arguments& a) {
@@ -101,7 +101,7 @@ Value convex(Graph& graph, const std::vector<Edge>& edges, int turn) {
     for (std::size_t i = 0; i < edges.size(); ++i) {
         const Edge& before = edges[i ? i - 1 : edges.size() - 1];
         const Value short_of_corner = max(before.length - before.run, edges[i].run);
-        result = select(short_of_corner, length(point<2>(graph) - edges[i].from), result);
+        result = piecewise(short_of_corner, length(point<2>(graph) - edges[i].from), result);
     }
     return result;
 }
@@ -130,7 +130,7 @@ Object vesica(const Arguments& a) {
     const auto [x, y] = abs(point<2>(graph));
     const Value from_arc = hypot(x + d, y) - r, from_tip = hypot(x, y - b);
     const Value slope = d * (y - b);
-    return sdf<2>(graph, select(b * x - slope, from_tip, from_arc));
+    return sdf<2>(graph, piecewise(b * x - slope, from_tip, from_arc));
 }
 
 }  // namespace

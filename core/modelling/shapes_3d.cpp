@@ -103,13 +103,13 @@ Object capped_cone(const Arguments& a) {
     // From the nearer cap's plane, and outwards from its rim; from the side, and along it beyond its ends.
     const Value cap = beyond(along, length);
     const Value radius_b = graph.constant(rb), radius_a = graph.constant(ra);
-    const Value rim = away - select(along - length / 2, radius_a, radius_b);
+    const Value rim = away - piecewise(along - length / 2, radius_a, radius_b);
     const Value narrower = along * ((rb - ra) / slope), side = (away - ra) * (length / slope) - narrower;
     const Value farther = along * (length / slope), run = beyond((away - ra) * ((rb - ra) / slope) + farther, slope);
     // Only where it is outwards of a rim and beyond an end, a rim is nearest.
     const Value from_side = hypot(side, run), to_rim = min(hypot(rim, cap), from_side);
     const Value to_face = max(side, cap);
-    return sdf<3>(graph, select(min(rim, run), to_face, to_rim));
+    return sdf<3>(graph, piecewise(min(rim, run), to_face, to_rim));
 }
 
 Object rounded_cone(const Arguments& a) {
@@ -121,7 +121,8 @@ Object rounded_cone(const Arguments& a) {
     const Value away = hypot(x, y), back = away * sine, along = z * cosine - back;
     const Value below = hypot(away, z) - r1, above = hypot(away, z - h) - r2;
     const Value outwards = z * sine, side = away * cosine + outwards - r1;
-    return sdf<3>(graph, select(along, below, select(cosine * h - along, above, side)));
+    if (h < 0) return sdf<3>(graph, select(along, below, select(cosine * h - along, above, side)));  // which jumps
+    return sdf<3>(graph, piecewise(along, below, piecewise(cosine * h - along, above, side)));
 }
 
 Object ellipsoid(const Arguments& a) {

@@ -195,7 +195,7 @@ inline Value corner(const Value& a, const Value& b) {
     const Value beyond_b = max(b, 0);
     const Value outside = hypot(max(a, 0), beyond_b);
     const Value inside = max(a, b);
-    return select(min(a, b), inside, outside);
+    return piecewise(min(a, b), inside, outside);
 }
 Value corner(Value&&, Value&&) = delete;  // as in formula/sequenced.h
 

@@ -224,12 +224,14 @@ TEST(specialised_formulas_have_the_same_values_within_their_box) {
 }
 
 TEST(boxes_decide) {
-    // min(x, y), max(x, y), |x|, select(x, y, z), floor(x), round(x): what a box decides, and what it leaves open.
+    // min(x, y), max(x, y), |x|, select(x, y, z), floor(x), round(x): what a box decides, and what it leaves open; of a select
+    // that meets the same.
     test::for_each_isa([] {
         struct Case {
             Op op;
             float x[2], y[2];
             bool first, second;
+            double value = 0;
         };
         const Case cases[] = {
             {Op::minimum, {1, 2}, {3, 4}, true, false},   {Op::minimum, {3, 4}, {1, 2}, false, true},
@@ -238,6 +240,8 @@ TEST(boxes_decide) {
             {Op::absolute, {0, 2}, {0, 0}, true, false},  {Op::absolute, {-2, -1}, {0, 0}, false, true},
             {Op::absolute, {-1, 1}, {0, 0}, false, false}, {Op::select, {-2, -1}, {0, 0}, true, false},
             {Op::select, {0, 1}, {0, 0}, false, true},    {Op::select, {-1, 0}, {0, 0}, false, false},
+            {Op::select, {-2, -1}, {0, 0}, true, false, bob::meets}, {Op::select, {0, 1}, {0, 0}, false, true, bob::meets},
+            {Op::select, {-1, 0}, {0, 0}, false, false, bob::meets},
             {Op::floor, {1, 1.5f}, {0, 0}, true, false},  {Op::floor, {0.5f, 1}, {0, 0}, false, true},   {Op::floor, {0.5f, 2}, {0, 0}, false, false},
             {Op::ceil, {1.5f, 2}, {0, 0}, true, false},   {Op::ceil, {1, 1.5f}, {0, 0}, false, true},
             {Op::round, {0.5f, 0.5f}, {0, 0}, true, false}, {Op::round, {1.4f, 1.6f}, {0, 0}, false, true},
@@ -246,7 +250,7 @@ TEST(boxes_decide) {
         const bob::FormulaKernels& kernels = bob::best_formula_kernels();
         for (const Case& c : cases) {
             const bob::Tape tape(
-                bob::Expression({{.op = Op::x}, {.op = Op::y}, {.op = Op::z}, {.op = c.op, .operand = {0, 1, 2}}}));
+                bob::Expression({{.op = Op::x}, {.op = Op::y}, {.op = Op::z}, {.op = c.op, .operand = {0, 1, 2}, .value = c.value}}));
             for (int lane = 0; lane < kernels.lanes; ++lane) {
                 BoxBatch boxes{};
                 boxes.low[0][lane] = c.x[0], boxes.high[0][lane] = c.x[1];

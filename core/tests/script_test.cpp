@@ -1,5 +1,6 @@
 #include "modelling/script.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -231,6 +232,44 @@ TEST(script_random_texts) {
         }
     }
     CHECK_LT(500, shapes);
+}
+
+TEST(what_is_said_not_to_jump_does_not) {
+    // Along many lines, from one of close points to the next no value differs by more than slopes of signed distances allow.
+    constexpr const char* shapes[] = {
+        "polygon([(-1, -0.8), (1, -0.7), (0.9, 0.6), (-0.8, 0.9)]).extrude(1)",
+        "polygon([(-1, -1), (1, -1), (1, 1), (0.1, -0.5), (-0.2, 0.8), (-0.4, -0.2), (-1, 0.7)]).extrude(1)",
+        "polygon([(0.4, -1), (1, -1), (1, 1), (0.5, 1), (0.52, 0.2), (0.4, 0.1)]).revolve()",
+        "polygon([(-1, -1), (1, 1), (-1, 1), (1, -1)]).extrude(1)",
+        "polygon([(cos(0.5 * i) * (0.9 if i % 2 else 0.5), sin(0.5 * i) * (0.9 if i % 2 else 0.5)) for i in range(12)]).extrude(1)",
+        "hexagon(0.8).extrude(1)", "vesica(1, 0.4).extrude(1)", "rounded_cone(0.7, 0.3, 0.8)", "rounded_cone(0.2, 0.6, 0.9)",
+        "capped_cone(-Z * 0.5, Z * 0.5, 0.9, 0.2)", "capped_cone(-Z * 0.1, Z * 0.1, 1, 0.1)",
+        "box((1, 0.8, 0.6)) | cylinder(0.3) & box(1.4)",
+    };
+    constexpr int steps = 4000;
+    std::uint32_t state = 1;
+    const auto random = [&] { return static_cast<double>((state = state * 1664525 + 1013904223) >> 8) / (1 << 23) - 1; };
+    for (const char* shape : shapes) {
+        const bob::Sdf sdf = bob::run_script("f = " + std::string(shape));
+        const auto& nodes = sdf.expression->nodes();
+        CHECK(std::none_of(nodes.begin(), nodes.end(), [](const bob::Node& n) { return n.op == bob::Op::select && n.value != bob::meets; }));
+        CHECK(std::any_of(nodes.begin(), nodes.end(), [](const bob::Node& n) { return n.op == bob::Op::select; }));
+        for (int line = 0; line < 25; ++line) {
+            double from[3], span[3];
+            for (int axis = 0; axis < 3; ++axis) from[axis] = 1.5 * random(), span[axis] = 1.5 * random() - from[axis];
+            double before = (*sdf.expression)(from[0], from[1], from[2]);
+            const double most = 1.1 / steps * std::sqrt(span[0] * span[0] + span[1] * span[1] + span[2] * span[2]);
+            for (int i = 1; i <= steps; ++i) {
+                const double t = static_cast<double>(i) / steps;
+                const double here = (*sdf.expression)(from[0] + t * span[0], from[1] + t * span[1], from[2] + t * span[2]);
+                if (!(std::fabs(here - before) <= most)) {
+                    test::fail(__FILE__, __LINE__, std::string(shape) + " jumps by " + std::to_string(here - before) + " to " + std::to_string(here));
+                    break;
+                }
+                before = here;
+            }
+        }
+    }
 }
 
 TEST(script_colors) {

@@ -302,9 +302,9 @@ class Expression:
     """A formula f(x, y, z), immutable; equal if its nodes are.
 
     Node i has the number of an op, ops[i]; up to three earlier nodes, operands[i]; and a constant's value, a power's
-    exponent or the place of a mesh, values[i]. The last node is the result. Meshes are there one after the other:
-    `mesh_sizes` (m, 2), how many vertices and triangles each has, `mesh_vertices` (v, 3), -1..1, and `mesh_triangles`
-    (t, 3). ValueError if they are no formula.
+    exponent, the place of a mesh, or 1 of a select at which the formula does not jump, values[i]. The last node is the
+    result. Meshes are there one after the other: `mesh_sizes` (m, 2), how many vertices and triangles each has,
+    `mesh_vertices` (v, 3), -1..1, and `mesh_triangles` (t, 3). ValueError if they are no formula.
     """
 
     def __init__(
