@@ -294,10 +294,10 @@ class Sampled:
         self.box, self.f, self.radius = (low, high), shape.expression, scene.radius
 
     def inside(self, points):
-        """Whether f < 0 in the box that is looked at; (...) bool of (..., 3)."""
+        """Whether f < 0, by more than float64 rounds zeros, in the box that is looked at; (...) bool of (..., 3)."""
         flat = points.reshape(-1, 3)
         with np.errstate(all="ignore"):
-            negative = self.f(flat) < 0
+            negative = self.f(flat) < -1e-14
         return (negative & (flat > self.box[0]).all(axis=1) & (flat < self.box[1]).all(axis=1)).reshape(
             points.shape[:-1]
         )
