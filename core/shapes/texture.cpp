@@ -37,8 +37,9 @@ float near_picture(float place, Wrap wrap) {
 
 }  // namespace
 
-Texture::Texture(std::span<const std::uint8_t> texels, int height, int width, Wrap across, Wrap down)
-    : across_(across), down_(down) {
+Texture::Texture(std::span<const std::uint8_t> texels, int height, int width, Wrap across, Wrap down,
+                 std::span<const std::uint8_t> alpha)
+    : across_(across), down_(down), alpha_(alpha.begin(), alpha.end()) {
     levels_.push_back({height, width, {texels.begin(), texels.end()}});
     while (levels_.back().height > 1 || levels_.back().width > 1) {
         const Level& from = levels_.back();
@@ -74,21 +75,46 @@ Vec3 Texture::operator()(float u, float v, float width) const {
     return share > 0 ? (1 - share) * fine + share * bilinear(levels_[lower + 1], u, v) : fine;
 }
 
-Vec3 Texture::bilinear(const Level& level, float u, float v) const {
+float Texture::alpha(float u, float v) const {
+    if (alpha_.empty()) return 1;
+    const auto [texel, dx, dy] = around(levels_[0], near_picture(u, across_), near_picture(v, down_));
+    // Not a sum of shares, which would be 1 but for rounding: between equal texels is what they are.
+    const auto between = [](float a, float b, float share) { return a + share * (b - a); };
+    const auto row = [&](int j) {
+        return between(static_cast<float>(alpha_[texel[j][0]]), static_cast<float>(alpha_[texel[j][1]]), dx);
+    };
+    return between(row(0), row(1), dy) / 255;
+}
+
+float Texture::least_alpha() const {
+    return alpha_.empty() ? 1 : static_cast<float>(*std::min_element(alpha_.begin(), alpha_.end())) / 255;
+}
+
+Texture::Around Texture::around(const Level& level, float u, float v) const {
     const float x = u * static_cast<float>(level.width) - 0.5f, y = v * static_cast<float>(level.height) - 0.5f;
     const float left = std::floor(x), top = std::floor(y), dx = x - left, dy = y - top;
     const int columns[2] = {wrapped(static_cast<int>(left), level.width, across_),
                             wrapped(static_cast<int>(left) + 1, level.width, across_)};
     const int rows[2] = {wrapped(static_cast<int>(top), level.height, down_), wrapped(static_cast<int>(top) + 1, level.height, down_)};
+    Around result{{}, dx, dy};
+    for (int j = 0; j < 2; ++j) {
+        for (int i = 0; i < 2; ++i) result.texel[j][i] = static_cast<std::size_t>(rows[j] * level.width + columns[i]);
+    }
+    return result;
+}
+
+Vec3 Texture::bilinear(const Level& level, float u, float v) const {
+    const Around at = around(level, u, v);
+    const float dx = at.dx, dy = at.dy;
     const auto texel = [&](int j, int i) {
-        const std::uint8_t* const t = &level.texels[static_cast<std::size_t>(rows[j] * level.width + columns[i]) * 3];
+        const std::uint8_t* const t = &level.texels[3 * at.texel[j][i]];
         return Vec3{linear()[t[0]], linear()[t[1]], linear()[t[2]]};
     };
     return (1 - dy) * ((1 - dx) * texel(0, 0) + dx * texel(0, 1)) + dy * ((1 - dx) * texel(1, 0) + dx * texel(1, 1));
 }
 
 std::size_t Texture::bytes() const {
-    std::size_t sum = 0;
+    std::size_t sum = alpha_.size();
     for (const Level& level : levels_) sum += level.texels.size();
     return sum;
 }

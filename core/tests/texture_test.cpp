@@ -64,3 +64,24 @@ TEST(srgb_goes_both_ways) {
     for (int i = 0; i < 256; ++i) CHECK_NEAR(bob::to_srgb(linear(i)) * 255, static_cast<float>(i), 1e-3f);
     CHECK_NEAR(bob::from_srgb(0.5f), 0.21404114f, 1e-6f);
 }
+
+TEST(alphas_are_bilinear_and_wrap) {
+    const std::vector<std::uint8_t> texels(4 * 3, 200), alpha{0, 102, 255, 51};
+    const bob::Texture t(texels, 1, 4, bob::Wrap::clamp, bob::Wrap::repeat, alpha), plain(texels, 1, 4);
+    CHECK_EQ(t.alpha(0.125f, 0.5f), 0.f);
+    CHECK_NEAR(t.alpha(0.5f, 7.3f), (102 + 255) / 510.f, 1e-6f);
+    CHECK_NEAR(t.alpha(9, 0.5f), 0.2f, 1e-6f);
+    CHECK_NEAR(t.alpha(-9, 0.5f), 0.f, 1e-6f);
+    CHECK_EQ(t.alpha(std::nanf(""), 0.5f), 0.f);
+    CHECK_EQ(t.least_alpha(), 0.f);
+    CHECK_EQ(plain.alpha(0.3f, 0.3f), 1.f);
+    CHECK_EQ(plain.least_alpha(), 1.f);
+    CHECK_EQ(t.bytes() - plain.bytes(), alpha.size());
+}
+
+TEST(what_is_opaque_all_over_is_opaque_to_the_bit) {
+    const std::vector<std::uint8_t> texels(5 * 3 * 3, 9), alpha(5 * 3, 255);
+    const bob::Texture t(texels, 5, 3, bob::Wrap::repeat, bob::Wrap::mirror, alpha);
+    test::Random random(1);
+    for (int i = 0; i < 1000; ++i) CHECK_EQ(t.alpha(random(-3, 3), random(-3, 3)), 1.f);
+}
