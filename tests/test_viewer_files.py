@@ -13,6 +13,7 @@ from models import MODELS, needs_models
 from PIL import Image
 
 import bobrossnet as bob
+from bobrossnet.adapters.container import layout, sealed
 from bobrossnet.page.files import READ_IN_PAGE, VIEWER
 from bobrossnet.picture.channels import COLORED
 
@@ -543,6 +544,38 @@ def test_cut_outs_in_scene_files(same, read, tmp_path):
     assert 0 < (found["planes"][2] > 0).sum() < (read(tmp_path / "whole.bob")["planes"][2] > 0).sum()
 
 
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"alpha_cutoff": None}, "shapes[0]: alpha_cutoff: expected alphas or texture_alpha together with it"),
+        ({"alphas": None, "texture_alpha": None}, "shapes[0]: alpha_cutoff: expected alphas or texture_alpha together"),
+        ({"alpha_cutoff": np.array([1.5])}, "shapes[0]: alpha_cutoff: expected"),
+        ({"alpha_cutoff": np.array([np.nan])}, "shapes[0]: alpha_cutoff: expected"),
+        ({"alpha_cutoff": np.zeros(2)}, "shapes[0]: alpha_cutoff: expected shape"),
+        ({"alphas": np.array([0, 0.5, 2], np.float32)}, "shapes[0]: "),
+        ({"alphas": np.zeros(2, np.float32)}, "shapes[0]: alphas: expected"),
+        ({"colors": None}, "shapes[0]: "),
+        ({"texture_alpha": np.zeros(23, np.uint8)}, "shapes[0]: texture_alpha: expected"),
+        ({"texture_alpha": np.zeros(24, np.int32)}, "shapes[0]: texture_alpha: expected"),
+        ({"uv": None, "texture": None, "texture_layout": None}, "shapes[0]: texture"),
+    ],
+)
+def test_wrong_alphas_of_scene_files_are_refused(changes, message, read, tmp_path):
+    """In Python and in the page alike."""
+    made = bob.Mesh(
+        np.eye(3), [(0, 1, 2)], colors=np.full((3, 4), 0.5), uv=np.zeros((3, 2)), texture=np.zeros((4, 6, 4), np.uint8)
+    )
+    tensors = {f"0.{name}": tensor for name, tensor in ({**made.tensors(), **changes}).items() if tensor is not None}
+    instance = {"shape": 0, "transform": np.eye(4).tolist(), "name": None}
+    instance["material"] = {"color": [1, 1, 1], "ambient": 0.1, "diffuse": 0.7, "specular": 0.2, "shininess": 32}
+    (tmp_path / "a.bob").write_bytes(sealed(layout({"shapes": ["mesh"], "instances": [instance]}, tensors, "4")))
+    with pytest.raises(bob.InputError) as error:
+        bob.load(tmp_path / "a.bob")
+    for told in (str(error.value), read(tmp_path / "a.bob")["error"]):
+        assert told.startswith(f"a.bob: {message}")
+        assert "\n" not in told
+
+
 # ---- Files beside others ---------------------------------------------------------------------------------
 
 SQUARE = "".join(f"v {x} {y} {x * y / 2}\nvt {x / 2} {y / 3}\n" for x, y in ((0, 0), (2, 0), (2, 3), (0, 3), (3, 3)))
@@ -887,8 +920,6 @@ def test_numbers_of_texts_are_those_of_python(read, tmp_path):
 
 def test_damaged_scenes_are_refused(read, viewer):
     """Whichever byte of a scene is another."""
-    from bobrossnet.adapters.container import layout, sealed
-
     whole = (VIEWER / "gallery/tanglecube.bob").read_bytes()
     for at in (0, 40, 120, len(whole) // 2, len(whole) - 1):
         damaged = bytearray(whole)
