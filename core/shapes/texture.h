@@ -14,7 +14,8 @@ namespace bob {
 enum class Wrap : std::uint8_t { repeat, clamp, mirror };
 
 /// An sRGB picture, and smaller and smaller ones of it: level n + 1 has half the size of level n, rounded up, and each of its texels is
-/// the mean of those that it covers, in linear light.
+/// the mean of those that it covers, in linear light. Colours count as far as they are opaque, wherever they are mixed: what is cut out
+/// lends none to what is beside it.
 class Texture {
 public:
     /// texels: (height, width, 3), from the top row down; at least one. alpha: (height, width), how opaque each is; none if all are.
@@ -38,6 +39,9 @@ private:
     struct Level {
         int height, width;
         std::vector<std::uint8_t> texels;  // (height, width, 3)
+        std::vector<std::uint8_t> alpha;   // (height, width), or none
+
+        [[nodiscard]] float opacity(std::size_t texel) const { return alpha.empty() ? 1 : static_cast<float>(alpha[texel]) / 255; }
     };
 
     /// Where the four texels around a place are, (row, column), and how far it is from the first to the last.
@@ -51,7 +55,6 @@ private:
 
     Wrap across_, down_;
     std::vector<Level> levels_;
-    std::vector<std::uint8_t> alpha_;  // of level 0, or none
 };
 
 }  // namespace bob

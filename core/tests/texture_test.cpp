@@ -76,7 +76,30 @@ TEST(alphas_are_bilinear_and_wrap) {
     CHECK_EQ(t.least_alpha(), 0.f);
     CHECK_EQ(plain.alpha(0.3f, 0.3f), 1.f);
     CHECK_EQ(plain.least_alpha(), 1.f);
-    CHECK_EQ(t.bytes() - plain.bytes(), alpha.size());
+    CHECK_EQ(t.bytes() - plain.bytes(), static_cast<std::size_t>(4 + 2 + 1));
+}
+
+TEST(what_is_transparent_lends_no_color) {
+    // Green among white that is cut out, seen from near and from far.
+    std::vector<std::uint8_t> texels, alpha;
+    test::Random random(2);
+    for (int i = 0; i < 16 * 16; ++i) {
+        const bool is_green = random() < 0.4f;
+        const std::uint8_t green[3] = {10, 130, 20}, white[3] = {255, 255, 255};
+        texels.insert(texels.end(), is_green ? green : white, (is_green ? green : white) + 3);
+        alpha.push_back(is_green ? 255 : 0);
+    }
+    const bob::Texture t(texels, 16, 16, bob::Wrap::repeat, bob::Wrap::repeat, alpha);
+    for (int i = 0; i < 1000; ++i) {
+        const float u = random(-1, 2), v = random(-1, 2), width = random(0, 20);
+        if (t.alpha(u, v) == 0) continue;
+        CHECK_NEAR(t(u, v, width).x, linear(10), 1e-3f);
+        CHECK_NEAR(t(u, v, width).y, linear(130), 4e-3f);
+    }
+    const bob::Texture none(std::vector<std::uint8_t>{0, 0, 0, 255, 255, 255}, 1, 2, bob::Wrap::clamp, bob::Wrap::clamp,
+                            std::vector<std::uint8_t>{0, 0});
+    CHECK_NEAR(none(0.5f, 0.5f, 0).x, 0.5f, 1e-6f);  // of what is all transparent
+    CHECK_NEAR(none(0.5f, 0.5f, 2).x, 0.5f, 3e-3f);
 }
 
 TEST(what_is_opaque_all_over_is_opaque_to_the_bit) {
