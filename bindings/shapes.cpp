@@ -29,6 +29,8 @@ using Triangles = Array<const std::int32_t, -1, 3>;
 
 using Uvs = Array<const float, -1, 2>;
 using Texels = Array<const std::uint8_t, -1, -1, 3>;
+using Alpha = Array<const std::uint8_t, -1, -1>;
+using Alphas = Array<const float, -1>;
 
 /// (T, 3, 3): of each triangle's corners.
 Array<float, -1, 3, 3> corner_normals(const bob::Mesh& mesh) {
@@ -43,7 +45,7 @@ Array<float, -1, 3, 3> corner_normals(const bob::Mesh& mesh) {
 /// Reads the arrays for as long as it lives.
 void init_mesh(bob::Mesh* self, const Vertices& vertices, const Triangles& triangles, const std::optional<Points>& normals,
                const std::optional<Points>& colors, const std::optional<Points>& face_colors, const std::optional<Uvs>& uv,
-               const std::shared_ptr<bob::Texture>& texture) {
+               const std::shared_ptr<bob::Texture>& texture, const std::optional<Alphas>& alphas, float alpha_cutoff) {
     expect(triangles.shape(0) > 0, "triangles: expected at least one");
     const auto count = static_cast<std::int64_t>(vertices.shape(0));
     for (std::size_t i = 0; i < 3 * triangles.shape(0); ++i) {
@@ -53,14 +55,17 @@ void init_mesh(bob::Mesh* self, const Vertices& vertices, const Triangles& trian
     expect(!colors || colors->shape(0) == vertices.shape(0), "colors: expected one for each vertex");
     expect(!face_colors || face_colors->shape(0) == triangles.shape(0), "face_colors: expected one for each triangle");
     expect(!texture || (uv && uv->shape(0) == vertices.shape(0)), "uv: expected one for each vertex");
+    expect(!alphas || alphas->shape(0) == vertices.shape(0), "alphas: expected one for each vertex");
     const auto vectors = [](const std::optional<Points>& array) {
         return array ? items<bob::Vec3>(*array) : std::span<const bob::Vec3>{};
     };
     auto owner = std::make_shared<std::tuple<Vertices, Triangles, std::optional<Points>, std::optional<Points>, std::optional<Points>,
-                                             std::optional<Uvs>>>(vertices, triangles, normals, colors, face_colors, uv);
+                                             std::optional<Uvs>, std::optional<Alphas>>>(vertices, triangles, normals, colors,
+                                                                                         face_colors, uv, alphas);
     const nb::gil_scoped_release release;
     new (self) bob::Mesh({items<bob::Mesh::Point>(vertices), items<bob::Triangle>(triangles), vectors(normals), owner, vectors(colors),
-                          vectors(face_colors), uv ? items<bob::Mesh::Uv>(*uv) : std::span<const bob::Mesh::Uv>{}, texture});
+                          vectors(face_colors), uv ? items<bob::Mesh::Uv>(*uv) : std::span<const bob::Mesh::Uv>{}, texture,
+                          alphas ? std::span(alphas->data(), alphas->size()) : std::span<const float>{}, alpha_cutoff});
 }
 
 bob::Wrap wrap_of(std::string_view name) {
@@ -70,12 +75,15 @@ bob::Wrap wrap_of(std::string_view name) {
     return bob::Wrap::clamp;
 }
 
-void init_texture(bob::Texture* self, const Texels& texels, std::string_view across, std::string_view down) {
+void init_texture(bob::Texture* self, const Texels& texels, std::string_view across, std::string_view down,
+                  const std::optional<Alpha>& alpha) {
     expect(texels.size() > 0, "texture: expected at least one texel");
+    expect(!alpha || 3 * alpha->size() == texels.size(), "alpha: expected one for each texel");
     const bob::Wrap wraps[2] = {wrap_of(across), wrap_of(down)};
     const nb::gil_scoped_release release;
     new (self) bob::Texture({texels.data(), texels.size()}, static_cast<int>(texels.shape(0)), static_cast<int>(texels.shape(1)),
-                            wraps[0], wraps[1]);
+                            wraps[0], wraps[1],
+                            alpha ? std::span(alpha->data(), alpha->size()) : std::span<const std::uint8_t>{});
 }
 
 /// Linear RGB at places, (n, 2): u and v, seen through pixels of so many texels.
@@ -229,13 +237,14 @@ void bind_shapes(nb::module_& m) {
         .def_prop_ro("bytes", &bob::Shape::bytes);
 
     nb::class_<bob::Texture>(m, "Texture")
-        .def("__init__", &init_texture, "texels"_a.noconvert(), "across"_a, "down"_a)
+        .def("__init__", &init_texture, "texels"_a.noconvert(), "across"_a, "down"_a, "alpha"_a.noconvert().none() = nb::none())
         .def("__call__", &texture_colors, "uv"_a.noconvert(), "widths"_a.noconvert());
 
     nb::class_<bob::Mesh, bob::Shape>(m, "Mesh")
         .def("__init__", &init_mesh, "vertices"_a.noconvert(), "triangles"_a.noconvert(),
              "normals"_a.noconvert().none(), "colors"_a.noconvert().none() = nb::none(),
-             "face_colors"_a.noconvert().none() = nb::none(), "uv"_a.noconvert().none() = nb::none(), "texture"_a.none() = nb::none())
+             "face_colors"_a.noconvert().none() = nb::none(), "uv"_a.noconvert().none() = nb::none(), "texture"_a.none() = nb::none(),
+             "alphas"_a.noconvert().none() = nb::none(), "alpha_cutoff"_a = 0)
         .def("corner_normals", &corner_normals)
         .def_prop_ro("bvh_bytes", &bob::Mesh::bvh_bytes);
 

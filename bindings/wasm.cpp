@@ -37,11 +37,12 @@ std::uint64_t joined(std::uint32_t low, std::uint32_t high) { return std::uint64
 
 /// vertices: (vertex_count, 3); triangles: (triangle_count, 3); normals, and colors in linear RGB: (vertex_count, 3), or null;
 /// face_colors: (triangle_count, 3), or null; uv: (vertex_count, 2), texels: (height, width, 3) in sRGB, and texture: height,
-/// width, and how it wraps across and down, or all null.
+/// width, and how it wraps across and down, or all null; texture_alpha: (height, width), and alphas: (vertex_count,), or null, with
+/// what they are at least where there is a surface.
 EXPORT(make_mesh)
 Shape* make_mesh(const double* vertices, std::size_t vertex_count, const std::int32_t* triangles, std::size_t triangle_count,
                  const float* normals, const float* colors, const float* face_colors, const float* uv, const std::uint8_t* texels,
-                 const std::int32_t* texture) {
+                 const std::int32_t* texture, const std::uint8_t* texture_alpha, const float* alphas, float alpha_cutoff) {
     return attempt([&] {
         expect(triangle_count > 0, "triangles: expected at least one");
         for (const std::int32_t index : std::span(triangles, 3 * triangle_count)) {
@@ -66,10 +67,13 @@ Shape* make_mesh(const double* vertices, std::size_t vertex_count, const std::in
             const auto* places = reinterpret_cast<const bob::Mesh::Uv*>(uv);
             shape->uv.assign(places, places + vertex_count);
             arrays.uv = shape->uv;
-            const std::size_t size = 3 * static_cast<std::size_t>(texture[0]) * static_cast<std::size_t>(texture[1]);
-            arrays.texture = std::make_shared<bob::Texture>(std::span(texels, size), texture[0], texture[1],
-                                                            static_cast<bob::Wrap>(texture[2]), static_cast<bob::Wrap>(texture[3]));
+            const std::size_t size = static_cast<std::size_t>(texture[0]) * static_cast<std::size_t>(texture[1]);
+            arrays.texture = std::make_shared<bob::Texture>(std::span(texels, 3 * size), texture[0], texture[1],
+                                                            static_cast<bob::Wrap>(texture[2]), static_cast<bob::Wrap>(texture[3]),
+                                                            std::span(texture_alpha, texture_alpha ? size : 0));
         }
+        if (alphas) shape->alphas.assign(alphas, alphas + vertex_count);
+        arrays.alphas = shape->alphas, arrays.alpha_cutoff = alpha_cutoff;
         shape->core = std::make_shared<bob::Mesh>(arrays);
         expect(std::isfinite(shape->core->sphere().radius), "vertices: expected finite numbers, got NaN or infinite ones");
         return shape.release();

@@ -13,5 +13,6 @@ struct Shape {
     std::vector<bob::Triangle> triangles = {};
     std::vector<bob::Vec3> normals = {}, colors = {}, face_colors = {};
     std::vector<bob::Mesh::Uv> uv = {};
+    std::vector<float> alphas = {};
     bool is_coarse = false;
 };

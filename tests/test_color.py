@@ -1,6 +1,7 @@
 """Colour: materials, meshes with colours and textures, their pictures, and what completes them."""
 
 import io
+import pickle
 
 import numpy as np
 import pytest
@@ -151,9 +152,136 @@ def test_textures_seen_from_afar_are_means():
     np.testing.assert_allclose(seen.albedo[inside], 0.5, atol=0.02)
 
 
+SQUARE = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [(0, 1, 2), (0, 2, 3)]
+CORNERS = [(0, 1), (1, 1), (1, 0), (0, 0)]
+
+
+def sheet(z=0, **colors):
+    """A square of side 2 that faces upwards."""
+    return bob.Mesh([(x, y, z) for x, y, _ in SQUARE[0]], SQUARE[1], **colors)
+
+
+def seen_from_above(*shapes, size=(64, 64), fov=0):
+    return bob.trace(shapes, bob.Camera(azimuth=-90, elevation=90, fov=fov), size=size)
+
+
+def holes(cutoff=0.5, seed=0):
+    """A sheet whose alpha is noise, and where that is at least the cutoff, and surely so or not, by numpy."""
+    alpha = np.random.default_rng(seed).integers(0, 256, (6, 9), np.uint8)
+    texture = np.dstack([*[np.full((6, 9), 255, np.uint8)] * 3, alpha])
+
+    def is_there(u, v):
+        x, y = u * 9 - 0.5, v * 6 - 0.5
+        i, j = np.floor(x).astype(int), np.floor(y).astype(int)
+        texel = lambda down, right: alpha[(j + down) % 6, (i + right) % 9] / 255  # noqa: E731
+        top, bottom = (texel(down, 0) + (x - i) * (texel(down, 1) - texel(down, 0)) for down in (0, 1))
+        found = top + (y - j) * (bottom - top)
+        return found >= cutoff, np.abs(found - cutoff) > 1e-4
+
+    return sheet(uv=CORNERS, texture=texture, alpha_cutoff=cutoff), is_there
+
+
+@pytest.mark.parametrize("cutoff", [0.0, 0.3, 0.5, 0.8])
+@pytest.mark.parametrize("fov", [0, 50])
+def test_rays_go_on_where_alpha_is_below_the_cutoff(cutoff, fov):
+    """To what is behind: first another sheet with holes, then a floor."""
+    above, is_there = holes(cutoff)
+    below, is_below = holes(cutoff, seed=1)
+    red, green, blue = (
+        bob.Instance(shape, material=bob.Material(color))
+        for shape, color in zip((above, below, sheet(-1)), np.eye(3), strict=True)
+    )
+    scene = bob.Scene([blue, red, green.translate((0, 0, -0.5))])
+    rng = np.random.default_rng(4)
+    x, y = rng.uniform(-0.99, 0.99, (2, 4000))
+    origins = np.stack([x, y, np.full(4000, 2.0)], axis=-1)
+    hits = scene.closest_hits(origins, np.broadcast_to((0.0, 0.0, -1.0), origins.shape))
+    first, sure = is_there((x + 1) / 2, (1 - y) / 2)
+    second, sure_too = is_below((x + 1) / 2, (1 - y) / 2)
+    expected = np.select([first, second], [2.0, 2.5], 3.0)
+    sure &= sure_too
+    assert sure.mean() > 0.99
+    np.testing.assert_allclose(hits.distance[sure], expected[sure], atol=1e-5)
+    if cutoff:
+        assert 0.05 < first.mean() < 0.95
+    # The same in pictures, each of whose pixels shows one of the three.
+    seen = bob.trace(scene, bob.Camera(azimuth=-90, elevation=70, fov=fov), size=(120, 120))
+    shown = seen.albedo[seen.alpha > 0]
+    assert (np.sort(shown, axis=-1) == (0, 0, 1)).all()
+    assert (shown.mean(axis=0) > 0.01).all()
+
+
+def test_holes_are_the_same_at_every_size_and_in_every_order():
+    above, _ = holes()
+    scene = bob.Scene([above, bob.Instance(sheet(-1), material=bob.Material((0, 0, 1)))])
+    full = seen_from_above(*scene.instances, size=(47, 47))
+    large = seen_from_above(*scene.instances, size=(141, 141))
+    assert np.array_equal(full.depth > 0, large.depth[1::3, 1::3] > 0)
+    np.testing.assert_allclose(full.depth, large.depth[1::3, 1::3], atol=1e-6)
+    camera = bob.Camera(azimuth=-90, elevation=90)
+    for order in ("lattice", "adaptive", "uniform"):
+        part = bob.trace(scene, camera, size=(47, 47), fraction=0.4, order=order)
+        traced = part.mask > 0
+        assert np.array_equal(part.stack()[:, traced], full.stack()[:, traced])
+    view = bob.View(scene, size=(47, 47))
+    for azimuth in (-92, -91, -90):
+        view.frame(bob.Camera(azimuth=azimuth, elevation=90), fraction=0.2)
+    while (frame := view.frame(fraction=0.5)).fraction < 1:
+        pass
+    assert np.array_equal(frame.gbuffer.depth, full.depth)
+
+
+def test_alphas_of_vertices_cut_too():
+    """Blended over the triangle, times the texture's."""
+    fading = [(1, 1, 1, 1), (1, 1, 1, 0), (1, 1, 1, 0), (1, 1, 1, 1)]  # from the left to the right
+    half = np.full((1, 1, 4), 255, np.uint8)
+    half[..., 3] = 204
+    for more, edge in (({}, 0.4), ({"uv": CORNERS, "texture": half}, 0.5)):
+        seen = seen_from_above(sheet(colors=fading, alpha_cutoff=0.6 if not more else 0.4, **more), size=(200, 200))
+        columns = np.flatnonzero(seen.alpha[100])
+        width = 200 / np.sqrt(2)
+        assert columns[-1] - columns[0] + 1 == pytest.approx(edge * width, abs=1.5)
+    bytes_of = np.array([(255, 128, 0, 51)] * 4, np.uint8)
+    made = sheet(colors=bytes_of)
+    np.testing.assert_allclose(made.alphas, 0.2, rtol=1e-6)
+    np.testing.assert_allclose(made.colors[0], (1, from_srgb(128 / 255), 0), rtol=1e-6)
+    assert not seen_from_above(made).alpha.any()
+
+
+def test_what_is_opaque_has_no_holes():
+    """Also at a cutoff of 1, whatever is rounded."""
+    texture = np.full((5, 7, 4), 255, np.uint8)
+    made = sheet(uv=CORNERS, texture=texture, colors=np.ones((4, 4)), alpha_cutoff=1)
+    plain = sheet(uv=CORNERS, texture=texture[..., :3], colors=np.ones((4, 3)))
+    assert seen_from_above(made) == seen_from_above(plain)
+
+
+def test_meshes_with_holes_are_written_and_read(tmp_path):
+    texture = np.random.default_rng(0).integers(0, 256, (6, 9, 4), np.uint8)
+    made = sheet(uv=CORNERS, texture=texture, colors=np.full((4, 4), 0.9), alpha_cutoff=0.3)
+    bob.save_scene(made, tmp_path / "a.bob")
+    assert b'"version":"4"' in (tmp_path / "a.bob").read_bytes()
+    again = bob.load(tmp_path / "a.bob").instances[0].shape
+    assert again.digest == made.digest == pickle.loads(pickle.dumps(made)).digest
+    assert again.alpha_cutoff == 0.3
+    assert seen_from_above(again) == seen_from_above(made)
+    assert sheet(uv=CORNERS, texture=texture, alpha_cutoff=0.4).digest != sheet(uv=CORNERS, texture=texture).digest
+    turned = made.turned_upright()
+    assert np.array_equal(turned.texture_alpha, texture[..., 3])
+    assert np.array_equal(turned.alphas, made.alphas)
+    tensors = made.tensors()
+    for missing in ("alpha_cutoff", "texture", "colors"):
+        with pytest.raises(bob.InputError, match=r"^\w+: "):
+            bob.Mesh.from_tensors({name: tensor for name, tensor in tensors.items() if name != missing})
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        ({"alpha_cutoff": 2}, r"alpha_cutoff: expected a number in \[0, 1\], got 2"),
+        ({"colors": [(1, 1, 1, 2)] * 3}, "colors: expected numbers in 0..1, or uint8, got 1..2"),
+        ({"uv": [(0, 0)] * 3, "texture": np.zeros((2, 2, 5), np.uint8)}, r"texture: expected shape \(n, n, 3\)"),
+        ({"uv": [(0, 0)] * 3, "texture": [[(1, 2, 3)], []]}, "texture: expected an array of numbers"),
         ({"colors": [(2, 0, 0)] * 3}, "colors: expected numbers in 0..1, or uint8, got 0..2"),
         ({"colors": [(0, 0, 0)]}, r"colors: expected shape \(3, 3\), got \(1, 3\).+ one colour per vertex"),
         ({"face_colors": [(0, 0, 0)] * 2}, r"face_colors: expected shape \(1, 3\)"),

@@ -216,7 +216,11 @@ def test_what_no_scene_has_is_refused(scene, arrays, message, tmp_path):
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
-        (b'"version":"1"', b'"version":"4"', "expected version 1, 2 or 3, got '4'; was it written by a newer release?"),
+        (
+            b'"version":"1"',
+            b'"version":"5"',
+            "expected version 1, 2, 3 or 4, got '5'; was it written by a newer release?",
+        ),
         (b'"bobrossnet-scene"', b'"bobrossnet-sauce"', "expected the format bobrossnet-scene, got 'bobrossnet-sauce'"),
         (b'"format":', b'"fermat":', "expected the format bobrossnet-scene, got None"),
         (b'"scene":', b'"score":', "expected JSON, got something else at line 1, column 1"),

@@ -8,6 +8,7 @@ import json
 import struct
 import warnings
 import zipfile
+from functools import partialmethod
 from pathlib import Path
 from typing import Any
 
@@ -195,6 +196,51 @@ def test_obj_colors_of_points(tmp_path: Path) -> None:
     assert mesh.colors is not None
     assert np.allclose(mesh.colors, [(1, from_srgb(0.5), 0), (1, 1, 1), (0, 1, 1)], atol=1e-6)
     assert mesh_of(written(tmp_path / "b.obj", "v 0 0 0 1 2 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")).colors is None
+
+
+LEAF = np.dstack([np.full((2, 2, 3), 255, np.uint8), np.array([(255, 0), (100, 200)], np.uint8)])
+"""Of which the left top and the right bottom are more opaque than not."""
+
+
+def seen_corners(scene: Any) -> list[list[bool]]:
+    """Where a square is there, near the corners of its texture."""
+    depth = bob.trace(scene, bob.Camera(elevation=90, azimuth=-90, zoom=1.4), size=(40, 40)).depth
+    found: list[list[bool]] = (depth[[[8], [31]], [[8, 31]]] > 0).tolist()
+    return found
+
+
+def test_obj_is_cut_out_by_half_transparent_textures(tmp_path: Path) -> None:
+    """By those of map_d, where it has one: by its alpha, else by what is bright. Else by the colours' own."""
+    large = LEAF.repeat(16, 0).repeat(16, 1)
+    written(tmp_path / "leaf.png", picture(texels=large))
+    written(tmp_path / "other.png", picture(texels=np.ascontiguousarray(255 - large[..., 3])))
+    written(tmp_path / "solid.png", picture(texels=large[..., :3].copy()))
+    written(tmp_path / "glass.png", picture(texels=np.full((2, 2, 4), 99, np.uint8)))
+    cut, otherwise, all_of_it = [[True, False], [False, True]], [[False, True], [True, False]], [[True, True]] * 2
+    for maps, expected in (
+        ("map_Kd leaf.png", cut),
+        ("map_Kd leaf.png\nmap_d leaf.png", cut),
+        ("map_Kd solid.png\nmap_d leaf.png", cut),
+        ("map_d leaf.png", cut),
+        ("map_Kd leaf.png\nmap_d other.png", otherwise),
+        ("map_Kd solid.png", all_of_it),
+        ("map_Kd glass.png", all_of_it),  # of which nothing would be left
+        ("d 0.1\nmap_Kd solid.png", all_of_it),
+    ):
+        mesh = mesh_of(obj(tmp_path, f"newmtl a\n{maps}\n"))
+        assert seen_corners(mesh) == expected, maps
+    (instance,) = bob.load(obj(tmp_path, "newmtl a\nKd 1 0 0\nmap_d leaf.png\n")).instances
+    assert instance.material.color == (1, 0, 0)
+
+
+def test_obj_masks_of_other_sizes_lend_what_is_at_centres(tmp_path: Path) -> None:
+    written(tmp_path / "t.png", picture())
+    mask = np.array([(0, 10, 20, 30, 40), (50, 60, 70, 80, 90), (200, 210, 220, 230, 240)], np.uint8)
+    written(tmp_path / "mask.png", picture(texels=mask))
+    mesh = mesh_of(obj(tmp_path, "newmtl a\nmap_Kd -clamp on t.png\nmap_d mask.png\n"))
+    assert mesh.texture_alpha is not None
+    assert mesh.texture_alpha.tolist() == [[10, 30], [210, 230]]
+    assert mesh.wrap == ("clamp", "clamp")
 
 
 # ---- PLY -------------------------------------------------------------------------------------------------
@@ -444,6 +490,66 @@ def test_gltf_materials_of_nonsense_load(value: Any, tmp_path: Path) -> None:
         assert told(written(tmp_path / "a.gltf", text))[0].counts()["triangle"] == 2
 
 
+@pytest.mark.parametrize(
+    ("more", "expected"),
+    [
+        ({"alphaMode": "MASK"}, [[True, False], [False, True]]),
+        ({"alphaMode": "MASK", "alphaCutoff": 0.3}, [[True, False], [True, True]]),
+        ({"alphaMode": "MASK", "alphaCutoff": 0.9}, [[True, False], [False, False]]),
+        ({"alphaMode": "MASK", "alphaCutoff": 0}, [[True, True], [True, True]]),
+        ({"alphaMode": "MASK", "factor": 0.6}, [[True, False], [False, False]]),
+        ({"alphaMode": "MASK", "factor": 0.3, "alphaCutoff": 0.2}, [[True, False], [False, True]]),
+        ({"alphaMode": "BLEND"}, [[True, False], [False, True]]),
+        ({"alphaMode": "BLEND", "factor": 0.1}, [[True, False], [False, True]]),
+        ({"alphaMode": "OPAQUE"}, [[True, True], [True, True]]),
+        ({"alphaCutoff": 0.9}, [[True, True], [True, True]]),
+    ],
+)
+def test_gltf_alpha_modes(more: dict[str, Any], expected: list[list[bool]], tmp_path: Path) -> None:
+    """The texture's alpha times the factor's against the cutoff. What is blended is there where it is seen by half."""
+    image = {"uri": "data:;base64," + base64.b64encode(picture(texels=LEAF.repeat(16, 0).repeat(16, 1))).decode()}
+    factor = [1, 1, 1, more.get("factor", 1)]
+    material = {**more, "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "baseColorFactor": factor}}
+    file = saved(tmp_path, gltf([material], textures=[{"source": 0}], images=[image]))
+    assert seen_corners(bob.load(file)) == expected
+
+
+def test_gltf_alphas_of_vertices_count_where_there_is_a_mask(tmp_path: Path) -> None:
+    colors = np.array([(255, 255, 255, 255), (255, 255, 255, 0), (255, 255, 255, 0), (255, 255, 255, 255)], np.uint8)
+    for mode, share in (("MASK", 0.5), ("BLEND", 1), ("OPAQUE", 1)):
+        mesh = mesh_of(saved(tmp_path, gltf([{"alphaMode": mode}], colors)))
+        size, zoom = (60, 60), np.sqrt(2)
+        depth = bob.trace(mesh, bob.Camera(elevation=90, azimuth=0, zoom=zoom), size=size).depth
+        assert (depth > 0).mean() == pytest.approx(share, abs=0.03)
+
+
+def test_gltf_that_is_cut_out_whole_is_not_there(tmp_path: Path) -> None:
+    gone = {"alphaMode": "MASK", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.4]}}
+    scene = bob.load(saved(tmp_path, gltf([gone, {"name": "left"}])))
+    assert [instance.name for instance in scene.instances] == ["a.gltf"]
+    with pytest.raises(bob.InputError, match=r"^a\.gltf: expected triangles, got none$"):
+        bob.load(saved(tmp_path, gltf([gone])))
+    assert bob.load(saved(tmp_path, gltf([gone | {"alphaMode": "BLEND"}]))).counts()["triangle"] == 2
+
+
+def test_pictures_of_any_kind_have_their_alpha(tmp_path: Path) -> None:
+    """Palettes with a transparent colour, and gray."""
+    for mode, name in (("P", "a.png"), ("LA", "b.png"), ("RGBA", "c.webp"), ("P", "d.gif")):
+        image = Image.fromarray(LEAF.repeat(8, 0).repeat(8, 1)).convert("RGBA")
+        alpha = image.getchannel("A").point(lambda value: 255 * (value >= 128))
+        image.putalpha(alpha)
+        if mode == "P":
+            # White, and black as what is transparent.
+            indices = Image.fromarray((np.asarray(alpha) < 128).astype(np.uint8), "P")
+            indices.putpalette([255, 255, 255, 0, 0, 0])
+            indices.save(tmp_path / name, transparency=1)
+        else:
+            image.convert(mode).save(tmp_path / name, **({"lossless": True} if name.endswith("webp") else {}))
+        mesh = mesh_of(obj(tmp_path, f"newmtl a\nmap_Kd {name}\n"))
+        assert mesh.texture_alpha is not None, name
+        assert np.array_equal(mesh.texture_alpha, np.asarray(alpha))
+
+
 # ---- 3MF -------------------------------------------------------------------------------------------------
 
 
@@ -468,6 +574,93 @@ def test_3mf_colors(tmp_path: Path) -> None:
     assert mesh.face_colors is not None
     expected = [(0, HALF, 0), (1, 0, 0), (2 / 3, 2 / 3, 1), (1, 1, 1)]
     assert np.allclose(mesh.face_colors, expected, atol=1e-6)
+
+
+def textured_3mf(folder: Path, pictures: dict[str, bytes], texture: str = "", triangles: str = "") -> Path:
+    """A square in the plane z = 0, whose left bottom is the texture's, and a triangle of a colour below it."""
+    points = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, -1))
+    vertices = "".join(f"<vertex x='{x}' y='{y}' z='{z}'/>" for x, y, z in points)
+    laid = triangles or (
+        "<triangle v1='0' v2='1' v3='2' pid='4' p1='0' p2='1' p3='2'/>"
+        "<triangle v1='0' v2='2' v3='3' pid='4' p1='0' p2='2' p3='3'/><triangle v1='0' v2='3' v3='4'/>"
+    )
+    places = "".join(f"<m:tex2coord u='{u}' v='{v}'/>" for u, v in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    texture = texture or "path='/3D/Textures/paint.png' contenttype='image/png'"
+    text = (
+        "<model xmlns='http://schemas.microsoft.com/3dmanufacturing/core/2015/02' "
+        "xmlns:m='http://schemas.microsoft.com/3dmanufacturing/material/2015/02'><resources>"
+        f"<m:texture2d id='3' {texture}/><m:texture2dgroup id='4' texid='3'>{places}</m:texture2dgroup>"
+        "<basematerials id='5'><base name='a' displaycolor='#FF0000'/></basematerials>"
+        f"<object id='1' pid='5' pindex='0'><mesh><vertices>{vertices}</vertices><triangles>{laid}</triangles>"
+        "</mesh></object></resources><build><item objectid='1'/></build></model>"
+    )
+    with zipfile.ZipFile(folder / "a.3mf", "w") as archive:
+        archive.writestr("3D/3dmodel.model", text)
+        for path, content in pictures.items():
+            archive.writestr(path, content)
+    return folder / "a.3mf"
+
+
+def test_3mf_textures(tmp_path: Path) -> None:
+    """They count from the bottom up; other triangles of the object keep their colours."""
+    paint = {"3D/Textures/Paint.PNG": picture(texels=TEXELS.repeat(16, 0).repeat(16, 1))}  # in any case
+    scene, warned = told(textured_3mf(tmp_path, paint))
+    assert warned == []
+    laid, other = sorted(scene.instances, key=lambda instance: -instance.shape.counts()["triangle"])
+    assert isinstance(laid.shape, Mesh)
+    assert isinstance(other.shape, Mesh)
+    assert laid.shape.wrap == ("repeat", "repeat")
+    assert np.array_equal(corners_of(seen(laid)), np.rint(from_srgb(TEXELS / 255))[::-1].transpose(1, 0, 2))
+    assert other.shape.face_colors is not None
+    assert other.shape.face_colors.tolist() == [[1, 0, 0]]
+    styles = "path='/3D/Textures/paint.png' tilestyleu='mirror' tilestylev='none'"
+    (laid,) = (
+        i for i in bob.load(textured_3mf(tmp_path, paint, styles)).instances if i.shape.counts()["triangle"] == 2
+    )
+    assert isinstance(laid.shape, Mesh)
+    assert laid.shape.wrap == ("mirror", "clamp")
+
+
+@pytest.mark.parametrize(
+    ("pictures", "texture", "message"),
+    [
+        (
+            {},
+            "",
+            "texture /3D/Textures/paint.png was left out: expected a picture in the file, found none of that name",
+        ),
+        ({"3D/Textures/paint.png": b"no"}, "", "expected a picture in PNG, JPEG or WebP, got none that can be read"),
+        ({"3D/Textures/paint.png": b"\0" * (1 << 27)}, "", "got a zip file that unpacks to 134,217,728 bytes"),
+        ({}, "x='y'", "texture without a path was left out"),
+    ],
+)
+def test_3mf_textures_that_cannot_be_read_are_one_warning(
+    pictures: dict[str, bytes], texture: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(zipfile.ZipFile, "writestr", partialmethod(zipfile.ZipFile.writestr, compress_type=8))
+    scene, warned = told(textured_3mf(tmp_path, pictures, texture))
+    assert scene.counts()["triangle"] == 3
+    assert len(warned) == 1
+    assert warned[0].startswith("a.3mf: texture ")
+    assert message in warned[0]
+
+
+def test_3mf_corners_without_a_place_or_a_point(tmp_path: Path) -> None:
+    """The former are at the texture's corner, the latter are left out."""
+    paint = {"3D/Textures/paint.png": picture()}
+    triangles = (
+        "<triangle v1='0' v2='1' v3='2' pid='4' p1='0' p2='9' p3='-1'/><triangle v1='0' v2='2' v3='9' pid='4' p1='0'/>"
+        "<triangle v1='0' v2='2' v3='3' pid='4' p1='2'/>"
+    )
+    scene, warned = told(textured_3mf(tmp_path, paint, "", triangles))
+    (instance,) = scene.instances
+    assert isinstance(instance.shape, Mesh)
+    assert instance.shape.uv is not None
+    assert instance.shape.uv.tolist() == [[0, 1], [0, 0], [0, 0], [1, 0], [1, 0], [1, 0]]
+    assert warned == ["a.3mf: left out 1 of 3 triangles that touch a missing or non-finite vertex"]
+    wrong = paint, "", triangles.replace("v3='3' pid='4'", "v3='x' pid='4'")
+    with pytest.raises(bob.InputError, match=r"^a\.3mf: expected numbers, got others"):
+        bob.load(textured_3mf(tmp_path, *wrong))
 
 
 # ---- Real files ------------------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ import pytest
 from PIL import Image
 
 import bobrossnet as bob
+from bobrossnet.page.look import css
 from bobrossnet.picture.files import to_8_bit
 
 widget = pytest.importorskip("bobrossnet.page.widget", reason="anywidget is not installed")
@@ -64,9 +65,9 @@ def test_cameras_are_those_of_the_page():
 
 
 def test_backgrounds_are_those_of_pages():
-    assert widget.css(None) == "transparent"
-    assert widget.css("#fff") == "linear-gradient(rgb(255, 255, 255), rgb(255, 255, 255))"
-    assert widget.css(("#102030", (0, 0, 1))) == "linear-gradient(rgb(16, 32, 48), rgb(0, 0, 255))"
+    assert css(None) == "transparent"
+    assert css("#fff") == "linear-gradient(rgb(255, 255, 255), rgb(255, 255, 255))"
+    assert css(("#102030", (0, 0, 1))) == "linear-gradient(rgb(16, 32, 48), rgb(0, 0, 255))"
 
 
 def test_what_shows_no_widgets_shows_a_picture():

@@ -123,6 +123,19 @@ def test_without_a_file_it_is_the_tree(tmp_path, capsys):
     assert "<title>happy tree</title>" in (tmp_path / "tree.HTML").read_text()
 
 
+def test_it_has_the_lens_and_the_background_that_were_asked_for(page, scene, tmp_path):
+    bob.save_scene(scene, tmp_path / "a.bob")
+    look = ["--fov", "50", "--background", "#336699"]
+    assert cli.main(["view", str(tmp_path / "a.bob"), *look, "--export", str(tmp_path / "page.html")]) == 0
+    page.goto((tmp_path / "page.html").as_uri())
+    address = page.evaluate(EXACT)
+    rgba = np.asarray(Image.open(BytesIO(base64.b64decode(address.partition(",")[2]))).convert("RGBA"))
+    seen = bob.trace(scene, bob.Camera(fov=50), size=rgba.shape[:2])
+    assert np.mean((rgba[..., 3] > 0) != (seen.alpha > 0)) < 0.002
+    behind = page.evaluate("() => getComputedStyle(document.querySelector('bob-view')).backgroundImage")
+    assert behind == "linear-gradient(rgb(51, 102, 153), rgb(51, 102, 153))"
+
+
 def test_what_cannot_be_written_is_told(tmp_path, capsys, monkeypatch):
     assert cli.main(["view", "--export", str(tmp_path / "none" / "page.html")]) == 2
     assert capsys.readouterr().err.count("\n") == 1

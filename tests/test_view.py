@@ -248,6 +248,24 @@ def test_export_turns_upright(tmp_path):
     assert bob.trace(bob.load(tmp_path / "page/files/a.bob"), size=(20, 20)) == bob.trace(expected, size=(20, 20))
 
 
+def test_export_with_a_lens_and_a_background(tmp_path):
+    (tmp_path / "a.obj").write_text(TRIANGLE)
+    page = tmp_path / "page"
+    look = ["--fov", "50", "--background", "#ffffff,#99bbdd"]
+    assert cli.main(["view", str(tmp_path / "a.obj"), *look, "--export", str(page)]) == 0
+    text = (page / "index.html").read_text()
+    gradient = "linear-gradient(rgb(255, 255, 255), rgb(153, 187, 221))"
+    assert f'<body data-field-of-view="50deg" data-background="{gradient}">' in text
+    assert text.replace(text[text.index("<body") : text.index(">", text.index("<body")) + 1], "<body>") == (
+        (VIEWER / "index.html").read_text()
+    )
+    assert cli.main(["view", "--export", str(tmp_path / "plain")]) == 0
+    assert (tmp_path / "plain/index.html").read_bytes() == (VIEWER / "index.html").read_bytes()
+    one = tmp_path / "one.html"
+    assert cli.main(["view", "--background", "transparent", "--export", str(one)]) == 0
+    assert '<bob-view alt="Picture of happy tree" camera-controls background="transparent">' in one.read_text()
+
+
 def test_several_files_are_one_scene(tmp_path):
     for name in ("a", "b"):
         (tmp_path / f"{name}.obj").write_text(TRIANGLE)
@@ -268,6 +286,8 @@ def test_mistakes_are_one_line(tmp_path, capsys, monkeypatch):
 
     assert "file: can't write the page there: " in said("--export", tmp_path / "file")
     assert "missing.ply: expected a file" in said("missing.ply")
+    assert "fov: expected degrees in [0.1, 175]" in said("--fov", "190", "--export", tmp_path / "a")
+    assert "background: expected #rrggbb or 3 numbers, got 'red'" in said("--background", "red")
     assert "port: expected an integer in 0..65535, got -1" in said("--port", "-1", "--no-browser")
     monkeypatch.setattr("bobrossnet.page.files.VIEWER", tmp_path)
     assert "viewer: expected core.wasm in the package, got none" in said("--no-browser")

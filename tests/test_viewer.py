@@ -4,6 +4,7 @@ import base64
 import itertools
 import json
 import re
+import threading
 from io import BytesIO
 
 import numpy as np
@@ -15,7 +16,9 @@ from PIL import Image
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.page.export import export
-from bobrossnet.page.files import VIEWER
+from bobrossnet.page.files import VIEWER, page_files
+from bobrossnet.page.look import attributes
+from bobrossnet.page.server import Server
 from bobrossnet.picture.files import UNTRACED, color_to_8_bit, to_8_bit
 
 WIDTH, HEIGHT = 128, 96
@@ -183,6 +186,29 @@ def test_files_are_opened_together_with_their_textures(page, tmp_path):
         page.tab.check("#y-up")
     page.tab.set_input_files("#file", [tmp_path / name for name in ("square.obj", "a.mtl")])
     page.wait_until(lambda: "paint.png" in page.text("#message"))
+
+
+def test_a_page_opens_with_its_lens_and_background(browser):
+    """Those of links come first."""
+    with page_files(bob.happy_tree(), "tree", attributes(50, ("#ffffff", "#99bbdd"))) as files, Server(files) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            page = Page(browser, server.url + "?scene=files/tree.bob&size=80x60")
+            assert page.camera() == bob.Camera(fov=50)
+            assert page.tab.is_checked("#perspective")
+            page.tab.evaluate("() => bobrossnet.converged()")
+            page.tab.locator("#home").click()
+            assert page.camera() == bob.Camera(fov=50)
+            shown = Image.open(BytesIO(page.tab.locator("#stage").screenshot())).convert("RGB")
+            assert shown.getpixel((3, 3)) == pytest.approx((255, 255, 255), abs=3)
+            assert shown.getpixel((3, shown.height - 3)) == pytest.approx((153, 187, 221), abs=3)
+            page.visit(server.url + "?size=80x60#camera=10_20_0_1_0_0_0")
+            assert page.camera() == bob.Camera(azimuth=10)
+            page.close()
+        finally:
+            server.shutdown()
+            thread.join()
 
 
 def test_one_worker_is_enough(browser, viewer):

@@ -13,6 +13,7 @@ from models import MODELS, needs_models
 from PIL import Image
 
 import bobrossnet as bob
+from bobrossnet.adapters.container import layout, sealed
 from bobrossnet.page.files import READ_IN_PAGE, VIEWER
 from bobrossnet.picture.channels import COLORED
 
@@ -436,9 +437,9 @@ def test_colors_of_points_and_faces(same):
     assert len(found["warnings"]) == 1
 
 
-def textured_glb(**changes):
+def textured_glb(channels=3, **changes):
     """A box of three materials, one of them with a texture, and colours of vertices."""
-    texels = np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8)
+    texels = np.random.default_rng(0).integers(0, 256, (5, 7, channels), np.uint8)
     picture = io.BytesIO()
     Image.fromarray(texels).save(picture, "PNG")
     corners = np.array(POINTS.split(), np.float32)
@@ -510,6 +511,71 @@ def test_materials_and_textures_of_glb(same):
     same("coarse.glb", textured_glb(nodes=[{"mesh": 0, "scale": [1, 1, 0.01]}]))  # whose faces meet at small angles
 
 
+def test_cut_outs_of_glb(same):
+    """By the alpha of the texture, of vertices and of the factor; with the colours next to it."""
+    laid, solid = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, {}
+    seen = {}
+    for mode in ("MASK", "BLEND", "OPAQUE"):
+        seen[mode] = same(
+            f"{mode}.glb", textured_glb(4, materials=[laid | {"alphaMode": mode}, {"alphaMode": mode}]), pixels=2
+        )
+    assert not np.array_equal(seen["MASK"]["planes"], seen["BLEND"]["planes"])  # of vertices
+    assert not np.array_equal(seen["BLEND"]["planes"], seen["OPAQUE"]["planes"])
+    half = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 1, 1, 0.5]}}
+    found = same(
+        "factor.glb", textured_glb(4, materials=[half | {"alphaMode": "MASK", "alphaCutoff": 0.2}, solid]), pixels=2
+    )
+    assert not np.array_equal(found["planes"], seen["MASK"]["planes"])
+    gone = {"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.4]}, "alphaMode": "MASK"}
+    assert len(same("gone.glb", textured_glb(4, materials=[gone, solid]))["names"]) == 2
+
+
+def test_cut_outs_in_scene_files(same, read, tmp_path):
+    random = np.random.default_rng(5)
+    corners, triangles = np.eye(3), [(0, 1, 2)]
+    texture, colors = random.integers(0, 256, (4, 6, 4), np.uint8), random.uniform(0.5, 1, (3, 4))
+    made = bob.Mesh(
+        corners, triangles, colors=colors, uv=random.uniform(-1, 2, (3, 2)), texture=texture, alpha_cutoff=0.4
+    )
+    bob.save_scene(made, tmp_path / "a.bob")
+    found = same("b.bob", (tmp_path / "a.bob").read_bytes(), pixels=1)
+    whole = bob.Mesh(corners, triangles, colors=colors[:, :3], uv=made.uv, texture=texture[..., :3])
+    bob.save_scene(whole, tmp_path / "whole.bob")
+    assert 0 < (found["planes"][2] > 0).sum() < (read(tmp_path / "whole.bob")["planes"][2] > 0).sum()
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"alpha_cutoff": None}, "shapes[0]: alpha_cutoff: expected alphas or texture_alpha together with it"),
+        ({"alphas": None, "texture_alpha": None}, "shapes[0]: alpha_cutoff: expected alphas or texture_alpha together"),
+        ({"alpha_cutoff": np.array([1.5])}, "shapes[0]: alpha_cutoff: expected"),
+        ({"alpha_cutoff": np.array([np.nan])}, "shapes[0]: alpha_cutoff: expected"),
+        ({"alpha_cutoff": np.zeros(2)}, "shapes[0]: alpha_cutoff: expected shape"),
+        ({"alphas": np.array([0, 0.5, 2], np.float32)}, "shapes[0]: "),
+        ({"alphas": np.zeros(2, np.float32)}, "shapes[0]: alphas: expected"),
+        ({"colors": None}, "shapes[0]: "),
+        ({"texture_alpha": np.zeros(23, np.uint8)}, "shapes[0]: texture_alpha: expected"),
+        ({"texture_alpha": np.zeros(24, np.int32)}, "shapes[0]: texture_alpha: expected"),
+        ({"uv": None, "texture": None, "texture_layout": None}, "shapes[0]: texture"),
+    ],
+)
+def test_wrong_alphas_of_scene_files_are_refused(changes, message, read, tmp_path):
+    """In Python and in the page alike."""
+    made = bob.Mesh(
+        np.eye(3), [(0, 1, 2)], colors=np.full((3, 4), 0.5), uv=np.zeros((3, 2)), texture=np.zeros((4, 6, 4), np.uint8)
+    )
+    tensors = {f"0.{name}": tensor for name, tensor in ({**made.tensors(), **changes}).items() if tensor is not None}
+    instance = {"shape": 0, "transform": np.eye(4).tolist(), "name": None}
+    instance["material"] = {"color": [1, 1, 1], "ambient": 0.1, "diffuse": 0.7, "specular": 0.2, "shininess": 32}
+    (tmp_path / "a.bob").write_bytes(sealed(layout({"shapes": ["mesh"], "instances": [instance]}, tensors, "4")))
+    with pytest.raises(bob.InputError) as error:
+        bob.load(tmp_path / "a.bob")
+    for told in (str(error.value), read(tmp_path / "a.bob")["error"]):
+        assert told.startswith(f"a.bob: {message}")
+        assert "\n" not in told
+
+
 # ---- Files beside others ---------------------------------------------------------------------------------
 
 SQUARE = "".join(f"v {x} {y} {x * y / 2}\nvt {x / 2} {y / 3}\n" for x, y in ((0, 0), (2, 0), (2, 3), (0, 3), (3, 3)))
@@ -568,6 +634,25 @@ def test_obj_with_materials_and_textures(read, texture, tmp_path, normals):
     assert len(found["warnings"]) == 2  # by two names
     library.unlink()
     assert len(same_with(read, file, [])["warnings"]) == 1
+
+
+def test_obj_with_masks(read, tmp_path):
+    """Of map_d and of the colours' own alpha."""
+    random = np.random.default_rng(0)
+    pictures = {"leaf.png": (5, 7, 4), "mask.png": (9, 4), "solid.png": (5, 7, 3)}
+    for name, shape in pictures.items():
+        Image.fromarray(random.integers(0, 256, shape, np.uint8)).save(tmp_path / name)
+    maps = ["map_Kd leaf.png", "map_Kd solid.png\nmap_d mask.png", "map_d leaf.png\nKd 1 0 0", "map_Kd solid.png"]
+    library, file = tmp_path / "a.mtl", tmp_path / "a.obj"
+    library.write_text("".join(f"newmtl {i}\n{lines}\n" for i, lines in enumerate(maps)))
+    faces = "".join(
+        f"usemtl {i}\nf {face}\n" for i, face in enumerate(("1/1 2/2 3/3", "1/1 3/3 4/4", "3/3 4/4 5/5", "2/2 3/3 5/5"))
+    )
+    file.write_text(f"mtllib a.mtl\n{SQUARE}{faces}")
+    found = same_with(read, file, [library, *(tmp_path / name for name in pictures)], pixels=3)
+    library.write_text(library.read_text().replace("map_d", "# map_d"))
+    whole = same_with(read, file, [library, *(tmp_path / name for name in pictures)], pixels=3)
+    assert (found["planes"][2] > 0).sum() < (whole["planes"][2] > 0).sum()
 
 
 def test_gltf_with_its_files(read, texture, tmp_path):
@@ -835,8 +920,6 @@ def test_numbers_of_texts_are_those_of_python(read, tmp_path):
 
 def test_damaged_scenes_are_refused(read, viewer):
     """Whichever byte of a scene is another."""
-    from bobrossnet.adapters.container import layout, sealed
-
     whole = (VIEWER / "gallery/tanglecube.bob").read_bytes()
     for at in (0, 40, 120, len(whole) // 2, len(whole) - 1):
         damaged = bytearray(whole)

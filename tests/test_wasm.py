@@ -161,6 +161,20 @@ def mesh():
     return bob.Mesh(random.normal(size=(60, 3)), random.permuted(np.tile(np.arange(60), (4, 1)), axis=1).reshape(-1, 3))
 
 
+def with_holes():
+    """Of a texture and of vertices."""
+    random, points = np.random.default_rng(2), np.random.default_rng(0).normal(size=(60, 3))
+    return bob.Mesh(
+        points,
+        mesh().triangles,
+        colors=random.uniform(size=(60, 4)),
+        uv=random.uniform(-1, 2, (60, 2)),
+        texture=random.integers(0, 256, (16, 8, 4), np.uint8),
+        wrap=("mirror", "repeat"),
+        alpha_cutoff=0.2,
+    )
+
+
 def script(text=SCRIPT):
     made = _core.run_script(text.encode())
     return bob.Implicit(made.expression, color=made.color)
@@ -185,6 +199,7 @@ SCENES = {
         bob.Mesh(mesh().vertices, mesh().triangles, colors=np.random.default_rng(1).uniform(size=(60, 3))),
         bob.Instance(script(), material=bob.Material("#b87333", metallic=1, roughness=0.3)).translate((2, 0, 0)),
     ],
+    "colored with holes": with_holes,
     "colored brep": lambda: bob.Brep(
         [
             bob.Face(face.control_points, face.knots_u, face.knots_v, face.weights, face.trims, color)
@@ -214,7 +229,7 @@ def test_scenes_are_traced_as_in_python(core, kind, fov, baseline, monkeypatch):
     np.testing.assert_allclose(planes, expected, rtol=0, atol=1e-5)
     if not core.relaxed:
         np.testing.assert_array_equal(planes[2], expected[2])
-        if kind not in ("mesh", "several", "colored"):
+        if kind not in ("mesh", "several", "colored", "colored with holes"):
             np.testing.assert_array_equal(planes[3:5], expected[3:5])
 
 

@@ -15,7 +15,9 @@ from bobrossnet.completion.weights import DEFAULTS
 
 FOLDER = Path(bobrossnet.__file__).parent / "viewer"
 
-MAKERS = ("Mesh", "Implicit", "Brep", "Tube", "Arrangement")
+MAKERS = ("Mesh", "Texture", "Implicit", "Brep", "Tube", "Arrangement")
+
+WRAPS = ("repeat", "clamp", "mirror")
 
 
 class CoreError(ValueError):
@@ -194,10 +196,15 @@ class WasmCore:
         self.call("free_expression", expression)
         return nodes
 
-    def mesh(self, vertices, triangles, *arrays):
-        """`arrays` are normals, colors, face_colors and uv, or None; textures are read from files alone."""
-        given = [0 if array is None else array for array in (*arrays, None, None, None)[:4]]
-        return self.made("make_mesh", vertices, len(vertices), triangles, len(triangles), *given, 0, 0)
+    def mesh(
+        self, vertices, triangles, normals, colors=None, face_colors=None, uv=None, texture=None, alphas=None, cutoff=0
+    ):
+        """As `_core.Mesh` is made, but for the texture: what that is made of."""
+        texels, across, down, alpha = texture or (None, "repeat", "repeat", None)
+        layout = texture and np.array([*texels.shape[:2], WRAPS.index(across), WRAPS.index(down)], np.int32)
+        arrays = normals, colors, face_colors, uv, texels, layout, alpha, alphas
+        given = [0 if array is None else array for array in arrays]
+        return self.made("make_mesh", vertices, len(vertices), triangles, len(triangles), *given, float(cutoff))
 
     def implicit(self, expression, bounds, color=None):
         formula = self.expression(expression)
@@ -248,6 +255,8 @@ class WasmCore:
         handles = []
         for shape in shapes:
             kind, arguments = made[id(shape)]
+            if kind == "Mesh":
+                arguments = [made[id(each)][1] if index == 6 and each else each for index, each in enumerate(arguments)]
             handles.append(getattr(self, kind.lower())(*arguments))
         return self.made("make_scene", np.array(handles, np.uint32), len(handles), transforms, numbers)
 

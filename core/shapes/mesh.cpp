@@ -95,6 +95,38 @@ double radius_of(const PointTree& points, const AffineMap& map, const double cen
     return radius_of(largest, center, [&](auto square) { return points.farthest(map, center, square); });
 }
 
+/// Blends what a triangle's corners have by the barycentric weights of a place.
+Mesh::Uv blended(const std::array<Mesh::Uv, 3>& corner, float u, float v) {
+    const float w = 1 - u - v;
+    return {u * corner[0][0] + v * corner[1][0] + w * corner[2][0], u * corner[0][1] + v * corner[1][1] + w * corner[2][1]};
+}
+
+/// Where the alpha of a texture times that of vertices, each of which may be none, is below a cutoff.
+class CutOut : public Holes {
+public:
+    CutOut(const Texture* texture, std::span<const std::array<Mesh::Uv, 3>> uvs, std::vector<std::array<float, 3>> alphas, float cutoff)
+        : texture_(texture), uvs_(uvs), alphas_(std::move(alphas)), cutoff_(cutoff) {}
+
+    [[nodiscard]] bool at(std::uint32_t triangle, float u, float v) const override {
+        float alpha = 1;
+        if (texture_) {
+            const auto [across, down] = blended(uvs_[triangle], u, v);
+            alpha = texture_->alpha(across, down);
+        }
+        if (!alphas_.empty()) {
+            const auto& [a, b, c] = alphas_[triangle];
+            alpha *= c + u * (a - c) + v * (b - c);  // of equal ones exactly these
+        }
+        return alpha < cutoff_;
+    }
+
+private:
+    const Texture* texture_;
+    std::span<const std::array<Mesh::Uv, 3>> uvs_;
+    std::vector<std::array<float, 3>> alphas_;
+    float cutoff_;
+};
+
 Sphere sphere_of(std::span<const Mesh::Point> vertices, const std::vector<bool>& used) {
     const Bounds box = bounds_of(vertices, used, {});
     Sphere sphere;
@@ -164,6 +196,7 @@ void Mesh::prepare() const {
     }
     prepared->bvh = build_triangle_bvh(points, triangles);
     prepare_colors(points, *prepared);
+    prepare_holes(*prepared);
     prepared_ = std::move(prepared);
 }
 
@@ -187,35 +220,52 @@ void Mesh::prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) c
     }
 }
 
+void Mesh::prepare_holes(Prepared& prepared) const {
+    const std::span<const float> alphas = arrays_.alphas;
+    const float of_texture = arrays_.texture ? arrays_.texture->least_alpha() : 1;
+    const float of_vertices = alphas.empty() ? 1 : *std::min_element(alphas.begin(), alphas.end());
+    if (!(of_texture * of_vertices < arrays_.alpha_cutoff)) return;
+    std::vector<std::array<float, 3>> corners;
+    if (of_vertices < 1) {
+        corners.reserve(arrays_.triangles.size());
+        for (const Triangle& t : arrays_.triangles) corners.push_back({alphas[t[0]], alphas[t[1]], alphas[t[2]]});
+    }
+    const Texture* const texture = of_texture < 1 ? arrays_.texture.get() : nullptr;
+    prepared.holes = std::make_unique<CutOut>(texture, prepared.corner_uvs, std::move(corners), arrays_.alpha_cutoff);
+}
+
 void Mesh::colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
                   std::span<Vec3> colors) const {
-    const auto& [normals, face_normals, bvh, corner_colors, face_colors, corner_uvs, texels] = *prepared_;
+    const auto& [normals, face_normals, bvh, corner_colors, face_colors, corner_uvs, texels, holes] = *prepared_;
     const auto times = [](Vec3 a, Vec3 b) { return Vec3{a.x * b.x, a.y * b.y, a.z * b.z}; };
     for (std::size_t i = 0; i < hits.size(); ++i) {
         const auto& [t, u, v, triangle] = hits[i];
-        const float w = 1 - u - v;
         Vec3 color{1, 1, 1};
         if (!corner_colors.empty()) {
             const auto& corner = corner_colors[triangle];
-            color = u * corner[0] + v * corner[1] + w * corner[2];
+            color = u * corner[0] + v * corner[1] + (1 - u - v) * corner[2];
         }
         if (!face_colors.empty()) color = times(color, face_colors[triangle]);
         if (arrays_.texture) {
-            const auto& corner = corner_uvs[triangle];
             // A pixel covers more of what it sees at a slant, in one direction: the root lies between blur and noise.
             const float size = length(rays[i].direction);
             const float slant = std::max(0.05f, std::fabs(dot(face_normals[triangle], rays[i].direction)) / size);
             const float width = widths[i] * size * texels[triangle] / std::sqrt(slant);
-            color = times(color, (*arrays_.texture)(u * corner[0][0] + v * corner[1][0] + w * corner[2][0],
-                                                    u * corner[0][1] + v * corner[1][1] + w * corner[2][1], width));
+            const auto [across, down] = blended(corner_uvs[triangle], u, v);
+            color = times(color, (*arrays_.texture)(across, down, width));
         }
         colors[i] = color;
     }
 }
 
 void Mesh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
-    const TriangleBvh& bvh = prepared_->bvh;
-    best_triangle_kernels().closest_hits(bvh.nodes.data(), bvh.packets.data(), rays.data(), rays.size(), hits.data());
+    const auto& [nodes, packets] = prepared_->bvh;
+    const TriangleKernels& kernels = best_triangle_kernels();
+    if (const Holes* const holes = prepared_->holes.get()) {
+        kernels.closest_hits_around(*holes, nodes.data(), packets.data(), rays.data(), rays.size(), hits.data());
+    } else {
+        kernels.closest_hits(nodes.data(), packets.data(), rays.data(), rays.size(), hits.data());
+    }
 }
 
 void Mesh::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {
@@ -235,10 +285,11 @@ Vec3 Mesh::shading_normal(const Hit& hit, Vec3 ray_direction) const {
 std::size_t Mesh::bytes() const {
     const std::lock_guard lock(preparing_);
     if (!prepared_) return 0;
-    const auto& [normals, face_normals, bvh, corner_colors, face_colors, corner_uvs, texels] = *prepared_;
+    const auto& [normals, face_normals, bvh, corner_colors, face_colors, corner_uvs, texels, holes] = *prepared_;
     return bvh.bytes() + normals.size() * sizeof(CornerNormals) + face_normals.size() * sizeof(Vec3) +
            corner_colors.size() * sizeof(corner_colors[0]) + face_colors.size() * sizeof(Vec3) +
            corner_uvs.size() * sizeof(corner_uvs[0]) + texels.size() * sizeof(float) +
+           (holes && !arrays_.alphas.empty() ? 3 * arrays_.triangles.size() * sizeof(float) : 0) +
            (arrays_.texture ? arrays_.texture->bytes() : 0);
 }
 

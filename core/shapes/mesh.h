@@ -33,6 +33,8 @@ public:
         std::span<const Vec3> face_colors = {};  // the same, or one for each triangle
         std::span<const Uv> uv = {};             // none, or one for each vertex, and the texture: 0, 0 at its top left
         std::shared_ptr<const Texture> texture = {};
+        std::span<const float> alphas = {};  // none, or how opaque each vertex is, 0..1
+        float alpha_cutoff = 0;              // where the texture's alpha times the vertices' is below it, there is no surface
     };
 
     /// Moved and scaled in double precision to the unit sphere, from the sphere about the centre of the box around the
@@ -72,11 +74,13 @@ private:
         std::vector<Vec3> face_colors;
         std::vector<std::array<Uv, 3>> corner_uvs;
         std::vector<float> texels;  // that lie side by side along a length of 1
+        std::unique_ptr<const Holes> holes;
     };
 
     [[nodiscard]] std::vector<Vec3> in_unit_sphere() const;
     [[nodiscard]] std::vector<CornerNormals> corner_normals(std::span<const Vec3> points) const;
     void prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) const;
+    void prepare_holes(Prepared& prepared) const;
 
     Mesh(const Arrays& arrays, std::vector<bool> used, const std::optional<Sphere>& sphere);
 

@@ -19,49 +19,107 @@ const std::array<float, 256>& linear() {
     return table;
 }
 
-/// A number of a texel, which may lie beyond the edges, wrapped into 0..count - 1.
+/// A colour, and how much of it there is.
+struct Weighted {
+    Vec3 color;
+    float weight;
+};
+
+/// The largest whole number that is not above x, which is within those that an int holds. Where no instruction rounds down, the
+/// library's function takes as long as a texel.
+int whole(float x) {
+    const int truncated = static_cast<int>(x);
+    return truncated - (static_cast<float>(truncated) > x);
+}
+
+/// A number of a texel, at most two pictures beyond an edge, wrapped into 0..count - 1. Divisions would take longer than the rest.
 int wrapped(int i, int count, Wrap wrap) {
     if (wrap == Wrap::clamp) return std::clamp(i, 0, count - 1);
     const int period = wrap == Wrap::mirror ? 2 * count : count;
-    i = i % period;
     if (i < 0) i += period;
+    while (i >= period) i -= period;
     return i < count ? i : period - 1 - i;
 }
 
-/// The same of a place, so that whole numbers hold its texels.
+/// The same of a place, which then lies in the picture or in the next one, of those that are clamped at most one away.
 float near_picture(float place, Wrap wrap) {
-    if (!std::isfinite(place)) return 0;
+    if (!(std::fabs(place) < 0x1p30f)) return 0;  // nor does float32 know where beyond these
     if (wrap == Wrap::clamp) return std::clamp(place, -1.f, 2.f);
-    return place - 2 * std::floor(place / 2);
+    return place - 2 * static_cast<float>(whole(place / 2));
 }
 
 }  // namespace
 
-Texture::Texture(std::span<const std::uint8_t> texels, int height, int width, Wrap across, Wrap down)
+Texture::Texture(std::span<const std::uint8_t> texels, int height, int width, Wrap across, Wrap down,
+                 std::span<const std::uint8_t> alpha)
     : across_(across), down_(down) {
-    levels_.push_back({height, width, {texels.begin(), texels.end()}});
+    levels_.push_back({height, width, {texels.begin(), texels.end()}, {alpha.begin(), alpha.end()}});
     while (levels_.back().height > 1 || levels_.back().width > 1) {
         const Level& from = levels_.back();
-        Level to{(from.height + 1) / 2, (from.width + 1) / 2, {}};
-        to.texels.resize(static_cast<std::size_t>(to.height) * static_cast<std::size_t>(to.width) * 3);
+        Level to{(from.height + 1) / 2, (from.width + 1) / 2, {}, {}};
+        const std::size_t size = static_cast<std::size_t>(to.height) * static_cast<std::size_t>(to.width);
+        to.texels.resize(3 * size), to.alpha.resize(from.alpha.empty() ? 0 : size);
         for_rows(0, to.height, to.width, [&](int row) {
             for (int column = 0; column < to.width; ++column) {
+                std::size_t covered[4], count = 0;
+                for (int y = 2 * row; y < std::min(2 * row + 2, from.height); ++y) {
+                    for (int x = 2 * column; x < std::min(2 * column + 2, from.width); ++x) {
+                        covered[count++] = static_cast<std::size_t>(y * from.width + x);
+                    }
+                }
+                float weights[4], total = 0;
+                for (std::size_t i = 0; i < count; ++i) total += weights[i] = from.opacity(covered[i]);
+                const auto at = static_cast<std::size_t>(row * to.width + column);
+                const auto rounded = [](float value) { return static_cast<std::uint8_t>(value * 255 + 0.5f); };
+                if (!to.alpha.empty()) to.alpha[at] = rounded(total / static_cast<float>(count));
+                if (total == 0) total = static_cast<float>(count), std::fill_n(weights, count, 1.f);
                 for (std::size_t k = 0; k < 3; ++k) {
                     float sum = 0;
-                    int count = 0;
-                    for (int y = 2 * row; y < std::min(2 * row + 2, from.height); ++y) {
-                        for (int x = 2 * column; x < std::min(2 * column + 2, from.width); ++x, ++count) {
-                            sum += linear()[from.texels[static_cast<std::size_t>(y * from.width + x) * 3 + k]];
-                        }
-                    }
-                    const float mean = to_srgb(sum / static_cast<float>(count));
-                    to.texels[static_cast<std::size_t>(row * to.width + column) * 3 + k] =
-                        static_cast<std::uint8_t>(mean * 255 + 0.5f);
+                    for (std::size_t i = 0; i < count; ++i) sum += weights[i] * linear()[from.texels[3 * covered[i] + k]];
+                    to.texels[3 * at + k] = rounded(to_srgb(sum / total));
                 }
             }
         });
         levels_.push_back(std::move(to));
     }
+}
+
+inline Texture::Around Texture::around(const Level& level, float u, float v) const {
+    const float x = u * static_cast<float>(level.width) - 0.5f, y = v * static_cast<float>(level.height) - 0.5f;
+    const int left = whole(x), top = whole(y);
+    const float dx = x - static_cast<float>(left), dy = y - static_cast<float>(top);
+    const int columns[2] = {wrapped(left, level.width, across_), wrapped(left + 1, level.width, across_)};
+    const int rows[2] = {wrapped(top, level.height, down_), wrapped(top + 1, level.height, down_)};
+    Around result{{}, dx, dy};
+    for (int j = 0; j < 2; ++j) {
+        for (int i = 0; i < 2; ++i) result.texel[j][i] = static_cast<std::size_t>(rows[j] * level.width + columns[i]);
+    }
+    return result;
+}
+
+inline Vec3 Texture::bilinear(const Level& level, float u, float v) const {
+    const Around at = around(level, u, v);
+    const float dx = at.dx, dy = at.dy;
+    const float* const values = linear().data();
+    const auto texel = [&](int j, int i) {
+        const std::uint8_t* const t = &level.texels[3 * at.texel[j][i]];
+        return Vec3{values[t[0]], values[t[1]], values[t[2]]};
+    };
+    if (!level.alpha.empty()) {
+        const auto mixed = [](Weighted a, Weighted b) {
+            if (b.weight == 0) return a;
+            if (a.weight == 0) return b;
+            const float sum = a.weight + b.weight;
+            return Weighted{a.color + b.weight / sum * (b.color - a.color), sum};  // of equal colours exactly these
+        };
+        const auto row = [&](int j, float share) {
+            return mixed({texel(j, 0), share * (1 - dx) * level.opacity(at.texel[j][0])},
+                         {texel(j, 1), share * dx * level.opacity(at.texel[j][1])});
+        };
+        const Weighted mean = mixed(row(0, 1 - dy), row(1, dy));
+        if (mean.weight > 0) return mean.color;
+    }
+    return (1 - dy) * ((1 - dx) * texel(0, 0) + dx * texel(0, 1)) + dy * ((1 - dx) * texel(1, 0) + dx * texel(1, 1));
 }
 
 Vec3 Texture::operator()(float u, float v, float width) const {
@@ -74,22 +132,26 @@ Vec3 Texture::operator()(float u, float v, float width) const {
     return share > 0 ? (1 - share) * fine + share * bilinear(levels_[lower + 1], u, v) : fine;
 }
 
-Vec3 Texture::bilinear(const Level& level, float u, float v) const {
-    const float x = u * static_cast<float>(level.width) - 0.5f, y = v * static_cast<float>(level.height) - 0.5f;
-    const float left = std::floor(x), top = std::floor(y), dx = x - left, dy = y - top;
-    const int columns[2] = {wrapped(static_cast<int>(left), level.width, across_),
-                            wrapped(static_cast<int>(left) + 1, level.width, across_)};
-    const int rows[2] = {wrapped(static_cast<int>(top), level.height, down_), wrapped(static_cast<int>(top) + 1, level.height, down_)};
-    const auto texel = [&](int j, int i) {
-        const std::uint8_t* const t = &level.texels[static_cast<std::size_t>(rows[j] * level.width + columns[i]) * 3];
-        return Vec3{linear()[t[0]], linear()[t[1]], linear()[t[2]]};
+float Texture::alpha(float u, float v) const {
+    const std::vector<std::uint8_t>& alpha = levels_[0].alpha;
+    if (alpha.empty()) return 1;
+    const auto [texel, dx, dy] = around(levels_[0], near_picture(u, across_), near_picture(v, down_));
+    // Not a sum of shares, which would be 1 but for rounding: between equal texels is what they are.
+    const auto between = [](float a, float b, float share) { return a + share * (b - a); };
+    const auto row = [&](int j) {
+        return between(static_cast<float>(alpha[texel[j][0]]), static_cast<float>(alpha[texel[j][1]]), dx);
     };
-    return (1 - dy) * ((1 - dx) * texel(0, 0) + dx * texel(0, 1)) + dy * ((1 - dx) * texel(1, 0) + dx * texel(1, 1));
+    return between(row(0), row(1), dy) / 255;
+}
+
+float Texture::least_alpha() const {
+    const std::vector<std::uint8_t>& alpha = levels_[0].alpha;
+    return alpha.empty() ? 1 : static_cast<float>(*std::min_element(alpha.begin(), alpha.end())) / 255;
 }
 
 std::size_t Texture::bytes() const {
     std::size_t sum = 0;
-    for (const Level& level : levels_) sum += level.texels.size();
+    for (const Level& level : levels_) sum += level.texels.size() + level.alpha.size();
     return sum;
 }
 

@@ -14,15 +14,22 @@ namespace bob {
 enum class Wrap : std::uint8_t { repeat, clamp, mirror };
 
 /// An sRGB picture, and smaller and smaller ones of it: level n + 1 has half the size of level n, rounded up, and each of its texels is
-/// the mean of those that it covers, in linear light.
+/// the mean of those that it covers, in linear light. Colours count as far as they are opaque, wherever they are mixed: what is cut out
+/// lends none to what is beside it.
 class Texture {
 public:
-    /// texels: (height, width, 3), from the top row down; at least one.
-    Texture(std::span<const std::uint8_t> texels, int height, int width, Wrap across = Wrap::repeat, Wrap down = Wrap::repeat);
+    /// texels: (height, width, 3), from the top row down; at least one. alpha: (height, width), how opaque each is; none if all are.
+    Texture(std::span<const std::uint8_t> texels, int height, int width, Wrap across = Wrap::repeat, Wrap down = Wrap::repeat,
+            std::span<const std::uint8_t> alpha = {});
 
     /// Linear RGB, 0..1, at u, 0 at the left edge to 1 at the right one, and v, 0 at the top edge to 1 at the bottom: bilinear in the two
     /// levels whose texels are next to `width`, in texels of level 0, and between these.
     [[nodiscard]] Vec3 operator()(float u, float v, float width) const;
+
+    /// How opaque it is there, 0..1: bilinear in level 0, so that what is cut out of a surface does not depend on a picture's size.
+    [[nodiscard]] float alpha(float u, float v) const;
+    /// Of all texels, 0..1.
+    [[nodiscard]] float least_alpha() const;
 
     [[nodiscard]] int height() const { return levels_[0].height; }
     [[nodiscard]] int width() const { return levels_[0].width; }
@@ -32,8 +39,18 @@ private:
     struct Level {
         int height, width;
         std::vector<std::uint8_t> texels;  // (height, width, 3)
+        std::vector<std::uint8_t> alpha;   // (height, width), or none
+
+        [[nodiscard]] float opacity(std::size_t texel) const { return alpha.empty() ? 1 : static_cast<float>(alpha[texel]) / 255; }
     };
 
+    /// Where the four texels around a place are, (row, column), and how far it is from the first to the last.
+    struct Around {
+        std::size_t texel[2][2];
+        float dx, dy;
+    };
+
+    [[nodiscard]] Around around(const Level& level, float u, float v) const;
     [[nodiscard]] Vec3 bilinear(const Level& level, float u, float v) const;
 
     Wrap across_, down_;

@@ -34,6 +34,18 @@ struct TriangleBvh {
 
 [[nodiscard]] TriangleBvh build_triangle_bvh(std::span<const Vec3> vertices, std::span<const Triangle> triangles);
 
+/// Where triangles have holes, which rays pass through.
+class Holes {
+public:
+    virtual ~Holes() = default;
+    /// Whether there is one at a place of a triangle, given by the barycentric weights of its first and second corner.
+    [[nodiscard]] virtual bool at(std::uint32_t triangle, float u, float v) const = 0;
+
+protected:
+    Holes() = default;
+    Holes(const Holes&) = default;
+};
+
 struct TriangleKernels {
     /// The nearest intersection with t > 0 of each ray; u and v are the barycentric weights of the triangle's first and
     /// second corner.
@@ -42,6 +54,9 @@ struct TriangleKernels {
     /// few sizes of the mesh: a ray never passes between two triangles that share an edge or a corner.
     void (*closest_hits)(const BvhNode* nodes, const TrianglePacket* packets, const Ray* rays, std::size_t count,
                          Hit* hits);
+    /// The same, but for intersections that lie in holes.
+    void (*closest_hits_around)(const Holes& holes, const BvhNode* nodes, const TrianglePacket* packets, const Ray* rays,
+                                std::size_t count, Hit* hits);
 };
 
 BOB_DECLARE_KERNELS(TriangleKernels, triangle_kernels)

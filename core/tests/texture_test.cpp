@@ -64,3 +64,47 @@ TEST(srgb_goes_both_ways) {
     for (int i = 0; i < 256; ++i) CHECK_NEAR(bob::to_srgb(linear(i)) * 255, static_cast<float>(i), 1e-3f);
     CHECK_NEAR(bob::from_srgb(0.5f), 0.21404114f, 1e-6f);
 }
+
+TEST(alphas_are_bilinear_and_wrap) {
+    const std::vector<std::uint8_t> texels(4 * 3, 200), alpha{0, 102, 255, 51};
+    const bob::Texture t(texels, 1, 4, bob::Wrap::clamp, bob::Wrap::repeat, alpha), plain(texels, 1, 4);
+    CHECK_EQ(t.alpha(0.125f, 0.5f), 0.f);
+    CHECK_NEAR(t.alpha(0.5f, 7.3f), (102 + 255) / 510.f, 1e-6f);
+    CHECK_NEAR(t.alpha(9, 0.5f), 0.2f, 1e-6f);
+    CHECK_NEAR(t.alpha(-9, 0.5f), 0.f, 1e-6f);
+    CHECK_EQ(t.alpha(std::nanf(""), 0.5f), 0.f);
+    CHECK_EQ(t.least_alpha(), 0.f);
+    CHECK_EQ(plain.alpha(0.3f, 0.3f), 1.f);
+    CHECK_EQ(plain.least_alpha(), 1.f);
+    CHECK_EQ(t.bytes() - plain.bytes(), static_cast<std::size_t>(4 + 2 + 1));
+}
+
+TEST(what_is_transparent_lends_no_color) {
+    // Green among white that is cut out, seen from near and from far.
+    std::vector<std::uint8_t> texels, alpha;
+    test::Random random(2);
+    for (int i = 0; i < 16 * 16; ++i) {
+        const bool is_green = random() < 0.4f;
+        const std::uint8_t green[3] = {10, 130, 20}, white[3] = {255, 255, 255};
+        texels.insert(texels.end(), is_green ? green : white, (is_green ? green : white) + 3);
+        alpha.push_back(is_green ? 255 : 0);
+    }
+    const bob::Texture t(texels, 16, 16, bob::Wrap::repeat, bob::Wrap::repeat, alpha);
+    for (int i = 0; i < 1000; ++i) {
+        const float u = random(-1, 2), v = random(-1, 2), width = random(0, 20);
+        if (t.alpha(u, v) == 0) continue;
+        CHECK_NEAR(t(u, v, width).x, linear(10), 1e-3f);
+        CHECK_NEAR(t(u, v, width).y, linear(130), 4e-3f);
+    }
+    const bob::Texture none(std::vector<std::uint8_t>{0, 0, 0, 255, 255, 255}, 1, 2, bob::Wrap::clamp, bob::Wrap::clamp,
+                            std::vector<std::uint8_t>{0, 0});
+    CHECK_NEAR(none(0.5f, 0.5f, 0).x, 0.5f, 1e-6f);  // of what is all transparent
+    CHECK_NEAR(none(0.5f, 0.5f, 2).x, 0.5f, 3e-3f);
+}
+
+TEST(what_is_opaque_all_over_is_opaque_to_the_bit) {
+    const std::vector<std::uint8_t> texels(5 * 3 * 3, 9), alpha(5 * 3, 255);
+    const bob::Texture t(texels, 5, 3, bob::Wrap::repeat, bob::Wrap::mirror, alpha);
+    test::Random random(1);
+    for (int i = 0; i < 1000; ++i) CHECK_EQ(t.alpha(random(-3, 3), random(-3, 3)), 1.f);
+}

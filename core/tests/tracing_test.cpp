@@ -67,7 +67,7 @@ TEST(sphere_matches_the_analytic_one) {
                 CHECK_NEAR(picture.normal[2 * i + 1], y, 0.01f);
                 // The facets lie 3e-4 inside the sphere at most, more along a grazing ray.
                 CHECK_NEAR(picture.depth[i], (1 + z) / 2, 5e-4f / z);
-                CHECK_NEAR(picture.gray[i], bob::shaded_gray({x, y, z}, white, {}), 0.01f);
+                CHECK_NEAR(picture.gray[i], bob::shaded({x, y, z}, white, {}).gray, 0.01f);
             }
         }
     }
@@ -115,7 +115,7 @@ TEST(both_sides_of_a_face_are_shaded_alike) {
     const auto a = render(scene_of(v, front), {0, 0, 0, 1}, 40, 40);
     const auto b = render(scene_of(v, back), {0, 0, 0, 1}, 40, 40);
     CHECK(a.gray == b.gray);
-    CHECK_NEAR(a.gray[20 * 40 + 20], bob::shaded_gray({0, 0, 1}, white, {}), 1e-6f);
+    CHECK_NEAR(a.gray[20 * 40 + 20], bob::shaded({0, 0, 1}, white, {}).gray, 1e-6f);
 }
 
 TEST(smooth_normals_that_lean_away_are_seen_edge_on) {
@@ -136,9 +136,9 @@ TEST(smooth_normals_that_lean_away_are_seen_edge_on) {
 TEST(blinn_phong_worked_values) {
     // Facing the camera: n.l = 1 / sqrt(0.09 + 0.16 + 1), n.h = sqrt((1 + n.l) / 2).
     const double n_l = 1 / std::sqrt(1.25), n_h = std::sqrt((1 + n_l) / 2);
-    CHECK_NEAR(bob::shaded_gray({0, 0, 1}, white, {}), 0.1 + 0.7 * n_l + 0.2 * std::pow(n_h, 32), 1e-5);
-    CHECK_NEAR(bob::shaded_gray(bob::normalized(bob::light_direction), white, {}), 0.8 + 0.2 * std::pow(n_h, 32), 1e-5);
-    CHECK_NEAR(bob::shaded_gray(bob::normalized({0.3f, -0.4f, -1}), white, {}), 0.1, 1e-6);
+    CHECK_NEAR(bob::shaded({0, 0, 1}, white, {}).gray, 0.1 + 0.7 * n_l + 0.2 * std::pow(n_h, 32), 1e-5);
+    CHECK_NEAR(bob::shaded(bob::normalized(bob::light_direction), white, {}).gray, 0.8 + 0.2 * std::pow(n_h, 32), 1e-5);
+    CHECK_NEAR(bob::shaded(bob::normalized({0.3f, -0.4f, -1}), white, {}).gray, 0.1, 1e-6);
 }
 
 TEST(highlights_lie_between_light_and_eye) {
@@ -151,7 +151,7 @@ TEST(highlights_lie_between_light_and_eye) {
     const float row = 0.5f, column = -0.5f;
     const bob::Vec3 direction = projection.turned(l, row, column);
     const bob::Light light{direction, bob::normalized(direction + bob::Vec3{0, 0, 1})};
-    CHECK_NEAR(bob::shaded_gray(projection.turned(n, row, column), white, {}, light),
+    CHECK_NEAR(bob::shaded(projection.turned(n, row, column), white, {}, light).gray,
                0.1 + 0.7 * dot(n, l) + 0.2 * std::pow(dot(n, h), 32), 1e-6);
     CHECK_NEAR(projection.turned(eye, row, column).z, 1.f, 1e-6f);
 }
@@ -161,10 +161,10 @@ TEST(materials_shade_as_their_formula_says) {
     const bob::Vec3 l = bob::normalized(bob::light_direction), h = bob::normalized(l + bob::Vec3{0, 0, 1});
     const bob::Material material{{0.5f, 0.25f, 1}, 0.05f, 0.6f, 0.3f, 5};
     const double luminance = 0.2126 * 0.5 + 0.7152 * 0.25 + 0.0722;
-    CHECK_NEAR(bob::shaded_gray(n, material.base_color(), material),
+    CHECK_NEAR(bob::shaded(n, material.base_color(), material).gray,
                luminance * (0.05 + 0.6 * dot(n, l)) + 0.3 * std::pow(dot(n, h), 5), 1e-6);
     CHECK_EQ(bob::luminance(white), 1.f);
-    CHECK_EQ(bob::shaded_gray(n, white, {{1, 1, 1}, 1, 1, 1, 0}), 1.f);
+    CHECK_EQ(bob::shaded(n, white, {{1, 1, 1}, 1, 1, 1, 0}).gray, 1.f);
 }
 
 TEST(microfacets_are_as_their_formulas_say) {

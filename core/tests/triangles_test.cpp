@@ -243,3 +243,61 @@ TEST(bvh_does_not_depend_on_the_number_of_threads) {
     }
     CHECK(same);
 }
+
+TEST(rays_go_on_where_alpha_is_below_the_cutoff) {
+    // Each triangle stands twice in the same place, with other alphas: neither may hide what is behind or beside it.
+    auto mesh = test::soup(150, 0.5f, 21);
+    mesh.vertices.insert(mesh.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+    for (std::uint32_t i = 0; i < 150; ++i) mesh.triangles.push_back({450 + 3 * i, 451 + 3 * i, 452 + 3 * i});
+    test::Random random(3);
+    std::vector<bob::Mesh::Point> points;
+    for (const Vec3 v : mesh.vertices) points.push_back({v.x, v.y, v.z});
+    std::vector<bob::Mesh::Uv> uv(points.size());
+    for (auto& place : uv) place = {random(-1, 2), random(-1, 2)};
+    std::vector<float> alphas(points.size());
+    for (float& alpha : alphas) alpha = random(0.5f, 1);
+    const std::vector<std::uint8_t> texels(8 * 8 * 3, 100);
+    std::vector<std::uint8_t> alpha(8 * 8);
+    for (auto& value : alpha) value = static_cast<std::uint8_t>(random(0, 255.9f));
+    const auto texture = std::make_shared<bob::Texture>(texels, 8, 8, bob::Wrap::repeat, bob::Wrap::mirror, alpha);
+
+    const auto made = [&](std::span<const bob::Triangle> triangles, float cutoff) {
+        bob::Mesh::Arrays arrays{points, triangles, {}, nullptr};
+        arrays.uv = uv, arrays.texture = texture, arrays.alphas = alphas, arrays.alpha_cutoff = cutoff;
+        auto shape = std::make_unique<bob::Mesh>(arrays, bob::Sphere{});
+        shape->prepare();
+        return shape;
+    };
+    for (const float cutoff : {0.f, 0.4f, 1.f}) {
+        const auto shape = made(mesh.triangles, cutoff);
+        test::for_each_isa([&] {
+            test::Random rays(5);
+            std::vector<Ray> all;
+            for (int i = 0; i < 500; ++i) all.push_back(random_ray(rays));
+            std::vector<float> nearest(all.size(), HUGE_VALF);
+            for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+                const auto alone = made({&mesh.triangles[i], 1}, 0);  // without holes
+                std::vector<Hit> hits(all.size());
+                alone->closest_hits(all, hits);
+                for (std::size_t j = 0; j < all.size(); ++j) {
+                    const auto [t, u, v, primitive] = hits[j];
+                    if (primitive == bob::no_primitive) continue;
+                    const auto& [a, b, c] = mesh.triangles[i];
+                    const float w = 1 - u - v;
+                    const float opacity = texture->alpha(u * uv[a][0] + v * uv[b][0] + w * uv[c][0],
+                                                         u * uv[a][1] + v * uv[b][1] + w * uv[c][1]) *
+                                          (alphas[c] + u * (alphas[a] - alphas[c]) + v * (alphas[b] - alphas[c]));
+                    if (opacity >= cutoff) nearest[j] = std::min(nearest[j], t);
+                }
+            }
+            std::vector<Hit> hits(all.size());
+            shape->closest_hits(all, hits);
+            int found = 0;
+            for (std::size_t j = 0; j < all.size(); ++j) {
+                CHECK_EQ(hits[j].t, nearest[j]);
+                found += hits[j].primitive != bob::no_primitive;
+            }
+            if (cutoff < 1) CHECK_LT(100, found);
+        });
+    }
+}

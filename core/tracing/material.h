@@ -74,7 +74,7 @@ inline Vec3 physical(Vec3 normal, Vec3 color, const Material& material, const Li
     const float spread = a2 * nh * nh + dot(aside, aside), distribution = a2 / (pi * spread * spread);
     const auto shadowed = [=](float x) { return x + std::sqrt(a2 + (1 - a2) * x * x); };
     const float visibility = 1 / (shadowed(nl) * shadowed(nv));
-    const float schlick = std::pow(1 - vh, 5.f), facets = nl > 0 ? distribution * visibility : 0;
+    const float beside = 1 - vh, schlick = beside * beside * beside * beside * beside, facets = nl > 0 ? distribution * visibility : 0;
 
     // Karis' fit: what of the surroundings is reflected, f0 times the first and the second.
     const float r0 = 1 - roughness, r1 = 0.0425f - 0.0275f * roughness, r2 = 1.04f - 0.572f * roughness;
@@ -91,31 +91,31 @@ inline Vec3 physical(Vec3 normal, Vec3 color, const Material& material, const Li
     return result;
 }
 
-/// Linear RGB, 0..1, of a surface with unit `normal` in screen space, and of its own `color`, as that of the material.
-inline Vec3 shaded(Vec3 normal, Vec3 color, const Material& material, const Light& light = Light::of_the_camera()) {
-    Vec3 result;
-    if (material.is_physical()) {
-        result = physical(normal, color, material, light);
-    } else {
-        const BlinnPhong shade(normal, material, light);
-        result = shade.body * color + Vec3{shade.highlight, shade.highlight, shade.highlight};
-    }
-    result = result + Material::rounded(material.emissive);
-    for (int k = 0; k < 3; ++k) result[k] = std::clamp(result[k], 0.f, 1.f);
-    return result;
-}
+/// What a surface looks like.
+struct Shade {
+    Vec3 color;  // linear RGB, 0..1
+    float gray;  // the luminance of the same before it is clamped, clamped
+};
 
-/// The luminance of the same before it is clamped, clamped.
-inline float shaded_gray(Vec3 normal, Vec3 color, const Material& material, const Light& light = Light::of_the_camera()) {
-    float gray;
+/// Of a surface with unit `normal` in screen space, and of its own `color`, as that of the material.
+inline Shade shaded(Vec3 normal, Vec3 color, const Material& material, const Light& light = Light::of_the_camera()) {
+    Shade shade;
     if (material.is_physical()) {
-        gray = luminance(physical(normal, color, material, light));
+        shade.color = physical(normal, color, material, light);
+        shade.gray = luminance(shade.color);
     } else {
-        const BlinnPhong shade(normal, material, light);
-        gray = luminance(color) * shade.body + shade.highlight;
+        const BlinnPhong reflected(normal, material, light);
+        shade.color = reflected.body * color + Vec3{reflected.highlight, reflected.highlight, reflected.highlight};
+        shade.gray = luminance(color) * reflected.body + reflected.highlight;
     }
-    if (material.emits()) gray += luminance(Material::rounded(material.emissive));
-    return std::clamp(gray, 0.f, 1.f);
+    if (material.emits()) {
+        const Vec3 emitted = Material::rounded(material.emissive);
+        shade.color = shade.color + emitted;
+        shade.gray += luminance(emitted);
+    }
+    for (int k = 0; k < 3; ++k) shade.color[k] = std::clamp(shade.color[k], 0.f, 1.f);
+    shade.gray = std::clamp(shade.gray, 0.f, 1.f);
+    return shade;
 }
 
 }  // namespace bob

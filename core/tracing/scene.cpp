@@ -202,29 +202,27 @@ void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) co
 }
 
 void Scene::normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const {
-    std::fill(normals.begin(), normals.end(), Vec3{});
-    for_each_group(instances_, rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, Batch& batch) {
-        const std::size_t count = hit_rays.size();
-        instance.shape->normals({batch.rays.data(), count}, {batch.hits.data(), count}, {batch.vectors.data(), count});
-        const bool moved = !stands_as_it_is(instance);
-        for (std::size_t j = 0; j < count; ++j) {
-            const Vec3 normal = batch.vectors[j];
-            normals[hit_rays[j].ray] = moved ? instance.to_shape.normal_back(normal) : normal;
-        }
-    });
+    normals_and_colors(rays, hits, {}, normals, {});
 }
 
-void Scene::colors(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<const float> widths,
-                   std::span<Vec3> colors) const {
+void Scene::normals_and_colors(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<const float> widths,
+                               std::span<Vec3> normals, std::span<Vec3> colors) const {
+    std::fill(normals.begin(), normals.end(), Vec3{});
     std::fill(colors.begin(), colors.end(), Vec3{1, 1, 1});
-    if (!has_colored_shapes_) return;
     for_each_group(instances_, rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, Batch& batch) {
-        if (!instance.shape->is_colored()) return;
         const std::size_t count = hit_rays.size();
+        const std::span<const Ray> met{batch.rays.data(), count};
+        const std::span<const Hit> found{batch.hits.data(), count};
+        const std::span<Vec3> vectors{batch.vectors.data(), count};
+        instance.shape->normals(met, found, vectors);
+        const bool moved = !stands_as_it_is(instance);
+        for (std::size_t j = 0; j < count; ++j) {
+            normals[hit_rays[j].ray] = moved ? instance.to_shape.normal_back(vectors[j]) : vectors[j];
+        }
+        if (colors.empty() || !instance.shape->is_colored()) return;
         for (std::size_t j = 0; j < count; ++j) batch.start[j] = widths[hit_rays[j].ray];
-        instance.shape->colors({batch.rays.data(), count}, {batch.hits.data(), count}, {batch.start.data(), count},
-                               {batch.vectors.data(), count});
-        for (std::size_t j = 0; j < count; ++j) colors[hit_rays[j].ray] = batch.vectors[j];
+        instance.shape->colors(met, found, {batch.start.data(), count}, vectors);
+        for (std::size_t j = 0; j < count; ++j) colors[hit_rays[j].ray] = vectors[j];
     });
 }
 

@@ -45,10 +45,10 @@ public:
     /// The shading normal at each hit: unit length, turned to the side that the ray came from; zero where a ray missed.
     void normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const;
 
-    /// The colour of the shape's surface at each hit, linear RGB, without the material's; white where a ray missed. Each hit is
-    /// seen through a pixel of that width, in lengths of its ray's direction.
-    void colors(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<const float> widths,
-                std::span<Vec3> colors) const;
+    /// The same, and the colour of the shape's surface at each hit, linear RGB, without the material's; white where a ray missed.
+    /// Each hit is seen through a pixel of that width, in lengths of its ray's direction.
+    void normals_and_colors(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<const float> widths,
+                            std::span<Vec3> normals, std::span<Vec3> colors) const;
 
     /// Whether any shape has colours of its own.
     [[nodiscard]] bool has_colored_shapes() const { return has_colored_shapes_; }

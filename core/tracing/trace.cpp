@@ -76,10 +76,8 @@ void write_all(const Batch& batch, std::size_t count, float* samples, std::size_
 Write writer_of(const Channel& channel) {
     constexpr std::pair<Channel, Write> writers[] = {
         {channels::mask, write_all<[](const Surface&, float* to) { *to = 1; }>},
-        {channels::gray, write_all<[](const Surface& s, float* to) { *to = shaded_gray(s.normal, s.color, *s.material, *s.light); }>},
         {channels::depth, write_all<[](const Surface& s, float* to) { *to = s.depth; }>},
         {channels::normal, write_all<[](const Surface& s, float* to) { to[0] = s.normal.x, to[1] = s.normal.y; }>},
-        {channels::color, write_all<[](const Surface& s, float* to) { put(shaded(s.normal, s.color, *s.material, *s.light), to); }>},
         {channels::albedo, write_all<[](const Surface& s, float* to) { put(s.color, to); }>},
         {channels::alpha, write_all<[](const Surface&, float* to) { *to = 1; }>},
         {channels::variance, write_all<[](const Surface&, float* to) { *to = 0; }>},
@@ -89,6 +87,18 @@ Write writer_of(const Channel& channel) {
         if (written == channel) return write;
     }
     throw std::invalid_argument("the tracer has no channel " + std::string(channel.name));
+}
+
+/// Writes gray and color, whose light is the same: each from its place in a sample on, or not if that is below 0.
+void write_shades(const Batch& batch, std::size_t count, float* samples, std::size_t width, int gray, int color) {
+    if (gray < 0 && color < 0) return;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Surface& s = batch.surfaces[i];
+        float* const sample = samples + batch.sample[i] * width;
+        const Shade shade = shaded(s.normal, s.color, *s.material, *s.light);
+        if (gray >= 0) sample[gray] = shade.gray;
+        if (color >= 0) put(shade.color, sample + color);
+    }
 }
 
 /// The numbers of the pixels, tile by tile of the image, so that rays traced together are neighbours: of all pixels in tiles
@@ -123,8 +133,10 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
     const Projection projection(camera, height, width);
     std::vector<std::pair<std::size_t, Write>> writers;
     for (const Channel& channel : layout) {
+        if (channel == channels::gray || channel == channels::color) continue;
         writers.emplace_back(static_cast<std::size_t>(layout.place(channel)), writer_of(channel));
     }
+    const int gray = layout.place(channels::gray), color = layout.place(channels::color);
     const std::vector<float> missed = layout.missed();
     const std::size_t components = missed.size();
     const std::span<const std::uint32_t> order = by_tiles(pixels, height, width);
@@ -137,14 +149,17 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
         }
         const std::span<const Ray> rays{batch.rays.data(), count};
         scene.closest_hits(rays, {batch.hits.data(), count});
-        scene.normals(rays, {batch.hits.data(), count}, {batch.normals.data(), count});
-        if (scene.has_colored_shapes()) {
+        const std::span<const SceneHit> hits{batch.hits.data(), count};
+        const std::span<Vec3> normals{batch.normals.data(), count};
+        if (!scene.has_colored_shapes()) {
+            scene.normals(rays, hits, normals);
+        } else {
             for (std::size_t j = 0; j < count; ++j) {
                 if (batch.hits[j].instance == no_instance) continue;
                 const float depth = projection.depth(rays[j].origin + batch.hits[j].t * rays[j].direction);
                 batch.widths[j] = projection.pixel_width(depth) / length(rays[j].direction);
             }
-            scene.colors(rays, {batch.hits.data(), count}, {batch.widths.data(), count}, {batch.colors.data(), count});
+            scene.normals_and_colors(rays, hits, {batch.widths.data(), count}, normals, {batch.colors.data(), count});
         }
         for (std::size_t j = 0; j < count; ++j) {
             const SceneHit& hit = batch.hits[j];
@@ -159,11 +174,12 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
                 light = &batch.lights[found];
             }
             const Material& material = scene[hit.instance].material;
-            const Vec3 color = scene.has_colored_shapes() ? product(material.base_color(), batch.colors[j]) : material.base_color();
-            batch.surfaces[found] = {normal, projection.depth(point), hit.instance, color, &material, light};
+            const Vec3 own = scene.has_colored_shapes() ? product(material.base_color(), batch.colors[j]) : material.base_color();
+            batch.surfaces[found] = {normal, projection.depth(point), hit.instance, own, &material, light};
             batch.sample[found++] = batch.sample[j];
         }
         for (const auto& [place, write] : writers) write(batch, found, samples, components, place);
+        write_shades(batch, found, samples, components, gray, color);
     });
 }
 
@@ -190,14 +206,11 @@ void shade(const Scene& scene, const Camera& camera, int height, int width, cons
             const Light light = projection.in_perspective()
                                     ? light_at(projection, static_cast<float>(row), static_cast<float>(column))
                                     : Light::of_the_camera();
-            if (!in_color) {
-                gray[i] = shaded_gray(normal, material.base_color(), material, light);
-                continue;
-            }
-            const Vec3 own{albedo[i], albedo[pixels + i], albedo[2 * pixels + i]};
-            gray[i] = shaded_gray(normal, own, material, light);
-            const Vec3 shade = shaded(normal, own, material, light);
-            color[i] = shade.x, color[pixels + i] = shade.y, color[2 * pixels + i] = shade.z;
+            const Vec3 own = in_color ? Vec3{albedo[i], albedo[pixels + i], albedo[2 * pixels + i]} : material.base_color();
+            const Shade shade = shaded(normal, own, material, light);
+            gray[i] = shade.gray;
+            if (!in_color) continue;
+            color[i] = shade.color.x, color[pixels + i] = shade.color.y, color[2 * pixels + i] = shade.color.z;
         }
     });
 }

@@ -31,14 +31,15 @@ class Shape:
         """Of what rays need."""
 
 class Texture:
-    """`texels` (height, width, 3) are sRGB, from the top row down; wraps: repeat, clamp or mirror."""
+    """`texels` (height, width, 3) are sRGB, from the top row down, `alpha` (height, width); wraps: repeat, clamp or
+    mirror."""
 
-    def __init__(self, texels: U8, across: str, down: str) -> None: ...
+    def __init__(self, texels: U8, across: str, down: str, alpha: U8 | None = None) -> None: ...
     def __call__(self, uv: F32, widths: F32) -> F32: ...
 
 class Mesh(Shape):
-    """The arrays, `vertices` (v, 3), `triangles` (t, 3), `normals` and `colors` (v, 3), `face_colors` (t, 3) and `uv`
-    (v, 2), must not change while it lives."""
+    """The arrays, `vertices` (v, 3), `triangles` (t, 3), `normals` and `colors` (v, 3), `face_colors` (t, 3), `uv`
+    (v, 2) and `alphas` (v,), must not change while it lives."""
 
     def __init__(
         self,
@@ -49,6 +50,8 @@ class Mesh(Shape):
         face_colors: F32 | None = None,
         uv: F32 | None = None,
         texture: Texture | None = None,
+        alphas: F32 | None = None,
+        alpha_cutoff: float = 0,
     ) -> None: ...
     def corner_normals(self) -> F32:
         """The unit normals at the corners of its triangles, (t, 3, 3)."""

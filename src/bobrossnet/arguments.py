@@ -54,10 +54,15 @@ def add_orbit(parser: argparse.ArgumentParser) -> None:
     home = Camera()
     for name, angle in (("azimuth", home.azimuth), ("elevation", home.elevation), ("roll", home.roll)):
         parser.add_argument(f"--{name}", type=float, default=angle, metavar="DEGREES", help=f"default: {angle:g}")
+    add_fov(parser)
+
+
+def add_fov(parser: argparse.ArgumentParser) -> None:
+    """Add --fov, the lens of a camera."""
     parser.add_argument(
         "--fov",
         type=float,
-        default=home.fov,
+        default=Camera().fov,
         metavar="DEGREES",
         help="perspective: the angle of the picture's height, such as 35 (default: 0, orthographic)",
     )

@@ -20,7 +20,17 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import quote
 
 from bobrossnet import __version__, starting
-from bobrossnet.arguments import add_files, add_up, positive, scene_of, with_lists_joined
+from bobrossnet.arguments import (
+    BLACK,
+    add_background,
+    add_files,
+    add_fov,
+    add_up,
+    background,
+    positive,
+    scene_of,
+    with_lists_joined,
+)
 from bobrossnet.commands import complete, orbit, render, thumbs
 from bobrossnet.learn.commands import add_commands
 from bobrossnet.machine import limit_memory
@@ -125,6 +135,8 @@ def parser() -> argparse.ArgumentParser:
     view.add_argument("--port", type=int, default=0, help="of the page; 0 takes a free one (default: 0)")
     view.add_argument("--no-browser", action="store_true", help="only print the page's address")
     add_up(view)
+    add_fov(view)
+    add_background(view, BLACK)
     view.add_argument(
         "--export",
         metavar="PAGE.html|DIR",
@@ -176,17 +188,19 @@ def _view(options: argparse.Namespace) -> None:
 
     from bobrossnet.page.export import export, export_file
     from bobrossnet.page.files import page_files, scene_path, tree
+    from bobrossnet.page.look import attributes
     from bobrossnet.page.server import Server
 
     limit_memory()
+    look = attributes(options.fov, background(options.background))
     files = options.files
     name = Path(files[0]).stem if len(files) == 1 else "scene"
     scene = scene_of(options) if files else None
     if options.export is not None and Path(options.export).suffix.lower() == ".html":
-        export_file(scene or tree(), name if files else "happy tree", Path(options.export))
+        export_file(scene or tree(), name if files else "happy tree", Path(options.export), look)
         print(f"wrote {options.export}: one file, which any browser can show")
         return
-    with page_files(scene, name) as page:
+    with page_files(scene, name, look) as page:
         if options.export is not None:
             export(page, Path(options.export))
             print(f"wrote {options.export}: {len(page)} files, which any web server can show")

@@ -31,9 +31,9 @@ from bobrossnet.tracing.scene import MAX_INSTANCES, Scene, SceneLike, as_scene
 
 ENDING = ".bob"
 FORMAT = "bobrossnet-scene"
-VERSIONS = ("1", "2", "3")
-"""The second has colours of meshes, and metallicity and roughness, the third meshes in formulas. Scenes are written in
-the first that has what they need."""
+VERSIONS = ("1", "2", "3", "4")
+"""The second has colours of meshes, and metallicity and roughness, the third meshes in formulas, the fourth alphas of
+meshes. Scenes are written in the first that has what they need."""
 
 KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Brep, Implicit, Mesh, Tube)}
 """The shapes that files can hold, by the word for them there."""
@@ -105,12 +105,16 @@ def packed(scene: SceneLike) -> bytes:
     is_colored = any(not PHYSICAL.isdisjoint(fields) for fields in materials.values()) or any(
         instance.shape.is_colored for instance in placed
     )
-    has_meshes = any(name.endswith("mesh_sizes") for name in tensors)
-    data = layout(content, tensors, VERSIONS[2 if has_meshes else is_colored])
+    needs = {"1": True, "2": is_colored, "3": _any(tensors, "mesh_sizes"), "4": _any(tensors, ".alpha_cutoff")}
+    data = layout(content, tensors, max(version for version in VERSIONS if needs[version]))
     _check_header(data, "scene: ")
     if len(data) > MAX_BYTES:
         raise InputError(f"scene: expected at most {MAX_BYTES:,} bytes, which can be read again, got {len(data):,}")
     return sealed(data)
+
+
+def _any(tensors: Mapping[str, NDArray[Any]], ending: str) -> bool:
+    return any(name.endswith(ending) for name in tensors)
 
 
 def check_scene_path(path: str | os.PathLike[str]) -> Path:

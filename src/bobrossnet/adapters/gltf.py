@@ -116,7 +116,9 @@ def _parts(tree: dict[str, Any], buffers: _Buffers) -> list[Part]:
         stored = loaded["geometry"].get(edge.get("geometry"), {})
         if "faces" in stored:
             total = counted(total, len(stored["faces"]) + len(stored["vertices"]))
-            parts.append(placed(_colored(trimesh_part(stored), stored, surfaces), matrix))
+            part = _colored(trimesh_part(stored), stored, surfaces)
+            if (part.surface.alpha_cutoff or 0) <= 1:  # else all of it is cut out
+                parts.append(placed(part, matrix))
     return parts
 
 
@@ -140,8 +142,11 @@ def _colored(part: Part, stored: dict[str, Any], surfaces: GltfSurfaces) -> Part
     found = stored.get("vertex_attributes", {})
     material = next((int(name.removeprefix(MATERIAL)) for name in found if name.startswith(MATERIAL)), None)
     colors, uv = (_normalized(found.get(name)) for name in (COLORS, UV))
+    if colors is not None and colors.ndim != 2:
+        colors = None
     return part._replace(
-        colors=colors[:, :3] if colors is not None and colors.ndim == 2 else None,
+        colors=None if colors is None else colors[:, :3],
+        alphas=None if colors is None or material is None else surfaces.alphas(material, colors),
         uv=uv if uv is None or material is None else surfaces.on_texture(material, uv),
         surface=Surface() if material is None else surfaces[material],
     )

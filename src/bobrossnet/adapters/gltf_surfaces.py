@@ -47,10 +47,12 @@ class GltfSurfaces(dict[int, Surface]):
             return Surface()
         material = self.material(number)
         name = material.get("name")
+        texture = self._texture(self._base_color(number))
         surface = self[number] = Surface(
             self._reflecting(material),
-            self._texture(self._base_color(number)),
+            texture,
             one_line(name) if isinstance(name, str) and name else None,
+            self._cutoff(material, texture),
         )
         return surface
 
@@ -84,6 +86,10 @@ class GltfSurfaces(dict[int, Surface]):
         x, y = uv[:, 0] * wide, uv[:, 1] * high
         return np.stack([cos * x + sin * y + u, cos * y - sin * x + v], axis=1)
 
+    def alphas(self, number: Any, colors: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """Those of vertices, (V, 1), as far as the material looks at them."""
+        return colors[:, 3:] if self.material(number).get("alphaMode") == "MASK" and colors.shape[1] == 4 else None
+
     def _base_color(self, number: Any) -> dict[str, Any]:
         return _object(_object(self.material(number), "pbrMetallicRoughness"), "baseColorTexture")
 
@@ -95,6 +101,16 @@ class GltfSurfaces(dict[int, Surface]):
             roughness=unit(pbr.get("roughnessFactor"), 1),
             emissive=_rgb(material.get("emissiveFactor"), 0),
         )
+
+    def _cutoff(self, material: dict[str, Any], texture: Texture | None) -> float | None:
+        """Of the texture's alpha times the vertices'. The material's own divides what their product is compared with;
+        above 1, nothing is seen."""
+        mode, cutoff = material.get("alphaMode"), _finite(material.get("alphaCutoff"), 0.5)
+        if mode != "MASK":
+            return texture.half if texture and mode == "BLEND" else None
+        factor = _object(material, "pbrMetallicRoughness").get("baseColorFactor")
+        alpha = unit(factor[3], 1) if isinstance(factor, list) and len(factor) == 4 else 1.0
+        return max(cutoff, 0.0) / alpha if alpha else math.inf if cutoff > 0 else None
 
     def _texture(self, info: dict[str, Any]) -> Texture | None:
         if "index" not in info:
@@ -111,7 +127,7 @@ class GltfSurfaces(dict[int, Surface]):
 
     def _picture(self, number: int) -> Texture | None:
         try:
-            return Texture(decoded(self._content(_item(self.tree, "images", number))))
+            return decoded(self._content(_item(self.tree, "images", number)))
         except InputError as error:
             warn_of(self.model, f"texture {number} was left out: {error}")
             return None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.adapters.part import Part, concatenated, pieces
-from bobrossnet.adapters.surface import Surface, Texture
+from bobrossnet.adapters.surface import Surface
 from bobrossnet.errors import InputError
 from bobrossnet.shapes.affine import MAX_COORDINATE
 from bobrossnet.shapes.mesh import Mesh
@@ -81,6 +81,7 @@ class Joined(NamedTuple):
                 some(part.normals, used),
                 some(part.colors, used),
                 some(part.face_colors, triangles),
+                some(part.alphas, used),
                 some(part.uv, used),
             ),
             self.surfaces,
@@ -91,13 +92,13 @@ class Joined(NamedTuple):
         """One for each surface; of several, those have names of their own that have one in the file."""
         if self.surface is None:
             (surface,) = self.surfaces
-            return [Instance(_mesh(self.part, surface.texture), material=surface.material, name=name)]
+            return [Instance(_mesh(self.part, surface), material=surface.material, name=name)]
         instances = []
         whole = self._replace(part=_with_normals(self.part))
         for number, surface in enumerate(self.surfaces):
             triangles = self.surface == number
             if triangles.any():
-                mesh = _mesh(whole.of(triangles).part, surface.texture)
+                mesh = _mesh(whole.of(triangles).part, surface)
                 instances.append(Instance(mesh, material=surface.material, name=surface.name or name))
         return instances
 
@@ -108,7 +109,7 @@ class Joined(NamedTuple):
         if (colors != 1).any():
             own = np.ones(part.triangles.shape) if part.face_colors is None else part.face_colors
             part = part._replace(face_colors=own * colors[0 if self.surface is None else self.surface])
-        return _mesh(part, self.surfaces[0].texture if self.surface is None else None)
+        return _mesh(part, self.surfaces[0] if self.surface is None else Surface())
 
 
 def joined(parts: Sequence[Part]) -> Joined:
@@ -128,6 +129,7 @@ def joined(parts: Sequence[Part]) -> Joined:
         _field(parts, "normals", "vertices", 3, np.nan),
         _colors(_field(parts, "colors", "vertices", 3, 1)),
         _colors(_field(parts, "face_colors", "triangles", 3, 1)),
+        _colors(_field(parts, "alphas", "vertices", 1, 1)),
         _on_texture(_field(parts, "uv", "vertices", 2, 0)),
     )
     shown = [part.surface if part.uv is not None else part.surface._replace(texture=None) for part in parts]
@@ -150,7 +152,7 @@ def _field(parts: Sequence[Part], name: str, like: str, width: int, fill: float)
 
 
 def _colors(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-    """Colours that can be shown; None if all are white."""
+    """Colours or alphas that can be shown; None if all are 1."""
     if values is None:
         return None
     values = np.clip(np.nan_to_num(values, nan=1), 0, 1)
@@ -162,11 +164,17 @@ def _on_texture(uv: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
     return None if uv is None else np.where((np.abs(uv) <= MAX_TILES).all(axis=1, keepdims=True), uv, 0)
 
 
-def _mesh(part: Part, texture: Texture | None) -> Mesh:
-    laid: dict[str, Any] = {}
+def _mesh(part: Part, surface: Surface) -> Mesh:
+    colors, texture, cutoff, held = part.colors, surface.texture, surface.alpha_cutoff, dict[str, Any]()
     if texture is not None:
-        laid = {"uv": part.uv, "texture": texture.texels, "wrap": texture.wrap}
-    return Mesh(part.vertices, part.triangles, part.normals, colors=part.colors, face_colors=part.face_colors, **laid)
+        alpha = None if cutoff is None else texture.alpha
+        texels = texture.texels if alpha is None else np.dstack([texture.texels, alpha])
+        held |= {"uv": part.uv, "texture": texels, "wrap": texture.wrap}
+    if cutoff is not None:
+        held["alpha_cutoff"] = cutoff
+        if part.alphas is not None:
+            colors = np.hstack([np.ones((len(part.vertices), 3)) if colors is None else colors, part.alphas])
+    return Mesh(part.vertices, part.triangles, part.normals, colors=colors, face_colors=part.face_colors, **held)
 
 
 def _with_normals(part: Part) -> Part:
@@ -182,6 +190,7 @@ def _with_normals(part: Part) -> Part:
         triangles=np.arange(len(corners)).reshape(-1, 3),
         normals=shaded.corner_normals().reshape(-1, 3).astype(np.float64),
         colors=None if part.colors is None else part.colors[corners],
+        alphas=None if part.alphas is None else part.alphas[corners],
         uv=None if part.uv is None else part.uv[corners],
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from bobrossnet.adapters.beside import Beside
 from bobrossnet.adapters.messages import one_line, warn_of
-from bobrossnet.adapters.surface import Surface, Textures, path_of, unit
+from bobrossnet.adapters.surface import Surface, Texture, Textures, path_of, unit
 from bobrossnet.color import from_srgb
 from bobrossnet.errors import InputError
 from bobrossnet.tracing.material import Material
@@ -60,24 +60,30 @@ def _libraries(model: Path, lines: Sequence[bytes]) -> list[bytes]:
 
 
 def _surface(name: bytes, of: dict[bytes, list[bytes]], textures: Textures, folder: PurePosixPath) -> Surface:
-    texture = None
-    if words := of.get(b"map_kd"):
-        file, clamped = _map(words)
-        texture = textures[folder / path_of(file)] if file else None
-        if texture and clamped:
-            texture = texture._replace(wrap=("clamp", "clamp"))
+    texture, mask = (_texture(of.get(word), textures, folder) for word in (b"map_kd", b"map_d"))
     # Exporters write any Kd beside a texture, and importers such as Blender's do not look at it.
     color = (1.0, 1.0, 1.0) if texture else _color(of.get(b"kd"), 1)
+    if mask:
+        texture = textures.masked(texture, mask)
+    cutoff = texture.half if texture else None
     label = one_line(name.decode("utf-8", "replace")) or None
     emissive = _color(of.get(b"ke"), 0)
     if b"pm" in of or b"pr" in of:
         metallic, roughness = (unit(_finite(of.get(word)), otherwise) for word, otherwise in ((b"pm", 0), (b"pr", 0.5)))
-        return Surface(Material(color, metallic=metallic, roughness=roughness, emissive=emissive), texture, label)
+        material = Material(color, metallic=metallic, roughness=roughness, emissive=emissive)
+        return Surface(material, texture, label, cutoff)
     # Highlights of full strength are common in files and wash colours out: Ks scales the one that surfaces have here.
     specular = 0.2 * max(_color(of.get(b"ks"), 1))
     exponent = float(_finite(of.get(b"ns")) or 0)
     shininess = min(exponent, 10_000) if exponent >= 1 else 32
-    return Surface(Material(color, specular=specular, shininess=shininess, emissive=emissive), texture, label)
+    material = Material(color, specular=specular, shininess=shininess, emissive=emissive)
+    return Surface(material, texture, label, cutoff)
+
+
+def _texture(words: list[bytes] | None, textures: Textures, folder: PurePosixPath) -> Texture | None:
+    file, clamped = _map(words or [])
+    texture = textures[folder / path_of(file)] if file else None
+    return texture._replace(wrap=("clamp", "clamp")) if texture and clamped else texture
 
 
 def _map(words: list[bytes]) -> tuple[bytes, bool]:

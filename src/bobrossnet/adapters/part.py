@@ -56,8 +56,8 @@ def lines_of(data: bytes) -> Iterator[bytes]:
 class Part(NamedTuple):
     """One mesh of a file, as it came: indices unchecked, numbers perhaps not finite.
 
-    Missing normals are None for the whole part, NaN for single vertices; colours that are missing or not finite are
-    white.
+    Missing normals are None for the whole part, NaN for single vertices; colours and alphas that are missing or not
+    finite are 1.
     """
 
     vertices: NDArray[np.float64]  # (V, 3)
@@ -65,6 +65,7 @@ class Part(NamedTuple):
     normals: NDArray[np.float64] | None = None  # (V, 3)
     colors: NDArray[np.float64] | None = None  # (V, 3), linear RGB
     face_colors: NDArray[np.float64] | None = None  # (T, 3), linear RGB
+    alphas: NDArray[np.float64] | None = None  # (V, 1)
     uv: NDArray[np.float64] | None = None  # (V, 2), of the surface's texture, from its top left on
     surface: Surface = Surface()
 

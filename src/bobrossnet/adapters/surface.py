@@ -26,6 +26,14 @@ class Texture(NamedTuple):
     texels: NDArray[np.uint8]
     """(H, W, 3) sRGB, row 0 at the top."""
     wrap: tuple[str, str] = ("repeat", "repeat")
+    alpha: NDArray[np.uint8] | None = None
+    """(H, W); None if all is opaque."""
+
+    @property
+    def half(self) -> float | None:
+        """The cutoff for what is transparent by degrees: half, so that a ray meets what is seen most. None where
+        nothing is more opaque, as of glass, which is shown as if it were."""
+        return 0.5 if self.alpha is not None and self.alpha.max() >= 128 else None
 
 
 class Surface(NamedTuple):
@@ -34,12 +42,15 @@ class Surface(NamedTuple):
     material: Material = WHITE
     texture: Texture | None = None
     name: str | None = None
+    alpha_cutoff: float | None = None
+    """Where alpha is below it, there is no surface; None where alpha does not matter."""
 
     @property
-    def look(self) -> tuple[Material, int | None, tuple[str, str] | None]:
+    def look(self) -> tuple[Any, ...]:
         """Equal where surfaces look alike."""
-        texels, wrap = self.texture or (None, None)
-        return self.material, None if texels is None else id(texels), wrap
+        texels, wrap, alpha = self.texture or (None, None, None)
+        held = [None if array is None else id(array) for array in (texels, alpha)]
+        return self.material, *held, wrap, self.alpha_cutoff
 
 
 class Textures(dict[PurePosixPath, Texture | None]):
@@ -55,15 +66,30 @@ class Textures(dict[PurePosixPath, Texture | None]):
     def __init__(self, model: Path, beside: Beside) -> None:
         super().__init__()
         self.model, self.beside = model, beside
+        self.with_masks: dict[tuple[int | None, int], Texture] = {}
 
     def __missing__(self, path: PurePosixPath) -> Texture | None:
         texture = None
         try:
-            texture = Texture(decoded(self._read(path)))
+            texture = decoded(self._read(path))
         except InputError as error:
             warn_of(self.model, f"texture {one_line(path)} was left out: {error}")
         self[path] = texture
         return texture
+
+    def masked(self, texture: Texture | None, mask: Texture) -> Texture:
+        """The texture, or a white one, with the alpha of a mask, or with what is bright of one without alpha. A mask of
+        another size lends each texel what is at its centre."""
+        texels, wrap = (np.full_like(mask.texels, 255), mask.wrap) if texture is None else texture[:2]
+        key = None if texture is None else id(texels), id(mask.texels)
+        if key not in self.with_masks:
+            alpha = mask.texels[..., 0] if mask.alpha is None else mask.alpha
+            rows, columns = (
+                (2 * np.arange(size) + 1) * own // (2 * size)
+                for size, own in zip(texels.shape[:2], alpha.shape, strict=True)
+            )
+            self.with_masks[key] = Texture(texels, alpha=np.ascontiguousarray(alpha[np.ix_(rows, columns)]))
+        return self.with_masks[key]._replace(wrap=wrap)
 
     def _read(self, path: PurePosixPath) -> bytes:
         try:
@@ -84,8 +110,8 @@ def texture_beside(model: Path, name: bytes) -> Texture | None:
     return Textures(model, Beside(model))[path_of(name)]
 
 
-def decoded(data: bytes) -> NDArray[np.uint8]:
-    """The texels of a picture's file, (H, W, 3) sRGB; how transparent they are does not matter.
+def decoded(data: bytes) -> Texture:
+    """The texels of a picture's file.
 
     Raises
     ------
@@ -99,7 +125,11 @@ def decoded(data: bytes) -> NDArray[np.uint8]:
             width, height = image.size
             if width * height > MAX_TEXELS:
                 raise InputError(f"expected a picture of at most {MAX_TEXELS:,} texels, got {width} x {height}")
-            return np.array(image.convert("RGB"))
+            if not image.has_transparency_data:
+                return Texture(np.array(image.convert("RGB")))
+            texels = np.array(image.convert("RGBA"))
+            alpha = np.ascontiguousarray(texels[..., 3])
+            return Texture(np.ascontiguousarray(texels[..., :3]), alpha=None if (alpha == 255).all() else alpha)
     except InputError:
         raise
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:  # Pillow's, of broken files

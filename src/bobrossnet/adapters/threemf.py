@@ -1,4 +1,4 @@
-"""3MF: a zip file of XML; objects, where they are built, and the colours of their triangles.
+"""3MF: a zip file of XML; objects, where they are built, the colours of their triangles, and their textures.
 
 It is read here because trimesh 5.2 needs lxml and networkx for it, and walks every path through the
 components, of which a file of a few lines can have 2ⁿ.
@@ -10,15 +10,20 @@ import zlib
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, NamedTuple, TypeAlias
+from typing import IO, TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.adapters.messages import one_line, warn_of
 from bobrossnet.adapters.part import Part, counted, placed
+from bobrossnet.adapters.surface import Surface, Texture, decoded
 from bobrossnet.adapters.xml import read_xml
 from bobrossnet.color import linear
 from bobrossnet.errors import InputError
+
+if TYPE_CHECKING:
+    from zipfile import ZipFile
 
 MAX_INSTANCES = 100_000
 
@@ -35,12 +40,14 @@ class Instance(NamedTuple):
 
 
 class Object(NamedTuple):
-    part: Part
+    parts: list[Part]
     components: list[Instance]
 
 
 def read_3mf(file: Path) -> list[Part]:
     """The meshes of what a 3MF builds, each where it is built.
+
+    A texture that can't be read is left out, with a warning.
 
     Raises
     ------
@@ -62,13 +69,11 @@ def _read_parts(file: Path) -> list[Part]:
     items: list[Instance] = []
     with ZipFile(file) as archive:
         models = [info for info in archive.infolist() if info.filename.lower().endswith(".model")]
-        unpacked = sum(info.file_size for info in models)
-        # Coordinates shrink to a third or a tenth of their text; only a bomb shrinks to a hundredth.
-        if unpacked > 1 << 26 and unpacked > 100 * file.stat().st_size:
-            raise InputError(f"expected a 3MF model, got a zip file that unpacks to {unpacked:,} bytes")
+        _check_unpacked("a 3MF model", sum(info.file_size for info in models), file)
+        textures = _Textures(file, archive)
         for info in models:
             with archive.open(info) as stream:
-                items += _read_model(stream, info.filename.lower().strip("/"), objects)
+                items += _read_model(stream, info.filename.lower().strip("/"), objects, textures)
     if not models:
         raise InputError("expected a 3MF with a 3D/3dmodel.model in it, got none")
 
@@ -83,21 +88,50 @@ def _read_parts(file: Path) -> list[Part]:
         visited += 1
         if visited > MAX_INSTANCES:
             raise InputError("expected finitely many components, got too many; does one hold itself?")
-        total = counted(total, len(found.part.triangles) + len(found.part.vertices))
-        if len(found.part.vertices):
-            parts.append(placed(found.part, matrix))
+        for part in found.parts:
+            total = counted(total, len(part.triangles) + len(part.vertices))
+            if len(part.vertices):
+                parts.append(placed(part, matrix))
         items += [Instance(child, matrix @ relative) for child, relative in found.components]
     return parts
 
 
-def _read_model(stream: IO[bytes], model: str, objects: dict[Key, Object]) -> list[Instance]:
+def _check_unpacked(what: str, unpacked: int, file: Path) -> None:
+    # Coordinates shrink to a third or a tenth of their text, pictures not at all; only a bomb shrinks to a hundredth.
+    if unpacked > 1 << 26 and unpacked > 100 * file.stat().st_size:
+        raise InputError(f"expected {what}, got a zip file that unpacks to {unpacked:,} bytes")
+
+
+class _Textures(dict[str, Texture | None]):
+    """Pictures in a 3MF, by their paths in it; None, with a warning, where one can't be read."""
+
+    def __init__(self, file: Path, archive: ZipFile) -> None:
+        super().__init__()
+        self.file, self.archive = file, archive
+        self.names = {info.filename.lower().strip("/"): info for info in archive.infolist()}
+
+    def __missing__(self, path: str) -> Texture | None:
+        texture = None
+        try:
+            info = self.names.get(path.lower().strip("/"))
+            if info is None:
+                raise InputError("expected a picture in the file, found none of that name")
+            _check_unpacked("a picture", info.file_size, self.file)
+            texture = decoded(self.archive.read(info))
+        except InputError as error:
+            warn_of(self.file, f"texture {one_line(path) or 'without a path'} was left out: {error}")
+        self[path] = texture
+        return texture
+
+
+def _read_model(stream: IO[bytes], model: str, objects: dict[Key, Object], textures: _Textures) -> list[Instance]:
     """Collect the objects of one model file into `objects`; return what it builds."""
     items: list[Instance] = []
     points: list[list[str]] = []
     corners: list[list[str]] = []
     components: list[Instance] = []
     ids: list[str] = []
-    palette = _Palette()
+    palette = _Palette(textures)
     chosen: list[tuple[Swatch, ...]] = []  # of each triangle's corners
     of_object: list[Swatch] = []
 
@@ -123,15 +157,18 @@ def _read_model(stream: IO[bytes], model: str, objects: dict[Key, Object]) -> li
             palette.start(get.get("id", ""))
         elif kind in ("base", "color"):
             palette.add(get.get("displaycolor" if kind == "base" else "color", ""))
+        elif kind == "texture2d":
+            palette.pictures[get.get("id", "")] = get.get("path", ""), _wrap(get, "u"), _wrap(get, "v")
+        elif kind == "texture2dgroup":
+            palette.start(get.get("id", ""), get.get("texid", ""))
+        elif kind == "tex2coord":
+            palette.add_place(_values(kind, get, "u", "v"))
 
     def end(name: str) -> None:
         if _local(name) == "object":
-            part = Part(
-                _numbers(points).reshape(-1, 3),
-                _numbers(corners).astype(np.int64).reshape(-1, 3),
-                face_colors=palette.of_triangles(chosen),
-            )
-            objects[model, ids.pop()] = Object(part, components.copy())
+            vertices = _numbers(points).reshape(-1, 3)
+            triangles = _numbers(corners).astype(np.int64).reshape(-1, 3)
+            objects[model, ids.pop()] = Object(palette.parts(vertices, triangles, chosen), components.copy())
             for read in (points, corners, components, chosen):
                 read.clear()
 
@@ -140,21 +177,71 @@ def _read_model(stream: IO[bytes], model: str, objects: dict[Key, Object]) -> li
 
 
 class _Palette:
-    """The colours of a model, by the ids of their groups and their numbers there."""
+    """The colours of a model, and places on its textures, by the ids of their groups and their numbers there."""
 
-    def __init__(self) -> None:
+    def __init__(self, textures: _Textures) -> None:
+        self.textures = textures
+        self.pictures: dict[str, tuple[str, str, str]] = {}
+        """Path and how they wrap, by the ids of textures."""
+        self.picture_of: dict[str, str] = {}
+        """Ids of textures, by groups of places on them."""
         self.colors: dict[Swatch, tuple[float, float, float]] = {}
+        self.places: dict[Swatch, list[str]] = {}
         self.group, self.count = "", 0
 
-    def start(self, group: str) -> None:
-        """Begin a group."""
+    def start(self, group: str, picture: str | None = None) -> None:
+        """Begin a group, of colours or of places on a texture."""
         self.group, self.count = group, 0
+        if picture is not None:
+            self.picture_of[group] = picture
 
     def add(self, color: str) -> None:
         """Add a colour to the group: sRGB as #rrggbb or #rrggbbaa; white if it is another."""
         with suppress(InputError):
             self.colors[self.group, str(self.count)] = linear("color", color[:7])
         self.count += 1
+
+    def add_place(self, place: list[str]) -> None:
+        """Add a place on its texture to the group."""
+        self.places[self.group, str(self.count)] = place
+        self.count += 1
+
+    def parts(
+        self, vertices: NDArray[np.float64], triangles: NDArray[np.int64], chosen: Sequence[tuple[Swatch, ...]]
+    ) -> list[Part]:
+        """An object in a part for each of its textures, and one for the rest."""
+        if not self.picture_of:
+            return [Part(vertices, triangles, face_colors=self.of_triangles(chosen))]
+        pictures = [self.picture_of.get(swatches[0][0]) if swatches else None for swatches in chosen]
+        parts = []
+        for picture in dict.fromkeys([None, *pictures]):
+            rows = [row for row, own in enumerate(pictures) if own == picture]
+            own, looks = triangles[rows], [chosen[row] for row in rows]
+            if picture is None:
+                parts.append(Part(vertices, own, face_colors=self.of_triangles(looks)))
+            else:
+                parts.append(self._laid(vertices, own, looks, picture))
+        return parts
+
+    def _laid(
+        self,
+        vertices: NDArray[np.float64],
+        triangles: NDArray[np.int64],
+        chosen: Sequence[tuple[Swatch, ...]],
+        picture: str,
+    ) -> Part:
+        """A part on a texture, whose corners are vertices of their own."""
+        path, *wrap = self.pictures.get(picture, ("", "repeat", "repeat"))
+        texture = self.textures[path]
+        none = ["nan", "nan"]
+        uv = _numbers([self.places.get(swatch, none) for own in chosen for swatch in (own * 3)[:3]]).reshape(-1, 2)
+        points, corners = np.vstack([vertices, np.full(3, np.nan)]), triangles.reshape(-1)
+        return Part(
+            points[np.where((corners >= 0) & (corners < len(vertices)), corners, -1)],
+            np.arange(len(corners)).reshape(-1, 3),
+            uv=uv * (1, -1) + (0, 1),  # a 3MF counts from the bottom up
+            surface=Surface(texture=texture and texture._replace(wrap=(wrap[0], wrap[1]))),
+        )
 
     def of_triangles(self, chosen: Sequence[tuple[Swatch, ...]]) -> NDArray[np.float64] | None:
         """Linear RGB, (T, 3), each the mean of what its corners chose; None without colours."""
@@ -165,6 +252,12 @@ class _Palette:
             for swatches in set(chosen)
         }
         return np.array([means[swatches] for swatches in chosen]).reshape(-1, 3)
+
+
+def _wrap(texture: dict[str, str], axis: str) -> str:
+    """How a texture wraps along an axis. What has none there is taken to go on as it ends."""
+    style = texture.get(f"tilestyle{axis}", "wrap")
+    return {"mirror": "mirror", "clamp": "clamp", "none": "clamp"}.get(style, "repeat")
 
 
 def _local(name: str) -> str:

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import shutil
 import zlib
+from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.errors import InputError
 from bobrossnet.page.files import VIEWER, Files, check_built
 from bobrossnet.page.joining import BROUGHT, SINGLE, Modules, brought, joined
+from bobrossnet.page.look import written
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
@@ -33,7 +35,7 @@ PAGE = """<!doctype html>
   <style>{style}</style>
 </head>
 <body>
-<bob-view alt="Picture of {title}" camera-controls></bob-view>
+<bob-view alt="Picture of {title}" camera-controls{look}></bob-view>
 <script type="module">{script}</script>
 </body>
 </html>
@@ -60,8 +62,9 @@ def export(files: Files, folder: Path) -> None:
         raise InputError(f"{folder}: can't write the page there: {error.strerror}") from error
 
 
-def export_file(scene: SceneLike, title: str, file: Path) -> None:
-    """Write a page of a single file, which shows a scene from a disk, from any server, in a frame that may run scripts.
+def export_file(scene: SceneLike, title: str, file: Path, look: Mapping[str, str] | None = None) -> None:
+    """Write a page of a single file, which shows a scene from a disk, from any server, in a frame that may run scripts;
+    `look` is what `look.attributes` makes.
 
     Raises
     ------
@@ -82,7 +85,8 @@ def export_file(scene: SceneLike, title: str, file: Path) -> None:
             "form-action 'none'",
         ]
     )
-    text = PAGE.format(title=escape(title), policy=policy, style=STYLE, script=script)
+    shown = written(look or {})
+    text = PAGE.format(title=escape(title), look=shown, policy=policy, style=STYLE, script=script)
     write_whole(file, text.encode())
 
 

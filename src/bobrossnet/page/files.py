@@ -14,6 +14,7 @@ import bobrossnet as bob
 from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.errors import InputError
 from bobrossnet.page.joining import ENTRIES, Modules, joined
+from bobrossnet.page.look import written
 from bobrossnet.tracing.scene import SceneLike
 
 VIEWER = Path(__file__).parent.parent / "viewer"
@@ -64,7 +65,9 @@ def tree() -> bob.Instance:
 
 
 @contextmanager
-def page_files(scene: SceneLike | None = None, name: str = "scene") -> Iterator[Files]:
+def page_files(
+    scene: SceneLike | None = None, name: str = "scene", look: Mapping[str, str] | None = None
+) -> Iterator[Files]:
     """Everything that the page consists of, while the context lasts.
 
     Parameters
@@ -73,6 +76,8 @@ def page_files(scene: SceneLike | None = None, name: str = "scene") -> Iterator[
         What the page opens with; by default the gallery's first.
     name : str
         The scene's title, and the name of its file.
+    look : mapping, optional
+        What `look.attributes` makes, of all that the page shows.
 
     Raises
     ------
@@ -101,4 +106,7 @@ def page_files(scene: SceneLike | None = None, name: str = "scene") -> Iterator[
             gallery = json.loads((VIEWER / GALLERY).read_bytes())
             opened = {"file": f"../{quote(path)}", "title": name, "kind": "file"}
             files[GALLERY] = json.dumps([opened, *gallery]).encode()
+        if look:
+            text = (VIEWER / "index.html").read_text("utf-8")
+            files["index.html"] = text.replace("<body>", f"<body{written(look, 'data-')}>", 1).encode()
         yield files

@@ -13,11 +13,11 @@ from bobrossnet.errors import InputError
 from bobrossnet.page.export import single_file_parts
 from bobrossnet.page.files import VIEWER
 from bobrossnet.page.joining import BROUGHT, WIDGET, Modules, brought, joined
+from bobrossnet.page.look import css
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.picture.order import Size
 from bobrossnet.picture.rendered import Picture
-from bobrossnet.rendering import Background, background_rows, render
+from bobrossnet.rendering import Background, render
 from bobrossnet.tracing.scene import Scene
 
 NUMBERS = ("azimuth", "elevation", "roll", "zoom", "fov")
@@ -27,15 +27,6 @@ def script(scene: Scene) -> str:
     """The widget's module with all that it needs to show a scene."""
     modules = Modules(VIEWER)
     return joined(Modules(VIEWER, {BROUGHT: brought(modules, single_file_parts(scene))}), WIDGET)
-
-
-def css(background: Background) -> str:
-    """A background as pages have it."""
-    rows = background_rows(background, 2)
-    if rows is None:
-        return "transparent"
-    top, bottom = (f"rgb({', '.join(map(str, color_to_8_bit(row)[0]))})" for row in rows)
-    return f"linear-gradient({top}, {bottom})"
 
 
 def _to_page(camera: Camera, _: Any = None) -> dict[str, float]:

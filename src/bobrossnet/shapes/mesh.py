@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.color import from_srgb, to_srgb
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
+from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, check_number
 from bobrossnet.shapes.affine import UPRIGHT, mapped
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
 
@@ -42,13 +42,16 @@ class Mesh(Shape):
         whose faces meet at less than the crease angle (CONVENTIONS.md) and leaves sharper edges sharp.
     colors, face_colors : (V, 3) and (T, 3) numbers in 0..1, or uint8, optional
         Of vertices, blended between them, and of triangles: linear RGB, or sRGB as uint8. They and the texture are
-        multiplied, as is the material's colour.
+        multiplied, as is the material's colour. Those of vertices may have an alpha, (V, 4).
     uv : (V, 2) numbers, finite, optional
         Where on the texture each vertex is: 0, 0 at its top left, 1, 1 at its bottom right.
-    texture : (H, W, 3) uint8, optional
-        sRGB, row 0 at the top; comes with `uv`. Seen from afar, smaller pictures made of it are taken.
+    texture : (H, W, 3) or (H, W, 4) uint8, optional
+        sRGB, perhaps with an alpha; row 0 at the top; comes with `uv`. Seen from afar, smaller pictures made of it are
+        taken.
     wrap : "repeat", "clamp" or "mirror", or two of these
         What lies beyond the texture's edges, across and down.
+    alpha_cutoff : number in 0..1
+        With an alpha: where that of the texture, times that of the vertices, is below it, there is no surface.
 
     Raises
     ------
@@ -73,9 +76,15 @@ class Mesh(Shape):
     """Linear RGB."""
     face_colors: NDArray[np.float32] | None = None
     """Linear RGB."""
+    alphas: NDArray[np.float32] | None = None
+    """Of vertices, (V,)."""
     uv: NDArray[np.float32] | None = None
     texture: NDArray[np.uint8] | None = None
+    """(H, W, 3)."""
+    texture_alpha: NDArray[np.uint8] | None = None
+    """(H, W)."""
     wrap: tuple[str, str] = ("repeat", "repeat")
+    alpha_cutoff: float = 0.5
 
     def __init__(
         self,
@@ -88,6 +97,7 @@ class Mesh(Shape):
         uv: Any = None,
         texture: Any = None,
         wrap: str | Sequence[str] = "repeat",
+        alpha_cutoff: float = 0.5,
     ) -> None:
         points = check_finite("vertices", check_array("vertices", vertices, (None, 3)))
         corners = check_array("triangles", triangles, (None, 3))
@@ -106,24 +116,30 @@ class Mesh(Shape):
             hint = "one normal per vertex"
             self.normals = frozen(check_array("normals", normals, (len(points), 3), hint=hint), np.float32)
         if colors is not None:
-            self.colors = _linear("colors", colors, len(points), "one colour per vertex")
+            self.colors, self.alphas = _linear(
+                "colors", colors, len(points), "one colour per vertex", _channels(colors)
+            )
         if face_colors is not None:
-            self.face_colors = _linear("face_colors", face_colors, len(corners), "one colour per triangle")
+            self.face_colors, _ = _linear("face_colors", face_colors, len(corners), "one colour per triangle")
         if (uv is None) != (texture is None):
             raise InputError(f"uv: expected uv and texture together, got {'texture' if uv is None else 'uv'} alone")
         if uv is not None:
             places = check_finite("uv", check_array("uv", uv, (len(points), 2), hint="one place per vertex"))
             self.uv = frozen(places, np.float32)
-            texels = check_array("texture", texture, (None, None, 3), hint="red, green and blue last")
+            hint = "red, green and blue last, and alpha if there is one"
+            texels = check_array("texture", texture, (None, None, _channels(texture)), hint=hint)
             if texels.dtype != np.uint8 or texels.size == 0:
                 raise InputTypeError(
                     f"texture: expected uint8 of at least one texel, got {texels.dtype} {texels.shape}"
                 )
-            self.texture = frozen(texels, np.uint8)
+            self.texture = frozen(texels[..., :3], np.uint8)
+            if texels.shape[2] == 4:
+                self.texture_alpha = frozen(texels[..., 3], np.uint8)
             across, down = (wrap, wrap) if isinstance(wrap, str) else wrap
             if across not in WRAPS or down not in WRAPS:
                 raise InputError(f"wrap: expected {', '.join(WRAPS)}, or two of these, got {wrap!r}")
             self.wrap = (across, down)
+        self.alpha_cutoff = check_number("alpha_cutoff", alpha_cutoff, 0, 1)
 
     @classmethod
     def owning(
@@ -145,12 +161,19 @@ class Mesh(Shape):
 
     @cached_property
     def core(self) -> _core.Mesh:
-        texture = None if self.texture is None else _core.Texture(self.texture, *self.wrap)
-        return _core.Mesh(self.vertices, self.triangles, self.normals, self.colors, self.face_colors, self.uv, texture)
+        texture = None if self.texture is None else _core.Texture(self.texture, *self.wrap, self.texture_alpha)
+        cut = self.alphas, self.alpha_cutoff
+        of_vertices = self.normals, self.colors, self.face_colors, self.uv
+        return _core.Mesh(self.vertices, self.triangles, *of_vertices, texture, *cut)
 
     @property
     def is_colored(self) -> bool:
         return not (self.colors is None and self.face_colors is None and self.texture is None)
+
+    @property
+    def has_alpha(self) -> bool:
+        """Whether it may have holes, where its alpha is below the cutoff."""
+        return not (self.alphas is None and self.texture_alpha is None)
 
     def counts(self) -> dict[str, int]:
         return {"triangle": len(self.triangles)}
@@ -162,6 +185,7 @@ class Mesh(Shape):
             "triangles": f"{len(self.triangles):,}",
             "normals": computed if self.normals is None else "stored in the file",
             **({"colours": self._colors()} if self.is_colored else {}),
+            **({"cut out": f"where alpha is below {self.alpha_cutoff:.6g}"} if self.has_alpha else {}),
         }
 
     def _colors(self) -> str:
@@ -175,7 +199,7 @@ class Mesh(Shape):
 
     def tensors(self) -> dict[str, NDArray[Any]]:
         tensors: dict[str, NDArray[Any]] = {"vertices": self.vertices, "triangles": self.triangles}
-        for name in ("normals", "colors", "face_colors", "uv"):
+        for name in ("normals", "colors", "face_colors", "alphas", "uv"):
             tensor = getattr(self, name)
             if tensor is not None:
                 tensors[name] = tensor
@@ -183,14 +207,27 @@ class Mesh(Shape):
             tensors["texture"] = self.texture.reshape(-1, 3)
             wrap = [WRAPS.index(wrap) for wrap in self.wrap]
             tensors["texture_layout"] = np.array([*self.texture.shape[:2], *wrap], np.int32)
+        if self.texture_alpha is not None:
+            tensors["texture_alpha"] = self.texture_alpha.reshape(-1)
+        if self.has_alpha:
+            tensors["alpha_cutoff"] = np.array([self.alpha_cutoff])
         return tensors
 
     @classmethod
     def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Mesh:
         optional = {"normals": "float32", "colors": "float32", "face_colors": "float32", "uv": "float32"}
         of_texture = {"texture": "uint8", "texture_layout": "int32"}
-        check_tensors(tensors, {"vertices": "float64", "triangles": "int32"}, {**optional, **of_texture})
+        of_alpha = {"alphas": "float32", "texture_alpha": "uint8", "alpha_cutoff": "float64"}
+        check_tensors(tensors, {"vertices": "float64", "triangles": "int32"}, {**optional, **of_texture, **of_alpha})
         held: dict[str, Any] = dict(tensors)
+        alphas, alpha, cutoff = (held.pop(name, None) for name in of_alpha)
+        if (cutoff is None) != (alphas is None and alpha is None):
+            raise InputError("alpha_cutoff: expected alphas or texture_alpha together with it")
+        if cutoff is not None:
+            held["alpha_cutoff"] = float(check_array("alpha_cutoff", cutoff, (1,))[0])
+        if alphas is not None:
+            colors = check_array("colors", held.get("colors"), (None, 3))
+            held["colors"] = np.column_stack([colors, check_array("alphas", alphas, (len(colors),))])
         if of_texture.keys() & held.keys():
             texture = check_array("texture", held.get("texture"), (None, 3))
             layout = check_array("texture_layout", held.pop("texture_layout", None), (4,))
@@ -198,6 +235,10 @@ class Mesh(Shape):
             if not (height > 0 and width > 0 and height * width == len(texture) and set(wrap) <= {0, 1, 2}):
                 raise InputError(f"texture_layout: expected height, width and two of 0, 1, 2, got {layout.tolist()}")
             held |= {"texture": texture.reshape(height, width, 3), "wrap": [WRAPS[i] for i in wrap]}
+        if alpha is not None:
+            texels = check_array("texture", held.get("texture"), (None, None, 3))
+            alpha = check_array("texture_alpha", alpha, (texels.shape[0] * texels.shape[1],))
+            held["texture"] = np.dstack([texels, alpha.reshape(texels.shape[:2])])
         return cls(held.pop("vertices"), held.pop("triangles"), **held)
 
     def mesh(self, step: float | None = None) -> Mesh:
@@ -213,7 +254,7 @@ class Mesh(Shape):
             Ends in .stl or .ply (both binary), .obj or .glb. GLB is y-up by its specification, and the mesh is turned
             to that; readers turn it back. STL holds float32 alone, the others do so for normals. Colours are those of
             vertices, 8 bits, linear in GLB, sRGB in PLY and OBJ; STL has none. Where triangles of several colours meet,
-            vertices are written once for each. Textures are left out.
+            vertices are written once for each. Textures are left out, and alphas with them.
 
         Raises
         ------
@@ -266,14 +307,25 @@ class Mesh(Shape):
         return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
 
 
-def _linear(name: str, colors: Any, count: int, hint: str) -> NDArray[np.float32]:
-    """Linear RGB of what users give, one for each of `count`."""
-    array = check_finite(name, check_array(name, colors, (count, 3), hint=hint))
+def _channels(values: Any) -> int:
+    """How many the rows of what users give shall have: 4 where there is an alpha, else 3."""
+    try:
+        return 4 if np.shape(values)[-1:] == (4,) else 3
+    except ValueError:  # of uneven rows, which are refused later
+        return 3
+
+
+def _linear(
+    name: str, colors: Any, count: int, hint: str, channels: int = 3
+) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
+    """Linear RGB of what users give, one for each of `count`, and its alpha if it has four channels."""
+    array = check_finite(name, check_array(name, colors, (count, channels), hint=hint))
     if array.dtype == np.uint8:
-        array = from_srgb(array / 255)
+        array = array / 255
+        array[:, :3] = from_srgb(array[:, :3])
     elif array.size and not (array.min() >= 0 and array.max() <= 1):
         raise InputError(f"{name}: expected numbers in 0..1, or uint8, got {array.min():g}..{array.max():g}")
-    return frozen(array, np.float32)
+    return frozen(array[:, :3], np.float32), frozen(array[:, 3], np.float32) if channels == 4 else None
 
 
 def check_mesh_path(path: str | os.PathLike[str]) -> Path:

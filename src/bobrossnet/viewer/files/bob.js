@@ -19,7 +19,7 @@ import { readContainer, readTensor } from "./safetensors.js";
  * @typedef {import("./safetensors.js").Container} Container
  */
 
-const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2", "3"];
+const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2", "3", "4"];
 
 /** Bytes of JSON that readers of safetensors take, as bobrossnet.adapters.container.MAX_HEADER. */
 const MAX_HEADER = 100_000_000;
@@ -36,6 +36,7 @@ const KINDS = {
   mesh: {
     vertices: ["F64", null, 3], triangles: ["I32", null, 3], "normals?": ["F32", null, 3], "colors?": ["F32", null, 3],
     "face_colors?": ["F32", null, 3], "uv?": ["F32", null, 2], "texture?": ["U8", null, 3], "texture_layout?": ["I32", 4],
+    "alphas?": ["F32", null], "texture_alpha?": ["U8", null], "alpha_cutoff?": ["F64", 1],
   },
   implicit: {
     ops: ["U8", null], operands: ["U32", null, 3], values: ["F64", null], "bounds?": ["F64", 2, 3],
@@ -164,7 +165,8 @@ function checkShape(core, shape) {
       if (shape.normals && shape.normals.length !== shape.vertices.length) {
         throw new CoreError(`normals: expected one for each of ${count} vertices, got ${shape.normals.length / 3}`);
       }
-      return checkColors(shape);
+      checkColors(shape);
+      return checkAlphas(shape);
     }
     case "implicit": {
       const { ops, operands, values, bounds, color_ops, color_operands, color_values, color_roots } = shape;
@@ -211,6 +213,18 @@ function checkColors({ vertices, triangles, colors, face_colors, uv, texture, te
   const [height, width, ...wraps] = texture_layout;
   if (!(height > 0 && width > 0 && 3 * height * width === texture.length && wraps.every((wrap) => wrap >= 0 && wrap <= 2))) {
     throw new CoreError(`texture_layout: expected height, width and two of 0, 1, 2, got ${texture_layout.join(", ")}`);
+  }
+}
+
+/** Throws a CoreError unless a mesh's alphas belong to its colours. @param {import("../shapes/description.js").MeshDescription} mesh */
+function checkAlphas({ colors, texture, alphas, texture_alpha, alpha_cutoff }) {
+  if (!alpha_cutoff !== !(alphas || texture_alpha)) throw new CoreError("alpha_cutoff: expected alphas or texture_alpha together with it");
+  if (alphas && 3 * alphas.length !== (colors?.length ?? 0)) throw new CoreError(`alphas: expected one for each colour, got ${alphas.length}`);
+  if (texture_alpha && 3 * texture_alpha.length !== (texture?.length ?? 0)) {
+    throw new CoreError(`texture_alpha: expected one for each texel, got ${texture_alpha.length}`);
+  }
+  for (const [name, values] of Object.entries({ alphas, alpha_cutoff })) {
+    if (values?.some((/** @type {number} */ value) => !(value >= 0 && value <= 1))) throw new CoreError(`${name}: expected numbers in 0..1`);
   }
 }
 

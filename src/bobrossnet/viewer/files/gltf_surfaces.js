@@ -4,7 +4,7 @@
 import { CoreError, brief } from "../core/errors.js";
 import { WHITE } from "../tracing/description.js";
 import { dataOf } from "./gltf.js";
-import { PLAIN, decoded, unit } from "./surface.js";
+import { PLAIN, decoded, half, unit } from "./surface.js";
 
 /**
  * @typedef {import("./surface.js").Picture} Picture
@@ -37,13 +37,14 @@ export class GltfSurfaces {
     for (const number of new Set(numbers)) {
       if (!(number !== undefined && number < count)) continue;
       const { name, ...material } = this.#material(number), pbr = object(material, "pbrMetallicRoughness");
-      const texture = await this.#texture(this.#baseColor(number));
+      const texture = await this.#texture(this.#baseColor(number)), alphaCutoff = cutoffOf(material, texture);
       this.#surfaces.set(number, {
         material: {
           ...WHITE, color: rgb(pbr.baseColorFactor, 1), emissive: rgb(material.emissiveFactor, 0),
           metallic: unit(pbr.metallicFactor, 1), roughness: unit(pbr.roughnessFactor, 1),
         },
         ...(texture && { texture }),
+        ...(alphaCutoff !== undefined && { alphaCutoff }),
         ...(typeof name === "string" && { name }),
       });
     }
@@ -77,6 +78,11 @@ export class GltfSurfaces {
       const x = uv[i - i % 2] * wide, y = uv[i - i % 2 + 1] * high;
       return i % 2 ? cos * y - sin * x + v : cos * x + sin * y + u;
     });
+  }
+
+  /** Whether a material looks at the alphas of vertices. @param {number | undefined} number */
+  isMasked(number) {
+    return this.#material(number).alphaMode === "MASK";
   }
 
   /** @param {number | undefined} number */
@@ -120,6 +126,20 @@ export class GltfSurfaces {
     const { byteOffset = 0, byteLength = 0 } = item(this.json, "bufferViews", bufferView);
     return this.buffer.slice(byteOffset, byteOffset + byteLength);
   }
+}
+
+/**
+ * Of the texture's alpha times the vertices'. The material's own divides what their product is compared with; above 1, nothing
+ * is seen.
+ *
+ * @param {any} material
+ * @param {Texture | undefined} texture
+ */
+function cutoffOf(material, texture) {
+  if (material.alphaMode !== "MASK") return material.alphaMode === "BLEND" ? half(texture?.picture) : undefined;
+  const { baseColorFactor } = object(material, "pbrMetallicRoughness"), cutoff = Math.max(finite(material.alphaCutoff, 0.5), 0);
+  const alpha = Array.isArray(baseColorFactor) && baseColorFactor.length === 4 ? unit(baseColorFactor[3], 1) : 1;
+  return alpha || cutoff ? cutoff / alpha : undefined;
 }
 
 /** An item of a list; without anything in it if there is none. @param {any} json @param {string} name @param {unknown} number @returns {any} */

@@ -62,8 +62,10 @@ function sceneOfSurfaces(core, name, read) {
 }
 
 /** @param {Part} part @param {Surface} surface @returns {import("../shapes/description.js").MeshDescription} */
-function meshOf({ vertices, triangles, normals, colors, faceColors, uv }, { texture }) {
-  const directions = normals && units(normals);
+function meshOf({ vertices, triangles, normals, colors, faceColors, alphas, uv }, { texture, alphaCutoff }) {
+  const directions = normals && units(normals), cut = alphaCutoff !== undefined;
+  const ofVertices = cut ? alphas : undefined, ofTexture = cut && uv ? texture?.picture.alpha : undefined;
+  if (ofVertices) colors ??= new Float64Array(vertices.length).fill(1);
   return {
     kind: "mesh", vertices, triangles,
     ...(directions && { normals: directions }),
@@ -73,6 +75,9 @@ function meshOf({ vertices, triangles, normals, colors, faceColors, uv }, { text
       uv: Float32Array.from(uv), texture: texture.picture.texels,
       texture_layout: Int32Array.of(texture.picture.height, texture.picture.width, ...texture.wrap),
     }),
+    ...(ofVertices && { alphas: Float32Array.from(ofVertices) }),
+    ...(ofTexture && { texture_alpha: ofTexture }),
+    ...(cut && (ofVertices || ofTexture) && { alpha_cutoff: Float64Array.of(alphaCutoff) }),
   };
 }
 
@@ -85,7 +90,7 @@ function meshOf({ vertices, triangles, normals, colors, faceColors, uv }, { text
  * @returns {Part}
  */
 function withNormals(core, part) {
-  const { vertices, triangles, colors, uv } = part, normals = part.normals && units(part.normals);
+  const { vertices, triangles, colors, alphas, uv } = part, normals = part.normals && units(part.normals);
   const isWhole = normals?.every((_, i) => i % 3 || normals[i] || normals[i + 1] || normals[i + 2]);
   if (isWhole) return part;
   const shape = meshShape(core, { kind: "mesh", vertices, triangles, normals });
@@ -101,7 +106,7 @@ function withNormals(core, part) {
     };
     return {
       ...part, vertices: ofCorners(vertices, 3), triangles: Int32Array.from(triangles.keys()), normals: Float64Array.from(computed),
-      colors: colors && ofCorners(colors, 3), uv: uv && ofCorners(uv, 2),
+      colors: colors && ofCorners(colors, 3), alphas: alphas && ofCorners(alphas, 1), uv: uv && ofCorners(uv, 2),
     };
   } finally {
     shape.free();
@@ -128,6 +133,7 @@ function joined(parts) {
     normals: field(parts, "normals", "vertices", 3, NaN),
     colors: shownColors(field(parts, "colors", "vertices", 3, 1)),
     faceColors: shownColors(field(parts, "faceColors", "triangles", 3, 1)),
+    alphas: shownColors(field(parts, "alphas", "vertices", 1, 1)),
     uv: onTexture(field(parts, "uv", "vertices", 2, 0)),
   };
   /** @type {Surface[]} */
@@ -148,7 +154,7 @@ function joined(parts) {
  * A field of all parts, `missing` in those without it; nothing if none has it.
  *
  * @param {Part[]} parts
- * @param {"normals" | "colors" | "faceColors" | "uv"} name
+ * @param {"normals" | "colors" | "faceColors" | "alphas" | "uv"} name
  * @param {"vertices" | "triangles"} like what it has a row for each of
  * @param {number} width
  * @param {number} missing
@@ -166,7 +172,7 @@ function field(parts, name, like, width, missing) {
   return result;
 }
 
-/** Colours that can be shown; nothing if all are white. @param {Float64Array | undefined} values */
+/** Colours or alphas that can be shown; nothing if all are 1. @param {Float64Array | undefined} values */
 function shownColors(values) {
   if (!values) return undefined;
   const shown = values.map((value) => (Number.isNaN(value) ? 1 : Math.min(Math.max(value, 0), 1)));
@@ -220,6 +226,7 @@ function chosen({ part, surfaces, surface }, which) {
       normals: part.normals && picked(part.normals, places, vertices, 3),
       colors: part.colors && picked(part.colors, places, vertices, 3),
       faceColors: part.faceColors && picked(part.faceColors, rows, count, 3),
+      alphas: part.alphas && picked(part.alphas, places, vertices, 1),
       uv: part.uv && picked(part.uv, places, vertices, 2),
     },
     surfaces,

@@ -53,7 +53,7 @@ export async function readGlb(bytes, warn) {
   const meshes = meshesOf(scene);
   await surfaces.prepare(meshes.map(({ material }) => material.userData.index));
   let total = 0;
-  return meshes.flatMap((mesh) => {
+  return meshes.filter(({ material }) => (surfaces.of(material.userData.index).alphaCutoff ?? 0) <= 1).flatMap((mesh) => {
     const { geometry, matrixWorld, count = 1 } = mesh, look = lookOf(geometry, surfaces, mesh.material.userData.index);
     total += count * (geometry.attributes.position.count + (geometry.index?.count ?? 0) / 3);
     if (total > MAX_ITEMS) {
@@ -75,14 +75,23 @@ export async function readGlb(bytes, warn) {
  */
 function lookOf({ attributes }, surfaces, material) {
   const set = surfaces.uvSet(material), uv = material === undefined ? undefined : attributes[set ? `uv${set}` : "uv"];
-  return { colors: components(attributes.color, 3), uv: surfaces.onTexture(material, components(uv, 2)), surface: surfaces.of(material) };
+  const alphas = surfaces.isMasked(material) ? components(attributes.color, 1, 3) : undefined;
+  return {
+    colors: components(attributes.color, 3), alphas, uv: surfaces.onTexture(material, components(uv, 2)), surface: surfaces.of(material),
+  };
 }
 
-/** Components of an attribute, (n, width), those of integers in 0..1. @param {any} attribute @param {number} width */
-function components(attribute, width) {
-  if (!(attribute?.itemSize >= width)) return undefined;
+/**
+ * Components of an attribute, (n, width), those of integers in 0..1.
+ *
+ * @param {any} attribute
+ * @param {number} width
+ * @param {number} [first]
+ */
+function components(attribute, width, first = 0) {
+  if (!(attribute?.itemSize >= first + width)) return undefined;
   const result = new Float64Array(width * attribute.count);
-  for (let i = 0; i < result.length; ++i) result[i] = attribute.getComponent(Math.floor(i / width), i % width);
+  for (let i = 0; i < result.length; ++i) result[i] = attribute.getComponent(Math.floor(i / width), first + i % width);
   return result;
 }
 

@@ -3,13 +3,14 @@
 
 import { CoreError } from "../core/errors.js";
 import { WHITE } from "../tracing/description.js";
-import { decoded, fromSrgb, unit } from "./surface.js";
+import { decoded, fromSrgb, half, unit } from "./surface.js";
 import { textOf } from "./text.js";
 
 /**
  * @typedef {import("./beside.js").Beside} Beside
  * @typedef {import("./surface.js").Surface} Surface
  * @typedef {import("./surface.js").Picture} Picture
+ * @typedef {import("./surface.js").Texture} Texture
  */
 
 /** Of maps: how many numbers may follow; one word follows the others. @type {Record<string, number>} */
@@ -40,16 +41,56 @@ export async function readMtl(lines, beside, warn) {
   const pictures = new Map();
   /** @type {Map<string, Surface>} */
   const surfaces = new Map();
-  for (const [name, of] of statements) {
-    const { file, clamped } = mapOf(of.get("map_kd") ?? []);
+  /** @param {string[]} [words] of a map @returns {Promise<Texture | undefined>} */
+  const textureOf = async (words = []) => {
+    const { file, clamped } = mapOf(words), beyond = clamped ? 1 : 0;
     if (file && !pictures.has(file)) {
       const load = async () => decoded(await beside.read(file));
       pictures.set(file, await attempt(load, (why) => warn(`texture ${file} was left out: ${why}`)));
     }
-    const picture = pictures.get(file), beyond = clamped ? 1 : 0;
-    surfaces.set(name, { ...surfaceOf(of, picture !== undefined), ...(picture && { texture: textureOf(picture, beyond) }), ...(name && { name }) });
+    const picture = pictures.get(file);
+    return picture && { picture, wrap: [beyond, beyond] };
+  };
+  /** @type {Map<Picture | undefined, Map<Picture, Picture>>} */
+  const withMasks = new Map();
+  for (const [name, of] of statements) {
+    const laid = await textureOf(of.get("map_kd")), mask = await textureOf(of.get("map_d"));
+    const texture = mask ? { wrap: (laid ?? mask).wrap, picture: kept(withMasks, laid?.picture, mask.picture) } : laid;
+    const alphaCutoff = half(texture?.picture);
+    surfaces.set(name, {
+      ...surfaceOf(of, laid !== undefined), ...(texture && { texture }), ...(name && { name }),
+      ...(alphaCutoff !== undefined && { alphaCutoff }),
+    });
   }
   return surfaces;
+}
+
+/** What `masked` makes of two pictures, made once. @param {Map<Picture | undefined, Map<Picture, Picture>>} made @param {Picture | undefined} picture @param {Picture} mask */
+function kept(made, picture, mask) {
+  const of = made.get(picture) ?? new Map(), result = of.get(mask) ?? masked(picture, mask);
+  made.set(picture, of.set(mask, result));
+  return result;
+}
+
+/**
+ * The picture, or a white one, with the alpha of a mask, or what is bright of one without alpha. A mask of another size
+ * lends each texel what is at its centre.
+ *
+ * @param {Picture | undefined} picture
+ * @param {Picture} mask
+ * @returns {Picture}
+ */
+function masked(picture, mask) {
+  const { texels, height, width } = picture ?? { ...mask, texels: new Uint8Array(mask.texels.length).fill(255) };
+  const alpha = new Uint8Array(height * width);
+  for (let row = 0, to = 0; row < height; ++row) {
+    const start = Math.floor((2 * row + 1) * mask.height / (2 * height)) * mask.width;
+    for (let column = 0; column < width; ++column, ++to) {
+      const from = start + Math.floor((2 * column + 1) * mask.width / (2 * width));
+      alpha[to] = mask.alpha ? mask.alpha[from] : mask.texels[3 * from];
+    }
+  }
+  return { texels, height, width, alpha };
 }
 
 /** What a line names is several files, if there are such, or one with spaces in its name. @param {string} line @param {Beside} beside */
@@ -85,9 +126,6 @@ function surfaceOf(of, isTextured) {
   const specular = 0.2 * Math.max(...colorOf(of.get("ks"), 1)), shininess = exponent >= 1 ? Math.min(exponent, 10_000) : 32;
   return { material: { ...WHITE, color, emissive, specular, shininess } };
 }
-
-/** @param {Picture} picture @param {number} beyond its edges @returns {import("./surface.js").Texture} */
-const textureOf = (picture, beyond) => ({ picture, wrap: [beyond, beyond] });
 
 /** The file of a map, and whether it is clamped. @param {string[]} words */
 function mapOf(words) {

@@ -3,9 +3,11 @@
  * Surfaces: what the meshes of a file look like, and the pictures that are laid on them.
  *
  * @typedef {import("../tracing/description.js").Material} Material
- * @typedef {{texels: Uint8Array, height: number, width: number}} Picture texels (H * W, 3) in sRGB, row 0 at the top
+ * @typedef {{texels: Uint8Array, height: number, width: number, alpha?: Uint8Array}} Picture
+ *   texels (H * W, 3) in sRGB, row 0 at the top, alpha (H * W,), without which all is opaque
  * @typedef {{picture: Picture, wrap: readonly [number, number]}} Texture wrap: across and down, 0 repeated, 1 clamped, 2 mirrored
- * @typedef {{material: Material, texture?: Texture, name?: string}} Surface
+ * @typedef {{material: Material, texture?: Texture, name?: string, alphaCutoff?: number}} Surface
+ *   alphaCutoff: where alpha is below it, there is no surface; without, alpha does not matter
  */
 
 import { CoreError } from "../core/errors.js";
@@ -20,8 +22,17 @@ export const PLAIN = { material: WHITE };
 /** Whether surfaces look alike. @param {Surface} a @param {Surface} b */
 export function alike(a, b) {
   const { picture: first, wrap = null } = a.texture ?? {}, { picture: second, wrap: other = null } = b.texture ?? {};
-  return first === second && String(wrap) === String(other) && JSON.stringify(a.material) === JSON.stringify(b.material);
+  return first === second && String(wrap) === String(other) && a.alphaCutoff === b.alphaCutoff
+    && JSON.stringify(a.material) === JSON.stringify(b.material);
 }
+
+/**
+ * The cutoff for what is transparent by degrees, of which a ray sees what is seen most: half; none where nothing is opaque
+ * by more, as of glass, which is shown as if it were.
+ *
+ * @param {Picture | undefined} picture
+ */
+export const half = (picture) => (picture?.alpha?.some((alpha) => alpha >= 128) ? 0.5 : undefined);
 
 /** Linear light of an sRGB value, both 0..1, after IEC 61966-2-1. @param {number} value */
 export const fromSrgb = (value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4);
@@ -43,14 +54,42 @@ export async function decoded(bytes) {
   });
   const { height, width } = image;
   if (height * width > MAX_TEXELS) throw new CoreError(`expected a picture of at most ${MAX_TEXELS} texels, got ${width} x ${height}`);
+  const drawn = drawnPixels(image), texels = new Uint8Array(3 * height * width), alpha = new Uint8Array(height * width);
+  const isOpaque = drawn.every((value, i) => i % 4 < 3 || value === 255);
+  const pixels = (!isOpaque && storedPixels(image)) || drawn;
+  image.close();
+  for (let i = 0, from = 0, to = 0; i < alpha.length; ++i) {
+    texels[to++] = pixels[from++], texels[to++] = pixels[from++], texels[to++] = pixels[from++];
+    alpha[i] = pixels[from++];
+  }
+  return { texels, height, width, ...(!isOpaque && { alpha }) };
+}
+
+/** Pixels (H, W, 4) as a canvas has them, which forgets the colours of what is transparent. @param {ImageBitmap} image */
+function drawnPixels(image) {
   const context = /** @type {OffscreenCanvasRenderingContext2D} */ (
-    new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true })
+    new OffscreenCanvas(image.width, image.height).getContext("2d", { willReadFrequently: true })
   );
   context.drawImage(image, 0, 0);
-  image.close();
-  const { data } = context.getImageData(0, 0, width, height), texels = new Uint8Array(3 * height * width);
-  for (let from = 0, to = 0; from < data.length; from += 4) {
-    texels[to++] = data[from], texels[to++] = data[from + 1], texels[to++] = data[from + 2];
-  }
-  return { texels, height, width };
+  return context.getImageData(0, 0, image.width, image.height).data;
+}
+
+/**
+ * Pixels (H, W, 4) as the file has them, the colours of what is transparent too, which bleed into what is next to it; nothing
+ * without WebGL, or where it takes no picture of that size.
+ *
+ * @param {ImageBitmap} image
+ */
+function storedPixels(image) {
+  const gl = new OffscreenCanvas(1, 1).getContext("webgl2");
+  if (!gl) return undefined;
+  const { width, height } = image, pixels = new Uint8Array(4 * width * height);
+  gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, gl.createFramebuffer());
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, gl.getParameter(gl.TEXTURE_BINDING_2D), 0);
+  gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  const isRead = gl.getError() === gl.NO_ERROR;
+  gl.getExtension("WEBGL_lose_context")?.loseContext();  // browsers allow few at a time
+  return isRead ? pixels : undefined;
 }

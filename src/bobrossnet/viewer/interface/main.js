@@ -3,7 +3,8 @@
  * The page: its elements, and how they are wired to its state. Nothing here blocks; workers do whatever takes long.
  *
  * In the page's address, `?scene=files/NAME.bob` opens a file of the same server, `?size=640x480` fixes the picture's size in
- * pixels, and `?workers=1` the number of workers that trace.
+ * pixels, and `?workers=1` the number of workers that trace. Its body may have the lens and the background of all pictures,
+ * `data-field-of-view` and `data-background`, in the words of <bob-view>.
  */
 import { BobView } from "../component/bob-view.js";
 import { home } from "../component/orbit.js";
@@ -40,9 +41,11 @@ const state = createState();
 
 const picture = new BobView();
 picture.id = "picture";
-for (const [name, value] of [["picture-size", query.get("size")], ["workers", query.get("workers")]]) {
-  if (name && value) picture.setAttribute(name, value);
-}
+const { fieldOfView, background } = document.body.dataset;
+for (const [name, value] of Object.entries({
+  "picture-size": query.get("size"), workers: query.get("workers"), "field-of-view": fieldOfView, background,
+})) if (value) picture.setAttribute(name, value);
+if (background) stage.style.background = "none";
 picture.toggleAttribute("camera-controls", true);
 picture.setAttribute("interaction-prompt", "none");
 stage.prepend(picture);
@@ -52,7 +55,9 @@ picture.addEventListener("error", (event) => {
   event.preventDefault();
   message.textContent = /** @type {any} */ (event).detail.message;
 });
-picture.addEventListener("camera-change", () => (perspective.checked = picture.camera.fov > 0));
+const showLens = () => (perspective.checked = picture.camera.fov > 0);
+picture.addEventListener("camera-change", showLens);
+showLens();
 perspective.addEventListener("change", () => look({ fov: perspective.checked ? PERSPECTIVE : 0 }));
 
 /** @param {Partial<import("../picture/camera.js").Camera>} camera */
@@ -213,7 +218,7 @@ copy.addEventListener("click", async () => {
 
 async function start() {
   const [linked] = await Promise.all([fromFragment(location.hash), fillGallery()]);
-  look(linked.camera);
+  if (linked.camera) look(linked.camera);
   const address = query.get("scene");
   if (linked.script !== undefined) {
     await opening.script(linked.script);

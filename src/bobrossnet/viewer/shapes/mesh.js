@@ -9,10 +9,11 @@ import { Shape } from "./shape.js";
  * @param {import("../core/core.js").Core} core
  * @param {import("./description.js").MeshDescription} description
  */
-export function meshShape(core, { vertices, triangles, normals, colors, face_colors, uv, texture, texture_layout }) {
+export function meshShape(core, description) {
+  const { vertices, triangles, normals, colors, face_colors, uv, texture, texture_layout, texture_alpha, alphas, alpha_cutoff } = description;
   /** @param {ArrayLike<number> | undefined} array */
   const floats = (array) => (array ? as(Float32Array, array) : 0);
   return new Shape(core, core.made("make_mesh", as(Float64Array, vertices), vertices.length / 3, as(Int32Array, triangles),
                                    triangles.length / 3, floats(normals), floats(colors), floats(face_colors), floats(uv),
-                                   texture ?? 0, texture_layout ?? 0));
+                                   texture ?? 0, texture_layout ?? 0, texture_alpha ?? 0, floats(alphas), alpha_cutoff?.[0] ?? 0));
 }
