@@ -13,7 +13,7 @@ from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.guides import check_guides
 from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
-from bobrossnet.tracing.calls import AsyncTracer
+from bobrossnet.tracing.calls import AsyncTracer, Calls
 from bobrossnet.tracing.scene import SceneLike
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 
@@ -102,7 +102,7 @@ def progressive(
     layout = tracer.layout if isinstance(tracer, SceneTracer) else None
     choice = choice_of("default" if model == GUIDED and guides is not None else model, order)
     sequence = PixelSequence(size, order, seed)
-    picture = PartialPicture(tracer, size, layout, sequence, choice, Pace(), guides=guides)
+    picture = PartialPicture(Calls(tracer), size, layout, sequence, choice, Pace(), guides=guides)
     until = check_number("until", until, 0)
     count = None if fraction is None else pixel_count(fraction, size)
     budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
