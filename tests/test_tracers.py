@@ -215,6 +215,15 @@ def test_the_first_frame_traces_its_share_whatever_time_it_takes():
     assert len(fractions) > 2
 
 
+def test_all_pixels_at_once_take_no_more_calls_than_they_need():
+    tracer = Sized()
+    frame = next(bob.progressive(tracer=tracer, first=1))
+    assert frame.fraction == 1
+    assert len(tracer.calls) == -(-H * W // 100)
+    with pytest.raises(bob.InputError, match="order"):
+        bob.progressive(tracer=tracer, first=1, order="any")
+
+
 def test_calls_have_few_sizes():
     sizes = []
 
