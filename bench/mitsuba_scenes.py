@@ -1,4 +1,8 @@
-"""Scenes of Mitsuba's own dictionaries, for what other people's tracers are measured on: from soft light to mirrors."""
+"""Scenes of Mitsuba's own dictionaries, for what other people's tracers are measured on: from soft light to mirrors.
+
+The constants of completing along guides (core/completion/guided.cpp) were chosen on `TUNED`, in perspective; `HELD_OUT`
+are for what they are worth elsewhere, so nothing is ever chosen by them.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from report import MODELS
 
 SIZE = (360, 480)
 DEPTH = 8
@@ -16,6 +21,10 @@ LOOKS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float], f
     "interior": ((3.2, 1.6, 3.4), (-0.3, 0.75, -0.2), 50),
     "textured mesh": ((1.5, 2.6, 2.8), (0, 0, 0), 38),
     "metal": ((0, 1.3, 4.2), (0, 0.1, 0), 36),
+    "still life": ((0.3, 1.5, 4.2), (0, 0.55, 0), 34),
+    "plastic and metal": ((2.2, 2.7, 4.4), (0, 0.1, 0), 40),
+    "rods": ((1.6, 1.9, 4.6), (0, 0.75, 0), 36),
+    "scans": ((0.4, 1.6, 3.4), (0, 0.42, 0), 32),
 }
 """Where each camera stands, where it looks, and the angle of the picture's width in degrees."""
 
@@ -140,7 +149,127 @@ def metal() -> dict[str, Any]:
     }  # fmt: skip
 
 
-CONTENTS = {"Cornell box": cornell_box, "interior": interior, "textured mesh": textured_mesh, "metal": metal}
+def still_life() -> dict[str, Any]:
+    """Glass before diffuse bodies on a table, a wall of bricks behind them, and one lamp."""
+    import mitsuba as mi
+
+    rng = np.random.default_rng(1)
+    bricks = (rng.uniform(0.25, 0.6, (12, 12, 1)) * (1, 0.55, 0.4)).astype(np.float32)
+    wall = bricks.repeat(24, 0).repeat(48, 1)
+    wall[:: 2 * 24] *= 0.9
+    row, column = np.indices(wall.shape[:2])
+    shifted = column + 24 * (row // 24 % 2)
+    wall[(row % 24 < 2) | (shifted % 48 < 2)] = 0.7
+    wall *= rng.uniform(0.85, 1, wall.shape[:2]).astype(np.float32)[..., None]
+    return {
+        "table": {**sheet((0, 0, 0), (6, 5), "up"), "bsdf": diffuse(0.5, 0.42, 0.33)},
+        "wall": {**sheet((0, 2, -1.6), (6, 4), "front"), "bsdf": {
+            "type": "diffuse", "reflectance": {"type": "bitmap", "bitmap": mi.Bitmap(wall), "raw": True}}},
+        "glass": {**ball((0.45, 0.4, 0.7), 0.4), "bsdf": {"type": "dielectric"}},
+        "small glass": {**ball((-0.35, 0.2, 1.1), 0.2), "bsdf": {"type": "dielectric", "int_ior": 1.7}},
+        "pane": {**block((-0.9, 0.55, 0.3), (0.02, 0.55, 0.5)), "bsdf": {"type": "thindielectric"}},
+        "orange": {**ball((-0.25, 0.35, 0), 0.35), "bsdf": diffuse(0.85, 0.4, 0.06)},
+        "lime": {**ball((0.95, 0.28, -0.2), 0.28), "bsdf": diffuse(0.35, 0.6, 0.08)},
+        "box": {**block((-0.95, 0.45, -0.6), (0.3, 0.45, 0.3)), "bsdf": diffuse(0.15, 0.3, 0.6)},
+        "can": {"type": "cylinder", "p0": [0.35, 0, -0.7], "p1": [0.35, 0.9, -0.7], "radius": 0.25, "bsdf": {
+            "type": "twosided", "bsdf": diffuse(0.7, 0.68, 0.62)}},
+        "lamp": {**sheet((0.8, 3.2, 1), (1.4, 1), "down"), "emitter": {"type": "area", "radiance": rgb(16, 14.5, 12)}},
+    }  # fmt: skip
+
+
+def plastic_and_metal() -> dict[str, Any]:
+    """Rows of balls and cubes, by turns of rough metal and of plastic, on tiles under a sky with a sun."""
+    import mitsuba as mi
+
+    up, around = (np.indices((128, 256)).astype(np.float32).T / (128, 256)).T
+    picture = np.stack([0.2 + 0.2 * up, 0.3 + 0.15 * up, 0.6 - 0.1 * up], -1) * (up < 0.5)[..., None] + 0.08
+    picture += 60 * np.exp(-(((around - 0.3) / 0.02) ** 2) - ((up - 0.22) / 0.03) ** 2)[..., None]
+    rng = np.random.default_rng(2)
+    tiles = rng.uniform(0.1, 0.7, (10, 10, 3)).astype(np.float32).repeat(24, 0).repeat(24, 1)
+    bodies = {}
+    for i in range(4):
+        for j in range(4):
+            place, half = (0.85 * (i - 1.5), 0.3, 0.85 * (j - 1.5)), 0.3
+            body = ball(place, half) if (i // 2 + j) % 2 else block(place, (0.8 * half, half, 0.8 * half))
+            hue = [float(value) for value in rng.uniform(0.05, 0.8, 3)]
+            metal = {"type": "roughconductor", "material": ("Au", "Cu", "Al", "Cr")[i], "alpha": 0.08 + 0.07 * j}
+            plastic = {"type": "plastic" if j % 2 else "roughplastic", "diffuse_reflectance": rgb(*hue)}
+            bodies[f"body {i} {j}"] = {**body, "bsdf": metal if (i + j) % 2 else plastic}
+    return {
+        **bodies,
+        "ground": {**sheet((0, 0, 0), (6, 6), "up"), "bsdf": {
+            "type": "diffuse", "reflectance": {"type": "bitmap", "bitmap": mi.Bitmap(tiles), "raw": True}}},
+        "sky": {"type": "envmap", "bitmap": mi.Bitmap(picture.astype(np.float32))},
+    }  # fmt: skip
+
+
+def rods() -> dict[str, Any]:
+    """A cage of thin white rods in a corner of coloured walls, which bleed onto it."""
+    made = {}
+    for i in range(9):
+        for j in range(9):
+            x, z = 0.25 * (i - 4), 0.25 * (j - 4)
+            made[f"upright {i} {j}"] = {"p0": [x, 0, z], "p1": [x, 1.4, z]}
+    for k in range(4):
+        for i in range(9):
+            at, height = 0.25 * (i - 4), 0.35 * (k + 1)
+            made[f"along {k} {i}"] = {"p0": [-1.05, height, at], "p1": [1.05, height, at]}
+            made[f"across {k} {i}"] = {"p0": [at, height - 0.03, -1.05], "p1": [at, height - 0.03, 1.05]}
+    white = {"type": "twosided", "bsdf": diffuse(0.8, 0.8, 0.8)}
+    return {
+        **{name: {"type": "cylinder", **ends, "radius": 0.018, "bsdf": white} for name, ends in made.items()},
+        "floor": {**sheet((0, 0, 0), (4, 4), "up"), "bsdf": diffuse(0.6, 0.6, 0.55)},
+        "red": {**sheet((-1.6, 1.5, 0), (4, 3), "right"), "bsdf": diffuse(0.7, 0.06, 0.05)},
+        "green": {**sheet((0, 1.5, -1.6), (4, 3), "front"), "bsdf": diffuse(0.08, 0.5, 0.1)},
+        "lamp": {**ball((1.2, 2.6, 1), 0.25), "emitter": {"type": "area", "radiance": rgb(40, 38, 34)}},
+        "sky": {"type": "constant", "radiance": rgb(0.25, 0.3, 0.38)},
+    }
+
+
+def scans() -> dict[str, Any]:
+    """Scanned things: a rabbit of plastic, a cat of stone and a banana with its photographs, on a cloth."""
+    import mitsuba as mi
+
+    def placed(file: str, size: float, at: tuple[float, float, float], turn: float, tilt: float = 0) -> dict[str, Any]:
+        """A file, so many times as large, turned upright and about the vertical."""
+        place = mi.ScalarTransform4f().translate(list(at)).rotate([0, 1, 0], turn).scale(size).rotate([1, 0, 0], tilt)
+        return {"type": file.rpartition(".")[2], "filename": str(MODELS / file), "to_world": place}
+
+    row, column = np.indices((480, 480))
+    cloth = np.where(((row // 20 + column // 20) % 2)[..., None], (0.5, 0.12, 0.1), 0.65).astype(np.float32)
+    photographs = {"type": "bitmap", "filename": str(MODELS / "textured" / "ycb_banana" / "texture_map.png")}
+    return {
+        "rabbit": {**placed("scans/stanford_bunny.ply", 6, (-0.35, -0.2, -0.1), 20), "bsdf": {
+            "type": "roughplastic", "diffuse_reflectance": rgb(0.55, 0.4, 0.3), "alpha": 0.2}},
+        "cat": {**placed("scans/egyptian_cat_statue.ply", 0.5, (0.62, 0.5, -0.3), -35), "bsdf": {
+            "type": "twosided", "bsdf": diffuse(0.25, 0.24, 0.28)}},
+        "banana": {**placed("textured/ycb_banana/textured_simple_reoriented.obj", 5, (0.05, 0.03, 0.75), 15, -90),
+                   "bsdf": {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": photographs}}},
+        "cloth": {**sheet((0, 0, 0), (8, 8), "up"), "bsdf": {
+            "type": "diffuse", "reflectance": {"type": "bitmap", "bitmap": mi.Bitmap(cloth), "raw": True}}},
+        "window": {**sheet((-2.2, 1.6, 0.6), (1.6, 1.6), "right"), "emitter": {
+            "type": "area", "radiance": rgb(7, 7.5, 8)}},
+        "sky": {"type": "constant", "radiance": rgb(0.3, 0.28, 0.25)},
+    }  # fmt: skip
+
+
+CONTENTS = {
+    "Cornell box": cornell_box,
+    "interior": interior,
+    "textured mesh": textured_mesh,
+    "metal": metal,
+    "still life": still_life,
+    "plastic and metal": plastic_and_metal,
+    "rods": rods,
+    "scans": scans,
+}
+
+TUNED = ("Cornell box", "interior", "textured mesh", "metal")
+HELD_OUT = tuple(name for name in CONTENTS if name not in TUNED)
+
+
+def diffuse(red: float, green: float, blue: float) -> dict[str, Any]:
+    return {"type": "diffuse", "reflectance": rgb(red, green, blue)}
 
 
 def rgb(red: float, green: float, blue: float) -> dict[str, Any]:

@@ -1,49 +1,54 @@
 """Other people's tracers: sparse pixels completed along guides, beside lower resolutions and fewer paths denoised, in
-four scenes of Mitsuba's, in perspective and orthographic.
+scenes of Mitsuba's, in perspective and orthographic.
 
-Needs the extra `mitsuba`, LLVM (DRJIT_LIBLLVM_PATH), and from PyPI `pyoidn`. Prints docs/tracers.md's tables: `exact`
-those without noise, `noise` the other, by default both.
+Needs the extras `mitsuba` and `oidn`, and LLVM (DRJIT_LIBLLVM_PATH). Prints docs/tracers.md's tables: `exact` those
+without noise, `noise` the other, by default both; with --held-out of the scenes that no constant was chosen on.
 """
 
 from __future__ import annotations
 
+import argparse
 import statistics
 import sys
 import time
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import flip_evaluator
 import numpy as np
-from mitsuba_scenes import DEPTH, LOOKS, SIZE, scene
+from mitsuba_scenes import DEPTH, HELD_OUT, SIZE, TUNED, scene
 from numpy.typing import NDArray
-from report import heading, table
+from report import MODELS, heading, table
 
 import bobrossnet as bob
-from bobrossnet.adapters import mitsuba
+from bobrossnet.adapters import mitsuba, oidn
 from bobrossnet.color import to_srgb
 
 F32 = NDArray[np.float32]
 
 PICTURE = f"{SIZE[1]}x{SIZE[0]}"
+TOTAL = SIZE[0] * SIZE[1]
 SPP = 16
-TRUTH = 512
-"""Paths of each pixel, which are then denoised: what is left of noise is far below all that is compared."""
+TRUTH = 256
+"""Paths of each pixel, which are then denoised."""
 KEPT = Path("out/tracers")
 """Where the truth is kept, since it takes minutes."""
 FRACTIONS = (0.05, 0.1, 0.25)
 PIXEL_COSTS = (1e-6, 1e-5, 1e-4, 1e-3)
 """Seconds for a pixel without noise."""
+MOST_COST = 0.1
+"""Of those at which methods are looked for that are best."""
 
 
 class Result(NamedTuple):
     ssim: float
     flip: float
-    seconds: float
-    pixels: float = 0
+    pixels: float
     """How many pixels, of the whole picture's, that took."""
+    seconds: float = 0
+    """And how long, beside them."""
 
 
 class WithoutGuides:
@@ -79,7 +84,7 @@ class View:
         if not kept.is_file():
             raw = everywhere(self.tracer_of(SIZE, SPP, seed=1), TRUTH // SPP)
             kept.parent.mkdir(parents=True, exist_ok=True)
-            np.save(kept, denoised(raw, self.guides))
+            np.save(kept, oidn.denoise(raw, self.guides))
         self.truth: F32 = np.load(kept)
 
     def tracer_of(self, size: tuple[int, int], spp: int, seed: int = 2) -> Any:
@@ -99,35 +104,29 @@ class View:
         tracer = Exact(self.truth, self.guides) if guided else WithoutGuides(self.truth, self.guides)
         frame = next(bob.progressive(tracer=tracer, first=fraction))
         color, seconds = fastest(partial(bob.complete, frame.gbuffer, channel="color"))
-        return Result(*self.score(color), seconds, fraction)
+        return Result(*self.score(color), fraction, seconds)
 
     def enlarged(self, factor: int) -> Result:
         """A picture of a lower resolution, of means of the truth's pixels, enlarged bilinearly."""
         picture, seconds = fastest(partial(enlarge, block_means(self.truth, factor)))
-        return Result(*self.score(picture), seconds, 1 / factor**2)
+        return Result(*self.score(picture), 1 / factor**2, seconds)
 
-    # With noise, in the time that it takes.
+    # With noise: pixels of one path each are counted, in shares of `SPP`.
 
     def sparse(self, fraction: float) -> Result:
         tracer = self.tracer_of(SIZE, SPP)
-        next(bob.progressive(tracer=tracer, first=fraction)).color  # noqa: B018  compiles
-        tracer._guides = None
-        start = time.perf_counter()
-        color = next(bob.progressive(tracer=tracer, first=fraction)).color
-        return Result(*self.score(color), time.perf_counter() - start, fraction)
+        return Result(*self.score(next(bob.progressive(tracer=tracer, first=fraction)).color), fraction)
 
-    def dense(self, spp: int, factor: int = 1, oidn: bool = True) -> Result:
+    @cache  # noqa: B019  views live as long as the program
+    def noisy(self, spp: int, factor: int) -> tuple[F32, bob.Guides]:
+        tracer = self.tracer_of((SIZE[0] // factor, SIZE[1] // factor), spp)
+        return everywhere(tracer, 1), tracer.guides()
+
+    def dense(self, spp: int, factor: int = 1, denoises: bool = True) -> Result:
         """All pixels of a resolution, denoised if asked for, and enlarged."""
-        size = SIZE[0] // factor, SIZE[1] // factor
-        tracer = self.tracer_of(size, spp)
-        everywhere(tracer, 1), tracer.guides()
-        tracer._guides = None
-        start = time.perf_counter()
-        color = everywhere(tracer, 1)
-        if oidn:
-            color = denoised(color, tracer.guides())
-        picture = enlarge(color)
-        return Result(*self.score(picture), time.perf_counter() - start, spp / SPP / factor**2)
+        color, guides = self.noisy(spp, factor)
+        picture = enlarge(oidn.denoise(color, guides) if denoises else color)
+        return Result(*self.score(picture), spp / SPP / factor**2)
 
 
 def fastest(run: Callable[[], Any]) -> tuple[Any, float]:
@@ -148,15 +147,6 @@ def everywhere(tracer: Any, passes: int) -> F32:
     for _ in range(passes):
         total += tracer(pixels).color
     return (total / passes).astype(np.float32).reshape(height, width, 3)
-
-
-def denoised(color: F32, guides: bob.Guides) -> F32:
-    import pyoidn
-
-    z = np.sqrt(np.maximum(0, 1 - np.square(guides.normal).sum(axis=-1))) * guides.hit
-    normal = np.concatenate([guides.normal, z[..., None]], axis=-1).astype(np.float32)
-    result: F32 = pyoidn.denoise(color, albedo=np.ascontiguousarray(guides.albedo), normal=np.ascontiguousarray(normal))
-    return result
 
 
 def block_means(picture: F32, factor: int) -> F32:
@@ -191,7 +181,7 @@ def cell(results: list[Result]) -> str:
 
 def quality(results: dict[str, list[Result]], views: list[View], cost: str, of: Callable[[list[Result]], str]) -> None:
     """Print what pictures are like, and what they cost."""
-    names = list(LOOKS)
+    names = list(dict.fromkeys(view.name for view in views))
     rows = []
     for method, each in results.items():
         cells = [cell([r for r, view in zip(each, views, strict=True) if view.name == name]) for name in names]
@@ -203,17 +193,57 @@ def quality(results: dict[str, list[Result]], views: list[View], cost: str, of: 
 def by_cost(exact: dict[str, list[Result]], guides_seconds: float) -> None:
     """Seconds by the cost of a pixel."""
     rows = []
-    total = SIZE[0] * SIZE[1]
     for method, each in exact.items():
-        own = statistics.median(r.seconds for r in each) + (guides_seconds if "along" in method else 0)
-        times = [f"{1e3 * (own + each[0].pixels * total * cost):,.0f}" for cost in PIXEL_COSTS]
+        times = [f"{1e3 * seconds_of(method, each, guides_seconds, cost):,.0f}" for cost in PIXEL_COSTS]
         rows.append([method, f"{statistics.fmean(r.ssim for r in each):.3f}", *times])
-    everything = [f"{1e3 * total * cost:,.0f}" for cost in PIXEL_COSTS]
+    everything = [f"{1e3 * TOTAL * cost:,.0f}" for cost in PIXEL_COSTS]
     rows.append(["every pixel", "1", *everything])
     table(["method", "mean SSIM", *(f"{1e6 * cost:,.0f} µs a pixel" for cost in PIXEL_COSTS)], rows)
 
 
+def seconds_of(method: str, each: list[Result], guides_seconds: float, cost: float) -> float:
+    """How long a picture takes where a pixel takes so many seconds."""
+    own = statistics.median(result.seconds for result in each) + (guides_seconds if "along" in method else 0)
+    return own + each[0].pixels * TOTAL * cost
+
+
+def where_best(exact: dict[str, list[Result]], views: list[View], guides_seconds: float) -> None:
+    """Print from what cost of a pixel on sparse pixels are better than lower resolutions in the time of these."""
+    lower = [method for method in exact if "resolution" in method]
+    costs = np.geomspace(1e-7, MOST_COST, 601)
+    rows = []
+    for index, view in enumerate(views):
+        row = [f"{view.name}, {'by parallel rays' if view.orthographic else 'in perspective'}"]
+        for quality in ("ssim", "flip"):
+            sign = 1 if quality == "ssim" else -1
+            good = {method: sign * getattr(each[index], quality) for method, each in exact.items()}
+            for rival in lower:
+                best = []
+                for cost in costs:
+                    seconds = {m: seconds_of(m, each, guides_seconds, cost) for m, each in exact.items()}
+                    in_time = [m for m in exact if seconds[m] <= seconds[rival]]
+                    best.append(max(in_time, key=good.__getitem__) not in lower)
+                row.append(span(costs, best))
+        rows.append(row)
+    table(["picture", *(f"{name}, {method}" for name in ("SSIM", "FLIP") for method in lower)], rows)
+
+
+def span(costs: NDArray[np.float64], best: list[bool]) -> str:
+    """Costs in words, by at which of them a method is best."""
+    if not any(best):
+        return "never"
+    first, last = (int(index) for index in np.flatnonzero(best)[[0, -1]])
+    assert all(best[first : last + 1]), "more than one span"
+    until = "on" if last == len(best) - 1 else f"to {1e6 * costs[last]:.2g} µs"
+    return f"from {1e6 * costs[first]:.2g} µs {until}"
+
+
 def main() -> None:
+    parts = {"exact": without_noise, "noise": with_noise}
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("parts", nargs="*", metavar="exact|noise", default=list(parts))
+    parser.add_argument("--held-out", action="store_true")
+    arguments = parser.parse_args()
     try:
         import mitsuba as mi
         import pyoidn  # noqa: F401
@@ -223,10 +253,12 @@ def main() -> None:
     except (ImportError, bob.InputError) as error:
         print(f"skipped {Path(sys.argv[0]).name}: {error}")
         return
-    parts = {"exact": without_noise, "noise": with_noise}
-    wanted = sys.argv[1:] or list(parts)
-    views = [View(name, orthographic) for name in LOOKS for orthographic in (False, True)]
-    for part in wanted:
+    names = HELD_OUT if arguments.held_out else TUNED
+    if "scans" in names and not MODELS.is_dir():
+        print(f"skipped scans: no shapes at {MODELS}; name their folder in BOBROSSNET_MODELS")
+        names = tuple(name for name in names if name != "scans")
+    views = [View(name, orthographic) for name in names for orthographic in (False, True)]
+    for part in arguments.parts:
         parts[part](views)
 
 
@@ -252,6 +284,9 @@ def without_noise(views: list[View]) -> None:
     print(f"Guides of all pixels, nine rays each, take {1e3 * seconds:.0f} ms of that.\n")
     by_cost(results, seconds)
 
+    heading("From what cost of a pixel on sparse pixels are best in the time of a lower resolution")
+    where_best(results, views, seconds)
+
 
 def with_noise(views: list[View]) -> None:
     methods: dict[str, Callable[[View], Result]] = {}
@@ -260,9 +295,9 @@ def with_noise(views: list[View]) -> None:
     for spp in (1, 4, SPP):
         methods[f"all pixels, {spp} path{'s' * (spp > 1)} each, OIDN"] = partial(View.dense, spp=spp)
     for factor in (2, 4):
-        for oidn in (False, True):
-            name = f"1/{factor} of the resolution, {SPP} paths" + (", OIDN" if oidn else "")
-            methods[name] = partial(View.dense, spp=SPP, factor=factor, oidn=oidn)
+        for denoises in (False, True):
+            name = f"1/{factor} of the resolution, {SPP} paths" + (", OIDN" if denoises else "")
+            methods[name] = partial(View.dense, spp=SPP, factor=factor, denoises=denoises)
     heading(f"Path tracer of depth {DEPTH}, {PICTURE}: SSIM in perspective, orthographic")
     quality(named(methods, views), views, "paths a pixel", lambda each: f"{SPP * each[0].pixels:g}")
 

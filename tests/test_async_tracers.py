@@ -1,6 +1,8 @@
 """Tracers that return futures: several calls go on at once, and come back in any order."""
 
 import asyncio
+import os
+import signal
 import threading
 import time
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -339,11 +341,161 @@ def test_wrong_numbers_of_calls_are_named(in_flight):
         bob.progressive(tracer=tracer)
 
 
-def test_views_take_no_futures():
-    tracer = ByHand()
-    view = bob.View(tracer=lambda camera, pixels: tracer(pixels), size=SIZE)
-    with pytest.raises(bob.InputError, match=r"^tracer: expected it to return bobrossnet.Samples, got Future$"):
-        view.frame()
+def seen(tree, camera, pixels):
+    return bob.SceneTracer(tree, camera, SIZE)(pixels)
+
+
+class Seeing(Pool):
+    """The same for a `View`."""
+
+    def __init__(self, tree, **arguments):
+        super().__init__(lambda asked: seen(tree, *asked), **arguments)
+
+    def __call__(self, camera, pixels):
+        return super().__call__((camera, pixels))
+
+
+class SeeingByHand(ByHand):
+    def __init__(self, tree, in_flight):
+        super().__init__(in_flight)
+        self.tree = tree
+
+    def __call__(self, camera, pixels):
+        return super().__call__((camera, pixels))
+
+    def end(self, index):
+        asked, future = self.calls.pop(index)
+        future.set_result(seen(self.tree, *asked))
+
+
+def is_exact(frame, tree, camera):
+    """Whether all pixels that were traced are what this camera sees, and are shown so."""
+    full, traced = bob.trace(tree, camera, size=SIZE), frame.gbuffer.mask > 0
+    same = np.array_equal(frame.gbuffer.stack()[:, traced], full.stack()[:, traced])
+    return same and np.array_equal(frame.image[traced], full.gray[traced])
+
+
+def test_a_view_of_futures_ends_exact(tree):
+    with Seeing(tree) as tracer:
+        view = bob.View(tracer=tracer, size=SIZE)
+        frame = view.frame(fraction=0.1)
+        assert 0.1 <= frame.fraction < 1
+        while frame.fraction < 1:
+            before, frame = frame.fraction, view.frame(ms=5)
+            assert before < frame.fraction
+        assert is_exact(frame, tree, bob.Camera())
+        assert len(np.unique(np.concatenate([pixels for _, pixels in tracer.calls]), axis=0)) == H * W
+        count = len(tracer.calls)
+        view.frame(fraction=0.1)
+        assert (len(tracer.calls), tracer.running) == (count, 0)
+        assert tracer.most == tracer.in_flight
+
+
+@pytest.mark.parametrize("pace", [{"fraction": 0.05}, {"ms": 10}])
+def test_views_of_futures_carry_along_and_show_nothing_of_other_cameras(tree, pace):
+    with Seeing(tree) as tracer:
+        view = bob.View(tracer=tracer, size=SIZE)
+        view.frame(fraction=0.3)
+        for azimuth in range(32, 44, 2):
+            camera = bob.Camera(azimuth=azimuth)
+            frame = view.frame(camera, **pace)
+            assert frame.gbuffer.fraction < frame.shown.fraction
+            assert is_exact(frame, tree, camera)
+            assert {asked for asked, _ in tracer.calls[-tracer.in_flight :]} == {camera}
+        while frame.fraction < 1:
+            frame = view.frame(fraction=0.2)
+            assert is_exact(frame, tree, camera)
+        assert np.array_equal(frame.image, bob.trace(tree, camera, size=SIZE).gray)
+
+
+def test_calls_of_a_camera_before_are_cancelled_or_dropped(tree):
+    tracer = SeeingByHand(tree, in_flight=4)
+    view = bob.View(tracer=tracer, size=SIZE)
+    threading.Timer(0.02, lambda: tracer.end(0)).start()
+    view.frame(ms=5)
+    _, (_, running), (_, waits), (_, waits_too) = tracer.calls
+    assert running.set_running_or_notify_cancel()
+    tracer.end(0)  # in time to be carried along
+    tracer.calls.clear()
+    camera = bob.Camera(azimuth=32)
+    threading.Timer(0.05, lambda: tracer.end(0)).start()
+    frame = view.frame(camera, ms=5)
+    assert waits.cancelled()
+    assert waits_too.cancelled()
+    assert is_exact(frame, tree, camera)
+    assert len(tracer.calls) == 3  # what runs on keeps its room
+    running.set_result("nobody looks at this")
+    threading.Timer(0.02, lambda: tracer.end(0)).start()
+    frame = view.frame(ms=5)
+    assert len(tracer.calls) == 4
+    while frame.fraction < 1:
+        assert is_exact(frame, tree, camera)
+        for _ in tracer.calls[:]:
+            tracer.end(0)
+        frame = view.frame(ms=1)
+    assert np.array_equal(frame.image, bob.trace(tree, camera, size=SIZE).gray)
+
+
+def test_one_call_at_a_time_waits_for_one_that_was_dropped(tree):
+    tracer = SeeingByHand(tree, in_flight=1)
+    view = bob.View(tracer=tracer, size=SIZE)
+
+    def interrupt():
+        (_, future), *_ = tracer.calls
+        future.set_running_or_notify_cancel()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Timer(0.05, interrupt).start()
+    with pytest.raises(KeyboardInterrupt):
+        view.frame(fraction=0.001)
+    begun = []
+
+    def end():
+        begun.append(len(tracer.calls))
+        tracer.end(0)
+        while not tracer.calls:
+            time.sleep(1e-3)
+        tracer.end(0)
+
+    threading.Timer(0.05, end).start()
+    assert view.frame(fraction=0.001).fraction == pytest.approx(0.001, abs=3e-4)
+    assert begun == [1]
+
+
+def test_a_view_whose_tracer_failed_begins_anew(tree):
+    class Failing(Seeing):
+        fails = False
+
+        def run(self, asked, seconds):
+            if self.fails:
+                raise OSError("a worker is gone")
+            return super().run(asked, seconds)
+
+    with Failing(tree) as tracer:
+        view = bob.View(tracer=tracer, size=SIZE)
+        view.frame(fraction=0.5)
+        tracer.fails = True
+        with pytest.raises(OSError, match="a worker is gone"):
+            view.frame(fraction=0.5)
+        tracer.fails = False
+        frame = view.frame(fraction=0.1)
+        assert frame.fraction < 0.4
+        while frame.fraction < 1:
+            frame = view.frame(fraction=0.3)
+        assert is_exact(frame, tree, bob.Camera())
+
+
+def test_closed_views_leave_nothing(tree):
+    with Seeing(tree, workers=2) as tracer:
+        view = bob.View(tracer=tracer, size=SIZE)
+        view.frame(fraction=0.1)
+        view.frame(bob.Camera(azimuth=32), fraction=0.1)
+        view.close()
+        assert tracer.running == 0
+        count = len(tracer.calls)
+        time.sleep(5 * LATER)
+        assert (tracer.running, len(tracer.calls)) == (0, count)
+        assert is_exact(view.frame(fraction=0.1), tree, bob.Camera(azimuth=32))
 
 
 def test_dask():

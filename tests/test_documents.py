@@ -5,7 +5,7 @@ import pkgutil
 import re
 import sys
 from importlib import import_module
-from importlib.util import module_from_spec, spec_from_file_location
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from runpy import run_path
 from subprocess import PIPE, run
@@ -60,13 +60,16 @@ def test_readme_examples_run(tmp_path, monkeypatch, capsys):
 
 
 def test_examples_of_tracers_run(tmp_path, monkeypatch):
-    own, guided, pooled, of_mitsuba = python_in("docs/tracers.md")
+    own, guided, denoised, pooled, of_mitsuba = python_in("docs/tracers.md")
     names = {}
     exec(own.replace("(480, 640)", "(48, 64)"), names)
     assert names["frame"].fraction == 1
     exec(guided, names)
     assert names["frame"].gbuffer.guides is not None
     assert names["frame"].color.shape == (48, 64, 3)
+    if find_spec("pyoidn"):
+        exec(denoised, names)
+        assert names["color"].shape == (48, 64, 3)
     (tmp_path / "pooled.py").write_text(
         (own + pooled + "        print(frame.fraction)\n").replace("(480, 640)", "(48, 64)")
     )

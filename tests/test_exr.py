@@ -1,5 +1,8 @@
 """OpenEXR files: read by the usual names of their layers, completed, and written as they came."""
 
+import subprocess
+import sys
+
 import numpy as np
 import OpenEXR
 import pytest
@@ -57,7 +60,14 @@ PROGRAMS = {
         lettered("ViewLayer.DiffCol", "RGB"),
         ["ViewLayer.Combined.A"],
     ),
-    "Blender's for denoising": (
+    "Blender's for denoising": (  # as 4.2 writes them
+        lettered("ViewLayer.Combined", "RGB"),
+        ["ViewLayer.Denoising Depth.Z"],
+        lettered("ViewLayer.Denoising Normal", "XYZ"),
+        lettered("ViewLayer.Denoising Albedo", "RGB"),
+        ["ViewLayer.Combined.A"],
+    ),
+    "Blender's older": (
         lettered("Scene.View Layer.Combined", "RGB"),
         ["Scene.View Layer.Denoising Depth.V"],
         lettered("Scene.View Layer.Denoising Normal", "XYZ"),
@@ -200,3 +210,40 @@ def test_a_missing_file_is_one_line(tmp_path, capfd):
     with pytest.raises(bob.InputError, match=r"none.exr: expected an OpenEXR file, can't read it: No such file"):
         read_exr(tmp_path / "none.exr")
     assert capfd.readouterr() == ("", "")
+
+
+def test_blender_writes_layers_that_are_known(tmp_path):
+    """A part of a picture with its passes for denoising, by Blender itself where it is installed."""
+    pytest.importorskip("bpy", reason="bpy, which is Blender, is not installed")
+    path = tmp_path / "part.exr"
+    subprocess.run([sys.executable, "-c", BLENDER, str(path)], check=True, timeout=300, stdout=subprocess.DEVNULL)
+    file = read_exr(path)
+    last = {role: [name.partition(".")[2] for name in names] for role, names in file.roles.items()}
+    assert last == {
+        "color": lettered("Combined", "RGB"),
+        "depth": ["Denoising Depth.Z"],
+        "normal": lettered("Denoising Normal", "XYZ"),
+        "albedo": lettered("Denoising Albedo", "RGB"),
+        "mask": ["Combined.A"],
+    }
+    assert file.traced().mean() == pytest.approx(1 / 4, abs=0.02)
+    assert main(["complete", str(path), "-o", str(tmp_path / "full.exr")]) == 0
+    whole = read_exr(tmp_path / "full.exr")
+    assert np.array_equal(whole.role("color")[file.traced()], file.role("color")[file.traced()])
+    assert (whole.role("mask") == 1).all()
+
+
+BLENDER = """
+import sys, bpy
+bpy.ops.wm.read_factory_settings()  # a cube, a lamp and a camera
+scene = bpy.context.scene
+scene.render.engine, scene.cycles.device, scene.cycles.samples = "CYCLES", "CPU", 2
+scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 64, 48, 100
+scene.render.use_border, scene.render.use_crop_to_border = True, False
+scene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75
+scene.render.border_min_y, scene.render.border_max_y = 0.25, 0.75
+scene.view_layers[0].cycles.denoising_store_passes = True
+scene.render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
+scene.render.filepath = sys.argv[1]
+bpy.ops.render.render(write_still=True)
+"""

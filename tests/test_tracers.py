@@ -131,6 +131,42 @@ def test_each_wrong_return_is_one_line(returned, message):
     assert "\n" not in str(error.value)
 
 
+EVERYTHING = ("gray", "color", "depth", "normal", "albedo", "variance")
+
+
+@pytest.mark.parametrize("name", EVERYTHING)
+@pytest.mark.parametrize("is_first", [True, False])
+def test_every_call_returns_the_same_channels(name, is_first):
+    calls = 0
+
+    def tracer(pixels):
+        nonlocal calls
+        calls += 1
+        n = len(pixels)
+        of = {key: np.full((n, *((3,) if key in ("color", "albedo") else ())), 0.5) for key in EVERYTHING}
+        of["normal"] = np.zeros((n, 2))
+        return bob.Samples(**{key: value for key, value in of.items() if key != name or (calls == 1) == is_first})
+
+    with pytest.raises(bob.InputError) as error:
+        list(bob.progressive(tracer=tracer, size=SIZE, fraction=0.3))
+    every, got = ("every", "none") if is_first else ("no", "some")
+    assert str(error.value) == f"{name}: expected from {every} call of the tracer, as from its first, got {got}"
+    assert calls == 2
+    view = bob.View(tracer=lambda camera, pixels: tracer(pixels), size=SIZE)
+    calls = 0
+    with pytest.raises(bob.InputError, match=rf"^{name}: expected from {every} call of the tracer"):
+        view.frame(fraction=1e-3), view.frame(bob.Camera(azimuth=32), fraction=1e-3)
+
+
+def test_hits_may_be_left_out_where_all_are():
+    def tracer(pixels):
+        hit = pixels[:, 0] > 2
+        return bob.Samples(ramp(pixels)[:, 0], **({} if hit.all() else {"hit": hit}))
+
+    *_, last = bob.progressive(tracer=tracer, size=SIZE, fraction=0.1)
+    assert last.gbuffer.alpha[:3].max() == 0 < last.gbuffer.alpha[3:].min()
+
+
 class Sized:
     """A tracer with everything that it may have."""
 
@@ -177,6 +213,15 @@ def test_the_first_frame_traces_its_share_whatever_time_it_takes():
     assert fractions[0] == pytest.approx(0.25, abs=1e-3)
     assert fractions[-1] == 1
     assert len(fractions) > 2
+
+
+def test_all_pixels_at_once_take_no_more_calls_than_they_need():
+    tracer = Sized()
+    frame = next(bob.progressive(tracer=tracer, first=1))
+    assert frame.fraction == 1
+    assert len(tracer.calls) == -(-H * W // 100)
+    with pytest.raises(bob.InputError, match="order"):
+        bob.progressive(tracer=tracer, first=1, order="any")
 
 
 def test_calls_have_few_sizes():

@@ -20,8 +20,8 @@ from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import Size
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import with_guesses
-from bobrossnet.tracing.calls import AsyncTracer, Calls
-from bobrossnet.tracing.trace import BATCH, SceneTracer, Tracer
+from bobrossnet.tracing.calls import Calls
+from bobrossnet.tracing.trace import BATCH, SceneTracer
 
 MIN_TRACING = 0.25
 """Least time for tracing in a frame, as a share of the time for completing, so that every budget makes progress."""
@@ -80,8 +80,8 @@ class PartialPicture:
 
     Parameters
     ----------
-    tracer : Tracer or AsyncTracer
-        Of one camera.
+    calls : Calls
+        Of a tracer of this one camera.
     size : (height, width)
     layout : Layout, optional
         What it is to find; by default what its first samples have.
@@ -100,7 +100,7 @@ class PartialPicture:
 
     def __init__(
         self,
-        tracer: Tracer | AsyncTracer,
+        calls: Calls,
         size: Size,
         layout: Layout | None,
         sequence: Sequence,
@@ -110,7 +110,7 @@ class PartialPicture:
         expected: NDArray[np.float32] | None = None,
         guides: Guides | None = None,
     ) -> None:
-        self.calls, self.sequence, self.choice, self.pace = Calls(tracer), sequence, choice, pace
+        self.calls, self.sequence, self.choice, self.pace = calls, sequence, choice, pace
         self.lattice_pace = lattice_pace
         self.expected = expected
         self.guides = guides
@@ -125,7 +125,7 @@ class PartialPicture:
         self._passes: NDArray[np.int32] | None = None  # how often each pixel was traced, once that is not the same
         self.finished = False
         # The core's tracer finds what displays show, and takes any number of pixels.
-        self.is_display_referred = isinstance(tracer, SceneTracer)
+        self.is_display_referred = isinstance(calls.tracer, SceneTracer)
         self.sizes = None if self.is_display_referred else self.calls.sizes
 
     @property
@@ -142,6 +142,8 @@ class PartialPicture:
 
     def _trace(self, count: int) -> int:
         """Call the tracer once and wait for it; return how many pixels, at most so many, it had."""
+        while not self.calls.has_room:  # a call for a camera before runs on
+            self._take()
         self._begin(count)
         return self._take()
 
@@ -156,8 +158,14 @@ class PartialPicture:
             pixels = self._noisiest(min(count, self._open))
         return self.calls.begin(pixels, is_first, began)
 
+    def take_what_came(self) -> None:
+        """Take what calls have found until now."""
+        while self._take(0):
+            pass
+
     def _take(self, timeout: float | None = None) -> int:
-        """Take what came of a call; return how many pixels, 0 where nothing comes in so many seconds."""
+        """Take what came of a call; return how many pixels, 0 where nothing comes in so many seconds, or only what was
+        dropped."""
         taken = self.calls.take(timeout)
         if taken is None:
             return 0
@@ -188,6 +196,8 @@ class PartialPicture:
         if not len(self._decided):
             shown = self._displayed()
             together = count if calls.in_flight == 1 else min(BATCH, self._left)
+            if self.expected is not None:  # rounds are as long as one wishes
+                together = min(count * calls.in_flight, self._left)
             self._decided = self.sequence.next(together, shown.planes, shown.layout)
         if calls.in_flight > 1 and calls.sizes.batch is None:
             share = max(-(-len(self._decided) // calls.in_flight), calls.turnover.worthwhile())
@@ -310,7 +320,7 @@ class PartialPicture:
                 break
             if self._open and self.calls.has_room:
                 goes_on = self._begin(self._part(count, budget))
-            elif self.calls.under_way:
+            elif self._open or self.calls.under_way:
                 done += self._take(deadline - time.perf_counter() if count is None and done else None)
             else:
                 return

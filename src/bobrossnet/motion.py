@@ -21,11 +21,13 @@ from bobrossnet.picture.gbuffer import untraced_planes
 from bobrossnet.picture.order import ADAPTIVE, SizeLike, check_order, check_size, pixel_count
 from bobrossnet.picture.samples import Samples
 from bobrossnet.picture.sequence import PixelSequence
+from bobrossnet.tracing.calls import AsyncTracer, Calls, SamplesFuture
 from bobrossnet.tracing.scene import SceneLike, as_scene
-from bobrossnet.tracing.trace import SceneTracer, Tracer, check_samples
+from bobrossnet.tracing.trace import SceneTracer, Tracer
 
-CameraTracer: TypeAlias = Callable[[Camera, NDArray[np.int32]], Samples]
-"""From a camera and pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds."""
+CameraTracer: TypeAlias = Callable[[Camera, NDArray[np.int32]], Samples | SamplesFuture]
+"""From a camera and pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds, or a
+future of that."""
 
 SHADED_ANEW = Layout(_core.remembered_layout(False).names)
 """What is remembered of the core's scenes: gray follows from it for any camera."""
@@ -55,7 +57,9 @@ class View:
     tracer : callable, optional
         Instead of a scene: from a `Camera` and pixels, (n, 2) int32 rows and columns, to `Samples` of the same
         length. Their depth is over the unit sphere, which the camera sees; their gray and colour are
-        carried along as they are.
+        carried along as they are. It may return a future of its samples, and have the attributes `batch` and
+        `in_flight`, as in `progressive`. When the camera moves, calls that wait are cancelled; what comes of those that
+        run is dropped, and they keep their room until then.
     model : str or path
         As in `progressive`.
     seed : int, 0..2**64 - 1
@@ -104,6 +108,7 @@ class View:
         self._order = _core.RefreshOrder(*self.size)
         self._moves = 0
         self._seen = self._seen_by(Camera())
+        self._calls = Calls(self._seen.tracer if tracer is None else tracer)  # type: ignore[arg-type]
         self._picture = self._unknown()
         self._picture.warm_up()
 
@@ -130,7 +135,8 @@ class View:
         Raises
         ------
         InputError
-            If an argument is out of range, or the tracer does not return what it was asked for.
+            If an argument is out of range, or the tracer does not return what it was asked for. What the tracer raises
+            comes through, here or in a future; the next frame begins anew.
         """
         if ms is not None and fraction is not None:
             raise InputError("frame: expected ms or fraction, got both")
@@ -139,6 +145,13 @@ class View:
         if camera is not None and not isinstance(camera, Camera):
             raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
         start = time.perf_counter()
+        try:
+            return self._frame(start, camera, budget, count)
+        except BaseException:  # pixels were asked for that never came
+            self.forget()
+            raise
+
+    def _frame(self, start: float, camera: Camera | None, budget: float, count: int | None) -> Frame:
         lattice = 0
         if camera is not None and camera != self._seen.camera:
             plan = self._plan(budget) if count is None else _Plan(0, 0, 0)
@@ -154,6 +167,11 @@ class View:
         self._history = None
         self._picture = self._unknown()
 
+    def close(self) -> None:
+        """Cancel the calls of a tracer that wait, and wait for those that run. The next frame begins anew."""
+        self.forget()
+        self._calls.close()
+
     def _plan(self, budget: float) -> _Plan:
         """What there is time for, in seconds, in a picture that carries nothing along."""
         total, part = self._picture.total, budget - self._pace.to_complete
@@ -167,6 +185,7 @@ class View:
         return _Plan(0, 0, self._pace.pixels_in(part))
 
     def _move(self, camera: Camera, carries: bool, first_step: int) -> None:
+        self._picture.take_what_came()
         seen = self._seen_by(camera)
         self._layout = self._picture.layout
         self._moves += 1
@@ -193,13 +212,15 @@ class View:
             seen.tracer.shade(expected)
         self._order.begin((self._seed + self._moves) % 2**64)
         sequence = _Refreshing(self._order, expected, off_center)
-        return PartialPicture(seen.tracer, self.size, layout, sequence, self._choice, self._pace, expected=expected)
+        self._calls.turn_to(seen.tracer)
+        return PartialPicture(self._calls, self.size, layout, sequence, self._choice, self._pace, expected=expected)
 
     def _unknown(self) -> PartialPicture:
         """A picture of which nothing is expected."""
         sequence = PixelSequence(self.size, ADAPTIVE, self._seed, self._first_step)
+        self._calls.turn_to(self._seen.tracer)
         return PartialPicture(
-            self._seen.tracer, self.size, self._layout, sequence, self._choice, self._pace, self._lattice_pace
+            self._calls, self.size, self._layout, sequence, self._choice, self._pace, self._lattice_pace
         )
 
     def _seen_by(self, camera: Camera) -> _Seen:
@@ -207,12 +228,7 @@ class View:
             tracer = SceneTracer(self._scene, camera, self.size, self._layout)
             return _Seen(camera, tracer, tracer.camera_in_core)
         assert self._tracer is not None
-        return _Seen(camera, partial(self._trace, camera), camera.core((0, 0, 0), 1))
-
-    def _trace(self, camera: Camera, pixels: NDArray[np.int32]) -> Samples:
-        """Call a tracer of one's own; calls that go on elsewhere would outlive their camera."""
-        assert self._tracer is not None
-        return check_samples(self._tracer(camera, pixels), len(pixels))
+        return _Seen(camera, partial(self._tracer, camera), camera.core((0, 0, 0), 1))
 
 
 class _Plan(NamedTuple):
@@ -227,7 +243,7 @@ class _Seen(NamedTuple):
     """What a camera sees."""
 
     camera: Camera
-    tracer: Tracer
+    tracer: Tracer | AsyncTracer
     in_core: _core.Camera
 
 

@@ -13,7 +13,7 @@ from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.guides import check_guides
 from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
-from bobrossnet.tracing.calls import AsyncTracer
+from bobrossnet.tracing.calls import AsyncTracer, Calls
 from bobrossnet.tracing.scene import SceneLike
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 
@@ -60,6 +60,7 @@ def progressive(
         Share of the image that each frame adds, instead of `frame_ms`; or more, by what came of several calls.
     first : float in (0, 1], optional
         Share of the image that the first frame traces, whatever time it takes: before that there is little to see.
+        With 1 it has all pixels, which `adapters.oidn.denoise` takes the noise out of.
     until : float, at least 0
         End with the first frame whose `error` is at most this. If a tracer's samples have a variance, pixels are traced
         again after the last one, those of the largest variance first, until it is.
@@ -101,12 +102,14 @@ def progressive(
         raise InputError("progressive: expected frame_ms or fraction, got both")
     layout = tracer.layout if isinstance(tracer, SceneTracer) else None
     choice = choice_of("default" if model == GUIDED and guides is not None else model, order)
-    sequence = PixelSequence(size, order, seed)
-    picture = PartialPicture(tracer, size, layout, sequence, choice, Pace(), guides=guides)
-    until = check_number("until", until, 0)
     count = None if fraction is None else pixel_count(fraction, size)
-    budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
     at_first = count if first is None else pixel_count(first, size, "first")
+    sequence = PixelSequence(size, order, seed)
+    if at_first == size[0] * size[1]:  # nothing to choose, and no round to wait for
+        sequence = PixelSequence(size, "lattice", seed)
+    picture = PartialPicture(Calls(tracer), size, layout, sequence, choice, Pace(), guides=guides)
+    until = check_number("until", until, 0)
+    budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
     picture.warm_up(until)
     return _frames(picture, at_first, count, budget, until)
 

@@ -45,8 +45,10 @@ class Samples(Channels):
         If the lengths differ, or a value is not finite or out of range where `hit` is true.
     """
 
-    __slots__ = ("layout", "values")
+    __slots__ = ("given", "layout", "values")
 
+    given: frozenset[str]
+    """Which of the parameters, but for `hit`, they were made of."""
     layout: Layout
     """The channels that they have."""
     values: F32
@@ -97,14 +99,16 @@ class Samples(Channels):
             check_range("variance", variance)
             # Components are drawn together, as those of a path's light: the largest that it can be.
             variance = np.square(np.sqrt(np.maximum(variance, 0)) @ LUMINANCE)
-        for name, value, default in (
+        parameters = (
             ("color", color, None),
             ("gray", gray, None),
             ("depth", depth, 0.5),
             ("normal", normal, 0),
             ("albedo", albedo, 1),
             ("variance", variance, None),
-        ):
+        )
+        self.given = frozenset(name for name, value, _ in parameters if value is not None)
+        for name, value, default in parameters:
             if value is not None:
                 put(name, value)
             elif default is not None and name in self.layout.places:
@@ -119,6 +123,7 @@ class Samples(Channels):
         """Samples that take over values of a layout, unchecked and without a copy."""
         samples = object.__new__(cls)
         samples.layout, samples.values = layout, values
+        samples.given = frozenset(layout.places) - {"mask"}
         return samples
 
     def in_layout(self, layout: Layout) -> F32:

@@ -33,8 +33,8 @@ class SamplesFuture(Protocol):
     def cancelled(self) -> bool: ...
 
 
-AsyncTracer: TypeAlias = Callable[[NDArray[np.int32]], SamplesFuture]
-"""As `Tracer`, while its calls go on in other threads, processes or on other machines."""
+AsyncTracer: TypeAlias = Callable[[NDArray[np.int32]], Samples | SamplesFuture]
+"""As `Tracer`, while its calls may go on in other threads, processes or on other machines."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class Calls:
     """
 
     def __init__(self, tracer: Tracer | AsyncTracer) -> None:
-        self._tracer = tracer
+        self.tracer = tracer
         self.sizes = CallSizes(getattr(tracer, "batch", None))
         self.turnover = Turnover()
         told = getattr(tracer, "in_flight", None)
@@ -73,18 +73,20 @@ class Calls:
         """How many may be under way at once. If the tracer does not say: one until it has returned a future."""
         self.under_way: list[Call] = []
         """Those that were not taken yet."""
+        self._dropped: set[Call] = set()  # that run on, though nobody wants what comes of them
         self._came: SimpleQueue[tuple[Call, float]] = SimpleQueue()  # and when
+        self._given: frozenset[str] | None = None  # what the first samples had
 
     @property
     def has_room(self) -> bool:
-        return len(self.under_way) < self.in_flight
+        return len(self.under_way) + len(self._dropped) < self.in_flight
 
     def begin(self, pixels: NDArray[np.int32], is_first: bool, began: float) -> bool:
         """Call the tracer; return whether the call goes on."""
-        if not self.under_way:
+        if not (self.under_way or self._dropped):
             self.turnover.resumed(began)
         asked = self.sizes.padded(pixels)
-        returned = self._tracer(asked)
+        returned = self.tracer(asked)
         call = Call(pixels, len(asked), is_first, began, returned, _future(returned))
         self.under_way.append(call)
         if call.future is None:
@@ -96,36 +98,59 @@ class Calls:
         return True
 
     def take(self, timeout: float | None = None) -> tuple[Call, Samples, float] | None:
-        """What came first of what was not taken yet, and when; None if nothing comes in so many seconds.
+        """What came first of what was not taken yet, and when; None if nothing comes in so many seconds, or what came
+        was dropped.
 
         Raises
         ------
         InputError
             If it is not what was asked for; whatever else its call raised.
         """
-        try:
-            call, at = self._came.get(timeout=None if timeout is None else max(timeout, 0))
-        except Empty:
-            return None
+        while True:
+            try:
+                call, at = self._came.get(timeout=None if timeout is None else max(timeout, 0))
+            except Empty:
+                return None
+            is_cancelled = call.future is not None and call.future.cancelled()
+            if self.in_flight > 1 and not is_cancelled:
+                self.turnover.came(call.asked, at - call.began, at, self.in_flight)
+            if call in self.under_way:
+                break
+            self._dropped.discard(call)
+            timeout = 0
         self.under_way.remove(call)
-        if call.future is not None and call.future.cancelled():
+        if is_cancelled:
             raise InputError("tracer: expected samples, got a future that was cancelled")
         samples = check_samples(call.returned if call.future is None else call.future.result(), call.asked)
+        self._check_given(samples.given)
         if call.asked > len(call.pixels):
             samples = Samples.from_values(samples.values[: len(call.pixels)], samples.layout)
-        if self.in_flight > 1:
-            self.turnover.came(call.asked, at - call.began, at, self.in_flight)
         return call, samples, at
+
+    def _check_given(self, given: frozenset[str]) -> None:
+        """Raise InputError unless samples have what the first ones had."""
+        if self._given is None:
+            self._given = given
+        for name in sorted(self._given ^ given):
+            every, got = ("every", "none") if name in self._given else ("no", "some")
+            raise InputError(f"{name}: expected from {every} call of the tracer, as from its first, got {got}")
+
+    def turn_to(self, tracer: Tracer | AsyncTracer) -> None:
+        """Call another tracer from now on, of as many pixels and calls. Calls that wait elsewhere are cancelled; those
+        that run keep their room until they end, and what comes of them is dropped."""
+        for call in self.under_way:
+            if call.future is not None:
+                call.future.cancel()
+                if not call.future.cancelled():
+                    self._dropped.add(call)
+        self.under_way = []
+        self.tracer = tracer
 
     def close(self) -> None:
         """Cancel the calls that wait elsewhere, and wait for those that run: none is left."""
-        futures = {call: call.future for call in self.under_way if call.future is not None}
-        for future in futures.values():
-            future.cancel()
-        self.under_way = []
-        left = {call for call, future in futures.items() if not future.cancelled()}
-        while left:
-            left.discard(self._came.get()[0])
+        self.turn_to(self.tracer)
+        while self._dropped:
+            self.take()
 
 
 def _future(returned: Any) -> SamplesFuture | None:
