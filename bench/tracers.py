@@ -234,8 +234,8 @@ def span(costs: NDArray[np.float64], best: list[bool]) -> str:
         return "never"
     first, last = (int(index) for index in np.flatnonzero(best)[[0, -1]])
     assert all(best[first : last + 1]), "more than one span"
-    until = "on" if last == len(best) - 1 else f"to {1e6 * costs[last]:.2g} µs"
-    return f"from {1e6 * costs[first]:.2g} µs {until}"
+    low, high = (f"{float(f'{1e6 * costs[index]:.2g}'):g} µs" for index in (first, last))
+    return f"from {low} " + ("on" if last == len(best) - 1 else f"to {high}")
 
 
 def main() -> None:
