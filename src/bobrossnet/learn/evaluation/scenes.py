@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
@@ -9,9 +10,10 @@ from typing import NamedTuple, TypeAlias
 
 import bobrossnet as bob
 from bobrossnet.errors import InputError
-from bobrossnet.learn.dataset.build import MADE, scene_of
+from bobrossnet.learn.dataset.build import COLORED, MADE, scene_of
 from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.shape_files import left_out, shape_files, spread
+from bobrossnet.learn.shapes.colors import is_white
 from bobrossnet.tracing.scene import SceneLike
 
 Scenes: TypeAlias = Mapping[str, Callable[[], SceneLike]]
@@ -42,9 +44,10 @@ def scenes_of_dataset(path: str | os.PathLike[str] | Dataset, limit: int | None 
     return {source: partial(scene_of, source) for source in spread(sources, limit)}
 
 
-def own_scenes(count: int, first: int = FIRST) -> Scenes:
-    """Return shapes that the package makes itself; by default those for testing alone."""
-    sources = [f"{MADE}{first + i}" for i in range(count)]
+def own_scenes(count: int, first: int = FIRST, *, colored: bool = False) -> Scenes:
+    """Return shapes that the package makes itself, white or all in colours; by default those for testing alone."""
+    seeds = itertools.filterfalse(is_white, itertools.count(first)) if colored else itertools.count(first)
+    sources = [f"{COLORED if colored else MADE}{seed}" for seed in itertools.islice(seeds, count)]
     return {source: partial(scene_of, source) for source in sources}
 
 
