@@ -22,7 +22,7 @@ from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
 from bobrossnet.learn.evaluation.costs import cost_table, measure_costs
 from bobrossnet.learn.evaluation.evaluate import evaluate_dataset, evaluate_folder, evaluate_scenes
 from bobrossnet.learn.evaluation.runs import rivals
-from bobrossnet.learn.evaluation.scenes import own_scenes
+from bobrossnet.learn.evaluation.scenes import own_scenes, scenes_of_folder, with_colors
 from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.networks import NETWORKS, Paper
 from bobrossnet.metrics import flip
@@ -321,6 +321,13 @@ def test_evaluation_in_color() -> None:
     ):
         with pytest.raises(InputError, match=message):
             evaluate_scenes(scenes, ["paper"], **options, **bad)
+
+
+def test_scenes_with_colors(shapes: Path) -> None:
+    scenes = {"white": bob.sdf.sphere, "red": lambda: bob.sdf.sphere(1).color("#c00")}
+    assert list(with_colors(scenes)) == ["red"]
+    with pytest.warns(InputWarning, match=r"left out: d\.obj: "):
+        assert with_colors(scenes_of_folder(shapes)) == {}
 
 
 def test_own_scenes_in_color_are_colored() -> None:

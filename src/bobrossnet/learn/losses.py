@@ -84,7 +84,8 @@ def visible(image: Tensor, reference: Tensor) -> Tensor:
     difference = _encoded(inside) - _encoded(reference)
     seen = (difference.square() + VISIBLE**2) ** 0.35 - VISIBLE**0.7
     scale = 0.95 / 0.4 * 100**0.7 / LARGEST_DIFFERENCE
-    return (scale * seen + LEAK * (image - inside).abs()).mean((1, 2, 3))
+    by_pixel: Tensor = scale * seen + LEAK * (image - inside).abs()
+    return by_pixel.mean((1, 2, 3))
 
 
 LOSSES: dict[str, Callable[[Tensor, Tensor], Tensor]] = {

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.completion.filling import FILLINGS
+from bobrossnet.completion.filling import FILLINGS, delaunay_linear
 from bobrossnet.completion.network import Network, load_network
 from bobrossnet.errors import InputError
 from bobrossnet.picture.order import check_order
@@ -119,4 +119,6 @@ def _filled(name: str, part: bob.GBuffer) -> NDArray[np.float32]:
 
 
 def _filled_colors(name: str, part: bob.GBuffer) -> NDArray[np.float32]:
+    if name == "delaunay-linear":  # of whose time the triangles, which all components share, are most
+        return delaunay_linear(part.color, part.mask)
     return np.stack([FILLINGS[name](plane, part.mask) for plane in np.moveaxis(part.color, -1, 0)], -1)
