@@ -2,6 +2,7 @@
 
 import copy
 import csv
+import hashlib
 import json
 import math
 import struct
@@ -289,7 +290,8 @@ def test_means_of_weights(whole: Path, tmp_path: Path) -> None:
     mean, of_mean = checkpoint.load(path)
     for got, trained in zip(mean.parameters(), network.parameters(), strict=True):
         torch.testing.assert_close(got, 0.625 * trained)
-    assert json.loads(of_mean.pop("mixed")) == {"with": "first", "share": 0.25}
+    digest = hashlib.sha256(first.read_bytes()).hexdigest()
+    assert json.loads(of_mean.pop("mixed")) == {"share": 0.25, "with": {"sha256": digest}}
     assert of_mean == header
     for bad, message in (
         ((first, "default", 0.5), "second: expected weights of the same network as"),

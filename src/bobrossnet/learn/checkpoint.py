@@ -9,6 +9,7 @@ JSON, `training`, the configuration, `dataset`, what identifies the data set, an
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Mapping
@@ -88,7 +89,7 @@ def mix(
     share : float in 0..1
         Of the second.
     path : path ending in .safetensors
-        Replaced if it exists. Its header is the second's.
+        Replaced if it exists. Its header is the second's, and says how much is of it, and the first's hash.
 
     Raises
     ------
@@ -106,7 +107,8 @@ def mix(
     theirs = other.state_dict()
     other.load_state_dict({name: tensor.lerp(theirs[name], share) for name, tensor in one.state_dict().items()})
     kept = {name: value for name, value in header.items() if name not in other.settings()}
-    save(path, other, {**kept, "mixed": json.dumps({"with": Path(first).stem, "share": share})})
+    digest = hashlib.sha256(weights_path(first).read_bytes()).hexdigest()
+    save(path, other, {**kept, "mixed": json.dumps({"share": share, "with": {"sha256": digest}})})
 
 
 def save_checkpoint(
