@@ -26,7 +26,7 @@ from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
 
 RUNS = 21
 FRACTIONS = (0.01, 0.02, 0.05, 0.1)
-MODELS = ("default", "middle", "small", "filling")
+MODELS = ("default", "small", "filling")
 LINEAR, UNIFORM = "delaunay-linear", "uniform"
 OWN = 16  # shapes of our own, in colour
 

@@ -242,7 +242,6 @@ def test_pack_the_built_in_scene(tmp_path):
         ("paper", ["10,346", "(80, 5, 3, 3)", "adadelta"]),
         ("default", ["59,600", "(32, 8, 3, 3)", "lattice+uniform", "by-detail"]),
         ("small", ["16,060", "features    4,8,8,16,16,16", "(4, 14, 3, 3)"]),
-        ("middle", ["28,028", "features    8,8,16,24,24,24", "start"]),
         ("filling", ["network     filling", "mask,gray"]),
     ],
 )

@@ -153,7 +153,7 @@ def gbuffer(stack):
 # ---- Pictures --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["paper", "default", "middle", "small"])
+@pytest.mark.parametrize("name", ["paper", "default", "small"])
 @pytest.mark.parametrize("size", SIZES, ids=str)
 def test_networks_fill_in_as_in_the_core(gpu, viewer, tree, name, size):
     if size == SIZES[-1]:

@@ -225,7 +225,6 @@ def test_export(tmp_path, capsys):
         "gallery/happy_tree.bob",
         "weights/default.safetensors",
         "weights/filling.safetensors",
-        "weights/middle.safetensors",
         "weights/paper.safetensors",
         "weights/small.safetensors",
         "weights/uncertainty.safetensors",

@@ -49,9 +49,8 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str =
     gbuffer : GBuffer, (H, W)
         Of any size, with any pixels traced.
     model : str, path or Network
-        Name of shipped weights ("default", "filling", "middle", "paper", "small"), or a .safetensors file. "filling"
-        needs no learning and a third of the default's time, and is as good from 5 % of adaptive pixels on; "small" and
-        "middle" lie between, in this order.
+        Name of shipped weights ("default", "filling", "paper", "small"), or a .safetensors file. "filling" needs no
+        learning and a third of the default's time, and is as good from 5 % of adaptive pixels on; "small" lies between.
         Of a G-buffer with guides, "default" completes gray and colour along these instead, as does "guided".
     channel : "gray", "color", "albedo" or "alpha"
         What to complete. The network completes gray, and coverage for albedo and alpha; colours follow them, by what
