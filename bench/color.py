@@ -1,5 +1,5 @@
 """What colour costs, and how well it is completed: tracing and completing beside gray, smooth edges, and the error
-beside linear interpolation of each component over the Delaunay triangles of the same pixels.
+beside linear interpolation of each component over the Delaunay triangles of the same pixels, and of uniform ones.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-import flip_evaluator
 import numpy as np
 from numpy.typing import NDArray
 from report import heading, in_turn, median_ratio, shape_files, spread, table
@@ -17,14 +16,19 @@ from sparse import SIZE, on_one_thread
 
 import bobrossnet as bob
 from bobrossnet.color import luminance, to_srgb
-from bobrossnet.completion.filling import delaunay_linear
+from bobrossnet.learn.evaluation.evaluate import evaluate_scenes
+from bobrossnet.learn.evaluation.scenes import Scenes, own_scenes, scenes_of_folder, with_colors
+from bobrossnet.picture.order import ADAPTIVE
 from bobrossnet.sdf import X, Y, Z, box, cylinder, sphere
 from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.tracing.scene import as_scene
 from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
 
 RUNS = 21
 FRACTIONS = (0.01, 0.02, 0.05, 0.1)
-CAMERAS = [bob.Camera(azimuth=azimuth, elevation=20) for azimuth in (0, 50, 100)]
+MODELS = ("default", "small", "filling")
+LINEAR, UNIFORM = "delaunay-linear", "uniform"
+OWN = 16  # shapes of our own, in colour
 
 
 def colored(mesh: bob.Mesh, **colors: object) -> bob.Mesh:
@@ -116,32 +120,33 @@ def edges(scene: bob.Scene) -> None:
     table(["rays at most", "ms", "/ 1 ray", "SSIM"], rows)
 
 
-def errors(scenes: dict[str, bob.Scene]) -> None:
+def sets_of_scenes(scenes: dict[str, bob.Scene]) -> dict[str, Scenes]:
+    """What completed colours are measured on: single scenes, our own shapes, and files that have colours."""
+    shown = {name: scenes[name] for name in ("material", "vertices", "texture")} | {"27 parts": parts()}
+    sets: dict[str, Scenes] = {name: {name: partial(as_scene, scene)} for name, scene in shown.items()}
+    sets[f"{OWN} own shapes"] = own_scenes(OWN, colored=True)
+    real = {
+        f"{folder.name}/{name}": scene
+        for folder in shape_files("loader_originals", "textured")
+        for name, scene in with_colors(scenes_of_folder(folder)).items()
+    }
+    return sets | {f"{len(real)} files": real}
+
+
+def errors(sets: dict[str, Scenes]) -> None:
     """Print the errors of completed colours."""
-    heading("Completed colours at 256x256, three views: mean FLIP, less is better, and SSIM of the luminance")
+    heading("Completed colours at 256x256: mean FLIP of sRGB, less is better, and SSIM of the luminance")
     rows = []
-    for name, scene in scenes.items():
-        full = [bob.trace(scene, camera, size=(256, 256)) for camera in CAMERAS]
-        for method in ("default", "filling", "delaunay-linear"):
-            row = [name, method]
-            for fraction in FRACTIONS:
-                scores = []
-                for picture in full:
-                    part = picture.sample(fraction)
-                    if method == "delaunay-linear":
-                        found = per_component(part)
-                    else:
-                        found = bob.complete(part, method, channel="color")
-                    shown, wanted = to_srgb(found), to_srgb(picture.color)
-                    _, flip, _ = flip_evaluator.evaluate(wanted, shown, "LDR")
-                    scores.append((flip, bob.ssim(luminance(found), luminance(picture.color))))
-                row.append("{:.4f}, {:.4f}".format(*np.mean(scores, axis=0)))
-            rows.append(row)
-    table(["scene", "method", *(f"{fraction:.0%}" for fraction in FRACTIONS)], rows)
-
-
-def per_component(part: bob.GBuffer) -> NDArray[np.float32]:
-    return np.stack([delaunay_linear(part.color[..., k], part.mask) for k in range(3)], axis=-1)
+    for name, scenes in sets.items():
+        views = 3 if len(scenes) == 1 else 1
+        measure = partial(evaluate_scenes, scenes, fractions=FRACTIONS, views=views, channel="color", repainting=False)
+        adaptive = measure(MODELS, orders=[ADAPTIVE], fillings=[LINEAR])
+        result = adaptive.beside(measure([], orders=[UNIFORM], fillings=[LINEAR]))
+        for run in result.scores:
+            scores = zip(result.mean(run, "flip"), result.mean(run, "ssim"), strict=True)
+            cells = ["{:.4f}, {:.4f}".format(*each) for each in scores]
+            rows.append([name, f"{run[0].removesuffix(' kept')}, {run[1]}", *cells])
+    table(["scene", "method, order", *(f"{fraction:.0%}" for fraction in FRACTIONS)], rows)
 
 
 def main() -> None:
@@ -151,8 +156,7 @@ def main() -> None:
     tracing(scenes)
     completing(scenes["texture"])
     edges(scenes["texture"])
-    del scenes["white"], scenes["metal"]
-    errors(scenes | {"27 parts": parts()})
+    errors(sets_of_scenes(scenes))
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ from bobrossnet.learn.evaluation.evaluate import FRACTIONS, evaluate_scenes
 from bobrossnet.learn.evaluation.known_error import KnownError, measure_known_error
 from bobrossnet.learn.evaluation.methods import kept
 from bobrossnet.learn.evaluation.runs import Run, label
-from bobrossnet.learn.evaluation.scenes import Scenes, own_scenes, scenes_of_folder
+from bobrossnet.learn.evaluation.scenes import Scenes, own_scenes, scenes_of_folder, with_colors
 from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
 from bobrossnet.learn.evaluation.stability import Stability, measure_stability
 from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
@@ -66,6 +66,9 @@ share of traced pixels."""
 WORSE = 0.005  # of SSIM, by which a single picture may be worse
 FOVS = (0, 35, 60)  # degrees in which perspective is compared; 0 is orthographic
 GOOD = (0.95, 0.99)  # SSIM that takes so many rays
+
+IN_COLOR = -0.2
+"""Change of FLIP from linear filling of each component that is to be reached in colour, at every share of `SHOWN`."""
 
 AT_MOST_UNIFORM = dict.fromkeys(SHOWN, -0.15) | dict.fromkeys((0.25, 0.5, 0.75), 0.0)
 AT_MOST_LATTICE = dict.fromkeys(SHOWN, -0.3) | {0.25: -0.2}
@@ -122,6 +125,7 @@ class Scale:
     large: int = 512  # of those in which orders are compared once more
     large_real: int = 96  # shapes in them
     perspective_real: int = 20  # shapes that are seen in perspective
+    colored: int = 24  # shapes in colour, of each sort
     known_real: int = 96  # shapes of which the expected errors are compared with the true ones
     panel: int = 176  # of those that are shown
     fractions: tuple[float, ...] = FRACTIONS
@@ -129,7 +133,7 @@ class Scale:
     runs: int = 11  # to measure milliseconds
 
 
-SCALES = {"full": Scale(), "small": Scale(3, 2, 1, 1, 48, 64, 2, 2, 2, 48, (0.01, 0.05, 0.25), 3, 1)}
+SCALES = {"full": Scale(), "small": Scale(3, 2, 1, 1, 48, 64, 2, 2, 2, 2, 48, (0.01, 0.05, 0.25), 3, 1)}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -162,6 +166,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with work.timed("perspective"):
         scenes = scenes_of_folder(shapes, scale.perspective_real) if shapes else own_scenes(scale.own)
         by_fov = measure_perspective(work.folder, scenes, options.weights, scale)
+    with work.timed("colour"):
+        in_color = measure_colors(work.folder, "own", own_scenes(scale.colored, colored=True), options.weights, scale)
+        colored = with_colors(scenes_of_folder(shapes)) if shapes else {}
+        of_files = colored and measure_colors(work.folder, "real", colored, options.weights, scale)
     with work.timed("known errors"):
         known = known_errors(
             work.folder,
@@ -201,6 +209,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         *(quality("Real shapes", "real", real, ours) if real else []),
         *(placed_by_need(real, large, scale, ours) if real and large else []),
         *in_perspective(by_fov, scale, ours),
+        *in_colors({"real shapes that have colours": of_files, "our own shapes": in_color}, scale, ours),
         "## Known error",
         f"{len(known.shapes)} pictures of {scale.size}x{scale.size} pixels, traced a hundredth after the other until "
         "the expected error (`frame.error`, the mean of `uncertainty`, in gray of 0 to 1) is below a limit: how many "
@@ -260,6 +269,19 @@ def measure_perspective(folder: Path, scenes: Scenes, weights: str, scale: Scale
         measure = partial(measure, fillings=[], repainting=False)
         results[fov] = recall(*content(weights), (LATTICE, ADAPTIVE), measure)
     return results
+
+
+def measure_colors(folder: Path, name: str, scenes: Scenes, weights: str, scale: Scale) -> Evaluation:
+    """Measure the network in colour, and linear filling of each component of the same pixels and of uniform ones."""
+    recall = partial(recalled, Evaluation, folder, f"color-{name}", scenes)
+    fractions = [fraction for fraction in scale.fractions if fraction <= max(SHOWN)]
+    measure = partial(evaluate_scenes, scenes, size=(scale.size, scale.size), fractions=fractions, channel="color")
+    measure = partial(measure, repainting=False)
+    parts = [
+        recall(*content(weights), [ADAPTIVE], partial(measure, [weights], fillings=[])),
+        recall(LINEAR, "", (ADAPTIVE, UNIFORM), partial(measure, [], fillings=[LINEAR])),
+    ]
+    return reduce(Evaluation.beside, parts)
 
 
 def known_errors(folder: Path, scenes: Scenes, weights: str, scale: Scale) -> KnownError:
@@ -449,10 +471,38 @@ def in_perspective(by_fov: Mapping[float, Evaluation], scale: Scale, ours: str) 
     return [
         "## Perspective",
         f"Mean SSIM of {len(first.pictures)} real shapes, {scale.size}x{scale.size}, seen from the same sides with "
-        "each field of view. The network learned from orthographic pictures alone. The wider the view, the less of the "
+        "each field of view. The network learned from both. The wider the view, the less of the "
         "picture a shape fills, which is a part of why completing is easier.",
         table(["method, order", "fov", *map(percent, first.fractions)], rows),
     ]
+
+
+def in_colors(results: Mapping[str, Evaluation | Mapping[str, Any]], scale: Scale, ours: str) -> list[str]:
+    """How good completed colours are beside linear filling of each component, and whether that is what is asked for."""
+    parts = [
+        "## Colour",
+        f"Pictures in colour, {scale.size}x{scale.size}: FLIP of sRGB, SSIM of the luminance and PSNR of the three "
+        f"components. {LINEAR} interpolates each component over the triangles of the same pixels, or of as many "
+        f"in order {UNIFORM}. Asked for is a FLIP lower by {-100 * IN_COLOR:g} % at every share.",
+    ]
+    for what, result in results.items():
+        if not isinstance(result, Evaluation):  # without files there are none of these
+            continue
+        rows = []
+        for rival in ((LINEAR, UNIFORM), (LINEAR, ADAPTIVE)):
+            changes = result.change_of_error((ours, ADAPTIVE), rival, "flip")
+            met = [
+                "yes" if sum(change) <= IN_COLOR else "no" if change[0] > IN_COLOR else "maybe" for change in changes
+            ]
+            cells = [f"{plus_minus(*(100 * change), 1)} {each}" for change, each in zip(changes, met, strict=True)]
+            rows.append([f"from {label(result.scores, rival)}", *cells])
+        parts += [f"{len(result.pictures)} pictures of {what}."]
+        parts += [part for metric in METRICS for part in (f"{METRICS[metric].label}:", result.table(metric))]
+        parts += [
+            f"Change of the FLIP of {label(result.scores, (ours, ADAPTIVE))}, in percent:",
+            table(["", *map(percent, result.fractions)], rows),
+        ]
+    return parts
 
 
 def is_kept_or_filled(run: Run, ours: str) -> bool:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,9 @@ from bobrossnet.learn.dataset.loader import Batches
 from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
 from bobrossnet.learn.dataset.store import part_of
 from bobrossnet.learn.shapes import KINDS, procedural_scene
+from bobrossnet.learn.shapes.colors import LOOKS, colored_scene, is_white, patterns, textured, white
+from bobrossnet.learn.shapes.textures import KINDS as TEXTURES
+from bobrossnet.learn.shapes.textures import SIDE, some_texture
 
 # ---- the plan -----------------------------------------------------------------------------------------------
 
@@ -98,6 +102,53 @@ def test_shapes_of_every_kind_come_up() -> None:
     assert sum(chance for chance, _ in KINDS.values()) == pytest.approx(1)
 
 
+def test_a_formula_that_is_nowhere_is_drawn_again() -> None:
+    assert procedural_scene(1_000_201).instances  # of this seed one is
+
+
+def test_colored_shapes_are_the_same_in_other_colors() -> None:
+    for seed in (1_000_001, 1_000_002, 1_000_009, 1_000_010):
+        plain, colored = bob.trace(procedural_scene(seed), size=(48, 48)), bob.trace(colored_scene(seed), size=(48, 48))
+        np.testing.assert_array_equal(colored.mask, plain.mask)
+        np.testing.assert_allclose(colored.depth, plain.depth, atol=1e-6)
+        assert colored_scene(seed).instances[0].digest() == colored_scene(seed).instances[0].digest()
+
+
+def test_a_quarter_of_the_colored_shapes_is_white() -> None:
+    assert sum(LOOKS.values()) == pytest.approx(1)
+    assert LOOKS[white] == 0.25
+    assert 0.18 < np.mean([is_white(seed) for seed in range(400)]) < 0.32
+    for seed in range(8):
+        assert is_white(seed) is not colored_scene(seed).is_colored
+
+
+def test_patterns_and_textures_on_shapes_of_every_kind() -> None:
+    rng = np.random.default_rng(4)
+    for seed in (1, 2, 5, 9, 10):
+        scene = procedural_scene(seed)
+        for look in (patterns, textured):
+            picture = bob.trace(look(rng, scene), size=(64, 64))
+            seen = picture.albedo[picture.depth > 0]
+            assert len(np.unique(seen, axis=0)) > 1 or scene.instances[0].shape.kind in ("tube", "brep"), (seed, look)
+
+
+@pytest.mark.parametrize("kind", TEXTURES, ids=lambda kind: kind.__name__)
+def test_textures_have_something_to_see_and_no_seam(kind) -> None:
+    for seed in range(3):
+        picture = np.clip(kind(np.random.default_rng(seed)), 0, 1)
+        assert picture.shape == (SIDE, SIDE, 3)
+        assert np.ptp(picture, axis=(0, 1)).max() > 0.02
+        steps = np.abs(np.diff(np.concatenate([picture, picture[:1]]), axis=0)).mean(axis=(1, 2))
+        assert steps[-1] <= 1.5 * steps.max()  # from the last row to the first as between others
+
+
+def test_a_texture_is_a_function_of_its_generator() -> None:
+    one, again, other = (some_texture(np.random.default_rng(seed)) for seed in (3, 3, 4))
+    assert (one.dtype, one.shape) == (np.uint8, (SIDE, SIDE, 3))
+    np.testing.assert_array_equal(one, again)
+    assert not np.array_equal(one, other)
+
+
 # ---- building -----------------------------------------------------------------------------------------------
 
 OBJ = """
@@ -154,6 +205,24 @@ def test_the_files_describe_themselves(built: Path) -> None:
     assert view.metadata.dimension_names == ("shape", "channel", "row", "column")
     size = sum(map(len, files(built).values()))
     assert size / 4 * 479 < 1.5e9
+
+
+def test_colored_views_half_of_them_in_perspective(tmp_path: Path) -> None:
+    dataset = build(tmp_path / "data", shapes=2, test_shapes=1, seed=3, colored=True)
+    assert Dataset.open(tmp_path / "data").plan == dataset.plan == Plan(3, 2, 1, colored=True)
+    assert dataset.sources == ("colored 3000000", "colored 3000001")
+    for size, view in zip(SIZES, views_of(colored_scene(3_000_001), dataset.plan, 1), strict=True):
+        np.testing.assert_array_equal(dataset.read(1, size), view)
+    views = [(shape, size) for shape in range(100) for size in SIZES]
+    cameras = [Plan(3, 100, 1, colored=True).camera(*view) for view in views]
+    fovs = np.array([camera.fov for camera in cameras if camera.fov])
+    assert 0.4 < len(fovs) / 300 < 0.6
+    assert 20 <= fovs.min() < 25
+    assert 65 < fovs.max() <= 70
+    for camera, view in zip(cameras, views, strict=True):
+        assert bob.Camera(camera.azimuth, camera.elevation, camera.roll) == Plan(3, 100, 1).camera(*view)
+    with pytest.raises(InputError, match=r"the data set begun there, got another colored, sources$"):
+        build(tmp_path / "data", shapes=2, test_shapes=1, seed=3)
 
 
 def test_a_build_that_was_killed_ends_with_the_same_bytes(built: Path, tmp_path: Path) -> None:
@@ -280,6 +349,12 @@ def test_detail_is_where_gray_changes(built: Path) -> None:
     expected = np.abs(gray[1:] - gray[:-1]).mean() + np.abs(gray[:, 1:] - gray[:, :-1]).mean()
     assert dataset.detail[shape, patch] == pytest.approx(expected)
     assert dataset.detail.shape == (dataset.plan.shapes, 21)
+
+
+def test_detail_of_a_colored_data_set_is_the_root(built: Path) -> None:
+    dataset, colored = Dataset.open(built), Dataset.open(built)
+    colored.plan = replace(dataset.plan, colored=True)
+    np.testing.assert_allclose(colored.detail, np.sqrt(dataset.detail))
 
 
 def test_patches_drawn_by_their_detail(built: Path) -> None:

@@ -11,6 +11,8 @@ import pytest
 
 import bobrossnet as bob
 from bobrossnet import cli
+from bobrossnet.color import luminance, to_srgb
+from bobrossnet.completion.filling import delaunay_linear
 from bobrossnet.completion.network import load_network, weights_path
 from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn import checkpoint
@@ -20,6 +22,7 @@ from bobrossnet.learn.dataset.plan import PATCHES, SIZES, STAGES
 from bobrossnet.learn.evaluation.costs import cost_table, measure_costs
 from bobrossnet.learn.evaluation.evaluate import evaluate_dataset, evaluate_folder, evaluate_scenes
 from bobrossnet.learn.evaluation.runs import rivals
+from bobrossnet.learn.evaluation.scenes import own_scenes, scenes_of_folder, with_colors
 from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.networks import NETWORKS, Paper
 from bobrossnet.metrics import flip
@@ -296,6 +299,42 @@ def test_evaluation_in_perspective() -> None:
     assert result.scores["paper kept", "uniform"][1, 0, 0] == bob.ssim(image, full.gray)
 
 
+def test_evaluation_in_color() -> None:
+    scenes = {"ball": lambda: bob.sdf.sphere(1).color("#c62"), "box": lambda: bob.sdf.box(1).color(lambda p: abs(p))}
+    options: dict[str, Any] = {"size": (16, 20), "fractions": [0.1], "orders": ["uniform"]}
+    result = evaluate_scenes(
+        scenes, ["paper"], channel="color", repainting=False, fillings=["delaunay-linear"], **options
+    )
+    full = bob.trace(scenes["box"](), bob.Camera(azimuth=30), size=(16, 20))
+    part = full.sample(0.1, order="uniform", seed=1)
+    filled = np.stack([delaunay_linear(part.color[..., k], part.mask) for k in range(3)], -1)
+    for method, image in (("paper kept", bob.complete(part, "paper", channel="color")), ("delaunay-linear", filled)):
+        expected = [
+            bob.ssim(luminance(image), luminance(full.color)),
+            bob.psnr(image, full.color),
+            flip(to_srgb(image), to_srgb(full.color)),
+        ]
+        assert result.scores[method, "uniform"][1, 0].tolist() == expected
+    for bad, message in (
+        ({"channel": "depth"}, "channel: expected one of gray, color, got 'depth'"),
+        ({"channel": "color"}, "repainting: expected False for colours"),
+    ):
+        with pytest.raises(InputError, match=message):
+            evaluate_scenes(scenes, ["paper"], **options, **bad)
+
+
+def test_scenes_with_colors(shapes: Path) -> None:
+    scenes = {"white": bob.sdf.sphere, "red": lambda: bob.sdf.sphere(1).color("#c00")}
+    assert list(with_colors(scenes)) == ["red"]
+    with pytest.warns(InputWarning, match=r"left out: d\.obj: "):
+        assert with_colors(scenes_of_folder(shapes)) == {}
+
+
+def test_own_scenes_in_color_are_colored() -> None:
+    assert all(make().is_colored for make in own_scenes(4, colored=True).values())
+    assert not any(make().is_colored for make in own_scenes(2).values())
+
+
 def test_several_models_and_a_limit(shapes: Path, tmp_path: Path) -> None:
     weights = tmp_path / "nearest.safetensors"  # called like a filling
     checkpoint.save(weights, checkpoint.load(weights_path("paper"))[0])
@@ -398,12 +437,21 @@ def test_the_command_writes_tables(
     assert len(scores.read_text().splitlines()) == 1 + 8 * 6 * 2
 
 
+def test_the_command_in_color(shapes: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["--models", "paper", "--fractions", "5%", "--size", "20x16", "--color"]
+    assert cli.main(["evaluate", str(shapes), *options]) == 0
+    printed = capsys.readouterr()
+    assert "paper kept" in printed.out
+    assert "paper raw" not in printed.out
+
+
 def test_the_command_refuses_before_it_works(
     shapes: Path, dataset: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for arguments, message in (
         ([str(dataset.path), "--size", "64x64"], "--size and --views: expected with a folder of files"),
         ([str(dataset.path), "--views", "2"], "--size and --views: expected with a folder of files"),
+        ([str(dataset.path), "--color"], "--color: expected with a folder of files; a data set holds gray pictures"),
         ([str(shapes), "--csv", str(tmp_path / "no" / "scores.csv")], "there is no folder"),
         ([str(shapes), "--markdown", str(tmp_path)], "expected a file to write, got a folder"),
         ([str(shapes), "--fractions", "5%,,"], "--fractions: expected a share of the pixels"),

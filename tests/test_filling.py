@@ -71,6 +71,9 @@ def test_delaunay_is_exact_on_a_plane() -> None:
     mask = np.random.default_rng(3).random(plane.shape) < 0.1
     mask[[0, 0, -1, -1], [0, -1, 0, -1]] = True  # the hull is the picture
     np.testing.assert_allclose(delaunay_linear(plane, mask), plane, atol=1e-5)
+    components = np.stack([plane, 1 - plane, plane**2], -1)
+    expected = np.stack([delaunay_linear(each, mask) for each in np.moveaxis(components, -1, 0)], -1)
+    np.testing.assert_allclose(delaunay_linear(components, mask), expected, atol=1e-6)
 
 
 def test_pull_push_by_hand() -> None:

@@ -1,11 +1,12 @@
-"""The five losses, and that SSIM in torch is the SSIM in numpy."""
+"""The losses, and that SSIM in torch is the SSIM in numpy."""
 
 import numpy as np
 import pytest
 import torch
 
 from bobrossnet import metrics
-from bobrossnet.learn.losses import LOSSES, l2, ssim
+from bobrossnet.color import to_srgb
+from bobrossnet.learn.losses import LOSSES, OF_REPORT, l2, ssim, visible
 
 
 def pair(seed: int = 0, size: tuple[int, int] = (40, 52)) -> tuple[torch.Tensor, torch.Tensor]:
@@ -25,7 +26,8 @@ def test_ssim_equals_numpy(size: tuple[int, int]) -> None:
 
 
 def test_names() -> None:
-    assert list(LOSSES) == ["l1", "l2", "ssim", "ssim+l1", "ssim+l2"]
+    assert OF_REPORT == ("l1", "l2", "ssim", "ssim+l1", "ssim+l2")
+    assert list(LOSSES) == [*OF_REPORT, "ssim+visible"]
 
 
 def test_worked_values() -> None:
@@ -66,3 +68,20 @@ def test_black_below_zero_costs_little_but_is_pulled_back() -> None:
     assert below.grad is not None
     assert (below.grad < 0).all()  # a step against it goes up, to black
     assert l2(below, black).item() == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("level", [0.0, 0.02, 0.2, 0.7])
+def test_visible_differences_are_those_of_flip(level: float) -> None:
+    """Of flat pictures, where FLIP has nothing to smooth and no edges: metrics.flip takes sRGB."""
+    for step in (0.02, 0.1):
+        pictures = np.full((2, 1, 1, 16, 16), level, np.float32)
+        pictures[0] += step
+        expected = metrics.flip(*to_srgb(pictures[:, 0, 0]))
+        assert visible(*torch.from_numpy(pictures)).item() == pytest.approx(expected, rel=0.35)
+    black = torch.zeros(1, 1, 16, 16)
+    below = torch.full_like(black, -0.1, requires_grad=True)
+    loss = visible(below, black)
+    assert loss.item() < 0.002
+    loss.backward()  # type: ignore[no-untyped-call]
+    assert below.grad is not None
+    assert (below.grad < 0).all()

@@ -67,6 +67,26 @@ def test_flip_equals_its_authors(size: tuple[int, int], noise: float) -> None:
     assert flip(image.astype(np.float64), reference) == pytest.approx(expected, abs=2e-5)
 
 
+@pytest.mark.parametrize("noise", [0.001, 0.03, 0.3])
+@pytest.mark.parametrize("size", [(1, 1), (5, 40), (64, 75)])
+def test_flip_of_colors_equals_its_authors(size: tuple[int, int], noise: float) -> None:
+    channels = [pictures(size, noise, seed) for seed in range(3)]
+    image, reference = (np.float32(np.stack(planes, -1)) for planes in zip(*channels, strict=True))
+    image, reference = image * [1, 0.6, 0.3], reference * [1, 0.7, 0.3]
+    colors = [np.ascontiguousarray(colors, np.float32) for colors in (reference, image)]
+    _, expected, _ = flip_evaluator.evaluate(*colors, "LDR", applyMagma=False)
+    assert flip(image, reference) == pytest.approx(expected, abs=5e-5)
+
+
+def test_flip_of_gray_as_colors_is_that_of_gray() -> None:
+    image, reference = pictures((64, 75), 0.1)
+    as_colors = flip(*(np.repeat(gray[..., None], 3, 2) for gray in (image, reference)))
+    assert as_colors == pytest.approx(flip(image, reference), abs=1e-5)
+    assert psnr(*(np.repeat(gray[..., None], 3, 2) for gray in (image, reference))) == pytest.approx(
+        psnr(image, reference)
+    )
+
+
 def test_flip_worked_values() -> None:
     black, white = np.zeros((20, 30)), np.ones((20, 30))
     assert flip(white, white) == 0
@@ -109,8 +129,11 @@ def test_bad_input(metric: object) -> None:
         metric(good, good * np.nan)
     with pytest.raises(InputTypeError, match=r"image: expected floats in 0\.\.1, got dtype uint8"):
         metric(good.astype(np.uint8), good)
-    with pytest.raises(InputError, match=r"image: expected shape \(n, n\), got \(16, 16, 3\)"):
+    message = r"shape \(n, n\), got" if metric is ssim else r"shape \(16, 16\) to match reference, got"
+    with pytest.raises(InputError, match=rf"image: expected {message} \(16, 16, 3\)"):
         metric(np.zeros((16, 16, 3)), good)
+    with pytest.raises(InputError, match=r"image: expected shape \(n, n(, 3)?\), got \(16, 16, 4\)"):
+        metric(np.zeros((16, 16, 4)), good)
 
 
 def test_ssim_needs_its_window() -> None:

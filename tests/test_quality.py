@@ -25,9 +25,9 @@ def quality():
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Two shapes."""
+    """Two shapes, one of them in colour."""
     place = tmp_path_factory.mktemp("shapes")
-    (place / "a.sdf").write_text("sphere(1)\n")
+    (place / "a.sdf").write_text('sphere(1).color("#c62")\n')
     (place / "b.sdf").write_text("box(1)\n")
     return place
 
@@ -57,6 +57,10 @@ def test_the_page(done, quality):
         "Pixels to trace for a mean SSIM of 0.95 and 0.99",
         "## Perspective",
         "60°",
+        "## Colour",
+        "1 pictures of real shapes that have colours.",
+        "2 pictures of our own shapes.",
+        "| from delaunay-linear, uniform",
         "## Known error",
         "| adaptive |   0.002 |",
         "quality/a-orders.png",
@@ -114,6 +118,14 @@ def evaluation(quality, change):
     runs = {("ours kept", order): scores(change * errors) for order in orders}
     runs |= {(method, order): scores(errors) for method in ("delaunay-linear", "paper kept") for order in orders}
     return Evaluation(("view 0",) * 3, ("a", "b", "c"), (0.01, 0.25), runs)
+
+
+def test_what_is_asked_for_in_color(quality):
+    (*_, table) = quality.in_colors({"shapes": evaluation(quality, 0.7)}, quality.SCALES["small"], "ours kept")
+    assert "| from delaunay-linear, uniform  | -30.0 ± 0.0 yes | -30.0 ± 0.0 yes |" in table
+    (*_, table) = quality.in_colors({"shapes": evaluation(quality, 0.9)}, quality.SCALES["small"], "ours kept")
+    assert "| from delaunay-linear, adaptive | -10.0 ± 0.0 no | -10.0 ± 0.0 no |" in table
+    assert len(quality.in_colors({"shapes": {}}, quality.SCALES["small"], "ours kept")) == 2
 
 
 def steady(quality, change):

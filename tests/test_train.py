@@ -1,6 +1,8 @@
 """Training at toy size: that it learns, goes on where it was stopped, and writes down what it did."""
 
+import copy
 import csv
+import hashlib
 import json
 import math
 import struct
@@ -274,6 +276,29 @@ def test_it_begins_with_given_weights(whole: Path, dataset: Dataset, tmp_path: P
             train(replace(TOY, start=str(start), **wrong), dataset, tmp_path / "wrong")
     with pytest.raises(InputError, match=r"expected one of default, filling, paper, small or a \.safetensors file"):
         train(replace(TOY, start="nothing"), dataset, tmp_path / "wrong")
+
+
+def test_means_of_weights(whole: Path, tmp_path: Path) -> None:
+    """Of what training began with and what it came to; the header is that of the latter."""
+    first, second, path = tmp_path / "first.safetensors", whole / WEIGHTS, tmp_path / "mean.safetensors"
+    network, header = checkpoint.load(second)
+    other = copy.deepcopy(network)
+    for parameter in other.parameters():
+        parameter.data *= 0.5
+    checkpoint.save(first, other)
+    checkpoint.mix(first, second, 0.25, path)
+    mean, of_mean = checkpoint.load(path)
+    for got, trained in zip(mean.parameters(), network.parameters(), strict=True):
+        torch.testing.assert_close(got, 0.625 * trained)
+    digest = hashlib.sha256(first.read_bytes()).hexdigest()
+    assert json.loads(of_mean.pop("mixed")) == {"share": 0.25, "with": {"sha256": digest}}
+    assert of_mean == header
+    for bad, message in (
+        ((first, "default", 0.5), "second: expected weights of the same network as"),
+        ((first, second, 1.5), "share: expected"),
+    ):
+        with pytest.raises(InputError, match=message):
+            checkpoint.mix(*bad, path)
 
 
 def test_a_checkpoint_older_than_a_field_goes_on(dataset: Dataset, tmp_path: Path) -> None:

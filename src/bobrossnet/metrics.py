@@ -22,6 +22,11 @@ LARGEST_DIFFERENCE = 41.276098
 
 F32 = NDArray[np.float32]
 
+TO_XYZ = np.array(
+    [[10135552, 8788810, 4435075], [5226144, 17577620, 1774030], [1425312 / 3, 8788810 / 3, 70074185 / 3]], np.float32
+) / np.float32(24577794)
+"""From linear sRGB to XYZ, under D65; each row divided by its sum makes white 1."""
+
 
 def ssim(image: Any, reference: Any) -> float:
     """Return the mean structural similarity of two pictures, 1 where they are equal.
@@ -67,27 +72,28 @@ def psnr(image: Any, reference: Any) -> float:
 
     Parameters
     ----------
-    image, reference : (H, W) floats in 0..1
+    image, reference : (H, W) or (H, W, 3) floats in 0..1
+        Of colours the squared error is the mean of all three.
 
     Examples
     --------
     >>> round(psnr(np.full((4, 4), 0.1), np.zeros((4, 4))), 6)
     20.0
     """
-    x, y = _pictures(image, reference)
+    x, y = _pictures(image, reference, colored=True)
     error = float(np.mean((x - y) ** 2))
     return -10 * math.log10(error) if error > 0 else math.inf
 
 
 def flip(image: Any, reference: Any) -> float:
-    """Return the mean difference that an eye sees between two gray pictures when they alternate: 0 none, 1 the most.
+    """Return the mean difference that an eye sees between two pictures when they alternate: 0 none, 1 the most.
 
-    LDR-FLIP under its default viewing conditions, of pictures whose three channels are the same gray: then only
-    lightness differs, and the method's terms for chroma drop out.
+    LDR-FLIP under its default viewing conditions. Of gray pictures only lightness differs, and the method's terms for
+    chroma drop out.
 
     Parameters
     ----------
-    image, reference : (H, W) floats in 0..1
+    image, reference : (H, W) gray or (H, W, 3) colours, floats in 0..1
         Display-referred: they are taken as sRGB. What lies outside of 0..1 is clamped.
 
     Returns
@@ -110,13 +116,17 @@ def flip(image: Any, reference: Any) -> float:
     >>> round(flip(white, black), 4)  # below 1, which is the difference between pure green and pure blue
     0.9674
     """
-    pictures = np.stack(_pictures(image, reference)).astype(np.float32)  # enough, and twice as fast
-    luminance = _linear(np.clip(pictures, 0, 1))  # (2, H, W), Y of XYZ, white 1
+    pictures = np.stack(_pictures(image, reference, colored=True)).astype(np.float32)  # enough, and twice as fast
+    light = _linear(np.clip(pictures, 0, 1))  # (2, H, W) or (2, H, W, 3)
+    luminance = light if light.ndim == 3 else light @ TO_XYZ[1]  # (2, H, W), Y of XYZ, white 1
 
-    # Colour: what the eye resolves, then the distance in lightness, compressed.
-    seen = _filter(luminance, _sensitivity(), _sensitivity())
-    lightness = _lightness(np.clip(seen, 0, 1))
-    difference = np.abs(lightness[0] - lightness[1]) ** 0.7
+    # Colour: what the eye resolves, then the distance, compressed.
+    if light.ndim == 3:
+        seen = _filter(luminance, _sensitivity(), _sensitivity())
+        lightness = _lightness(np.clip(seen, 0, 1))
+        difference = np.abs(lightness[0] - lightness[1]) ** 0.7
+    else:
+        difference = _distance(*_hunted(_seen_colors(light))) ** 0.7
     knee = 0.4 * LARGEST_DIFFERENCE
     color = np.where(
         difference < knee,
@@ -170,12 +180,45 @@ def _lightness(luminance: F32) -> F32:
     return np.asarray(116 * root - 16)
 
 
-def _sensitivity() -> NDArray[np.float64]:
-    """The eye's contrast sensitivity to luminance as a Gaussian along one axis, 21 weights of sum 1."""
+def _seen_colors(light: F32) -> F32:
+    """What the eye resolves of pictures, (2, H, W, 3) linear sRGB: the same, clamped to 0..1.
+
+    Lightness and two differences of colours are smoothed each as widely as the eye's sensitivity to it says; that to
+    blue against yellow is the sum of two Gaussians.
+    """
+    white = TO_XYZ.sum(1)
+    x, y, z = np.moveaxis(light @ TO_XYZ.T / white, -1, 0)  # (2, H, W) each
+    y_seen, red_green = _filter(y, _sensitivity(), _sensitivity()), x - y
+    red_green = _filter(red_green, _sensitivity(0.0053), _sensitivity(0.0053))
+    wide, narrow = _sensitivity(0.04, scaled=False), _sensitivity(0.025, scaled=False)
+    shares = np.array([34.1 * math.sqrt(math.pi / 0.04), 13.5 * math.sqrt(math.pi / 0.025)])
+    shares /= (shares * [wide.sum() ** 2, narrow.sum() ** 2]).sum()
+    yellow_blue = y - z
+    yellow_blue = shares[0] * _filter(yellow_blue, wide, wide) + shares[1] * _filter(yellow_blue, narrow, narrow)
+    xyz = np.stack([y_seen + red_green, y_seen, y_seen - yellow_blue], -1) * white
+    return np.asarray(np.clip(xyz @ np.linalg.inv(TO_XYZ.astype(float)).T, 0, 1), np.float32)
+
+
+def _hunted(light: F32) -> F32:
+    """CIELAB of linear sRGB, (..., 3), with less chroma the darker it is, as the Hunt effect has it."""
+    x, y, z = (_lightness(plane) for plane in np.moveaxis(light @ TO_XYZ.T / TO_XYZ.sum(1), -1, 0))
+    lightness = y
+    return np.stack([lightness, 0.01 * lightness * 500 / 116 * (x - y), 0.01 * lightness * 200 / 116 * (y - z)], -1)
+
+
+def _distance(one: F32, other: F32) -> F32:
+    """HyAB: lightness apart, and the distance of chroma."""
+    difference = one - other
+    return np.asarray(np.abs(difference[..., 0]) + np.hypot(difference[..., 1], difference[..., 2]))
+
+
+def _sensitivity(width: float = 0.0047, *, scaled: bool = True) -> NDArray[np.float64]:
+    """The eye's contrast sensitivity, by default to luminance, as a Gaussian along one axis: 21 weights, of sum 1 if
+    they are scaled."""
     radius = math.ceil(3 * math.sqrt(0.04 / (2 * math.pi**2)) * PIXELS_PER_DEGREE)  # of chroma's, the widest
     degrees = np.arange(-radius, radius + 1) / PIXELS_PER_DEGREE
-    weights = np.exp(-(math.pi**2) / 0.0047 * degrees**2)
-    return np.asarray(weights / weights.sum())
+    weights = np.exp(-(math.pi**2) / width * degrees**2)
+    return np.asarray(weights / weights.sum() if scaled else weights)
 
 
 def _feature_detectors() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -206,10 +249,11 @@ def _filter(pictures: F32, down: NDArray[np.float64], across: NDArray[np.float64
     return pictures
 
 
-def _pictures(image: Any, reference: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _pictures(image: Any, reference: Any, *, colored: bool = False) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     pictures = []
     for name, value in (("image", image), ("reference", reference)):
-        array = check_finite(name, check_array(name, value, (None, None)))
+        shape = (None, None, 3) if colored and np.ndim(value) == 3 else (None, None)
+        array = check_finite(name, check_array(name, value, shape))
         if array.dtype.kind != "f":
             raise InputTypeError(f"{name}: expected floats in 0..1, got dtype {array.dtype}; divide bytes by 255")
         if array.size == 0:

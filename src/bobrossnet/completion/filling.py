@@ -70,17 +70,20 @@ def delaunay_linear(gray: Any, mask: Any) -> NDArray[np.float32]:
 
     Parameters
     ----------
-    gray, mask : (H, W) numbers, as in `nearest`
+    gray : (H, W) numbers, or (H, W, C), each component by itself
+    mask : (H, W) numbers, as in `nearest`
 
     Returns
     -------
-    (H, W) float32; traced pixels are returned unchanged.
+    As `gray`, float32; traced pixels are returned unchanged.
     """
     from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import QhullError
 
-    gray, known = _inputs(gray, mask)
-    filled = nearest(gray, known)
+    gray, known = _inputs(gray, mask, components=np.ndim(gray) == 3)
+    filled = (
+        nearest(gray, known) if gray.ndim == 2 else np.stack([nearest(k, known) for k in np.moveaxis(gray, -1, 0)], -1)
+    )
     unknown = np.argwhere(~known)
     if len(unknown) == 0:
         return filled
@@ -89,7 +92,7 @@ def delaunay_linear(gray: Any, mask: Any) -> NDArray[np.float32]:
     except (QhullError, ValueError):  # fewer than three traced pixels, or all on one line: no triangle
         return filled
     values = interpolate(unknown)
-    inside = np.isfinite(values)
+    inside = np.isfinite(values).reshape(len(unknown), -1).all(1)
     filled[tuple(unknown[inside].T)] = values[inside]
     return filled
 
@@ -151,12 +154,13 @@ def _upsample(value: NDArray[np.float32]) -> NDArray[np.float32]:
     return value
 
 
-def _inputs(gray: Any, mask: Any) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+def _inputs(gray: Any, mask: Any, *, components: bool = False) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     known = check_finite("mask", check_array("mask", mask, (None, None))) != 0
-    values = np.asarray(check_array("gray", gray, (None, None)), dtype=np.float32)
-    if values.shape != known.shape:
+    shape = (None, None, None) if components else (None, None)
+    values = np.asarray(check_array("gray", gray, shape), dtype=np.float32)
+    if values.shape[:2] != known.shape:
         raise InputError(f"gray: expected shape {known.shape} to match mask, got {values.shape}")
     if not known.any():
         raise InputError(f"mask: expected at least one traced pixel, got none of {known.size}")
     check_finite("gray", values[known])
-    return np.where(known, values, np.float32(0)), known
+    return np.where(known[..., None] if components else known, values, np.float32(0)), known

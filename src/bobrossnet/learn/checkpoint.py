@@ -9,6 +9,7 @@ JSON, `training`, the configuration, `dataset`, what identifies the data set, an
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Mapping
@@ -21,8 +22,9 @@ import torch
 from torch import Tensor, nn
 
 from bobrossnet.atomic import check_writable, write_whole
+from bobrossnet.completion.network import weights_path
 from bobrossnet.completion.weights import FORMAT, read_weights
-from bobrossnet.errors import InputError
+from bobrossnet.errors import InputError, check_number
 from bobrossnet.learn.config import FREE, TrainConfig
 from bobrossnet.learn.networks import NETWORKS, Network
 from bobrossnet.tensors import tensor_file
@@ -70,6 +72,43 @@ def load(path: str | os.PathLike[str]) -> tuple[Network, dict[str, str]]:
     except (KeyError, ValueError, RuntimeError) as error:
         raise InputError(f"{path}: expected the tensors of {header['network']!r}, got {error}") from error
     return network, header
+
+
+def mix(
+    first: str | os.PathLike[str], second: str | os.PathLike[str], share: float, path: str | os.PathLike[str]
+) -> None:
+    """Write the mean of two networks' weights, of which the second was trained on from the first.
+
+    Such a mean keeps what the first knew and has most of what the second learned, since both lie in one valley of the
+    loss; means of networks that were trained apart are worth nothing.
+
+    Parameters
+    ----------
+    first, second : names of shipped weights, or .safetensors files
+        Of the same network and settings.
+    share : float in 0..1
+        Of the second.
+    path : path ending in .safetensors
+        Replaced if it exists. Its header is the second's, and says how much is of it, and the first's hash.
+
+    Raises
+    ------
+    InputError
+        If the networks differ, the share is out of range, or a file can't be read or written.
+
+    References
+    ----------
+    Wortsman et al., *Robust fine-tuning of zero-shot models*, 2022.
+    """
+    check_number("share", share, 0, 1)
+    (one, _), (other, header) = load(weights_path(first)), load(weights_path(second))
+    if type(one) is not type(other) or one.settings() != other.settings():
+        raise InputError(f"second: expected weights of the same network as {first}, got {second}")
+    theirs = other.state_dict()
+    other.load_state_dict({name: tensor.lerp(theirs[name], share) for name, tensor in one.state_dict().items()})
+    kept = {name: value for name, value in header.items() if name not in other.settings()}
+    digest = hashlib.sha256(weights_path(first).read_bytes()).hexdigest()
+    save(path, other, {**kept, "mixed": json.dumps({"share": share, "with": {"sha256": digest}})})
 
 
 def save_checkpoint(

@@ -29,6 +29,11 @@ def add_commands(commands: Any) -> None:
     )
     build.add_argument("--test-shapes", type=int, default=10, help="set aside for testing (default: 10)")
     build.add_argument("--seed", type=int, default=0, help="of shapes, cameras, splits and masks (default: 0)")
+    build.add_argument(
+        "--colored",
+        action="store_true",
+        help="with colours and textures on three quarters of the made shapes, and half of the views in perspective",
+    )
     arguments.add_scheduler(build)
 
     compare = actions.add_parser(
@@ -91,6 +96,9 @@ def add_commands(commands: Any) -> None:
     evaluate.add_argument(
         "--stability", action="store_true", help="measure the flicker of converging pictures and of orbits as well"
     )
+    evaluate.add_argument(
+        "--color", action="store_true", help="complete and measure files in colour: luminance, components, sRGB"
+    )
     evaluate.add_argument("--csv", metavar="FILE", help="write the scores of each picture there")
     evaluate.add_argument("--markdown", metavar="FILE", help="write the tables there")
 
@@ -128,6 +136,7 @@ def _dataset_build(options: argparse.Namespace) -> None:
         files=options.files,
         seed=options.seed,
         test_shapes=options.test_shapes,
+        colored=options.colored,
         scheduler=options.scheduler,
     )
     plan = dataset.plan
@@ -171,13 +180,17 @@ def _evaluate(options: argparse.Namespace) -> None:
     for file in filter(None, (options.csv, options.markdown)):
         check_writable(file)
     names = ("orders", "limit", "fractions", "size", "views")
-    given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    given: dict[str, Any] = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     is_dataset = (Path(options.place) / "zarr.json").exists()
     if is_dataset:
         if "size" in given or "views" in given:
             raise InputError("--size and --views: expected with a folder of files; a data set has its own pictures")
+        if options.color:
+            raise InputError("--color: expected with a folder of files; a data set holds gray pictures")
         result = evaluate_dataset(options.place, options.models, **given)
     else:
+        if options.color:
+            given |= {"channel": "color", "repainting": False}
         result = evaluate_folder(options.place, options.models, **given)
     parts = [str(result), cost_table(measure_costs(options.models))]
     if options.stability:

@@ -1,4 +1,4 @@
-"""The five losses of the report, by name, and the SSIM that three of them are made of.
+"""The losses, by name: the five of the report, and one that looks as FLIP does; and the SSIM that most are made of.
 
 A loss takes pictures as the network puts them out, of any value, and references in 0..1. Letters in shape
 comments: N pictures, H and W their size.
@@ -12,7 +12,7 @@ from functools import lru_cache
 import torch
 from torch import Tensor
 
-from bobrossnet.metrics import C1, C2, gaussian_window
+from bobrossnet.metrics import C1, C2, LARGEST_DIFFERENCE, gaussian_window
 
 LEAK = 0.01
 """How much of what lies outside of 0..1 the SSIM losses see.
@@ -22,6 +22,13 @@ picture is shown clamped, so the losses clamp it too, and the network may answer
 250 steps the SSIM at 5 % was .71 instead of .44 (AdamW, ssim+l2, raw output, same start and batches). Without
 any leak a network whose answers are all below 0 has no gradient; with 0.1 the offset would hurt again.
 """
+
+VISIBLE = 0.001
+"""Below about this, in sRGB, a quarter of a step of 8 bits, differences count by their square: the slope of a power of
+0.7 has no bound at 0."""
+
+DARKEST = 0.003
+"""Added to linear light, so that its curve is as steep at black as sRGB's, 13."""
 
 
 def l1(image: Tensor, reference: Tensor) -> Tensor:
@@ -65,14 +72,40 @@ def dissimilarity(image: Tensor, reference: Tensor) -> Tensor:
     return 1 - ssim(shown, reference)
 
 
+def visible(image: Tensor, reference: Tensor) -> Tensor:
+    """Return how visible the difference of each picture is, about its FLIP without what an eye smooths:
+    two (N, 1, H, W) → (N,).
+
+    In the units of FLIP, where lightness is 100 sRGB: (100 |difference|)^0.7, scaled by 0.95 / 0.4 / 41.28. So small
+    differences of large areas count, which L1 and SSIM hardly see, and those in the dark as much as others. The picture
+    is clamped as in `dissimilarity`.
+    """
+    inside = image.clamp(0, 1)
+    difference = _encoded(inside) - _encoded(reference)
+    seen = (difference.square() + VISIBLE**2) ** 0.35 - VISIBLE**0.7
+    scale = 0.95 / 0.4 * 100**0.7 / LARGEST_DIFFERENCE
+    by_pixel: Tensor = scale * seen + LEAK * (image - inside).abs()
+    return by_pixel.mean((1, 2, 3))
+
+
 LOSSES: dict[str, Callable[[Tensor, Tensor], Tensor]] = {
     "l1": l1,
     "l2": l2,
     "ssim": dissimilarity,
     "ssim+l1": lambda image, reference: dissimilarity(image, reference) + l1(image, reference),
     "ssim+l2": lambda image, reference: dissimilarity(image, reference) + l2(image, reference),
+    "ssim+visible": lambda image, reference: dissimilarity(image, reference) + visible(image, reference),
 }
 """Each takes pictures and their references, (N, 1, H, W), and returns (N,) of at least 0, 0 where they are equal."""
+
+OF_REPORT = ("l1", "l2", "ssim", "ssim+l1", "ssim+l2")
+"""Which of them the report compares."""
+
+
+def _encoded(gray: Tensor) -> Tensor:
+    """Return about sRGB's curve of linear light, with a slope everywhere: (0..1) → about 0..1."""
+    encoded: Tensor = (gray + DARKEST) ** (1 / 2.4)
+    return encoded
 
 
 def _smooth(pictures: Tensor) -> Tensor:

@@ -365,7 +365,9 @@ def _first_network(config: TrainConfig) -> Network:
 def _header(config: TrainConfig, dataset: Dataset) -> dict[str, dict[str, Any]]:
     """What a training depends on, as JSON has it: the configuration, and what identifies its data set."""
     sources = hashlib.sha256("\n".join(dataset.sources).encode()).hexdigest()
-    header = {"training": asdict(config), "dataset": {**asdict(dataset.plan), "sources": sources}}
+    # Without what is not there, as in data sets that are older than it.
+    plan = {name: value for name, value in asdict(dataset.plan).items() if value or name != "colored"}
+    header = {"training": asdict(config), "dataset": {**plan, "sources": sources}}
     if config.start:
         header["start"] = {"sha256": hashlib.sha256(weights_path(config.start).read_bytes()).hexdigest()}
     return header

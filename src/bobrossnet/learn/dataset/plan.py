@@ -7,7 +7,7 @@ Everything is a function of a seed and of counters, so that samples can be made 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,8 @@ SIZES = (128, 256, 512)  # of the views
 STAGES = (0.01, 0.25, 0.5, 0.75, 1.0)  # shares of the pixels traced
 VALIDATION_SHARE = 0.1  # of the patches that are not for testing
 SPLITS = ("train", "validation", "test")
+
+FOVS = (20.0, 70.0)  # degrees, of those views of a coloured data set that are in perspective: half of them
 
 PATCHES = sum((size // PATCH) ** 2 for size in SIZES)  # of a shape
 _FIRST_PATCH = dict(zip(SIZES, np.cumsum([0, *((size // PATCH) ** 2 for size in SIZES)]).tolist(), strict=False))
@@ -43,6 +45,9 @@ class Sample(NamedTuple):
 class Plan:
     """The samples of a data set: `shapes` x 21 patches x 5 stages, numbered in this order.
 
+    A `colored` one has shapes with colours and textures, and half of its views in perspective; without it all are white
+    and orthographic.
+
     Raises
     ------
     InputError
@@ -52,6 +57,7 @@ class Plan:
     seed: int = 0
     shapes: int = SHAPES
     test_shapes: int = TEST_SHAPES
+    colored: bool = False
 
     def __post_init__(self) -> None:
         check_integer("seed", self.seed, 0, 2**32 - 1)
@@ -101,7 +107,9 @@ class Plan:
         """Return a view's camera: uniform on the sphere down to 30° below the shape, rolled by 10° or so."""
         rng = random_generator(self.seed, 1, shape, size)
         elevation = float(np.degrees(np.arcsin(rng.uniform(-0.5, 1))))
-        return Camera(azimuth=rng.uniform(0, 360), elevation=elevation, roll=rng.normal(0, 10))
+        camera = Camera(azimuth=rng.uniform(0, 360), elevation=elevation, roll=rng.normal(0, 10))
+        in_perspective = self.colored and rng.random() < 0.5
+        return replace(camera, fov=rng.uniform(*FOVS)) if in_perspective else camera
 
     def mask(self, number: int, fraction: float, *, turn: int = 0, order: str = "uniform") -> NDArray[np.float32]:
         """Return which pixels of a sample are traced.

@@ -1,6 +1,6 @@
 """A data set on disk: a Zarr 3 group with one array for each size of view, each view one file that is written at once.
 
-    DIR/zarr.json                     attributes: format, package version, seed, test_shapes, sources, channels
+    DIR/zarr.json                     attributes: format, seed, test_shapes, sources, channels, stages, colored
     DIR/views_128 | 256 | 512         (shapes, 4, size, size) float16: gray, depth, normal x, normal y
         chunks (1, 4, 128, 128)       a patch; zstd over shuffled bytes
         shards (1, 4, size, size)     a view
@@ -43,7 +43,8 @@ class Dataset:
     ----------
     path : its folder
     plan : Plan, which samples there are
-    sources : of each shape, "made NUMBER" for `procedural_scene(NUMBER)` or the path of its file
+    sources : of each shape, "made NUMBER" for `procedural_scene(NUMBER)`, "colored NUMBER" for `colored_scene(NUMBER)`,
+        or the path of its file
     """
 
     def __init__(self, path: Path, plan: Plan, sources: Sequence[str], arrays: dict[int, Any]) -> None:
@@ -69,6 +70,7 @@ class Dataset:
             "channels": list(CHANNELS),
             "stages": list(STAGES),
             "sources": list(sources),
+            **({"colored": True} if plan.colored else {}),
         }
         if (path / "zarr.json").exists():
             found = dict(_open_group(path).attrs)
@@ -125,7 +127,12 @@ class Dataset:
         if attributes.get("format") != FORMAT:
             raise InputError(f"{path}: expected a data set of format {FORMAT!r}, got {attributes.get('format')!r}")
         sources: Any = attributes["sources"]
-        plan = Plan(int(str(attributes["seed"])), len(sources), int(str(attributes["test_shapes"])))
+        plan = Plan(
+            int(str(attributes["seed"])),
+            len(sources),
+            int(str(attributes["test_shapes"])),
+            bool(attributes.get("colored", False)),
+        )
         return cls(path, plan, sources, {size: zarr.open_array(path / f"views_{size}") for size in SIZES})
 
     def has(self, shape: int, size: int) -> bool:
@@ -146,10 +153,16 @@ class Dataset:
 
     @cached_property
     def detail(self) -> NDArray[np.float64]:
-        """How much there is to see in each patch, (shapes, 21): the mean difference of gray between neighbours."""
-        return np.array(
+        """How much there is to see in each patch, (shapes, 21): the mean difference of gray between neighbours.
+
+        Of a coloured data set it is the square root of that: differences are larger the brighter a shape is and the
+        finer its texture. As they are, 36 % of the draws would show the fifth of the shapes that is white, and 7 % the
+        eighth that is of one material; so these are 29 and 9 %, and 35 % show the third that has textures.
+        """
+        differences = np.array(
             [[_detail(patch[0].astype(float)) for patch in self.patches(shape)] for shape in range(self.plan.shapes)]
         )
+        return np.sqrt(differences) if self.plan.colored else differences
 
     def _file(self, shape: int, size: int) -> Path:
         return self.path / f"views_{size}" / "c" / str(shape) / "0" / "0" / "0"

@@ -37,7 +37,7 @@ ORDERS = ("uniform",)  # the report's
 class _Picture:
     name: str
     shape: str
-    gray: NDArray[np.float32]  # (H, W), the reference
+    reference: NDArray[np.float32]  # (H, W) gray, or (H, W, 3) linear RGB
     part: Callable[[str, float], bob.GBuffer]  # by pixel order and the share of its pixels that is traced
     done: float  # how much of all work is done when this is, 0..1
 
@@ -118,6 +118,7 @@ def evaluate_scenes(
     fillings: Sequence[str] = tuple(FILLINGS),
     repainting: bool = True,
     fov: float = 0,
+    channel: str = "gray",
 ) -> Evaluation:
     """Measure models on views of scenes.
 
@@ -132,6 +133,8 @@ def evaluate_scenes(
     orders : pixel orders, as in `evaluate_dataset`
         Their seed is the picture's number.
     fov : of the cameras, in degrees; 0 is orthographic
+    channel : "gray" or "color"
+        What is completed and measured. Colours need `repainting=False`: networks repaint gray alone.
 
     Returns
     -------
@@ -150,8 +153,8 @@ def evaluate_scenes(
     if min(check_size(size)) < WINDOW:
         raise InputError(f"size: expected at least {WINDOW}x{WINDOW} pixels, the SSIM window, got {tuple(size)}")
     check_integer("views", views, 1, 1000)
-    methods = all_methods(models, fillings, repainting=repainting)
-    result = _evaluate(_pictures_of_scenes(scenes, size, views, fov), methods, fractions, orders)
+    methods = all_methods(models, fillings, repainting=repainting, channel=channel)
+    result = _evaluate(_pictures_of_scenes(scenes, size, views, fov, channel), methods, fractions, orders)
     if not result.pictures:
         raise InputError("scenes: expected at least one that can be loaded, got none")
     return result
@@ -167,7 +170,7 @@ def _pictures_of_dataset(dataset: Dataset, numbers: Sequence[NDArray[np.int64]])
             yield _Picture(
                 name=f"{size}x{size} row {row} column {column}",
                 shape=dataset.sources[shape],
-                gray=whole[0],
+                reference=whole[0],
                 part=partial(_part_of_patch, dataset.plan, of_patch, whole),
                 done=(k + (i + 1) / PATCHES) / len(numbers),
             )
@@ -183,7 +186,9 @@ def _part_of_patch(
     return part_of(whole, plan.mask(number, fraction, order=order))
 
 
-def _pictures_of_scenes(scenes: Scenes, size: tuple[int, int], views: int, fov: float) -> Iterator[_Picture]:
+def _pictures_of_scenes(
+    scenes: Scenes, size: tuple[int, int], views: int, fov: float, channel: str
+) -> Iterator[_Picture]:
     for number, name, scene in each_scene(scenes, stacklevel=5):  # at the call of evaluate_scenes
         for view in range(views):
             azimuth = (30 * number + 360 * view / views) % 360
@@ -192,7 +197,7 @@ def _pictures_of_scenes(scenes: Scenes, size: tuple[int, int], views: int, fov: 
             yield _Picture(
                 name=f"view {view}",
                 shape=name,
-                gray=full.gray,
+                reference=full.channel(channel),
                 part=partial(_part_of_view, full, number * views + view),
                 done=(number + (view + 1) / views) / len(scenes),
             )
@@ -239,8 +244,9 @@ def _score(
         for m, method in enumerate(methods):
             image = method(part)
             # Often: background, and whatever is traced wholly and kept.
-            exact = np.array_equal(image, picture.gray)
-            scores[m, o, f] = [
-                metric.best if exact else metric.measure(image, picture.gray) for metric in METRICS.values()
-            ]
+            reference = picture.reference
+            exact = np.array_equal(image, reference)
+            for k, metric in enumerate(METRICS.values()):
+                measure = metric.measure if reference.ndim == 2 else metric.of_color
+                scores[m, o, f, k] = metric.best if exact else measure(image, reference)
     return scores

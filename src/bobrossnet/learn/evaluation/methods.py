@@ -16,14 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.completion.filling import FILLINGS
+from bobrossnet.completion.filling import FILLINGS, delaunay_linear
 from bobrossnet.completion.network import Network, load_network
 from bobrossnet.errors import InputError
 from bobrossnet.picture.order import check_order
 
 Weights: TypeAlias = str | os.PathLike[str]
 Method: TypeAlias = Callable[[bob.GBuffer], NDArray[np.float32]]
-"""From a partial picture to the whole one: (H, W) float32 in 0..1."""
+"""From a partial picture to the whole one: (H, W) float32 in 0..1, or (H, W, 3) of colours."""
+
+CHANNELS = ("gray", "color")
+"""What may be completed and measured."""
 
 _RAW, _KEPT = " raw", " kept"
 
@@ -62,20 +65,27 @@ def model_names(models: Sequence[Weights]) -> tuple[str, ...]:
     return names
 
 
-def all_methods(models: Sequence[Weights], fillings: Sequence[str], *, repainting: bool = True) -> dict[str, Method]:
+def all_methods(
+    models: Sequence[Weights], fillings: Sequence[str], *, repainting: bool = True, channel: str = "gray"
+) -> dict[str, Method]:
     """Return the methods of models, each raw and kept, and then of fillings, by their names.
 
     Parameters
     ----------
     models : names of shipped weights, or .safetensors files
     fillings : names in `FILLINGS`
-    repainting : whether models stand in it raw
+    repainting : whether models stand in it raw, which is gray
+    channel : "gray" or "color", which fillings fill in each component of
 
     Raises
     ------
     InputError
         If there is none, or one can't be used.
     """
+    if channel not in CHANNELS:
+        raise InputError(f"channel: expected one of {', '.join(CHANNELS)}, got {channel!r}")
+    if channel != "gray" and repainting:
+        raise InputError("repainting: expected False for colours, which networks do not put out themselves, got True")
     for name in fillings:
         if name not in FILLINGS:
             raise InputError(f"fillings: expected some of {', '.join(FILLINGS)}, got {name!r}")
@@ -86,8 +96,9 @@ def all_methods(models: Sequence[Weights], fillings: Sequence[str], *, repaintin
     for name, model in zip(names, map(load_network, models), strict=True):
         if repainting:
             methods[raw(name)] = partial(own_output, model)
-        methods[kept(name)] = partial(bob.complete, model=model)
-    return methods | {name: partial(_filled, name) for name in fillings}
+        methods[kept(name)] = partial(bob.complete, model=model, channel=channel)
+    fill = _filled if channel == "gray" else _filled_colors
+    return methods | {name: partial(fill, name) for name in fillings}
 
 
 def own_output(model: Network, part: bob.GBuffer) -> NDArray[np.float32]:
@@ -105,3 +116,9 @@ def check_orders(orders: Sequence[str]) -> tuple[str, ...]:
 
 def _filled(name: str, part: bob.GBuffer) -> NDArray[np.float32]:
     return FILLINGS[name](part.gray, part.mask)
+
+
+def _filled_colors(name: str, part: bob.GBuffer) -> NDArray[np.float32]:
+    if name == "delaunay-linear":  # of whose time the triangles, which all components share, are most
+        return delaunay_linear(part.color, part.mask)
+    return np.stack([FILLINGS[name](plane, part.mask) for plane in np.moveaxis(part.color, -1, 0)], -1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
@@ -9,10 +10,11 @@ from typing import NamedTuple, TypeAlias
 
 import bobrossnet as bob
 from bobrossnet.errors import InputError
-from bobrossnet.learn.dataset.build import MADE, scene_of
+from bobrossnet.learn.dataset.build import COLORED, MADE, scene_of
 from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.shape_files import left_out, shape_files, spread
-from bobrossnet.tracing.scene import SceneLike
+from bobrossnet.learn.shapes.colors import is_white
+from bobrossnet.tracing.scene import SceneLike, as_scene
 
 Scenes: TypeAlias = Mapping[str, Callable[[], SceneLike]]
 """By its name what makes a scene."""
@@ -42,10 +44,17 @@ def scenes_of_dataset(path: str | os.PathLike[str] | Dataset, limit: int | None 
     return {source: partial(scene_of, source) for source in spread(sources, limit)}
 
 
-def own_scenes(count: int, first: int = FIRST) -> Scenes:
-    """Return shapes that the package makes itself; by default those for testing alone."""
-    sources = [f"{MADE}{first + i}" for i in range(count)]
+def own_scenes(count: int, first: int = FIRST, *, colored: bool = False) -> Scenes:
+    """Return shapes that the package makes itself, white or all in colours; by default those for testing alone."""
+    seeds = itertools.filterfalse(is_white, itertools.count(first)) if colored else itertools.count(first)
+    sources = [f"{COLORED if colored else MADE}{seed}" for seed in itertools.islice(seeds, count)]
     return {source: partial(scene_of, source) for source in sources}
+
+
+def with_colors(scenes: Scenes) -> Scenes:
+    """Return those of the scenes that have colours; each is made for it, and those that can't be are left out."""
+    made = each_scene(scenes, stacklevel=3)
+    return {name: scenes[name] for _, name, scene in made if as_scene(scene).is_colored}
 
 
 def each_scene(scenes: Scenes, stacklevel: int) -> Iterator[Numbered]:

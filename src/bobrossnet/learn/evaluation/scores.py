@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.color import luminance, to_srgb
 from bobrossnet.errors import InputError
 from bobrossnet.learn.evaluation.confidence import half_width, relative_change
 from bobrossnet.learn.evaluation.methods import is_kept
@@ -26,18 +27,20 @@ from bobrossnet.tables import best_bold, plus_minus, table
 
 class Metric(NamedTuple):
     label: str
-    measure: Callable[[Any, Any], float]
+    measure: Callable[[Any, Any], float]  # of gray pictures
+    of_color: Callable[[Any, Any], float]  # of pictures in linear RGB
     digits: int
     better: int  # 1 if more is better, -1 if less is
     best: float  # of a picture that equals its reference
 
 
 METRICS = {
-    "ssim": Metric("SSIM", ssim, 4, 1, 1.0),
-    "psnr": Metric("PSNR of the mean squared error, in dB", psnr, 2, 1, math.inf),
-    "flip": Metric("FLIP, less is better", flip, 4, -1, 0.0),
+    "ssim": Metric("SSIM", ssim, lambda image, other: ssim(luminance(image), luminance(other)), 4, 1, 1.0),
+    "psnr": Metric("PSNR of the mean squared error, in dB", psnr, psnr, 2, 1, math.inf),
+    "flip": Metric("FLIP, less is better", flip, lambda image, other: flip(to_srgb(image), to_srgb(other)), 4, -1, 0.0),
 }
-"""In the order of the scores."""
+"""In the order of the scores. Of colours the SSIM is that of the luminance, the PSNR that of the three components, both
+in linear light, and FLIP that of sRGB."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +137,8 @@ class Evaluation:
 
     def table(self, metric: str = "ssim") -> str:
         """Return `mean` of all runs as a markdown table, the best of each column bold."""
-        _, _, digits, better, _ = self._metric(metric)
+        kind = self._metric(metric)
+        digits, better = kind.digits, kind.better
         means = np.array([self.mean(run, metric) for run in self.scores])  # (R, F)
         best = (better * means).max(0) * better
         rows = zip(self.scores, means.tolist(), strict=True)

@@ -24,7 +24,7 @@ from bobrossnet.learn.dataset.plan import PATCH, random_generator
 from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.figures.figure import Drawing, Sources, data_of
 from bobrossnet.learn.figures.style import picture_grid, show_picture
-from bobrossnet.learn.losses import LOSSES, l1, l2, ssim
+from bobrossnet.learn.losses import LOSSES, OF_REPORT, l1, l2, ssim
 from bobrossnet.learn.networks import NETWORKS, Network
 from bobrossnet.learn.train import follow
 from bobrossnet.picture.files import traced_on_green
@@ -129,16 +129,16 @@ def compare_losses(
     }
     networks = {}
     with progress("comparing losses") as report:
-        for number, loss in enumerate(LOSSES):
-            part = _part(report, number / len(LOSSES), 1 / len(LOSSES), loss)
+        for number, loss in enumerate(OF_REPORT):
+            part = _part(report, number / len(OF_REPORT), 1 / len(OF_REPORT), loss)
             networks[loss] = _train(loss, sets[TRAINED], config, steps, part)
-    outputs = {(loss, name): _outputs(networks[loss], sets[name]) for loss in LOSSES for name in sets}
+    outputs = {(loss, name): _outputs(networks[loss], sets[name]) for loss in OF_REPORT for name in sets}
     return LossComparison(
         steps,
         {name: len(chosen.numbers) for name, chosen in sets.items()},
         {(loss, name): _measure(image, sets[name].reference) for (loss, name), image in outputs.items()},
         tuple(
-            _completed(name, chosen, {loss: outputs[loss, name] for loss in LOSSES}) for name, chosen in sets.items()
+            _completed(name, chosen, {loss: outputs[loss, name] for loss in OF_REPORT}) for name, chosen in sets.items()
         ),
     )
 
@@ -150,7 +150,7 @@ def draw_losses(sources: Sources) -> Drawing:
 
 def show_losses(comparison: LossComparison) -> Drawing:
     """Draw what was found, a row for each sample that is shown."""
-    rows, columns = len(comparison.shown), 2 + len(LOSSES)
+    rows, columns = len(comparison.shown), 2 + len(OF_REPORT)
     figure, grid = picture_grid(rows, columns, (PATCH, PATCH), above=0.28, between=0.33, left=0.16)
     for axes, sample in zip(grid, comparison.shown, strict=True):
         show_picture(axes[0], sample.reference, "reference")
@@ -160,7 +160,7 @@ def show_losses(comparison: LossComparison) -> Drawing:
             show_picture(place, image, f"{loss_title(loss)}\nSSIM {sample.scores[loss]:.3f}")
     trained, unseen = (comparison.counts[samples] for samples in (TRAINED, UNSEEN))
     means = []
-    for loss in LOSSES:
+    for loss in OF_REPORT:
         seen, other = (comparison.scores[loss, samples]["ssim"] for samples in (TRAINED, UNSEEN))
         means.append(f"{loss_title(loss)} {seen:.3f} / {other:.3f}")
     return Drawing(

@@ -8,10 +8,12 @@ mechanical, simple and intricate, smooth and with hard edges, solid and thin.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet.errors import InputError
 from bobrossnet.learn.shapes import carved, implicit, splines
 from bobrossnet.learn.shapes.meshes import procedural_mesh
 from bobrossnet.shapes.affine import rotation, scaling, to_unit_sphere, translation
@@ -70,7 +72,10 @@ def _some_shape(rng: np.random.Generator, kind: str) -> Scene:
     _, families = KINDS[kind]
     if families is None:
         return Scene(procedural_mesh(int(rng.integers(2**31))))
-    return Scene(families[str(rng.choice(list(families)))](rng))
+    while True:
+        shape = families[str(rng.choice(list(families)))](rng)
+        with suppress(InputError):  # about one in a thousand is a formula that is negative nowhere: draw another
+            return Scene(shape)
 
 
 def _fitted(scene: Scene) -> list[Instance]:
