@@ -159,11 +159,11 @@ def test_meshes_beside_formulas(tmp_path, capsys):
 
 
 def test_rays_that_only_touch_are_told(tmp_path, capsys):
-    """Where x is 0, f is a billionth, of which bounds of max(x, -1.5 x) and its slopes can't know."""
+    """Where x is 0, f is a trillionth, of which bounds of max(x, -1.5 x) and its slopes can't know."""
     (tmp_path / "a.vm").write_text(
         "x var-x\ny var-y\nz var-z\nxx square x\nyy square y\nzz square z\nr const -0.25\n"
         "xy add xx yy\nxyz add xy zz\nball add xyz r\n"
-        "k const -1.5\nback mul k x\nv max x back\nlittle const 1e-9\nsheet add v little\nf min ball sheet\n"
+        "k const -1.5\nback mul k x\nv max x back\nlittle const 1e-12\nsheet add v little\nf min ball sheet\n"
     )
     arguments = ["--size", "40x40", "--fraction", "1", "--azimuth", "0", "-o", str(tmp_path / "out.png")]
     assert cli.main(["render", str(tmp_path / "a.vm"), *arguments]) == 0
