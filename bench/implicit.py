@@ -399,7 +399,7 @@ def mesh_row(example: Example, scene: bob.Scene, trace: Callable[[], bob.GBuffer
 def sparse_scenes() -> dict[str, bob.Scene]:
     """Of shapes whose rays are dear, and of those whose are cheap."""
     shapes = {name: vm_shape(name) for name in ("bear", "prospero", "tanglecube", "colonnade")}
-    shapes |= {"gyroid": bob.implicit(gyroid), "CSG": solid()}
+    shapes |= {"gyroid": bob.implicit(gyroid), "CSG": solid()} | prepared()
     return {name: bob.Scene(shape) for name, shape in shapes.items() if shape is not None}
 
 

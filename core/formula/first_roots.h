@@ -218,7 +218,7 @@ struct Part {
 
 /// Into how many parts a segment is cut that is not settled as a whole. Many bounds over small parts decide at once what
 /// those over the whole would not; and parts of one segment fill lanes where few rays pass a cell. With 2, 5 % of prospero's
-/// rays take a tenth longer; with 4, all of them do.
+/// rays take a tenth longer; with 4, all of them a twentieth.
 constexpr int parts_of_segment = 3;
 
 /// Cuts segments that are open, at most `lanes`, into parts, and leaves out those that the slopes settle. Behind a part whose
