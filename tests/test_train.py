@@ -457,7 +457,7 @@ NAN = math.nan
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
-        ("loss", "l3", r"loss: expected one of l1, l2, ssim, ssim\+l1, ssim\+l2, got 'l3'"),
+        ("loss", "l3", r"loss: expected one of l1, l2, ssim, ssim\+l1, ssim\+l2, ssim\+visible, got 'l3'"),
         ("network", "papper", "network: expected one of paper, pyramid, got 'papper'"),
         (
             "order",
