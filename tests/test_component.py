@@ -232,7 +232,8 @@ def test_moving_pictures_carry_along_what_was_seen_where_rays_are_slow(shown, sc
     """Where they are fast, a new picture is dense, and as good."""
     page = shown('src="wedge.glb" picture-size="640x480"', script)
     exact(page)
-    traced, known = page.evaluate("""async (slow) => {
+    traced, known = page.evaluate(
+        """async (slow) => {
       const view = document.querySelector("bob-view"), { viewing } = view;
       viewing.schedule.refines = false;
       viewing.schedule.budget *= slow ? 6 : 1;  // so that what was seen is brought along in time by busy machines too
@@ -243,7 +244,9 @@ def test_moving_pictures_carry_along_what_was_seen_where_rays_are_slow(shown, sc
       }
       const { planes, known, height, width } = await viewing.buffers(), size = height * width;
       return [planes, known].map((of) => of.subarray(0, size).reduce((sum, mask) => sum + mask, 0) / size);
-    }""", script != "")
+    }""",
+        script != "",
+    )
     if script:
         assert 0 < traced < 0.05
         assert known > 0.25
