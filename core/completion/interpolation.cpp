@@ -24,7 +24,9 @@ constexpr float unknown = std::numeric_limits<float>::infinity();
 float least(float a, float b) { return a < b ? a : b; }
 float most(float a, float b) { return a > b ? a : b; }
 
-/// What each pixel is taken for, and by how much the corners that it was made of differ at most: 0 where traced.
+float distance(float a, float b) { return most(a - b, b - a); }
+
+/// What each pixel is taken for, and by how much what it was made of differs at most: 0 where traced.
 struct Nodes {
     int height, width;
     std::unique_ptr<float[]> value, contrast;
@@ -77,8 +79,8 @@ private:
     void row(int row, int column, int step, bool diagonal) {
         const auto at_border = [&] {
             if (mask_[index(row, column)] > 0) return;
-            use(index(row, column), diagonal ? mean_inside({{{row - step, column - step}, {row - step, column + step},
-                                                             {row + step, column - step}, {row + step, column + step}}})
+            use(index(row, column), diagonal ? mean_inside({{{row - step, column - step}, {row + step, column + step},
+                                                             {row - step, column + step}, {row + step, column - step}}})
                                              : mean_inside({{{row - step, column}, {row + step, column},
                                                              {row, column - step}, {row, column + step}}}));
         };
@@ -86,14 +88,14 @@ private:
             for (; column < width_ && column < step; column += 2 * step) at_border();
             const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(step) * width_;
             const LatticeRow lattice{mask_ + index(row, 0), nodes_->value.get() + index(row, 0), nodes_->contrast.get() + index(row, 0),
-                                     {diagonal ? -down - step : -down, diagonal ? -down + step : down,
-                                      diagonal ? down - step : -step, diagonal ? down + step : step},
+                                     {diagonal ? -down - step : -down, diagonal ? down + step : down,
+                                      diagonal ? -down + step : -step, diagonal ? down - step : step},
                                      weight_per_contrast_, output_ + index(row, 0), weights_ ? weights_ + index(row, 0) : nullptr};
             // Pixels that lie farther apart leave too little of a vector to use.
             if (step <= 2) column = best_interpolation_kernels().between(lattice, column, width_ - step, 2 * step);
             for (; column + step < width_; column += 2 * step) {
                 const std::size_t i = index(row, column);
-                if (!(mask_[i] > 0)) use(i, mean(i, lattice.corners));
+                if (!(mask_[i] > 0)) use(i, between(i, lattice.corners));
             }
         }
         for (; column < width_; column += 2 * step) at_border();
@@ -115,15 +117,23 @@ private:
     /// Whether a place lies an odd number of steps from the lattice's first.
     static bool is_odd(int place, int step) { return ((place - lattice_first) / step) % 2 != 0; }
 
-    /// Of the four corners of pixel i.
-    [[nodiscard]] Node mean(std::size_t i, const std::ptrdiff_t (&corners)[4]) const {
+    /// Of the two opposite corners of pixel i that differ less. Where both others lie off on the same side, as along a thin line,
+    /// nothing says which of the two pairs it resembles.
+    [[nodiscard]] Node between(std::size_t i, const std::ptrdiff_t (&corners)[4]) const {
         const float *const value = nodes_->value.get() + i, *const contrast = nodes_->contrast.get() + i;
-        const float a = value[corners[0]], b = value[corners[1]], c = value[corners[2]], d = value[corners[3]];
-        const float contrasts = most(most(contrast[corners[0]], contrast[corners[1]]), most(contrast[corners[2]], contrast[corners[3]]));
-        return {(((a + b) + c) + d) / 4, most(contrasts, most(most(a, b), most(c, d)) - least(least(a, b), least(c, d)))};
+        const auto pair = [&](std::ptrdiff_t a, std::ptrdiff_t b) {
+            return Node{(value[a] + value[b]) / 2, most(most(contrast[a], contrast[b]), distance(value[a], value[b]))};
+        };
+        const Node pairs[2] = {pair(corners[0], corners[1]), pair(corners[2], corners[3])};
+        if (!(most(most(contrast[corners[0]], contrast[corners[1]]), most(contrast[corners[2]], contrast[corners[3]])) < unknown)) {
+            return {0, unknown};
+        }
+        const bool first = pairs[0].contrast <= pairs[1].contrast;
+        const Node &used = pairs[first ? 0 : 1], &other = pairs[first ? 1 : 0];
+        return {used.value, most(used.contrast, distance(pairs[0].value, pairs[1].value) - other.contrast / 2)};
     }
 
-    /// The same of those corners that lie inside the picture.
+    /// By the border, of all those corners that lie inside.
     [[nodiscard]] Node mean_inside(const std::array<Pixel, 4>& corners) const {
         float sum = 0, low = unknown, high = -unknown, contrast = 0;
         int count = 0;

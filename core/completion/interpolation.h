@@ -1,4 +1,4 @@
-/// Where traced pixels agree, what lies between them is their mean.
+/// Where traced pixels agree, what lies between them is interpolated.
 #pragma once
 
 #include "picture/channels.h"
@@ -6,10 +6,10 @@
 namespace bob {
 
 /// Improves what a network made of the pixels that were not traced, where they lie in squares of the lattice
-/// (`lattice_tile`) whose corners agree: there the mean of the corners is closer than a network comes, as in the smooth parts
-/// of a picture whose order goes where pixels differ. From the coarsest square to the finest, a corner that was not traced
-/// is the mean of its own corners; the more any of them differ, the less the mean counts, and beyond `most_contrast` not
-/// at all. Where the traced pixels do not lie in the lattice, hardly a pixel changes.
+/// (`lattice_tile`) of whose corners two opposite ones agree: there their mean is closer than a network comes, as in the smooth
+/// parts of a picture whose order goes where pixels differ, and along its edges. From the coarsest square to the finest, a corner
+/// that was not traced is such a mean itself; the more its corners differ, the less it counts, and beyond `most_contrast` not at
+/// all. Where the traced pixels do not lie in the lattice, hardly a pixel changes.
 ///
 /// planes: (known.width(), height, width) of a G-buffer, beginning with the mask; output: (completed.width(), height, width).
 /// Throws std::invalid_argument if the G-buffer lacks a completed channel.

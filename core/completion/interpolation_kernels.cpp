@@ -11,6 +11,8 @@ namespace {
 /// a where the condition holds, else b.
 inline F select(M condition, F a, F b) { return (F)((condition & (M)a) | (~condition & (M)b)); }
 
+inline F distance(F a, F b) { return max(a - b, b - a); }
+
 /// Calls `use` for each vector of pixels, and for the rest, padded with zeros, with those of them that exist.
 template <int Inputs, int Outputs, class Use>
 inline void for_pixels(const float* const (&from)[Inputs], float* const (&to)[Outputs], std::size_t pixels, Use use) {
@@ -46,21 +48,25 @@ void begin(const float* mask, const float* traced, float* value, float* contrast
 int between(const LatticeRow& row, int x, int end, int apart) {
     M ours{};
     for (int i = 0; i < lanes; i += apart) ours[i] = -1;
-    const F zero{}, one = constant(1), four = constant(4), per_contrast = constant(row.weight_per_contrast);
+    const F zero{}, one = constant(1), two = constant(2), per_contrast = constant(row.weight_per_contrast);
+    const F unknown = constant(std::numeric_limits<float>::infinity());
     for (; x + lanes <= end; x += lanes) {
-        const auto corner = [&](const float* from, int i) { return load<F>(from + x + row.corners[i]); };
-        F value[4];
-        F contrast = max(max(corner(row.contrast, 0), corner(row.contrast, 1)), max(corner(row.contrast, 2), corner(row.contrast, 3)));
-        const M known = (contrast * per_contrast < one) & ours;
+        F value[4], contrast[4];
+        for (int i = 0; i < 4; ++i) contrast[i] = load<F>(row.contrast + x + row.corners[i]);
+        const M known = (max(max(contrast[0], contrast[1]), max(contrast[2], contrast[3])) < unknown) & ours;
         if (!bits(known)) continue;
-        for (int i = 0; i < 4; ++i) value[i] = corner(row.value, i);
-        const F low = min(min(value[0], value[1]), min(value[2], value[3]));
-        const F high = max(max(value[0], value[1]), max(value[2], value[3]));
-        contrast = max(contrast, high - low);
-        const F mean = (((value[0] + value[1]) + value[2]) + value[3]) / four, weight = one - contrast * per_contrast;
+        for (int i = 0; i < 4; ++i) value[i] = load<F>(row.value + x + row.corners[i]);
+        const F means[2] = {(value[0] + value[1]) / two, (value[2] + value[3]) / two};
+        const F contrasts[2] = {max(max(contrast[0], contrast[1]), distance(value[0], value[1])),
+                                max(max(contrast[2], contrast[3]), distance(value[2], value[3]))};
+        const M first = contrasts[0] <= contrasts[1];
+        const F mean = select(first, means[0], means[1]);
+        const F most = max(select(first, contrasts[0], contrasts[1]),
+                           distance(means[0], means[1]) - select(first, contrasts[1], contrasts[0]) / two);
+        const F weight = one - most * per_contrast;
         const M used = known & (weight > zero) & ~(load<F>(row.mask + x) > zero);
         store(row.value + x, select(used, mean, load<F>(row.value + x)));
-        store(row.contrast + x, select(used, contrast, load<F>(row.contrast + x)));
+        store(row.contrast + x, select(used, most, load<F>(row.contrast + x)));
         const F output = load<F>(row.output + x);
         store(row.output + x, select(used, output + (mean - output) * weight, output));
         if (row.weight) store(row.weight + x, select(used, weight, load<F>(row.weight + x)));

@@ -7,12 +7,12 @@
 
 namespace bob {
 
-/// A row of what pixels are taken for: their values, by how much the corners that each was made of differ at most (0 where traced,
-/// infinity where nothing is known), and what is made of them.
+/// A row of what pixels are taken for: their values, by how much what each was made of differs at most (0 where traced, infinity
+/// where nothing is known), and what is made of them.
 struct LatticeRow {
     const float* mask;
     float *value, *contrast;
-    std::ptrdiff_t corners[4];  // floats from a pixel to those between which it lies
+    std::ptrdiff_t corners[4];  // floats from a pixel to those between which it lies, opposite ones in pairs
     float weight_per_contrast;
     float* output;
     float* weight;  // how far the mean counts; may be null
@@ -21,8 +21,8 @@ struct LatticeRow {
 struct InterpolationKernels {
     /// Traced pixels as they are, of the others nothing.
     void (*begin)(const float* mask, const float* traced, float* value, float* contrast, std::size_t pixels);
-    /// Takes the pixels x, x + apart, ... before `end` for the mean of their corners, unless those differ too much. `end` lies where
-    /// all corners are inside the picture; whole vectors are done, up to the column that is returned. `apart` is 2 or 4.
+    /// Takes the pixels x, x + apart, ... before `end` for the mean of the two opposite corners that differ less, unless these differ
+    /// too much, a corner is unknown, or the two others lie off on the same side. `end` lies where all corners are inside the picture; whole vectors are done, up to the column that is returned. `apart` is 2 or 4.
     int (*between)(const LatticeRow& row, int x, int end, int apart);
     /// Traced pixels keep their values, the others are clamped to a channel's range, and NaN to its low end.
     void (*keep)(const float* mask, const float* traced, float low, float high, float* output, std::size_t pixels);

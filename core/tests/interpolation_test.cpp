@@ -61,6 +61,36 @@ TEST(a_slope_is_continued_between_the_pixels) {
     }
 }
 
+TEST(edges_are_followed) {
+    // Of squares that a slanted edge cuts, the two corners along it agree.
+    const auto edge = [](int row, int column) { return row + column < 127 ? 0.2f : 0.8f; };
+    const auto planes = traced(128, 128, 128 * 128 / 4, edge);
+    std::vector<float> image(128 * 128, 0.5f);
+    interpolate(planes, image, 128, 128);
+    int cut = 0;
+    for (int row = 2; row < 126; row += 2) {
+        for (int column = 2; column < 126; column += 2) {
+            const auto i = static_cast<std::size_t>(row * 128 + column);
+            cut += edge(row - 1, column - 1) != edge(row + 1, column + 1);
+            CHECK_NEAR(image[i], edge(row, column), 1e-6);
+        }
+    }
+    CHECK(cut > 50);
+}
+
+TEST(where_lines_go_is_left_to_the_network) {
+    // In squares on the line, two corners say that it passes, and two that it does not.
+    const auto line = [](int row, int column) { return row == column ? 0.8f : 0.2f; };
+    const auto planes = traced(128, 128, 128 * 128 / 4, line);
+    std::vector<float> image(128 * 128, 0.5f);
+    interpolate(planes, image, 128, 128);
+    for (int row = 2; row < 126; row += 2) {
+        for (int column = 2; column < 126; column += 2) {
+            CHECK_NEAR(image[static_cast<std::size_t>(row * 128 + column)], row == column ? 0.5f : 0.2f, 1e-6);
+        }
+    }
+}
+
 TEST(corners_that_differ_are_left_to_the_network) {
     const auto edge = [](int, int column) { return column < 60 ? 0.2f : 0.8f; };
     const auto planes = traced(128, 128, 128 * 128 / 16, edge);
