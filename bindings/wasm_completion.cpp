@@ -112,6 +112,7 @@ bool complete_color(const float* planes, const float* gray, std::int32_t height,
         const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
         const float* const known_gray = planes + static_cast<std::size_t>(known.place_of(bob::channels::gray)) * pixels;
         bob::complete_by_ratio(known, planes, bob::channels::color, known_gray, gray, height, width, color);
+        bob::interpolate_lattice(known, planes, completed, color, height, width);
         bob::keep_known(known, planes, completed, color, pixels);
         return true;
     });

@@ -18,6 +18,9 @@ namespace {
 /// Corners that differ by more of a channel's range say nothing about what lies between them.
 constexpr float most_contrast = 0.15f;
 
+/// Over longer ways two corners agree that have a highlight between them: there all four have to.
+constexpr int longest_pair = 4;
+
 constexpr float unknown = std::numeric_limits<float>::infinity();
 
 /// The smaller of two, and the larger; b where either is NaN, as in vectors.
@@ -26,33 +29,41 @@ float most(float a, float b) { return a > b ? a : b; }
 
 float distance(float a, float b) { return most(a - b, b - a); }
 
-/// What each pixel is taken for, and by how much what it was made of differs at most: 0 where traced.
+/// What each pixel is taken for, (components, height, width), and by how much what it was made of differs at most: 0 where traced.
 struct Nodes {
-    int height, width;
+    int height, width, components;
     std::unique_ptr<float[]> value, contrast;
 
-    Nodes(int height, int width)
-        : height(height), width(width), value(new float[pixels()]), contrast(new float[pixels()]) {}
+    Nodes(int height, int width, int components)
+        : height(height), width(width), components(components), value(new float[static_cast<std::size_t>(components) * pixels()]),
+          contrast(new float[pixels()]) {}
 
     [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(height) * static_cast<std::size_t>(width); }
 };
 
-Spare<Nodes> spare;
+std::array<Spare<Nodes>, 3> spare;  // by components
 constexpr std::size_t most_spare = 1 << 20;  // pixels of those kept from call to call
 
+/// Of the components of one channel, which agree or differ together.
+template <int Components>
 class Interpolation {
 public:
-    /// `weights` may be null.
+    /// `traced` and `output` are the channel's planes, `weights` may be null.
     Interpolation(const float* mask, const float* traced, float range, float* output, float* weights, int height, int width)
         : mask_(mask), output_(output), weights_(weights), height_(height), width_(width),
-          weight_per_contrast_(1 / (most_contrast * range)), nodes_(spare.take(height, width)) {
-        parallel_for(nodes_->pixels(), 65536, [&](std::size_t begin, std::size_t end) {
-            best_interpolation_kernels().begin(mask + begin, traced + begin, nodes_->value.get() + begin,
-                                               nodes_->contrast.get() + begin, end - begin);
+          weight_per_contrast_(1 / (most_contrast * range)), nodes_(spare[Components - 1].take(height, width, Components)),
+          pixels_(nodes_->pixels()) {
+        parallel_for(pixels_, 65536, [&](std::size_t begin, std::size_t end) {
+            const auto& kernels = best_interpolation_kernels();
+            kernels.begin_contrast(mask + begin, nodes_->contrast.get() + begin, end - begin);
+            for (std::size_t c = 0; c < Components; ++c) {
+                const std::size_t plane = c * pixels_ + begin;
+                kernels.begin(mask + begin, traced + plane, nodes_->value.get() + plane, end - begin);
+            }
         });
     }
     ~Interpolation() {
-        if (nodes_->pixels() <= most_spare) spare.give_back(std::move(nodes_));
+        if (pixels_ <= most_spare) spare[Components - 1].give_back(std::move(nodes_));
     }
     Interpolation(const Interpolation&) = delete;
     Interpolation& operator=(const Interpolation&) = delete;
@@ -77,20 +88,27 @@ public:
 private:
     /// Every other pixel of a row, from a column on, of which the corners lie at a step along both axes, or along one.
     void row(int row, int column, int step, bool diagonal) {
-        const auto at_border = [&] {
+        const auto use_all = [&] {
             if (mask_[index(row, column)] > 0) return;
             use(index(row, column), diagonal ? mean_inside({{{row - step, column - step}, {row + step, column + step},
                                                              {row - step, column + step}, {row + step, column - step}}})
                                              : mean_inside({{{row - step, column}, {row + step, column},
                                                              {row, column - step}, {row, column + step}}}));
         };
-        if (row >= step && row + step < height_) {
-            for (; column < width_ && column < step; column += 2 * step) at_border();
+        if (step <= longest_pair && row >= step && row + step < height_) {
+            for (; column < width_ && column < step; column += 2 * step) use_all();
             const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(step) * width_;
-            const LatticeRow lattice{mask_ + index(row, 0), nodes_->value.get() + index(row, 0), nodes_->contrast.get() + index(row, 0),
-                                     {diagonal ? -down - step : -down, diagonal ? down + step : down,
-                                      diagonal ? -down + step : -step, diagonal ? down - step : step},
-                                     weight_per_contrast_, output_ + index(row, 0), weights_ ? weights_ + index(row, 0) : nullptr};
+            const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * width_;
+            const LatticeRow lattice{.components = Components,
+                                     .plane = static_cast<std::ptrdiff_t>(pixels_),
+                                     .mask = mask_ + first,
+                                     .value = nodes_->value.get() + first,
+                                     .contrast = nodes_->contrast.get() + first,
+                                     .corners = {diagonal ? -down - step : -down, diagonal ? down + step : down,
+                                                 diagonal ? -down + step : -step, diagonal ? down - step : step},
+                                     .weight_per_contrast = weight_per_contrast_,
+                                     .output = output_ + first,
+                                     .weight = weights_ ? weights_ + first : nullptr};
             // Pixels that lie farther apart leave too little of a vector to use.
             if (step <= 2) column = best_interpolation_kernels().between(lattice, column, width_ - step, 2 * step);
             for (; column + step < width_; column += 2 * step) {
@@ -98,20 +116,24 @@ private:
                 if (!(mask_[i] > 0)) use(i, between(i, lattice.corners));
             }
         }
-        for (; column < width_; column += 2 * step) at_border();
+        for (; column < width_; column += 2 * step) use_all();
     }
 
     struct Node {
-        float value, contrast;
+        std::array<float, Components> value;
+        float contrast;
     };
 
     /// Takes pixel i for a node, unless its corners differ too much.
     void use(std::size_t i, const Node& node) {
         const float weight = 1 - node.contrast * weight_per_contrast_;
         if (!(weight > 0)) return;
-        nodes_->value[i] = node.value, nodes_->contrast[i] = node.contrast;
-        output_[i] += (node.value - output_[i]) * weight;
+        nodes_->contrast[i] = node.contrast;
         if (weights_) weights_[i] = weight;
+        for (std::size_t c = 0; c < Components; ++c, i += pixels_) {
+            nodes_->value[i] = node.value[c];
+            output_[i] += (node.value[c] - output_[i]) * weight;
+        }
     }
 
     /// Whether a place lies an odd number of steps from the lattice's first.
@@ -120,31 +142,45 @@ private:
     /// Of the two opposite corners of pixel i that differ less. Where both others lie off on the same side, as along a thin line,
     /// nothing says which of the two pairs it resembles.
     [[nodiscard]] Node between(std::size_t i, const std::ptrdiff_t (&corners)[4]) const {
-        const float *const value = nodes_->value.get() + i, *const contrast = nodes_->contrast.get() + i;
-        const auto pair = [&](std::ptrdiff_t a, std::ptrdiff_t b) {
-            return Node{(value[a] + value[b]) / 2, most(most(contrast[a], contrast[b]), distance(value[a], value[b]))};
-        };
-        const Node pairs[2] = {pair(corners[0], corners[1]), pair(corners[2], corners[3])};
-        if (!(most(most(contrast[corners[0]], contrast[corners[1]]), most(contrast[corners[2]], contrast[corners[3]])) < unknown)) {
-            return {0, unknown};
+        const float *value = nodes_->value.get() + i, *const contrast = nodes_->contrast.get() + i;
+        Node pairs[2] = {{{}, most(contrast[corners[0]], contrast[corners[1]])}, {{}, most(contrast[corners[2]], contrast[corners[3]])}};
+        if (!(most(pairs[0].contrast, pairs[1].contrast) < unknown)) return {{}, unknown};
+        float off = 0;
+        for (std::size_t c = 0; c < Components; ++c, value += pixels_) {
+            for (std::size_t k = 0; k < 2; ++k) {
+                const float a = value[corners[2 * k]], b = value[corners[2 * k + 1]];
+                pairs[k].value[c] = (a + b) / 2;
+                pairs[k].contrast = most(pairs[k].contrast, distance(a, b));
+            }
+            off = most(off, distance(pairs[0].value[c], pairs[1].value[c]));
         }
         const bool first = pairs[0].contrast <= pairs[1].contrast;
         const Node &used = pairs[first ? 0 : 1], &other = pairs[first ? 1 : 0];
-        return {used.value, most(used.contrast, distance(pairs[0].value, pairs[1].value) - other.contrast / 2)};
+        return {used.value, most(used.contrast, off - other.contrast / 2)};
     }
 
-    /// By the border, of all those corners that lie inside.
+    /// Of all corners, of which some may lie outside.
     [[nodiscard]] Node mean_inside(const std::array<Pixel, 4>& corners) const {
-        float sum = 0, low = unknown, high = -unknown, contrast = 0;
-        int count = 0;
+        std::array<std::size_t, 4> inside;
+        std::size_t count = 0;
+        float contrast = 0;
         for (const auto [row, column] : corners) {
             if (row < 0 || row >= height_ || column < 0 || column >= width_) continue;
-            const std::size_t i = index(row, column);
-            sum += nodes_->value[i], ++count;
-            low = least(low, nodes_->value[i]), high = most(high, nodes_->value[i]);
-            contrast = most(contrast, nodes_->contrast[i]);
+            inside[count] = index(row, column);
+            contrast = most(contrast, nodes_->contrast[inside[count++]]);
         }
-        return {sum / static_cast<float>(count), count == 0 ? unknown : most(contrast, high - low)};
+        if (count == 0 || !(contrast < unknown)) return {{}, unknown};
+        Node mean{{}, contrast};
+        for (std::size_t c = 0; c < Components; ++c) {
+            float sum = 0, low = unknown, high = -unknown;
+            for (std::size_t k = 0; k < count; ++k) {
+                const float value = nodes_->value[inside[k] + c * pixels_];
+                sum += value, low = least(low, value), high = most(high, value);
+            }
+            mean.value[c] = sum / static_cast<float>(count);
+            mean.contrast = most(mean.contrast, high - low);
+        }
+        return mean;
     }
 
     [[nodiscard]] std::size_t index(int row, int column) const {
@@ -156,18 +192,27 @@ private:
     int height_, width_;
     float weight_per_contrast_;
     std::unique_ptr<Nodes> nodes_;
+    std::size_t pixels_;
 };
+
+void interpolate(const Layout& known, const float* planes, const Channel& channel, float* output, float* weights, int height, int width) {
+    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+    const float* const traced = planes + static_cast<std::size_t>(known.place_of(channel)) * pixels;
+    const float range = channel.high - channel.low;
+    switch (channel.components) {
+        case 1: return Interpolation<1>(planes, traced, range, output, weights, height, width)();
+        case 2: return Interpolation<2>(planes, traced, range, output, weights, height, width)();
+        default: return Interpolation<3>(planes, traced, range, output, weights, height, width)();
+    }
+}
 
 }  // namespace
 
 void interpolate_lattice(const Layout& known, const float* planes, const Layout& completed, float* output, int height, int width) {
     const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
     for (const Channel& channel : completed) {
-        const int place = known.place_of(channel);
-        for (int component = 0; component < channel.components; ++component, output += pixels) {
-            const float* const traced = planes + static_cast<std::size_t>(place + component) * pixels;
-            Interpolation(planes, traced, channel.high - channel.low, output, nullptr, height, width)();
-        }
+        interpolate(known, planes, channel, output, nullptr, height, width);
+        output += static_cast<std::size_t>(channel.components) * pixels;
     }
 }
 
@@ -175,8 +220,7 @@ void interpolate_lattice(const Layout& known, const float* planes, const Channel
                          int height, int width) {
     const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
     std::fill_n(weights, pixels, 0.f);
-    const float* const traced = planes + static_cast<std::size_t>(known.place_of(channel)) * pixels;
-    Interpolation(planes, traced, channel.high - channel.low, output, weights, height, width)();
+    interpolate(known, planes, channel, output, weights, height, width);
 }
 
 }  // namespace bob

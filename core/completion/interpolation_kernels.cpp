@@ -36,42 +36,60 @@ inline void for_pixels(const float* const (&from)[Inputs], float* const (&to)[Ou
     }
 }
 
-void begin(const float* mask, const float* traced, float* value, float* contrast, std::size_t pixels) {
-    const F unknown = constant(std::numeric_limits<float>::infinity()), zero{};
-    for_pixels<2, 2>({mask, traced}, {value, contrast}, pixels, [=](const F (&in)[2], F (&out)[2]) {
-        const M is_traced = in[0] > zero;
-        out[0] = select(is_traced, in[1], zero);
-        out[1] = select(is_traced, zero, unknown);
-    });
+void begin(const float* mask, const float* traced, float* value, std::size_t pixels) {
+    const F zero{};
+    for_pixels<2, 1>({mask, traced}, {value}, pixels, [=](const F (&in)[2], F (&out)[1]) { out[0] = select(in[0] > zero, in[1], zero); });
 }
 
-int between(const LatticeRow& row, int x, int end, int apart) {
+void begin_contrast(const float* mask, float* contrast, std::size_t pixels) {
+    const F unknown = constant(std::numeric_limits<float>::infinity()), zero{};
+    for_pixels<1, 1>({mask}, {contrast}, pixels, [=](const F (&in)[1], F (&out)[1]) { out[0] = select(in[0] > zero, zero, unknown); });
+}
+
+template <int Components>
+int between_pixels(const LatticeRow& row, int x, int end, int apart) {
     M ours{};
     for (int i = 0; i < lanes; i += apart) ours[i] = -1;
     const F zero{}, one = constant(1), two = constant(2), per_contrast = constant(row.weight_per_contrast);
     const F unknown = constant(std::numeric_limits<float>::infinity());
     for (; x + lanes <= end; x += lanes) {
-        F value[4], contrast[4];
+        F contrast[4];
         for (int i = 0; i < 4; ++i) contrast[i] = load<F>(row.contrast + x + row.corners[i]);
         const M known = (max(max(contrast[0], contrast[1]), max(contrast[2], contrast[3])) < unknown) & ours;
         if (!bits(known)) continue;
-        for (int i = 0; i < 4; ++i) value[i] = load<F>(row.value + x + row.corners[i]);
-        const F means[2] = {(value[0] + value[1]) / two, (value[2] + value[3]) / two};
-        const F contrasts[2] = {max(max(contrast[0], contrast[1]), distance(value[0], value[1])),
-                                max(max(contrast[2], contrast[3]), distance(value[2], value[3]))};
+        F contrasts[2] = {max(contrast[0], contrast[1]), max(contrast[2], contrast[3])}, means[2][Components], off{};
+        for (int c = 0; c < Components; ++c) {
+            F value[4];
+            for (int i = 0; i < 4; ++i) value[i] = load<F>(row.value + c * row.plane + x + row.corners[i]);
+            for (int i = 0; i < 2; ++i) {
+                contrasts[i] = max(contrasts[i], distance(value[2 * i], value[2 * i + 1]));
+                means[i][c] = (value[2 * i] + value[2 * i + 1]) / two;
+            }
+            off = max(off, distance(means[0][c], means[1][c]));
+        }
         const M first = contrasts[0] <= contrasts[1];
-        const F mean = select(first, means[0], means[1]);
-        const F most = max(select(first, contrasts[0], contrasts[1]),
-                           distance(means[0], means[1]) - select(first, contrasts[1], contrasts[0]) / two);
+        const F most = max(select(first, contrasts[0], contrasts[1]), off - select(first, contrasts[1], contrasts[0]) / two);
         const F weight = one - most * per_contrast;
         const M used = known & (weight > zero) & ~(load<F>(row.mask + x) > zero);
-        store(row.value + x, select(used, mean, load<F>(row.value + x)));
+        if (!bits(used)) continue;
         store(row.contrast + x, select(used, most, load<F>(row.contrast + x)));
-        const F output = load<F>(row.output + x);
-        store(row.output + x, select(used, output + (mean - output) * weight, output));
         if (row.weight) store(row.weight + x, select(used, weight, load<F>(row.weight + x)));
+        for (int c = 0; c < Components; ++c) {
+            const std::ptrdiff_t i = c * row.plane + x;
+            const F mean = select(first, means[0][c], means[1][c]), output = load<F>(row.output + i);
+            store(row.value + i, select(used, mean, load<F>(row.value + i)));
+            store(row.output + i, select(used, output + (mean - output) * weight, output));
+        }
     }
     return x;
+}
+
+int between(const LatticeRow& row, int x, int end, int apart) {
+    switch (row.components) {
+        case 1: return between_pixels<1>(row, x, end, apart);
+        case 2: return between_pixels<2>(row, x, end, apart);
+        default: return between_pixels<3>(row, x, end, apart);
+    }
 }
 
 void keep(const float* mask, const float* traced, float low, float high, float* output, std::size_t pixels) {
@@ -84,6 +102,6 @@ void keep(const float* mask, const float* traced, float low, float high, float* 
 
 }  // namespace
 
-const InterpolationKernels interpolation_kernels = {begin, between, keep};
+const InterpolationKernels interpolation_kernels = {begin, begin_contrast, between, keep};
 
 }  // namespace bob::BOB_ISA

@@ -7,9 +7,11 @@
 
 namespace bob {
 
-/// A row of what pixels are taken for: their values, by how much what each was made of differs at most (0 where traced, infinity
+/// A row of what pixels are taken for: their values, of one to three components, by how much what each was made of differs at most (0 where traced, infinity
 /// where nothing is known), and what is made of them.
 struct LatticeRow {
+    int components;
+    std::ptrdiff_t plane;  // floats from a component to the next, of values and of the output
     const float* mask;
     float *value, *contrast;
     std::ptrdiff_t corners[4];  // floats from a pixel to those between which it lies, opposite ones in pairs
@@ -19,8 +21,9 @@ struct LatticeRow {
 };
 
 struct InterpolationKernels {
-    /// Traced pixels as they are, of the others nothing.
-    void (*begin)(const float* mask, const float* traced, float* value, float* contrast, std::size_t pixels);
+    /// Traced pixels as they are, of the others nothing: a component's values, and by how much what they were made of differs.
+    void (*begin)(const float* mask, const float* traced, float* value, std::size_t pixels);
+    void (*begin_contrast)(const float* mask, float* contrast, std::size_t pixels);
     /// Takes the pixels x, x + apart, ... before `end` for the mean of the two opposite corners that differ less, unless these differ
     /// too much, a corner is unknown, or the two others lie off on the same side. `end` lies where all corners are inside the picture; whole vectors are done, up to the column that is returned. `apart` is 2 or 4.
     int (*between)(const LatticeRow& row, int x, int end, int apart);

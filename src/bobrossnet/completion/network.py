@@ -111,8 +111,9 @@ def completed_color(gbuffer: GBuffer, gray: NDArray[np.float32] | None) -> NDArr
     if "color" not in gbuffer.layout.places or transfer is None or transfer.middle is None:
         return _completed_along("color", gbuffer, gbuffer.gray, gray)
     scale = np.float32(DISPLAYED_MIDDLE / transfer.middle)
-    known = Layout("color"), gbuffer.planes[gbuffer.layout.places["color"]] * scale
-    color = np.moveaxis(_by_ratio("color", *known, gbuffer.gray * scale, gray * scale) / scale, 0, -1)
+    planes = np.concatenate([gbuffer.mask[None], gbuffer.planes[gbuffer.layout.places["color"]] * scale])
+    displayed_color = _by_ratio("color", Layout("mask,color"), planes, gbuffer.gray * scale, gray * scale)
+    color = np.moveaxis(displayed_color / scale, 0, -1)
     np.copyto(color, gbuffer.color, where=gbuffer.mask[..., None] > 0)
     return color
 
@@ -135,9 +136,11 @@ def _by_ratio(
     known: NDArray[np.float32],
     completed: NDArray[np.float32],
 ) -> NDArray[np.float32]:
-    """The same of planes, (C, H, W) of a layout: (3, H, W), which traced pixels are only near to."""
+    """The same of planes, (C, H, W) of a layout: (3, H, W), which traced pixels are only near to. Between pixels of the
+    lattice that agree it is interpolated, as gray is."""
     output = np.empty((3, *completed.shape), np.float32)
     _core.complete_by_ratio(layout.core, planes, _core.Layout(name), known, completed, output)
+    _core.interpolate_lattice(layout.core, planes, _core.Layout(name), output)
     return output
 
 

@@ -330,8 +330,8 @@ def follow(average: nn.Module, network: nn.Module, decay: float, steps: int) -> 
 
 
 def interpolate(image: Tensor, partial: Tensor) -> Tensor:
-    """Return pictures, (N, 1, H, W), with what lies between pixels of the lattice interpolated as the core does: means of
-    the picture and of what the traced pixels alone say."""
+    """Return pictures, (N, 1, H, W), with what lies between pixels of the lattice interpolated as the core does: means
+    of the picture and of what the traced pixels alone say."""
     planes = partial.cpu().contiguous().numpy()
     ends = np.zeros((2, *image.shape), np.float32)  # what becomes of 0 and of 1
     ends[1] = 1
