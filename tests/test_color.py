@@ -334,6 +334,18 @@ def test_luminance_of_completed_colors_is_completed_gray(full):
     assert np.abs(found - gray).mean() < 0.002
 
 
+def test_between_pixels_that_agree_colors_are_interpolated():
+    across = np.arange(128, dtype=np.float32)
+    red, blue = 0.2 + 0.001 * across, 0.5 - 0.001 * across[:, None]
+    color = np.stack(np.broadcast_arrays(red, np.float32(0.3), blue), -1)
+    depth, normal = np.full((128, 128), 0.5, np.float32), np.zeros((128, 128, 2), np.float32)
+    mask, inside = np.ones((128, 128), np.float32), np.s_[16:112, 16:112]
+    for scale in (1, 1000):  # display-referred, and of any range
+        full = bob.GBuffer(mask=mask, depth=depth, normal=normal, color=np.float32(scale) * color)
+        completed = bob.complete(full.sample(1 / 16, order="lattice"), channel="color") / scale
+        assert np.abs(completed - color)[inside].max() < 1e-4  # by their ratio to gray they would be wrong by 0.0008
+
+
 def test_colors_are_closer_than_gray_or_those_around(full):
     part = full.sample(0.1)
     error = np.abs(bob.complete(part, channel="color") - full.color).mean()
