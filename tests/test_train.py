@@ -16,8 +16,7 @@ import pytest
 import torch
 from tensorboardX.proto.event_pb2 import Event
 
-import bobrossnet as bob
-from bobrossnet import _core, cli
+from bobrossnet import cli
 from bobrossnet.errors import InputError
 from bobrossnet.learn import checkpoint, logs
 from bobrossnet.learn import train as training
@@ -25,17 +24,7 @@ from bobrossnet.learn.config import OPTIMIZERS, TrainConfig, config_from_setting
 from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.plan import SIZES
 from bobrossnet.learn.muon import orthogonal
-from bobrossnet.learn.train import (
-    CHECKPOINT,
-    CONFIG,
-    LOG,
-    WEIGHTS,
-    follow,
-    interpolate,
-    keep_known,
-    keep_known_of_partial,
-    train,
-)
+from bobrossnet.learn.train import CHECKPOINT, CONFIG, LOG, WEIGHTS, follow, keep_known, keep_known_of_partial, train
 
 TOY = TrainConfig(epochs=2, batch=8, checkpoint_every=2, threads=1)
 STEPS = 4  # of an epoch: 29 samples, so that two processes have different shares of the last mini-batch
@@ -249,7 +238,7 @@ def test_two_processes_share_each_mini_batch(whole: Path, dataset: Dataset, tmp_
     "change",
     [
         {"precision": "bf16-mixed"},
-        {"optimizer": "adamw", "learning_rate": 4e-3, "keep_known": True, "interpolate": True},
+        {"optimizer": "adamw", "learning_rate": 4e-3, "keep_known": True},
         {"network": "pyramid", "optimizer": "muon", "learning_rate": 0.02, "order": "lattice+uniform"},
     ],
 )
@@ -434,22 +423,6 @@ def test_keep_known() -> None:
     assert keep_known_of_partial(image, partial).flatten(1).tolist() == [[0.5, 9, 9, 9], [9, 9, 9, 9]]
 
 
-def test_interpolate() -> None:
-    part = bob.trace(bob.happy_tree(), size=(64, 64)).sample(0.1, order="adaptive")
-    partial = torch.from_numpy(part.planes.copy()).expand(2, -1, -1, -1)
-    outputs = torch.rand(2, 1, 64, 64, generator=torch.Generator().manual_seed(1)).requires_grad_()
-    image = interpolate(outputs, partial)
-    for output, made in zip(outputs.detach().numpy(), image.detach().numpy(), strict=True):
-        expected = output.copy()
-        _core.interpolate_lattice(_core.gbuffer_layout(), part.planes, _core.Layout("gray"), expected)
-        assert not np.array_equal(expected, output)
-        np.testing.assert_allclose(made, expected, atol=1e-6)
-    image.sum().backward()
-    assert outputs.grad is not None
-    assert outputs.grad.min() == 0  # nothing is learned where it does not count
-    assert outputs.grad.max() == 1
-
-
 # ---- the configuration --------------------------------------------------------------------------------------
 
 
@@ -458,7 +431,6 @@ def test_the_defaults_are_the_reports() -> None:
     assert (config.network, config.groups, config.batch, config.loss) == ("paper", 4, 32, "ssim+l2")
     assert (config.optimizer, config.learning_rate, config.fractions) == ("adadelta", 1.0, "stages")
     assert not config.keep_known
-    assert not config.interpolate
 
 
 def test_the_configuration_is_saved_and_printed(

@@ -47,7 +47,6 @@ class TrainConfig:
     order: str = "uniform"  # pixel order of the masks, or several, "lattice+uniform", of which each sample has one
     loss: str = "ssim+l2"  # a name in `LOSSES`
     keep_known: bool = False  # loss and SSIM of the picture with the traced pixels put back, not of the raw output
-    interpolate: bool = False  # and with what lies between those of the lattice interpolated, as `complete` does
     optimizer: str = "adadelta"  # a name in `OPTIMIZERS`
     learning_rate: float = 1.0  # at its highest; AdaDelta's own is 1, for AdamW 4e-3 did well, for Muon 0.02
     warmup: int = 200  # AdamW and Muon: steps over which the learning rate rises to the cosine that falls to 0

@@ -34,7 +34,6 @@ from lightning_fabric import Fabric
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from bobrossnet import _core
 from bobrossnet.atomic import write_whole
 from bobrossnet.completion.network import weights_path
 from bobrossnet.errors import InputError
@@ -227,7 +226,9 @@ class _Training:
         for group in self.optimizer.param_groups:
             group["lr"] = self.learning_rate(config, done / (config.epochs * self.steps), done)
         partial, reference = self._tensors(batch)
-        image = self._shown(self.network(partial).float(), partial)
+        image = self.network(partial).float()
+        if config.keep_known:
+            image = keep_known_of_partial(image, partial)
         losses = LOSSES[config.loss](image, reference)
         self.optimizer.zero_grad()
         # The mean over the samples of all processes, of which each may have another number.
@@ -273,12 +274,6 @@ class _Training:
         """Return what the average makes of partial pictures, (N, C, H, W) → (N, 1, H, W), not clamped."""
         with self.fabric.autocast():
             image: Tensor = self.average(partial).float()
-        return self._shown(image, partial)
-
-    def _shown(self, image: Tensor, partial: Tensor) -> Tensor:
-        """Return of a network's output what is to be learned, (N, 1, H, W)."""
-        if self.config.interpolate:
-            image = interpolate(image, partial)
         return keep_known_of_partial(image, partial) if self.config.keep_known else image
 
     def _tensors(self, batch: Batch) -> tuple[Tensor, Tensor]:
@@ -327,19 +322,6 @@ def follow(average: nn.Module, network: nn.Module, decay: float, steps: int) -> 
     decay = min(decay, (1 + steps) / (10 + steps))
     for mine, theirs in zip(average.parameters(), network.parameters(), strict=True):
         mine.lerp_(theirs, 1 - decay)
-
-
-def interpolate(image: Tensor, partial: Tensor) -> Tensor:
-    """Return pictures, (N, 1, H, W), with what lies between pixels of the lattice interpolated as the core does: means
-    of the picture and of what the traced pixels alone say."""
-    planes = partial.cpu().contiguous().numpy()
-    ends = np.zeros((2, *image.shape), np.float32)  # what becomes of 0 and of 1
-    ends[1] = 1
-    for k, known in enumerate(planes):
-        for end in ends:
-            _core.interpolate_lattice(_core.gbuffer_layout(), known, _core.Layout("gray"), end[k])
-    of_zero, of_one = torch.from_numpy(ends).to(image.device)
-    return of_zero + (of_one - of_zero) * image
 
 
 def keep_known(image: Tensor, partial: Tensor) -> Tensor:
