@@ -11,6 +11,8 @@ namespace bob::BOB_ISA {
 
 /// a where the condition holds, else 0.
 inline F where(M condition, F a) { return (F)(condition & (M)a); }
+/// a where the condition holds, else b.
+inline F select(M condition, F a, F b) { return (F)((condition & (M)a) | (~condition & (M)b)); }
 
 /// The four pixels of each block.
 struct Phases {

@@ -17,7 +17,6 @@ from bobrossnet import _core
 from bobrossnet.completion.guided import complete_guided
 from bobrossnet.completion.weights import UNCERTAINTY, WEIGHTS, read_weights
 from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
 
 GUIDED = "guided"
@@ -107,38 +106,26 @@ def completed_color(gbuffer: GBuffer, gray: NDArray[np.float32] | None) -> NDArr
     """The completed colour of a G-buffer whose completed gray is known, or None where every pixel was traced."""
     if gray is None:
         return gbuffer.color.copy()
-    transfer = gbuffer.transfer
-    if "color" not in gbuffer.layout.places or transfer is None or transfer.middle is None:
-        return _completed_along("color", gbuffer, gbuffer.gray, gray)
-    scale = np.float32(DISPLAYED_MIDDLE / transfer.middle)
-    known = Layout("color"), gbuffer.planes[gbuffer.layout.places["color"]] * scale
-    color = np.moveaxis(_by_ratio("color", *known, gbuffer.gray * scale, gray * scale) / scale, 0, -1)
-    np.copyto(color, gbuffer.color, where=gbuffer.mask[..., None] > 0)
-    return color
+    middle = None if gbuffer.transfer is None else gbuffer.transfer.middle
+    unit = None if middle is None else middle / DISPLAYED_MIDDLE
+    return _completed_along("color", gbuffer, gbuffer.gray, gray, unit)
 
 
 def _completed_along(
-    name: str, gbuffer: GBuffer, known: NDArray[np.float32], completed: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """A channel of colours by its ratio to another one, (H, W), as traced and as completed."""
-    if name not in gbuffer.layout.places:  # of what is white
-        return np.repeat(completed[..., None], 3, -1)
-    output = _by_ratio(name, gbuffer.layout, gbuffer.planes, known, completed)
-    _core.keep_known(gbuffer.layout.core, gbuffer.planes, _core.Layout(name), output)
-    return np.moveaxis(output, 0, -1)
-
-
-def _by_ratio(
     name: str,
-    layout: Layout,
-    planes: NDArray[np.float32],
+    gbuffer: GBuffer,
     known: NDArray[np.float32],
     completed: NDArray[np.float32],
+    unit: float | None = None,
 ) -> NDArray[np.float32]:
-    """The same of planes, (C, H, W) of a layout: (3, H, W), which traced pixels are only near to."""
+    """A channel of colours by its ratio to another one, (H, W), as traced and as completed; of values of any range,
+    `unit` is what counts as 1."""
+    if name not in gbuffer.layout.places:  # of what is white
+        return np.repeat(completed[..., None], 3, -1)
     output = np.empty((3, *completed.shape), np.float32)
-    _core.complete_by_ratio(layout.core, planes, _core.Layout(name), known, completed, output)
-    return output
+    layout = gbuffer.layout.core, gbuffer.planes, _core.Layout(name)
+    _core.complete_by_ratio(*layout, known, completed, unit, output)
+    return np.moveaxis(output, 0, -1)
 
 
 class Completer:
