@@ -17,34 +17,39 @@ constexpr float beside = 0.25f;
 /// Times the mean of the guide around up to which colours may be as saturated as there.
 constexpr float brighter = 1.25f;
 
+/// Writes the sums of blocks; `value_of(channel)` returns their pixels. Where no guide is above 0 there is nothing to add up.
+template <class ValueOf>
+inline void put_sums(const Rows& sums, int x, const Phases& guide, ValueOf value_of) {
+    const F most = max(max(guide.at[0], guide.at[1]), max(guide.at[2], guide.at[3]));
+    if (!bits(most > F{})) {
+        for (int c = 0; c < ratio_sums::channels; ++c) store(sums.at(c) + x, F{});
+        return;
+    }
+    for (int c = 0; c < ratio_sums::channels; ++c) store(sums.at(c) + x, total(value_of(c)));
+}
+
 void pull_pixels(PixelRows guide, PixelRows color, Rows sums, int width) {
+    const F one = constant(1);
     for (int x = 0; x < width; x += lanes) {
         const Phases weight = blocks(guide, 0, x);
-        M counts[4], any{};
-        for (int i = 0; i < 4; ++i) any |= counts[i] = weight.at[i] > F{};
-        const auto put = [&](int channel, const Phases& value) {
-            Phases counted;
-            for (int i = 0; i < 4; ++i) counted.at[i] = where(counts[i], value.at[i]);
-            store(sums.at(channel) + x, total(counted));
-        };
-        if (!bits(any)) {
-            for (int c = 0; c < ratio_sums::channels; ++c) store(sums.at(c) + x, F{});
-            continue;
-        }
-        const F one = constant(1);
-        put(ratio_sums::guide, weight);
-        put(ratio_sums::count, {{one, one, one, one}});
-        for (int k = 0; k < ratio_components; ++k) put(ratio_sums::color + k, blocks(color, k, x));
+        put_sums(sums, x, weight, [&](int channel) {
+            Phases value = channel == ratio_sums::guide   ? weight
+                           : channel == ratio_sums::count ? Phases{{one, one, one, one}}
+                                                          : blocks(color, channel - ratio_sums::color, x);
+            for (int i = 0; i < 4; ++i) value.at[i] = where(weight.at[i] > F{}, value.at[i]);
+            return value;
+        });
     }
 }
 
 void pull(ConstRows finer, Rows sums, int width) {
     for (int x = 0; x < width; x += lanes) {
-        for (int c = 0; c < ratio_sums::channels; ++c) store(sums.at(c) + x, total(blocks(finer.at(c), finer.at(c, 1), x)));
+        const auto value_of = [&](int channel) { return blocks(finer.at(channel), finer.at(channel, 1), x); };
+        put_sums(sums, x, value_of(ratio_sums::guide), value_of);
     }
 }
 
-/// Sums down the columns of three rows, for each of two rows; all are 0 unless `any`.
+/// Sums down the columns of three rows, for each of two rows; not set unless `any` is above 0.
 struct Columns {
     F of[2][ratio_sums::channels];
     bool any;
@@ -57,16 +62,16 @@ struct Columns {
 
 /// Those of a level's sums.
 struct SummedColumns {
-    const ConstRows *upper, *lower;
+    const ConstRows &upper, &lower;
     int width;
 
     void operator()(int x, Columns& to) const {
         to.any = false;
-        if (x >= width) return;
+        if (x < 0 || x >= width) return;
         F rows[4];
         const auto read = [&](int channel) {
-            rows[0] = load<F>(upper->at(channel, -1) + x), rows[1] = load<F>(upper->at(channel) + x);
-            rows[2] = load<F>(lower->at(channel) + x), rows[3] = load<F>(lower->at(channel, 1) + x);
+            rows[0] = load<F>(upper.at(channel, -1) + x), rows[1] = load<F>(upper.at(channel) + x);
+            rows[2] = load<F>(lower.at(channel) + x), rows[3] = load<F>(lower.at(channel, 1) + x);
         };
         read(ratio_sums::guide);
         to.any = bits((rows[0] > F{}) | (rows[1] > F{}) | (rows[2] > F{}) | (rows[3] > F{}));
@@ -76,66 +81,66 @@ struct SummedColumns {
     }
 };
 
-/// Some of a row's pixels, and zeros.
-inline F load_some(const float* p, int count) {
-    if (count >= lanes) return load<F>(p);
+/// Pixels of a row of which `count` exist, the others 0; all of them do where `whole`.
+template <bool whole>
+inline F load_pixels(const float* p, int count) {
+    if (whole || count >= lanes) return load<F>(p);
     float padded[lanes] = {};
     std::copy_n(p, std::max(count, 0), padded);
     return load<F>(padded);
 }
-inline void store_some(float* p, F values, int count) {
-    if (count >= lanes) return store(p, values);
+template <bool whole>
+inline void store_pixels(float* p, F values, int count) {
+    if (whole || count >= lanes) return store(p, values);
     float padded[lanes];
     store(padded, values);
     std::copy_n(padded, std::max(count, 0), p);
 }
 
-/// Those of pixels.
+/// Those of pixels, all of which exist where `whole`, but for those to the left of the picture.
+template <bool whole>
 struct PixelColumns {
     const GuidedRows& from;
 
     void operator()(int x, Columns& to) const {
         to.any = false;
         const int count = from.columns - x;
-        if (count <= 0) return;
-        F rows[4];
+        if (x < 0 || count <= 0) return;
+        const auto read = [&](const float* row) { return whole || row ? load_pixels<whole>(row + x, count) : F{}; };
+        F guide[4], rows[4];
         M counts[4], any{};
         for (int y = 0; y < 4; ++y) {
-            rows[y] = from.guide[y] ? load_some(from.guide[y] + x, count) : F{};
-            any |= counts[y] = rows[y] > F{};
+            guide[y] = read(from.guide[y]);
+            any |= counts[y] = guide[y] > F{};
         }
         to.any = bits(any);
         if (!to.any) return;
         const auto set = [&](int channel, auto value) {
-            for (int y = 0; y < 4; ++y) rows[y] = from.guide[y] ? where(counts[y], value(y)) : F{};
+            for (int y = 0; y < 4; ++y) rows[y] = where(counts[y], value(y));
             to.set(channel, rows);
         };
-        set(ratio_sums::guide, [&](int y) { return rows[y]; });
+        set(ratio_sums::guide, [&](int y) { return guide[y]; });
         set(ratio_sums::count, [&](int) { return constant(1); });
-        for (std::size_t k = 0; k < ratio_components; ++k) {
-            set(ratio_sums::color + static_cast<int>(k),
-                [&](int y) { return load_some(from.color[y] + k * from.plane_stride + x, count); });
+        for (int k = 0; k < ratio_components; ++k) {
+            set(ratio_sums::color + k, [&](int y) { return whole || from.color[y] ? read(from.color[y] + k * from.plane_stride) : F{}; });
         }
     }
 };
 
-/// The columns of three vectors, of which the middle one moves along two rows.
+/// The columns of two vectors that move along two rows, and of those beside them.
 template <class From>
 class Around {
 public:
-    explicit Around(const From& from) : from_(from) {
-        from_(0, ring_[1]);
-        from_(lanes, ring_[2]);
+    explicit Around(const From& from, int first) : from_(from), made_(first - 1) {}
+
+    /// Those of a vector, by number, and the next one.
+    void move(int vector) {
+        for (made_ = std::max(made_, vector - 1); made_ < vector + 3; ++made_) from_(made_ * lanes, ring_[made_ & 3]);
     }
 
-    void next() {
-        x_ += lanes, middle_ = after();
-        from_(x_ + lanes, ring_[after()]);
-    }
-
-    /// Of row y, what is expected of means made so: where sums are 0 it stays.
-    void correct(int y, float unit, F (&means)[ratio_means::channels]) const {
-        const Columns &left = ring_[before()], &here = ring_[middle_], &right = ring_[after()];
+    /// What is expected of the means of row y, made so: where sums are 0 it stays.
+    void correct(int vector, int y, float unit, F (&means)[ratio_means::channels]) const {
+        const Columns &left = ring_[(vector - 1) & 3], &here = ring_[vector & 3], &right = ring_[(vector + 1) & 3];
         if (!left.any && !here.any && !right.any) return;
         F sums[ratio_sums::channels];
         for (int c = 0; c < ratio_sums::channels; ++c) {
@@ -152,12 +157,9 @@ public:
     }
 
 private:
-    [[nodiscard]] int before() const { return middle_ == 0 ? 2 : middle_ - 1; }
-    [[nodiscard]] int after() const { return middle_ == 2 ? 0 : middle_ + 1; }
-
     const From& from_;
-    int x_ = 0, middle_ = 1;
-    Columns ring_[3] = {};
+    int made_;  // vectors so far
+    Columns ring_[4];
 };
 
 /// What a coarser level expects of twice two vectors of the next finer one.
@@ -178,67 +180,83 @@ struct Expected {
 };
 
 void mean(DoubledMeans coarse, ConstRows sums, ConstRows sums_below, Rows to, float unit, int width) {
-    const SummedColumns from{&sums, &sums_below, 2 * width};
-    Around around(from);
+    const SummedColumns from{sums, sums_below, 2 * width};
+    Around around(from, 0);
     for (int x = 0; x < width; x += lanes) {
         const Expected expected(coarse, x);
-        for (int right = 0; right < 2; ++right, around.next()) {
+        const int vector = 2 * x / lanes;
+        around.move(vector);
+        for (int right = 0; right < 2; ++right) {
             for (int y = 0; y < 2; ++y) {
                 F means[ratio_means::channels];
                 expected.get(y, right, means);
-                around.correct(y, unit, means);
+                around.correct(vector + right, y, unit, means);
                 for (int c = 0; c < ratio_means::channels; ++c) store(to.at(c, y) + 2 * x + right * lanes, means[c]);
             }
         }
     }
 }
 
-void finish(DoubledMeans coarse, GuidedRows traced, ColoredRows picture, float unit, int width) {
-    const PixelColumns from{traced};
-    Around around(from);
-    const F most = constant(brighter), low = constant(picture.low), high = constant(picture.high);
-    for (int x = 0; x < width; x += lanes) {
-        F wanted[2][2];
-        M known[2][2], any{};
-        for (int y = 0; y < picture.rows; ++y) {
+/// Blocks `begin` to `end`; `whole` where all pixels in them, beside them and in the rows above and below exist.
+template <bool whole>
+inline void finish_some(const DoubledMeans& coarse, const GuidedRows& traced, const ColoredRows& picture, float unit, int begin, int end) {
+    const PixelColumns<whole> from{traced};
+    Around around(from, 2 * begin / lanes);
+    const F most = constant(brighter), low = constant(picture.low), high = constant(picture.high), black = min(max(F{}, low), high);
+    const int rows = whole ? 2 : picture.rows;
+    for (int x = begin; x < end; x += lanes) {
+        F guide[2][2];
+        M known[2][2], is_lit{};
+        for (int y = 0; y < rows; ++y) {
             for (int right = 0; right < 2; ++right) {
                 const int column = 2 * x + right * lanes, count = traced.columns - column;
-                wanted[y][right] = load_some(picture.guide + y * picture.stride + column, count);
-                known[y][right] = load_some(picture.mask + y * picture.stride + column, count) > F{};
-                any |= known[y][right] | (wanted[y][right] != F{});
+                guide[y][right] = load_pixels<whole>(picture.guide + y * picture.stride + column, count);
+                known[y][right] = load_pixels<whole>(picture.mask + y * picture.stride + column, count) > F{};
+                is_lit |= guide[y][right] != F{};
             }
         }
-        const auto put = [&](int y, int column, std::size_t k, F value) {
-            store_some(picture.row + y * picture.stride + k * picture.plane_stride + column, value, traced.columns - column);
-        };
-        if (!bits(any)) {  // black, whatever the ratios are
-            for (int right = 0; right < 2; ++right, around.next()) {
-                for (int y = 0; y < picture.rows; ++y) {
-                    for (std::size_t k = 0; k < ratio_components; ++k) put(y, 2 * x + right * lanes, k, min(max(F{}, low), high));
+        /// Writes what was completed, but where pixels were traced.
+        const auto put = [&](int y, int right, const F (&values)[ratio_components]) {
+            const int column = 2 * x + right * lanes, count = traced.columns - column;
+            const M traced_here = known[y][right];
+            const bool any = bits(traced_here);
+            for (int k = 0; k < ratio_components; ++k) {
+                F value = values[k];
+                if (any) {
+                    value = select(traced_here, load_pixels<whole>(traced.color[y + 1] + k * traced.plane_stride + column, count), value);
                 }
+                store_pixels<whole>(picture.row + k * picture.plane_stride + y * picture.stride + column, value, count);
+            }
+        };
+        if (!bits(is_lit)) {  // black, whatever the ratios are
+            for (int y = 0; y < rows; ++y) {
+                for (int right = 0; right < 2; ++right) put(y, right, {black, black, black});
             }
             continue;
         }
         const Expected expected(coarse, x);
-        for (int right = 0; right < 2; ++right, around.next()) {
-            const int column = 2 * x + right * lanes;
-            for (int y = 0; y < picture.rows; ++y) {
-                F means[ratio_means::channels];
+        const int vector = 2 * x / lanes;
+        around.move(vector);
+        for (int y = 0; y < rows; ++y) {
+            for (int right = 0; right < 2; ++right) {
+                F means[ratio_means::channels], values[ratio_components];
                 expected.get(y, right, means);
-                around.correct(y, unit, means);
-                const F shade = wanted[y][right], colored = min(shade, most * means[ratio_means::guide]), white = shade - colored;
-                const M is_known = known[y][right];
-                for (std::size_t k = 0; k < ratio_components; ++k) {
-                    F value = min(max(fma(means[ratio_means::color + static_cast<int>(k)], colored, white), low), high);
-                    if (bits(is_known)) {
-                        const F color = load_some(traced.color[y + 1] + k * traced.plane_stride + column, traced.columns - column);
-                        value = select(is_known, color, value);
-                    }
-                    put(y, column, k, value);
+                around.correct(vector + right, y, unit, means);
+                const F wanted = guide[y][right], colored = min(wanted, most * means[ratio_means::guide]), white = wanted - colored;
+                for (int k = 0; k < ratio_components; ++k) {
+                    values[k] = min(max(fma(means[ratio_means::color + k], colored, white), low), high);
                 }
+                put(y, right, values);
             }
         }
     }
+}
+
+void finish(DoubledMeans coarse, GuidedRows traced, ColoredRows picture, float unit, int width) {
+    const bool inside = traced.guide[0] && traced.guide[3];
+    const int whole = inside ? std::max(traced.columns / lanes - 1, 0) / 2 * lanes : 0;
+    finish_some<true>(coarse, traced, picture, unit, 0, whole);
+    finish_some<false>(coarse, traced, picture, unit, whole, width);
 }
 
 }  // namespace

@@ -81,14 +81,13 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str =
     if channel in ("gray", "color") and follows_guides(gbuffer, model):
         return complete_guided(gbuffer, channel)
     network = load_network(model).core
-    if channel == "gray":
-        return _completed(gbuffer, network, network.outputs)
-    if channel == "color":
-        return completed_color(gbuffer, None if gbuffer.mask.all() else _completed(gbuffer, network, network.outputs))
-    if channel not in ("albedo", "alpha"):
+    if channel not in ("gray", "color", "albedo", "alpha"):
         raise InputError(f"channel: expected gray, color, albedo or alpha, got {channel!r}")
     if gbuffer.mask.all():
         return gbuffer.channel(channel).copy()
+    if channel in ("gray", "color"):
+        gray = _completed(gbuffer, network, network.outputs)
+        return gray if channel == "gray" else completed_color(gbuffer, gray)
     alpha = gbuffer.alpha
     coverage = GBuffer(mask=gbuffer.mask, gray=alpha, depth=gbuffer.depth, normal=gbuffer.normal)
     covered = _completed(coverage, network, network.outputs)
@@ -102,10 +101,8 @@ def follows_guides(gbuffer: GBuffer, model: NetworkLike) -> bool:
     return gbuffer.guides is not None and model in ("default", GUIDED)
 
 
-def completed_color(gbuffer: GBuffer, gray: NDArray[np.float32] | None) -> NDArray[np.float32]:
-    """The completed colour of a G-buffer whose completed gray is known, or None where every pixel was traced."""
-    if gray is None:
-        return gbuffer.color.copy()
+def completed_color(gbuffer: GBuffer, gray: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The completed colour of a G-buffer whose completed gray is known."""
     middle = None if gbuffer.transfer is None else gbuffer.transfer.middle
     unit = None if middle is None else middle / DISPLAYED_MIDDLE
     return _completed_along("color", gbuffer, gbuffer.gray, gray, unit)
@@ -157,6 +154,9 @@ class Completer:
 
     def __call__(self, gbuffer: GBuffer) -> NDArray[np.float32]:
         """The same as `complete`, to the bit."""
+        check_gbuffer(gbuffer)
+        if gbuffer.mask.all():
+            return gbuffer.gray.copy()
         with self._lock:
             return _completed(gbuffer, self._run, self._outputs)
 
@@ -165,9 +165,7 @@ Run: TypeAlias = Callable[[_core.Layout, NDArray[np.float32], NDArray[np.float32
 
 
 def _completed(gbuffer: GBuffer, run: Run, outputs: _core.Layout) -> NDArray[np.float32]:
-    check_gbuffer(gbuffer)
-    if gbuffer.mask.all():
-        return gbuffer.gray.copy()
+    """The gray, of which not every pixel was traced."""
     shown = displayed(gbuffer)
     image = _predicted(shown, run)
     _core.interpolate_lattice(shown.layout.core, shown.planes, outputs, image[None])
