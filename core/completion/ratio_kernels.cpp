@@ -17,26 +17,25 @@ constexpr float beside = 0.25f;
 /// Times the mean of the guide around up to which colours may be as saturated as there.
 constexpr float brighter = 1.25f;
 
-/// Writes the sums of blocks; `value_of(channel)` returns their pixels. Where no guide is above 0 there is nothing to add up.
-template <class ValueOf>
-inline void put_sums(const Rows& sums, int x, const Phases& guide, ValueOf value_of) {
-    const F most = max(max(guide.at[0], guide.at[1]), max(guide.at[2], guide.at[3]));
-    if (!bits(most > F{})) {
-        for (int c = 0; c < ratio_sums::channels; ++c) store(sums.at(c) + x, F{});
-        return;
-    }
-    for (int c = 0; c < ratio_sums::channels; ++c) store(sums.at(c) + x, total(value_of(c)));
+/// Writes the sums of blocks; `blocks_of(channel)` returns them. Where no guide is above 0 there is nothing to add up.
+template <class BlocksOf>
+inline void put_sums(const Rows& sums, int x, const RawBlocks& guide, BlocksOf blocks_of) {
+    const bool any = guide.any();
+    for (int c = 0; c < ratio_sums::channels; ++c) store(sums.at(c) + x, any ? total(blocks_of(c)) : F{});
 }
 
 void pull_pixels(PixelRows guide, PixelRows color, Rows sums, int width) {
     const F one = constant(1);
     for (int x = 0; x < width; x += lanes) {
-        const Phases weight = blocks(guide, 0, x);
+        const RawBlocks weight = raw_blocks(guide, 0, x);
         put_sums(sums, x, weight, [&](int channel) {
-            Phases value = channel == ratio_sums::guide   ? weight
-                           : channel == ratio_sums::count ? Phases{{one, one, one, one}}
-                                                          : blocks(color, channel - ratio_sums::color, x);
-            for (int i = 0; i < 4; ++i) value.at[i] = where(weight.at[i] > F{}, value.at[i]);
+            RawBlocks value = channel == ratio_sums::guide   ? weight
+                              : channel == ratio_sums::count ? RawBlocks{{one, one}, {one, one}}
+                                                             : raw_blocks(color, channel - ratio_sums::color, x);
+            for (int i = 0; i < 2; ++i) {
+                value.upper[i] = where(weight.upper[i] > F{}, value.upper[i]);
+                value.lower[i] = where(weight.lower[i] > F{}, value.lower[i]);
+            }
             return value;
         });
     }
@@ -44,15 +43,17 @@ void pull_pixels(PixelRows guide, PixelRows color, Rows sums, int width) {
 
 void pull(ConstRows finer, Rows sums, int width) {
     for (int x = 0; x < width; x += lanes) {
-        const auto value_of = [&](int channel) { return blocks(finer.at(channel), finer.at(channel, 1), x); };
-        put_sums(sums, x, value_of(ratio_sums::guide), value_of);
+        const auto blocks_of = [&](int channel) { return raw_blocks(finer.at(channel), finer.at(channel, 1), x); };
+        put_sums(sums, x, blocks_of(ratio_sums::guide), blocks_of);
     }
 }
 
-/// Sums down the columns of three rows, for each of two rows; not set unless `any` is above 0.
+/// Sums down the columns of three rows, for each of two rows; whether any is above 0.
 struct Columns {
     F of[2][ratio_sums::channels];
     bool any;
+
+    void clear() { *this = {}; }
 
     void set(int channel, const F (&rows)[4]) {
         const F weight = constant(beside);
@@ -66,8 +67,7 @@ struct SummedColumns {
     int width;
 
     void operator()(int x, Columns& to) const {
-        to.any = false;
-        if (x < 0 || x >= width) return;
+        if (x < 0 || x >= width) return to.clear();
         F rows[4];
         const auto read = [&](int channel) {
             rows[0] = load<F>(upper.at(channel, -1) + x), rows[1] = load<F>(upper.at(channel) + x);
@@ -75,7 +75,7 @@ struct SummedColumns {
         };
         read(ratio_sums::guide);
         to.any = bits((rows[0] > F{}) | (rows[1] > F{}) | (rows[2] > F{}) | (rows[3] > F{}));
-        if (!to.any) return;
+        if (!to.any) return to.clear();
         to.set(ratio_sums::guide, rows);
         for (int c = ratio_sums::color; c < ratio_sums::channels; ++c) read(c), to.set(c, rows);
     }
@@ -103,9 +103,8 @@ struct PixelColumns {
     const GuidedRows& from;
 
     void operator()(int x, Columns& to) const {
-        to.any = false;
         const int count = from.columns - x;
-        if (x < 0 || count <= 0) return;
+        if (x < 0 || count <= 0) return to.clear();
         const auto read = [&](const float* row) { return whole || row ? load_pixels<whole>(row + x, count) : F{}; };
         F guide[4], rows[4];
         M counts[4], any{};
@@ -114,7 +113,7 @@ struct PixelColumns {
             any |= counts[y] = guide[y] > F{};
         }
         to.any = bits(any);
-        if (!to.any) return;
+        if (!to.any) return to.clear();
         const auto set = [&](int channel, auto value) {
             for (int y = 0; y < 4; ++y) rows[y] = where(counts[y], value(y));
             to.set(channel, rows);
@@ -144,9 +143,8 @@ public:
         if (!left.any && !here.any && !right.any) return;
         F sums[ratio_sums::channels];
         for (int c = 0; c < ratio_sums::channels; ++c) {
-            const F middle = here.any ? here.of[y][c] : F{};
-            const F beside_it = window<lanes - 1>(left.any ? left.of[y][c] : F{}, middle) + window<1>(middle, right.any ? right.of[y][c] : F{});
-            sums[c] = fma(constant(beside), beside_it, middle);
+            const F middle = here.of[y][c], around = window<lanes - 1>(left.of[y][c], middle) + window<1>(middle, right.of[y][c]);
+            sums[c] = fma(constant(beside), around, middle);
         }
         const F one = constant(1), of_guide = constant(prior * unit), of_count = constant(prior);
         const F per_guide = one / (sums[ratio_sums::guide] + of_guide), per_count = one / (sums[ratio_sums::count] + of_count);
