@@ -38,6 +38,7 @@ from bobrossnet.picture.order import FIXED_ORDERS
 
 THREADS = 2
 SIZES = ((240, 320), (480, 640), (720, 1280), (1080, 1920), (2160, 3840))
+REST = 0.05  # seconds before each run, longer than any rival's threads look out for more work
 PIXELS = 2e7  # that each rival completes at each size, in at least 3 runs
 CORE = Path(__file__).parents[1] / "core"
 FLAGS = ["-std=c++20", "-O3", "-march=native", "-ffp-contract=off", "-Wno-psabi", "-DBOB_ISA=widest", f"-I{CORE}"]
@@ -182,7 +183,7 @@ def compare(what: str, weights: Path, onnx: Path, gbuffer: bob.GBuffer, peak: fl
         expected = results[0] if expected is None else expected
         difference[name] = float(np.abs(results[0] - expected).max())
         assert difference[name] < 1e-5 or name == "OpenVINO, its default", (name, difference[name])
-    seconds = in_turn(runs, max(3, min(21, round(PIXELS / (height * width)))))
+    seconds = in_turn(runs, max(3, min(21, round(PIXELS / (height * width)))), rest=REST)
     rows = []
     for name, values in seconds.items():
         rate = operations / float(np.median(values)) / 1e9

@@ -26,15 +26,21 @@ def shape_files(*names: str) -> list[Path]:
 
 
 def in_turn(
-    rivals: Mapping[str, Callable[[], object]], runs: int, clock: Callable[[], float] = time.perf_counter
+    rivals: Mapping[str, Callable[[], object]],
+    runs: int,
+    clock: Callable[[], float] = time.perf_counter,
+    rest: float = 0,
 ) -> dict[str, list[float]]:
     """Seconds of each rival's runs, one after the other in turn, after a warm-up: what else the machine does meanwhile
-    falls on all alike."""
+    falls on all alike. Before each run are so many seconds of rest, in which the threads of the one before, which look
+    out for more work for a while, go to sleep."""
     for run in rivals.values():
         run()
     seconds: dict[str, list[float]] = {name: [] for name in rivals}
     for _ in range(runs):
         for name, run in rivals.items():
+            if rest:
+                time.sleep(rest)
             start = clock()
             run()
             seconds[name].append(clock() - start)

@@ -1,8 +1,10 @@
 /// Networks: made of a weight file's tensors, and run.
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string_view.h>
 #include <nanobind/stl/unique_ptr.h>
 
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -88,7 +90,7 @@ void interpolate_lattice(const bob::Layout& known, const ConstPlanes& planes, co
 using Plane = Array<const float, -1, -1>;
 
 void complete_by_ratio(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& completed, const Plane& known_guide,
-                       const Plane& guide, const Planes& output) {
+                       const Plane& guide, std::optional<float> unit, const Planes& output) {
     check_planes(known, planes, completed, output);
     const std::size_t height = planes.shape(1), width = planes.shape(2);
     for (const Plane& plane : {known_guide, guide}) {
@@ -96,8 +98,9 @@ void complete_by_ratio(const bob::Layout& known, const ConstPlanes& planes, cons
     }
     expect(height > 0 && width > 0, "planes: expected at least one pixel");
     interruptible([&] {
-        bob::complete_by_ratio(known, planes.data(), *completed.begin(), known_guide.data(), guide.data(), static_cast<int>(height),
-                               static_cast<int>(width), output.data());
+        const auto rows = static_cast<int>(height), columns = static_cast<int>(width);
+        bob::complete_by_ratio(known, planes.data(), *completed.begin(), known_guide.data(), guide.data(), unit, rows, columns, output.data());
+        bob::interpolate_lattice(known, planes.data(), *completed.begin(), unit.value_or(1), output.data(), nullptr, rows, columns);
     });
 }
 
@@ -155,7 +158,7 @@ void bind_completion(nb::module_& m) {
     m.def("interpolate_lattice", &interpolate_lattice, "known"_a, "planes"_a.noconvert(), "completed"_a,
           "output"_a.noconvert());
     m.def("complete_by_ratio", &complete_by_ratio, "known"_a, "planes"_a.noconvert(), "completed"_a, "known_guide"_a.noconvert(),
-          "guide"_a.noconvert(), "output"_a.noconvert());
+          "guide"_a.noconvert(), "unit"_a.none(), "output"_a.noconvert());
     m.def("complete_guided", &complete_guided, "known"_a, "planes"_a.noconvert(), "guides_layout"_a, "guides"_a.noconvert(),
           "completed"_a, "output"_a.noconvert());
     m.def("keep_known", &keep_known, "known"_a, "planes"_a.noconvert(), "completed"_a, "output"_a.noconvert());

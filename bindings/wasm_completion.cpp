@@ -108,12 +108,11 @@ bool keep_known(const bob::Network* network, const float* planes, std::size_t pi
 EXPORT(complete_color)
 bool complete_color(const float* planes, const float* gray, std::int32_t height, std::int32_t width, float* color) {
     return attempt([&] {
-        const bob::Layout &known = bob::colored_layout(), completed{bob::channels::color};
+        const bob::Layout& known = bob::colored_layout();
         const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
         const float* const known_gray = planes + static_cast<std::size_t>(known.place_of(bob::channels::gray)) * pixels;
-        bob::complete_by_ratio(known, planes, bob::channels::color, known_gray, gray, height, width, color);
-        bob::interpolate_lattice(known, planes, completed, color, height, width);
-        bob::keep_known(known, planes, completed, color, pixels);
+        bob::complete_by_ratio(known, planes, bob::channels::color, known_gray, gray, {}, height, width, color);
+        bob::interpolate_lattice(known, planes, bob::channels::color, 1, color, nullptr, height, width);
         return true;
     });
 }

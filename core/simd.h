@@ -202,6 +202,12 @@ inline V odd(V a, V b) {
     return detail::pick<2, 1, 1>(a, b, detail::Lanes<V>{});
 }
 
+/// As many lanes of a and then b, from the lane `First` on.
+template <int First, class V>
+inline V window(V a, V b) {
+    return detail::pick<1, First, 1>(a, b, detail::Lanes<V>{});
+}
+
 /// The lower halves of a and b, lane by lane in turn.
 template <class V>
 inline V zip_low(V a, V b) {

@@ -109,6 +109,29 @@ def test_networks_complete_as_in_python(name, set_, baseline):
             np.testing.assert_allclose(gray, expected, rtol=0, atol=1e-5, err_msg=str(size))
 
 
+@pytest.mark.parametrize("set_", SETS, ids=["simd128", "relaxed-simd"])
+def test_colors_are_completed_as_in_python(set_, baseline):
+    layout, core, random = (
+        _core.Layout("mask,gray,depth,normal,color,albedo"),
+        WasmCore(f"complete{set_}"),
+        np.random.default_rng(3),
+    )
+    for height, width in SIZES:
+        planes = random.random((11, height, width), np.float32)
+        planes *= random.random((height, width)) < 0.1
+        planes[0] = planes[0] > 0
+        gray = random.random((height, width), np.float32) * (random.random((height, width)) < 0.7).astype(np.float32)
+        expected, color = (np.full((3, height, width), np.nan, np.float32) for _ in range(2))
+        _core.complete_by_ratio(layout, planes, _core.Layout("color"), planes[1], gray, None, expected)
+        core.made("complete_color", planes, gray, height, width, color)
+        known = planes[0] > 0
+        np.testing.assert_array_equal(color[:, known], planes[5:8, known])
+        if set_ == "":
+            np.testing.assert_array_equal(color, expected)
+        else:
+            np.testing.assert_allclose(color, expected, rtol=0, atol=1e-5)
+
+
 def test_known_pixels_are_kept(core):
     stack = noise((9, 14), 0.5)
     gray = np.linspace(-1, 2, 9 * 14, dtype=np.float32).reshape(9, 14)

@@ -11,6 +11,8 @@ namespace bob::BOB_ISA {
 
 /// a where the condition holds, else 0.
 inline F where(M condition, F a) { return (F)(condition & (M)a); }
+/// a where the condition holds, else b.
+inline F select(M condition, F a, F b) { return (F)((condition & (M)a) | (~condition & (M)b)); }
 
 /// The four pixels of each block.
 struct Phases {
@@ -19,21 +21,38 @@ struct Phases {
 
 inline F total(const Phases& p) { return (p.at[0] + p.at[1]) + (p.at[2] + p.at[3]); }
 
-/// The blocks from column x on of two rows of pixels.
-inline Phases blocks(const float* upper, const float* lower, int x) {
-    const F a = load<F>(upper + 2 * x), b = load<F>(upper + 2 * x + lanes);
-    const F c = load<F>(lower + 2 * x), d = load<F>(lower + 2 * x + lanes);
-    return {{even(a, b), odd(a, b), even(c, d), odd(c, d)}};
+/// The blocks of a vector, as they lie in two rows of pixels.
+struct RawBlocks {
+    F upper[2], lower[2];
+
+    [[nodiscard]] Phases phases() const {
+        return {{even(upper[0], upper[1]), odd(upper[0], upper[1]), even(lower[0], lower[1]), odd(lower[0], lower[1])}};
+    }
+    /// Whether any pixel is above 0.
+    [[nodiscard]] bool any() const { return bits(max(max(upper[0], upper[1]), max(lower[0], lower[1])) > F{}); }
+};
+
+/// Takes half the shuffles of the phases' total.
+inline F total(const RawBlocks& raw) {
+    const F left = raw.upper[0] + raw.lower[0], right = raw.upper[1] + raw.lower[1];
+    return even(left, right) + odd(left, right);
 }
 
+/// From column x of the blocks on.
+inline RawBlocks raw_blocks(const float* upper, const float* lower, int x) {
+    return {{load<F>(upper + 2 * x), load<F>(upper + 2 * x + lanes)}, {load<F>(lower + 2 * x), load<F>(lower + 2 * x + lanes)}};
+}
 /// The same of a channel of the G-buffer, 0 where there are no pixels.
-inline Phases blocks(const PixelRows& pixels, int channel, int x) {
+inline RawBlocks raw_blocks(const PixelRows& pixels, int channel, int x) {
     const int known = std::clamp(pixels.columns - 2 * x, 0, 2 * lanes);
-    if (pixels.rows == 2 && known == 2 * lanes) return blocks(pixels.from.at(channel), pixels.from.at(channel, 1), x);
+    if (pixels.rows == 2 && known == 2 * lanes) return raw_blocks(pixels.from.at(channel), pixels.from.at(channel, 1), x);
     float padded[2][2 * lanes] = {};
     for (int y = 0; y < pixels.rows; ++y) std::copy_n(pixels.from.at(channel, y) + 2 * x, known, padded[y]);
-    return blocks(padded[0], padded[1], 0);
+    return raw_blocks(padded[0], padded[1], 0);
 }
+
+inline Phases blocks(const float* upper, const float* lower, int x) { return raw_blocks(upper, lower, x).phases(); }
+inline Phases blocks(const PixelRows& pixels, int channel, int x) { return raw_blocks(pixels, channel, x).phases(); }
 
 /// The doubled picture's phases. Weights are 3/4 for a pixel and 1/4 for the nearer neighbour, in each direction.
 inline Phases doubled(const Doubled& coarse, int x) {

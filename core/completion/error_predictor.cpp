@@ -54,7 +54,7 @@ public:
                               normal[i + pixels], std::abs(clamped(gray[i]) - traced_gray[i]), depth[i] > 0});
         }
         completed_.assign(gray, gray + pixels), agreement_.resize(pixels);
-        interpolate_lattice(layout, planes, channels::gray, completed_.data(), agreement_.data(), height, width);
+        interpolate_lattice(layout, planes, channels::gray, 1, completed_.data(), agreement_.data(), height, width);
         parallel_for(4, 1, [&](std::size_t begin, std::size_t end) {
             for (std::size_t quadrant = begin; quadrant < end; ++quadrant) search(static_cast<int>(quadrant));
         });

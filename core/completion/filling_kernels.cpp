@@ -8,9 +8,6 @@ namespace {
 constexpr float softness = 0.05f;   // SOFTNESS in filling.py
 constexpr float sharpness = 2.0f;   // SHARPNESS
 
-/// a where the condition holds, else b.
-inline F select(M condition, F a, F b) { return (F)((condition & (M)a) | (~condition & (M)b)); }
-
 /// Of the pixels of two rows, as counts of one pixel each.
 struct Counts {
     Phases of[counts::channels];

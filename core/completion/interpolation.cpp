@@ -195,32 +195,27 @@ private:
     std::size_t pixels_;
 };
 
-void interpolate(const Layout& known, const float* planes, const Channel& channel, float* output, float* weights, int height, int width) {
-    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
-    const float* const traced = planes + static_cast<std::size_t>(known.place_of(channel)) * pixels;
-    const float range = channel.high - channel.low;
-    switch (channel.components) {
-        case 1: return Interpolation<1>(planes, traced, range, output, weights, height, width)();
-        case 2: return Interpolation<2>(planes, traced, range, output, weights, height, width)();
-        default: return Interpolation<3>(planes, traced, range, output, weights, height, width)();
-    }
-}
-
 }  // namespace
 
 void interpolate_lattice(const Layout& known, const float* planes, const Layout& completed, float* output, int height, int width) {
     const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
     for (const Channel& channel : completed) {
-        interpolate(known, planes, channel, output, nullptr, height, width);
+        interpolate_lattice(known, planes, channel, 1, output, nullptr, height, width);
         output += static_cast<std::size_t>(channel.components) * pixels;
     }
 }
 
-void interpolate_lattice(const Layout& known, const float* planes, const Channel& channel, float* output, float* weights,
+void interpolate_lattice(const Layout& known, const float* planes, const Channel& channel, float unit, float* output, float* weights,
                          int height, int width) {
     const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
-    std::fill_n(weights, pixels, 0.f);
-    interpolate(known, planes, channel, output, weights, height, width);
+    const float* const traced = planes + static_cast<std::size_t>(known.place_of(channel)) * pixels;
+    const float range = (channel.high - channel.low) * unit;
+    if (weights) std::fill_n(weights, pixels, 0.f);
+    switch (channel.components) {
+        case 1: return Interpolation<1>(planes, traced, range, output, weights, height, width)();
+        case 2: return Interpolation<2>(planes, traced, range, output, weights, height, width)();
+        default: return Interpolation<3>(planes, traced, range, output, weights, height, width)();
+    }
 }
 
 }  // namespace bob

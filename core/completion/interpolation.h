@@ -15,9 +15,9 @@ namespace bob {
 /// Throws std::invalid_argument if the G-buffer lacks a completed channel.
 void interpolate_lattice(const Layout& known, const float* planes, const Layout& completed, float* output, int height, int width);
 
-/// The same of one channel; `weights`, (height, width), says how far the mean counts, 0..1, and 0 where
-/// traced.
-void interpolate_lattice(const Layout& known, const float* planes, const Channel& channel, float* output, float* weights,
+/// The same of one channel, of whose values `unit` counts as 1; `weights`, (height, width) or null, says how far the mean counts,
+/// 0..1, and 0 where traced.
+void interpolate_lattice(const Layout& known, const float* planes, const Channel& channel, float unit, float* output, float* weights,
                          int height, int width);
 
 }  // namespace bob

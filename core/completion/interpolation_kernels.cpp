@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <limits>
 
+#include "completion/blocks.h"
 #include "simd.h"
 
 namespace bob::BOB_ISA {
 namespace {
-
-/// a where the condition holds, else b.
-inline F select(M condition, F a, F b) { return (F)((condition & (M)a) | (~condition & (M)b)); }
 
 inline F distance(F a, F b) { return max(a - b, b - a); }
 

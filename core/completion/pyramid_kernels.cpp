@@ -22,10 +22,14 @@ inline void write_sums(const Rows& sums, int x, const F (&sum)[sums::shown]) {
 void pull_pixels(PixelRows pixels, Rows sums, int width) {
     const F half = constant(0.5f);
     for (int x = 0; x < width; x += lanes) {
-        const auto block = [&](int channel) { return blocks(pixels, channel, x); };
-        const Phases count = block(0);
-        write_sums(sums, x, {total(count), total(block(1)), total(block(2)), total(block(3)), total(block(4)),
-                             half * rightwards(count), half * downwards(count)});
+        const RawBlocks mask = raw_blocks(pixels, 0, x);
+        if (!mask.any()) {
+            write_sums(sums, x, {});
+            continue;
+        }
+        const auto sum = [&](int channel) { return total(raw_blocks(pixels, channel, x)); };
+        const Phases count = mask.phases();
+        write_sums(sums, x, {total(count), sum(1), sum(2), sum(3), sum(4), half * rightwards(count), half * downwards(count)});
     }
 }
 
@@ -82,9 +86,17 @@ void know(ConstRows sums, Rows inputs, float* corrected, float side, int width) 
 
 void know_finest(PixelRows pixels, Rows inputs, float* corrected, float* shown, int width) {
     for (int x = 0; x < width; x += lanes) {
-        const auto sum = [&](int channel) { return total(blocks(pixels, channel, x)); };
-        const Phases mask = blocks(pixels, 0, x);
-        const F count = total(mask), gray = sum(1), guess = load<F>(inputs.at(0) + x);
+        const F guess = load<F>(inputs.at(0) + x);
+        const RawBlocks raw_mask = raw_blocks(pixels, 0, x);
+        if (!raw_mask.any()) {
+            for (int c = 1; c < 7; ++c) store(inputs.at(c) + x, F{});
+            store(corrected + x, guess);
+            store(shown + x, constant(1));
+            continue;
+        }
+        const auto sum = [&](int channel) { return total(raw_blocks(pixels, channel, x)); };
+        const Phases mask = raw_mask.phases();
+        const F count = total(mask), gray = sum(1);
         const auto [per_pixel, surprise] = compare_blocks(count, gray, guess);
         store(inputs.at(1) + x, sum(3) * per_pixel);
         store(inputs.at(2) + x, sum(4) * per_pixel);

@@ -1,8 +1,13 @@
 #include "completion/ratio.h"
 
 #include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
+#include "completion/planes.h"
 #include "completion/ratio_kernels.h"
 #include "completion/spare.h"
 #include "parallel.h"
@@ -10,157 +15,105 @@
 namespace bob {
 namespace {
 
-/// What a coarser level counts against what is gathered: as much of a pixel.
-constexpr float prior = 0.02f;
+/// Blocks of two in so many pixels; the last one may have one alone.
+constexpr int half(int size) { return (size + 1) / 2; }
 
-/// What a neighbour above, below or beside counts; one across has the square of it. Sums over 3 x 3 blocks at every level weigh pixels
-/// nearly by the fourth power of their distance, and lie where the pixels do, which the means of single blocks do not.
-constexpr float beside = 0.25f;
-
-/// Times the mean of the guide around up to which colours may be as saturated as there.
-constexpr float brighter = 1.25f;
-
-/// Planes of a size.
 struct Level {
-    int height, width;
-    std::vector<float> values;
-
-    Level(int planes, int height, int width)
-        : height(height), width(width), values(static_cast<std::size_t>(planes) * static_cast<std::size_t>(height) *
-                                               static_cast<std::size_t>(width)) {}
-
-    [[nodiscard]] float* row(int plane, int y) {
-        return values.data() + (static_cast<std::size_t>(plane) * static_cast<std::size_t>(height) + static_cast<std::size_t>(y)) *
-                                   static_cast<std::size_t>(width);
-    }
-    [[nodiscard]] const float* row(int plane, int y) const { return const_cast<Level*>(this)->row(plane, y); }
+    Planes sums;   // ratio_sums::channels
+    Planes means;  // ratio_means::channels
 };
 
-/// What completing takes, for so many components.
-struct Memory {
-    int height, width, components;
-    Level counts;
-    std::vector<Level> sums;   // coarser and coarser, down to one block: of the guide, the components, and the pixels that count
-    std::vector<Level> means;  // of the guide, and the components' ratios to it
+/// Coarser and coarser levels down to one block, and one of means alone that is coarser than all: white, and bright.
+struct Images {
+    int height, width;
+    std::vector<Level> levels;
 
-    Memory(int height, int width, int components)
-        : height(height), width(width), components(components), counts(1, height, width) {
-        while (sums.empty() || height > 1 || width > 1) {
-            height = (height + 1) / 2, width = (width + 1) / 2;
-            sums.emplace_back(components + 2, height, width);
-            means.emplace_back(components + 1, height, width);
+    Images(int height, int width) : height(height), width(width) {
+        for (bool last = false; !last;) {
+            last = height == 1 && width == 1 && !levels.empty();
+            height = half(height), width = half(width);
+            levels.push_back({{last ? 0 : ratio_sums::channels, height, width}, {ratio_means::channels, height, width}});
         }
+        for (int c = 0; c < ratio_means::channels; ++c) std::fill_n(levels.back().means.row(c, 0) - 1, 3, 1.f);
     }
 };
 
 /// Of small pictures alone, for which fresh memory costs more than the arithmetic.
 constexpr std::size_t kept_pixels = 1 << 20;
 
-Spare<Memory> spare;
+Spare<Images> spare;
 
-/// A row of a plane as the next coarser level expects it; `between` has room for a row of that.
-void push(const Level& level, int plane, int y, int finer_width, float* between, float* finer) {
-    const int near = y / 2, far = std::clamp(near + (y % 2 ? 1 : -1), 0, level.height - 1);
-    best_ratio_kernels().push(level.row(plane, near), level.row(plane, far), level.width, finer_width, between, finer);
+template <class Image>
+auto rows_of(Image& planes, int y) {
+    return RowsIn<std::remove_pointer_t<decltype(planes.row(0, y))>>{planes.row(0, y), planes.offset(y, y - 1), planes.offset(y, y + 1),
+                                                                    planes.plane_stride()};
 }
 
-/// A level's sums of the guide (plane 0), of the components, and of how many pixels have a guide above 0 (the last), turned to means
-/// of the guide and ratios to it: row by row, `row_of(plane, y)`, null beyond the picture.
-template <class RowOf>
-class Means {
-public:
-    Means(RowOf row_of, int components, int width) : row_of_(row_of), components_(components), width_(width) {}
-
-    /// Mean and ratios of a row from those that the coarser level expects, in its `row(plane)`.
-    template <class Expected>
-    void operator()(int y, Expected row) const {
-        const auto& kernels = best_ratio_kernels();
-        thread_local std::vector<float> memory;
-        const auto width = static_cast<std::size_t>(width_);
-        memory.resize(4 * width + 2);
-        float *const guides = memory.data(), *const weights = guides + width, *const sums = weights + width, *const between = sums + width;
-        const auto gathered = [&](int plane, float* to) {
-            kernels.gather({row_of_(plane, y - 1), row_of_(plane, y), row_of_(plane, y + 1)}, beside, width_, between, to);
-        };
-        gathered(0, guides);
-        kernels.inverse(guides, prior, width_, weights);
-        for (int plane = 1; plane <= components_; ++plane) {
-            gathered(plane, sums);
-            kernels.mean(sums, weights, prior, width_, row(plane));
-        }
-        gathered(components_ + 1, sums);
-        kernels.inverse(sums, prior, width_, weights);
-        kernels.mean(guides, weights, prior, width_, row(0));
+DoubledMeans doubled(const Planes& means, int y) {
+    DoubledMeans result{};
+    for (int c = 0; c < ratio_means::channels; ++c) {
+        const auto row = [&](int at) { return means.row(c, std::clamp(at, 0, means.height() - 1)); };
+        result.of[c] = {row(y - 1), row(y), row(y + 1)};
     }
-
-private:
-    RowOf row_of_;
-    int components_, width_;
-};
+    return result;
+}
 
 }  // namespace
 
 void complete_by_ratio(const Layout& known, const float* planes, const Channel& channel, const float* known_guide, const float* guide,
-                       int height, int width, float* output) {
-    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
-    const int components = channel.components, counts = components + 1;
-    const float* const values = planes + static_cast<std::size_t>(known.place_of(channel)) * pixels;
-    const auto& kernels = best_ratio_kernels();
-    auto memory = spare.take(height, width, components);
-    if (memory->components != components) memory = std::make_unique<Memory>(height, width, components);
-    for_rows(0, height, width, [&](int y) {
-        kernels.count(known_guide + static_cast<std::size_t>(y) * static_cast<std::size_t>(width), width, memory->counts.row(0, y));
-    });
-    const auto pixel_row = [&](int plane, int y) -> const float* {
-        if (y < 0 || y >= height) return nullptr;
-        if (plane == counts) return memory->counts.row(0, y);
-        const float* const from = plane == 0 ? known_guide : values + static_cast<std::size_t>(plane - 1) * pixels;
-        return from + static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
-    };
-    const Level* finer = nullptr;
-    for (Level& level : memory->sums) {
-        const int finer_height = finer ? finer->height : height, finer_width = finer ? finer->width : width;
-        for_rows(0, level.height, finer_width, [&](int y) {
-            for (int plane = 0; plane <= counts; ++plane) {
-                const auto finer_row = [&](int row) { return finer ? finer->row(plane, row) : pixel_row(plane, row); };
-                const float* const below = 2 * y + 1 < finer_height ? finer_row(2 * y + 1) : nullptr;
-                kernels.pull(finer_row(2 * y), below, finer_width, level.row(plane, y));
-            }
-        });
-        finer = &level;
+                       std::optional<float> unit, int height, int width, float* output) {
+    if (channel.components != ratio_components) {
+        throw std::invalid_argument(std::string(channel.name) + ": expected " + std::to_string(ratio_components) + " components");
     }
-    for (std::size_t n = memory->sums.size(); n-- > 0;) {
-        const Level& sums = memory->sums[n];
-        Level& level = memory->means[n];
-        const Level* const coarser = n + 1 < memory->means.size() ? &memory->means[n + 1] : nullptr;
-        const Means means([&](int plane, int y) { return y >= 0 && y < sums.height ? sums.row(plane, y) : nullptr; }, components,
-                          sums.width);
-        for_rows(0, level.height, level.width, [&](int y) {
-            thread_local std::vector<float> between;
-            if (coarser) between.resize(static_cast<std::size_t>(coarser->width));
-            for (int plane = 0; plane <= components; ++plane) {
-                float* const row = level.row(plane, y);
-                if (coarser) {
-                    push(*coarser, plane, y, level.width, between.data(), row);
-                } else {
-                    std::fill_n(row, level.width, 1.f);
+    const auto& kernels = best_ratio_kernels();
+    const auto stride = static_cast<std::ptrdiff_t>(width);
+    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+    const float* const color = planes + static_cast<std::size_t>(known.place_of(channel)) * pixels;
+    auto images = spare.take(height, width);
+    auto& levels = images->levels;
+
+    Planes& finest = levels[0].sums;
+    for_rows(0, finest.height(), 2 * width, [&](int y) {
+        const int rows = std::min(height - 2 * y, 2);
+        const auto pair = [&](const float* plane) { return PixelRows{{plane + 2 * y * stride, -stride, stride, pixels}, rows, width}; };
+        kernels.pull_pixels(pair(known_guide), pair(color), rows_of(finest, y), finest.width());
+    });
+    const std::size_t coarsest = levels.size() - 1;
+    for (std::size_t n = 1; n < coarsest; ++n) {
+        const Planes& finer = levels[n - 1].sums;
+        Planes& sums = levels[n].sums;
+        for_rows(0, sums.height(), 2 * sums.width(), [&](int y) {
+            kernels.pull(rows_of(finer, 2 * y), rows_of(sums, y), sums.width());
+        });
+    }
+    const float one = unit.value_or(1);
+    for (std::size_t n = coarsest; n-- > 0;) {
+        const Planes &coarse = levels[n + 1].means, &sums = levels[n].sums;
+        Planes& means = levels[n].means;
+        for_rows(0, coarse.height(), 2 * means.width(), [&](int y) {
+            kernels.mean(doubled(coarse, y), rows_of(sums, 2 * y), rows_of(sums, 2 * y + 1), rows_of(means, 2 * y), one, coarse.width());
+            for (int finer = 2 * y; finer < std::min(2 * y + 2, means.height()); ++finer) {
+                for (int c = 0; c < ratio_means::channels; ++c) {
+                    float* const row = means.row(c, finer);
+                    row[-1] = row[0], row[means.width()] = row[means.width() - 1];
                 }
             }
-            means(y, [&](int plane) { return level.row(plane, y); });
         });
     }
-    const Means means(pixel_row, components, width);
-    for_rows(0, height, width, [&](int y) {
-        thread_local std::vector<float> rows;
-        rows.resize(2 * static_cast<std::size_t>(width));
-        float *const between = rows.data(), *const mean = between + width;
-        const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
-        const auto row = [&](int plane) { return plane == 0 ? mean : output + static_cast<std::size_t>(plane - 1) * pixels + first; };
-        for (int plane = 0; plane <= components; ++plane) push(memory->means[0], plane, y, width, between, row(plane));
-        means(y, row);
-        for (int plane = 1; plane <= components; ++plane) kernels.shade(guide + first, mean, brighter, width, row(plane));
+    const float high = unit ? std::numeric_limits<float>::infinity() : channel.high;
+    for_rows(0, finest.height(), 2 * width, [&](int y) {
+        const std::ptrdiff_t first = 2 * y * stride;
+        GuidedRows traced{{}, {}, pixels, width};
+        for (int i = 0; i < 4; ++i) {
+            const int row = 2 * y + i - 1;
+            if (row < 0 || row >= height) continue;
+            traced.guide[i] = known_guide + row * stride, traced.color[i] = color + row * stride;
+        }
+        kernels.finish(doubled(levels[0].means, y), traced,
+                       {output + first, planes + first, guide + first, pixels, stride, std::min(height - 2 * y, 2), channel.low, high}, one,
+                       finest.width());
     });
-    if (pixels <= kept_pixels) spare.give_back(std::move(memory));
+    if (pixels <= kept_pixels) spare.give_back(std::move(images));
 }
 
 }  // namespace bob

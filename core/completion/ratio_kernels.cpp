@@ -2,65 +2,263 @@
 
 #include <algorithm>
 
+#include "completion/blocks.h"
+
 namespace bob::BOB_ISA {
 namespace {
 
-void count(const float* __restrict row, int width, float* __restrict counts) {
-    for (int x = 0; x < width; ++x) counts[x] = row[x] > 0 ? 1.f : 0.f;
+/// What a coarser level counts against what is gathered: as much of a pixel.
+constexpr float prior = 0.02f;
+
+/// What a neighbour above, below or beside counts; one across has the square of it. Sums over 3 x 3 blocks at every level weigh pixels
+/// nearly by the fourth power of their distance, and lie where the pixels do, which the means of single blocks do not.
+constexpr float beside = 0.25f;
+
+/// Times the mean of the guide around up to which colours may be as saturated as there.
+constexpr float brighter = 1.25f;
+
+/// Writes the sums of blocks; `blocks_of(channel)` returns them. Where no guide is above 0 there is nothing to add up.
+template <class BlocksOf>
+inline void put_sums(const Rows& sums, int x, const RawBlocks& guide, BlocksOf blocks_of) {
+    const bool any = guide.any();
+    for (int c = 0; c < ratio_sums::channels; ++c) store(sums.at(c) + x, any ? total(blocks_of(c)) : F{});
 }
 
-void pull(const float* __restrict above, const float* __restrict below, int width, float* __restrict sums) {
-    const int pairs = width / 2;
-    if (below) {
-        for (int x = 0; x < pairs; ++x) sums[x] = (above[2 * x] + above[2 * x + 1]) + (below[2 * x] + below[2 * x + 1]);
-    } else {
-        for (int x = 0; x < pairs; ++x) sums[x] = above[2 * x] + above[2 * x + 1];
+void pull_pixels(PixelRows guide, PixelRows color, Rows sums, int width) {
+    const F one = constant(1);
+    for (int x = 0; x < width; x += lanes) {
+        const RawBlocks weight = raw_blocks(guide, 0, x);
+        put_sums(sums, x, weight, [&](int channel) {
+            RawBlocks value = channel == ratio_sums::guide   ? weight
+                              : channel == ratio_sums::count ? RawBlocks{{one, one}, {one, one}}
+                                                             : raw_blocks(color, channel - ratio_sums::color, x);
+            for (int i = 0; i < 2; ++i) {
+                value.upper[i] = where(weight.upper[i] > F{}, value.upper[i]);
+                value.lower[i] = where(weight.lower[i] > F{}, value.lower[i]);
+            }
+            return value;
+        });
     }
-    if (width % 2) sums[pairs] = above[width - 1] + (below ? below[width - 1] : 0);
 }
 
-void gather(const RowOfThree& rows, float beside, int width, float* __restrict between, float* __restrict sums) {
-    const float *const above = rows.above, *const row = rows.row, *const below = rows.below;
-    float* const __restrict columns = between + 1;
-    if (above && below) {
-        for (int x = 0; x < width; ++x) columns[x] = row[x] + beside * (above[x] + below[x]);
-    } else if (const float* const other = above ? above : below) {
-        for (int x = 0; x < width; ++x) columns[x] = row[x] + beside * other[x];
-    } else {
-        std::copy_n(row, width, columns);
+void pull(ConstRows finer, Rows sums, int width) {
+    for (int x = 0; x < width; x += lanes) {
+        const auto blocks_of = [&](int channel) { return raw_blocks(finer.at(channel), finer.at(channel, 1), x); };
+        put_sums(sums, x, blocks_of(ratio_sums::guide), blocks_of);
     }
-    between[0] = columns[width] = 0;
-    for (int x = 0; x < width; ++x) sums[x] = columns[x] + beside * (columns[x - 1] + columns[x + 1]);
 }
 
-void push(const float* __restrict nearer, const float* __restrict farther, int width, int finer_width, float* __restrict between,
-          float* __restrict finer) {
-    for (int x = 0; x < width; ++x) between[x] = 0.75f * nearer[x] + 0.25f * farther[x];
-    finer[0] = between[0];
-    for (int x = 1; x < width; ++x) {
-        finer[2 * x - 1] = 0.75f * between[x - 1] + 0.25f * between[x];
-        finer[2 * x] = 0.75f * between[x] + 0.25f * between[x - 1];
+/// Sums down the columns of three rows, for each of two rows; whether any is above 0.
+struct Columns {
+    F of[2][ratio_sums::channels];
+    bool any;
+
+    void clear() { *this = {}; }
+
+    void set(int channel, const F (&rows)[4]) {
+        const F weight = constant(beside);
+        for (int y = 0; y < 2; ++y) of[y][channel] = fma(weight, rows[y] + rows[y + 2], rows[y + 1]);
     }
-    if (finer_width % 2 == 0) finer[finer_width - 1] = between[width - 1];
-}
+};
 
-void inverse(const float* __restrict weight, float prior, int width, float* __restrict inverse) {
-    for (int x = 0; x < width; ++x) inverse[x] = 1 / (weight[x] + prior);
-}
+/// Those of a level's sums.
+struct SummedColumns {
+    const ConstRows &upper, &lower;
+    int width;
 
-void mean(const float* __restrict sum, const float* __restrict inverse, float prior, int width, float* __restrict expected) {
-    for (int x = 0; x < width; ++x) expected[x] = (sum[x] + prior * expected[x]) * inverse[x];
-}
-
-void shade(const float* __restrict wanted, const float* __restrict mean, float brighter, int width, float* __restrict ratio) {
-    for (int x = 0; x < width; ++x) {
-        const float most = brighter * mean[x], colored = wanted[x] < most ? wanted[x] : most;
-        ratio[x] = ratio[x] * colored + (wanted[x] - colored);
+    void operator()(int x, Columns& to) const {
+        if (x < 0 || x >= width) return to.clear();
+        F rows[4];
+        const auto read = [&](int channel) {
+            rows[0] = load<F>(upper.at(channel, -1) + x), rows[1] = load<F>(upper.at(channel) + x);
+            rows[2] = load<F>(lower.at(channel) + x), rows[3] = load<F>(lower.at(channel, 1) + x);
+        };
+        read(ratio_sums::guide);
+        to.any = bits((rows[0] > F{}) | (rows[1] > F{}) | (rows[2] > F{}) | (rows[3] > F{}));
+        if (!to.any) return to.clear();
+        to.set(ratio_sums::guide, rows);
+        for (int c = ratio_sums::color; c < ratio_sums::channels; ++c) read(c), to.set(c, rows);
     }
+};
+
+/// Pixels of a row of which `count` exist, the others 0; all of them do where `whole`.
+template <bool whole>
+inline F load_pixels(const float* p, int count) {
+    if (whole || count >= lanes) return load<F>(p);
+    float padded[lanes] = {};
+    std::copy_n(p, std::max(count, 0), padded);
+    return load<F>(padded);
+}
+template <bool whole>
+inline void store_pixels(float* p, F values, int count) {
+    if (whole || count >= lanes) return store(p, values);
+    float padded[lanes];
+    store(padded, values);
+    std::copy_n(padded, std::max(count, 0), p);
+}
+
+/// Those of pixels, all of which exist where `whole`, but for those to the left of the picture.
+template <bool whole>
+struct PixelColumns {
+    const GuidedRows& from;
+
+    void operator()(int x, Columns& to) const {
+        const int count = from.columns - x;
+        if (x < 0 || count <= 0) return to.clear();
+        const auto read = [&](const float* row) { return whole || row ? load_pixels<whole>(row + x, count) : F{}; };
+        F guide[4], rows[4];
+        M counts[4], any{};
+        for (int y = 0; y < 4; ++y) {
+            guide[y] = read(from.guide[y]);
+            any |= counts[y] = guide[y] > F{};
+        }
+        to.any = bits(any);
+        if (!to.any) return to.clear();
+        const auto set = [&](int channel, auto value) {
+            for (int y = 0; y < 4; ++y) rows[y] = where(counts[y], value(y));
+            to.set(channel, rows);
+        };
+        set(ratio_sums::guide, [&](int y) { return guide[y]; });
+        set(ratio_sums::count, [&](int) { return constant(1); });
+        for (int k = 0; k < ratio_components; ++k) {
+            set(ratio_sums::color + k, [&](int y) { return whole || from.color[y] ? read(from.color[y] + k * from.plane_stride) : F{}; });
+        }
+    }
+};
+
+/// The columns of two vectors that move along two rows, and of those beside them.
+template <class From>
+class Around {
+public:
+    explicit Around(const From& from, int first) : from_(from), made_(first - 1) {}
+
+    /// Those of a vector, by number, and the next one.
+    void move(int vector) {
+        for (made_ = std::max(made_, vector - 1); made_ < vector + 3; ++made_) from_(made_ * lanes, ring_[made_ & 3]);
+    }
+
+    /// What is expected of the means of row y, made so: where sums are 0 it stays.
+    void correct(int vector, int y, float unit, F (&means)[ratio_means::channels]) const {
+        const Columns &left = ring_[(vector - 1) & 3], &here = ring_[vector & 3], &right = ring_[(vector + 1) & 3];
+        if (!left.any && !here.any && !right.any) return;
+        F sums[ratio_sums::channels];
+        for (int c = 0; c < ratio_sums::channels; ++c) {
+            const F middle = here.of[y][c], around = window<lanes - 1>(left.of[y][c], middle) + window<1>(middle, right.of[y][c]);
+            sums[c] = fma(constant(beside), around, middle);
+        }
+        const F one = constant(1), of_guide = constant(prior * unit), of_count = constant(prior);
+        const F per_guide = one / (sums[ratio_sums::guide] + of_guide), per_count = one / (sums[ratio_sums::count] + of_count);
+        for (int k = 0; k < ratio_components; ++k) {
+            means[ratio_means::color + k] = fma(of_guide, means[ratio_means::color + k], sums[ratio_sums::color + k]) * per_guide;
+        }
+        means[ratio_means::guide] = fma(of_count, means[ratio_means::guide], sums[ratio_sums::guide]) * per_count;
+    }
+
+private:
+    const From& from_;
+    int made_;  // vectors so far
+    Columns ring_[4];
+};
+
+/// What a coarser level expects of twice two vectors of the next finer one.
+struct Expected {
+    Phases of[ratio_means::channels];
+
+    Expected(const DoubledMeans& coarse, int x) {
+        for (int c = 0; c < ratio_means::channels; ++c) of[c] = doubled(coarse.of[c], x);
+    }
+
+    /// Those of row y, to the left or to the right.
+    void get(int y, int right, F (&means)[ratio_means::channels]) const {
+        for (int c = 0; c < ratio_means::channels; ++c) {
+            const F even = of[c].at[2 * y], odd = of[c].at[2 * y + 1];
+            means[c] = right ? zip_high(even, odd) : zip_low(even, odd);
+        }
+    }
+};
+
+void mean(DoubledMeans coarse, ConstRows sums, ConstRows sums_below, Rows to, float unit, int width) {
+    const SummedColumns from{sums, sums_below, 2 * width};
+    Around around(from, 0);
+    for (int x = 0; x < width; x += lanes) {
+        const Expected expected(coarse, x);
+        const int vector = 2 * x / lanes;
+        around.move(vector);
+        for (int right = 0; right < 2; ++right) {
+            for (int y = 0; y < 2; ++y) {
+                F means[ratio_means::channels];
+                expected.get(y, right, means);
+                around.correct(vector + right, y, unit, means);
+                for (int c = 0; c < ratio_means::channels; ++c) store(to.at(c, y) + 2 * x + right * lanes, means[c]);
+            }
+        }
+    }
+}
+
+/// Blocks `begin` to `end`; `whole` where all pixels in them, beside them and in the rows above and below exist.
+template <bool whole>
+inline void finish_some(const DoubledMeans& coarse, const GuidedRows& traced, const ColoredRows& picture, float unit, int begin, int end) {
+    const PixelColumns<whole> from{traced};
+    Around around(from, 2 * begin / lanes);
+    const F most = constant(brighter), low = constant(picture.low), high = constant(picture.high), black = min(max(F{}, low), high);
+    const int rows = whole ? 2 : picture.rows;
+    for (int x = begin; x < end; x += lanes) {
+        F guide[2][2];
+        M known[2][2], is_lit{};
+        for (int y = 0; y < rows; ++y) {
+            for (int right = 0; right < 2; ++right) {
+                const int column = 2 * x + right * lanes, count = traced.columns - column;
+                guide[y][right] = load_pixels<whole>(picture.guide + y * picture.stride + column, count);
+                known[y][right] = load_pixels<whole>(picture.mask + y * picture.stride + column, count) > F{};
+                is_lit |= guide[y][right] != F{};
+            }
+        }
+        /// Writes what was completed, but where pixels were traced.
+        const auto put = [&](int y, int right, const F (&values)[ratio_components]) {
+            const int column = 2 * x + right * lanes, count = traced.columns - column;
+            const M traced_here = known[y][right];
+            const bool any = bits(traced_here);
+            for (int k = 0; k < ratio_components; ++k) {
+                F value = values[k];
+                if (any) {
+                    value = select(traced_here, load_pixels<whole>(traced.color[y + 1] + k * traced.plane_stride + column, count), value);
+                }
+                store_pixels<whole>(picture.row + k * picture.plane_stride + y * picture.stride + column, value, count);
+            }
+        };
+        if (!bits(is_lit)) {  // black, whatever the ratios are
+            for (int y = 0; y < rows; ++y) {
+                for (int right = 0; right < 2; ++right) put(y, right, {black, black, black});
+            }
+            continue;
+        }
+        const Expected expected(coarse, x);
+        const int vector = 2 * x / lanes;
+        around.move(vector);
+        for (int y = 0; y < rows; ++y) {
+            for (int right = 0; right < 2; ++right) {
+                F means[ratio_means::channels], values[ratio_components];
+                expected.get(y, right, means);
+                around.correct(vector + right, y, unit, means);
+                const F wanted = guide[y][right], colored = min(wanted, most * means[ratio_means::guide]), white = wanted - colored;
+                for (int k = 0; k < ratio_components; ++k) {
+                    values[k] = min(max(fma(means[ratio_means::color + k], colored, white), low), high);
+                }
+                put(y, right, values);
+            }
+        }
+    }
+}
+
+void finish(DoubledMeans coarse, GuidedRows traced, ColoredRows picture, float unit, int width) {
+    const bool inside = traced.guide[0] && traced.guide[3];
+    const int whole = inside ? std::max(traced.columns / lanes - 1, 0) / 2 * lanes : 0;
+    finish_some<true>(coarse, traced, picture, unit, 0, whole);
+    finish_some<false>(coarse, traced, picture, unit, whole, width);
 }
 
 }  // namespace
 
-const RatioKernels ratio_kernels = {count, pull, gather, push, inverse, mean, shade};
+const RatioKernels ratio_kernels = {pull_pixels, pull, mean, finish};
 
 }  // namespace bob::BOB_ISA

@@ -1,31 +1,51 @@
-/// The inner loops of completing by ratios, one variant for each instruction set. Rows of pixels, or of blocks of a coarser level.
+/// The inner loops of completing by ratios, one variant for each instruction set. Rows of pixels, or of blocks of a coarser level; widths
+/// are those of the coarser of two levels, and whole vectors are written.
 #pragma once
 
+#include "completion/rows.h"
 #include "isa.h"
 
 namespace bob {
 
-/// A row and those above and below it, which are null beyond the picture.
-struct RowOfThree {
-    const float *above, *row, *below;
+constexpr int ratio_components = 3;
+
+/// Sums over a block's pixels, of those whose guide is above 0; their number comes last.
+namespace ratio_sums { enum : int { guide, color, count = color + ratio_components, channels }; }
+/// The mean of the guide, and the components' ratios to it.
+namespace ratio_means { enum : int { guide, color, channels = color + ratio_components }; }
+
+/// A coarser level's means, to be doubled.
+struct DoubledMeans {
+    Doubled of[ratio_means::channels];
+};
+
+/// Two rows of pixels and those above and below them, in order: the guide, null beyond the picture, and the colours' first component.
+struct GuidedRows {
+    const float *guide[4], *color[4];
+    std::size_t plane_stride;
+    int columns;
+};
+
+/// Two rows of a picture of colours to be made: its first component, the mask, and the guide, of which all pixels are known.
+struct ColoredRows {
+    float* row;
+    const float *mask, *guide;
+    std::size_t plane_stride;
+    std::ptrdiff_t stride;
+    int rows;
+    float low, high;  // of the components
 };
 
 struct RatioKernels {
-    /// 1 where a row is above 0, else 0.
-    void (*count)(const float* row, int width, float* counts);
-    /// Sums of two rows in pairs of pixels, (width + 1) / 2 of them; `below` may be null.
-    void (*pull)(const float* above, const float* below, int width, float* sums);
-    /// Sums over 3 x 3 pixels, of which those beside, above and below count `beside`, and those across the square of it. `between`
-    /// has room for the row and one more pixel at each end.
-    void (*gather)(const RowOfThree& rows, float beside, int width, float* between, float* sums);
-    /// A row of the next finer level, bilinear between blocks: of blocks in the nearer and the farther row.
-    void (*push)(const float* nearer, const float* farther, int width, int finer_width, float* between, float* finer);
-    /// 1 / (weight + prior)
-    void (*inverse)(const float* weight, float prior, int width, float* inverse);
-    /// (sum + prior * expected) * inverse, in place of what was expected.
-    void (*mean)(const float* sum, const float* inverse, float prior, int width, float* expected);
-    /// ratio * min(wanted, brighter * mean), and where more is wanted, the rest as it is; in place of the ratio.
-    void (*shade)(const float* wanted, const float* mean, float brighter, int width, float* ratio);
+    /// Sums of two rows of pixels in blocks.
+    void (*pull_pixels)(PixelRows guide, PixelRows color, Rows sums, int width);
+    /// The same of the next finer level's sums.
+    void (*pull)(ConstRows finer, Rows sums, int width);
+    /// Two rows of means, from the sums around and what the coarser level expects. `unit` of the guide counts as 1.
+    void (*mean)(DoubledMeans coarse, ConstRows sums, ConstRows sums_below, Rows means, float unit, int width);
+    /// Two rows of the picture: the guide times the ratios around, up to somewhat more than its mean there, and white beyond; within
+    /// low..high, NaN as low. Traced pixels keep their colours.
+    void (*finish)(DoubledMeans coarse, GuidedRows traced, ColoredRows picture, float unit, int width);
 };
 
 BOB_DECLARE_KERNELS(RatioKernels, ratio_kernels)

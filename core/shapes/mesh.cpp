@@ -95,6 +95,9 @@ double radius_of(const PointTree& points, const AffineMap& map, const double cen
     return radius_of(largest, center, [&](auto square) { return points.farthest(map, center, square); });
 }
 
+/// Hits that lie so far ahead name the triangles to be fetched: what they have is rarely in the cache.
+constexpr std::size_t ahead = 8;
+
 /// Blends what a triangle's corners have by the barycentric weights of a place.
 Mesh::Uv blended(const std::array<Mesh::Uv, 3>& corner, float u, float v) {
     const float w = 1 - u - v;
@@ -104,13 +107,13 @@ Mesh::Uv blended(const std::array<Mesh::Uv, 3>& corner, float u, float v) {
 /// Where the alpha of a texture times that of vertices, each of which may be none, is below a cutoff.
 class CutOut : public Holes {
 public:
-    CutOut(const Texture* texture, std::span<const std::array<Mesh::Uv, 3>> uvs, std::vector<std::array<float, 3>> alphas, float cutoff)
-        : texture_(texture), uvs_(uvs), alphas_(std::move(alphas)), cutoff_(cutoff) {}
+    CutOut(const Texture* texture, std::span<const Mesh::OnTexture> places, std::vector<std::array<float, 3>> alphas, float cutoff)
+        : texture_(texture), places_(places), alphas_(std::move(alphas)), cutoff_(cutoff) {}
 
     [[nodiscard]] bool at(std::uint32_t triangle, float u, float v) const override {
         float alpha = 1;
         if (texture_) {
-            const auto [across, down] = blended(uvs_[triangle], u, v);
+            const auto [across, down] = blended(places_[triangle].corner, u, v);
             alpha = texture_->alpha(across, down);
         }
         if (!alphas_.empty()) {
@@ -122,7 +125,7 @@ public:
 
 private:
     const Texture* texture_;
-    std::span<const std::array<Mesh::Uv, 3>> uvs_;
+    std::span<const Mesh::OnTexture> places_;
     std::vector<std::array<float, 3>> alphas_;
     float cutoff_;
 };
@@ -208,15 +211,13 @@ void Mesh::prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) c
     prepared.face_colors.assign(arrays_.face_colors.begin(), arrays_.face_colors.end());
     if (!arrays_.colors.empty()) at_corners(arrays_.colors, prepared.corner_colors);
     if (!arrays_.texture) return;
-    at_corners(arrays_.uv, prepared.corner_uvs);
     const auto area = static_cast<float>(arrays_.texture->height()) * static_cast<float>(arrays_.texture->width());
-    prepared.texels.reserve(arrays_.triangles.size());
-    for (std::size_t i = 0; i < arrays_.triangles.size(); ++i) {
-        const Triangle& t = arrays_.triangles[i];
-        const auto& [a, b, c] = prepared.corner_uvs[i];
+    prepared.on_texture.reserve(arrays_.triangles.size());
+    for (const Triangle& t : arrays_.triangles) {
+        const Uv a = arrays_.uv[t[0]], b = arrays_.uv[t[1]], c = arrays_.uv[t[2]];
         const float covered = std::fabs((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) * area;
         const float surface = length(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]));
-        prepared.texels.push_back(surface > 0 ? std::sqrt(covered / surface) : 0);
+        prepared.on_texture.push_back({{a, b, c}, surface > 0 ? std::sqrt(covered / surface) : 0});
     }
 }
 
@@ -231,14 +232,23 @@ void Mesh::prepare_holes(Prepared& prepared) const {
         for (const Triangle& t : arrays_.triangles) corners.push_back({alphas[t[0]], alphas[t[1]], alphas[t[2]]});
     }
     const Texture* const texture = of_texture < 1 ? arrays_.texture.get() : nullptr;
-    prepared.holes = std::make_unique<CutOut>(texture, prepared.corner_uvs, std::move(corners), arrays_.alpha_cutoff);
+    prepared.holes = std::make_unique<CutOut>(texture, prepared.on_texture, std::move(corners), arrays_.alpha_cutoff);
 }
 
 void Mesh::colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
                   std::span<Vec3> colors) const {
-    const auto& [normals, face_normals, bvh, corner_colors, face_colors, corner_uvs, texels, holes] = *prepared_;
+    const auto& [normals, face_normals, bvh, corner_colors, face_colors, on_texture, holes] = *prepared_;
     const auto times = [](Vec3 a, Vec3 b) { return Vec3{a.x * b.x, a.y * b.y, a.z * b.z}; };
+    const Texture* const texture = arrays_.texture.get();
+    std::array<Texture::Lookup, ahead> lookups;  // of the last hits
+    const auto use_texture = [&](std::size_t i) { colors[i] = times(colors[i], texture->color(lookups[i % ahead])); };
     for (std::size_t i = 0; i < hits.size(); ++i) {
+        if (texture && i >= ahead) use_texture(i - ahead);
+        if (i + ahead < hits.size()) {
+            const std::uint32_t next = hits[i + ahead].primitive;
+            if (texture) __builtin_prefetch(&on_texture[next]);
+            if (!corner_colors.empty()) __builtin_prefetch(&corner_colors[next]);
+        }
         const auto& [t, u, v, triangle] = hits[i];
         Vec3 color{1, 1, 1};
         if (!corner_colors.empty()) {
@@ -246,16 +256,18 @@ void Mesh::colors(std::span<const Ray> rays, std::span<const Hit> hits, std::spa
             color = u * corner[0] + v * corner[1] + (1 - u - v) * corner[2];
         }
         if (!face_colors.empty()) color = times(color, face_colors[triangle]);
-        if (arrays_.texture) {
+        colors[i] = color;
+        if (texture) {
             // A pixel covers more of what it sees at a slant, in one direction: the root lies between blur and noise.
             const float size = length(rays[i].direction);
             const float slant = std::max(0.05f, std::fabs(dot(face_normals[triangle], rays[i].direction)) / size);
-            const float width = widths[i] * size * texels[triangle] / std::sqrt(slant);
-            const auto [across, down] = blended(corner_uvs[triangle], u, v);
-            color = times(color, (*arrays_.texture)(across, down, width));
+            const float width = widths[i] * size * on_texture[triangle].texels / std::sqrt(slant);
+            const auto [across, down] = blended(on_texture[triangle].corner, u, v);
+            lookups[i % ahead] = texture->look_up(across, down, width);
         }
-        colors[i] = color;
     }
+    if (!texture) return;
+    for (std::size_t i = std::max(ahead, hits.size()) - ahead; i < hits.size(); ++i) use_texture(i);
 }
 
 void Mesh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
@@ -269,7 +281,13 @@ void Mesh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
 }
 
 void Mesh::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {
-    for (std::size_t i = 0; i < hits.size(); ++i) normals[i] = shading_normal(hits[i], rays[i].direction);
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        if (i + ahead < hits.size()) {
+            const std::uint32_t next = hits[i + ahead].primitive;
+            __builtin_prefetch(&prepared_->normals[next]), __builtin_prefetch(&prepared_->face_normals[next]);
+        }
+        normals[i] = shading_normal(hits[i], rays[i].direction);
+    }
 }
 
 Vec3 Mesh::shading_normal(const Hit& hit, Vec3 ray_direction) const {
@@ -285,10 +303,10 @@ Vec3 Mesh::shading_normal(const Hit& hit, Vec3 ray_direction) const {
 std::size_t Mesh::bytes() const {
     const std::lock_guard lock(preparing_);
     if (!prepared_) return 0;
-    const auto& [normals, face_normals, bvh, corner_colors, face_colors, corner_uvs, texels, holes] = *prepared_;
+    const auto& [normals, face_normals, bvh, corner_colors, face_colors, on_texture, holes] = *prepared_;
     return bvh.bytes() + normals.size() * sizeof(CornerNormals) + face_normals.size() * sizeof(Vec3) +
            corner_colors.size() * sizeof(corner_colors[0]) + face_colors.size() * sizeof(Vec3) +
-           corner_uvs.size() * sizeof(corner_uvs[0]) + texels.size() * sizeof(float) +
+           on_texture.size() * sizeof(OnTexture) +
            (holes && !arrays_.alphas.empty() ? 3 * arrays_.triangles.size() * sizeof(float) : 0) +
            (arrays_.texture ? arrays_.texture->bytes() : 0);
 }

@@ -23,6 +23,12 @@ public:
     using Point = std::array<double, 3>;
     using Uv = std::array<float, 2>;
 
+    /// Where a triangle's corners are on the texture, and how many texels lie side by side along a length of 1.
+    struct OnTexture {
+        std::array<Uv, 3> corner;
+        float texels;
+    };
+
     /// What users have and the mesh does not copy. It is read until `prepare` is done, and by `bounds` and `radius`.
     struct Arrays {
         std::span<const Point> vertices;
@@ -72,8 +78,7 @@ private:
         // As the arrays have them: for each triangle, or for none.
         std::vector<std::array<Vec3, 3>> corner_colors;
         std::vector<Vec3> face_colors;
-        std::vector<std::array<Uv, 3>> corner_uvs;
-        std::vector<float> texels;  // that lie side by side along a length of 1
+        std::vector<OnTexture> on_texture;
         std::unique_ptr<const Holes> holes;
     };
 

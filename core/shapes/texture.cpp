@@ -25,6 +25,10 @@ struct Weighted {
     float weight;
 };
 
+/// A colour's components in one vector, which every instruction set has.
+using Together [[gnu::vector_size(16)]] = float;
+Together together(Vec3 color) { return Together{color.x, color.y, color.z, 0}; }
+
 /// The largest whole number that is not above x, which is within those that an int holds. Where no instruction rounds down, the
 /// library's function takes as long as a texel.
 int whole(float x) {
@@ -97,8 +101,7 @@ inline Texture::Around Texture::around(const Level& level, float u, float v) con
     return result;
 }
 
-inline Vec3 Texture::bilinear(const Level& level, float u, float v) const {
-    const Around at = around(level, u, v);
+inline Vec3 Texture::bilinear(const Level& level, const Around& at) {
     const float dx = at.dx, dy = at.dy;
     const float* const values = linear().data();
     const auto texel = [&](int j, int i) {
@@ -119,18 +122,33 @@ inline Vec3 Texture::bilinear(const Level& level, float u, float v) const {
         const Weighted mean = mixed(row(0, 1 - dy), row(1, dy));
         if (mean.weight > 0) return mean.color;
     }
-    return (1 - dy) * ((1 - dx) * texel(0, 0) + dx * texel(0, 1)) + dy * ((1 - dx) * texel(1, 0) + dx * texel(1, 1));
+    const auto row = [&](int j) { return (1 - dx) * together(texel(j, 0)) + dx * together(texel(j, 1)); };
+    const Together mean = (1 - dy) * row(0) + dy * row(1);
+    return {mean[0], mean[1], mean[2]};
 }
 
-Vec3 Texture::operator()(float u, float v, float width) const {
+Texture::Lookup Texture::look_up(float u, float v, float width) const {
     u = near_picture(u, across_), v = near_picture(v, down_);
     const float last = static_cast<float>(levels_.size() - 1);
     const float at = width > 1 ? std::min(std::log2(width), last) : 0;  // also of what is no number
     const auto lower = static_cast<std::size_t>(at);
-    const float share = at - static_cast<float>(lower);
-    const Vec3 fine = bilinear(levels_[lower], u, v);
-    return share > 0 ? (1 - share) * fine + share * bilinear(levels_[lower + 1], u, v) : fine;
+    const Level& level = levels_[lower];
+    const Lookup lookup{lower, around(level, u, v), u, v, at - static_cast<float>(lower)};
+    for (const auto& row : lookup.fine.texel) {
+        __builtin_prefetch(&level.texels[3 * row[0]]);
+        if (!level.alpha.empty()) __builtin_prefetch(&level.alpha[row[0]]);
+    }
+    return lookup;
 }
+
+Vec3 Texture::color(const Lookup& lookup) const {
+    const Vec3 fine = bilinear(levels_[lookup.level], lookup.fine);
+    if (!(lookup.share > 0)) return fine;
+    const Level& coarse = levels_[lookup.level + 1];
+    return (1 - lookup.share) * fine + lookup.share * bilinear(coarse, around(coarse, lookup.u, lookup.v));
+}
+
+Vec3 Texture::operator()(float u, float v, float width) const { return color(look_up(u, v, width)); }
 
 float Texture::alpha(float u, float v) const {
     const std::vector<std::uint8_t>& alpha = levels_[0].alpha;

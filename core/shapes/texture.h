@@ -26,6 +26,11 @@ public:
     /// levels whose texels are next to `width`, in texels of level 0, and between these.
     [[nodiscard]] Vec3 operator()(float u, float v, float width) const;
 
+    /// The same in two steps, for several places in turn: `look_up` fetches the texels, which are rarely in the cache, and does not wait.
+    struct Lookup;
+    [[nodiscard]] Lookup look_up(float u, float v, float width) const;
+    [[nodiscard]] Vec3 color(const Lookup& lookup) const;
+
     /// How opaque it is there, 0..1: bilinear in level 0, so that what is cut out of a surface does not depend on a picture's size.
     [[nodiscard]] float alpha(float u, float v) const;
     /// Of all texels, 0..1.
@@ -51,10 +56,16 @@ private:
     };
 
     [[nodiscard]] Around around(const Level& level, float u, float v) const;
-    [[nodiscard]] Vec3 bilinear(const Level& level, float u, float v) const;
+    [[nodiscard]] static Vec3 bilinear(const Level& level, const Around& at);
 
     Wrap across_, down_;
     std::vector<Level> levels_;
+};
+
+struct Texture::Lookup {
+    std::size_t level;
+    Around fine;
+    float u, v, share;  // where it is, and how much the next level counts
 };
 
 }  // namespace bob

@@ -36,7 +36,7 @@ TEST(equal_corners_are_believed) {
         std::vector<float> image(192 * 128, 0.75f);
         interpolate(planes, image, 192, 128);
         std::vector<float> again(192 * 128, 0.75f), weights(image.size(), -1);
-        bob::interpolate_lattice(bob::gbuffer_layout(), planes.data(), bob::channels::gray, again.data(), weights.data(), 192, 128);
+        bob::interpolate_lattice(bob::gbuffer_layout(), planes.data(), bob::channels::gray, 1, again.data(), weights.data(), 192, 128);
         CHECK(again == image);
         for (std::size_t i = 0; i < image.size(); ++i) {
             CHECK_EQ(image[i], planes[i] > 0 ? 0.75f : 0.25f);

@@ -1,5 +1,10 @@
 #include "completion/ratio.h"
 
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "check.h"
@@ -29,10 +34,10 @@ struct Picture {
 
     [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(height) * static_cast<std::size_t>(width); }
 
-    [[nodiscard]] std::vector<float> completed() const {
+    [[nodiscard]] std::vector<float> completed(std::optional<float> unit = {}) const {
         std::vector<float> output(3 * size());
-        bob::complete_by_ratio(layout, planes.data(), bob::channels::color, planes.data() + size(), guide.data(), height, width,
-                               output.data());
+        bob::complete_by_ratio(layout, planes.data(), bob::channels::color, planes.data() + size(), guide.data(), unit,
+                               height, width, output.data());
         return output;
     }
 };
@@ -64,7 +69,14 @@ TEST(ratios_are_those_of_the_traced_pixels_around) {
         for (std::size_t i = 0; i < pixels; ++i) {
             const int column = static_cast<int>(i) % 128;
             if (column > 32 && column < 96) continue;
-            for (std::size_t k = 0; k < 3; ++k) CHECK_NEAR(color[k * pixels + i], ratio(column, k) * colored + more, 0.01f);
+            for (std::size_t k = 0; k < 3; ++k) {
+                const float completed = color[k * pixels + i];
+                if (picture.planes[i] > 0) {
+                    CHECK_EQ(completed, picture.planes[(2 + k) * pixels + i]);
+                } else {
+                    CHECK_NEAR(completed, ratio(column, k) * colored + more, 0.01f);
+                }
+            }
         }
     }
 }
@@ -98,6 +110,66 @@ TEST(ratios_do_not_depend_on_threads) {
     bob::set_thread_count(3);
     CHECK_EQ(picture.completed() == alone, true);
     bob::set_thread_count(threads);
+}
+
+TEST(pictures_of_any_size_have_the_ratios_up_to_their_edges) {
+    const float ratios[] = {1.4f, 1.f, 0.2f};
+    for (const auto& [height, width] : {std::pair{5, 7}, {2, 64}, {9, 33}, {16, 17}, {31, 40}, {33, 50}, {18, 95}}) {
+        Picture picture(height, width, 0.5f, [&](int, std::size_t k) { return ratios[k]; });
+        picture.guide.assign(picture.size(), 0.4f);
+        for (std::size_t i = 0; i < picture.size(); ++i) {
+            if (picture.planes[i] == 0) continue;
+            picture.planes[picture.size() + i] = 0.4f;
+            for (std::size_t k = 0; k < 3; ++k) picture.planes[(2 + k) * picture.size() + i] = 0.4f * ratios[k];
+        }
+        const std::vector<float> color = picture.completed();
+        for (std::size_t i = 0; i < color.size(); ++i) {
+            const std::size_t k = i / picture.size(), pixel = i % picture.size();
+            if (picture.planes[pixel] > 0) {
+                CHECK_EQ(color[i], picture.planes[2 * picture.size() + i]);
+            } else {
+                CHECK_NEAR(color[i], ratios[k] * 0.4f, 0.03f);
+            }
+        }
+    }
+}
+
+TEST(values_of_any_range_are_completed_by_their_unit) {
+    const float unit = 300;
+    const Picture picture(40, 70, 0.1f, [](int column, std::size_t k) { return column < 30 ? 0.6f : 0.2f + 0.3f * static_cast<float>(k); });
+    Picture large = picture;
+    for (std::size_t i = picture.size(); i < large.planes.size(); ++i) large.planes[i] *= unit;
+    for (float& value : large.guide) value *= unit;
+    const std::vector<float> expected = picture.completed(), found = large.completed(unit);
+    for (std::size_t i = 0; i < found.size(); ++i) CHECK_NEAR(found[i], unit * expected[i], 1e-5f * unit);
+}
+
+TEST(completed_colors_are_within_their_range) {
+    Picture picture(12, 40, 0.1f, [](int, std::size_t) { return 1.f; });
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (std::size_t i = 0; i < picture.size(); ++i) picture.guide[i] = i % 3 == 0 ? 50.f : i % 3 == 1 ? -1.f : nan;
+    const std::vector<float> color = picture.completed(), unbounded = picture.completed(1.f);
+    for (std::size_t i = 0; i < color.size(); ++i) {
+        const std::size_t pixel = i % picture.size();
+        if (picture.planes[pixel] > 0) {
+            CHECK_EQ(color[i], picture.planes[2 * picture.size() + i]);
+            continue;
+        }
+        CHECK_EQ(color[i], pixel % 3 == 0 ? 1.f : 0.f);
+        CHECK_NEAR(unbounded[i], pixel % 3 == 0 ? 50.f : 0.f, 1e-4f);
+    }
+}
+
+TEST(only_colors_are_completed_by_ratio) {
+    const Picture picture(2, 2, 1, [](int, std::size_t) { return 1.f; });
+    std::vector<float> output(12);
+    try {
+        bob::complete_by_ratio(layout, picture.planes.data(), bob::channels::gray, picture.planes.data() + 4, picture.guide.data(), {}, 2,
+                               2, output.data());
+        CHECK(false);
+    } catch (const std::invalid_argument& error) {
+        CHECK(std::string_view(error.what()) == "gray: expected 3 components");
+    }
 }
 
 TEST(nothing_traced_is_white) {

@@ -287,8 +287,11 @@ def error_features(layout: Layout, planes: F32, gray: F32, features: F32) -> Non
 def interpolate_lattice(known: Layout, planes: F32, completed: Layout, output: F32) -> None:
     """Improves completed channels where traced pixels of the lattice agree."""
 
-def complete_by_ratio(known: Layout, planes: F32, completed: Layout, known_guide: F32, guide: F32, output: F32) -> None:
-    """Completes one channel, which `completed` names, by its ratio to a guide of which all pixels are known."""
+def complete_by_ratio(
+    known: Layout, planes: F32, completed: Layout, known_guide: F32, guide: F32, unit: float | None, output: F32
+) -> None:
+    """Completes one channel, which `completed` names, by its ratio to a guide of which all pixels are known, and by
+    interpolation where traced pixels of the lattice agree. Values of any range come with the `unit` that counts as 1."""
 
 def complete_guided(
     known: Layout, planes: F32, guides_layout: Layout, guides: F32, completed: Layout, output: F32

@@ -51,7 +51,7 @@ class Frame:
         """(H, W, 3), linear RGB in the image's range, completed along with the image. Each use computes it anew."""
         if self.is_guided:
             return complete_guided(self.shown, "color")
-        return completed_color(self.shown, None if self.shown.mask.all() else self.image)
+        return self.shown.color.copy() if self.shown.mask.all() else completed_color(self.shown, self.image)
 
     @property
     def error(self) -> float:

@@ -17,7 +17,6 @@ from bobrossnet import _core
 from bobrossnet.completion.guided import complete_guided
 from bobrossnet.completion.weights import UNCERTAINTY, WEIGHTS, read_weights
 from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
 
 GUIDED = "guided"
@@ -82,14 +81,13 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str =
     if channel in ("gray", "color") and follows_guides(gbuffer, model):
         return complete_guided(gbuffer, channel)
     network = load_network(model).core
-    if channel == "gray":
-        return _completed(gbuffer, network, network.outputs)
-    if channel == "color":
-        return completed_color(gbuffer, None if gbuffer.mask.all() else _completed(gbuffer, network, network.outputs))
-    if channel not in ("albedo", "alpha"):
+    if channel not in ("gray", "color", "albedo", "alpha"):
         raise InputError(f"channel: expected gray, color, albedo or alpha, got {channel!r}")
     if gbuffer.mask.all():
         return gbuffer.channel(channel).copy()
+    if channel in ("gray", "color"):
+        gray = _completed(gbuffer, network, network.outputs)
+        return gray if channel == "gray" else completed_color(gbuffer, gray)
     alpha = gbuffer.alpha
     coverage = GBuffer(mask=gbuffer.mask, gray=alpha, depth=gbuffer.depth, normal=gbuffer.normal)
     covered = _completed(coverage, network, network.outputs)
@@ -103,45 +101,28 @@ def follows_guides(gbuffer: GBuffer, model: NetworkLike) -> bool:
     return gbuffer.guides is not None and model in ("default", GUIDED)
 
 
-def completed_color(gbuffer: GBuffer, gray: NDArray[np.float32] | None) -> NDArray[np.float32]:
-    """The completed colour of a G-buffer whose completed gray is known, or None where every pixel was traced."""
-    if gray is None:
-        return gbuffer.color.copy()
-    transfer = gbuffer.transfer
-    if "color" not in gbuffer.layout.places or transfer is None or transfer.middle is None:
-        return _completed_along("color", gbuffer, gbuffer.gray, gray)
-    scale = np.float32(DISPLAYED_MIDDLE / transfer.middle)
-    planes = np.concatenate([gbuffer.mask[None], gbuffer.planes[gbuffer.layout.places["color"]] * scale])
-    displayed_color = _by_ratio("color", Layout("mask,color"), planes, gbuffer.gray * scale, gray * scale)
-    color = np.moveaxis(displayed_color / scale, 0, -1)
-    np.copyto(color, gbuffer.color, where=gbuffer.mask[..., None] > 0)
-    return color
+def completed_color(gbuffer: GBuffer, gray: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The completed colour of a G-buffer whose completed gray is known."""
+    middle = None if gbuffer.transfer is None else gbuffer.transfer.middle
+    unit = None if middle is None else middle / DISPLAYED_MIDDLE
+    return _completed_along("color", gbuffer, gbuffer.gray, gray, unit)
 
 
 def _completed_along(
-    name: str, gbuffer: GBuffer, known: NDArray[np.float32], completed: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """A channel of colours by its ratio to another one, (H, W), as traced and as completed."""
-    if name not in gbuffer.layout.places:  # of what is white
-        return np.repeat(completed[..., None], 3, -1)
-    output = _by_ratio(name, gbuffer.layout, gbuffer.planes, known, completed)
-    _core.keep_known(gbuffer.layout.core, gbuffer.planes, _core.Layout(name), output)
-    return np.moveaxis(output, 0, -1)
-
-
-def _by_ratio(
     name: str,
-    layout: Layout,
-    planes: NDArray[np.float32],
+    gbuffer: GBuffer,
     known: NDArray[np.float32],
     completed: NDArray[np.float32],
+    unit: float | None = None,
 ) -> NDArray[np.float32]:
-    """The same of planes, (C, H, W) of a layout: (3, H, W), which traced pixels are only near to. Between pixels of the
-    lattice that agree it is interpolated, as gray is."""
+    """A channel of colours by its ratio to another one, (H, W), as traced and as completed; of values of any range,
+    `unit` is what counts as 1."""
+    if name not in gbuffer.layout.places:  # of what is white
+        return np.repeat(completed[..., None], 3, -1)
     output = np.empty((3, *completed.shape), np.float32)
-    _core.complete_by_ratio(layout.core, planes, _core.Layout(name), known, completed, output)
-    _core.interpolate_lattice(layout.core, planes, _core.Layout(name), output)
-    return output
+    layout = gbuffer.layout.core, gbuffer.planes, _core.Layout(name)
+    _core.complete_by_ratio(*layout, known, completed, unit, output)
+    return np.moveaxis(output, 0, -1)
 
 
 class Completer:
@@ -173,6 +154,9 @@ class Completer:
 
     def __call__(self, gbuffer: GBuffer) -> NDArray[np.float32]:
         """The same as `complete`, to the bit."""
+        check_gbuffer(gbuffer)
+        if gbuffer.mask.all():
+            return gbuffer.gray.copy()
         with self._lock:
             return _completed(gbuffer, self._run, self._outputs)
 
@@ -181,9 +165,7 @@ Run: TypeAlias = Callable[[_core.Layout, NDArray[np.float32], NDArray[np.float32
 
 
 def _completed(gbuffer: GBuffer, run: Run, outputs: _core.Layout) -> NDArray[np.float32]:
-    check_gbuffer(gbuffer)
-    if gbuffer.mask.all():
-        return gbuffer.gray.copy()
+    """The gray, of which not every pixel was traced."""
     shown = displayed(gbuffer)
     image = _predicted(shown, run)
     _core.interpolate_lattice(shown.layout.core, shown.planes, outputs, image[None])
