@@ -69,9 +69,11 @@ TEST(rays_wait_for_those_that_come_later) {
     CHECK(next(waiting) == (std::vector<Turn>{{2, {3}}, {7, {1}}}));
     waiting.add(1, 5, 8), waiting.add(3, 3, 4);
     CHECK(next(waiting) == (std::vector<Turn>{{5, {0, 1, 2}}}));
-    waiting.add(0, 5, 3), waiting.add(1, 5, 4);  // where 5 has waited before, and where 3 does
-    CHECK(next(waiting) == (std::vector<Turn>{{5, {0, 1}}}));
+    waiting.add(0, 5, 5), waiting.add(1, 5, 6);  // now farther than where 5 has waited before, and than 3
     CHECK(next(waiting) == (std::vector<Turn>{{3, {3, 4}}}));
+    waiting.add(2, 6, 4), waiting.add(3, 5, 3);  // nearer than who waits already
+    CHECK(next(waiting) == (std::vector<Turn>{{5, {0, 1, 3}}}));
+    CHECK(next(waiting) == (std::vector<Turn>{{6, {2}}}));
     CHECK(next(waiting).empty());
 }
 
