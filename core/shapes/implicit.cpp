@@ -124,9 +124,8 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
         for (; some.size() > most_at_once; some = some.subspan(most_at_once)) find_roots(code, some.first(most_at_once));
         find_roots(code, some);
     });
-    std::uint64_t unresolved = 0;
-    for (std::size_t i = 0; i < rays.size(); ++i) unresolved += walks[i].unresolved && hits[i].primitive == no_primitive;
-    if (unresolved) unresolved_rays_ += unresolved;
+    const auto unresolved = std::count_if(walks.begin(), walks.end(), [](const Walk& walk) { return walk.unresolved; });
+    if (unresolved) unresolved_rays_ += static_cast<std::uint64_t>(unresolved);
 }
 
 void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {

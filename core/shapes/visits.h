@@ -98,6 +98,7 @@ void visit_cells(const Cells& cells, std::span<const Ray> rays, std::vector<Walk
     };
     thread_local Memory memory;
     auto& [waiting, going] = memory;
+    walks.resize(rays.size());
     if (rays.empty()) return;
     const CellGrid grid = cells.grid_view();
     // How far a cell's nearest corner is on the way of rays that go in the first one's octant, in steps between cells' faces.
@@ -110,7 +111,6 @@ void visit_cells(const Cells& cells, std::span<const Ray> rays, std::vector<Walk
         }
         return static_cast<std::uint32_t>(way / Cells::side(Cells::max_levels - 1));
     };
-    walks.resize(rays.size());
     waiting.reset(rays.size(), cells.codes());
     best_walk_kernels().start(grid, rays.data(), rays.size(), walks.data());
     going.resize(rays.size());
