@@ -48,7 +48,8 @@ struct Code {
     const Instruction* instructions;
     std::size_t count;
     int registers;
-    int result;  // the register that holds the value at the end
+    int result;     // the register that holds the value at the end
+    bool may_jump;  // whether any of the ops may
 };
 
 /// The widest batch of any instruction set.

@@ -76,7 +76,7 @@ std::vector<Decision> bounds(const Tape& tape, const Given& given, BoxBatch& box
         }
         at += static_cast<std::size_t>(count);
     }
-    kernels.bounds({settled.data(), settled.size(), code.registers, code.result}, box, decisions.data(), scratch(code.registers));
+    kernels.bounds({settled.data(), settled.size(), code.registers, code.result, code.may_jump}, box, decisions.data(), scratch(code.registers));
     // The kernel knows nothing of the decisions that are settled.
     auto told = decisions.size() - static_cast<std::size_t>(std::count(is_settled.begin(), is_settled.end(), true));
     for (at = decisions.size(); at-- > 0;) {

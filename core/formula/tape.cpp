@@ -184,6 +184,7 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
         };
         if (step.op == corner_distance) decides(Op::maximum, nodes[i].operand[1]);
         if (is_decision(step.op)) decides(step.op, i);
+        result.may_jump = result.may_jump || may_jump(step.op);
     }
     result.registers = registers.count();
     for (std::size_t i = 0; i < roots.size(); ++i) result.results[i] = place[roots[i]];

@@ -13,12 +13,13 @@ namespace bob {
 
 /// What lowering makes of nodes.
 struct LoweredCode {
-    [[nodiscard]] Code code() const { return {instructions.data(), instructions.size(), registers, results[0]}; }
+    [[nodiscard]] Code code() const { return {instructions.data(), instructions.size(), registers, results[0], may_jump}; }
 
     std::vector<Instruction> instructions;
     std::vector<Op> decisions;
     std::vector<std::uint32_t> decision_nodes;
     int registers = 3;
+    bool may_jump = false;
     std::array<int, 3> results{};  // the registers of the roots, of which there is one or three
 };
 

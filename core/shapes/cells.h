@@ -5,7 +5,9 @@
 /// geometry", 1992; Keeter, "Massively parallel rendering of complex closed-form implicit surfaces", 2020).
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -55,7 +57,14 @@ public:
     [[nodiscard]] std::uint32_t codes() const { return static_cast<std::uint32_t>(codes_.size()); }
     [[nodiscard]] Code code(std::uint32_t code) const {
         const Stored& stored = codes_[code];
-        return {instructions_.data() + stored.first, stored.count, stored.registers, stored.result};
+        return {instructions_.data() + stored.first, stored.count, stored.registers, stored.result, stored.may_jump};
+    }
+    /// Has the code's instructions brought near, for whoever will ask for them soon.
+    void prefetch(std::uint32_t code) const {
+        const Stored& stored = codes_[code];
+        const Instruction *const first = instructions_.data() + stored.first, *const end = first + std::min(stored.count, most_prefetched);
+        constexpr std::size_t line = 64 / sizeof(Instruction);  // at most a cache line
+        for (const Instruction* i = first; i < end; i += line) __builtin_prefetch(i);
     }
     [[nodiscard]] static Box box(const Cell& cell);
 
@@ -85,9 +94,13 @@ private:
     class Builder;
     class Library;
 
+    /// Instructions; processors fetch what follows by themselves.
+    static constexpr std::uint32_t most_prefetched = 64;
+
     struct Stored {
         std::uint32_t first, count;  // of the instructions
         std::uint16_t registers, result;
+        bool may_jump;
     };
 
     std::vector<std::int32_t> children_;  // 64 to a node, the root's first; see CellGrid

@@ -104,7 +104,7 @@ public:
         same_hash.push_back(cells.codes());
         cells.codes_.push_back({static_cast<std::uint32_t>(cells.instructions_.size()),
                                 static_cast<std::uint32_t>(code.count), static_cast<std::uint16_t>(code.registers),
-                                static_cast<std::uint16_t>(code.result)});
+                                static_cast<std::uint16_t>(code.result), code.may_jump});
         cells.instructions_.insert(cells.instructions_.end(), code.instructions, code.instructions + code.count);
         cells.max_code_ = std::max(cells.max_code_, static_cast<std::uint32_t>(code.count));
         cells.max_registers_ = std::max(cells.max_registers_, code.registers);
@@ -249,7 +249,7 @@ private:
         std::vector<Child> left;
         for (Child& child : children) {
             const Tape& tape = *child.tape;
-            child.smooth = std::none_of(tape.decisions().begin(), tape.decisions().end(), may_jump);
+            child.smooth = !tape.code().may_jump;
             if (!child.smooth && work_.spent() < most) {
                 const auto apart = with_jumps_outside(tape, boxes_of(at, level, &child.index, 1), work_);
                 if (apart && apart->nodes().back().op == Op::constant) continue;

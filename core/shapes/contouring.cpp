@@ -15,7 +15,7 @@
 #include "formula/scratch.h"
 #include "interruption.h"
 #include "parallel.h"
-#include "shapes/batches.h"
+#include "shapes/visits.h"
 #include "shapes/walk.h"
 
 namespace bob {
@@ -77,7 +77,6 @@ void set(std::uint64_t* bits, int from, int to) {
 void inside(const Implicit& shape, std::span<const Ray> rays, int count, std::span<std::uint64_t* const> bits) {
     const Cells& cells = shape.cells();
     const FormulaKernels& kernels = best_formula_kernels();
-    const CellGrid grid = cells.grid_view();
     void* const memory = scratch(cells.max_registers());
     struct Row {
         int next = 0;  // the first point that is not known yet
@@ -88,50 +87,43 @@ void inside(const Implicit& shape, std::span<const Ray> rays, int count, std::sp
         float t;
         int point;  // or -1: where the ray leaves the cell
     };
-    std::vector<Walk> walks(rays.size());
+    std::vector<Walk> walks;
     std::vector<Row> rows(rays.size());
     std::vector<Asked> asked;
-    best_walk_kernels().start(grid, rays.data(), rays.size(), walks.data());
-    while (true) {
-        best_walk_kernels().next(grid, walks.data(), walks.size());
-        std::erase_if(walks, [](const Walk& walk) { return walk.cell == Walk::none; });
-        if (walks.empty()) return;
-        const auto code_of = [&](std::uint32_t i) { return cells.cells()[walks[i].cell].code; };
-        for_each_batch(walks.size(), cells.codes(), 256, code_of, [&](std::uint32_t code, Items items) {
-            Interruption::check();
-            asked.clear();
-            for (const std::uint32_t item : items) {
-                const Walk& walk = walks[item];
-                Row& row = rows[walk.ray];
-                const int first = std::max(row.next, static_cast<int>(std::ceil(walk.enter)));
-                const int end = std::min(count, static_cast<int>(std::floor(walk.leave)) + 1);
-                if (row.inside) set(bits[walk.ray], row.next, std::min(first, count));
-                for (int i = first; i < end; ++i) asked.push_back({walk.ray, static_cast<float>(i), i});
-                asked.push_back({walk.ray, walk.leave, -1});
-                row.next = std::max(first, end);
+    visit_cells(cells, rays, walks, [&](std::uint32_t code, Rays some) {
+        Interruption::check();
+        asked.clear();
+        for (const std::uint32_t ray : some) {
+            const Walk& walk = walks[ray];
+            Row& row = rows[ray];
+            const int first = std::max(row.next, static_cast<int>(std::ceil(walk.enter)));
+            const int end = std::min(count, static_cast<int>(std::floor(walk.leave)) + 1);
+            if (row.inside) set(bits[ray], row.next, std::min(first, count));
+            for (int i = first; i < end; ++i) asked.push_back({ray, static_cast<float>(i), i});
+            asked.push_back({ray, walk.leave, -1});
+            row.next = std::max(first, end);
+        }
+        for (std::size_t begin = 0; begin < asked.size(); begin += static_cast<std::size_t>(kernels.lanes)) {
+            const int lanes = static_cast<int>(std::min(asked.size() - begin, static_cast<std::size_t>(kernels.lanes)));
+            float point[3][max_lanes], value[max_lanes];
+            const float* const points[3] = {point[0], point[1], point[2]};
+            for (int lane = 0; lane < lanes; ++lane) {
+                const Asked& a = asked[begin + static_cast<std::size_t>(lane)];
+                const Vec3 p = rays[a.ray].origin + a.t * rays[a.ray].direction;
+                for (int axis = 0; axis < 3; ++axis) point[axis][lane] = p[axis];
             }
-            for (std::size_t begin = 0; begin < asked.size(); begin += static_cast<std::size_t>(kernels.lanes)) {
-                const int lanes = static_cast<int>(std::min(asked.size() - begin, static_cast<std::size_t>(kernels.lanes)));
-                float point[3][max_lanes], value[max_lanes];
-                const float* const points[3] = {point[0], point[1], point[2]};
-                for (int lane = 0; lane < lanes; ++lane) {
-                    const Asked& a = asked[begin + static_cast<std::size_t>(lane)];
-                    const Vec3 p = rays[a.ray].origin + a.t * rays[a.ray].direction;
-                    for (int axis = 0; axis < 3; ++axis) point[axis][lane] = p[axis];
-                }
-                kernels.values(cells.code(code), points, lanes, value, memory);
-                for (int lane = 0; lane < lanes; ++lane) {
-                    const Asked& a = asked[begin + static_cast<std::size_t>(lane)];
-                    const bool in = value[lane] < 0;  // not where it is NaN
-                    if (a.point < 0) {
-                        rows[a.ray].inside = in;
-                    } else if (in) {
-                        set(bits[a.ray], a.point, a.point + 1);
-                    }
+            kernels.values(cells.code(code), points, lanes, value, memory);
+            for (int lane = 0; lane < lanes; ++lane) {
+                const Asked& a = asked[begin + static_cast<std::size_t>(lane)];
+                const bool in = value[lane] < 0;  // not where it is NaN
+                if (a.point < 0) {
+                    rows[a.ray].inside = in;
+                } else if (in) {
+                    set(bits[a.ray], a.point, a.point + 1);
                 }
             }
-        });
-    }
+        }
+    });
 }
 
 // ---- Cells of the lattice ----------------------------------------------------------------------------------------------

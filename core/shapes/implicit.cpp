@@ -10,6 +10,7 @@
 #include "formula/sequenced.h"
 #include "interruption.h"
 #include "shapes/batches.h"
+#include "shapes/visits.h"
 
 namespace bob {
 namespace {
@@ -80,13 +81,8 @@ Implicit::Implicit(const Expression& f, const Bounds& bounds, const ColorFormula
 
 void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
     const FormulaKernels& kernels = best_formula_kernels();
-    const CellGrid grid = cells_.grid_view();
     void* const memory = scratch(cells_.max_registers());
-    std::uint64_t unresolved = 0;
     std::fill(hits.begin(), hits.end(), Hit{});
-
-    // Every ray walks to its next cell; the rays in cells of one code then look for roots together. Those without one go
-    // on.
     struct Memory {
         std::vector<Walk> walks;
         std::array<Segment, most_at_once> segments;
@@ -95,49 +91,41 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
     thread_local Memory kept;
     auto& [walks, segments, from] = kept;
     const std::vector<Cells::Cell>& cells = cells_.cells();
-    const auto code_of = [&](std::uint32_t i) { return cells[walks[i].cell].code; };
-    walks.resize(rays.size());
-    best_walk_kernels().start(grid, rays.data(), rays.size(), walks.data());
-    while (true) {
-        best_walk_kernels().next(grid, walks.data(), walks.size());
-        std::size_t left = 0;
-        for (const Walk& walk : walks) {
-            unresolved += walk.cell == Walk::none && walk.unresolved;
-            if (walk.cell != Walk::none) walks[left++] = walk;
+    const auto find_roots = [&](std::uint32_t code, Rays some) {
+        Interruption::check();
+        for (std::size_t i = 0; i < some.size(); ++i) {
+            const Walk& walk = walks[some[i]];
+            const Ray& ray = rays[some[i]];
+            // Pieces overlap by the margin that cells have, so that no root falls between two.
+            const float speed = length(ray.direction), margin = 0.5f * Cells::margin / speed;
+            from[i] = std::max(0.f, walk.enter - margin);
+            const Slopes slopes(cells[walk.cell], ray.direction);
+            Segment& segment = segments[i];
+            for (int axis = 0; axis < 3; ++axis) {
+                segment.origin[axis] = ray.origin[axis] + from[i] * ray.direction[axis];
+                segment.direction[axis] = ray.direction[axis];
+            }
+            segment.t_end = walk.leave + margin - from[i];
+            segment.finest = finest / speed;
+            segment.least_slope = slopes.least;
+            segment.most_slope = slopes.most;
         }
-        walks.resize(left);
-        if (walks.empty()) break;
-        for_each_batch(walks.size(), cells_.codes(), most_at_once, code_of, [&](std::uint32_t code, Items items) {
-            Interruption::check();
-            for (std::size_t i = 0; i < items.size(); ++i) {
-                const Walk& walk = walks[items[i]];
-                const Ray& ray = rays[walk.ray];
-                // Pieces overlap by the margin that cells have, so that no root falls between two.
-                const float speed = length(ray.direction), margin = 0.5f * Cells::margin / speed;
-                from[i] = std::max(0.f, walk.enter - margin);
-                const Slopes slopes(cells[walk.cell], ray.direction);
-                Segment& segment = segments[i];
-                for (int axis = 0; axis < 3; ++axis) {
-                    segment.origin[axis] = ray.origin[axis] + from[i] * ray.direction[axis];
-                    segment.direction[axis] = ray.direction[axis];
-                }
-                segment.t_end = walk.leave + margin - from[i];
-                segment.finest = finest / speed;
-                segment.least_slope = slopes.least;
-                segment.most_slope = slopes.most;
-            }
-            kernels.first_roots(cells_.code(code), segments.data(), items.size(), memory);
-            for (std::size_t i = 0; i < items.size(); ++i) {
-                const Segment& segment = segments[i];
-                Walk& walk = walks[items[i]];
-                walk.unresolved = walk.unresolved || segment.unresolved;
-                if (!segment.found) continue;
-                hits[walk.ray] = {from[i] + segment.t, 0, 0, walk.cell};
-                walk.cell = Walk::none;
-            }
-        });
-    }
-    if (unresolved) unresolved_rays_ += unresolved;
+        kernels.first_roots(cells_.code(code), segments.data(), some.size(), memory);
+        for (std::size_t i = 0; i < some.size(); ++i) {
+            const Segment& segment = segments[i];
+            Walk& walk = walks[some[i]];
+            walk.unresolved = walk.unresolved || segment.unresolved;
+            if (!segment.found) continue;
+            hits[some[i]] = {from[i] + segment.t, 0, 0, walk.cell};
+            walk.cell = Walk::none;
+        }
+    };
+    visit_cells(cells_, rays, walks, [&](std::uint32_t code, Rays some) {
+        for (; some.size() > most_at_once; some = some.subspan(most_at_once)) find_roots(code, some.first(most_at_once));
+        find_roots(code, some);
+    });
+    const auto unresolved = std::count_if(walks.begin(), walks.end(), [](const Walk& walk) { return walk.unresolved; });
+    if (unresolved) unresolved_rays_ += static_cast<std::uint64_t>(unresolved);
 }
 
 void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {

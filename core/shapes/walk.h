@@ -25,27 +25,26 @@ struct CellGrid {
 };
 
 /// One ray's place on its way. Lengths are in finest cells, t in lengths of the ray's direction.
-struct Walk {
+struct alignas(64) Walk {
     float origin[3], direction[3];
     std::int32_t at[3];       // the finest cell that the ray is in
     std::int32_t size_log2;   // of the occupied cell around it; -1 before the first
     float enter, leave, end;  // where the ray enters and leaves that cell, and leaves the grid's box
     std::uint32_t cell;       // `none` after the last
-    std::uint32_t ray;
     bool unresolved;
 
     static constexpr std::uint32_t none = 0xffffffff;
 };
 
 struct WalkKernels {
-    /// Puts each ray where it enters the grid's box; walks[i].ray is i.
+    /// Puts each ray where it enters the grid's box.
     void (*start)(const CellGrid& grid, const Ray* rays, std::size_t count, Walk* walks);
 
-    /// Takes each ray to its next occupied cell.
+    /// Takes the rays of some walks, `count` numbers, to their next occupied cells.
     ///
     /// Along the axis of the face that a ray crosses, whole numbers say which cell is behind it, and along the others the
     /// ray stays beside the cell it left: rounding never leaves a gap between two cells.
-    void (*next)(const CellGrid& grid, Walk* walks, std::size_t count);
+    void (*next)(const CellGrid& grid, Walk* walks, const std::uint32_t* some, std::size_t count);
 };
 
 BOB_DECLARE_KERNELS(WalkKernels, walk_kernels)

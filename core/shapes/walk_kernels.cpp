@@ -15,9 +15,9 @@ struct Walks {
     M at[3], size_log2;
     F enter, end;
 
-    Walks(const Walk* walks, int count) {
+    Walks(const Walk* walks, const std::uint32_t* some, int count) {
         for (int i = 0; i < lanes; ++i) {
-            const Walk& w = walks[i < count ? i : 0];
+            const Walk& w = walks[some[i < count ? i : 0]];
             for (int axis = 0; axis < 3; ++axis) {
                 origin[axis][i] = w.origin[axis];
                 direction[axis][i] = w.direction[axis];
@@ -107,15 +107,14 @@ void start(const CellGrid& grid, const Ray* rays, std::size_t count, Walk* walks
         }
         w.size_log2 = -1;
         w.cell = w.enter <= w.end ? 0 : Walk::none;
-        w.ray = static_cast<std::uint32_t>(i);
         walks[i] = w;
     }
 }
 
-void next_batch(const CellGrid& grid, Walk* walks, int count) {
-    Walks rays(walks, count);
+void next_batch(const CellGrid& grid, Walk* walks, const std::uint32_t* some, int count) {
+    Walks rays(walks, some, count);
     M moving{};
-    for (int i = 0; i < count; ++i) moving[i] = walks[i].cell != Walk::none ? -1 : 0;
+    for (int i = 0; i < count; ++i) moving[i] = walks[some[i]].cell != Walk::none ? -1 : 0;
     M arrived{}, cell{};
     // Out of the present cell first, where there is one.
     const M beyond = moving & (rays.size_log2 >= M{});
@@ -130,7 +129,7 @@ void next_batch(const CellGrid& grid, Walk* walks, int count) {
     }
     const F leave = min(rays.leave(), rays.end);
     for (int i = 0; i < count; ++i) {
-        Walk& w = walks[i];
+        Walk& w = walks[some[i]];
         for (int axis = 0; axis < 3; ++axis) w.at[axis] = rays.at[axis][i];
         w.size_log2 = rays.size_log2[i];
         w.enter = rays.enter[i];
@@ -139,9 +138,9 @@ void next_batch(const CellGrid& grid, Walk* walks, int count) {
     }
 }
 
-void next(const CellGrid& grid, Walk* walks, std::size_t count) {
+void next(const CellGrid& grid, Walk* walks, const std::uint32_t* some, std::size_t count) {
     for (std::size_t i = 0; i < count; i += lanes) {
-        next_batch(grid, walks + i, count - i < lanes ? static_cast<int>(count - i) : lanes);
+        next_batch(grid, walks, some + i, count - i < lanes ? static_cast<int>(count - i) : lanes);
     }
 }
 

@@ -139,6 +139,16 @@ TEST(rays_meet_alone_what_they_meet_together) {
     }
 }
 
+TEST(rays_that_pass_an_unresolved_place_are_counted_once_each) {
+    // Two roots too close together at 0, then one at 0.5; rays that go the other way come to the solid's end first.
+    const bob::Implicit shape = surface(expression([](bob::Graph&, Value x, Value, Value) { return x * (x + 2e-7) * (0.5 - x); }));
+    const bob::Ray forth{{-2, 0.1f, 0.1f}, {1, 0, 0}}, back{{2, 0.1f, 0.1f}, {-1, 0, 0}}, past{{-2, 5, 0}, {1, 0, 0}};
+    const std::vector<Hit> hits = closest_hits(shape, {forth, back, forth, past});
+    CHECK_NEAR(hits[0].t, 2.5f, 1e-5f);
+    CHECK_NEAR(hits[1].t, 1, 1e-4f);
+    CHECK_EQ(shape.unresolved_rays(), 2u);
+}
+
 TEST(colors_change_no_hit_and_are_those_of_their_formula) {
     const std::vector<bob::Ray> rays = rays_around(300);
     const bob::Bounds box{{-3, -2, -1}, {1, 2, 3}};  // so that units differ: half as large, around (-1, 0, 1)

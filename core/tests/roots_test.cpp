@@ -308,6 +308,24 @@ TEST(the_first_root_is_found_in_whatever_part_it_is) {
     });
 }
 
+TEST(jumps_in_any_part_of_a_segment_are_found) {
+    test::for_each_isa([] {
+        for (const double at : {0.05, 0.3, 0.333333, 0.35, 0.5, 0.65, 0.666667, 0.7, 0.95}) {
+            const auto ray = [&](auto build) { return first_roots(tape_of(build), {{{0, 0, 0}, {1, 0, 0}, 1}})[0]; };
+            const auto found = [&](const Root& root) { return root.found && !root.unresolved && std::fabs(root.t - at) <= 1e-5; };
+            // One jump, an even number of them, and one before a root that a later part's ends show.
+            CHECK(found(ray([&](bob::Graph&, Value x, Value, Value) { return floor(x - at) + 0.5; })));
+            CHECK(found(ray([&](bob::Graph& g, Value x, Value, Value) {
+                return select(max(at - x, x - (at + 0.01)), g.constant(-1), g.constant(1));
+            })));
+            CHECK(found(ray([&](bob::Graph&, Value x, Value, Value) { return (floor(x - at) + 0.5) * (0.98 - x); })));
+        }
+        CHECK_ROOT(select(x - 0.3, 1 / (x - 0.2), x - 0.7), 0, 1, 0.3);       // a jump behind a pole
+        CHECK_NO_ROOT(1 / (x - 0.2) + 2 * floor(x + 0.5), 0, 1, silent);      // and one that changes no sign
+        CHECK_ROOT(select(x - 0.4, 1 / (x - 0.1), x - 0.5), 0.2, 0.7, 0.2);   // in the rest behind a part, and the first of two
+    });
+}
+
 TEST(selects_that_meet_have_slopes) {
     // |x - 0.2| - 0.1 in two pieces; the plain select is thought to jump, and takes more bounds.
     const bob::Tape meets = tape_of(FORMULA(piecewise(x - 0.2, 0.2 - x, x - 0.2) - 0.1));
