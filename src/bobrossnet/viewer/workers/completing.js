@@ -52,10 +52,11 @@ let start;
 const starting = new Promise((resolve) => (start = resolve));
 /**
  * @typedef {{
- *   batch: Batch, gbuffer: GBuffer, expected: GBuffer | null, coverage?: GBuffer, model: Model, completed: boolean, first: Float32Array
+ *   batch: Batch, gbuffer: GBuffer, expected: GBuffer | null, coverage?: GBuffer, model: Model, completed: boolean, first: Float32Array,
+ *   image: ImageData
  * }} View
  *   batch: the newest in it; expected: what earlier views let expect, and over it what was traced; coverage: where that was asked
- *   for; model: the network that completed it last
+ *   for; model: the network that completed it last; image: as it was painted last
  */
 /** @type {View | undefined} */
 let view;
@@ -101,7 +102,8 @@ async function gather({ batch, isColored, count, pixels, samples, expected }, tr
   if (view?.gbuffer.height !== height || view.gbuffer.width !== width || view.gbuffer.layout !== layout) {
     view?.gbuffer.free(), view?.expected?.free(), view?.coverage?.free();
     const gbuffer = new GBuffer(core, height, width, layout);
-    view = { batch, gbuffer, expected: null, model: standIn, completed: false, first: new Float32Array(height * width) };
+    const first = new Float32Array(height * width), image = new ImageData(width, height);
+    view = { batch, gbuffer, expected: null, model: standIn, completed: false, first, image };
   } else if (view.batch.view !== batch.view) {
     view.gbuffer.clear();
     view.completed = false;
@@ -138,7 +140,7 @@ async function gather({ batch, isColored, count, pixels, samples, expected }, tr
 
 /** @param {View} view */
 async function painted(view) {
-  const { core, completers, predictor } = await starting, { gbuffer, model, first } = view, { height, width, traced } = gbuffer;
+  const { core, completers, predictor } = await starting, { gbuffer, model, first, image } = view, { height, width, traced } = gbuffer;
   const { network } = /** @type {Completer} */ (completers.get(model)), known = shown(view);
   const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, network) : null;
   if (showing.isTransparent) {
@@ -147,12 +149,12 @@ async function painted(view) {
     network.complete(view.coverage);
   }
   const completedColor = known.completeColor(); // before there are views of memory that it may move
-  const bitmap = await createImageBitmap(paint({
-    ...showing, height, width, image: known.image, first, expected: errors, mask: gbuffer.plane("mask"),
+  paint({
+    ...showing, image: known.image, first, expected: errors, mask: gbuffer.plane("mask"),
     gray: gbuffer.plane("gray"), exact: traced === height * width, color: gbuffer.color, completedColor,
     alpha: showing.isTransparent && view.coverage ? view.coverage.image : null,
-  }));
-  return { bitmap, expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
+  }, image);
+  return { bitmap: await createImageBitmap(image), expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
 }
 
 /** @param {Float32Array} a @param {Float32Array} b */
