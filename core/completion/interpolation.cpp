@@ -151,12 +151,20 @@ private:
 }  // namespace
 
 void interpolate_lattice(const Layout& known, const float* planes, const Layout& completed, float* output, int height, int width) {
+    interpolate_lattice(known, planes, completed, output, height, width, {0, height});
+}
+
+void interpolate_lattice(const Layout& known, const float* planes, const Layout& completed, float* output, int height, int width, Band band) {
     const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+    // A pixel sees two steps of each lattice above and below, less than two tiles; tiles keep their places.
+    constexpr int side = static_cast<int>(Tile::side);
+    const int first = std::max(0, band.begin / side - 2) * side, rows = std::min(height, band.end + 2 * side) - first;
+    const std::size_t begin = static_cast<std::size_t>(first) * static_cast<std::size_t>(width);
     for (const Channel& channel : completed) {
         const int place = known.place_of(channel);
         for (int component = 0; component < channel.components; ++component, output += pixels) {
             const float* const traced = planes + static_cast<std::size_t>(place + component) * pixels;
-            Interpolation(planes, traced, channel.high - channel.low, output, nullptr, height, width)();
+            Interpolation(planes + begin, traced + begin, channel.high - channel.low, output + begin, nullptr, rows, width)();
         }
     }
 }
