@@ -353,7 +353,7 @@ def test_a_moving_picture_begins_with_the_lattice_that_there_is_time_for(page, v
         """async ([address, asked]) => {
           const { plan } = await import(new URL("workers/lattice.js", address).href);
           return asked.map(([ms, rate, whole, part, before]) =>
-            plan(6400, { lattice: ms === null ? NaN : ms / 6400, rate }, { whole, part }, before));
+            plan(6400, { whole: (ms ?? NaN) / 6400, lattice: (ms ?? NaN) / 6400, rate }, { whole, part }, before));
         }""",
         [viewer.url, asked],
     )
@@ -362,6 +362,26 @@ def test_a_moving_picture_begins_with_the_lattice_that_there_is_time_for(page, v
     assert found[0]["others"] == 0
     assert found[4]["others"] == round(100 * (20 - 90 / 64))
     assert found[-1]["others"] == 2000
+
+
+def test_what_whole_pictures_take_is_told_from_lattices_by_what_was_seen(page, viewer):
+    """A ratio of 1.5, until both were seen; of 1 to 3."""
+    found = page.tab.evaluate(
+        """async ([address, measured]) => {
+          const { LatticePace } = await import(new URL("workers/lattice.js", address).href), pace = new LatticePace();
+          return [[0, 0], ...measured].map(([ms, isWhole]) => {
+            if (ms) pace.measured(ms, isWhole);
+            return [pace.whole, pace.lattice];
+          });
+        }""",
+        [
+            viewer.url,
+            [[3, False], [6, False], [3, True], [2, True], [2.5, False], [10, False], [1, True], [2, False], [3, True]],
+        ],
+    )
+    expected = [(2, 3), (4, 6), (3, 6), (2, 4), (2, 2.5), (8, 10), (1, 3), (1, 2), (3, 3)]
+    assert np.isnan(found[0]).all()
+    np.testing.assert_allclose(found[1:], expected)
 
 
 def test_a_moving_picture_is_whole_where_there_is_time_for_it(browser, viewer):
@@ -438,7 +458,7 @@ async ({ address, batches, height, width, pixels, samples }) => {
 """
 
 
-# Hashes of what is shown of each batch, and of its gray, with so many workers that help; and how many messages they had.
+# Hashes of what is shown of each batch, and of its gray, with so many workers that help; how many messages they had.
 IN_BANDS = """
 async ({ address, batches, height, width, isColored, isTransparent, helpers }) => {
   const part = (path) => import(new URL(path, address).href), components = isColored ? 12 : 6, total = height * width;

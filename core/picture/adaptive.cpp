@@ -100,9 +100,10 @@ std::span<const Pixel> AdaptiveOrder::next(const Layout& layout, const float* pl
 
 void AdaptiveOrder::take_rows() {
     round_.clear();
-    const std::uint32_t first = static_cast<std::uint32_t>(lattice_first) % row_step_;
-    for (std::uint32_t row = first; row < height_; row += row_step_) {
-        for (std::uint32_t column = first; column < width_; column += row_step_) {
+    const std::uint32_t first = static_cast<std::uint32_t>(lattice_first) % row_step_, part = rounds_in_rows_++;
+    const std::uint32_t first_row = part == 0 ? first : part == 1 ? (first + 1) % row_step_ : 0;
+    for (std::uint32_t row = first_row; row < height_; row += part < 2 ? row_step_ : 1) {
+        for (std::uint32_t column = part == 0 ? first : 0; column < width_; column += part == 0 ? row_step_ : 1) {
             const Pixel pixel{static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)};
             Known& known = known_[index_of(pixel)];
             if (known.where >= chosen) continue;
@@ -111,7 +112,7 @@ void AdaptiveOrder::take_rows() {
         }
     }
     decided_ += static_cast<std::uint32_t>(round_.size());
-    row_step_ = ends_in_rows_ && row_step_ > 1 ? 1 : 0;
+    if (!ends_in_rows_ || part == 2) row_step_ = 0;
 }
 
 void AdaptiveOrder::follow_lattice(std::size_t until) {

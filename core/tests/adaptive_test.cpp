@@ -124,9 +124,14 @@ TEST(an_adaptive_order_may_begin_with_the_rows_of_a_lattice) {
     }
     int rounds = 0;
     const auto all = sequence(128, 192, planes, 128 * 192, &rounds, 1);
-    CHECK_EQ(rounds, 2);
-    CHECK(std::is_sorted(all.begin(), all.begin() + 128 * 192 / 4, before));
-    CHECK(std::is_sorted(all.begin() + 128 * 192 / 4, all.end(), before));
+    CHECK_EQ(rounds, 3);
+    // A lattice, the rows between, and what lies between four of these.
+    const auto quarter = all.begin() + 128 * 192 / 4, rest = all.end() - 128 * 192 / 4;
+    CHECK(std::is_sorted(all.begin(), quarter, before));
+    CHECK(std::is_sorted(quarter, rest, before));
+    CHECK(std::is_sorted(rest, all.end(), before));
+    for (auto p = rest; p != all.end(); ++p) CHECK(p->row % 2 == rest->row % 2 && p->column % 2 == rest->column % 2);
+    for (auto p = all.begin(); p != quarter; ++p) CHECK(p->row % 2 == rest->row % 2 && p->column % 2 != rest->column % 2);
     for (const std::uint32_t step : {3u, 16u}) {
         std::string message;
         try {
