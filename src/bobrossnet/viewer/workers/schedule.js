@@ -108,7 +108,11 @@ export class Schedule {
     this.#tracing = false;
     if (this.#carries && this.#step === 0) this.#carryingMs = preparing / (batch.height * batch.width);
     // Rays along edges are slower than those of a lattice.
-    if (lattice.rays > 0) this.#latticePace.measured(batch.parts * lattice.milliseconds / lattice.rays, batch.firstStep === 1);
+    const isWhole = batch.firstStep === 1, size = batch.height * batch.width;
+    // Most of a whole picture says nothing of all of it, since its last pixels cost least.
+    if (lattice.rays > 0 && (!isWhole || lattice.rays === size || this.#step === 0 && lattice.rays < size / 2)) {
+      this.#latticePace.measured(batch.parts * lattice.milliseconds / lattice.rays, isWhole);
+    }
     if (rays > lattice.rays) this.#pace.measured(rays - lattice.rays, batch.parts * (milliseconds - lattice.milliseconds));
     if (!cancelled) {
       this.#waiting.push(batch.id);
@@ -208,7 +212,7 @@ export class Schedule {
       id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, carries: this.#carries,
       firstStep: this.#firstStep, sparse: this.#completing("default", this.#viewSize) < this.budget ? "default" : "small",
       to: this.#pace.known ? Math.min(total, this.#reached + Math.max(LEAST * parts, count)) : total,
-      milliseconds: this.#pace.known ? MARGIN * time : time,
+      milliseconds: this.#pace.known && this.#firstStep !== 1 ? MARGIN * time : time, // whole pictures can end anywhere
     });
   }
 }
