@@ -21,7 +21,12 @@ export class Network {
     this.handle = withWeights(core, weights, (handle) => core.made("make_network", weights.network, handle));
   }
 
-  /** Fills in what was not traced. @param {GBuffer} gbuffer @param {Band} [band] outside of which rows are not finished @returns {Float32Array} its `image` */
+  /**
+   * Fills in what was not traced.
+   *
+   * @param {GBuffer} gbuffer @param {Band} [band] outside of which rows are not finished
+   * @returns {Float32Array} its `image`
+   */
   complete(gbuffer, band) {
     this.fill(gbuffer, band);
     this.interpolate(gbuffer, band);
