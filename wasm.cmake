@@ -17,8 +17,8 @@ set(wasm_flags -O3 -std=c++20 -fvisibility=hidden -ffp-contract=off -msimd128 -W
   -I ${CMAKE_SOURCE_DIR}/core -DBOB_ISA=baseline)
 # Browsers keep the order of instructions: loads that clang gathers at the top of a loop would need more registers than there are.
 set(completion_kernel_flags -mllvm -pre-RA-sched=linearize)
-# Words run once for each shape: they are to be fetched quickly.
-set(modelling_flags -Os)
+# What runs once for each shape, or calls what does the work, is to be fetched quickly.
+set(seldom_flags -Os)
 set(libcxxabi_flags -O2 -std=c++23 -w -D_LIBCXXABI_BUILDING_LIBRARY -D_LIBCPP_BUILDING_LIBRARY
   -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src)
 
@@ -47,8 +47,8 @@ foreach(part completion tracing)
   foreach(source ${${part}_sources})
     get_filename_component(name ${source} NAME_WE)
     set(further_flags)
-    if(source MATCHES "/modelling/")
-      set(further_flags ${modelling_flags})
+    if(source MATCHES "/modelling/|/canonical|/arrangement|/weights|/network.cpp")
+      set(further_flags ${seldom_flags})
     endif()
     compile_wasm(${part}_objects ${name} ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags} ${further_flags})
   endforeach()
@@ -59,9 +59,9 @@ foreach(part completion tracing)
   endforeach()
 endforeach()
 compile_wasm(completion_objects parallel_single ${CMAKE_SOURCE_DIR}/core/parallel_single.cpp ${wasm_flags})
-compile_wasm(completion_objects wasm_completion ${CMAKE_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags})
-compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags})
-compile_wasm(shapes_objects wasm_shapes ${CMAKE_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags})
+compile_wasm(completion_objects wasm_completion ${CMAKE_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${seldom_flags})
+compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${seldom_flags})
+compile_wasm(shapes_objects wasm_shapes ${CMAKE_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${seldom_flags})
 
 # Links objects to the module NAME.wasm.
 function(link_wasm name)

@@ -75,22 +75,25 @@ const bob::Network* make_network(const char* name, std::size_t name_size, const 
 }
 EXPORT(free_network) void free_network(const bob::Network* network) { delete network; }
 
-/// planes: (C, height, width) of a G-buffer; output: (channels of the network's outputs, height, width).
+/// planes: (C, height, width) of a G-buffer; output: (channels of the network's outputs, height, width), whose rows from `begin` to
+/// before `end` are finished.
 EXPORT(run_network)
-bool run_network(const bob::Network* network, const float* planes, std::int32_t height, std::int32_t width, float* output) {
+bool run_network(const bob::Network* network, const float* planes, std::int32_t height, std::int32_t width, float* output,
+                 std::int32_t begin, std::int32_t end) {
     return attempt([&] {
         std::vector<float> storage;
         const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
-        (*network)(bob::select(bob::gbuffer_layout(), planes, network->inputs(), pixels, storage), height, width, output);
+        (*network)(bob::select(bob::gbuffer_layout(), planes, network->inputs(), pixels, storage), height, width, output, {begin, end});
         return true;
     });
 }
 
-/// Improves what a network made of a G-buffer where traced pixels of the lattice agree.
+/// Improves what a network made of a G-buffer where traced pixels of the lattice agree, in the rows from `begin` to before `end`.
 EXPORT(interpolate_lattice)
-bool interpolate_lattice(const bob::Network* network, const float* planes, std::int32_t height, std::int32_t width, float* output) {
+bool interpolate_lattice(const bob::Network* network, const float* planes, std::int32_t height, std::int32_t width, float* output,
+                         std::int32_t begin, std::int32_t end) {
     return attempt([&] {
-        bob::interpolate_lattice(bob::gbuffer_layout(), planes, network->outputs(), output, height, width);
+        bob::interpolate_lattice(bob::gbuffer_layout(), planes, network->outputs(), output, height, width, {begin, end});
         return true;
     });
 }

@@ -353,7 +353,7 @@ def test_a_moving_picture_begins_with_the_lattice_that_there_is_time_for(page, v
         """async ([address, asked]) => {
           const { plan } = await import(new URL("workers/lattice.js", address).href);
           return asked.map(([ms, rate, whole, part, before]) =>
-            plan(6400, { lattice: ms === null ? NaN : ms / 6400, rate }, { whole, part }, before));
+            plan(6400, { whole: (ms ?? NaN) / 6400, lattice: (ms ?? NaN) / 6400, rate }, { whole, part }, before));
         }""",
         [viewer.url, asked],
     )
@@ -362,6 +362,26 @@ def test_a_moving_picture_begins_with_the_lattice_that_there_is_time_for(page, v
     assert found[0]["others"] == 0
     assert found[4]["others"] == round(100 * (20 - 90 / 64))
     assert found[-1]["others"] == 2000
+
+
+def test_what_whole_pictures_take_is_told_from_lattices_by_what_was_seen(page, viewer):
+    """A ratio of 1.5, until both were seen; of 1 to 3."""
+    found = page.tab.evaluate(
+        """async ([address, measured]) => {
+          const { LatticePace } = await import(new URL("workers/lattice.js", address).href), pace = new LatticePace();
+          return [[0, 0], ...measured].map(([ms, isWhole]) => {
+            if (ms) pace.measured(ms, isWhole);
+            return [pace.whole, pace.lattice];
+          });
+        }""",
+        [
+            viewer.url,
+            [[3, False], [6, False], [3, True], [2, True], [2.5, False], [10, False], [1, True], [2, False], [3, True]],
+        ],
+    )
+    expected = [(2, 3), (4, 6), (3, 6), (2, 4), (2, 2.5), (8, 10), (1, 3), (1, 2), (3, 3)]
+    assert np.isnan(found[0]).all()
+    np.testing.assert_allclose(found[1:], expected)
 
 
 def test_a_moving_picture_is_whole_where_there_is_time_for_it(browser, viewer):
@@ -391,6 +411,16 @@ window.Worker = class extends Worker {
   }
 };
 """
+
+
+# Thirty pictures in motion.
+ORBIT = """async () => {
+  const { statistics } = bobrossnet, until = statistics.pictures + 30;
+  while (statistics.pictures < until) {
+    bobrossnet.look({ azimuth: bobrossnet.camera().azimuth + 1 });
+    await new Promise(requestAnimationFrame);
+  }
+}"""
 
 
 COMPLETE = """
@@ -426,6 +456,116 @@ async ({ address, batches, height, width, pixels, samples }) => {
   return result;
 }
 """
+
+
+# Hashes of what is shown of each batch, and of its gray, with so many workers that help; how many messages they had.
+IN_BANDS = """
+async ({ address, batches, height, width, isColored, isTransparent, helpers }) => {
+  const part = (path) => import(new URL(path, address).href), components = isColored ? 12 : 6, total = height * width;
+  let state = 1;
+  const next = () => (state = (48271 * state) % 0x7fffffff) / 0x7fffffff;
+  const noise = (count) => Float32Array.from({ length: count }, next);
+  const samples = noise(components * total), expected = noise((isColored ? 8 : 5) * total);
+  for (let i = 0; i < total; ++i) samples[components * i] = Number(samples[components * i] < 0.7);
+  for (let i = expected.length - 1; i >= 0; --i) expected[i] *= Number(expected[i % total] < 0.5);
+  for (let i = 0; i < total; ++i) expected[i] = Number(expected[i] > 0);
+  const place = (i) => (i * 7919) % total, pixels = Int32Array.from({ length: 2 * total }, (_, i) =>
+    i % 2 ? place((i - 1) / 2) % width : Math.floor(place(i / 2) / width));
+  const bytesOf = async (name) => (await fetch(new URL(`weights/${name}.safetensors`, address))).arrayBuffer();
+  const module = await (await part("core/compile.js")).compileCore(), { port1: tracer, port2 } = new MessageChannel();
+  const [weights, filling, uncertainty] = await Promise.all(["default", "filling", "uncertainty"].map(bytesOf));
+  const hash = async (array) => new Uint8Array(await crypto.subtle.digest("SHA-256", array)).toHex();
+  const asked = { samples: 0, complete: 0, nothing: 0 };
+  const started = () => {
+    const worker = new Worker(new URL("workers/completing.js", address), { type: "module" });
+    worker.postMessage({ kind: "start", module, name: "default", weights, uncertainty });
+    return worker;
+  };
+  const leader = started();
+  leader.postMessage({ kind: "network", name: "filling", weights: filling });
+  leader.postMessage({ kind: "connect", tracer: port2 }, [port2]);
+  leader.postMessage({ kind: "show", mode: "completed", divider: 0.5, isTransparent });
+  const others = [];
+  for (let i = 0; i < helpers; ++i) {
+    const helper = started(), ofLeader = new MessageChannel(), ofHelper = new MessageChannel();
+    if (i > 0) helper.postMessage({ kind: "network", name: "filling", weights: filling }); // the first lacks it
+    helper.postMessage({ kind: "help", leader: ofHelper.port2 }, [ofHelper.port2]);
+    leader.postMessage({ kind: "helped", helper: ofLeader.port2 }, [ofLeader.port2]);
+    await new Promise((ready) => {
+      ofHelper.port1.onmessage = ({ data }) => {
+        asked.nothing += data === null;
+        ofLeader.port1.postMessage(data);
+        ready();
+      };
+    });
+    ofLeader.port1.onmessage = ({ data }) => {
+      ++asked[data.kind];
+      ofHelper.port1.postMessage(data);
+    };
+    others.push(helper);
+  }
+  const result = [];
+  for (const [id, { view, from, to, isExpected }] of batches.entries()) {
+    const picture = new Promise((resolve, reject) => {
+      leader.onmessage = ({ data }) => data.kind === "picture" ? resolve(data.picture) : reject(data.message);
+    });
+    const batch = { id, view, parts: 1, height, width, sparse: "default" };
+    tracer.postMessage({
+      kind: "samples", batch, isColored, count: to - from, pixels: pixels.slice(2 * from, 2 * to),
+      samples: samples.slice(components * from, components * to), expected: isExpected ? expected.slice() : null,
+    });
+    const { bitmap, model } = await picture, context = new OffscreenCanvas(width, height).getContext("2d");
+    context.drawImage(bitmap, 0, 0);
+    const buffers = new Promise((resolve) => (leader.onmessage = ({ data }) => resolve(data.buffers)));
+    leader.postMessage({ kind: "buffers" });
+    result.push([model, await hash(context.getImageData(0, 0, width, height).data), await hash((await buffers).image)]);
+  }
+  for (const worker of [leader, ...others]) worker.terminate();
+  return [result, asked];
+}
+"""
+
+
+@pytest.mark.parametrize(("is_colored", "is_transparent"), [(False, False), (True, False), (True, True)])
+def test_bands_of_several_workers_are_the_picture_of_one(page, viewer, is_colored, is_transparent):
+    """To the bit: in views that are refined, that others are expected in, and that are whole; of every size."""
+    for height, width in ((1, 1), (2, 3), (60, 80), (213, 97)):
+        total = height * width
+        few, more, most = total // 40, total // 25, total // 3
+        # The first five of each network are completed by one worker, as long as a GPU may come.
+        batches = [{"view": -i, "from": 0, "to": max(1, most if i > 5 else few)} for i in range(10, 0, -1)] + [
+            {"view": 1, "from": 0, "to": max(1, few)},
+            {"view": 1, "from": max(1, few), "to": max(1, more)},
+            {"view": 1, "from": max(1, more), "to": max(1, most)},
+            {"view": 2, "from": 0, "to": max(1, few), "isExpected": True},
+            {"view": 2, "from": max(1, few), "to": max(1, more)},
+            {"view": 3, "from": few, "to": max(1, more)},
+            {"view": 4, "from": 0, "to": total},
+            {"view": 5, "from": 0, "to": max(1, more)},
+        ]
+        settings = {
+            "address": viewer.url, "batches": batches, "height": height, "width": width, "isColored": is_colored,
+            "isTransparent": is_transparent,
+        }  # fmt: skip
+        alone, _ = page.tab.evaluate(IN_BANDS, settings | {"helpers": 0})
+        for helpers in (1, 2):
+            together, asked = page.tab.evaluate(IN_BANDS, settings | {"helpers": helpers})
+            assert together == alone
+            if total > 50:  # of views 1, 3 and 5; the filling has not come to the first that helps
+                assert asked == {"samples": 10 * helpers, "complete": 5 * helpers, "nothing": helpers + 1}
+
+
+@pytest.mark.parametrize(("cores", "completing"), [(2, 1), (4, 2)])
+def test_two_workers_complete_pictures_where_there_are_four_cores(browser, viewer, cores, completing):
+    of_cores = f"Object.defineProperty(navigator, 'hardwareConcurrency', {{ value: {cores} }});"
+    page = Page(browser, f"{viewer.url}?size=300x201#scene=csg.sdf", WORKERS + of_cores)
+    page.exact()
+    page.tab.evaluate(ORBIT)
+    files = page.tab.evaluate("() => workers.map(({ file }) => file)")
+    assert sum("completing" in file for file in files) == completing
+    csg = bob.trace(bob.load(VIEWER / "gallery" / "csg.sdf"), page.camera(), size=(201, 300))
+    assert_equal_pictures(page.exact(), to_8_bit(csg.gray))
+    page.close()
 
 
 def test_pictures_are_completed_by_the_cheapest_network_that_is_as_good(page, viewer):

@@ -89,7 +89,7 @@ async function compare({ file, height, width, cameras, step, before, times, leve
     for (const [i, camera] of cameras.entries()) {
       const begin = performance.now(), isFirst = i === 0 && cameras.length > 1;
       // As viewer/workers/schedule.js has it.
-      const pace = { lattice: dense / (height * width), rate }, ofAll = { whole: time, part: time - completing[0] };
+      const pace = { whole: dense / (height * width), lattice: dense / (height * width), rate }, ofAll = { whole: time, part: time - completing[0] };
       const { firstStep, lattice, others } = plan(height * width, pace, ofAll, latticeStep);
       const isDense = Math.max(lattice, others) >= DENSE * height * width;
       const isExpected = view && !isDense && history.move(view.camera, view.order.planes, camera, i);
@@ -101,7 +101,10 @@ async function compare({ file, height, width, cameras, step, before, times, leve
       const order = sequence(latticeStep, isExpected ? history : undefined);
       view = { camera, order };
       whole.clear();
-      for (let now; order.done < height * width && (now = performance.now()) < end;) {
+      // A whole picture that would not be there in time is completed instead.
+      const isLate = (now) => latticeStep === 1 && !isFirst && now > end - completing[0] &&
+        (now - begin) * (height * width - order.done) > (end - now) * order.done;
+      for (let now; order.done < height * width && (now = performance.now()) < end && !isLate(now);) {
         const wanted = Math.max(32, isFirst ? Infinity : Math.floor(rate * (end - now)));
         const pixels = order.next(Math.min(order.available(wanted), wanted, SLICE));
         const samples = scene.trace(pixels, { height, width }, camera);

@@ -163,6 +163,39 @@ def first_pictures(browser: Browser, url: str, scenes: dict[str, str], runs: int
     table(("scene", "start of the page", "in the open page"), rows)
 
 
+def in_bands(browser: Browser, server: Server) -> None:
+    heading("Milliseconds to complete 3 % of the tree, alone and with another worker: elapsed, and of each thread")
+    server.files["bands.html"] = b"<!doctype html><script src=bands.js></script>"
+    cases = [(size, model) for size in ((480, 640), (1080, 1920)) for model in ("default", "small")]
+    page, spent = browser.new_context().new_page(), []
+    page.expose_function("measured", lambda: spent.append(thread_milliseconds()))
+    page.goto(server.url + "bands.html")
+    rows = []
+    for (height, width), model in cases:
+        settings = {"file": "gallery/happy_tree.bob", "height": height, "width": width, "share": 0.03, "model": model}
+        for helpers in (0, 1):
+            spent.clear()
+            elapsed = page.evaluate("(settings) => measureBands(settings)", settings | {"helpers": helpers, "runs": 15})
+            first, last = spent
+            threads = sorted(set(first) & set(last))[-1 - helpers :]
+            each = ", ".join(f"{(last[thread] - first[thread]) / 10:.1f}" for thread in threads)
+            rows.append((f"{width}x{height}", model, str(1 + helpers), f"{elapsed:.1f}", each))
+    table(("size", "network", "workers", "elapsed", "each thread"), rows)
+    page.context.close()
+
+
+def thread_milliseconds() -> dict[int, float]:
+    """Of processors, by the threads of all browsers' workers."""
+    found = {}
+    for path in Path("/proc").glob("[0-9]*/task/[0-9]*"):
+        try:
+            if (path / "comm").read_text().startswith("DedicatedWorker"):
+                found[int(path.name)] = int((path / "schedstat").read_text().split()[0]) / 1e6
+        except OSError:
+            continue  # it ended meanwhile
+    return found
+
+
 # ---- Size ------------------------------------------------------------------------------------------------
 
 
@@ -325,7 +358,7 @@ def draw(curves: dict[str, NDArray[np.float64]], figure: Path) -> None:
     drawing.savefig(figure, dpi=110)
 
 
-PARTS = ("orbiting", "first", "large", "rival", "memory")
+PARTS = ("orbiting", "first", "bands", "large", "rival", "memory")
 
 
 def main() -> None:
@@ -347,7 +380,7 @@ def main() -> None:
                 served = Path(path).name
                 server.files[served] = MODELS / path
                 scenes[served] = name
-        server.files |= {"rival.js": HERE / "rival.js", "rival.html": b"<!doctype html>"}
+        server.files |= {"bands.js": HERE / "bands.js", "rival.js": HERE / "rival.js", "rival.html": b"<!doctype html>"}
         threading.Thread(target=server.serve_forever, daemon=True).start()
         browser = playwright.chromium.launch(executable_path=chromium, args=options)
         print(f"{browser.version}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
@@ -355,6 +388,8 @@ def main() -> None:
             orbiting(browser, server.url, scenes, arguments.seconds)
         if "first" in parts:
             first_pictures(browser, server.url, scenes, arguments.runs)
+        if "bands" in parts:
+            in_bands(browser, server)
         if "large" in parts:
             large_mesh(browser, server)
         if "rival" in parts:

@@ -1,6 +1,7 @@
 #include "completion/filling.h"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <stdexcept>
 #include <utility>
@@ -109,17 +110,30 @@ Filling::Filling(const Weights& weights) : Network(weights, {channels::mask, cha
 
 Filling::~Filling() = default;
 
-void Filling::operator()(const float* planes, int height, int width, float* gray) const {
+std::array<Band, Filling::levels> Filling::needed(Band band) {
+    std::array<Band, levels> result;
+    result[0] = {band.begin / 2, half(band.end)};
+    // What is made of a row sees two beside it, of its own level 1 and of those coarser rows of which levels are corrected.
+    const auto coarser = [](Band rows) { return Band{std::max(0, rows.begin - 2) / 2, half(rows.end + 2)}; };
+    Band corrected = coarser(result[0]);
+    for (std::size_t i = 1; i < result.size(); ++i) result[i] = corrected = coarser(corrected);
+    return result;
+}
+
+void Filling::operator()(const float* planes, int height, int width, float* gray, Band band) const {
     auto images = spare_.take(height, width);
     const Pixels pixels{planes, height, width};
     parallel_for(static_cast<std::size_t>(images->at(levels).counts.height()), 1, [&](std::size_t begin, std::size_t end) {
         pull(pixels, *images, static_cast<int>(begin), static_cast<int>(end));
     });
+    const auto parts = needed(band);
     for (int level = levels; level >= 1; --level) {
-        const int rows = level > 1 ? images->at(level + 1).filled.height() : half(height);
+        const Band& part = parts[static_cast<std::size_t>(level - 1)];
+        const int all = level > 1 ? images->at(level + 1).filled.height() : half(height);
+        const int top = part.begin, rows = std::min(part.end, all) - top;
         const int bands = std::clamp(rows / least_rows, 1, thread_count());
         parallel_for(static_cast<std::size_t>(bands), 1, [&](std::size_t first, std::size_t last) {
-            const int begin = static_cast<int>(first) * rows / bands, end = static_cast<int>(last) * rows / bands;
+            const int begin = top + static_cast<int>(first) * rows / bands, end = top + static_cast<int>(last) * rows / bands;
             if (level > 1) {
                 push(level, *images, begin, end);
             } else {

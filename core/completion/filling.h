@@ -1,6 +1,8 @@
 /// A completion without learning; learn/networks/filling.py is the same in PyTorch, under the same names in the same order.
 #pragma once
 
+#include <array>
+
 #include "completion/network.h"
 #include "completion/spare.h"
 #include "completion/weights.h"
@@ -15,7 +17,8 @@ public:
     explicit Filling(const Weights& weights);
     ~Filling() override;
 
-    void operator()(const float* planes, int height, int width, float* gray) const override;
+    using Network::operator();
+    void operator()(const float* planes, int height, int width, float* gray, Band band) const override;
 
     [[nodiscard]] int reach() const override { return 3 << levels; }
     [[nodiscard]] int grid() const override { return 1 << levels; }
@@ -27,6 +30,8 @@ private:
     struct Pixels;
     class Correction;
 
+    /// For a band of pixels, the rows for which `finish` is called, and then `push` for each level.
+    static std::array<Band, levels> needed(Band band);
     /// Counts and sums over the traced pixels of the blocks of level 2 and coarser ones, for rows of the coarsest.
     static void pull(const Pixels& pixels, Images& images, int begin, int end);
     /// The pictures of level 2 or a coarser one, for rows of the coarser level.

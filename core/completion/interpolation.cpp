@@ -44,21 +44,27 @@ struct Nodes {
 std::array<Spare<Nodes>, 3> spare;  // by components
 constexpr std::size_t most_spare = 1 << 20;  // pixels of those kept from call to call
 
+/// Rows of a picture: its mask, what a channel showed where it was traced, and what is made of it.
+struct Picture {
+    const float *mask, *traced;
+    float *output, *weights;  // weights may be null
+    std::size_t plane;        // floats from a component to the next, of what was traced and of the output
+    int height, width;
+};
+
 /// Of the components of one channel, which agree or differ together.
 template <int Components>
 class Interpolation {
 public:
-    /// `traced` and `output` are the channel's planes, `weights` may be null.
-    Interpolation(const float* mask, const float* traced, float range, float* output, float* weights, int height, int width)
-        : mask_(mask), output_(output), weights_(weights), height_(height), width_(width),
-          weight_per_contrast_(1 / (most_contrast * range)), nodes_(spare[Components - 1].take(height, width, Components)),
-          pixels_(nodes_->pixels()) {
+    Interpolation(const Picture& picture, float range)
+        : mask_(picture.mask), output_(picture.output), weights_(picture.weights), height_(picture.height), width_(picture.width),
+          weight_per_contrast_(1 / (most_contrast * range)), plane_(picture.plane),
+          nodes_(spare[Components - 1].take(height_, width_, Components)), pixels_(nodes_->pixels()) {
         parallel_for(pixels_, 65536, [&](std::size_t begin, std::size_t end) {
             const auto& kernels = best_interpolation_kernels();
-            kernels.begin_contrast(mask + begin, nodes_->contrast.get() + begin, end - begin);
+            kernels.begin_contrast(mask_ + begin, nodes_->contrast.get() + begin, end - begin);
             for (std::size_t c = 0; c < Components; ++c) {
-                const std::size_t plane = c * pixels_ + begin;
-                kernels.begin(mask + begin, traced + plane, nodes_->value.get() + plane, end - begin);
+                kernels.begin(mask_ + begin, picture.traced + c * plane_ + begin, nodes_->value.get() + c * pixels_ + begin, end - begin);
             }
         });
     }
@@ -100,7 +106,8 @@ private:
             const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(step) * width_;
             const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * width_;
             const LatticeRow lattice{.components = Components,
-                                     .plane = static_cast<std::ptrdiff_t>(pixels_),
+                                     .value_plane = static_cast<std::ptrdiff_t>(pixels_),
+                                     .output_plane = static_cast<std::ptrdiff_t>(plane_),
                                      .mask = mask_ + first,
                                      .value = nodes_->value.get() + first,
                                      .contrast = nodes_->contrast.get() + first,
@@ -130,9 +137,10 @@ private:
         if (!(weight > 0)) return;
         nodes_->contrast[i] = node.contrast;
         if (weights_) weights_[i] = weight;
-        for (std::size_t c = 0; c < Components; ++c, i += pixels_) {
-            nodes_->value[i] = node.value[c];
-            output_[i] += (node.value[c] - output_[i]) * weight;
+        for (std::size_t c = 0; c < Components; ++c) {
+            float& output = output_[c * plane_ + i];
+            nodes_->value[c * pixels_ + i] = node.value[c];
+            output += (node.value[c] - output) * weight;
         }
     }
 
@@ -191,31 +199,46 @@ private:
     float *output_, *weights_;
     int height_, width_;
     float weight_per_contrast_;
+    std::size_t plane_;
     std::unique_ptr<Nodes> nodes_;
     std::size_t pixels_;
 };
 
+/// Of one channel, some rows of which are looked at and written: all of a picture, or those around a band.
+void interpolate(const Layout& known, const float* planes, const Channel& channel, float unit, float* output, float* weights,
+                 int height, int width, Band rows) {
+    const std::size_t line = static_cast<std::size_t>(width), pixels = static_cast<std::size_t>(height) * line;
+    const std::size_t first = static_cast<std::size_t>(rows.begin) * line;
+    const Picture picture{planes + first, planes + static_cast<std::size_t>(known.place_of(channel)) * pixels + first, output + first,
+                          weights ? weights + first : nullptr, pixels, rows.end - rows.begin, width};
+    const float range = (channel.high - channel.low) * unit;
+    switch (channel.components) {
+        case 1: return Interpolation<1>(picture, range)();
+        case 2: return Interpolation<2>(picture, range)();
+        default: return Interpolation<3>(picture, range)();
+    }
+}
+
 }  // namespace
 
 void interpolate_lattice(const Layout& known, const float* planes, const Layout& completed, float* output, int height, int width) {
-    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+    interpolate_lattice(known, planes, completed, output, height, width, {0, height});
+}
+
+void interpolate_lattice(const Layout& known, const float* planes, const Layout& completed, float* output, int height, int width, Band band) {
+    // A pixel sees two steps of each lattice above and below, less than two tiles; tiles keep their places.
+    constexpr int side = static_cast<int>(Tile::side);
+    const Band rows{std::max(0, band.begin / side - 2) * side, std::min(height, band.end + 2 * side)};
     for (const Channel& channel : completed) {
-        interpolate_lattice(known, planes, channel, 1, output, nullptr, height, width);
-        output += static_cast<std::size_t>(channel.components) * pixels;
+        interpolate(known, planes, channel, 1, output, nullptr, height, width, rows);
+        output += static_cast<std::size_t>(channel.components * height) * static_cast<std::size_t>(width);
     }
 }
 
 void interpolate_lattice(const Layout& known, const float* planes, const Channel& channel, float unit, float* output, float* weights,
                          int height, int width) {
-    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
-    const float* const traced = planes + static_cast<std::size_t>(known.place_of(channel)) * pixels;
-    const float range = (channel.high - channel.low) * unit;
-    if (weights) std::fill_n(weights, pixels, 0.f);
-    switch (channel.components) {
-        case 1: return Interpolation<1>(planes, traced, range, output, weights, height, width)();
-        case 2: return Interpolation<2>(planes, traced, range, output, weights, height, width)();
-        default: return Interpolation<3>(planes, traced, range, output, weights, height, width)();
-    }
+    if (weights) std::fill_n(weights, static_cast<std::size_t>(height) * static_cast<std::size_t>(width), 0.f);
+    interpolate(known, planes, channel, unit, output, weights, height, width, {0, height});
 }
 
 }  // namespace bob

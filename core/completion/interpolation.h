@@ -1,6 +1,7 @@
 /// Where traced pixels agree, what lies between them is interpolated.
 #pragma once
 
+#include "completion/rows.h"
 #include "picture/channels.h"
 
 namespace bob {
@@ -14,6 +15,9 @@ namespace bob {
 /// planes: (known.width(), height, width) of a G-buffer, beginning with the mask; output: (completed.width(), height, width).
 /// Throws std::invalid_argument if the G-buffer lacks a completed channel.
 void interpolate_lattice(const Layout& known, const float* planes, const Layout& completed, float* output, int height, int width);
+
+/// The same of a band alone; what it writes to other rows is not finished.
+void interpolate_lattice(const Layout& known, const float* planes, const Layout& completed, float* output, int height, int width, Band band);
 
 /// The same of one channel, of whose values `unit` counts as 1; `weights`, (height, width) or null, says how far the mean counts,
 /// 0..1, and 0 where traced.

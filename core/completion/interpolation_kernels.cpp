@@ -58,7 +58,7 @@ int between_pixels(const LatticeRow& row, int x, int end, int apart) {
         F contrasts[2] = {max(contrast[0], contrast[1]), max(contrast[2], contrast[3])}, means[2][Components], off{};
         for (int c = 0; c < Components; ++c) {
             F value[4];
-            for (int i = 0; i < 4; ++i) value[i] = load<F>(row.value + c * row.plane + x + row.corners[i]);
+            for (int i = 0; i < 4; ++i) value[i] = load<F>(row.value + c * row.value_plane + x + row.corners[i]);
             for (int i = 0; i < 2; ++i) {
                 contrasts[i] = max(contrasts[i], distance(value[2 * i], value[2 * i + 1]));
                 means[i][c] = (value[2 * i] + value[2 * i + 1]) / two;
@@ -73,10 +73,10 @@ int between_pixels(const LatticeRow& row, int x, int end, int apart) {
         store(row.contrast + x, select(used, most, load<F>(row.contrast + x)));
         if (row.weight) store(row.weight + x, select(used, weight, load<F>(row.weight + x)));
         for (int c = 0; c < Components; ++c) {
-            const std::ptrdiff_t i = c * row.plane + x;
-            const F mean = select(first, means[0][c], means[1][c]), output = load<F>(row.output + i);
-            store(row.value + i, select(used, mean, load<F>(row.value + i)));
-            store(row.output + i, select(used, output + (mean - output) * weight, output));
+            float *const value = row.value + c * row.value_plane + x, *const to = row.output + c * row.output_plane + x;
+            const F mean = select(first, means[0][c], means[1][c]), output = load<F>(to);
+            store(value, select(used, mean, load<F>(value)));
+            store(to, select(used, output + (mean - output) * weight, output));
         }
     }
     return x;

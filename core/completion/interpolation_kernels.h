@@ -11,7 +11,7 @@ namespace bob {
 /// where nothing is known), and what is made of them.
 struct LatticeRow {
     int components;
-    std::ptrdiff_t plane;  // floats from a component to the next, of values and of the output
+    std::ptrdiff_t value_plane, output_plane;  // floats from a component to the next
     const float* mask;
     float *value, *contrast;
     std::ptrdiff_t corners[4];  // floats from a pixel to those between which it lies, opposite ones in pairs

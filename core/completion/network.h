@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "completion/rows.h"
 #include "completion/weights.h"
 #include "picture/channels.h"
 
@@ -19,7 +20,13 @@ public:
 
     /// planes: (inputs().width(), height, width), all 0 where not traced; output: (outputs().width(), height, width), the
     /// network's own values at every pixel. Any size; from several threads at once.
-    virtual void operator()(const float* planes, int height, int width, float* output) const = 0;
+    void operator()(const float* planes, int height, int width, float* output) const {
+        (*this)(planes, height, width, output, {0, height});
+    }
+
+    /// The same of a band alone, of all planes: those who share a picture each compute what the coarse levels say of it. Other rows may be
+    /// written too.
+    virtual void operator()(const float* planes, int height, int width, float* output, Band band) const = 0;
 
     /// How many pixels away a pixel can have an effect.
     [[nodiscard]] virtual int reach() const = 0;

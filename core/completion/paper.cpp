@@ -85,7 +85,7 @@ Paper::Paper(const Weights& weights, std::size_t memory)
 
 Paper::~Paper() = default;
 
-void Paper::operator()(const float* gbuffer, int height, int width, float* gray) const {
+void Paper::operator()(const float* gbuffer, int height, int width, float* gray, Band) const {
     auto images = spare_.take((height + 3) / 4 * 4, (width + 3) / 4 * 4, inputs().width(), memory_);  // zeros below and to the right
     auto& [padded_height, padded_width, step, full, half, quarter, code, result] = *images;
     const auto rows = static_cast<std::size_t>(height), columns = static_cast<std::size_t>(width);

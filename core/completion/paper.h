@@ -18,7 +18,8 @@ public:
     explicit Paper(const Weights& weights, std::size_t memory = 6 << 20);
     ~Paper() override;
 
-    void operator()(const float* gbuffer, int height, int width, float* gray) const override;
+    using Network::operator();
+    void operator()(const float* gbuffer, int height, int width, float* gray, Band band) const override;
 
     [[nodiscard]] int reach() const override { return 20; }
     /// Pairs of rows of a quarter of the picture's.

@@ -98,6 +98,26 @@ std::vector<Pyramid::Progress> Pyramid::needed(int finished, int height) const {
     return result;
 }
 
+/// From where on the steps must be done for rows of level 1 from `begin` on, as `needed` has them.
+std::vector<Pyramid::Progress> Pyramid::first_needed(int begin) const {
+    std::vector<Progress> result;
+    int handed = std::max(0, begin - halo_rows), coarsest = begin;
+    for (int level = 2; level <= levels(); ++level) {
+        const int at_once = rows_at_once(level);
+        Progress p{};
+        p.finer = handed / 2 / at_once * at_once;
+        p.features = std::max(0, p.finer - 1) / at_once * at_once;
+        // The finer level's picture is doubled from three rows.
+        p.known = std::max(0, std::min(p.features, handed / 2) - 1) / 2 * 2;
+        p.sums = std::max(0, p.known - 1);
+        coarsest = std::min(coarsest, p.sums >> (levels() - level));
+        handed = p.known;
+        result.push_back(p);
+    }
+    if (!result.empty()) result.back().sums = coarsest;  // with which the others come
+    return result;
+}
+
 /// What lies between the layers of level 1, in a tile.
 struct Pyramid::Finest {
     int height, width;
@@ -184,22 +204,17 @@ private:
         return windows;
     }
 
-    /// The windows of each level if `rows` rows of level 1, of `height`, are finished at once.
+    /// The windows of each level if `rows` rows of level 1, of `height`, are finished at once, from whichever a band begins with.
     static std::vector<Windows> windows_of(int rows, int height, const Pyramid& network) {
         std::vector<Windows> result(network.layers_.size() - 1);
-        std::vector<Progress> done(result.size(), Progress{});
-        for (int finished = 0; finished < height; finished += rows) {
-            const auto next = network.needed(std::min(finished + rows, height), height);
-            // The first rows of the finer level that have yet to be made, and that see what is handed on.
-            int unknown = std::max(0, finished - halo_rows), convolved = unknown;
+        for (int finished = 0; finished < height; finished += rows_at_once(1)) {
+            const auto next = network.needed(std::min(finished + rows, height), height), first = network.first_needed(finished);
             for (std::size_t i = 0; i < next.size(); ++i) {
                 const int pulled = next.back().sums << (next.size() - 1 - i);
-                result[i].sums = std::max(result[i].sums, pulled - (done[i].known - 1));
-                result[i].handed = std::max(result[i].handed, 2 * next[i].finer - convolved);
-                result[i].others = std::max(result[i].others, next[i].known - (half(unknown) - 1));
-                unknown = done[i].known, convolved = std::max(0, done[i].features - 1);
+                result[i].sums = std::max(result[i].sums, pulled - std::max(0, first[i].known - 1));
+                result[i].handed = std::max(result[i].handed, 2 * (next[i].finer - first[i].finer));
+                result[i].others = std::max(result[i].others, next[i].known - first[i].known);
             }
-            done = next;
         }
         return result;
     }
@@ -255,15 +270,17 @@ int Pyramid::first_seen(int y) const {
 
 Pyramid::~Pyramid() = default;
 
-void Pyramid::operator()(const float* gbuffer, int height, int width, float* gray) const {
+void Pyramid::operator()(const float* gbuffer, int height, int width, float* gray, Band band) const {
     auto images = spare_.take(height, width, *this);
     const Pixels pixels{gbuffer, height, width};
-    const int rows = half(height), columns = half(width);
+    const int all_rows = half(height), columns = half(width);
+    // Of level 1, from where the convolutions begin anew.
+    const int begin = band.begin / 2 / rows_at_once(1) * rows_at_once(1), rows = std::min(half(band.end), all_rows);
 
-    std::vector<Progress> done(static_cast<std::size_t>(levels() - 1), Progress{});
-    for (int finished = 0; finished < rows; finished += images->rows) {
+    std::vector<Progress> done = first_needed(begin);
+    for (int finished = begin; finished < rows; finished += images->rows) {
         const int until = std::min(finished + images->rows, rows);
-        const auto next = needed(until, rows);
+        const auto next = needed(until, all_rows);
         if (levels() > 1) pull(pixels, *images, done.back().sums, next.back().sums);
         for (int level = levels(); level >= 2; --level) {
             const auto index = static_cast<std::size_t>(level - 2);

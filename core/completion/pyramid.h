@@ -19,7 +19,8 @@ public:
     explicit Pyramid(const Weights& weights, std::size_t memory = 8 << 20);
     ~Pyramid() override;
 
-    void operator()(const float* gbuffer, int height, int width, float* gray) const override;
+    using Network::operator();
+    void operator()(const float* gbuffer, int height, int width, float* gray, Band band) const override;
 
     [[nodiscard]] int reach() const override { return reach_; }
     [[nodiscard]] int grid() const override { return grid_; }
@@ -38,6 +39,7 @@ private:
     [[nodiscard]] const Layers& layers(int level) const { return layers_[static_cast<std::size_t>(level - 1)]; }
 
     [[nodiscard]] std::vector<Progress> needed(int finished, int height) const;
+    [[nodiscard]] std::vector<Progress> first_needed(int begin) const;
 
     /// The first row of pixels that one far from the edges depends on; what is below it is symmetrical.
     [[nodiscard]] int first_seen(int y) const;

@@ -5,6 +5,11 @@
 
 namespace bob {
 
+/// Rows of a picture, from `begin` to before `end`.
+struct Band {
+    int begin, end;
+};
+
 /// A row of a plane, or of several, and those beside it.
 template <class T>
 struct RowsIn {

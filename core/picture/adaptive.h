@@ -24,7 +24,8 @@ namespace bob {
 class AdaptiveOrder {
 public:
     /// With a first step, 2, 4 or 8, the first round is the lattice of that step, row by row: where rays of neighbours cost
-    /// little, that is a smaller picture for little. At step 1 it is that of step 2, and the second round all others.
+    /// little, that is a smaller picture for little. At step 1 it is that of step 2; the second round is what lies
+    /// in squares whose corners differ, and the third all others, which hardly matter where time ends before.
     AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, std::uint32_t first_step = 0);
 
     /// The next round: at least one pixel, or none where all were decided. All pixels of the rounds before have been
@@ -63,8 +64,10 @@ private:
 
     /// Takes what the last round shows.
     void read(const Layout& layout, const float* planes);
-    /// The round is what is left of the lattice of `row_step_`.
-    void take_rows();
+    /// The round is the next of those that go row by row.
+    void take_rows(const Layout& layout, const float* planes);
+    /// Whether corners differ, of the squares of the lattice of `row_step_`: from that left of and above its first pixel on, row by row.
+    [[nodiscard]] std::vector<std::uint8_t> uneven_squares(const Layout& layout, const float* planes) const;
     /// Fills the round up to so many pixels from the lattice.
     void follow_lattice(std::size_t until);
     /// Looks anew at those of which this pixel is a corner: they have seen what it shows, or, before that is known, differ
@@ -95,8 +98,9 @@ private:
     static constexpr std::size_t queues = 176;
 
     std::uint32_t height_, width_, total_;
-    std::uint32_t row_step_;  // of the next round, where that goes row by row; else 0
-    bool ends_in_rows_;       // whether all are left to a round that does
+    std::uint32_t row_step_;            // of the lattice, where the next round goes row by row; else 0
+    std::uint32_t rounds_in_rows_ = 0;  // so far
+    bool ends_in_rows_;                 // whether all rounds do
     Order lattice_;
     std::vector<Pixel> of_lattice_;  // its next pixels
     std::uint32_t lattice_done_ = 0;

@@ -124,9 +124,15 @@ TEST(an_adaptive_order_may_begin_with_the_rows_of_a_lattice) {
     }
     int rounds = 0;
     const auto all = sequence(128, 192, planes, 128 * 192, &rounds, 1);
-    CHECK_EQ(rounds, 2);
-    CHECK(std::is_sorted(all.begin(), all.begin() + 128 * 192 / 4, before));
-    CHECK(std::is_sorted(all.begin() + 128 * 192 / 4, all.end(), before));
+    CHECK_EQ(rounds, 3);
+    // A lattice; what lies near the edge, where corners differ; and all others.
+    const auto lattice_end = all.begin() + 128 * 192 / 4;
+    const auto by_edge = [](bob::Pixel p) { return std::abs(p.row - p.column) <= 3; };
+    const auto near_end = std::is_sorted_until(lattice_end, all.end(), before);
+    CHECK(std::is_sorted(all.begin(), lattice_end, before));
+    CHECK(std::is_sorted(near_end, all.end(), before));
+    CHECK(near_end - lattice_end > 200 && std::all_of(lattice_end, near_end, by_edge));
+    CHECK(std::none_of(near_end, all.end(), [](bob::Pixel p) { return p.row == p.column && p.row > 0; }));
     for (const std::uint32_t step : {3u, 16u}) {
         std::string message;
         try {

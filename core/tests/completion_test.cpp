@@ -247,6 +247,36 @@ TEST(threads_and_tiles_leave_no_seams) {
     });
 }
 
+/// Whoever completes one sees what the others do: rows are the whole picture's, whatever is left of another one.
+TEST(bands_of_rows_are_those_of_the_whole_picture) {
+    test::for_each_isa([] {
+        std::vector<std::vector<float>> of_six, of_two, of_paper;
+        const auto check = [](const auto& network) {
+            for (const auto& [height, width] : {std::pair{1, 1}, {2, 3}, {37, 51}, {480, 65}, {701, 33}, {130, 1101}}) {
+                const auto values = noise(height, width), whole = completed(network, values, height, width);
+                const std::vector<float> other(values.size(), 0.5f);
+                for (const int bands : {1, 2, 3, 7}) {
+                    std::vector<float> gray(whole.size());
+                    for (int i = 0; i < bands; ++i) {
+                        const bob::Band band{i * height / bands, (i + 1) * height / bands};
+                        std::vector<float> part(whole.size());
+                        network(other.data(), height, width, part.data(), band);
+                        network(values.data(), height, width, part.data(), band);
+                        std::copy(part.begin() + band.begin * width, part.begin() + band.end * width, gray.begin() + band.begin * width);
+                    }
+                    CHECK(gray == whole);
+                }
+            }
+        };
+        const auto weights = pyramid_weights(of_six);
+        check(bob::Pyramid(weights));
+        check(bob::Pyramid(weights, 0));  // in windows of the least rows
+        check(bob::Pyramid(pyramid_weights(of_two, 2), 300'000));
+        check(bob::Paper(paper_weights(of_paper, 4)));
+        check(filling());
+    });
+}
+
 TEST(what_is_no_number_stays_within_reach) {
     const float nan = std::nanf(""), infinity = INFINITY;
     test::for_each_isa([&] {

@@ -1,5 +1,6 @@
 #include "completion/interpolation.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "check.h"
@@ -41,6 +42,28 @@ TEST(equal_corners_are_believed) {
         for (std::size_t i = 0; i < image.size(); ++i) {
             CHECK_EQ(image[i], planes[i] > 0 ? 0.75f : 0.25f);
             CHECK_EQ(weights[i], planes[i] > 0 ? 0 : 1);
+        }
+    }
+}
+
+/// A little noise: corners are believed to different degrees, at all distances.
+TEST(bands_are_interpolated_as_the_whole_picture) {
+    for (const auto& [height, width] : {std::pair{1, 1}, {70, 40}, {400, 50}, {531, 70}}) {
+        for (const int share : {300, 40, 5}) {
+            const auto noisy = [](int row, int column) { return 0.5f + 0.03f * std::sin(static_cast<float>(row * row + 7 * column)); };
+            const auto planes = traced(height, width, static_cast<std::size_t>(height * width / share), noisy);
+            std::vector<float> whole(static_cast<std::size_t>(height * width), 0.25f);
+            interpolate(planes, whole, height, width);
+            for (const int bands : {1, 2, 3, 7}) {
+                std::vector<float> image(whole.size());
+                for (int i = 0; i < bands; ++i) {
+                    const bob::Band band{i * height / bands, (i + 1) * height / bands};
+                    std::vector<float> part(whole.size(), 0.25f);
+                    bob::interpolate_lattice(bob::gbuffer_layout(), planes.data(), gray, part.data(), height, width, band);
+                    std::copy(part.begin() + band.begin * width, part.begin() + band.end * width, image.begin() + band.begin * width);
+                }
+                CHECK(image == whole);
+            }
         }
     }
 }

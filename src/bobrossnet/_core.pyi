@@ -290,8 +290,8 @@ def interpolate_lattice(known: Layout, planes: F32, completed: Layout, output: F
 def complete_by_ratio(
     known: Layout, planes: F32, completed: Layout, known_guide: F32, guide: F32, unit: float | None, output: F32
 ) -> None:
-    """Completes one channel, which `completed` names, by its ratio to a guide of which all pixels are known, and by
-    interpolation where traced pixels of the lattice agree. Values of any range come with the `unit` that counts as 1."""
+    """Completes one channel, which `completed` names, by its ratio to a guide of which all pixels are known; where
+    traced pixels of the lattice agree it is interpolated. Values of any range come with the `unit` that counts as 1."""
 
 def complete_guided(
     known: Layout, planes: F32, guides_layout: Layout, guides: F32, completed: Layout, output: F32

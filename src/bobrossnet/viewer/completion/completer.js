@@ -54,23 +54,30 @@ export class Completer {
    * Fills in what was not traced: one picture at a time.
    *
    * @param {GBuffer} gbuffer which stays as it is until the promise resolves
+   * @param {() => Promise<void>} [inBands] completes it in WebAssembly as `network` does, together with other workers
    * @returns {Promise<Float32Array>} its `image`
    */
-  async complete(gbuffer) {
-    if (gbuffer.traced === gbuffer.height * gbuffer.width) {
+  async complete(gbuffer, inBands) {
+    const { height, width } = gbuffer, size = `${width}x${height}`;
+    if (gbuffer.traced === height * width) {
       gbuffer.image.set(gbuffer.plane("gray"));
       return gbuffer.image;
     }
-    await this.#fill(gbuffer);
-    this.network.interpolate(gbuffer);
+    const trial = this.#trials.get(size) ?? { state: "waiting", pictures: 0, wasm: [], gpu: [] };
+    this.#trials.set(size, trial);
+    const isTried = trial.state === "gpu" || trial.state === "comparing" || trial.state === "waiting" && this.#rival !== null;
+    if (inBands && !isTried) {
+      await inBands();
+      this.backend = "wasm";
+    } else {
+      await this.#fill(gbuffer, trial);
+      this.network.interpolate(gbuffer);
+    }
     return gbuffer.image;
   }
 
-  /** By the network, on whichever is faster. @param {GBuffer} gbuffer */
-  async #fill(gbuffer) {
-    const { height, width } = gbuffer, size = `${width}x${height}`;
-    const trial = this.#trials.get(size) ?? { state: "waiting", pictures: 0, wasm: [], gpu: [] };
-    this.#trials.set(size, trial);
+  /** By the network, on whichever is faster. @param {GBuffer} gbuffer @param {Trial} trial */
+  async #fill(gbuffer, trial) {
     if (trial.state === "gpu" && await this.#fillOnGpu(gbuffer, trial)) return;
 
     const begin = performance.now();

@@ -1,5 +1,9 @@
 // @ts-check
-/** Networks, which complete what was traced in part. */
+/**
+ * Networks, which complete what was traced in part.
+ *
+ * @typedef {{begin: number, end: number}} Band rows of a picture, from one to before another
+ */
 import { withWeights } from "./weights.js";
 
 /**
@@ -17,28 +21,33 @@ export class Network {
     this.handle = withWeights(core, weights, (handle) => core.made("make_network", weights.network, handle));
   }
 
-  /** Fills in what was not traced. @param {GBuffer} gbuffer @returns {Float32Array} its `image` */
-  complete(gbuffer) {
-    this.fill(gbuffer);
-    this.interpolate(gbuffer);
+  /**
+   * Fills in what was not traced.
+   *
+   * @param {GBuffer} gbuffer @param {Band} [band] outside of which rows are not finished
+   * @returns {Float32Array} its `image`
+   */
+  complete(gbuffer, band) {
+    this.fill(gbuffer, band);
+    this.interpolate(gbuffer, band);
     return gbuffer.image;
   }
 
-  /** By the network alone. @param {GBuffer} gbuffer @returns {Float32Array} its `image` */
-  fill(gbuffer) {
-    this.predict(gbuffer, gbuffer.imageAddress);
+  /** By the network alone. @param {GBuffer} gbuffer @param {Band} [band] @returns {Float32Array} its `image` */
+  fill(gbuffer, band) {
+    this.predict(gbuffer, gbuffer.imageAddress, band);
     this.core.made("keep_known", this.handle, gbuffer.address, gbuffer.height * gbuffer.width, gbuffer.imageAddress);
     return gbuffer.image;
   }
 
-  /** The network's own output at every pixel. @param {GBuffer} gbuffer @param {number} output where it is written, (height, width) */
-  predict({ address, height, width }, output) {
-    this.core.made("run_network", this.handle, address, height, width, output);
+  /** The network's own output at every pixel. @param {GBuffer} gbuffer @param {number} output where it is written, (height, width) @param {Band} [band] */
+  predict({ address, height, width }, output, { begin, end } = { begin: 0, end: height }) {
+    this.core.made("run_network", this.handle, address, height, width, output, begin, end);
   }
 
-  /** Improves what was filled in where traced pixels around agree. @param {GBuffer} gbuffer */
-  interpolate({ address, height, width, imageAddress }) {
-    this.core.made("interpolate_lattice", this.handle, address, height, width, imageAddress);
+  /** Improves what was filled in where traced pixels around agree. @param {GBuffer} gbuffer @param {Band} [band] */
+  interpolate({ address, height, width, imageAddress }, { begin, end } = { begin: 0, end: height }) {
+    this.core.made("interpolate_lattice", this.handle, address, height, width, imageAddress, begin, end);
   }
 
   free() {

@@ -19,6 +19,9 @@ import { Pool } from "../workers/pool.js";
 import { Schedule } from "../workers/schedule.js";
 import { Statistics } from "./statistics.js";
 
+/** How many workers complete bands of a picture: one, where all cores are busy with tracing the next one meanwhile. */
+const completingWorkers = () => (navigator.hardwareConcurrency >= 4 ? 2 : 1);
+
 const SPARE_MS = 500; // after a scene came, when workers for the next one are started
 
 /**
@@ -58,11 +61,14 @@ export class Viewing {
   /** The workers that have the scene, those that will have the next, and those for the one after that. @type {{shown?: Pool, coming?: Pool, spare?: Pool}} */
   #pools = {};
   #module;
-  #completing = startWorker("completing");
+  /** The first gathers and shows what the others help it complete. @type {[Worker, ...Worker[]]} */
+  #completing = [startWorker("completing")];
   /** Called with what the completing worker answers. @type {((buffers: Buffers | null) => void)[]} */
   #waiting = [];
   /** How often each network was asked for. @type {Partial<Record<Model, number>>} */
   #asked = {};
+  /** Names of networks that pictures may be completed by. @type {Set<Model>} */
+  #models;
   #workers;
   #told;
 
@@ -78,38 +84,59 @@ export class Viewing {
     this.#told = told;
     this.statistics = new Statistics(workers);
     this.schedule = new Schedule(HOME, scales);
-    /** @param {MessageEvent<import("../workers/completing.js").Reply>} event */
-    this.#completing.onmessage = ({ data }) => {
-      if (data.kind === "picture") this.#show(data.picture, data.repainted);
-      else if (data.kind === "buffers") this.#waiting.shift()?.(data.buffers);
-      else if (data.kind === "failed") told.failed(data.message);
-    };
-    this.#startCompleting().catch((error) => told.failed(error.message));
+    this.#models = new Set(NETWORKS[core]);
+    this.#startCompleting(this.#completing[0]);
     this.#pools.spare = this.#createPool();
   }
 
-  async #startCompleting() {
-    const [first, ...others] = NETWORKS[this.core];
-    const [module, weights, uncertainty] = await Promise.all([this.#module, weightsOf(first), weightsOf("uncertainty")]);
-    this.#completing.postMessage({ kind: "start", module, name: first, weights, uncertainty }, [weights, uncertainty]);
-    await Promise.all(others.map((name) => this.#add(name))); // once the first picture need not wait for them
+  /** @param {Worker} worker */
+  #startCompleting(worker) {
+    /** @param {MessageEvent<import("../workers/completing.js").Reply>} event */
+    worker.onmessage = ({ data }) => {
+      if (data.kind === "picture") this.#show(data.picture, data.repainted);
+      else if (data.kind === "buffers") this.#waiting.shift()?.(data.buffers);
+      else if (data.kind === "failed") this.#told.failed(data.message);
+    };
+    this.#bringNetworks(worker).catch((error) => this.#told.failed(error.message));
   }
 
-  /** @param {Model} name of a network that pictures may be completed by from now on */
-  async #add(name) {
+  /** @param {Worker} worker that begins to complete */
+  async #bringNetworks(worker) {
+    const [first, ...others] = this.#models;
+    const [module, weights, uncertainty] = await Promise.all([this.#module, weightsOf(first), weightsOf("uncertainty")]);
+    worker.postMessage({ kind: "start", module, name: first, weights, uncertainty }, [weights, uncertainty]);
+    await Promise.all(others.map((name) => this.#bring(worker, name))); // once the first picture need not wait for them
+  }
+
+  /** @param {Worker} worker @param {Model} name of a network that it may complete pictures by from now on */
+  async #bring(worker, name) {
     const weights = await weightsOf(name);
-    this.#completing.postMessage({ kind: "network", name, weights }, [weights]);
+    worker.postMessage({ kind: "network", name, weights }, [weights]);
+  }
+
+  /** Lets others help to complete pictures, after the first one, which they would only delay. */
+  #growCompleting() {
+    const leader = this.#completing[0];
+    while (this.#completing.length < completingWorkers()) {
+      const worker = startWorker("completing"), { port1, port2 } = new MessageChannel();
+      this.#completing.push(worker);
+      this.#startCompleting(worker);
+      worker.postMessage({ kind: "help", leader: port1 }, [port1]);
+      leader.postMessage({ kind: "helped", helper: port2 }, [port2]);
+    }
   }
 
   /** Fetches a network that was not started with, when it is clear that it is needed. @param {Model} name */
   #ask(name) {
     const asked = this.#asked[name] = 1 + (this.#asked[name] ?? 0);
-    if (asked === ASKED && !NETWORKS[this.core].includes(name)) this.#add(name).catch((error) => this.#told.failed(error.message));
+    if (asked !== ASKED || this.#models.has(name)) return;
+    this.#models.add(name);
+    for (const worker of this.#completing) this.#bring(worker, name).catch((error) => this.#told.failed(error.message));
   }
 
   #createPool() {
     const { schedule } = this, isShown = () => made === this.#pools.shown;
-    const made = new Pool(this.#workers, this.#module, this.#completing, (traced) => isShown() && schedule.traced(traced),
+    const made = new Pool(this.#workers, this.#module, this.#completing[0], (traced) => isShown() && schedule.traced(traced),
                           (message) => isShown() && this.#told.failed(message));
     return made;
   }
@@ -122,6 +149,7 @@ export class Viewing {
     this.#told.picture(picture, repainted);
     if (repainted) return;
     this.#pools.shown?.grow();
+    this.#growCompleting();
     this.#ask(picture.wanted);
   }
 
@@ -207,14 +235,14 @@ export class Viewing {
 
   /** @param {import("../workers/completing.js").Showing} showing how pictures are painted */
   paint(showing) {
-    this.#completing.postMessage({ kind: "show", ...showing });
+    this.#completing[0].postMessage({ kind: "show", ...showing });
   }
 
   /** @returns {Promise<Buffers | null>} of the last picture */
   buffers() {
     return new Promise((resolve) => {
       this.#waiting.push(resolve);
-      this.#completing.postMessage({ kind: "buffers" });
+      this.#completing[0].postMessage({ kind: "buffers" });
     });
   }
 
@@ -224,7 +252,7 @@ export class Viewing {
     const pools = Object.values(this.#pools);
     Object.assign(this.#pools, { shown: undefined, coming: undefined, spare: undefined }); // so that what is being opened is not missed
     for (const pool of pools) pool?.end();
-    this.#completing.terminate();
+    for (const worker of this.#completing) worker.terminate();
   }
 }
 

@@ -5,10 +5,16 @@
  * @typedef {{kind: "start", module: WebAssembly.Module, name: Model, weights: ArrayBuffer, uncertainty: ArrayBuffer}
  *   | {kind: "network", name: Model, weights: ArrayBuffer}
  *   | {kind: "connect", tracer: MessagePort}
+ *   | {kind: "help", leader: MessagePort}
+ *   | {kind: "helped", helper: MessagePort}
  *   | ({kind: "show"} & Showing)
  *   | {kind: "buffers"}} Request
  *   "start" comes once, with the network that stands in for others until they come; "network" brings another one; weights,
- *   uncertainty: safetensors files; "show" paints the last picture anew; "buffers" is answered by "buffers"
+ *   uncertainty: safetensors files; "help" makes it one that completes bands for another, which "helped" tells that one; "show"
+ *   paints the last picture anew; "buffers" is answered by "buffers"
+ *
+ * @typedef {import("./tracer.js").Samples} Samples
+ * @typedef {import("./bands.js").Help} Help
  *
  * @typedef {{mode: import("../picture/paint.js").Mode, divider: number, isTransparent: boolean}} Showing
  *   what is painted; divider: 0..1 of the picture's width; isTransparent: whether it is where nothing is
@@ -39,6 +45,7 @@ import { Core } from "../core/core.js";
 import { COLORED, GBUFFER, tracedLayout, widthOf } from "../picture/channels.js";
 import { GBuffer } from "../picture/gbuffer.js";
 import { paint } from "../picture/paint.js";
+import { Helpers } from "./bands.js";
 
 const WARM_UPS = 3;
 
@@ -52,10 +59,12 @@ let start;
 const starting = new Promise((resolve) => (start = resolve));
 /**
  * @typedef {{
- *   batch: Batch, gbuffer: GBuffer, expected: GBuffer | null, coverage?: GBuffer, model: Model, completed: boolean, first: Float32Array
+ *   batch: Batch, gbuffer: GBuffer, expected: GBuffer | null, coverage?: GBuffer, model: Model, completed: boolean, first: Float32Array,
+ *   image: ImageData, isShared: boolean
  * }} View
  *   batch: the newest in it; expected: what earlier views let expect, and over it what was traced; coverage: where that was asked
- *   for; model: the network that completed it last
+ *   for; model: the network that completed it last; image: as it was painted last; isShared: whether those that help have all that
+ *   was traced of it
  */
 /** @type {View | undefined} */
 let view;
@@ -63,6 +72,8 @@ let view;
 let picture;
 /** @type {Showing} */
 let showing = { mode: "completed", divider: 0.5, isTransparent: false };
+/** The other workers that complete bands of its pictures. */
+const helpers = new Helpers();
 /** Messages are handled one after the other, even if that means waiting. */
 let queue = Promise.resolve();
 
@@ -89,19 +100,20 @@ async function completerOf(core, weights) {
   return completer;
 }
 
+/** Whether a newer batch is there. @param {Batch} batch */
+const isOld = (batch) => view !== undefined && batch.id < view.batch.id;
+
 /** What the picture of a view is completed from. @param {View} view */
 const shown = ({ gbuffer, expected }) => expected ?? gbuffer;
 
-/** @param {import("./tracer.js").Samples} part @param {MessagePort} tracer that sent it */
-async function gather({ batch, isColored, count, pixels, samples, expected }, tracer) {
-  if (view && batch.id < view.batch.id) return;
-  const { core, completers, standIn } = await starting;
-  const begun = performance.now(), { height, width } = batch;
-  const layout = isColored ? COLORED : GBUFFER;
+/** Takes what was traced of the newest view. @param {Parts} parts @param {Samples} part @param {boolean} isShared @returns {View} */
+function taken({ core, standIn }, { batch, isColored, count, pixels, samples, expected }, isShared) {
+  const { height, width } = batch, layout = isColored ? COLORED : GBUFFER;
   if (view?.gbuffer.height !== height || view.gbuffer.width !== width || view.gbuffer.layout !== layout) {
     view?.gbuffer.free(), view?.expected?.free(), view?.coverage?.free();
     const gbuffer = new GBuffer(core, height, width, layout);
-    view = { batch, gbuffer, expected: null, model: standIn, completed: false, first: new Float32Array(height * width) };
+    const first = new Float32Array(height * width), image = new ImageData(width, height);
+    view = { batch, gbuffer, expected: null, model: standIn, completed: false, first, image, isShared };
   } else if (view.batch.view !== batch.view) {
     view.gbuffer.clear();
     view.completed = false;
@@ -113,32 +125,59 @@ async function gather({ batch, isColored, count, pixels, samples, expected }, tr
   if (expected) {
     view.expected ??= new GBuffer(core, height, width, layout);
     view.expected.set(expected);
-    tracer.postMessage(expected, [expected.buffer]);
   }
   view.batch = batch;
+  view.isShared = isShared;
   for (const gbuffer of [view.gbuffer, view.expected]) {
     gbuffer?.add(pixels.subarray(0, 2 * count), samples.subarray(0, widthOf(tracedLayout(layout)) * count));
   }
+  return view;
+}
 
-  const { traced } = view.gbuffer, wanted = shown(view).traced < DENSE * height * width ? batch.sparse : "filling";
-  view.model = completers.has(wanted) ? wanted : standIn;
-  const completer = /** @type {Completer} */ (completers.get(view.model));
+/** @param {Help} asked @param {MessagePort} leader */
+async function help(asked, leader) {
+  const parts = await starting;
+  if (asked.kind === "samples") {
+    taken(parts, asked.part, false);
+  } else {
+    const { model, band } = asked, network = parts.completers.get(model)?.network;
+    if (!network || !view) return leader.postMessage(null);
+    const { width } = view.gbuffer, rows = network.complete(view.gbuffer, band).slice(band.begin * width, band.end * width);
+    leader.postMessage(rows, [rows.buffer]);
+  }
+}
+
+/** @param {Samples} part @param {MessagePort} tracer that sent it */
+async function gather(part, tracer) {
+  const { batch, expected } = part, { height, width } = batch;
+  if (isOld(batch)) return;
+  const parts = await starting, { completers, standIn } = parts;
+  const begun = performance.now(), isNew = view?.batch.view !== batch.view;
+  const isShared = isNew ? helpers.areWorth(part) : view?.isShared === true;
+  if (isShared) helpers.share(part);
+  const current = taken(parts, part, isShared);
+  if (expected) tracer.postMessage(expected, [expected.buffer]);
+
+  const { traced } = current.gbuffer, wanted = shown(current).traced < DENSE * height * width ? batch.sparse : "filling";
+  current.model = completers.has(wanted) ? wanted : standIn;
+  const completer = /** @type {Completer} */ (completers.get(current.model));
   const completing = performance.now();
-  const image = await completer.complete(shown(view));
+  const inBands = () => helpers.complete(current.model, completer.network, current.gbuffer);
+  const image = await completer.complete(shown(current), isShared ? inBands : undefined);
   const completed = performance.now();
-  if (!view.completed) view.first.set(image);
-  view.completed = true;
-  const error = traced === height * width ? meanDifference(view.first, image) : NaN;
+  if (!current.completed) current.first.set(image);
+  current.completed = true;
+  const error = traced === height * width ? meanDifference(current.first, image) : NaN;
   picture = {
-    batch, ...await painted(view), traced, completing: completed - completing, total: performance.now() - begun,
-    backend: completer.backend, model: view.model, wanted, error,
+    batch, ...await painted(current), traced, completing: completed - completing, total: performance.now() - begun,
+    backend: completer.backend, model: current.model, wanted, error,
   };
   reply({ kind: "picture", picture, repainted: false }, [picture.bitmap]);
 }
 
 /** @param {View} view */
 async function painted(view) {
-  const { core, completers, predictor } = await starting, { gbuffer, model, first } = view, { height, width, traced } = gbuffer;
+  const { core, completers, predictor } = await starting, { gbuffer, model, first, image } = view, { height, width, traced } = gbuffer;
   const { network } = /** @type {Completer} */ (completers.get(model)), known = shown(view);
   const errors = showing.mode === "uncertain" ? predictor.predict(gbuffer, network) : null;
   if (showing.isTransparent) {
@@ -147,12 +186,12 @@ async function painted(view) {
     network.complete(view.coverage);
   }
   const completedColor = known.completeColor(); // before there are views of memory that it may move
-  const bitmap = await createImageBitmap(paint({
-    ...showing, height, width, image: known.image, first, expected: errors, mask: gbuffer.plane("mask"),
+  paint({
+    ...showing, image: known.image, first, expected: errors, mask: gbuffer.plane("mask"),
     gray: gbuffer.plane("gray"), exact: traced === height * width, color: gbuffer.color, completedColor,
     alpha: showing.isTransparent && view.coverage ? view.coverage.image : null,
-  }));
-  return { bitmap, expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
+  }, image);
+  return { bitmap: await createImageBitmap(image), expected: errors ? errors.reduce((sum, error) => sum + error, 0) / errors.length : NaN };
 }
 
 /** @param {Float32Array} a @param {Float32Array} b */
@@ -168,6 +207,18 @@ async function answer(request) {
     const { tracer } = request;
     /** @param {MessageEvent<import("./tracer.js").Samples>} event */
     tracer.onmessage = ({ data }) => inTurn(() => gather(data, tracer));
+  } else if (request.kind === "help") {
+    const { leader } = request;
+    /** @param {MessageEvent<Help>} event */
+    leader.onmessage = ({ data }) => inTurn(() => help(data, leader));
+    await starting;
+    leader.postMessage(null);
+  } else if (request.kind === "helped") {
+    const { helper } = request;
+    helper.onmessage = () => inTurn(async () => {
+      helpers.add(helper);
+      if (view) view.isShared = false;
+    });
   } else if (request.kind === "network") {
     const { core, completers } = await starting;
     completers.set(request.name, await completerOf(core, request.weights));

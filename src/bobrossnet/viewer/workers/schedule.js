@@ -10,7 +10,7 @@
  * @typedef {import("../picture/camera.js").Size} Size
  */
 import { DENSE } from "../completion/network.js";
-import { plan } from "./lattice.js";
+import { LatticePace, plan } from "./lattice.js";
 import { Pace } from "./pace.js";
 
 const REST_MS = 80; // without a change, until a view is refined: less, and moving on would often have to end that first
@@ -46,7 +46,7 @@ export class Schedule {
   #carries = true; // whether the view brings along what those before have seen
   #carryingMs = 0; // for a pixel of it, before the first ray
   #firstStep = 0; // of the lattice that the view begins with
-  #latticeMs = NaN; // of one thread for a pixel of it
+  #latticePace = new LatticePace();
   /** Milliseconds to complete a pixel, where measured. @type {Partial<Record<Model, number>>} */
   #pixelMs = {};
   /** What completed the last picture. @type {Model} */
@@ -87,7 +87,7 @@ export class Schedule {
     if (pool !== this.#pool) this.#tracing = false;
     this.#pool = pool;
     this.#pace = new Pace();
-    this.#latticeMs = NaN;
+    this.#latticePace = new LatticePace();
     this.#waiting = [];
     this.change({});
   }
@@ -108,7 +108,11 @@ export class Schedule {
     this.#tracing = false;
     if (this.#carries && this.#step === 0) this.#carryingMs = preparing / (batch.height * batch.width);
     // Rays along edges are slower than those of a lattice.
-    if (lattice.rays > 0) this.#latticeMs = batch.parts * lattice.milliseconds / lattice.rays;
+    const isWhole = batch.firstStep === 1, size = batch.height * batch.width;
+    // Most of a whole picture says nothing of all of it, since its last pixels cost least.
+    if (lattice.rays > 0 && (!isWhole || lattice.rays === size || this.#step === 0 && lattice.rays < size / 2)) {
+      this.#latticePace.measured(batch.parts * lattice.milliseconds / lattice.rays, isWhole);
+    }
     if (rays > lattice.rays) this.#pace.measured(rays - lattice.rays, batch.parts * (milliseconds - lattice.milliseconds));
     if (!cancelled) {
       this.#waiting.push(batch.id);
@@ -188,7 +192,8 @@ export class Schedule {
     const time = SHARE * this.#movingTime(), carrying = this.#carryingMs * pixels;
     // A whole picture is only painted, so that all threads trace.
     const ofAll = { whole: Math.max(time, time * ready - this.#completing("filling", this.#viewSize)), part: time * parts };
-    const { firstStep, lattice, others } = plan(pixels, { lattice: this.#latticeMs, rate: this.#pace.rate }, ofAll, this.#firstStep);
+    const { whole, lattice: ofLattice } = this.#latticePace;
+    const { firstStep, lattice, others } = plan(pixels, { whole, lattice: ofLattice, rate: this.#pace.rate }, ofAll, this.#firstStep);
     // Where a new picture is dense, or there is no time for more, nothing is carried along.
     const isDense = !this.#pace.known || Math.max(lattice, others) >= (this.#carries ? STICKY : 1) * DENSE * pixels;
     const takesTooLong = carrying > LONGEST_CARRYING * time;
@@ -207,7 +212,7 @@ export class Schedule {
       id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, carries: this.#carries,
       firstStep: this.#firstStep, sparse: this.#completing("default", this.#viewSize) < this.budget ? "default" : "small",
       to: this.#pace.known ? Math.min(total, this.#reached + Math.max(LEAST * parts, count)) : total,
-      milliseconds: this.#pace.known ? MARGIN * time : time,
+      milliseconds: this.#pace.known && this.#firstStep !== 1 ? MARGIN * time : time, // whole pictures can end anywhere
     });
   }
 }
