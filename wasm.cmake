@@ -17,7 +17,7 @@ set(wasm_flags -O3 -std=c++20 -fvisibility=hidden -ffp-contract=off -msimd128 -W
   -I ${CMAKE_SOURCE_DIR}/core -DBOB_ISA=baseline)
 # Browsers keep the order of instructions: loads that clang gathers at the top of a loop would need more registers than there are.
 set(completion_kernel_flags -mllvm -pre-RA-sched=linearize)
-# What runs once for each shape, or calls what does the work, is to be fetched quickly.
+# What runs once for each shape, or leaves the work to others, is to be fetched quickly.
 set(seldom_flags -Os)
 set(libcxxabi_flags -O2 -std=c++23 -w -D_LIBCXXABI_BUILDING_LIBRARY -D_LIBCPP_BUILDING_LIBRARY
   -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src)
@@ -47,7 +47,7 @@ foreach(part completion tracing)
   foreach(source ${${part}_sources})
     get_filename_component(name ${source} NAME_WE)
     set(further_flags)
-    if(source MATCHES "/modelling/|/canonical|/arrangement|/weights|/network.cpp")
+    if(source MATCHES "/modelling/|/canonical|/arrangement|/weights|/network.cpp|/interpolation.cpp")
       set(further_flags ${seldom_flags})
     endif()
     compile_wasm(${part}_objects ${name} ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags} ${further_flags})

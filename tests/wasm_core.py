@@ -117,7 +117,7 @@ class WasmCore:
     def run(self, network, stack):
         height, width = stack.shape[1:]
         gray = np.full((height, width), np.nan, np.float32)
-        self.made("run_network", network, stack, height, width, gray)
+        self.made("run_network", network, stack, height, width, gray, 0, height)
         return gray
 
     def predict_error(self, predictor, stack, gray):

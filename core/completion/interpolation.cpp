@@ -41,7 +41,7 @@ struct Nodes {
     [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(height) * static_cast<std::size_t>(width); }
 };
 
-std::array<Spare<Nodes>, 3> spare;  // by components
+std::array<Spare<Nodes>, 2> spare;  // of one component, and of three
 constexpr std::size_t most_spare = 1 << 20;  // pixels of those kept from call to call
 
 /// Rows of a picture: its mask, what a channel showed where it was traced, and what is made of it.
@@ -52,14 +52,14 @@ struct Picture {
     int height, width;
 };
 
-/// Of the components of one channel, which agree or differ together.
+/// Of one component, or of a colour's three, which agree or differ together.
 template <int Components>
 class Interpolation {
 public:
     Interpolation(const Picture& picture, float range)
         : mask_(picture.mask), output_(picture.output), weights_(picture.weights), height_(picture.height), width_(picture.width),
           weight_per_contrast_(1 / (most_contrast * range)), plane_(picture.plane),
-          nodes_(spare[Components - 1].take(height_, width_, Components)), pixels_(nodes_->pixels()) {
+          nodes_(spare[Components / 2].take(height_, width_, Components)), pixels_(nodes_->pixels()) {
         parallel_for(pixels_, 65536, [&](std::size_t begin, std::size_t end) {
             const auto& kernels = best_interpolation_kernels();
             kernels.begin_contrast(mask_ + begin, nodes_->contrast.get() + begin, end - begin);
@@ -69,7 +69,7 @@ public:
         });
     }
     ~Interpolation() {
-        if (pixels_ <= most_spare) spare[Components - 1].give_back(std::move(nodes_));
+        if (pixels_ <= most_spare) spare[Components / 2].give_back(std::move(nodes_));
     }
     Interpolation(const Interpolation&) = delete;
     Interpolation& operator=(const Interpolation&) = delete;
@@ -209,13 +209,13 @@ void interpolate(const Layout& known, const float* planes, const Channel& channe
                  int height, int width, Band rows) {
     const std::size_t line = static_cast<std::size_t>(width), pixels = static_cast<std::size_t>(height) * line;
     const std::size_t first = static_cast<std::size_t>(rows.begin) * line;
-    const Picture picture{planes + first, planes + static_cast<std::size_t>(known.place_of(channel)) * pixels + first, output + first,
-                          weights ? weights + first : nullptr, pixels, rows.end - rows.begin, width};
+    Picture picture{planes + first, planes + static_cast<std::size_t>(known.place_of(channel)) * pixels + first, output + first,
+                    weights ? weights + first : nullptr, pixels, rows.end - rows.begin, width};
     const float range = (channel.high - channel.low) * unit;
-    switch (channel.components) {
-        case 1: return Interpolation<1>(picture, range)();
-        case 2: return Interpolation<2>(picture, range)();
-        default: return Interpolation<3>(picture, range)();
+    if (channel.components == 3) return Interpolation<3>(picture, range)();
+    for (int component = 0; component < channel.components; ++component) {
+        Interpolation<1>(picture, range)();
+        picture.traced += pixels, picture.output += pixels;
     }
 }
 

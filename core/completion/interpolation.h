@@ -10,7 +10,7 @@ namespace bob {
 /// (`lattice_tile`) of whose corners two opposite ones agree: there their mean is closer than a network comes, as in the smooth
 /// parts of a picture whose order goes where pixels differ, and along its edges. Of large squares all corners have to agree. From the
 /// coarsest square to the finest, a corner that was not traced is such a mean itself; the more its corners differ, the less it counts, and beyond `most_contrast` not at
-/// all. Where the traced pixels do not lie in the lattice, hardly a pixel changes. The components of a channel agree or differ together.
+/// all. Where the traced pixels do not lie in the lattice, hardly a pixel changes. The components of a colour agree or differ together.
 ///
 /// planes: (known.width(), height, width) of a G-buffer, beginning with the mask; output: (completed.width(), height, width).
 /// Throws std::invalid_argument if the G-buffer lacks a completed channel.

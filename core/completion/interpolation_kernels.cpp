@@ -83,11 +83,7 @@ int between_pixels(const LatticeRow& row, int x, int end, int apart) {
 }
 
 int between(const LatticeRow& row, int x, int end, int apart) {
-    switch (row.components) {
-        case 1: return between_pixels<1>(row, x, end, apart);
-        case 2: return between_pixels<2>(row, x, end, apart);
-        default: return between_pixels<3>(row, x, end, apart);
-    }
+    return (row.components == 1 ? between_pixels<1> : between_pixels<3>)(row, x, end, apart);
 }
 
 void keep(const float* mask, const float* traced, float low, float high, float* output, std::size_t pixels) {

@@ -7,7 +7,7 @@
 
 namespace bob {
 
-/// A row of what pixels are taken for: their values, of one to three components, by how much what each was made of differs at most (0 where traced, infinity
+/// A row of what pixels are taken for: their values, of one component or three, by how much what each was made of differs at most (0 where traced, infinity
 /// where nothing is known), and what is made of them.
 struct LatticeRow {
     int components;
