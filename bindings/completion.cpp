@@ -89,8 +89,8 @@ void interpolate_lattice(const bob::Layout& known, const ConstPlanes& planes, co
 
 using Plane = Array<const float, -1, -1>;
 
-void complete_by_ratio(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& completed, const Plane& known_guide,
-                       const Plane& guide, std::optional<float> unit, const Planes& output) {
+void complete_along(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& completed, const Plane& known_guide,
+                    const Plane& guide, std::optional<float> unit, const Planes& output) {
     check_planes(known, planes, completed, output);
     const std::size_t height = planes.shape(1), width = planes.shape(2);
     for (const Plane& plane : {known_guide, guide}) {
@@ -98,9 +98,8 @@ void complete_by_ratio(const bob::Layout& known, const ConstPlanes& planes, cons
     }
     expect(height > 0 && width > 0, "planes: expected at least one pixel");
     interruptible([&] {
-        const auto rows = static_cast<int>(height), columns = static_cast<int>(width);
-        bob::complete_by_ratio(known, planes.data(), *completed.begin(), known_guide.data(), guide.data(), unit, rows, columns, output.data());
-        bob::interpolate_lattice(known, planes.data(), *completed.begin(), unit.value_or(1), output.data(), nullptr, rows, columns);
+        bob::complete_along(known, planes.data(), *completed.begin(), known_guide.data(), guide.data(), unit, static_cast<int>(height),
+                            static_cast<int>(width), output.data());
     });
 }
 
@@ -157,7 +156,7 @@ void bind_completion(nb::module_& m) {
     }, "layout"_a, "planes"_a.noconvert(), "gray"_a.noconvert(), "features"_a.noconvert());
     m.def("interpolate_lattice", &interpolate_lattice, "known"_a, "planes"_a.noconvert(), "completed"_a,
           "output"_a.noconvert());
-    m.def("complete_by_ratio", &complete_by_ratio, "known"_a, "planes"_a.noconvert(), "completed"_a, "known_guide"_a.noconvert(),
+    m.def("complete_along", &complete_along, "known"_a, "planes"_a.noconvert(), "completed"_a, "known_guide"_a.noconvert(),
           "guide"_a.noconvert(), "unit"_a.none(), "output"_a.noconvert());
     m.def("complete_guided", &complete_guided, "known"_a, "planes"_a.noconvert(), "guides_layout"_a, "guides"_a.noconvert(),
           "completed"_a, "output"_a.noconvert());

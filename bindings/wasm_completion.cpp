@@ -114,8 +114,7 @@ bool complete_color(const float* planes, const float* gray, std::int32_t height,
         const bob::Layout& known = bob::colored_layout();
         const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
         const float* const known_gray = planes + static_cast<std::size_t>(known.place_of(bob::channels::gray)) * pixels;
-        bob::complete_by_ratio(known, planes, bob::channels::color, known_gray, gray, {}, height, width, color);
-        bob::interpolate_lattice(known, planes, bob::channels::color, 1, color, nullptr, height, width);
+        bob::complete_along(known, planes, bob::channels::color, known_gray, gray, {}, height, width, color);
         return true;
     });
 }

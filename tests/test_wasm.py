@@ -122,7 +122,7 @@ def test_colors_are_completed_as_in_python(set_, baseline):
         planes[0] = planes[0] > 0
         gray = random.random((height, width), np.float32) * (random.random((height, width)) < 0.7).astype(np.float32)
         expected, color = (np.full((3, height, width), np.nan, np.float32) for _ in range(2))
-        _core.complete_by_ratio(layout, planes, _core.Layout("color"), planes[1], gray, None, expected)
+        _core.complete_along(layout, planes, _core.Layout("color"), planes[1], gray, None, expected)
         core.made("complete_color", planes, gray, height, width, color)
         known = planes[0] > 0
         np.testing.assert_array_equal(color[:, known], planes[5:8, known])

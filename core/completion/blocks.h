@@ -9,6 +9,8 @@
 
 namespace bob::BOB_ISA {
 
+inline F absolute(F a) { return max(a, -a); }
+
 /// a where the condition holds, else 0.
 inline F where(M condition, F a) { return (F)(condition & (M)a); }
 /// a where the condition holds, else b.

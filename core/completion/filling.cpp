@@ -14,25 +14,11 @@
 namespace bob {
 namespace {
 
-/// Blocks of two in so many pixels; the last one may have one alone.
-constexpr int half(int size) { return (size + 1) / 2; }
-
 // Rows of blocks that a thread completes at a time, at least: what lies beside them is compared twice.
 constexpr int least_rows = 16;
 
-Rows rows_of(Planes& planes, int channel, int y) {
-    return {planes.row(channel, y), planes.offset(y, y - 1), planes.offset(y, y + 1), planes.plane_stride()};
-}
-ConstRows rows_of(const Planes& planes, int channel, int y) {
-    return {planes.row(channel, y), planes.offset(y, y - 1), planes.offset(y, y + 1), planes.plane_stride()};
-}
-
 DoubledPair doubled(const Planes& filled, int y) {
-    const auto rows = [&](int channel) {
-        const auto row = [&](int at) { return filled.row(channel, std::clamp(at, 0, filled.height() - 1)); };
-        return Doubled{row(y - 1), row(y), row(y + 1)};
-    };
-    return {rows(filled::coverage), rows(filled::gray)};
+    return {doubled_rows(filled, filled::coverage, y), doubled_rows(filled, filled::gray, y)};
 }
 
 }  // namespace
@@ -55,9 +41,7 @@ public:
         kernels.correct(doubled(coarse_, y), rows_of(std::as_const(surprise_), 0, y), rows_of(filled, 0, 2 * y), width);
         for (int channel = 0; channel < filled::channels; ++channel) {
             for (int finer = 2 * y; finer < std::min(2 * y + 2, filled.height()); ++finer) {
-                float* const row = filled.row(channel, finer);
-                row[-1] = row[0];
-                row[filled.width()] = row[filled.width() - 1];
+                repeat_edges(filled.row(channel, finer), filled.width());
             }
         }
     }

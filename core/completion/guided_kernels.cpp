@@ -1,5 +1,6 @@
 #include "completion/guided_kernels.h"
 
+#include "completion/blocks.h"
 #include "simd.h"
 
 namespace bob::BOB_ISA {
@@ -19,7 +20,6 @@ constexpr float least_likeness = 1e-5f;
 constexpr float bend = 0.05f;
 
 F square(F a) { return a * a; }
-F absolute(F a) { return max(a, -a); }
 
 /// Sums over samples, of the upper triangle of a symmetric matrix and of its right sides.
 template <int C>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <memory>
@@ -27,15 +28,13 @@ constexpr float unknown = std::numeric_limits<float>::infinity();
 float least(float a, float b) { return a < b ? a : b; }
 float most(float a, float b) { return a > b ? a : b; }
 
-float distance(float a, float b) { return most(a - b, b - a); }
-
 /// What each pixel is taken for, (components, height, width), and by how much what it was made of differs at most: 0 where traced.
 struct Nodes {
-    int height, width, components;
+    int height, width;
     std::unique_ptr<float[]> value, contrast;
 
     Nodes(int height, int width, int components)
-        : height(height), width(width), components(components), value(new float[static_cast<std::size_t>(components) * pixels()]),
+        : height(height), width(width), value(new float[static_cast<std::size_t>(components) * pixels()]),
           contrast(new float[pixels()]) {}
 
     [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(height) * static_cast<std::size_t>(width); }
@@ -158,9 +157,9 @@ private:
             for (std::size_t k = 0; k < 2; ++k) {
                 const float a = value[corners[2 * k]], b = value[corners[2 * k + 1]];
                 pairs[k].value[c] = (a + b) / 2;
-                pairs[k].contrast = most(pairs[k].contrast, distance(a, b));
+                pairs[k].contrast = most(pairs[k].contrast, std::abs(a - b));
             }
-            off = most(off, distance(pairs[0].value[c], pairs[1].value[c]));
+            off = most(off, std::abs(pairs[0].value[c] - pairs[1].value[c]));
         }
         const bool first = pairs[0].contrast <= pairs[1].contrast;
         const Node &used = pairs[first ? 0 : 1], &other = pairs[first ? 1 : 0];

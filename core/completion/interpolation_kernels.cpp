@@ -9,8 +9,6 @@
 namespace bob::BOB_ISA {
 namespace {
 
-inline F distance(F a, F b) { return max(a - b, b - a); }
-
 /// Calls `use` for each vector of pixels, and for the rest, padded with zeros, with those of them that exist.
 template <int Inputs, int Outputs, class Use>
 inline void for_pixels(const float* const (&from)[Inputs], float* const (&to)[Outputs], std::size_t pixels, Use use) {
@@ -60,10 +58,10 @@ int between_pixels(const LatticeRow& row, int x, int end, int apart) {
             F value[4];
             for (int i = 0; i < 4; ++i) value[i] = load<F>(row.value + c * row.value_plane + x + row.corners[i]);
             for (int i = 0; i < 2; ++i) {
-                contrasts[i] = max(contrasts[i], distance(value[2 * i], value[2 * i + 1]));
+                contrasts[i] = max(contrasts[i], absolute(value[2 * i] - value[2 * i + 1]));
                 means[i][c] = (value[2 * i] + value[2 * i + 1]) / two;
             }
-            off = max(off, distance(means[0][c], means[1][c]));
+            off = max(off, absolute(means[0][c] - means[1][c]));
         }
         const M first = contrasts[0] <= contrasts[1];
         const F most = max(select(first, contrasts[0], contrasts[1]), off - select(first, contrasts[1], contrasts[0]) / two);

@@ -6,7 +6,12 @@
 #include <memory>
 #include <new>
 
+#include "completion/rows.h"
+
 namespace bob {
+
+/// Blocks of two in so many pixels; the last one may have one alone.
+constexpr int half(int size) { return (size + 1) / 2; }
 
 struct FreeAligned {
     void operator()(float* p) const { ::operator delete[](p, std::align_val_t{64}); }
@@ -72,5 +77,24 @@ private:
     std::size_t stride_, plane_;
     AlignedFloats data_;
 };
+
+inline ConstRows rows_of(const Planes& planes, int channel, int y) {
+    return {planes.row(channel, y), planes.offset(y, y - 1), planes.offset(y, y + 1), planes.plane_stride()};
+}
+inline Rows rows_of(Planes& planes, int channel, int y) {
+    return {planes.row(channel, y), planes.offset(y, y - 1), planes.offset(y, y + 1), planes.plane_stride()};
+}
+
+/// Row y and those beside it, from a column on, to be doubled; the first and the last row stand for what lies beyond.
+inline Doubled doubled_rows(const Planes& planes, int channel, int y, int column = 0) {
+    const auto row = [&](int at) { return planes.row(channel, std::clamp(at, 0, planes.height() - 1)) + column; };
+    return {row(y - 1), row(y), row(y + 1)};
+}
+
+/// Makes the pixels -1 and width of a row to be doubled.
+inline void repeat_edges(float* row, int width) {
+    row[-1] = row[0];
+    row[width] = row[width - 1];
+}
 
 }  // namespace bob

@@ -21,9 +21,6 @@ constexpr int known_finest = 11, first_mask = 3, first_surprise = 7;
 
 constexpr int known_at(int level) { return level == 1 ? known_finest : known; }
 
-/// Blocks of two in so many pixels; the last one may have one alone.
-constexpr int half(int size) { return (size + 1) / 2; }
-
 // Level 1 is completed in tiles of at most so many columns, some rows at a time: what lies between its layers stays in the
 // second-level cache of a core, .6 MB for 320 columns.
 constexpr int tile_width = 512, tile_rows = 4;
@@ -37,23 +34,6 @@ constexpr int least_tile_rows = 16, least_rows = 32;
 constexpr int rows_at_once(int level) { return level <= 3 ? 4 : 2; }
 
 constexpr int rounded_up(int size, int multiple) { return (size + multiple - 1) / multiple * multiple; }
-
-ConstRows rows_of(const Planes& planes, int channel, int y) {
-    return {planes.row(channel, y), planes.offset(y, y - 1), planes.offset(y, y + 1), planes.plane_stride()};
-}
-Rows rows_of(Planes& planes, int channel, int y) {
-    return {planes.row(channel, y), planes.offset(y, y - 1), planes.offset(y, y + 1), planes.plane_stride()};
-}
-
-Doubled doubled(const Planes& planes, int y, int column = 0) {
-    const auto row = [&](int at) { return planes.row(0, std::clamp(at, 0, planes.height() - 1)) + column; };
-    return {row(y - 1), row(y), row(y + 1)};
-}
-
-void repeat_edges(float* row, int width) {
-    row[-1] = row[0];
-    row[width] = row[width - 1];
-}
 
 }  // namespace
 
@@ -342,7 +322,7 @@ void Pyramid::know(int level, Images& images, const Progress& done, const Progre
             for (int y = 2 * pair; y < std::min(2 * pair + 2, height); ++y) std::fill_n(here.known.row(0, y), width, 0.f);
         } else {
             const auto& coarser = images.level(level + 1);
-            kernels.enlarge(doubled(coarser.corrected, pair), rows_of(coarser.handed, 0, 2 * pair), rows_of(here.known, 0, 2 * pair),
+            kernels.enlarge(doubled_rows(coarser.corrected, 0, pair), rows_of(coarser.handed, 0, 2 * pair), rows_of(here.known, 0, 2 * pair),
                             half(width));
             if (2 * pair + 1 == height) here.known.clear_tail(0, height);
         }
@@ -381,7 +361,7 @@ void Pyramid::complete(const Tile& tile, const Pixels& pixels, const Images& ima
             } else if (y % 2 == 0) {
                 ConstRows handed = rows_of(coarser->handed, 0, y);
                 handed.row += column;
-                kernels.enlarge(doubled(coarser->corrected, y / 2, column / 2), handed, rows_of(known, 0, y), half(width));
+                kernels.enlarge(doubled_rows(coarser->corrected, 0, y / 2, column / 2), handed, rows_of(known, 0, y), half(width));
                 if (y + 1 == height) known.clear_tail(0, height);
             }
             kernels.know_finest(pixels.rows(y, column), rows_of(known, 0, y), corrected.row(0, y), shown.row(0, y), width);
@@ -390,7 +370,7 @@ void Pyramid::complete(const Tile& tile, const Pixels& pixels, const Images& ima
             for (int c = 0; c < first_surprise; ++c) known.clear_tail(c, y);
         }
         for (int y = done.compared; y < next.compared; ++y) {
-            kernels.compare(doubled(corrected, y), pixels.rows(y, column), rows_of(std::as_const(known), first_mask, y),
+            kernels.compare(doubled_rows(corrected, 0, y), pixels.rows(y, column), rows_of(std::as_const(known), first_mask, y),
                             rows_of(known, first_surprise, y), width);
             for (int c = first_surprise; c < known_finest; ++c) known.clear_tail(c, y);
         }
@@ -402,7 +382,7 @@ void Pyramid::complete(const Tile& tile, const Pixels& pixels, const Images& ima
             const float* const of_coarser = coarser ? coarser->surface.row(0, y / 2) + column / 2 : images.everywhere.row(0, 0) + column / 2;
             kernels.spread(rows_of(std::as_const(shown), 0, y), of_coarser, surface.row(0, y), width);
             const std::ptrdiff_t stride = images.width;
-            kernels.finish(doubled(corrected, y), rows_of(std::as_const(known), first_mask, y),
+            kernels.finish(doubled_rows(corrected, 0, y), rows_of(std::as_const(known), first_mask, y),
                            rows_of(std::as_const(known), first_surprise, y), rows_of(std::as_const(correction), 0, y), surface.row(0, y),
                            {gray + 2 * y * stride + 2 * column, stride, std::min(2, images.height - 2 * y), images.width - 2 * column},
                            tile.left - column, tile.right - column);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "completion/interpolation.h"
 #include "completion/planes.h"
 #include "completion/ratio_kernels.h"
 #include "completion/spare.h"
@@ -14,9 +15,6 @@
 
 namespace bob {
 namespace {
-
-/// Blocks of two in so many pixels; the last one may have one alone.
-constexpr int half(int size) { return (size + 1) / 2; }
 
 struct Level {
     Planes sums;   // ratio_sums::channels
@@ -43,17 +41,10 @@ constexpr std::size_t kept_pixels = 1 << 20;
 
 Spare<Images> spare;
 
-template <class Image>
-auto rows_of(Image& planes, int y) {
-    return RowsIn<std::remove_pointer_t<decltype(planes.row(0, y))>>{planes.row(0, y), planes.offset(y, y - 1), planes.offset(y, y + 1),
-                                                                    planes.plane_stride()};
-}
-
 DoubledMeans doubled(const Planes& means, int y) {
     DoubledMeans result{};
     for (int c = 0; c < ratio_means::channels; ++c) {
-        const auto row = [&](int at) { return means.row(c, std::clamp(at, 0, means.height() - 1)); };
-        result.of[c] = {row(y - 1), row(y), row(y + 1)};
+        result.of[c] = doubled_rows(means, c, y);
     }
     return result;
 }
@@ -76,14 +67,14 @@ void complete_by_ratio(const Layout& known, const float* planes, const Channel& 
     for_rows(0, finest.height(), 2 * width, [&](int y) {
         const int rows = std::min(height - 2 * y, 2);
         const auto pair = [&](const float* plane) { return PixelRows{{plane + 2 * y * stride, -stride, stride, pixels}, rows, width}; };
-        kernels.pull_pixels(pair(known_guide), pair(color), rows_of(finest, y), finest.width());
+        kernels.pull_pixels(pair(known_guide), pair(color), rows_of(finest, 0, y), finest.width());
     });
     const std::size_t coarsest = levels.size() - 1;
     for (std::size_t n = 1; n < coarsest; ++n) {
         const Planes& finer = levels[n - 1].sums;
         Planes& sums = levels[n].sums;
         for_rows(0, sums.height(), 2 * sums.width(), [&](int y) {
-            kernels.pull(rows_of(finer, 2 * y), rows_of(sums, y), sums.width());
+            kernels.pull(rows_of(finer, 0, 2 * y), rows_of(sums, 0, y), sums.width());
         });
     }
     const float one = unit.value_or(1);
@@ -91,11 +82,10 @@ void complete_by_ratio(const Layout& known, const float* planes, const Channel& 
         const Planes &coarse = levels[n + 1].means, &sums = levels[n].sums;
         Planes& means = levels[n].means;
         for_rows(0, coarse.height(), 2 * means.width(), [&](int y) {
-            kernels.mean(doubled(coarse, y), rows_of(sums, 2 * y), rows_of(sums, 2 * y + 1), rows_of(means, 2 * y), one, coarse.width());
+            kernels.mean(doubled(coarse, y), rows_of(sums, 0, 2 * y), rows_of(sums, 0, 2 * y + 1), rows_of(means, 0, 2 * y), one, coarse.width());
             for (int finer = 2 * y; finer < std::min(2 * y + 2, means.height()); ++finer) {
                 for (int c = 0; c < ratio_means::channels; ++c) {
-                    float* const row = means.row(c, finer);
-                    row[-1] = row[0], row[means.width()] = row[means.width() - 1];
+                    repeat_edges(means.row(c, finer), means.width());
                 }
             }
         });
@@ -114,6 +104,12 @@ void complete_by_ratio(const Layout& known, const float* planes, const Channel& 
                        finest.width());
     });
     if (pixels <= kept_pixels) spare.give_back(std::move(images));
+}
+
+void complete_along(const Layout& known, const float* planes, const Channel& channel, const float* known_guide, const float* guide,
+                    std::optional<float> unit, int height, int width, float* output) {
+    complete_by_ratio(known, planes, channel, known_guide, guide, unit, height, width, output);
+    interpolate_lattice(known, planes, channel, unit.value_or(1), output, nullptr, height, width);
 }
 
 }  // namespace bob

@@ -20,4 +20,8 @@ namespace bob {
 void complete_by_ratio(const Layout& known, const float* planes, const Channel& channel, const float* known_guide, const float* guide,
                        std::optional<float> unit, int height, int width, float* output);
 
+/// The same, and interpolated where traced pixels of the lattice agree (completion/interpolation.h).
+void complete_along(const Layout& known, const float* planes, const Channel& channel, const float* known_guide, const float* guide,
+                    std::optional<float> unit, int height, int width, float* output);
+
 }  // namespace bob

@@ -287,7 +287,7 @@ def error_features(layout: Layout, planes: F32, gray: F32, features: F32) -> Non
 def interpolate_lattice(known: Layout, planes: F32, completed: Layout, output: F32) -> None:
     """Improves completed channels where traced pixels of the lattice agree."""
 
-def complete_by_ratio(
+def complete_along(
     known: Layout, planes: F32, completed: Layout, known_guide: F32, guide: F32, unit: float | None, output: F32
 ) -> None:
     """Completes one channel, which `completed` names, by its ratio to a guide of which all pixels are known; where

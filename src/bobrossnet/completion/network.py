@@ -115,13 +115,13 @@ def _completed_along(
     completed: NDArray[np.float32],
     unit: float | None = None,
 ) -> NDArray[np.float32]:
-    """A channel of colours by its ratio to another one, (H, W), as traced and as completed; of values of any range,
-    `unit` is what counts as 1."""
+    """A channel of colours along another one, (H, W), as traced and as completed; of values of any range, `unit` is
+    what counts as 1."""
     if name not in gbuffer.layout.places:  # of what is white
         return np.repeat(completed[..., None], 3, -1)
     output = np.empty((3, *completed.shape), np.float32)
-    layout = gbuffer.layout.core, gbuffer.planes, _core.Layout(name)
-    _core.complete_by_ratio(*layout, known, completed, unit, output)
+    channel = _core.Layout(name)
+    _core.complete_along(gbuffer.layout.core, gbuffer.planes, channel, known, completed, unit, output)
     return np.moveaxis(output, 0, -1)
 
 
