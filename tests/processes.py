@@ -16,16 +16,18 @@ COMMAND = [sys.executable, "-c", "import sys; from bobrossnet.cli import main; s
 
 @contextmanager
 def running(command: Sequence[str], **options: Any) -> Iterator[subprocess.Popen[str]]:
-    """A process that SIGINT stops; in the end it is gone, and with it whatever it started.
+    """A process that SIGINT, SIGTERM and SIGHUP stop; in the end it is gone, and with it whatever it started.
 
-    A job that a script starts in the background ignores SIGINT, and would hand this down: being ignored is inherited,
-    a handler is not.
+    A script's job in the background ignores SIGINT, whatever nohup starts SIGHUP, and they would hand this down: being
+    ignored is inherited, a handler is not.
     """
-    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    stopping = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    handlers = {sent: signal.signal(sent, signal.default_int_handler) for sent in stopping}
     try:
         process = subprocess.Popen(command, text=True, start_new_session=True, **options)
     finally:
-        signal.signal(signal.SIGINT, handler)
+        for sent, handler in handlers.items():
+            signal.signal(sent, handler)
     with process:
         try:
             yield process
