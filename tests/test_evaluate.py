@@ -3,6 +3,7 @@
 import csv
 import io
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -288,6 +289,32 @@ def test_evaluation_of_a_folder(shapes: Path) -> None:
     painted = np.clip(load_network("paper").predict(part), 0, 1)
     np.testing.assert_array_equal(painted[part.mask == 0], image[part.mask == 0])
     assert result.scores["paper raw", "uniform"][3, 0, 0] == bob.ssim(painted, full.gray)
+
+
+def test_parts_are_scored_side_by_side(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whichever is ready first, each stands in its place, and no more pictures are made than there are threads for."""
+    scenes = {
+        name: partial(bob.sdf.box, size) for name, size in (("a", 1), ("b", 2), ("c", (1, 2, 3)), ("d", (3, 1, 1)))
+    }
+    options: dict[str, Any] = {"size": (16, 20), "fractions": [0.1, 0.5], "orders": ["uniform", "lattice"]}
+    monkeypatch.setattr(bob, "thread_count", lambda: 1)
+    alone = evaluate_scenes(scenes, ["paper"], **options)
+    monkeypatch.setattr(bob, "thread_count", lambda: 3)
+    assert evaluate_scenes(scenes, ["paper"], **options).csv() == alone.csv()
+
+    made: list[str] = []
+
+    def make(name: str) -> Any:
+        made.append(name)
+        return bob.sdf.sphere(1)
+
+    def fail(part: bob.GBuffer) -> None:
+        raise RuntimeError("of a method")
+
+    monkeypatch.setattr("bobrossnet.learn.evaluation.evaluate.all_methods", lambda *_, **__: {"failing": fail})
+    with pytest.raises(RuntimeError, match="of a method"):
+        evaluate_scenes({str(k): partial(make, str(k)) for k in range(9)}, **options)
+    assert made == ["0", "1", "2", "3"]
 
 
 def test_evaluation_in_perspective() -> None:

@@ -5,8 +5,11 @@ Letters: M methods, O pixel orders, P pictures, F shares of traced pixels.
 
 from __future__ import annotations
 
+import itertools
 import os
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -189,7 +192,7 @@ def _part_of_patch(
 def _pictures_of_scenes(
     scenes: Scenes, size: tuple[int, int], views: int, fov: float, channel: str
 ) -> Iterator[_Picture]:
-    for number, name, scene in each_scene(scenes, stacklevel=5):  # at the call of evaluate_scenes
+    for number, name, scene in each_scene(scenes, stacklevel=6):  # at the call of evaluate_scenes
         for view in range(views):
             azimuth = (30 * number + 360 * view / views) % 360
             camera = bob.Camera(azimuth=azimuth, elevation=(20, 45)[view % 2], fov=fov)
@@ -213,7 +216,7 @@ def _part_of_view(full: bob.GBuffer, seed: int, order: str, fraction: float) -> 
 def _evaluate(
     pictures: Iterable[_Picture], methods: Mapping[str, Method], fractions: Sequence[float], orders: Sequence[str]
 ) -> Evaluation:
-    """Measure methods on pictures, one picture in memory at a time."""
+    """Measure methods on pictures, a few pictures in memory at a time."""
     orders = check_orders(orders)
     fractions = tuple(check_number("fractions", fraction, 0, 1, above=True) for fraction in fractions)
     if not fractions:
@@ -222,8 +225,8 @@ def _evaluate(
     names_of_pictures, shapes = [], []
     scores: list[NDArray[np.float64]] = []  # of each picture
     with progress("evaluating") as report:
-        for picture in pictures:
-            scores.append(_score(picture, list(methods.values()), orders, fractions))
+        for picture, of_picture in _scored(pictures, list(methods.values()), orders, fractions):
+            scores.append(of_picture)
             names_of_pictures.append(picture.name)
             shapes.append(picture.shape)
             report(picture.done, picture.shape)
@@ -234,19 +237,45 @@ def _evaluate(
     return Evaluation(tuple(names_of_pictures), tuple(shapes), fractions, by_run)
 
 
-def _score(
-    picture: _Picture, methods: Sequence[Method], orders: Sequence[str], fractions: Sequence[float]
-) -> NDArray[np.float64]:
-    """The scores of one picture, (M, O, F, 3)."""
-    scores = np.empty((len(methods), len(orders), len(fractions), len(METRICS)))
-    for o, f in np.ndindex(len(orders), len(fractions)):
-        part = picture.part(orders[o], fractions[f])
-        for m, method in enumerate(methods):
-            image = method(part)
-            # Often: background, and whatever is traced wholly and kept.
-            reference = picture.reference
-            exact = np.array_equal(image, reference)
-            for k, metric in enumerate(METRICS.values()):
-                measure = metric.measure if reference.ndim == 2 else metric.of_color
-                scores[m, o, f, k] = metric.best if exact else measure(image, reference)
+def _scored(
+    pictures: Iterable[_Picture], methods: Sequence[Method], orders: Sequence[str], fractions: Sequence[float]
+) -> Iterator[tuple[_Picture, NDArray[np.float64]]]:
+    """Each picture with its scores, (M, O, F, 3), in order.
+
+    As many of its parts are scored side by side as there are threads to compute with: most of the time goes into numpy,
+    scipy and the core, which let other threads run meanwhile.
+    """
+    shape = (len(orders), len(fractions), len(methods), len(METRICS))
+    threads = bob.thread_count()
+    ahead: deque[tuple[_Picture, list[Future[list[list[float]]]]]] = deque()
+
+    def first_of_them() -> tuple[_Picture, NDArray[np.float64]]:
+        picture, parts = ahead.popleft()
+        scores = np.reshape([part.result() for part in parts], shape)
+        return picture, np.moveaxis(scores, 2, 0)
+
+    pool = ThreadPoolExecutor(threads)
+    try:
+        for picture in pictures:
+            parts = itertools.product(orders, fractions)
+            ahead.append((picture, [pool.submit(_score, picture, methods, *part) for part in parts]))
+            if len(ahead) > threads:
+                yield first_of_them()
+        while ahead:
+            yield first_of_them()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _score(picture: _Picture, methods: Sequence[Method], order: str, fraction: float) -> list[list[float]]:
+    """The scores of one picture with some of its pixels, those of `METRICS` for each method."""
+    part, reference = picture.part(order, fraction), picture.reference
+    scores = []
+    for method in methods:
+        image = method(part)
+        # Often: background, and whatever is traced wholly and kept.
+        exact = np.array_equal(image, reference)
+        measures = [metric.measure if reference.ndim == 2 else metric.of_color for metric in METRICS.values()]
+        bests = [metric.best for metric in METRICS.values()]
+        scores.append(bests if exact else [measure(image, reference) for measure in measures])
     return scores
