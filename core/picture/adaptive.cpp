@@ -44,7 +44,7 @@ std::array<Pixel, 4> around(Pixel pixel, std::int32_t step, bool diagonal) {
 
 AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, std::uint32_t first_step)
     : height_(height), width_(width), total_(height * width), row_step_(first_step == 1 ? 2 : first_step),
-      ends_in_rows_(first_step == 1), lattice_(make_order("lattice", seed, height, width)), known_(total_) {
+      ends_in_rows_(first_step == 1), lattice_(make_order("lattice", seed, height, width)), looks_(total_), where_(total_) {
     if (first_step > 8 || (first_step > 0 && !std::has_single_bit(first_step))) {
         throw std::invalid_argument("first_step: expected 0, 1, 2, 4 or 8");
     }
@@ -53,15 +53,15 @@ AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint
 AdaptiveOrder::Place AdaptiveOrder::place(Pixel pixel) {
     const auto zeros = [](std::int32_t x) { return std::min(std::countr_zero(static_cast<std::uint32_t>(x)), Tile::bits); };
     const int down = zeros(pixel.row - lattice_first), right = zeros(pixel.column - lattice_first);
-    return {1 << std::min(down, right), down == right};
+    return {std::min(down, right), down == right};
 }
 
 AdaptiveOrder::Children AdaptiveOrder::children(Pixel pixel) {
     const Place at = place(pixel);
     // It is a corner of the middles of the squares around it, or, if it is such a middle itself, of their sides.
-    const bool middle = at.diagonal && at.step < static_cast<std::int32_t>(Tile::side);
-    const Place there{middle ? at.step : at.step / 2, !middle};
-    return {around(pixel, there.step, there.diagonal), there};
+    const bool is_middle = at.diagonal && at.octave < Tile::bits;
+    const Place there{is_middle ? at.octave : at.octave - 1, !is_middle};
+    return {around(pixel, is_middle ? there.step() : at.step() / 2, there.diagonal), there};
 }
 
 std::span<const Pixel> AdaptiveOrder::next(const Layout& layout, const float* planes) {
@@ -84,14 +84,14 @@ std::span<const Pixel> AdaptiveOrder::next(const Layout& layout, const float* pl
         // Children of what is taken may be put here as well.
         Queue& queue = waiting_[q];
         while (queue.taken < queue.pixels.size() && round_.size() < count) {
-            if (queue.taken + ahead < queue.pixels.size()) __builtin_prefetch(&known_[queue.pixels[queue.taken + ahead]]);
+            if (queue.taken + ahead < queue.pixels.size()) prefetch(queue.pixels[queue.taken + ahead]);
+            if (queue.taken + ahead / 2 < queue.pixels.size()) prefetch_children(pixel_at(queue.pixels[queue.taken + ahead / 2]));
             const std::uint32_t index = queue.pixels[queue.taken++];
-            Known& known = known_[index];
-            if (known.where != q) continue;  // chosen, or put elsewhere since
-            known.where = chosen;
+            if (where_[index] != q) continue;  // chosen, or put elsewhere since
+            where_[index] = chosen;
             const Pixel pixel = pixel_at(index);
             round_.push_back(pixel);
-            const std::uint32_t around_it = known.contrast();
+            const std::uint32_t around_it = looks_[index].contrast();
             if (around_it > 0) look_around(pixel, nullptr, around_it * expected / 100);
         }
         if (queue.taken == queue.pixels.size()) queue = {};
@@ -121,9 +121,9 @@ void AdaptiveOrder::take_rows(const Layout& layout, const float* planes) {
     for (std::uint32_t row = begin; row < height_; row += step) {
         for (std::uint32_t column = begin; column < width_; column += step) {
             const Pixel pixel{static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)};
-            Known& known = known_[index_of(pixel)];
-            if (known.where >= chosen || (part == 1 && !is_uneven(row, column))) continue;
-            known.where = chosen;
+            std::uint8_t& where = where_[index_of(pixel)];
+            if (where >= chosen || (part == 1 && !is_uneven(row, column))) continue;
+            where = chosen;
             round_.push_back(pixel);
         }
     }
@@ -162,9 +162,9 @@ void AdaptiveOrder::follow_lattice(std::size_t until) {
         }
         const Pixel pixel = of_lattice_.back();
         of_lattice_.pop_back(), ++lattice_done_;
-        Known& known = known_[index_of(pixel)];
-        if (known.where >= chosen) continue;
-        known.where = chosen;
+        std::uint8_t& where = where_[index_of(pixel)];
+        if (where >= chosen) continue;
+        where = chosen;
         round_.push_back(pixel);
     }
 }
@@ -176,78 +176,90 @@ void AdaptiveOrder::read(const Layout& layout, const float* planes) {
         if (k + ahead < round_.size()) {
             const std::uint32_t i = index_of(round_[k + ahead]);
             look_at.prefetch(i);
-            __builtin_prefetch(&known_[i]);
+            prefetch(i);
         }
         const std::uint32_t i = index_of(round_[k]);
         const Look look = look_at(i);
-        Known& known = known_[i];
-        const bool has_corners = known.seen != 0;
-        known.add(look);
-        surprises_.push_back(has_corners ? known.contrast() : 0);
-        known = {look, traced};
+        Look corners = looks_[i];
+        const bool has_corners = !corners.is_nothing();
+        corners.add(look);
+        surprises_.push_back(has_corners ? corners.contrast() : 0);
+        looks_[i] = look, where_[i] = traced;
     }
     for (std::size_t k = 0; k < round_.size(); ++k) {
         if (k + ahead < round_.size()) prefetch_children(round_[k + ahead]);
-        const Look look = known_[index_of(round_[k])];
+        const Look look = looks_[index_of(round_[k])];
         look_around(round_[k], &look, 0);
         if (surprises_[k] > surprising) look_beside(round_[k], surprises_[k]);
     }
 }
 
+void AdaptiveOrder::prefetch(std::uint32_t index) const { __builtin_prefetch(&looks_[index]), __builtin_prefetch(&where_[index]); }
+
 void AdaptiveOrder::prefetch_children(Pixel pixel) const {
-    const auto [pixels, place] = children(pixel);
-    for (const Pixel child : pixels) {
-        if (is_inside(child)) __builtin_prefetch(&known_[index_of(child)]);
+    for (const Pixel child : children(pixel).pixels) {
+        if (is_inside(child)) prefetch(index_of(child));
     }
 }
 
 void AdaptiveOrder::look_around(Pixel pixel, const Look* look, std::uint32_t least) {
     const auto [pixels, place] = children(pixel);
-    if (place.step == 0) return;  // all of them come before it
+    if (place.octave < 0) return;  // all of them come before it
     for (const Pixel child : pixels) {
         if (!is_inside(child)) continue;
         const std::uint32_t i = index_of(child);
-        Known& known = known_[i];
-        if (known.where == traced) continue;
-        if (known.seen == 0) {
+        if (where_[i] == traced) continue;
+        Look& known = looks_[i];
+        if (known.is_nothing()) {
             add_corners(known, child, place);
         } else if (look) {
             known.add(*look);
         }
-        if (known.where != chosen) wait(i, (std::max(least, known.contrast()) + floor) * place.area(), false);
+        if (where_[i] != chosen) wait(i, queue_of(std::max(least, known.contrast()), place.octave_of_area()));
     }
 }
 
 void AdaptiveOrder::look_beside(Pixel pixel, std::uint32_t contrast) {
     const Place at = place(pixel);
-    const auto area = static_cast<std::uint32_t>(at.step * at.step);
+    const std::uint8_t queue = queue_of(contrast * beside_a_surprise / 100, 2 * at.octave);
     for (const bool diagonal : {false, true}) {
-        for (const Pixel beside : around(pixel, at.step, diagonal)) {
-            if (!is_inside(beside) || known_[index_of(beside)].where >= chosen) continue;
-            wait(index_of(beside), (contrast * beside_a_surprise / 100 + floor) * area, true);
+        for (const Pixel beside : around(pixel, at.step(), diagonal)) {
+            if (!is_inside(beside)) continue;
+            const std::uint32_t i = index_of(beside);
+            if (where_[i] < queue) wait(i, queue);
         }
     }
 }
 
-void AdaptiveOrder::wait(std::uint32_t index, std::uint32_t worth, bool at_least) {
-    const int octave = std::bit_width(worth) - 1;
-    const auto q = static_cast<std::uint8_t>(8 * octave + static_cast<int>((std::uint64_t{worth} << 3 >> octave) & 7));
-    std::uint8_t& where = known_[index].where;
-    if (where == q || (at_least && where > q)) return;
-    where = q;
-    waiting_[q].pixels.push_back(index);
+std::uint8_t AdaptiveOrder::queue_of(std::uint32_t contrast, int octave_of_area) {
+    static constexpr auto of_contrasts = [] {
+        std::array<std::uint8_t, Look::most + 1> result{};
+        for (std::uint32_t contrast = 0; contrast <= Look::most; ++contrast) {
+            const std::uint32_t worth = contrast + floor;
+            const int octave = std::bit_width(worth) - 1;
+            result[contrast] = static_cast<std::uint8_t>(8 * octave + static_cast<int>((worth << 3 >> octave) & 7));
+        }
+        return result;
+    }();
+    return static_cast<std::uint8_t>(of_contrasts[contrast] + 8 * octave_of_area);
 }
 
-void AdaptiveOrder::add_corners(Known& known, Pixel pixel, Place at) const {
-    for (const Pixel corner : around(pixel, at.step, at.diagonal)) {
+void AdaptiveOrder::wait(std::uint32_t index, std::uint8_t queue) {
+    if (where_[index] == queue) return;
+    where_[index] = queue;
+    waiting_[queue].pixels.push_back(index);
+}
+
+void AdaptiveOrder::add_corners(Look& known, Pixel pixel, Place at) const {
+    for (const Pixel corner : around(pixel, at.step(), at.diagonal)) {
         if (!is_inside(corner)) continue;
-        const Known& other = known_[index_of(corner)];
-        if (other.where == traced) known.add(other);
+        const std::uint32_t i = index_of(corner);
+        if (where_[i] == traced) known.add(looks_[i]);
     }
 }
 
 std::size_t AdaptiveOrder::bytes() const {
-    std::size_t sum = known_.capacity() * sizeof(Known) + (round_.capacity() + of_lattice_.capacity()) * sizeof(Pixel) +
+    std::size_t sum = looks_.capacity() * sizeof(Look) + where_.capacity() + (round_.capacity() + of_lattice_.capacity()) * sizeof(Pixel) +
                       surprises_.capacity() * sizeof(surprises_[0]);
     for (const auto& queue : waiting_) sum += queue.pixels.capacity() * sizeof(std::uint32_t);
     return sum;

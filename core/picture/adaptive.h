@@ -39,27 +39,23 @@ public:
     [[nodiscard]] std::size_t bytes() const;
 
 private:
-    /// How a pixel lies in the lattice.
+    /// How a pixel lies in the lattice: 2^octave away from its corners, along both axes or along one.
     struct Place {
-        std::int32_t step;  // to its corners, along both axes or along one
+        int octave;
         bool diagonal;
-        [[nodiscard]] std::uint32_t area() const { return static_cast<std::uint32_t>(step * step) << diagonal; }
+        [[nodiscard]] std::int32_t step() const { return 1 << octave; }
+        [[nodiscard]] int octave_of_area() const { return 2 * octave + diagonal; }
     };
     static Place place(Pixel pixel);
 
-    /// The pixels of which one is a corner, some of them outside the picture, and how they lie; at step 0 there are none.
+    /// The pixels of which one is a corner, some of them outside the picture, and how they lie; at octave -1 there are none.
     struct Children {
         std::array<Pixel, 4> pixels;
         Place place;
     };
     static Children children(Pixel pixel);
 
-    /// What is known of a pixel, in one place, since finding it in memory is what takes time: of a traced pixel what it shows,
-    /// of others the range of their corners, as far as they were looked at.
-    struct Known : Look {
-        std::uint8_t where = nowhere;  // in which queue it waits, if it does
-    };
-    static_assert(sizeof(Known) == 8);
+    /// Where a pixel is, or else in which queue it waits.
     static constexpr std::uint8_t nowhere = 0, chosen = 254, traced = 255;
 
     /// Takes what the last round shows.
@@ -76,9 +72,12 @@ private:
     /// Looks at the pixels around one that differs by so much from its corners, as if they were of its own level: what
     /// passes there may go on into a larger square without being seen at any corner of that.
     void look_beside(Pixel pixel, std::uint32_t contrast);
-    /// Puts an open pixel where those of its worth wait; `at_least` leaves it where it waits for more.
-    void wait(std::uint32_t index, std::uint32_t worth, bool at_least);
-    void add_corners(Known& known, Pixel pixel, Place at) const;
+    /// The queue of pixels that differ by so much, and stand for so large an area.
+    static std::uint8_t queue_of(std::uint32_t contrast, int octave_of_area);
+    /// Puts an open pixel into a queue.
+    void wait(std::uint32_t index, std::uint8_t queue);
+    void add_corners(Look& known, Pixel pixel, Place at) const;
+    void prefetch(std::uint32_t index) const;
     void prefetch_children(Pixel pixel) const;
     [[nodiscard]] std::uint32_t index_of(Pixel pixel) const {
         return static_cast<std::uint32_t>(pixel.row) * width_ + static_cast<std::uint32_t>(pixel.column);
@@ -109,7 +108,8 @@ private:
     std::vector<Pixel> round_;
     std::vector<std::uint32_t> surprises_;  // by how much each pixel of the round differs from its corners
 
-    std::vector<Known> known_;
+    std::vector<Look> looks_;  // of a traced pixel what it shows, of others the range of their corners, as far as they were looked at
+    std::vector<std::uint8_t> where_;
     std::array<Queue, queues> waiting_;  // by worth, 8 queues to a doubling
 };
 

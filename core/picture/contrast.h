@@ -1,7 +1,8 @@
 /// How much pixels differ to the eye, in 256 steps: what decides where rays go.
 #pragma once
 
-#include <algorithm>
+#include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -10,25 +11,32 @@
 namespace bob {
 
 /// What a pixel shows, or several pixels do: the range of their shades, and whether any of them missed or hit.
-struct Look {
-    static constexpr std::uint8_t missed = 1, hit = 2;
+class Look {
+public:
     static constexpr std::uint32_t most = 255;
 
-    std::uint8_t low[3] = {255, 255, 255};  // gray, normal x, normal y, in 256 steps each
-    std::uint8_t seen = 0;
-    std::uint8_t high[3] = {};
+    Look() = default;
+    /// Of shades in 256 steps, gray, normal x and normal y.
+    Look(const std::array<std::uint8_t, 3>& low, const std::array<std::uint8_t, 3>& high, bool missed, bool hit)
+        : bytes_{below(low[0]), below(low[1]), below(low[2]), flag(missed), high[0], high[1], high[2], flag(hit)} {}
 
-    void add(const Look& other) {
-        seen |= other.seen;
-        for (int i = 0; i < 3; ++i) low[i] = std::min(low[i], other.low[i]), high[i] = std::max(high[i], other.high[i]);
-    }
+    void add(const Look& other) { bytes_ = bytes_ > other.bytes_ ? bytes_ : other.bytes_; }
+
+    /// Whether no pixel was added.
+    [[nodiscard]] bool is_nothing() const { return std::bit_cast<std::uint64_t>(bytes_) == 0; }
 
     /// How much differs what was added, 0..most.
     [[nodiscard]] std::uint32_t contrast() const {
-        if (seen == 0) return 0;
-        if (seen == (missed | hit)) return most;  // silhouette
-        const auto range = [&](int i) { return static_cast<std::uint16_t>(high[i] - low[i]); };
-        return contrast_of(range(0), range(1), range(2));
+        const auto all = std::bit_cast<std::uint64_t>(bytes_);
+        const auto lower = static_cast<std::uint32_t>(all), upper = static_cast<std::uint32_t>(all >> 32);
+        // Two sums of bytes in each: gray and normal y, normal x and flags.
+        constexpr std::uint32_t every_other = 0x00ff00ff;
+        const std::uint32_t even = (lower & every_other) + (upper & every_other), odd = (lower >> 8 & every_other) + (upper >> 8 & every_other);
+        const std::uint32_t flags = odd >> 16;
+        if (flags == 0) return 0;
+        if (flags == 2 * most) return most;  // silhouette
+        const auto range = [](std::uint32_t sum) { return static_cast<std::uint16_t>(sum - most); };
+        return contrast_of(range(even & 0xffff), range(odd & 0xffff), range(even >> 16));
     }
     /// The same of the ranges of gray and of the normals; of numbers that fit into few bits, since loops over pixels need it.
     static constexpr std::uint8_t contrast_of(std::uint16_t gray, std::uint16_t x, std::uint16_t y) {
@@ -36,6 +44,15 @@ struct Look {
         const auto sum = static_cast<std::uint16_t>(gray + normals / 8);
         return static_cast<std::uint8_t>(sum < most ? sum : most);
     }
+
+private:
+    static std::uint8_t below(std::uint8_t low) { return static_cast<std::uint8_t>(most - low); }
+    static std::uint8_t flag(bool is) { return is ? most : 0; }
+
+    /// How far below 255 the lowest shades are, and 255 if any missed; the highest shades, and 255 if any hit: of two looks
+    /// together, the larger of each byte.
+    using Bytes [[gnu::vector_size(8)]] = std::uint8_t;
+    Bytes bytes_{};
 };
 
 /// Reads what pixels show from planes, (C, pixels) of a layout.
@@ -48,16 +65,14 @@ public:
 
     /// Of a pixel that was traced.
     [[nodiscard]] Look operator()(std::size_t i) const {
-        Look look;
         const auto shown = [i](const float* plane, const Channel& channel) {
             return static_cast<std::uint8_t>(plane ? step(plane[i], channel) : 0);
         };
-        look.low[0] = look.high[0] =
-            red_ ? static_cast<std::uint8_t>(step(shade(red_[i], red_[pixels_ + i], red_[2 * pixels_ + i]), channels::gray)) : shown(gray_, channels::gray);
-        look.low[1] = look.high[1] = shown(x_, channels::normal);
-        look.low[2] = look.high[2] = shown(y_, channels::normal);
-        look.seen = depth_ && !(depth_[i] > 0) ? Look::missed : Look::hit;
-        return look;
+        const std::array<std::uint8_t, 3> shades = {
+            red_ ? static_cast<std::uint8_t>(step(shade(red_[i], red_[pixels_ + i], red_[2 * pixels_ + i]), channels::gray)) : shown(gray_, channels::gray),
+            shown(x_, channels::normal), shown(y_, channels::normal)};
+        const bool missed = depth_ && !(depth_[i] > 0);
+        return {shades, shades, missed, !missed};
     }
 
     /// What each pixel shows whose mask is not 0, plane by plane; others show nothing. missed, hit: 255 or 0.

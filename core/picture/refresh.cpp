@@ -98,10 +98,7 @@ void RefreshOrder::Looks::resize(std::uint32_t new_height, std::uint32_t new_wid
 }
 
 Look RefreshOrder::Looks::at(std::size_t i) const {
-    Look look;
-    for (std::size_t k = 0; k < 3; ++k) look.low[k] = low[k][i], look.high[k] = high[k][i];
-    look.seen = static_cast<std::uint8_t>((missed[i] ? Look::missed : 0) | (hit[i] ? Look::hit : 0));
-    return look;
+    return {{low[0][i], low[1][i], low[2][i]}, {high[0][i], high[1][i], high[2][i]}, missed[i] != 0, hit[i] != 0};
 }
 
 void RefreshOrder::halve(const Looks& fine, Looks& coarse) {
