@@ -151,7 +151,9 @@ void scatter(const bob::Layout& layout, const Pixels& pixels, const Samples& sam
 
 void check_pixels(const Pixels& pixels, int height, int width) {
     for (const bob::Pixel p : items<bob::Pixel>(pixels)) {
-        expect(p.row >= 0 && p.row < height && p.column >= 0 && p.column < width, "pixels: outside the image");
+        if (p.row >= 0 && p.row < height && p.column >= 0 && p.column < width) continue;
+        const auto pair = [](int row, int column) { return "(" + std::to_string(row) + ", " + std::to_string(column) + ")"; };
+        throw std::invalid_argument("pixels: expected each at least (0, 0) and below " + pair(height, width) + ", got " + pair(p.row, p.column));
     }
 }
 

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from models import MODELS, needs_models
 
 import bobrossnet as bob
+from bobrossnet.errors import InputError
 from bobrossnet.tracing.trace import tiled_pixels
 
 SIZE = (90, 120)
@@ -40,6 +41,31 @@ def test_any_pixels_can_be_traced(tree):
     samples = bob.SceneTracer(tree, bob.Camera(), SIZE)(pixels)
     assert np.array_equal(samples.gray, full.gray[pixels[:, 0], pixels[:, 1]])
     assert np.array_equal(samples.normal, full.normal[pixels[:, 0], pixels[:, 1]])
+
+
+def test_pixels_may_be_any_integers_inside(tree):
+    tracer = bob.SceneTracer(tree, bob.Camera(), SIZE)
+    pixels = np.argwhere(np.eye(4, 6))
+    expected = tracer(np.ascontiguousarray(pixels, np.int32)).values
+    for same in (pixels, np.asfortranarray(pixels.astype(np.uint8)), pixels.tolist()):
+        assert np.array_equal(tracer(same).values, expected)
+    assert len(tracer(np.empty((0, 2), np.int64))) == 0
+
+
+@pytest.mark.parametrize(
+    ("pixels", "message"),
+    [
+        ([[0, 0], [5, 120]], r"expected each at least \(0, 0\) and below \(90, 120\), got \(5, 120\)"),
+        ([[-1, 3]], r"got \(-1, 3\)"),
+        (np.array([[2**32, 3]]), r"pixels: expected each at least"),
+        (np.array([[2**64 - 1, 3]], np.uint64), r"pixels: expected each at least"),
+        ([[0.5, 1.0]], "pixels: expected integers, a row and a column each, got dtype float64"),
+        ([1, 2], r"pixels: expected shape \(n, 2\), got \(2,\)"),
+    ],
+)
+def test_no_other_pixels(tree, pixels, message):
+    with pytest.raises(InputError, match=message):
+        bob.SceneTracer(tree, bob.Camera(), SIZE)(pixels)
 
 
 def test_threads_do_not_matter(tree):

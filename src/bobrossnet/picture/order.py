@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_integer, check_number
+from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer, check_number
 
 Size: TypeAlias = tuple[int, int]
 SizeLike: TypeAlias = Size | str
@@ -85,6 +85,16 @@ def check_size(size: Any) -> Size:
     if height * width > MAX_PIXELS:
         raise InputError(f"size: expected at most {MAX_PIXELS} pixels, got {height} x {width} = {height * width}")
     return height, width
+
+
+def check_pixels(pixels: Any) -> NDArray[np.int32]:
+    """Return rows and columns, (n, 2), as the core takes them."""
+    array = check_array("pixels", pixels, (None, 2))
+    if array.dtype.kind not in "iu":
+        raise InputTypeError(f"pixels: expected integers, a row and a column each, got dtype {array.dtype}")
+    if not np.can_cast(array.dtype, np.int32):
+        array = array.clip(None if array.dtype.kind == "u" else -1, MAX_PIXELS)  # what is outside of pictures stays so
+    return np.ascontiguousarray(array, np.int32)
 
 
 def check_order(order: Any, seed: Any) -> str:

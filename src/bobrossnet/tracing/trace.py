@@ -13,7 +13,7 @@ from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import COLORED, TRACED, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
-from bobrossnet.picture.order import Size, SizeLike, check_order, check_size, pixel_count
+from bobrossnet.picture.order import Size, SizeLike, check_order, check_pixels, check_size, pixel_count
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.scene import SceneLike, as_scene
@@ -48,8 +48,23 @@ class SceneTracer:
         self._core = scene.core
 
     def __call__(self, pixels: NDArray[np.int32]) -> Samples:
+        """What one ray through the centre of each pixel finds.
+
+        Parameters
+        ----------
+        pixels : (n, 2) integers, row and column, inside the picture
+
+        Raises
+        ------
+        InputError
+            If they are something else.
+        """
+        pixels = check_pixels(pixels)
         values = np.empty((len(pixels), self.layout.width), np.float32)
-        self._core.trace(self.camera_in_core, *self.size, pixels, self.layout.core, values)
+        try:
+            self._core.trace(self.camera_in_core, *self.size, pixels, self.layout.core, values)
+        except ValueError as error:
+            raise InputError(str(error)) from None
         return Samples.from_values(values, self.layout)
 
     def guides(self) -> Guides:
