@@ -45,6 +45,9 @@ inline M may_wrap(F, F) { return M{}; }
 inline M may_wrap(Interval a, Interval b) { return ~same_quotient(a, b); }
 inline M may_cut(F, F) { return M{}; }
 inline M may_cut(Interval y, Interval x) { return crosses_cut(y, x); }
+/// Whether a sum of squares is too large a number, where slopes through it would be 0.
+inline M overflows(F) { return M{}; }
+inline M overflows(Interval squares) { return ~(squares.low < constant(infinity)); }
 
 /// a / hypot(a, b), which never leaves -1..1; 0 at the origin.
 inline F share(F a, F h) { return h > F{} ? a / h : (is_nan(h) ? h : F{}); }
@@ -230,15 +233,15 @@ template <class N, int K>
 inline Dual<N, K> atan(const Dual<N, K>& a) {
     Domain everywhere;
     const N denominator = scaled(square(a.value), 1, 1);
-    return chain(atan(a.value), a, [&](N s) { return divide(s, denominator, everywhere); });
+    return chain(atan(a.value), a, [&](N s) { return unless(overflows(denominator), divide(s, denominator, everywhere)); });
 }
 template <class N, int K>
 inline Dual<N, K> atan2(const Dual<N, K>& y, const Dual<N, K>& x) {
     Domain of_slope;
     const N distance2 = square(x.value) + square(y.value);
-    const M jumps = may_cut(y.value, x.value);
+    const M is_unknown = may_cut(y.value, x.value) | overflows(distance2);
     return chain(atan2(y.value, x.value), y, x, [&](N s, N t) {
-        return unless(jumps, divide(x.value * s - y.value * t, distance2, of_slope));
+        return unless(is_unknown, divide(x.value * s - y.value * t, distance2, of_slope));
     });
 }
 template <class N, int K>

@@ -192,6 +192,26 @@ TEST(narrowing_sees_what_cancels) {
     });
 }
 
+TEST(slopes_of_angles_hold_the_true_one_where_squares_overflow) {
+    test::for_each_isa([] {
+        bob::Graph g;
+        const double large = 1e20, least = 0.4, most = 0.6;
+        const bob::Value steep = g.x() * large;
+        const std::pair<bob::Expression, double> cases[] = {
+            {g.expression(atan(steep) * large), large * large / (1 + least * least * large * large)},
+            {g.expression(atan2(g.x(), g.constant(large)) * large), 1},
+        };
+        for (const auto& [expression, slope] : cases) {
+            const bob::Tape tape(expression);
+            BoxBatch boxes{};
+            std::fill_n(boxes.low[0], bob::max_lanes, static_cast<float>(least));
+            std::fill_n(boxes.high[0], bob::max_lanes, static_cast<float>(most));
+            bob::best_formula_kernels().narrow(tape.code(), boxes, bob::scratch(tape.code().registers));
+            CHECK(!(boxes.most_slope[0][0] < static_cast<float>(0.999 * slope)));
+        }
+    });
+}
+
 TEST(specialised_formulas_have_the_same_values_within_their_box) {
     // To the bit, but where the algebra of what is left puts sums together otherwise.
     int identical = 0, judged = 0, shorter = 0;
