@@ -23,12 +23,10 @@ float half_area(const TrianglePacket& packet) {
     return size.x * size.y + size.y * size.z + size.z * size.x;
 }
 
-float packet_size(std::span<const TrianglePacket> packets) {
+/// Across: the root of the mean of areas, weighted by themselves.
+float packet_size(std::span<const float> areas) {
     double sum = 0, squares = 0;
-    for (const TrianglePacket& packet : packets) {
-        const double area = half_area(packet);
-        sum += area, squares += area * area;
-    }
+    for (const double area : areas) sum += area, squares += area * area;
     return sum > 0 ? static_cast<float>(std::sqrt(squares / sum)) : 0;
 }
 
@@ -50,6 +48,7 @@ TriangleBvh build_triangle_bvh(std::span<const Vec3> vertices, std::span<const T
     });
     Bvh bvh = build_bvh(boxes, node_cost);
     std::vector<TrianglePacket> packets(bvh.packets.size());
+    std::vector<float> areas(packets.size());
     parallel_for(packets.size(), 4096, [&](std::size_t begin, std::size_t end) {
         Interruption::check();
         for (std::size_t i = begin; i < end; ++i) {
@@ -61,10 +60,10 @@ TriangleBvh build_triangle_bvh(std::span<const Vec3> vertices, std::span<const T
                     for (int axis = 0; axis < 3; ++axis) packets[i].vertex[corner][axis][lane] = vertex[axis];
                 }
             }
+            areas[i] = half_area(packets[i]);
         }
     });
-    const float size = packet_size(packets);
-    return {std::move(bvh.nodes), std::move(packets), size};
+    return {std::move(bvh.nodes), std::move(packets), packet_size(areas)};
 }
 
 bool lie_apart(const TriangleBvh& bvh, std::span<const Ray> rays) {

@@ -27,7 +27,7 @@ struct alignas(64) TrianglePacket {
 struct TriangleBvh {
     std::vector<BvhNode> nodes;
     std::vector<TrianglePacket> packets;
-    float packet_size = 0;  // across, of those that rays meet: the root of a mean area, weighted by area
+    float packet_size = 0;  // across, of those that most rays meet
 
     [[nodiscard]] std::size_t bytes() const {
         return nodes.size() * sizeof(BvhNode) + packets.size() * sizeof(TrianglePacket);
