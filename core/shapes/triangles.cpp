@@ -30,10 +30,10 @@ float packet_size(std::span<const float> areas) {
     return sum > 0 ? static_cast<float>(std::sqrt(squares / sum)) : 0;
 }
 
-/// How far apart two rays are, where a scene lies about 1 from their origins.
-float distance(const Ray& a, const Ray& b) {
-    const float turned = length(normalized(a.direction) - normalized(b.direction));
-    return length(a.origin - b.origin) + turned;
+/// Where a ray comes to the unit sphere, or little before.
+Vec3 arrival(const Ray& ray) {
+    const Vec3 way = normalized(ray.direction);
+    return ray.origin + std::max(0.f, -dot(ray.origin, way) - 1) * way;
 }
 
 }  // namespace
@@ -77,7 +77,7 @@ bool lie_apart(const TriangleBvh& bvh, std::span<const Ray> rays) {
     const std::size_t step = std::max<std::size_t>(1, rays.size() / samples);
     float sum = 0;
     int count = 0;
-    for (std::size_t i = 1; i < rays.size(); i += step, ++count) sum += std::min(largest, distance(rays[i - 1], rays[i]));
+    for (std::size_t i = 1; i < rays.size(); i += step, ++count) sum += std::min(largest, length(arrival(rays[i]) - arrival(rays[i - 1])));
     return sum > least * bvh.packet_size * static_cast<float>(count);
 }
 

@@ -36,8 +36,8 @@ struct TriangleBvh {
 
 [[nodiscard]] TriangleBvh build_triangle_bvh(std::span<const Vec3> vertices, std::span<const Triangle> triangles);
 
-/// Whether the rays of a call are so far apart that few meet a packet that one shortly before them has met, in a tree too large
-/// for caches.
+/// Whether the rays of a call come to the unit sphere, or begin in it, so far apart that few meet a packet that one shortly before
+/// them has met, in a tree too large for caches.
 [[nodiscard]] bool lie_apart(const TriangleBvh& bvh, std::span<const Ray> rays);
 
 /// Where triangles have holes, which rays pass through.

@@ -193,16 +193,18 @@ TEST(rays_lie_apart_where_they_meet_other_triangles) {
     const auto fine = test::sphere(7, 1), coarse = test::sphere(2, 1);
     const auto fine_bvh = bob::build_triangle_bvh(fine.vertices, fine.triangles);
     const auto coarse_bvh = bob::build_triangle_bvh(coarse.vertices, coarse.triangles);
-    std::vector<Ray> scattered(100), neighbours(100), turning(100);
+    std::vector<Ray> scattered(100), neighbours(100), turning(100), reflected(100);
     for (std::size_t i = 0; i < 100; ++i) {
         const float step = static_cast<float>(i);
         scattered[i] = random_ray(random);
         neighbours[i] = {{1e-3f * step, 0, 2}, {0, 0, -3}};
-        turning[i] = {{0, 0, 2}, {std::sin(0.1f * step), 0, std::cos(0.1f * step)}};
+        turning[i] = {{0, 0, 5}, {std::sin(0.01f * step - 0.5f), 0, -std::cos(0.01f * step - 0.5f)}};
+        reflected[i] = {{1e-3f * step, 0, 0.5f}, test::random_direction(random)};
     }
     CHECK(bob::lie_apart(fine_bvh, scattered));
     CHECK(bob::lie_apart(fine_bvh, turning));
     CHECK(!bob::lie_apart(fine_bvh, neighbours));
+    CHECK(!bob::lie_apart(fine_bvh, reflected));
     CHECK(!bob::lie_apart(coarse_bvh, scattered));
     CHECK(!bob::lie_apart(fine_bvh, {scattered.data(), 1}));
     CHECK(!bob::lie_apart(fine_bvh, {}));
