@@ -180,7 +180,7 @@ TEST(a_hit_depends_on_its_ray_alone) {
         const auto closest_hits = bob::best_triangle_kernels().closest_hits;
         for (const bool apart : {false, true}) {
             for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{3}, std::size_t{5}, rays.size()}) {
-                std::vector<Hit> hits(count);
+                std::vector<Hit> hits(count, Hit{1, 2, 3, 4});
                 closest_hits(bvh.nodes.data(), bvh.packets.data(), rays.data(), count, apart, hits.data());
                 for (std::size_t i = 0; i < count; ++i) CHECK(same_bits(hits[i], trace(bvh, rays[i])));
             }
