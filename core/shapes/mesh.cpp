@@ -271,12 +271,13 @@ void Mesh::colors(std::span<const Ray> rays, std::span<const Hit> hits, std::spa
 }
 
 void Mesh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
-    const auto& [nodes, packets] = prepared_->bvh;
+    const auto& [nodes, packets, packet_size] = prepared_->bvh;
     const TriangleKernels& kernels = best_triangle_kernels();
+    const bool apart = lie_apart(prepared_->bvh, rays);
     if (const Holes* const holes = prepared_->holes.get()) {
-        kernels.closest_hits_around(*holes, nodes.data(), packets.data(), rays.data(), rays.size(), hits.data());
+        kernels.closest_hits_around(*holes, nodes.data(), packets.data(), rays.data(), rays.size(), apart, hits.data());
     } else {
-        kernels.closest_hits(nodes.data(), packets.data(), rays.data(), rays.size(), hits.data());
+        kernels.closest_hits(nodes.data(), packets.data(), rays.data(), rays.size(), apart, hits.data());
     }
 }
 
@@ -284,7 +285,8 @@ void Mesh::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::sp
     for (std::size_t i = 0; i < hits.size(); ++i) {
         if (i + ahead < hits.size()) {
             const std::uint32_t next = hits[i + ahead].primitive;
-            __builtin_prefetch(&prepared_->normals[next]), __builtin_prefetch(&prepared_->face_normals[next]);
+            __builtin_prefetch(&prepared_->normals[next]), __builtin_prefetch(&prepared_->normals[next][2].z);
+            __builtin_prefetch(&prepared_->face_normals[next]);
         }
         normals[i] = shading_normal(hits[i], rays[i].direction);
     }

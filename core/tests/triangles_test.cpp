@@ -1,6 +1,7 @@
 #include "shapes/triangles.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <vector>
@@ -17,7 +18,7 @@ namespace {
 
 Hit trace(const bob::TriangleBvh& bvh, const Ray& ray) {
     Hit hit;
-    bob::best_triangle_kernels().closest_hits(bvh.nodes.data(), bvh.packets.data(), &ray, 1, &hit);
+    bob::best_triangle_kernels().closest_hits(bvh.nodes.data(), bvh.packets.data(), &ray, 1, false, &hit);
     return hit;
 }
 
@@ -176,11 +177,37 @@ TEST(a_hit_depends_on_its_ray_alone) {
     std::vector<Ray> rays(1000);
     for (Ray& ray : rays) ray = random_ray(random);
     test::for_each_isa([&] {
-        std::vector<Hit> hits(rays.size());
         const auto closest_hits = bob::best_triangle_kernels().closest_hits;
-        closest_hits(bvh.nodes.data(), bvh.packets.data(), rays.data(), rays.size(), hits.data());
-        for (std::size_t i = 0; i < rays.size(); ++i) CHECK(same_bits(hits[i], trace(bvh, rays[i])));
+        for (const bool apart : {false, true}) {
+            for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{3}, std::size_t{5}, rays.size()}) {
+                std::vector<Hit> hits(count, Hit{1, 2, 3, 4});
+                closest_hits(bvh.nodes.data(), bvh.packets.data(), rays.data(), count, apart, hits.data());
+                for (std::size_t i = 0; i < count; ++i) CHECK(same_bits(hits[i], trace(bvh, rays[i])));
+            }
+        }
     });
+}
+
+TEST(rays_lie_apart_where_they_meet_other_triangles) {
+    test::Random random(8);
+    const auto fine = test::sphere(7, 1), coarse = test::sphere(2, 1);
+    const auto fine_bvh = bob::build_triangle_bvh(fine.vertices, fine.triangles);
+    const auto coarse_bvh = bob::build_triangle_bvh(coarse.vertices, coarse.triangles);
+    std::vector<Ray> scattered(100), neighbours(100), turning(100), reflected(100);
+    for (std::size_t i = 0; i < 100; ++i) {
+        const float step = static_cast<float>(i);
+        scattered[i] = random_ray(random);
+        neighbours[i] = {{1e-3f * step, 0, 2}, {0, 0, -3}};
+        turning[i] = {{0, 0, 5}, {std::sin(0.01f * step - 0.5f), 0, -std::cos(0.01f * step - 0.5f)}};
+        reflected[i] = {{1e-3f * step, 0, 0.5f}, test::random_direction(random)};
+    }
+    CHECK(bob::lie_apart(fine_bvh, scattered));
+    CHECK(bob::lie_apart(fine_bvh, turning));
+    CHECK(!bob::lie_apart(fine_bvh, neighbours));
+    CHECK(!bob::lie_apart(fine_bvh, reflected));
+    CHECK(!bob::lie_apart(coarse_bvh, scattered));
+    CHECK(!bob::lie_apart(fine_bvh, {scattered.data(), 1}));
+    CHECK(!bob::lie_apart(fine_bvh, {}));
 }
 
 TEST(rays_that_are_not_finite_hit_nothing) {

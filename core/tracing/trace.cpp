@@ -1,6 +1,7 @@
 #include "tracing/trace.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -38,21 +39,28 @@ Light light_at(const Projection& projection, float row, float column) {
     return {direction, normalized(direction + Vec3{0, 0, 1})};
 }
 
+/// A pixel, and its number among those to trace.
+struct Numbered {
+    Pixel pixel;
+    std::uint32_t number;
+};
+
 /// Rays to trace together, what they meet, and which samples they are for.
 struct Batch {
-    std::vector<std::size_t> sample;
+    std::vector<Numbered> pixels;
     std::vector<Ray> rays;
     std::vector<SceneHit> hits;
     std::vector<Vec3> normals, colors;
     std::vector<float> widths;      // of the pixels where the rays hit
     std::vector<Surface> surfaces;  // of those that hit
+    std::vector<std::size_t> sample;
     std::vector<Light> lights;      // of these, where they differ
 
     /// Each thread keeps one from call to call.
     static Batch& of_this_thread(std::size_t most_rays) {
         thread_local Batch batch;
         if (batch.rays.size() < most_rays) {
-            batch.sample.resize(most_rays), batch.rays.resize(most_rays), batch.hits.resize(most_rays);
+            batch.sample.resize(most_rays), batch.pixels.resize(most_rays), batch.rays.resize(most_rays), batch.hits.resize(most_rays);
             batch.normals.resize(most_rays), batch.surfaces.resize(most_rays);
             batch.colors.resize(most_rays), batch.widths.resize(most_rays);
             batch.lights.resize(most_rays);
@@ -101,29 +109,57 @@ void write_shades(const Batch& batch, std::size_t count, float* samples, std::si
     }
 }
 
-/// The numbers of the pixels, tile by tile of the image, so that rays traced together are neighbours: of all pixels in tiles
-/// of 8 x 8, of fewer in tiles that hold 16 to 64 of them on average. This thread keeps the numbers until the next call.
-std::span<const std::uint32_t> by_tiles(std::span<const Pixel> pixels, int height, int width) {
+/// The place of each of 8 x 8 cells, row by row, along Hilbert's curve.
+constexpr std::array<std::uint8_t, 64> along_hilbert_curve = [] {
+    std::array<std::uint8_t, 64> places{};
+    for (unsigned cell = 0; cell < places.size(); ++cell) {
+        unsigned row = cell / 8, column = cell % 8, place = 0;
+        for (unsigned half = 4; half; half /= 2) {
+            const bool below = row >= half, right = column >= half;
+            place += half * half * (right ? (below ? 2 : 3) : (below ? 1 : 0));
+            row %= half, column %= half;
+            if (below) continue;
+            if (right) row = half - 1 - row, column = half - 1 - column;
+            std::swap(row, column);
+        }
+        places[cell] = static_cast<std::uint8_t>(place);
+    }
+    return places;
+}();
+
+/// The pixels, so that neighbours come one after the other: tile by tile of the image, of all pixels in tiles of 8 x 8, of fewer
+/// in tiles that hold 16 to 64 of them on average; within tiles as they come if they come by tiles, else along a curve. This
+/// thread keeps them until the next call.
+std::span<const Numbered> by_tiles(std::span<const Pixel> pixels, int height, int width) {
     const double area = static_cast<double>(height) * width, count = static_cast<double>(pixels.size());
     int log2 = 3;
     while (std::ldexp(count, 2 * log2) < 16 * area && 1 << log2 < std::max(height, width)) ++log2;
     const int across = ((width - 1) >> log2) + 1, down = ((height - 1) >> log2) + 1;
     const auto tile_of = [=](Pixel p) { return static_cast<std::size_t>((p.row >> log2) * across + (p.column >> log2)); };
+    const auto cell_of = [=](Pixel p) {
+        const int row = p.row >> (log2 - 3) & 7, column = p.column >> (log2 - 3) & 7;
+        return along_hilbert_curve[static_cast<std::size_t>(8 * row + column)];
+    };
     struct Memory {
-        std::vector<std::uint32_t> start, numbers;
+        std::vector<std::uint32_t> start;
+        std::vector<Numbered> by_cell, by_tile;
     };
     thread_local Memory memory;
-    auto& [start, numbers] = memory;
-    numbers.resize(pixels.size());
+    auto& [start, by_cell, by_tile] = memory;
+    by_tile.resize(pixels.size());
     if (std::is_sorted(pixels.begin(), pixels.end(), [&](Pixel p, Pixel q) { return tile_of(p) < tile_of(q); })) {
-        std::iota(numbers.begin(), numbers.end(), 0);
-        return numbers;
+        for (std::uint32_t i = 0; i < pixels.size(); ++i) by_tile[i] = {pixels[i], i};
+        return by_tile;
     }
+    by_cell.resize(pixels.size());
     start.assign(static_cast<std::size_t>(across) * static_cast<std::size_t>(down) + 1, 0);
-    for (const Pixel p : pixels) ++start[tile_of(p) + 1];
+    std::array<std::uint32_t, along_hilbert_curve.size() + 1> cell_start{};
+    for (const Pixel p : pixels) ++start[tile_of(p) + 1], ++cell_start[cell_of(p) + std::size_t{1}];
     std::partial_sum(start.begin(), start.end(), start.begin());
-    for (std::uint32_t i = 0; i < pixels.size(); ++i) numbers[start[tile_of(pixels[i])]++] = i;
-    return numbers;
+    std::partial_sum(cell_start.begin(), cell_start.end(), cell_start.begin());
+    for (std::uint32_t i = 0; i < pixels.size(); ++i) by_cell[cell_start[cell_of(pixels[i])]++] = {pixels[i], i};
+    for (const Numbered& p : by_cell) by_tile[start[tile_of(p.pixel)]++] = p;
+    return by_tile;
 }
 
 }  // namespace
@@ -139,13 +175,16 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
     const int gray = layout.place(channels::gray), color = layout.place(channels::color);
     const std::vector<float> missed = layout.missed();
     const std::size_t components = missed.size();
-    const std::span<const std::uint32_t> order = by_tiles(pixels, height, width);
+    const std::span<const Numbered> order = by_tiles(pixels, height, width);
+    constexpr std::size_t ahead = 16;  // samples, which are rarely in the cache where pixels are sorted
     parallel_for(pixels.size(), batch_size(pixels.size()), [&](std::size_t begin, std::size_t end) {
         Batch& batch = Batch::of_this_thread(end - begin);
         std::size_t count = 0, found = 0;
-        for (const std::size_t i : order.subspan(begin, end - begin)) {
-            for (std::size_t k = 0; k < components; ++k) samples[i * components + k] = missed[k];
-            if (projection.ray(pixels[i], batch.rays[count])) batch.sample[count++] = i;
+        for (std::size_t i = begin; i < end; ++i) {
+            if (i + ahead < end) __builtin_prefetch(samples + order[i + ahead].number * components, 1);
+            const auto& [pixel, number] = order[i];
+            for (std::size_t k = 0; k < components; ++k) samples[number * components + k] = missed[k];
+            if (projection.ray(pixel, batch.rays[count])) batch.pixels[count++] = order[i];
         }
         const std::span<const Ray> rays{batch.rays.data(), count};
         scene.closest_hits(rays, {batch.hits.data(), count});
@@ -165,7 +204,7 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
             const SceneHit& hit = batch.hits[j];
             if (hit.instance == no_instance) continue;
             const Vec3 point = rays[j].origin + hit.t * rays[j].direction;
-            const Pixel at = pixels[batch.sample[j]];
+            const auto& [at, number] = batch.pixels[j];
             const auto row = static_cast<float>(at.row), column = static_cast<float>(at.column);
             const Vec3 normal = facing_normal(projection.on_screen(batch.normals[j], row, column));
             const Light* light = &Light::of_the_camera();
@@ -176,7 +215,7 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
             const Material& material = scene[hit.instance].material;
             const Vec3 own = scene.has_colored_shapes() ? product(material.base_color(), batch.colors[j]) : material.base_color();
             batch.surfaces[found] = {normal, projection.depth(point), hit.instance, own, &material, light};
-            batch.sample[found++] = batch.sample[j];
+            batch.sample[found++] = number;
         }
         for (const auto& [place, write] : writers) write(batch, found, samples, components, place);
         write_shades(batch, found, samples, components, gray, color);
