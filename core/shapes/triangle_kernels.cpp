@@ -91,7 +91,7 @@ struct Way {
 template <class Counts>
 inline void closest_hits_in_turn(const BvhNode* nodes, const TrianglePacket* packets, const Ray* rays, std::size_t count,
                                  Hit* hits, Counts&& counts) {
-    constexpr std::size_t most = 4;  // three and six are no faster
+    constexpr std::size_t most = 4;  // six are no faster
     union Memory {
         Memory() {}
         Way ways[most];
