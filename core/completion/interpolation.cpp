@@ -144,16 +144,13 @@ private:
     /// What was traced of a lattice's row.
     TracedRow traced_row(int step, int y, Scratch& scratch) const {
         const std::size_t first = static_cast<std::size_t>(first_of(step) + step * y) * static_cast<std::size_t>(picture_.width);
-        const TracedRow all{picture_.mask + first, picture_.traced + first, picture_.plane, picture_.width};
-        if (step == 1) return all;
+        TracedRow row{picture_.mask + first, picture_.traced + first, picture_.plane, picture_.width};
         Planes& to = scratch.traced;
-        for (int c = 0; c <= Components; ++c) {
-            const float* from = c == 0 ? all.mask : all.value + static_cast<std::size_t>(c - 1) * all.plane;
-            for (int finer = 1; finer < step; finer *= 2, from = to.row(c, 0)) {
-                best_interpolation_kernels().halve(from, count_of(picture_.width, finer), phase_of(finer), to.row(c, 0));
-            }
+        for (int finer = 1; finer < step; finer *= 2) {
+            best_interpolation_kernels().halve(row, Components, phase_of(finer), to.row(0, 0), to.plane_stride());
+            row = {to.row(0, 0), to.row(1, 0), to.plane_stride(), count_of(picture_.width, 2 * finer)};
         }
-        return {to.row(0, 0), to.row(1, 0), to.plane_stride(), count_of(picture_.width, step)};
+        return row;
     }
 
     /// Of the coarsest lattice what was traced.

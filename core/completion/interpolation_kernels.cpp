@@ -37,20 +37,33 @@ struct Pair {
     F first, second;
 
     Pair(const float* from, int columns, int x) {
-        const int count = columns - x;
-        float padded[2 * lanes] = {};
-        if (count < 2 * lanes) {
-            std::copy_n(from + x, std::max(count, 0), padded);
-            from = padded, x = 0;
+        if (columns - x >= 2 * lanes) {
+            first = load<F>(from + x), second = load<F>(from + x + lanes);
+        } else {
+            load_last(from + x, columns - x);
         }
-        first = load<F>(from + x), second = load<F>(from + x + lanes);
     }
 
     [[nodiscard]] F phase(int odd_ones) const { return odd_ones ? odd(first, second) : even(first, second); }
+
+private:
+    [[gnu::noinline]] void load_last(const float* from, int count) {
+        float padded[2 * lanes] = {};
+        std::copy_n(from, count, padded);
+        first = load<F>(padded), second = load<F>(padded + lanes);
+    }
 };
 
-void halve(const float* from, int columns, int phase, float* to) {
-    for (int x = 0; 2 * x < columns; x += lanes) store(to + x, Pair(from, columns, 2 * x).phase(phase));
+void halve(const TracedRow& from, int components, int phase, float* to, std::size_t plane) {
+    for (int x = 0; 2 * x < from.columns; x += lanes) {
+        const F mask = Pair(from.mask, from.columns, 2 * x).phase(phase);
+        store(to + x, mask);
+        if (!bits(mask > F{})) continue;
+        for (int c = 0; c < components; ++c) {
+            const F value = Pair(from.value + static_cast<std::size_t>(c) * from.plane, from.columns, 2 * x).phase(phase);
+            store(to + static_cast<std::size_t>(c + 1) * plane + x, value);
+        }
+    }
 }
 
 /// What lies between four corners: a value of each component, and by how much what it was made of differs.

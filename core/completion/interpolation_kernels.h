@@ -49,8 +49,9 @@ struct ImprovedRow {
 };
 
 struct InterpolationKernels {
-    /// Every other value of a row, from the column `phase` on; `to` may be `from`.
-    void (*halve)(const float* from, int columns, int phase, float* to);
+    /// Every other pixel of a row, from the column `phase` on, values where there are traced ones alone: to a plane of the mask and those
+    /// of the components, which may be those that are read.
+    void (*halve)(const TracedRow& from, int components, int phase, float* to, std::size_t plane);
     /// Nodes: of traced pixels these, of others the mean of the two opposite corners that differ less, unless these differ too much, a
     /// corner is unknown, or the two others lie off on the same side.
     void (*between)(const NodesBetween& row, int count);
