@@ -52,37 +52,25 @@ Band coarser(Band rows, int step, int height) {
     return {std::max(0, (rows.begin - phase - 1 + 2) / 2 - 1), std::min(count_of(height, 2 * step), (rows.end - 1 - phase + 2) / 2 + 1)};
 }
 
-/// Nodes of a lattice: planes of their contrast and their components.
-Planes nodes_of(int components, int height, int width, int step, int window) {
-    return {1 + components, count_of(height, step), count_of(width, step), window};
-}
 ConstNodes row_of(const Planes& nodes, int y) { return {nodes.row(0, y), nodes.plane_stride()}; }
 
-/// What one thread needs for a row, and for a band.
-struct Scratch {
+/// What a thread needs: nodes are planes of their contrast and their components.
+struct Lattices {
     int height, width;
-    Planes traced;  // of the lattice's pixels in a row
-    Planes made;    // nodes between those of the coarser lattice: two rows of middles, two of those beside them, and one of others
-    Planes fours, twos;
+    Planes traced;              // of the lattice's pixels in a row
+    Planes made;                // between a coarser lattice's nodes: two rows of middles, two of those beside them, and one of others
+    std::vector<Planes> nodes;  // of those whose pixels lie 2, 4, 8, ... apart, down to `coarse_step` of a band
 
-    Scratch(int height, int width, int components)
-        : height(height), width(width), traced(1 + components, 1, half(width)), made(1 + components, 5, half(width)),
-          fours(nodes_of(components, height, width, 4, band_rows / 4 + 4)), twos(nodes_of(components, height, width, 2, band_rows / 2 + 2)) {}
-};
-
-struct Images {
-    int height, width;
-    std::vector<Planes> coarse;  // from `coarse_step` on
-    Spare<Scratch> scratch;
-
-    Images(int height, int width, int components) : height(height), width(width), scratch(static_cast<std::size_t>(thread_count())) {
-        for (int step = coarse_step; step <= coarsest_step; step *= 2) {
-            coarse.push_back(nodes_of(components, height, width, step, height));
+    Lattices(int height, int width, int components)
+        : height(height), width(width), traced(1 + components, 1, half(width)), made(1 + components, 5, half(width)) {
+        for (int step = 2; step <= coarsest_step; step *= 2) {
+            nodes.emplace_back(1 + components, count_of(height, step), count_of(width, step), step < coarse_step ? band_rows / step + 4 : height);
         }
     }
 };
 
-std::array<Spare<Images>, 2> spare;  // of one component, and of three
+/// Of one component, and of three: as many as the threads of small machines use.
+std::array<Spare<Lattices>, 2> spare{Spare<Lattices>(8), Spare<Lattices>(8)};
 
 /// Rows of a picture: its mask, what a channel showed where it was traced, and what is made of it.
 struct Picture {
@@ -100,54 +88,50 @@ struct Corner {
 
 /// Of one component, or of a colour's three, which agree or differ together. What lies in a lattice is made of the next coarser one: first
 /// the middles of its squares, and then what lies between two corners and two middles.
-template <int Components>
 class Interpolation {
 public:
-    Interpolation(const Picture& picture, float range)
-        : picture_(picture), weight_per_contrast_(1 / (most_contrast * range)),
-          images_(spare[Components / 2].take(picture.height, picture.width, Components)) {}
-    ~Interpolation() { spare[Components / 2].give_back(std::move(images_)); }
+    Interpolation(const Picture& picture, int components, float range)
+        : picture_(picture), components_(components), weight_per_contrast_(1 / (most_contrast * range)),
+          lattices_(kept().take(picture.height, picture.width, components)) {}
+    ~Interpolation() { kept().give_back(std::move(lattices_)); }
     Interpolation(const Interpolation&) = delete;
     Interpolation& operator=(const Interpolation&) = delete;
 
     /// From the coarsest squares to the finest.
     void operator()() {
-        auto& coarse = images_->coarse;
-        begin(coarse.back());
+        auto& nodes = lattices_->nodes;
+        begin(nodes.back());
+        std::size_t level = nodes.size() - 1;
         int step = coarsest_step;
-        for (std::size_t i = coarse.size() - 1; i-- > 0;) {
-            step /= 2;
-            Planes& to = coarse[i];
-            in_bands(to.height(), picture_.width, [&](Band rows, Scratch& scratch) { refine(step, coarse[i + 1], rows, scratch, &to); });
+        while (step > coarse_step) {
+            step /= 2, --level;
+            refine(step, nodes[level + 1], {0, nodes[level].height()}, *lattices_, &nodes[level]);
         }
-        in_bands(picture_.height, picture_.width, [&](Band rows, Scratch& scratch) {
-            const Band twos = coarser(rows, 1, picture_.height), fours = coarser(twos, 2, picture_.height);
-            refine(4, coarse[0], fours, scratch, &scratch.fours);
-            refine(2, scratch.fours, twos, scratch, &scratch.twos);
-            refine(1, scratch.twos, rows, scratch, nullptr);
+        const auto bands = static_cast<std::size_t>((picture_.height + band_rows - 1) / band_rows);
+        parallel_for(bands, static_cast<std::size_t>(1 + 8192 / (band_rows * picture_.width)), [&](std::size_t first, std::size_t last) {
+            auto lattices = kept().take(picture_.height, picture_.width, components_);
+            Planes &twos = lattices->nodes[0], &fours = lattices->nodes[1];
+            for (int i = static_cast<int>(first); i < static_cast<int>(last); ++i) {
+                const Band rows{i * band_rows, std::min((i + 1) * band_rows, picture_.height)};
+                const Band rows_of_twos = coarser(rows, 1, picture_.height), rows_of_fours = coarser(rows_of_twos, 2, picture_.height);
+                refine(4, nodes[2], rows_of_fours, *lattices, &fours);
+                refine(2, fours, rows_of_twos, *lattices, &twos);
+                refine(1, twos, rows, *lattices, nullptr);
+            }
+            kept().give_back(std::move(lattices));
         });
     }
 
 private:
-    template <class Body>
-    void in_bands(int height, int width, Body body) {
-        const int bands = (height + band_rows - 1) / band_rows;
-        parallel_for(static_cast<std::size_t>(bands), static_cast<std::size_t>(1 + 8192 / (band_rows * width)), [&](std::size_t first, std::size_t last) {
-            auto scratch = images_->scratch.take(picture_.height, picture_.width, Components);
-            for (int i = static_cast<int>(first); i < static_cast<int>(last); ++i) {
-                body(Band{i * band_rows, std::min((i + 1) * band_rows, height)}, *scratch);
-            }
-            images_->scratch.give_back(std::move(scratch));
-        });
-    }
+    [[nodiscard]] Spare<Lattices>& kept() const { return spare[components_ == 1 ? 0 : 1]; }
 
     /// What was traced of a lattice's row.
-    TracedRow traced_row(int step, int y, Scratch& scratch) const {
+    TracedRow traced_row(int step, int y, Lattices& lattices) const {
         const std::size_t first = static_cast<std::size_t>(first_of(step) + step * y) * static_cast<std::size_t>(picture_.width);
         TracedRow row{picture_.mask + first, picture_.traced + first, picture_.plane, picture_.width};
-        Planes& to = scratch.traced;
+        Planes& to = lattices.traced;
         for (int finer = 1; finer < step; finer *= 2) {
-            best_interpolation_kernels().halve(row, Components, phase_of(finer), to.row(0, 0), to.plane_stride());
+            best_interpolation_kernels().halve(row, components_, phase_of(finer), to.row(0, 0), to.plane_stride());
             row = {to.row(0, 0), to.row(1, 0), to.plane_stride(), count_of(picture_.width, 2 * finer)};
         }
         return row;
@@ -155,26 +139,24 @@ private:
 
     /// Of the coarsest lattice what was traced.
     void begin(Planes& nodes) {
-        auto scratch = images_->scratch.take(picture_.height, picture_.width, Components);
         for (int y = 0; y < nodes.height(); ++y) {
-            const TracedRow row = traced_row(coarsest_step, y, *scratch);
+            const TracedRow row = traced_row(coarsest_step, y, *lattices_);
             for (int x = 0; x < row.columns; ++x) {
                 const bool is_traced = row.mask[x] > 0;
                 nodes.row(0, y)[x] = is_traced ? 0 : unknown;
-                for (int c = 0; c < Components; ++c) nodes.row(1 + c, y)[x] = is_traced ? row.value[static_cast<std::size_t>(c) * row.plane + x] : 0;
+                for (int c = 0; c < components_; ++c) nodes.row(1 + c, y)[x] = is_traced ? row.value[static_cast<std::size_t>(c) * row.plane + x] : 0;
             }
         }
-        images_->scratch.give_back(std::move(scratch));
     }
 
     /// Rows of a lattice, from the coarser one: to its nodes, or to the picture where these are null.
-    void refine(int step, const Planes& coarse, Band rows, Scratch& scratch, Planes* nodes) {
+    void refine(int step, const Planes& coarse, Band rows, Lattices& lattices, Planes* nodes) {
         const int phase = phase_of(step), height = count_of(picture_.height, step), columns = count_of(picture_.width, step);
         const int corners = coarse.width(), middles = columns - corners, middle_rows = height - coarse.height();
         const auto corner_row = [&](int y, int shift) {
             return Corner{y < 0 || y >= coarse.height() ? ConstNodes{} : row_of(coarse, y), shift, corners};
         };
-        const auto made_row = [&](int place) { return Nodes{scratch.made.row(0, place), scratch.made.plane_stride()}; };
+        const auto made_row = [&](int place) { return Nodes{lattices.made.row(0, place), lattices.made.plane_stride()}; };
         const auto read = [](const Nodes& nodes) { return ConstNodes{nodes.contrast, nodes.plane}; };
         int done = -1;  // the last row of middles that was made
         /// Makes a row of middles, and what lies in it between a corner above and one below.
@@ -183,7 +165,7 @@ private:
             const Nodes to = made_row(i % 2);
             if (i > done) {
                 done = i;
-                const TracedRow traced = traced_row(step, 2 * i + 1 - phase, scratch);
+                const TracedRow traced = traced_row(step, 2 * i + 1 - phase, lattices);
                 const int above = i - phase, below = above + 1;
                 make(step, {corner_row(above, -phase), corner_row(below, 1 - phase), corner_row(above, 1 - phase), corner_row(below, -phase)},
                      traced, 1 - phase, to, middles);
@@ -198,7 +180,7 @@ private:
                 const int corner = y / 2;
                 const Corner above = middle_row(corner + phase - 1, 0), below = middle_row(corner + phase, 0);
                 const Nodes to = made_row(4);
-                make(step, {above, below, corner_row(corner, -phase), corner_row(corner, 1 - phase)}, traced_row(step, y, scratch), 1 - phase, to,
+                make(step, {above, below, corner_row(corner, -phase), corner_row(corner, 1 - phase)}, traced_row(step, y, lattices), 1 - phase, to,
                      middles);
                 at[0] = row_of(coarse, corner), at[1] = read(to);
             } else {
@@ -208,13 +190,13 @@ private:
             const ConstNodes &even = at[phase], &odd = at[1 - phase];
             const auto& kernels = best_interpolation_kernels();
             if (nodes) {
-                for (int c = 0; c <= Components; ++c) {
+                for (int c = 0; c <= components_; ++c) {
                     const auto plane = static_cast<std::size_t>(c);
                     kernels.zip(even.contrast + plane * even.plane, odd.contrast + plane * odd.plane, nodes->row(c, y), half(columns));
                 }
             } else {
                 const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(columns);
-                kernels.improve({Components, {even, odd}, picture_.mask + first, weight_per_contrast_, picture_.output + first, picture_.plane,
+                kernels.improve({components_, {even, odd}, picture_.mask + first, weight_per_contrast_, picture_.output + first, picture_.plane,
                                  picture_.weights ? picture_.weights + first : nullptr, columns});
             }
         }
@@ -222,25 +204,25 @@ private:
 
     /// A row of nodes between corners, two opposite ones and then the other two.
     void make(int step, const Corner (&corners)[4], const TracedRow& traced, int phase, const Nodes& to, int count) const {
-        const auto& kernels = best_interpolation_kernels();
         const bool inside = std::all_of(std::begin(corners), std::end(corners), [](const Corner& c) { return c.nodes.contrast != nullptr; });
-        if (inside) {
-            NodesBetween row{Components, phase, {}, traced, weight_per_contrast_, to};
+        const bool by_pairs = inside && step <= longest_pair;
+        if (by_pairs) {
+            NodesBetween row{components_, phase, {}, traced, weight_per_contrast_, to};
             for (std::size_t i = 0; i < 4; ++i) row.corners[i] = {corners[i].nodes.contrast + corners[i].shift, corners[i].nodes.plane};
-            (step <= longest_pair ? kernels.between : kernels.amid)(row, count);
+            best_interpolation_kernels().between(row, count);
         }
         const int last = count - 1;
-        for (int i = 0; i < count; i = inside && i < last ? last : i + 1) {
-            if (!inside || 2 * i + phase == 0 || 2 * i + phase == traced.columns - 1) make_at_edge(corners, traced, phase, to, i);
+        for (int i = 0; i < count; i = by_pairs && i < last ? last : i + 1) {
+            if (!by_pairs || 2 * i + phase == 0 || 2 * i + phase == traced.columns - 1) make_of_all(corners, traced, phase, to, i);
         }
     }
 
-    /// Of a node at the picture's edge: the mean of all corners that are not beyond it.
-    void make_at_edge(const Corner (&corners)[4], const TracedRow& traced, int phase, const Nodes& to, int i) const {
+    /// Node i, of all corners that are not beyond the picture.
+    void make_of_all(const Corner (&corners)[4], const TracedRow& traced, int phase, const Nodes& to, int i) const {
         const auto value_of = [&](int c) -> float& { return to.value(c)[i]; };
         if (const int column = 2 * i + phase; traced.mask[column] > 0) {
             to.contrast[i] = 0;
-            for (int c = 0; c < Components; ++c) value_of(c) = traced.value[static_cast<std::size_t>(c) * traced.plane + column];
+            for (int c = 0; c < components_; ++c) value_of(c) = traced.value[static_cast<std::size_t>(c) * traced.plane + column];
             return;
         }
         const float* inside[4];
@@ -254,7 +236,7 @@ private:
         }
         if (count == 0) contrast = unknown;
         const bool known = contrast < unknown;
-        for (int c = 0; c < Components; ++c) {
+        for (int c = 0; c < components_; ++c) {
             float sum = 0, low = unknown, high = -unknown;
             for (std::size_t k = 0; known && k < count; ++k) {
                 const float value = inside[k][static_cast<std::size_t>(c + 1) * planes[k]];
@@ -267,8 +249,9 @@ private:
     }
 
     Picture picture_;
+    int components_;
     float weight_per_contrast_;
-    std::unique_ptr<Images> images_;
+    std::unique_ptr<Lattices> lattices_;
 };
 
 /// Of one channel, some rows of which are looked at and written: all of a picture, or those around a band.
@@ -279,9 +262,9 @@ void interpolate(const Layout& known, const float* planes, const Channel& channe
     Picture picture{planes + first, planes + static_cast<std::size_t>(known.place_of(channel)) * pixels + first, output + first,
                     weights ? weights + first : nullptr, pixels, rows.end - rows.begin, width};
     const float range = (channel.high - channel.low) * unit;
-    if (channel.components == 3) return Interpolation<3>(picture, range)();
+    if (channel.components == 3) return Interpolation(picture, 3, range)();
     for (int component = 0; component < channel.components; ++component) {
-        Interpolation<1>(picture, range)();
+        Interpolation(picture, 1, range)();
         picture.traced += pixels, picture.output += pixels;
     }
 }

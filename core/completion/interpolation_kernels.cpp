@@ -59,6 +59,7 @@ void halve(const TracedRow& from, int components, int phase, float* to, std::siz
         const F mask = Pair(from.mask, from.columns, 2 * x).phase(phase);
         store(to + x, mask);
         if (!bits(mask > F{})) continue;
+        BOB_KEEP_LOOP
         for (int c = 0; c < components; ++c) {
             const F value = Pair(from.value + static_cast<std::size_t>(c) * from.plane, from.columns, 2 * x).phase(phase);
             store(to + static_cast<std::size_t>(c + 1) * plane + x, value);
@@ -66,88 +67,45 @@ void halve(const TracedRow& from, int components, int phase, float* to, std::siz
     }
 }
 
-/// What lies between four corners: a value of each component, and by how much what it was made of differs.
 template <int Components>
-struct Node {
-    F value[Components], contrast;
-};
-
-/// Of the two opposite corners that differ less. Where both others lie off on the same side, as along a thin line, nothing says which
-/// of the two pairs it resembles.
-template <int Components>
-struct OfPairs {
-    static Node<Components> get(const NodesBetween& row, int x, const F (&contrast)[4]) {
-        F contrasts[2] = {max(contrast[0], contrast[1]), max(contrast[2], contrast[3])}, means[2][Components], off{};
-        for (int c = 0; c < Components; ++c) {
-            F value[4];
-            for (int i = 0; i < 4; ++i) value[i] = load<F>(row.corners[i].value(c) + x);
-            for (int i = 0; i < 2; ++i) {
-                contrasts[i] = max(contrasts[i], absolute(value[2 * i] - value[2 * i + 1]));
-                means[i][c] = (value[2 * i] + value[2 * i + 1]) * constant(0.5f);
-            }
-            off = max(off, absolute(means[0][c] - means[1][c]));
-        }
-        const M first = contrasts[0] <= contrasts[1];
-        Node<Components> node;
-        node.contrast = max(select(first, contrasts[0], contrasts[1]), off - select(first, contrasts[1], contrasts[0]) * constant(0.5f));
-        for (int c = 0; c < Components; ++c) node.value[c] = select(first, means[0][c], means[1][c]);
-        return node;
-    }
-};
-
-/// Of all four.
-template <int Components>
-struct OfAll {
-    static Node<Components> get(const NodesBetween& row, int x, const F (&contrast)[4]) {
-        Node<Components> node;
-        node.contrast = max(max(contrast[0], contrast[1]), max(contrast[2], contrast[3]));
-        for (int c = 0; c < Components; ++c) {
-            F sum = load<F>(row.corners[0].value(c) + x), low = sum, high = sum;
-            for (int i = 1; i < 4; ++i) {
-                const F value = load<F>(row.corners[i].value(c) + x);
-                sum += value, low = min(low, value), high = max(high, value);
-            }
-            node.value[c] = sum * constant(0.25f);
-            node.contrast = max(node.contrast, high - low);
-        }
-        return node;
-    }
-};
-
-template <int Components, template <int> class Made>
 void make_nodes(const NodesBetween& row, int count) {
-    const F zero{}, one = constant(1), per_contrast = constant(row.weight_per_contrast);
+    const F zero{}, one = constant(1), half = constant(0.5f), per_contrast = constant(row.weight_per_contrast);
     const F unknown = constant(std::numeric_limits<float>::infinity());
     const TracedRow& from = row.traced;
     for (int x = 0; x < count; x += lanes) {
         const M traced = Pair(from.mask, from.columns, 2 * x).phase(row.phase) > zero;
-        F contrast[4];
-        for (int i = 0; i < 4; ++i) contrast[i] = load<F>(row.corners[i].contrast + x);
-        const M known = (max(max(contrast[0], contrast[1]), max(contrast[2], contrast[3])) < unknown) & ~traced;
-        Node<Components> node{{}, select(traced, zero, unknown)};
+        F contrasts[2];  // of both pairs
+        for (int i = 0; i < 2; ++i) contrasts[i] = max(load<F>(row.corners[2 * i].contrast + x), load<F>(row.corners[2 * i + 1].contrast + x));
+        const M known = (max(contrasts[0], contrasts[1]) < unknown) & ~traced;
+        F contrast = select(traced, zero, unknown), values[Components] = {};
         if (bits(known)) {
-            const Node<Components> made = Made<Components>::get(row, x, contrast);
-            const M used = known & (one - made.contrast * per_contrast > zero);
-            node.contrast = select(used, made.contrast, node.contrast);
-            for (int c = 0; c < Components; ++c) node.value[c] = where(used, made.value[c]);
+            F means[2][Components], off{};
+            for (int c = 0; c < Components; ++c) {
+                for (int i = 0; i < 2; ++i) {
+                    const F a = load<F>(row.corners[2 * i].value(c) + x), b = load<F>(row.corners[2 * i + 1].value(c) + x);
+                    contrasts[i] = max(contrasts[i], absolute(a - b));
+                    means[i][c] = (a + b) * half;
+                }
+                off = max(off, absolute(means[0][c] - means[1][c]));
+            }
+            const M first = contrasts[0] <= contrasts[1];
+            const F most = max(select(first, contrasts[0], contrasts[1]), off - select(first, contrasts[1], contrasts[0]) * half);
+            const M used = known & (one - most * per_contrast > zero);
+            contrast = select(used, most, contrast);
+            for (int c = 0; c < Components; ++c) values[c] = where(used, select(first, means[0][c], means[1][c]));
         }
         if (bits(traced)) {
             for (int c = 0; c < Components; ++c) {
                 const F value = Pair(from.value + static_cast<std::size_t>(c) * from.plane, from.columns, 2 * x).phase(row.phase);
-                node.value[c] = select(traced, value, node.value[c]);
+                values[c] = select(traced, value, values[c]);
             }
         }
-        store(row.to.contrast + x, node.contrast);
-        for (int c = 0; c < Components; ++c) store(row.to.value(c) + x, node.value[c]);
+        store(row.to.contrast + x, contrast);
+        for (int c = 0; c < Components; ++c) store(row.to.value(c) + x, values[c]);
     }
 }
 
-void between(const NodesBetween& row, int count) {
-    (row.components == 1 ? make_nodes<1, OfPairs> : make_nodes<3, OfPairs>)(row, count);
-}
-void amid(const NodesBetween& row, int count) {
-    (row.components == 1 ? make_nodes<1, OfAll> : make_nodes<3, OfAll>)(row, count);
-}
+void between(const NodesBetween& row, int count) { (row.components == 1 ? make_nodes<1> : make_nodes<3>)(row, count); }
 
 void zip(const float* even, const float* odd, float* to, int count) {
     for (int x = 0; x < count; x += lanes) {
@@ -181,6 +139,7 @@ void improve(const ImprovedRow& row) {
             std::copy_n(padded, row.columns - 2 * x, to + 2 * x);
         };
         if (row.weight) set(row.weight, [&](int i, F) { return weights[i]; });
+        BOB_KEEP_LOOP
         for (int c = 0; c < row.components; ++c) {
             const F left = load<F>(row.nodes[0].value(c) + x), right = load<F>(row.nodes[1].value(c) + x);
             const F values[2] = {zip_low(left, right), zip_high(left, right)};
@@ -200,6 +159,6 @@ void keep(const float* mask, const float* traced, float low, float high, float* 
 
 }  // namespace
 
-const InterpolationKernels interpolation_kernels = {halve, between, amid, zip, improve, keep};
+const InterpolationKernels interpolation_kernels = {halve, between, zip, improve, keep};
 
 }  // namespace bob::BOB_ISA

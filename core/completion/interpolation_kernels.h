@@ -55,8 +55,6 @@ struct InterpolationKernels {
     /// Nodes: of traced pixels these, of others the mean of the two opposite corners that differ less, unless these differ too much, a
     /// corner is unknown, or the two others lie off on the same side.
     void (*between)(const NodesBetween& row, int count);
-    /// The same by the mean of all corners, unless they differ too much or one is unknown.
-    void (*amid)(const NodesBetween& row, int count);
     /// The values of two rows in turn.
     void (*zip)(const float* even, const float* odd, float* to, int count);
     /// Moves pixels that were not traced towards their nodes.
