@@ -137,6 +137,7 @@ def main() -> None:
     if arguments.plot:
         plot(rows, arguments.plot)
     ladder_times(scene)
+    size_times(scene)
     change_times()
     order_times()
     deciding_times()
@@ -213,6 +214,23 @@ def ladder_times(scene: bob.Scene) -> None:
         for name, seconds in in_turn(runs, 41).items():
             rows[name].append(spread(seconds, 1e3, 2))
     table(["model", "1 thread", f"{THREADS} threads"], list(rows.values()))
+
+
+def size_times(scene: bob.Scene) -> None:
+    """Print what a pixel of all of `complete` takes in pictures of any size, and how much memory beside the picture."""
+    heading("Completing, all of bob.complete, one thread: nanoseconds of its time a pixel, MB beside the picture")
+    bob.set_thread_count(1)
+    rows = []
+    for height, width in (SIZES[1], *SIZES[3:]):
+        part = bob.trace(scene, size=(height, width), fraction=0.05)
+        for name in ("filling", "default"):
+            run = partial(bob.complete, part, model=name)
+            needed = extra_memory(run)
+            memory = "?" if needed is None else f"{max(0, needed - 4 * height * width) / 2**20:.0f}"
+            (seconds,) = in_turn({name: run}, 7, clock=time.thread_time).values()
+            rows.append([f"{name}.{width}x{height}", spread(seconds, 1e9 / (height * width), 1), memory])
+    bob.set_thread_count(THREADS)
+    table(["what", "ns", "MB"], rows)
 
 
 def change_times() -> None:

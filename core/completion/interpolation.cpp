@@ -4,11 +4,14 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "completion/interpolation_kernels.h"
+#include "completion/planes.h"
 #include "completion/spare.h"
 #include "parallel.h"
 #include "picture/order.h"
@@ -24,24 +27,50 @@ constexpr int longest_pair = 4;
 
 constexpr float unknown = std::numeric_limits<float>::infinity();
 
+/// Lattices whose pixels lie so far apart are kept of whole pictures, finer ones of a band at a time.
+constexpr int coarse_step = 8;
+
+/// Rows of the picture that are finished together, while what they need is in the cache.
+constexpr int band_rows = 32;
+
+constexpr int coarsest_step = static_cast<int>(Tile::side);
+
 /// The smaller of two, and the larger; b where either is NaN, as in vectors.
 float least(float a, float b) { return a < b ? a : b; }
 float most(float a, float b) { return a > b ? a : b; }
 
-/// What each pixel is taken for, (components, height, width), and by how much what it was made of differs at most: 0 where traced.
-struct Nodes {
+/// The first row and column of the lattice whose pixels lie `step` apart, and how many there are in so many pixels.
+constexpr int first_of(int step) { return lattice_first % step; }
+constexpr int count_of(int size, int step) { return size > first_of(step) ? (size - first_of(step) - 1) / step + 1 : 0; }
+
+/// Where the next coarser lattice lies in this one: at its even rows and columns, or at the odd ones.
+constexpr int phase_of(int step) { return (first_of(2 * step) - first_of(step)) / step; }
+
+/// Rows of a lattice between which those of the next finer one lie.
+Band coarser(Band rows, int step, int height) {
+    const int phase = phase_of(step);
+    return {std::max(0, (rows.begin - phase - 1 + 2) / 2 - 1), std::min(count_of(height, 2 * step), (rows.end - 1 - phase + 2) / 2 + 1)};
+}
+
+ConstNodes row_of(const Planes& nodes, int y) { return {nodes.row(0, y), nodes.plane_stride()}; }
+
+/// What a thread needs: nodes are planes of their contrast and their components.
+struct Lattices {
     int height, width;
-    std::unique_ptr<float[]> value, contrast;
+    Planes traced;              // of the lattice's pixels in a row
+    Planes made;                // between a coarser lattice's nodes: two rows of middles, two of those beside them, and one of others
+    std::vector<Planes> nodes;  // of those whose pixels lie 2, 4, 8, ... apart, down to `coarse_step` of a band
 
-    Nodes(int height, int width, int components)
-        : height(height), width(width), value(new float[static_cast<std::size_t>(components) * pixels()]),
-          contrast(new float[pixels()]) {}
-
-    [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(height) * static_cast<std::size_t>(width); }
+    Lattices(int height, int width, int components)
+        : height(height), width(width), traced(1 + components, 1, half(width)), made(1 + components, 5, half(width)) {
+        for (int step = 2; step <= coarsest_step; step *= 2) {
+            nodes.emplace_back(1 + components, count_of(height, step), count_of(width, step), step < coarse_step ? band_rows / step + 4 : height);
+        }
+    }
 };
 
-std::array<Spare<Nodes>, 2> spare;  // of one component, and of three
-constexpr std::size_t most_spare = 1 << 20;  // pixels of those kept from call to call
+/// Of one component, and of three: as many as the threads of small machines use.
+std::array<Spare<Lattices>, 2> spare{Spare<Lattices>(8), Spare<Lattices>(8)};
 
 /// Rows of a picture: its mask, what a channel showed where it was traced, and what is made of it.
 struct Picture {
@@ -51,156 +80,178 @@ struct Picture {
     int height, width;
 };
 
-/// Of one component, or of a colour's three, which agree or differ together.
-template <int Components>
+/// One of those between which a row of nodes lies: node i beside `nodes` i + `shift`, if there is such a row and column.
+struct Corner {
+    ConstNodes nodes;
+    int shift, count;
+};
+
+/// Of one component, or of a colour's three, which agree or differ together. What lies in a lattice is made of the next coarser one: first
+/// the middles of its squares, and then what lies between two corners and two middles.
 class Interpolation {
 public:
-    Interpolation(const Picture& picture, float range)
-        : mask_(picture.mask), output_(picture.output), weights_(picture.weights), height_(picture.height), width_(picture.width),
-          weight_per_contrast_(1 / (most_contrast * range)), plane_(picture.plane),
-          nodes_(spare[Components / 2].take(height_, width_, Components)), pixels_(nodes_->pixels()) {
-        parallel_for(pixels_, 65536, [&](std::size_t begin, std::size_t end) {
-            const auto& kernels = best_interpolation_kernels();
-            kernels.begin_contrast(mask_ + begin, nodes_->contrast.get() + begin, end - begin);
-            for (std::size_t c = 0; c < Components; ++c) {
-                kernels.begin(mask_ + begin, picture.traced + c * plane_ + begin, nodes_->value.get() + c * pixels_ + begin, end - begin);
-            }
-        });
-    }
-    ~Interpolation() {
-        if (pixels_ <= most_spare) spare[Components / 2].give_back(std::move(nodes_));
-    }
+    Interpolation(const Picture& picture, int components, float range)
+        : picture_(picture), components_(components), weight_per_contrast_(1 / (most_contrast * range)),
+          lattices_(kept().take(picture.height, picture.width, components)) {}
+    ~Interpolation() { kept().give_back(std::move(lattices_)); }
     Interpolation(const Interpolation&) = delete;
     Interpolation& operator=(const Interpolation&) = delete;
 
-    /// From the coarsest squares to the finest. First the rows in which the middles of squares lie: those pixels, and then those
-    /// between them and the corners above and below. Then the other rows, so that none is written that another thread reads.
+    /// From the coarsest squares to the finest.
     void operator()() {
-        for (int step = static_cast<int>(Tile::side) / 2; step > 0; step /= 2) {
-            for (const bool middles : {true, false}) {
-                const int lattice = lattice_first % step;  // rows and columns of the lattices so far lie at multiples of the step from there
-                const int even = lattice + (is_odd(lattice, step) ? step : 0), odd = lattice + (is_odd(lattice, step) ? 0 : step);
-                const int first = middles ? odd : even;
-                const int count = height_ > first ? (height_ - first - 1) / (2 * step) + 1 : 0;
-                for_rows(0, count, width_ / step + 1, [&](int k) {
-                    if (middles) row(first + 2 * step * k, odd, step, true);
-                    row(first + 2 * step * k, middles ? even : odd, step, false);
-                });
-            }
+        auto& nodes = lattices_->nodes;
+        begin(nodes.back());
+        std::size_t level = nodes.size() - 1;
+        int step = coarsest_step;
+        while (step > coarse_step) {
+            step /= 2, --level;
+            refine(step, nodes[level + 1], {0, nodes[level].height()}, *lattices_, &nodes[level]);
         }
+        const auto bands = static_cast<std::size_t>((picture_.height + band_rows - 1) / band_rows);
+        parallel_for(bands, static_cast<std::size_t>(1 + 8192 / (band_rows * picture_.width)), [&](std::size_t first, std::size_t last) {
+            auto lattices = kept().take(picture_.height, picture_.width, components_);
+            Planes &twos = lattices->nodes[0], &fours = lattices->nodes[1];
+            for (int i = static_cast<int>(first); i < static_cast<int>(last); ++i) {
+                const Band rows{i * band_rows, std::min((i + 1) * band_rows, picture_.height)};
+                const Band rows_of_twos = coarser(rows, 1, picture_.height), rows_of_fours = coarser(rows_of_twos, 2, picture_.height);
+                refine(4, nodes[2], rows_of_fours, *lattices, &fours);
+                refine(2, fours, rows_of_twos, *lattices, &twos);
+                refine(1, twos, rows, *lattices, nullptr);
+            }
+            kept().give_back(std::move(lattices));
+        });
     }
 
 private:
-    /// Every other pixel of a row, from a column on, of which the corners lie at a step along both axes, or along one.
-    void row(int row, int column, int step, bool diagonal) {
-        const auto use_all = [&] {
-            if (mask_[index(row, column)] > 0) return;
-            use(index(row, column), diagonal ? mean_inside({{{row - step, column - step}, {row + step, column + step},
-                                                             {row - step, column + step}, {row + step, column - step}}})
-                                             : mean_inside({{{row - step, column}, {row + step, column},
-                                                             {row, column - step}, {row, column + step}}}));
+    [[nodiscard]] Spare<Lattices>& kept() const { return spare[components_ == 1 ? 0 : 1]; }
+
+    /// What was traced of a lattice's row.
+    TracedRow traced_row(int step, int y, Lattices& lattices) const {
+        const std::size_t first = static_cast<std::size_t>(first_of(step) + step * y) * static_cast<std::size_t>(picture_.width);
+        TracedRow row{picture_.mask + first, picture_.traced + first, picture_.plane, picture_.width};
+        Planes& to = lattices.traced;
+        for (int finer = 1; finer < step; finer *= 2) {
+            best_interpolation_kernels().halve(row, components_, phase_of(finer), to.row(0, 0), to.plane_stride());
+            row = {to.row(0, 0), to.row(1, 0), to.plane_stride(), count_of(picture_.width, 2 * finer)};
+        }
+        return row;
+    }
+
+    /// Of the coarsest lattice what was traced.
+    void begin(Planes& nodes) {
+        for (int y = 0; y < nodes.height(); ++y) {
+            const TracedRow row = traced_row(coarsest_step, y, *lattices_);
+            for (int x = 0; x < row.columns; ++x) {
+                const bool is_traced = row.mask[x] > 0;
+                nodes.row(0, y)[x] = is_traced ? 0 : unknown;
+                for (int c = 0; c < components_; ++c) nodes.row(1 + c, y)[x] = is_traced ? row.value[static_cast<std::size_t>(c) * row.plane + x] : 0;
+            }
+        }
+    }
+
+    /// Rows of a lattice, from the coarser one: to its nodes, or to the picture where these are null.
+    void refine(int step, const Planes& coarse, Band rows, Lattices& lattices, Planes* nodes) {
+        const int phase = phase_of(step), height = count_of(picture_.height, step), columns = count_of(picture_.width, step);
+        const int corners = coarse.width(), middles = columns - corners, middle_rows = height - coarse.height();
+        const auto corner_row = [&](int y, int shift) {
+            return Corner{y < 0 || y >= coarse.height() ? ConstNodes{} : row_of(coarse, y), shift, corners};
         };
-        if (step <= longest_pair && row >= step && row + step < height_) {
-            for (; column < width_ && column < step; column += 2 * step) use_all();
-            const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(step) * width_;
-            const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * width_;
-            const LatticeRow lattice{.components = Components,
-                                     .value_plane = static_cast<std::ptrdiff_t>(pixels_),
-                                     .output_plane = static_cast<std::ptrdiff_t>(plane_),
-                                     .mask = mask_ + first,
-                                     .value = nodes_->value.get() + first,
-                                     .contrast = nodes_->contrast.get() + first,
-                                     .corners = {diagonal ? -down - step : -down, diagonal ? down + step : down,
-                                                 diagonal ? -down + step : -step, diagonal ? down - step : step},
-                                     .weight_per_contrast = weight_per_contrast_,
-                                     .output = output_ + first,
-                                     .weight = weights_ ? weights_ + first : nullptr};
-            // Pixels that lie farther apart leave too little of a vector to use.
-            if (step <= 2) column = best_interpolation_kernels().between(lattice, column, width_ - step, 2 * step);
-            for (; column + step < width_; column += 2 * step) {
-                const std::size_t i = index(row, column);
-                if (!(mask_[i] > 0)) use(i, between(i, lattice.corners));
+        const auto made_row = [&](int place) { return Nodes{lattices.made.row(0, place), lattices.made.plane_stride()}; };
+        const auto read = [](const Nodes& nodes) { return ConstNodes{nodes.contrast, nodes.plane}; };
+        int done = -1;  // the last row of middles that was made
+        /// Makes a row of middles, and what lies in it between a corner above and one below.
+        const auto middle_row = [&](int i, int shift) {
+            if (i < 0 || i >= middle_rows) return Corner{{}, shift, middles};
+            const Nodes to = made_row(i % 2);
+            if (i > done) {
+                done = i;
+                const TracedRow traced = traced_row(step, 2 * i + 1 - phase, lattices);
+                const int above = i - phase, below = above + 1;
+                make(step, {corner_row(above, -phase), corner_row(below, 1 - phase), corner_row(above, 1 - phase), corner_row(below, -phase)},
+                     traced, 1 - phase, to, middles);
+                make(step, {corner_row(above, 0), corner_row(below, 0), Corner{read(to), phase - 1, middles}, Corner{read(to), phase, middles}},
+                     traced, phase, made_row(2 + i % 2), corners);
+            }
+            return Corner{read(to), shift, middles};
+        };
+        for (int y = rows.begin; y < rows.end; ++y) {
+            ConstNodes at[2];  // in the coarser lattice's columns, and between them
+            if (y % 2 == phase) {
+                const int corner = y / 2;
+                const Corner above = middle_row(corner + phase - 1, 0), below = middle_row(corner + phase, 0);
+                const Nodes to = made_row(4);
+                make(step, {above, below, corner_row(corner, -phase), corner_row(corner, 1 - phase)}, traced_row(step, y, lattices), 1 - phase, to,
+                     middles);
+                at[0] = row_of(coarse, corner), at[1] = read(to);
+            } else {
+                at[1] = middle_row(y / 2, 0).nodes;
+                at[0] = read(made_row(2 + y / 2 % 2));
+            }
+            const ConstNodes &even = at[phase], &odd = at[1 - phase];
+            const auto& kernels = best_interpolation_kernels();
+            if (nodes) {
+                for (int c = 0; c <= components_; ++c) {
+                    const auto plane = static_cast<std::size_t>(c);
+                    kernels.zip(even.contrast + plane * even.plane, odd.contrast + plane * odd.plane, nodes->row(c, y), half(columns));
+                }
+            } else {
+                const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(columns);
+                kernels.improve({components_, {even, odd}, picture_.mask + first, weight_per_contrast_, picture_.output + first, picture_.plane,
+                                 picture_.weights ? picture_.weights + first : nullptr, columns});
             }
         }
-        for (; column < width_; column += 2 * step) use_all();
     }
 
-    struct Node {
-        std::array<float, Components> value;
-        float contrast;
-    };
-
-    /// Takes pixel i for a node, unless its corners differ too much.
-    void use(std::size_t i, const Node& node) {
-        const float weight = 1 - node.contrast * weight_per_contrast_;
-        if (!(weight > 0)) return;
-        nodes_->contrast[i] = node.contrast;
-        if (weights_) weights_[i] = weight;
-        for (std::size_t c = 0; c < Components; ++c) {
-            float& output = output_[c * plane_ + i];
-            nodes_->value[c * pixels_ + i] = node.value[c];
-            output += (node.value[c] - output) * weight;
+    /// A row of nodes between corners, two opposite ones and then the other two.
+    void make(int step, const Corner (&corners)[4], const TracedRow& traced, int phase, const Nodes& to, int count) const {
+        const bool inside = std::all_of(std::begin(corners), std::end(corners), [](const Corner& c) { return c.nodes.contrast != nullptr; });
+        const bool by_pairs = inside && step <= longest_pair;
+        if (by_pairs) {
+            NodesBetween row{components_, phase, {}, traced, weight_per_contrast_, to};
+            for (std::size_t i = 0; i < 4; ++i) row.corners[i] = {corners[i].nodes.contrast + corners[i].shift, corners[i].nodes.plane};
+            best_interpolation_kernels().between(row, count);
+        }
+        const int last = count - 1;
+        for (int i = 0; i < count; i = by_pairs && i < last ? last : i + 1) {
+            if (!by_pairs || 2 * i + phase == 0 || 2 * i + phase == traced.columns - 1) make_of_all(corners, traced, phase, to, i);
         }
     }
 
-    /// Whether a place lies an odd number of steps from the lattice's first.
-    static bool is_odd(int place, int step) { return ((place - lattice_first) / step) % 2 != 0; }
-
-    /// Of the two opposite corners of pixel i that differ less. Where both others lie off on the same side, as along a thin line,
-    /// nothing says which of the two pairs it resembles.
-    [[nodiscard]] Node between(std::size_t i, const std::ptrdiff_t (&corners)[4]) const {
-        const float *value = nodes_->value.get() + i, *const contrast = nodes_->contrast.get() + i;
-        Node pairs[2] = {{{}, most(contrast[corners[0]], contrast[corners[1]])}, {{}, most(contrast[corners[2]], contrast[corners[3]])}};
-        if (!(most(pairs[0].contrast, pairs[1].contrast) < unknown)) return {{}, unknown};
-        float off = 0;
-        for (std::size_t c = 0; c < Components; ++c, value += pixels_) {
-            for (std::size_t k = 0; k < 2; ++k) {
-                const float a = value[corners[2 * k]], b = value[corners[2 * k + 1]];
-                pairs[k].value[c] = (a + b) / 2;
-                pairs[k].contrast = most(pairs[k].contrast, std::abs(a - b));
-            }
-            off = most(off, std::abs(pairs[0].value[c] - pairs[1].value[c]));
+    /// Node i, of all corners that are not beyond the picture.
+    void make_of_all(const Corner (&corners)[4], const TracedRow& traced, int phase, const Nodes& to, int i) const {
+        const auto value_of = [&](int c) -> float& { return to.value(c)[i]; };
+        if (const int column = 2 * i + phase; traced.mask[column] > 0) {
+            to.contrast[i] = 0;
+            for (int c = 0; c < components_; ++c) value_of(c) = traced.value[static_cast<std::size_t>(c) * traced.plane + column];
+            return;
         }
-        const bool first = pairs[0].contrast <= pairs[1].contrast;
-        const Node &used = pairs[first ? 0 : 1], &other = pairs[first ? 1 : 0];
-        return {used.value, most(used.contrast, off - other.contrast / 2)};
-    }
-
-    /// Of all corners, of which some may lie outside.
-    [[nodiscard]] Node mean_inside(const std::array<Pixel, 4>& corners) const {
-        std::array<std::size_t, 4> inside;
-        std::size_t count = 0;
+        const float* inside[4];
+        std::size_t planes[4], count = 0;
         float contrast = 0;
-        for (const auto [row, column] : corners) {
-            if (row < 0 || row >= height_ || column < 0 || column >= width_) continue;
-            inside[count] = index(row, column);
-            contrast = most(contrast, nodes_->contrast[inside[count++]]);
+        for (const Corner& corner : corners) {
+            const int column = i + corner.shift;
+            if (!corner.nodes.contrast || column < 0 || column >= corner.count) continue;
+            inside[count] = corner.nodes.contrast + column, planes[count] = corner.nodes.plane;
+            contrast = most(contrast, *inside[count++]);
         }
-        if (count == 0 || !(contrast < unknown)) return {{}, unknown};
-        Node mean{{}, contrast};
-        for (std::size_t c = 0; c < Components; ++c) {
+        if (count == 0) contrast = unknown;
+        const bool known = contrast < unknown;
+        for (int c = 0; c < components_; ++c) {
             float sum = 0, low = unknown, high = -unknown;
-            for (std::size_t k = 0; k < count; ++k) {
-                const float value = nodes_->value[inside[k] + c * pixels_];
+            for (std::size_t k = 0; known && k < count; ++k) {
+                const float value = inside[k][static_cast<std::size_t>(c + 1) * planes[k]];
                 sum += value, low = least(low, value), high = most(high, value);
             }
-            mean.value[c] = sum / static_cast<float>(count);
-            mean.contrast = most(mean.contrast, high - low);
+            value_of(c) = sum / static_cast<float>(std::max(count, std::size_t{1}));
+            if (known) contrast = most(contrast, high - low);
         }
-        return mean;
+        to.contrast[i] = 1 - contrast * weight_per_contrast_ > 0 ? contrast : unknown;
     }
 
-    [[nodiscard]] std::size_t index(int row, int column) const {
-        return static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column);
-    }
-
-    const float* mask_;
-    float *output_, *weights_;
-    int height_, width_;
+    Picture picture_;
+    int components_;
     float weight_per_contrast_;
-    std::size_t plane_;
-    std::unique_ptr<Nodes> nodes_;
-    std::size_t pixels_;
+    std::unique_ptr<Lattices> lattices_;
 };
 
 /// Of one channel, some rows of which are looked at and written: all of a picture, or those around a band.
@@ -211,9 +262,9 @@ void interpolate(const Layout& known, const float* planes, const Channel& channe
     Picture picture{planes + first, planes + static_cast<std::size_t>(known.place_of(channel)) * pixels + first, output + first,
                     weights ? weights + first : nullptr, pixels, rows.end - rows.begin, width};
     const float range = (channel.high - channel.low) * unit;
-    if (channel.components == 3) return Interpolation<3>(picture, range)();
+    if (channel.components == 3) return Interpolation(picture, 3, range)();
     for (int component = 0; component < channel.components; ++component) {
-        Interpolation<1>(picture, range)();
+        Interpolation(picture, 1, range)();
         picture.traced += pixels, picture.output += pixels;
     }
 }

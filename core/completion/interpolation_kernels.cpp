@@ -32,56 +32,121 @@ inline void for_pixels(const float* const (&from)[Inputs], float* const (&to)[Ou
     }
 }
 
-void begin(const float* mask, const float* traced, float* value, std::size_t pixels) {
-    const F zero{};
-    for_pixels<2, 1>({mask, traced}, {value}, pixels, [=](const F (&in)[2], F (&out)[1]) { out[0] = select(in[0] > zero, in[1], zero); });
-}
+/// Two vectors of pixels from column x on, 0 beyond the row.
+struct Pair {
+    F first, second;
 
-void begin_contrast(const float* mask, float* contrast, std::size_t pixels) {
-    const F unknown = constant(std::numeric_limits<float>::infinity()), zero{};
-    for_pixels<1, 1>({mask}, {contrast}, pixels, [=](const F (&in)[1], F (&out)[1]) { out[0] = select(in[0] > zero, zero, unknown); });
+    Pair(const float* from, int columns, int x) {
+        if (columns - x >= 2 * lanes) {
+            first = load<F>(from + x), second = load<F>(from + x + lanes);
+        } else {
+            load_last(from + x, columns - x);
+        }
+    }
+
+    [[nodiscard]] F phase(int odd_ones) const { return odd_ones ? odd(first, second) : even(first, second); }
+
+private:
+    [[gnu::noinline]] void load_last(const float* from, int count) {
+        float padded[2 * lanes] = {};
+        std::copy_n(from, count, padded);
+        first = load<F>(padded), second = load<F>(padded + lanes);
+    }
+};
+
+void halve(const TracedRow& from, int components, int phase, float* to, std::size_t plane) {
+    for (int x = 0; 2 * x < from.columns; x += lanes) {
+        const F mask = Pair(from.mask, from.columns, 2 * x).phase(phase);
+        store(to + x, mask);
+        if (!bits(mask > F{})) continue;
+        BOB_KEEP_LOOP
+        for (int c = 0; c < components; ++c) {
+            const F value = Pair(from.value + static_cast<std::size_t>(c) * from.plane, from.columns, 2 * x).phase(phase);
+            store(to + static_cast<std::size_t>(c + 1) * plane + x, value);
+        }
+    }
 }
 
 template <int Components>
-int between_pixels(const LatticeRow& row, int x, int end, int apart) {
-    M ours{};
-    for (int i = 0; i < lanes; i += apart) ours[i] = -1;
-    const F zero{}, one = constant(1), two = constant(2), per_contrast = constant(row.weight_per_contrast);
+void make_nodes(const NodesBetween& row, int count) {
+    const F zero{}, one = constant(1), half = constant(0.5f), per_contrast = constant(row.weight_per_contrast);
     const F unknown = constant(std::numeric_limits<float>::infinity());
-    for (; x + lanes <= end; x += lanes) {
-        F contrast[4];
-        for (int i = 0; i < 4; ++i) contrast[i] = load<F>(row.contrast + x + row.corners[i]);
-        const M known = (max(max(contrast[0], contrast[1]), max(contrast[2], contrast[3])) < unknown) & ours;
-        if (!bits(known)) continue;
-        F contrasts[2] = {max(contrast[0], contrast[1]), max(contrast[2], contrast[3])}, means[2][Components], off{};
-        for (int c = 0; c < Components; ++c) {
-            F value[4];
-            for (int i = 0; i < 4; ++i) value[i] = load<F>(row.value + c * row.value_plane + x + row.corners[i]);
-            for (int i = 0; i < 2; ++i) {
-                contrasts[i] = max(contrasts[i], absolute(value[2 * i] - value[2 * i + 1]));
-                means[i][c] = (value[2 * i] + value[2 * i + 1]) / two;
+    const TracedRow& from = row.traced;
+    for (int x = 0; x < count; x += lanes) {
+        const M traced = Pair(from.mask, from.columns, 2 * x).phase(row.phase) > zero;
+        F contrasts[2];  // of both pairs
+        for (int i = 0; i < 2; ++i) contrasts[i] = max(load<F>(row.corners[2 * i].contrast + x), load<F>(row.corners[2 * i + 1].contrast + x));
+        const M known = (max(contrasts[0], contrasts[1]) < unknown) & ~traced;
+        F contrast = select(traced, zero, unknown), values[Components] = {};
+        if (bits(known)) {
+            F means[2][Components], off{};
+            for (int c = 0; c < Components; ++c) {
+                for (int i = 0; i < 2; ++i) {
+                    const F a = load<F>(row.corners[2 * i].value(c) + x), b = load<F>(row.corners[2 * i + 1].value(c) + x);
+                    contrasts[i] = max(contrasts[i], absolute(a - b));
+                    means[i][c] = (a + b) * half;
+                }
+                off = max(off, absolute(means[0][c] - means[1][c]));
             }
-            off = max(off, absolute(means[0][c] - means[1][c]));
+            const M first = contrasts[0] <= contrasts[1];
+            const F most = max(select(first, contrasts[0], contrasts[1]), off - select(first, contrasts[1], contrasts[0]) * half);
+            const M used = known & (one - most * per_contrast > zero);
+            contrast = select(used, most, contrast);
+            for (int c = 0; c < Components; ++c) values[c] = where(used, select(first, means[0][c], means[1][c]));
         }
-        const M first = contrasts[0] <= contrasts[1];
-        const F most = max(select(first, contrasts[0], contrasts[1]), off - select(first, contrasts[1], contrasts[0]) / two);
-        const F weight = one - most * per_contrast;
-        const M used = known & (weight > zero) & ~(load<F>(row.mask + x) > zero);
-        if (!bits(used)) continue;
-        store(row.contrast + x, select(used, most, load<F>(row.contrast + x)));
-        if (row.weight) store(row.weight + x, select(used, weight, load<F>(row.weight + x)));
-        for (int c = 0; c < Components; ++c) {
-            float *const value = row.value + c * row.value_plane + x, *const to = row.output + c * row.output_plane + x;
-            const F mean = select(first, means[0][c], means[1][c]), output = load<F>(to);
-            store(value, select(used, mean, load<F>(value)));
-            store(to, select(used, output + (mean - output) * weight, output));
+        if (bits(traced)) {
+            for (int c = 0; c < Components; ++c) {
+                const F value = Pair(from.value + static_cast<std::size_t>(c) * from.plane, from.columns, 2 * x).phase(row.phase);
+                values[c] = select(traced, value, values[c]);
+            }
         }
+        store(row.to.contrast + x, contrast);
+        for (int c = 0; c < Components; ++c) store(row.to.value(c) + x, values[c]);
     }
-    return x;
 }
 
-int between(const LatticeRow& row, int x, int end, int apart) {
-    return (row.components == 1 ? between_pixels<1> : between_pixels<3>)(row, x, end, apart);
+void between(const NodesBetween& row, int count) { (row.components == 1 ? make_nodes<1> : make_nodes<3>)(row, count); }
+
+void zip(const float* even, const float* odd, float* to, int count) {
+    for (int x = 0; x < count; x += lanes) {
+        const F left = load<F>(even + x), right = load<F>(odd + x);
+        store(to + 2 * x, zip_low(left, right));
+        store(to + 2 * x + lanes, zip_high(left, right));
+    }
+}
+
+void improve(const ImprovedRow& row) {
+    const F zero{}, one = constant(1), per_contrast = constant(row.weight_per_contrast);
+    const F unknown = constant(std::numeric_limits<float>::infinity());
+    for (int x = 0; 2 * x < row.columns; x += lanes) {
+        const F even = load<F>(row.nodes[0].contrast + x), odd = load<F>(row.nodes[1].contrast + x);
+        if (!bits((even < unknown) | (odd < unknown))) continue;
+        const Pair mask(row.mask, row.columns, 2 * x);
+        const F contrasts[2] = {zip_low(even, odd), zip_high(even, odd)};
+        const M used[2] = {(contrasts[0] < unknown) & ~(mask.first > zero), (contrasts[1] < unknown) & ~(mask.second > zero)};
+        const F weights[2] = {one - contrasts[0] * per_contrast, one - contrasts[1] * per_contrast};
+        /// Sets what is used, of pixels that exist.
+        const auto set = [&](float* to, auto value_of) {
+            const Pair before(to, row.columns, 2 * x);
+            const F first = select(used[0], value_of(0, before.first), before.first);
+            const F second = select(used[1], value_of(1, before.second), before.second);
+            if (row.columns - 2 * x >= 2 * lanes) {
+                store(to + 2 * x, first), store(to + 2 * x + lanes, second);
+                return;
+            }
+            float padded[2 * lanes];
+            store(padded, first), store(padded + lanes, second);
+            std::copy_n(padded, row.columns - 2 * x, to + 2 * x);
+        };
+        if (row.weight) set(row.weight, [&](int i, F) { return weights[i]; });
+        BOB_KEEP_LOOP
+        for (int c = 0; c < row.components; ++c) {
+            const F left = load<F>(row.nodes[0].value(c) + x), right = load<F>(row.nodes[1].value(c) + x);
+            const F values[2] = {zip_low(left, right), zip_high(left, right)};
+            set(row.output + static_cast<std::size_t>(c) * row.plane,
+                [&](int i, F output) { return output + (values[i] - output) * weights[i]; });
+        }
+    }
 }
 
 void keep(const float* mask, const float* traced, float low, float high, float* output, std::size_t pixels) {
@@ -94,6 +159,6 @@ void keep(const float* mask, const float* traced, float low, float high, float* 
 
 }  // namespace
 
-const InterpolationKernels interpolation_kernels = {begin, begin_contrast, between, keep};
+const InterpolationKernels interpolation_kernels = {halve, between, zip, improve, keep};
 
 }  // namespace bob::BOB_ISA

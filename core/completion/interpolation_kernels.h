@@ -1,4 +1,5 @@
-/// The inner loops of what follows a network, one variant for each instruction set.
+/// The inner loops of what follows a network, one variant for each instruction set. Rows are written in whole vectors, as those of
+/// `Planes` have room for.
 #pragma once
 
 #include <cstddef>
@@ -7,26 +8,57 @@
 
 namespace bob {
 
-/// A row of what pixels are taken for: their values, of one component or three, by how much what each was made of differs at most (0 where traced, infinity
-/// where nothing is known), and what is made of them.
-struct LatticeRow {
+/// A row of what pixels are taken for, so-called nodes: by how much what each was made of differs at most, 0 where traced and infinity
+/// where nothing is known, and the values of one component or three in the planes that follow.
+template <class T>
+struct NodesIn {
+    T* contrast;
+    std::size_t plane;  // floats from a plane to the next
+
+    [[nodiscard]] T* value(int component) const { return contrast + static_cast<std::size_t>(component + 1) * plane; }
+};
+using Nodes = NodesIn<float>;
+using ConstNodes = NodesIn<const float>;
+
+/// A row of the G-buffer, or of every so many of its pixels: the mask, and what a channel showed.
+struct TracedRow {
+    const float *mask, *value;
+    std::size_t plane;  // floats from a component to the next
+    int columns;
+};
+
+/// Nodes at every other pixel of a row, and those between which they lie, opposite ones in pairs: node i lies at 2i + `phase`.
+struct NodesBetween {
+    int components, phase;
+    ConstNodes corners[4];
+    TracedRow traced;
+    float weight_per_contrast;
+    Nodes to;
+};
+
+/// A row of a picture that is improved by the nodes of its even and its odd columns.
+struct ImprovedRow {
     int components;
-    std::ptrdiff_t value_plane, output_plane;  // floats from a component to the next
+    ConstNodes nodes[2];
     const float* mask;
-    float *value, *contrast;
-    std::ptrdiff_t corners[4];  // floats from a pixel to those between which it lies, opposite ones in pairs
     float weight_per_contrast;
     float* output;
-    float* weight;  // how far the mean counts; may be null
+    std::size_t plane;  // floats from a component to the next
+    float* weight;      // how far the nodes count; may be null
+    int columns;
 };
 
 struct InterpolationKernels {
-    /// Traced pixels as they are, of the others nothing: a component's values, and by how much what they were made of differs.
-    void (*begin)(const float* mask, const float* traced, float* value, std::size_t pixels);
-    void (*begin_contrast)(const float* mask, float* contrast, std::size_t pixels);
-    /// Takes the pixels x, x + apart, ... before `end` for the mean of the two opposite corners that differ less, unless these differ
-    /// too much, a corner is unknown, or the two others lie off on the same side. `end` lies where all corners are inside the picture; whole vectors are done, up to the column that is returned. `apart` is 2 or 4.
-    int (*between)(const LatticeRow& row, int x, int end, int apart);
+    /// Every other pixel of a row, from the column `phase` on, values where there are traced ones alone: to a plane of the mask and those
+    /// of the components, which may be those that are read.
+    void (*halve)(const TracedRow& from, int components, int phase, float* to, std::size_t plane);
+    /// Nodes: of traced pixels these, of others the mean of the two opposite corners that differ less, unless these differ too much, a
+    /// corner is unknown, or the two others lie off on the same side.
+    void (*between)(const NodesBetween& row, int count);
+    /// The values of two rows in turn.
+    void (*zip)(const float* even, const float* odd, float* to, int count);
+    /// Moves pixels that were not traced towards their nodes.
+    void (*improve)(const ImprovedRow& row);
     /// Traced pixels keep their values, the others are clamped to a channel's range, and NaN to its low end.
     void (*keep)(const float* mask, const float* traced, float low, float high, float* output, std::size_t pixels);
 };

@@ -1,10 +1,15 @@
 #include "completion/interpolation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
 
 #include "check.h"
 #include "meshes.h"
+#include "parallel.h"
 #include "picture/order.h"
 
 namespace {
@@ -147,4 +152,123 @@ TEST(any_size_is_interpolated) {
         interpolate(planes, image, height, width);
         for (std::size_t i = 0; i < count; ++i) CHECK(planes[i] > 0 ? image[i] == 0.5f : image[i] >= 0 && image[i] <= 1);
     }
+}
+
+namespace {
+
+/// The definition, pixel by pixel over whole planes: what each pixel is taken for and by how much what it was made of differs, from the
+/// coarsest squares to the finest.
+struct Defined {
+    int height, width, components;
+    std::vector<float> value, contrast, output, weights;
+
+    Defined(const std::vector<float>& planes, std::vector<float> output, int height, int width, int components)
+        : height(height), width(width), components(components), output(std::move(output)) {
+        const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+        value.assign(planes.begin() + static_cast<std::ptrdiff_t>(size), planes.end());
+        contrast.resize(size), weights.resize(size);
+        for (std::size_t i = 0; i < size; ++i) contrast[i] = planes[i] > 0 ? 0 : unknown;
+        for (int step = 32; step > 0; step /= 2) {
+            const int first = bob::lattice_first % step, odd = (bob::lattice_first - first) / step % 2;
+            for (const bool middles : {true, false}) {
+                for (int row = first; row < height; row += step) {
+                    for (int column = first; column < width; column += step) {
+                        const int down = ((row - first) / step + odd) % 2, right = ((column - first) / step + odd) % 2;
+                        if (planes[at(row, column)] > 0 || (middles ? down + right != 2 : down + right != 1)) continue;
+                        if (middles) {
+                            make(row, column, step, {{{-step, -step}, {step, step}, {-step, step}, {step, -step}}});
+                        } else {
+                            make(row, column, step, {{{-step, 0}, {step, 0}, {0, -step}, {0, step}}});
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+private:
+    static constexpr float unknown = std::numeric_limits<float>::infinity();
+
+    [[nodiscard]] std::size_t at(int row, int column) const { return static_cast<std::size_t>(row * width + column); }
+
+    void make(int row, int column, int step, const std::array<std::array<int, 2>, 4>& ways) {
+        std::vector<std::size_t> corners;
+        for (const auto& [down, right] : ways) {
+            const int y = row + down, x = column + right;
+            if (y >= 0 && y < height && x >= 0 && x < width) corners.push_back(at(y, x));
+        }
+        float differ = corners.empty() ? unknown : 0;
+        for (const std::size_t i : corners) differ = std::max(differ, contrast[i]);
+        if (!(differ < unknown)) return;
+        const std::size_t here = at(row, column), plane = weights.size();
+        std::vector<float> means(static_cast<std::size_t>(components));
+        if (corners.size() == 4 && step <= 4) {
+            float pairs[2], off = 0;
+            std::vector<float> of[2] = {means, means};
+            for (std::size_t k = 0; k < 2; ++k) pairs[k] = std::max(contrast[corners[2 * k]], contrast[corners[2 * k + 1]]);
+            for (std::size_t c = 0; c < means.size(); ++c) {
+                for (std::size_t k = 0; k < 2; ++k) {
+                    const float a = value[c * plane + corners[2 * k]], b = value[c * plane + corners[2 * k + 1]];
+                    of[k][c] = (a + b) / 2, pairs[k] = std::max(pairs[k], std::abs(a - b));
+                }
+                off = std::max(off, std::abs(of[0][c] - of[1][c]));
+            }
+            const std::size_t used = pairs[0] <= pairs[1] ? 0 : 1;
+            means = of[used], differ = std::max(pairs[used], off - pairs[1 - used] / 2);
+        } else {
+            for (std::size_t c = 0; c < means.size(); ++c) {
+                float sum = 0, low = unknown, high = -unknown;
+                for (const std::size_t i : corners) {
+                    const float v = value[c * plane + i];
+                    sum += v, low = std::min(low, v), high = std::max(high, v);
+                }
+                means[c] = sum / static_cast<float>(corners.size()), differ = std::max(differ, high - low);
+            }
+        }
+        const float weight = 1 - differ * (1 / 0.15f);
+        if (!(weight > 0)) return;
+        contrast[here] = differ, weights[here] = weight;
+        for (std::size_t c = 0; c < means.size(); ++c) {
+            value[c * plane + here] = means[c];
+            output[c * plane + here] += (means[c] - output[c * plane + here]) * weight;
+        }
+    }
+};
+
+}  // namespace
+
+TEST(pixels_are_interpolated_as_it_is_defined) {
+    test::Random random(5);
+    const int threads = bob::thread_count();
+    for (const auto& [height, width] : {std::pair{1, 1}, {1, 90}, {90, 1}, {2, 3}, {22, 21}, {33, 64}, {64, 33}, {97, 131}, {200, 70}}) {
+        for (const int components : {1, 3}) {
+            for (const float share : {0.f, 0.02f, 0.3f}) {
+                // The lattice of every 8th pixel and others beside it, of little noise and some large steps.
+                const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
+                std::vector<float> planes(static_cast<std::size_t>(1 + components) * size);
+                for (int row = 0; row < height; ++row) {
+                    for (int column = 0; column < width; ++column) {
+                        const auto i = static_cast<std::size_t>(row * width + column);
+                        if (!(row % 8 == 5 && column % 8 == 5) && !(random() < share)) continue;
+                        planes[i] = 1;
+                        for (int c = 1; c <= components; ++c) {
+                            planes[static_cast<std::size_t>(c) * size + i] = (column > 50 ? 0.7f : 0.2f) + random(0, 0.04f);
+                        }
+                    }
+                }
+                std::vector<float> before(static_cast<std::size_t>(components) * size);
+                for (float& v : before) v = random(0, 1);
+                const bob::Channel& channel = components == 1 ? bob::channels::gray : bob::channels::color;
+                const Defined defined(planes, before, height, width, components);
+                for (const int count : {1, 3}) {
+                    bob::set_thread_count(count);
+                    std::vector<float> output = before, weights(size, -1);
+                    bob::interpolate_lattice({bob::channels::mask, channel}, planes.data(), channel, 1, output.data(), weights.data(), height, width);
+                    CHECK(output == defined.output);
+                    CHECK(weights == defined.weights);
+                }
+            }
+        }
+    }
+    bob::set_thread_count(threads);
 }
