@@ -227,6 +227,41 @@ TEST(lanes_do_not_know_of_each_other) {
     });
 }
 
+TEST(many_rays_see_every_step_as_one_does) {
+    // Each step by itself, around a root: two places of many rays are computed together, those of few by themselves.
+    test::for_each_isa([] {
+        std::vector<bob::Expression> steps;
+        for (int i = static_cast<int>(bob::Op::negate); i < bob::op_count; ++i) {
+            bob::Graph g;
+            const Value operand[] = {g.x(), g.y(), g.z()};
+            const auto op = static_cast<bob::Op>(i);
+            if (op == bob::Op::mesh_distance) {
+                steps.emplace_back(g.expression(g.mesh_distance(test::some_mesh(), operand[0], operand[1], operand[2])));
+            } else if (!bob::may_jump(op)) {
+                const double value = bob::evaluate(op, 3, 0.4, 0.3, 0.2);
+                steps.emplace_back(g.expression(g.like({.op = op, .value = 3}, operand) - value));
+            }
+        }
+        bob::Graph g;
+        const bob::Expression x = g.expression(g.x() - 0.4), y = g.expression(g.y() - 0.3);
+        steps.emplace_back(test::corner(x, y));
+        Random random(12);
+        for (const bob::Expression& step : steps) {
+            const bob::Tape tape(step);
+            CHECK(!tape.code().may_jump);
+            std::vector<Ray> rays;
+            for (int k = 0; k < 64; ++k) {
+                rays.push_back(random_ray(random, 1, 1e-3));
+                auto& [origin, direction, t_end, finest] = rays.back();
+                for (int axis = 0; axis < 3; ++axis) origin[axis] = 0.4 - 0.1 * axis - random(0.2f, 0.8f) * direction[axis];
+            }
+            const std::vector<Root> together = first_roots(tape, rays), alone = first_roots(tape, rays, 1);
+            CHECK(together == alone);
+            CHECK_LT(4, std::count_if(alone.begin(), alone.end(), [](const Root& root) { return root.found; }));
+        }
+    });
+}
+
 TEST(every_segment_is_searched_however_many_there_are) {
     // Rays that all take as many pieces, and rays of which few take far more, in queues around the number of lanes.
     test::for_each_isa([] {
