@@ -47,12 +47,6 @@ struct Along {
         return run(code, origin[0] + t * direction[0], origin[1] + t * direction[1], origin[2] + t * direction[2],
                    domain, scratch);
     }
-    [[nodiscard]] Pair values(F t, F u) const {
-        Domain domain;
-        Pair p[3];
-        for (int axis = 0; axis < 3; ++axis) p[axis] = {origin[axis] + t * direction[axis], origin[axis] + u * direction[axis]};
-        return run(code, p[0], p[1], p[2], domain, scratch);
-    }
     [[nodiscard]] Dual<F, 1> with_slope(F t) const {
         F soonest;
         return with_slope(t, soonest);
@@ -163,14 +157,6 @@ void values_along(const Code& code, void* scratch, const Segment* const* segment
                   F (&to_jump)[n], int starts) {
     if (n * count > lanes) {
         const Along along = along_some(code, scratch, segments, count);
-        if constexpr (n == 2 && lanes > 4) {  // else WebAssembly would grow by another way to run code
-            if (!code.may_jump) {
-                const Pair both = along.values(t[0], t[1]);
-                f[0] = both.first, f[1] = both.second;
-                to_jump[0] = to_jump[1] = constant(infinity);
-                return;
-            }
-        }
         for (int k = 0; k < n; ++k) f[k] = k < starts ? along.value(t[k], to_jump[k]) : along.value(t[k]);
         return;
     }

@@ -4,7 +4,6 @@
 #include "formula/dual.h"
 #include "formula/evaluate.h"
 #include "formula/mesh_lanes.h"
-#include "formula/pair.h"
 
 namespace bob::BOB_ISA {
 

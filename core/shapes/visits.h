@@ -102,15 +102,13 @@ void visit_cells(const Cells& cells, std::span<const Ray> rays, std::vector<Walk
     if (rays.empty()) return;
     const CellGrid grid = cells.grid_view();
     // How far a cell's nearest corner is on the way of rays that go in the first one's octant, in steps between cells' faces.
-    int sign[3], base = 0, backwards = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        const bool back = rays[0].direction[axis] < 0;
-        sign[axis] = back ? -1 : 1;
-        base += back ? Cells::grid : 0;
-        backwards += back;
-    }
+    const Vec3 direction = rays[0].direction;
     const auto place_of = [&](const Cells::Cell& cell) {
-        const int way = base - backwards * Cells::side(cell.level) + sign[0] * cell.at[0] + sign[1] * cell.at[1] + sign[2] * cell.at[2];
+        int way = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const int low = cell.at[static_cast<std::size_t>(axis)];
+            way += direction[axis] < 0 ? Cells::grid - Cells::side(cell.level) - low : low;
+        }
         return static_cast<std::uint32_t>(way / Cells::side(Cells::max_levels - 1));
     };
     waiting.reset(rays.size(), cells.codes());

@@ -24,20 +24,17 @@ struct CellGrid {
     Vec3 low, high;  // a box that holds all occupied cells
 };
 
-/// One ray's place on its way. Lengths are in finest cells, t in lengths of the ray's direction. What changes on the way
-/// comes first: kernels read and write it as words, many walks at once.
+/// One ray's place on its way. Lengths are in finest cells, t in lengths of the ray's direction.
 struct alignas(64) Walk {
-    std::int32_t at[3];      // the finest cell that the ray is in
-    std::int32_t size_log2;  // of the occupied cell around it; -1 before the first
-    float enter, leave;      // where the ray enters and leaves that cell
-    std::uint32_t cell;      // `none` after the last
-    bool unresolved;
     float origin[3], direction[3];
-    float end;  // where the ray leaves the grid's box
+    std::int32_t at[3];       // the finest cell that the ray is in
+    std::int32_t size_log2;   // of the occupied cell around it; -1 before the first
+    float enter, leave, end;  // where the ray enters and leaves that cell, and leaves the grid's box
+    std::uint32_t cell;       // `none` after the last
+    bool unresolved;
 
     static constexpr std::uint32_t none = 0xffffffff;
 };
-static_assert(sizeof(Walk) == 64);
 
 struct WalkKernels {
     /// Puts each ray where it enters the grid's box.

@@ -1,75 +1,33 @@
 #include "shapes/walk.h"
-
-#include <cstddef>
-
 #include "simd.h"
 
 namespace bob::BOB_ISA {
 namespace {
-
-/// Lane k of row i becomes lane i of row k.
-inline void transpose(F (&rows)[lanes]) {
-    BOB_UNROLL
-    for (int step = 1; step < lanes; step *= 2) {
-        F zipped[lanes];
-        BOB_UNROLL
-        for (int i = 0; i < lanes / 2; ++i) {
-            zipped[2 * i] = zip_low(rows[i], rows[i + lanes / 2]);
-            zipped[2 * i + 1] = zip_high(rows[i], rows[i + lanes / 2]);
-        }
-        BOB_UNROLL
-        for (int i = 0; i < lanes; ++i) rows[i] = zipped[i];
-    }
-}
 
 inline M clamp(M a, M low, M high) {
     a = a < low ? low : a;
     return a > high ? high : a;
 }
 
-constexpr int words_of_walk = sizeof(Walk) / sizeof(float);
-static_assert(words_of_walk % lanes == 0 && offsetof(Walk, enter) == 16 && offsetof(Walk, cell) == 24 && offsetof(Walk, origin) == 32 &&
-              offsetof(Walk, end) == 56);
-
-inline const float* words(const Walk& walk) { return reinterpret_cast<const float*>(&walk); }
-inline float* words(Walk& walk) { return reinterpret_cast<float*>(&walk); }
-
 /// Some rays' walks, a lane each.
 struct Walks {
     F origin[3], direction[3], inverse[3];
-    M at[3], size_log2, cell, unresolved;
+    M at[3], size_log2;
     F enter, end;
 
     Walks(const Walk* walks, const std::uint32_t* some, int count) {
-        F word[words_of_walk];
-        for (int first = 0; first < words_of_walk; first += lanes) {
-            F rows[lanes];
-            for (int i = 0; i < lanes; ++i) rows[i] = load<F>(words(walks[some[i < count ? i : 0]]) + first);
-            transpose(rows);
-            for (int k = 0; k < lanes; ++k) word[first + k] = rows[k];
+        for (int i = 0; i < lanes; ++i) {
+            const Walk& w = walks[some[i < count ? i : 0]];
+            for (int axis = 0; axis < 3; ++axis) {
+                origin[axis][i] = w.origin[axis];
+                direction[axis][i] = w.direction[axis];
+                at[axis][i] = w.at[axis];
+            }
+            size_log2[i] = w.size_log2;
+            enter[i] = w.enter;
+            end[i] = w.end;
         }
-        for (int axis = 0; axis < 3; ++axis) {
-            at[axis] = (M)word[axis];
-            origin[axis] = word[8 + axis];
-            direction[axis] = word[11 + axis];
-            inverse[axis] = 1.f / direction[axis];
-        }
-        size_log2 = (M)word[3], cell = (M)word[6], unresolved = (M)word[7];
-        enter = word[4], end = word[14];
-    }
-
-    /// Where the first `count` rays are now, and where they leave the cells they are in.
-    void write(Walk* walks, const std::uint32_t* some, int count) const {
-        const F leave = max(min(this->leave(), end), enter);
-        const F word[words_of_walk] = {(F)at[0],  (F)at[1],  (F)at[2],  (F)size_log2, enter,        leave,        (F)cell, (F)unresolved,
-                                       origin[0], origin[1], origin[2], direction[0], direction[1], direction[2], end,     F{}};
-        constexpr int changed = 7;
-        for (int first = 0; first < changed; first += lanes) {
-            F rows[lanes];
-            for (int k = 0; k < lanes; ++k) rows[k] = word[first + k];
-            transpose(rows);
-            for (int i = 0; i < count; ++i) store(words(walks[some[i]]) + first, rows[i]);
-        }
+        for (int axis = 0; axis < 3; ++axis) inverse[axis] = 1.f / direction[axis];
     }
 
     [[nodiscard]] M low(int axis) const { return at[axis] >> size_log2 << size_log2; }
@@ -156,22 +114,28 @@ void start(const CellGrid& grid, const Ray* rays, std::size_t count, Walk* walks
 void next_batch(const CellGrid& grid, Walk* walks, const std::uint32_t* some, int count) {
     Walks rays(walks, some, count);
     M moving{};
-    for (int i = 0; i < lanes; ++i) moving[i] = i < count ? -1 : 0;
-    moving &= rays.cell != all(-1);
-    M arrived{};
+    for (int i = 0; i < count; ++i) moving[i] = walks[some[i]].cell != Walk::none ? -1 : 0;
+    M arrived{}, cell{};
     // Out of the present cell first, where there is one.
     const M beyond = moving & (rays.size_log2 >= M{});
     if (bits(beyond)) moving = beyond ? rays.cross(beyond) : moving;
     while (bits(moving)) {
         const M child = rays.look_up(grid, moving);
         const M found = moving & (child < M{});
-        rays.cell = found ? child & std::numeric_limits<std::int32_t>::max() : rays.cell;
+        cell = found ? child & std::numeric_limits<std::int32_t>::max() : cell;
         arrived |= found;
         moving &= ~found;
         if (bits(moving)) moving = rays.cross(moving);
     }
-    rays.cell = arrived ? rays.cell : all(-1);
-    rays.write(walks, some, count);
+    const F leave = min(rays.leave(), rays.end);
+    for (int i = 0; i < count; ++i) {
+        Walk& w = walks[some[i]];
+        for (int axis = 0; axis < 3; ++axis) w.at[axis] = rays.at[axis][i];
+        w.size_log2 = rays.size_log2[i];
+        w.enter = rays.enter[i];
+        w.leave = leave[i] > w.enter ? leave[i] : w.enter;
+        w.cell = arrived[i] ? static_cast<std::uint32_t>(cell[i]) : Walk::none;
+    }
 }
 
 void next(const CellGrid& grid, Walk* walks, const std::uint32_t* some, std::size_t count) {
