@@ -125,7 +125,7 @@ inline void closest_hits_in_turn(const BvhNode* nodes, const TrianglePacket* pac
 template <class Counts>
 inline void closest_hits_of(const BvhNode* nodes, const TrianglePacket* packets, const Ray* rays, std::size_t count, bool apart,
                             Hit* hits, Counts&& counts) {
-    if (apart) {
+    if (fetches_ahead && apart) {
         closest_hits_in_turn(nodes, packets, rays, count, hits, counts);
     } else {
         closest_hits_one_by_one(nodes, packets, rays, count, hits, counts);

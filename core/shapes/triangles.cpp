@@ -48,7 +48,7 @@ TriangleBvh build_triangle_bvh(std::span<const Vec3> vertices, std::span<const T
     });
     Bvh bvh = build_bvh(boxes, node_cost);
     std::vector<TrianglePacket> packets(bvh.packets.size());
-    std::vector<float> areas(packets.size());
+    std::vector<float> areas(fetches_ahead ? packets.size() : 0);
     parallel_for(packets.size(), 4096, [&](std::size_t begin, std::size_t end) {
         Interruption::check();
         for (std::size_t i = begin; i < end; ++i) {
@@ -60,16 +60,14 @@ TriangleBvh build_triangle_bvh(std::span<const Vec3> vertices, std::span<const T
                     for (int axis = 0; axis < 3; ++axis) packets[i].vertex[corner][axis][lane] = vertex[axis];
                 }
             }
-            areas[i] = half_area(packets[i]);
+            if constexpr (fetches_ahead) areas[i] = half_area(packets[i]);
         }
     });
     return {std::move(bvh.nodes), std::move(packets), packet_size(areas)};
 }
 
 bool lie_apart(const TriangleBvh& bvh, std::span<const Ray> rays) {
-#ifdef __wasm__  // fetches nothing ahead
-    return false;
-#endif
+    if constexpr (!fetches_ahead) return false;
     // From this share of a packet on, bunny, armadillo and satellite are faster in turn: up to a third. Of packets so large that
     // no distance is enough there are so few that they stay in caches.
     constexpr float least = 0.2f, largest = 0.04f;

@@ -36,6 +36,13 @@ struct TriangleBvh {
 
 [[nodiscard]] TriangleBvh build_triangle_bvh(std::span<const Vec3> vertices, std::span<const Triangle> triangles);
 
+/// Whether memory can be fetched before it is needed. WebAssembly can't say so.
+#if defined(__wasm__)
+constexpr bool fetches_ahead = false;
+#else
+constexpr bool fetches_ahead = true;
+#endif
+
 /// Whether the rays of a call come to the unit sphere, or begin in it, so far apart that few meet a packet that one shortly before
 /// them has met, in a tree too large for caches.
 [[nodiscard]] bool lie_apart(const TriangleBvh& bvh, std::span<const Ray> rays);
