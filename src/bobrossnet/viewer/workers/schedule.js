@@ -17,11 +17,9 @@ const REST_MS = 80; // without a change, until a view is refined: less, and movi
 const LONGEST_MS = 250; // of tracing between two pictures at rest
 const SHARE = 0.8; // of a picture's time that is for tracing: with more, the page itself and messages make all pictures late
 const LEAST = 32; // pixels for each tracer
-const FEW = 0.01; // of the pixels: how long fewer take says little about how long more would, so that time ends them
 const STICKY = 1.25; // as much more there must be time for, until what was carried along is no more: else both would alternate
 const FADE = 0.8;
-const LONGEST_CARRYING = 1.5; // times a moving view's time, for what those before have seen: late is better than blurred
-const LEAST_TRACING = 0.25; // of that time, however long carrying along takes
+const LONGEST_CARRYING = 0.75; // of a moving view's time, for what those before have seen
 const MARGIN = 1.5; // times its planned time, after which a batch ends that takes longer than was measured
 const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // by which moving pictures are smaller
 const UNMEASURED_MS = 1e-4; // to complete a pixel, before that is measured
@@ -202,19 +200,19 @@ export class Schedule {
     if (takesTooLong) this.#carryingMs *= FADE; // it was slow, as all code is at first, and is tried again
     this.#carries = !isDense && !takesTooLong;
     this.#firstStep = this.#carries ? 0 : firstStep;
-    if (this.#carries) this.#trace(Math.max(time - carrying, LEAST_TRACING * time), parts);
+    if (this.#carries) this.#trace(time - carrying, parts);
     else this.#trace(time, firstStep === 1 ? ready : parts, lattice + others);
   }
 
   /** @param {number} time milliseconds for tracing @param {number} parts @param {number} [count] of pixels, as far as that is known */
   #trace(time, parts, count = Math.round(this.#pace.rate * time * parts)) {
-    const total = this.#viewSize.height * this.#viewSize.width, few = Math.round(FEW * total), isTimed = this.#firstStep === 1 || count < few;
+    const total = this.#viewSize.height * this.#viewSize.width;
     this.#tracing = true;
     this.#pool?.trace({
       id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, carries: this.#carries,
       firstStep: this.#firstStep, sparse: this.#completing("default", this.#viewSize) < this.budget ? "default" : "small",
-      to: this.#pace.known ? Math.min(total, this.#reached + Math.max(LEAST * parts, few, count)) : total,
-      milliseconds: this.#pace.known && !isTimed ? MARGIN * time : time,
+      to: this.#pace.known ? Math.min(total, this.#reached + Math.max(LEAST * parts, count)) : total,
+      milliseconds: this.#pace.known && this.#firstStep !== 1 ? MARGIN * time : time, // whole pictures can end anywhere
     });
   }
 }
