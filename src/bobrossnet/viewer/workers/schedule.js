@@ -18,8 +18,16 @@ const LONGEST_MS = 250; // of tracing between two pictures at rest
 const SHARE = 0.8; // of a picture's time that is for tracing: with more, the page itself and messages make all pictures late
 const LEAST = 32; // pixels for each tracer
 const STICKY = 1.25; // as much more there must be time for, until what was carried along is no more: else both would alternate
-const FADE = 0.8;
-const LONGEST_CARRYING = 0.75; // of a moving view's time, for what those before have seen
+/**
+ * Of a moving view's time, for what those before have seen: more where the one before had it too, since pictures that have it and such that
+ * have not flicker. What was too slow is tried again, soon at first, when all code is slow.
+ */
+const LONGEST_CARRYING = { begins: 0.6, goesOn: 0.75 }, FADE = { first: 0.8, later: 0.97 }, FIRST = 3;
+const RISE = 1.15; // by which one slow view lets the next be taken for slower
+/** A new picture of a smaller share of its pixels would be so blurred that one that comes late is better. */
+const SPARSE = 0.01, LONGER_IF_SPARSE = 5 / 3;
+/** Beside what is carried along: so much of the time is for rays, which may trace so many of the pixels, since few rays seem slower than they are. */
+const LEAST_TRACING = 0.25, LEAST_NEW = 0.002;
 const MARGIN = 1.5; // times its planned time, after which a batch ends that takes longer than was measured
 const SCALES = [1, 1.25, 1.5, 2, 2.5, 3, 4]; // by which moving pictures are smaller
 const UNMEASURED_MS = 1e-4; // to complete a pixel, before that is measured
@@ -45,6 +53,8 @@ export class Schedule {
   #pace = new Pace();
   #carries = true; // whether the view brings along what those before have seen
   #carryingMs = 0; // for a pixel of it, before the first ray
+  #carried = 0; // how many views did so, and
+  #wentOn = false; // whether the one before the last did
   #firstStep = 0; // of the lattice that the view begins with
   #latticePace = new LatticePace();
   /** Milliseconds to complete a pixel, where measured. @type {Partial<Record<Model, number>>} */
@@ -106,7 +116,10 @@ export class Schedule {
   /** @param {import("./pool.js").Traced} traced */
   traced({ batch, cancelled, reached, rays, preparing, milliseconds, lattice }) {
     this.#tracing = false;
-    if (this.#carries && this.#step === 0) this.#carryingMs = preparing / (batch.height * batch.width);
+    if (batch.carries && this.#step === 0) {
+      this.#carryingMs = Math.min(preparing / (batch.height * batch.width), this.#wentOn ? RISE * this.#carryingMs : Infinity);
+      ++this.#carried;
+    }
     // Rays along edges are slower than those of a lattice.
     const isWhole = batch.firstStep === 1, size = batch.height * batch.width;
     // Most of a whole picture says nothing of all of it, since its last pixels cost least.
@@ -195,13 +208,16 @@ export class Schedule {
     const { whole, lattice: ofLattice } = this.#latticePace;
     const { firstStep, lattice, others } = plan(pixels, { whole, lattice: ofLattice, rate: this.#pace.rate }, ofAll, this.#firstStep);
     // Where a new picture is dense, or there is no time for more, nothing is carried along.
-    const isDense = !this.#pace.known || Math.max(lattice, others) >= (this.#carries ? STICKY : 1) * DENSE * pixels;
-    const takesTooLong = carrying > LONGEST_CARRYING * time;
-    if (takesTooLong) this.#carryingMs *= FADE; // it was slow, as all code is at first, and is tried again
+    const share = Math.max(lattice, others) / pixels / (this.#carries ? STICKY : 1), isDense = !this.#pace.known || share >= DENSE;
+    const takesTooLong = carrying > LONGEST_CARRYING[this.#carries ? "goesOn" : "begins"] * (share < SPARSE ? LONGER_IF_SPARSE : 1) * time;
+    if (takesTooLong) this.#carryingMs *= FADE[this.#carried < FIRST ? "first" : "later"];
+    this.#wentOn = this.#carries && this.#carried > 0;
     this.#carries = !isDense && !takesTooLong;
     this.#firstStep = this.#carries ? 0 : firstStep;
-    if (this.#carries) this.#trace(time - carrying, parts);
-    else this.#trace(time, firstStep === 1 ? ready : parts, lattice + others);
+    if (this.#carries) {
+      const tracing = Math.max(time - carrying, LEAST_TRACING * time);
+      this.#trace(tracing, parts, Math.round(Math.max(this.#pace.rate * tracing * parts, LEAST_NEW * pixels)));
+    } else this.#trace(time, firstStep === 1 ? ready : parts, lattice + others);
   }
 
   /** @param {number} time milliseconds for tracing @param {number} parts @param {number} [count] of pixels, as far as that is known */
