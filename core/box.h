@@ -15,6 +15,12 @@ struct Box {
 
     void extend(Vec3 p) { low = min(low, p), high = max(high, p); }
     void extend(const Box& box) { low = min(low, box.low), high = max(high, box.high); }
+
+    /// Half of its surface area, in proportion to which rays meet it; 0 for an empty one.
+    [[nodiscard]] float half_area() const {
+        const Vec3 size = high - low;
+        return size.x >= 0 ? size.x * size.y + size.y * size.z + size.z * size.x : 0;
+    }
 };
 
 /// A box in double precision, in the units of whatever is in it.

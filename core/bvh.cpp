@@ -37,12 +37,7 @@ struct WideBox {
     void extend(Float4 p) { low = min(low, p), high = max(high, p); }
     void extend(const WideBox& box) { low = min(low, box.low), high = max(high, box.high); }
     [[nodiscard]] Box narrow() const { return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}}; }
-
-    /// Half of its surface area; 0 for an empty one.
-    [[nodiscard]] float half_area() const {
-        const Float4 s = high - low;
-        return s[0] >= 0 ? s[0] * s[1] + s[1] * s[2] + s[2] * s[0] : 0;
-    }
+    [[nodiscard]] float half_area() const { return narrow().half_area(); }
 };
 
 WideBox widened(const Box& box) {
@@ -223,7 +218,7 @@ private:
         if (node.depth < max_sah_depth) {
             float cost = infinity;
             cut = cheapest_cut(first, last, widened(node.centroids), cost);
-            const float area = widened(node.box).half_area();
+            const float area = node.box.half_area();
             if (count <= max_leaf && packets_of(count) * area <= node_cost_ * area + cost) return std::nullopt;
         }
         if (cut) {
@@ -292,7 +287,7 @@ private:
                 float largest_area = -1;
                 for (int i = 0; i < count; ++i) {
                     const BinaryNode& child = binary[children[i]];
-                    const float area = child.is_leaf() ? -1 : widened(child.box).half_area();
+                    const float area = child.is_leaf() ? -1 : child.box.half_area();
                     if (area > largest_area) largest = i, largest_area = area;
                 }
                 if (largest < 0) break;

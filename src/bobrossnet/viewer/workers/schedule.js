@@ -53,8 +53,8 @@ export class Schedule {
   #pace = new Pace();
   #carries = true; // whether the view brings along what those before have seen
   #carryingMs = 0; // for a pixel of it, before the first ray
-  #carried = 0; // how many views did so, and
-  #wentOn = false; // whether the one before the last did
+  #carried = 0; // how many views did so
+  #wentOn = false; // whether the view before did as well
   #firstStep = 0; // of the lattice that the view begins with
   #latticePace = new LatticePace();
   /** Milliseconds to complete a pixel, where measured. @type {Partial<Record<Model, number>>} */
