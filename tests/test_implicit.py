@@ -881,7 +881,7 @@ def test_building_can_be_interrupted(build):
     try:
         with pytest.raises(KeyboardInterrupt):
             build(formula)
-        assert time.perf_counter() - start < 0.5
+        assert time.perf_counter() - start < 2
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, handler)

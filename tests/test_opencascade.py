@@ -432,7 +432,7 @@ def test_stopping_ends_the_reader(tmp_path, stop):
         process.send_signal(stop)
         start = time.monotonic()
         output, errors = process.communicate(timeout=20)
-        assert time.monotonic() - start < 1.5
+        assert time.monotonic() - start < 5
         assert within_seconds(lambda: (parent_and_state(child) or (0, "Z"))[1] == "Z")  # dead, if nobody waited for it
     assert output == ""
     if stop != signal.SIGKILL:

@@ -306,7 +306,7 @@ def test_arranging_can_be_interrupted():
             signal.setitimer(signal.ITIMER_REAL, after)
             with pytest.raises(InterruptedError):
                 arrange_for_ever()
-            assert time.perf_counter() - start < after + 0.3
+            assert time.perf_counter() - start < after + 2
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
