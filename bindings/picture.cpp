@@ -24,6 +24,7 @@
 #include "picture/history.h"
 #include "picture/order.h"
 #include "picture/refresh.h"
+#include "picture/squares.h"
 
 using namespace nb::literals;
 
@@ -127,7 +128,7 @@ Array<std::int32_t, -1, 2> pixels_of(Next next) {
     return pixels;
 }
 
-Array<std::int32_t, -1, 2> next_round(bob::AdaptiveOrder& order, const bob::Layout& layout, const ConstPlanes& planes) {
+Array<std::int32_t, -1, 2> next_round(bob::RoundOrder& order, const bob::Layout& layout, const ConstPlanes& planes) {
     check_planes(layout, planes, order.height(), order.width());
     return pixels_of([&] { return order.next(layout, planes.data()); });
 }
@@ -183,11 +184,13 @@ void bind_picture(nb::module_& m) {
         .def("points", &points, "height"_a, "width"_a, "seen"_a.noconvert());
 
     m.def("pixel_order", &pixel_order, "order"_a, "seed"_a, "height"_a, "width"_a, "start"_a, "pixels"_a.noconvert());
-    nb::class_<bob::AdaptiveOrder>(m, "AdaptiveOrder")
-        .def(nb::init<std::uint64_t, std::uint32_t, std::uint32_t, std::uint32_t>(), "seed"_a, "height"_a, "width"_a,
-             "first_step"_a = 0)
+    nb::class_<bob::RoundOrder>(m, "RoundOrder")
         .def("next", &next_round, "layout"_a, "planes"_a.noconvert())
-        .def_prop_ro("bytes", &bob::AdaptiveOrder::bytes);
+        .def_prop_ro("bytes", &bob::RoundOrder::bytes);
+    nb::class_<bob::AdaptiveOrder, bob::RoundOrder>(m, "AdaptiveOrder")
+        .def(nb::init<std::uint64_t, std::uint32_t, std::uint32_t>(), "seed"_a, "height"_a, "width"_a);
+    nb::class_<bob::SquaresOrder, bob::RoundOrder>(m, "SquaresOrder")
+        .def(nb::init<std::uint32_t, std::uint32_t>(), "height"_a, "width"_a);
     m.def("scatter", &scatter, "layout"_a, "pixels"_a.noconvert(), "samples"_a.noconvert(), "planes"_a.noconvert());
 
     nb::class_<bob::History>(m, "History")

@@ -21,6 +21,7 @@
 #include "picture/history.h"
 #include "picture/order.h"
 #include "picture/refresh.h"
+#include "picture/squares.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
 #include "tracing/trace.h"
@@ -204,16 +205,18 @@ bool pixel_order(const char* name, std::size_t name_size, std::uint32_t seed_low
 }
 
 EXPORT(make_adaptive_order)
-bob::AdaptiveOrder* make_adaptive_order(std::uint32_t seed_low, std::uint32_t seed_high, std::uint32_t height, std::uint32_t width,
-                                        std::uint32_t first_step) {
-    return attempt([&] { return new bob::AdaptiveOrder(joined(seed_low, seed_high), height, width, first_step); });
+bob::RoundOrder* make_adaptive_order(std::uint32_t seed_low, std::uint32_t seed_high, std::uint32_t height, std::uint32_t width) {
+    return attempt([&] { return new bob::AdaptiveOrder(joined(seed_low, seed_high), height, width); });
 }
-EXPORT(free_adaptive_order) void free_adaptive_order(bob::AdaptiveOrder* order) { delete order; }
+EXPORT(make_squares_order) bob::RoundOrder* make_squares_order(std::uint32_t height, std::uint32_t width) {
+    return attempt([&] { return new bob::SquaresOrder(height, width); });
+}
+EXPORT(free_round_order) void free_round_order(bob::RoundOrder* order) { delete order; }
 
 /// The next round's pixels, (n, 2), which stay until the next call; n is written to `count`. planes: (C, height, width) of the
 /// traced layout; of pixels that were not in any round before, they are not read. Fails where all pixels were.
 EXPORT(next_round)
-const bob::Pixel* next_round(bob::AdaptiveOrder* order, bool is_colored, const float* planes, std::uint32_t* count) {
+const bob::Pixel* next_round(bob::RoundOrder* order, bool is_colored, const float* planes, std::uint32_t* count) {
     return attempt([&] {
         const std::span<const bob::Pixel> round = order->next(traced_layout(is_colored), planes);
         expect(!round.empty(), "order: expected pixels that are left, got none");

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
-#include <stdexcept>
 
 namespace bob {
 namespace {
@@ -12,9 +11,6 @@ namespace {
 /// the one before.
 constexpr std::uint32_t round_ends[] = {35,  51,  75,   110,  160,  234,  342,  500,  611,  748,  914,  1118,
                                         1367, 1672, 2045, 2500, 2973, 3536, 4204, 5000, 5946, 7071, 8409, 10000};
-
-/// Squares whose corners differ by no more are left to the last of the rounds that go row by row.
-constexpr std::uint32_t even = 8;
 
 /// This share of a round, in percent, follows the lattice whatever it shows.
 constexpr std::uint32_t exploring = 5;
@@ -42,13 +38,8 @@ std::array<Pixel, 4> around(Pixel pixel, std::int32_t step, bool diagonal) {
 
 }  // namespace
 
-AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, std::uint32_t first_step)
-    : height_(height), width_(width), total_(height * width), row_step_(first_step == 1 ? 2 : first_step),
-      ends_in_rows_(first_step == 1), lattice_(make_order("lattice", seed, height, width)), looks_(total_), where_(total_) {
-    if (first_step > 8 || (first_step > 0 && !std::has_single_bit(first_step))) {
-        throw std::invalid_argument("first_step: expected 0, 1, 2, 4 or 8");
-    }
-}
+AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width)
+    : RoundOrder(height, width), total_(height * width), lattice_(make_order("lattice", seed, height, width)), looks_(total_), where_(total_) {}
 
 AdaptiveOrder::Place AdaptiveOrder::place(Pixel pixel) {
     const auto zeros = [](std::int32_t x) { return std::min(std::countr_zero(static_cast<std::uint32_t>(x)), Tile::bits); };
@@ -65,10 +56,6 @@ AdaptiveOrder::Children AdaptiveOrder::children(Pixel pixel) {
 }
 
 std::span<const Pixel> AdaptiveOrder::next(const Layout& layout, const float* planes) {
-    if (row_step_ > 0) {
-        take_rows(layout, planes);
-        if (!round_.empty()) return round_;
-    }
     read(layout, planes);
     round_.clear();
     if (decided_ == total_) return round_;
@@ -99,58 +86,6 @@ std::span<const Pixel> AdaptiveOrder::next(const Layout& layout, const float* pl
     follow_lattice(count);
     decided_ = end;
     return round_;
-}
-
-void AdaptiveOrder::take_rows(const Layout& layout, const float* planes) {
-    round_.clear();
-    const std::uint32_t part = rounds_in_rows_++, first = static_cast<std::uint32_t>(lattice_first) % row_step_;
-    const std::uint32_t begin = part == 0 ? first : 0, step = part == 0 ? row_step_ : 1;
-    const auto squares = part == 1 ? uneven_squares(layout, planes) : std::vector<std::uint8_t>();
-    // Of rows and columns: the first and the last of the squares that a pixel is part of.
-    const auto first_of = [&](std::uint32_t i) { return (i + row_step_ - first - 1) / row_step_; };
-    const auto last_of = [&](std::uint32_t i) { return (i + row_step_ - first) / row_step_; };
-    const std::uint32_t across = last_of(width_ - 1) + 1;
-    const auto is_uneven = [&](std::uint32_t row, std::uint32_t column) {
-        for (std::uint32_t y = first_of(row); y <= last_of(row); ++y) {
-            for (std::uint32_t x = first_of(column); x <= last_of(column); ++x) {
-                if (squares[y * across + x]) return true;
-            }
-        }
-        return false;
-    };
-    for (std::uint32_t row = begin; row < height_; row += step) {
-        for (std::uint32_t column = begin; column < width_; column += step) {
-            const Pixel pixel{static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)};
-            std::uint8_t& where = where_[index_of(pixel)];
-            if (where >= chosen || (part == 1 && !is_uneven(row, column))) continue;
-            where = chosen;
-            round_.push_back(pixel);
-        }
-    }
-    decided_ += static_cast<std::uint32_t>(round_.size());
-    if (!ends_in_rows_ || part == 2) row_step_ = 0;
-}
-
-std::vector<std::uint8_t> AdaptiveOrder::uneven_squares(const Layout& layout, const float* planes) const {
-    const LookReader look_at(layout, planes, total_);
-    const std::uint32_t step = row_step_, first = static_cast<std::uint32_t>(lattice_first) % step;
-    const auto count = [&](std::uint32_t size) { return (size - 1 + step - first) / step; };  // of the lattice
-    const std::uint32_t down = count(height_) + 1, across = count(width_) + 1;
-    std::vector<std::uint8_t> result(std::size_t{down} * across);
-    std::vector<Look> above(across + 1), below(across + 1);  // of the lattice's rows, with one pixel unseen on either side
-    for (std::uint32_t y = 0; y < down; ++y) {
-        std::swap(above, below);
-        for (std::uint32_t x = 0; x + 1 < across; ++x) {
-            const Pixel corner{static_cast<std::int32_t>(first + y * step), static_cast<std::int32_t>(first + x * step)};
-            below[x + 1] = y + 1 < down ? look_at(index_of(corner)) : Look{};
-        }
-        for (std::uint32_t x = 0; x < across; ++x) {
-            Look square = above[x];
-            for (const Look& corner : {above[x + 1], below[x], below[x + 1]}) square.add(corner);
-            result[std::size_t{y} * across + x] = square.contrast() > even;
-        }
-    }
-    return result;
 }
 
 void AdaptiveOrder::follow_lattice(std::size_t until) {

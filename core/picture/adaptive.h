@@ -10,33 +10,21 @@
 #include "picture/contrast.h"
 #include "picture/gbuffer.h"
 #include "picture/order.h"
+#include "picture/rounds.h"
 
 namespace bob {
 
-/// Decides round by round which pixels come next. Rounds end at fixed shares of the pixels, and nothing within a round
-/// depends on what its own pixels show: so the sequence is a function of the seed, the size and what was traced, never of
-/// time, pace or threads, and a tracer is called a few times with many pixels.
-///
-/// A pixel of the lattice (`lattice_tile`) lies in the middle of four pixels of the levels before it, its corners. It is
+/// Rounds end at fixed shares of the pixels. A pixel of the lattice (`lattice_tile`) lies in the middle of four pixels of the levels before it, its corners. It is
 /// worth as much as these differ, times the area that it stands for; what changes within a square and is not seen at its
 /// corners is found by the pixels that follow the lattice whatever they show, and then followed from square to square.
 /// (Refinement of squares by contrast is Akimoto et al., "Pixel-Selected Ray Tracing", 1991.)
-class AdaptiveOrder {
+class AdaptiveOrder final : public RoundOrder {
 public:
-    /// With a first step, 2, 4 or 8, the first round is the lattice of that step, row by row: where rays of neighbours cost
-    /// little, that is a smaller picture for little. At step 1 it is that of step 2; the second round is what lies
-    /// in squares whose corners differ, and the third all others, which hardly matter where time ends before.
-    AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, std::uint32_t first_step = 0);
+    AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width);
 
-    /// The next round: at least one pixel, or none where all were decided. All pixels of the rounds before have been
-    /// traced; what they show is taken from the planes, (C, height, width) of a layout.
-    std::span<const Pixel> next(const Layout& layout, const float* planes);
+    std::span<const Pixel> next(const Layout& layout, const float* planes) override;
 
-    [[nodiscard]] std::uint32_t height() const { return height_; }
-    [[nodiscard]] std::uint32_t width() const { return width_; }
-
-    /// Bytes in use.
-    [[nodiscard]] std::size_t bytes() const;
+    [[nodiscard]] std::size_t bytes() const override;
 
 private:
     /// How a pixel lies in the lattice: 2^octave away from its corners, along both axes or along one.
@@ -60,10 +48,6 @@ private:
 
     /// Takes what the last round shows.
     void read(const Layout& layout, const float* planes);
-    /// The round is the next of those that go row by row.
-    void take_rows(const Layout& layout, const float* planes);
-    /// Whether corners differ, of the squares of the lattice of `row_step_`: from that left of and above its first pixel on, row by row.
-    [[nodiscard]] std::vector<std::uint8_t> uneven_squares(const Layout& layout, const float* planes) const;
     /// Fills the round up to so many pixels from the lattice.
     void follow_lattice(std::size_t until);
     /// Looks anew at those of which this pixel is a corner: they have seen what it shows, or, before that is known, differ
@@ -79,9 +63,6 @@ private:
     void add_corners(Look& known, Pixel pixel, Place at) const;
     void prefetch(std::uint32_t index) const;
     void prefetch_children(Pixel pixel) const;
-    [[nodiscard]] std::uint32_t index_of(Pixel pixel) const {
-        return static_cast<std::uint32_t>(pixel.row) * width_ + static_cast<std::uint32_t>(pixel.column);
-    }
     [[nodiscard]] Pixel pixel_at(std::uint32_t index) const {
         return {static_cast<std::int32_t>(index / width_), static_cast<std::int32_t>(index % width_)};
     }
@@ -96,10 +77,7 @@ private:
     };
     static constexpr std::size_t queues = 176;
 
-    std::uint32_t height_, width_, total_;
-    std::uint32_t row_step_;            // of the lattice, where the next round goes row by row; else 0
-    std::uint32_t rounds_in_rows_ = 0;  // so far
-    bool ends_in_rows_;                 // whether all rounds do
+    std::uint32_t total_;
     Order lattice_;
     std::vector<Pixel> of_lattice_;  // its next pixels
     std::uint32_t lattice_done_ = 0;

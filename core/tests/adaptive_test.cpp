@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "check.h"
@@ -26,9 +24,8 @@ std::vector<float> planes_of(int height, int width, const std::function<float(in
     return planes;
 }
 
-std::vector<bob::Pixel> sequence(int height, int width, const std::vector<float>& planes, std::size_t count, int* rounds = nullptr,
-                                 std::uint32_t first_step = 0) {
-    bob::AdaptiveOrder order(7, static_cast<std::uint32_t>(height), static_cast<std::uint32_t>(width), first_step);
+std::vector<bob::Pixel> sequence(int height, int width, const std::vector<float>& planes, std::size_t count, int* rounds = nullptr) {
+    bob::AdaptiveOrder order(7, static_cast<std::uint32_t>(height), static_cast<std::uint32_t>(width));
     std::vector<bob::Pixel> result;
     int calls = 0;
     while (result.size() < count) {
@@ -48,13 +45,11 @@ TEST(adaptive_orders_visit_every_pixel_once) {
     for (const auto& [height, width] : {std::pair{1, 1}, {1, 50}, {64, 64}, {65, 130}, {37, 3}}) {
         const auto planes = planes_of(height, width, [](int row, int column) { return static_cast<float>((row * column) % 7) / 7; });
         const auto total = static_cast<std::size_t>(height * width);
-        for (const std::uint32_t first_step : {0u, 1u, 2u, 4u, 8u}) {
-            std::vector<int> seen(total);
-            for (const auto [row, column] : sequence(height, width, planes, 2 * total, nullptr, first_step)) {
-                ++seen[static_cast<std::size_t>(row * width + column)];
-            }
-            CHECK_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(total));
+        std::vector<int> seen(total);
+        for (const auto [row, column] : sequence(height, width, planes, 2 * total)) {
+            ++seen[static_cast<std::size_t>(row * width + column)];
         }
+        CHECK_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(total));
     }
 }
 
@@ -105,43 +100,6 @@ TEST(where_nothing_is_an_adaptive_order_is_the_lattice) {
     std::sort(lattice.begin(), lattice.end(), before);
     std::sort(pixels.begin(), pixels.end(), before);
     CHECK(std::equal(pixels.begin(), pixels.end(), lattice.begin(), [](bob::Pixel a, bob::Pixel b) { return a.row == b.row && a.column == b.column; }));
-}
-
-TEST(an_adaptive_order_may_begin_with_the_rows_of_a_lattice) {
-    const auto planes = planes_of(128, 192, [](int row, int column) { return row > column ? 0.8f : 0.f; });
-    const auto before = [](bob::Pixel a, bob::Pixel b) { return std::pair(a.row, a.column) < std::pair(b.row, b.column); };
-    for (const std::uint32_t step : {2u, 4u, 8u}) {
-        bob::AdaptiveOrder order(7, 128, 192, step);
-        const auto round = order.next(bob::gbuffer_layout(), planes.data());
-        std::vector<bob::Pixel> lattice(128 * 192 / (step * step));
-        bob::make_order("lattice", 7, 128, 192)(0, lattice);
-        std::sort(lattice.begin(), lattice.end(), before);
-        CHECK(std::ranges::equal(round, lattice, [](bob::Pixel a, bob::Pixel b) { return a.row == b.row && a.column == b.column; }));
-        // What comes next lies along the edge: five times as much as of a lattice.
-        const auto near = [&](bob::Pixel p) { return std::abs(p.row - p.column) <= static_cast<int>(step); };
-        const auto next = order.next(bob::gbuffer_layout(), planes.data());
-        CHECK_LT(5 * next.size() * (2 * step + 1) / 192, static_cast<std::size_t>(std::ranges::count_if(next, near)));
-    }
-    int rounds = 0;
-    const auto all = sequence(128, 192, planes, 128 * 192, &rounds, 1);
-    CHECK_EQ(rounds, 3);
-    // A lattice; what lies near the edge, where corners differ; and all others.
-    const auto lattice_end = all.begin() + 128 * 192 / 4;
-    const auto by_edge = [](bob::Pixel p) { return std::abs(p.row - p.column) <= 3; };
-    const auto near_end = std::is_sorted_until(lattice_end, all.end(), before);
-    CHECK(std::is_sorted(all.begin(), lattice_end, before));
-    CHECK(std::is_sorted(near_end, all.end(), before));
-    CHECK(near_end - lattice_end > 200 && std::all_of(lattice_end, near_end, by_edge));
-    CHECK(std::none_of(near_end, all.end(), [](bob::Pixel p) { return p.row == p.column && p.row > 0; }));
-    for (const std::uint32_t step : {3u, 16u}) {
-        std::string message;
-        try {
-            bob::AdaptiveOrder(7, 128, 192, step);
-        } catch (const std::invalid_argument& error) {
-            message = error.what();
-        }
-        CHECK(message == "first_step: expected 0, 1, 2, 4 or 8");
-    }
 }
 
 TEST(an_adaptive_order_is_the_same_everywhere) {

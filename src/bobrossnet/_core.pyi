@@ -221,14 +221,23 @@ class Camera:
 
 def pixel_order(order: str, seed: int, height: int, width: int, start: int, pixels: I32) -> None: ...
 
-class AdaptiveOrder:
+class RoundOrder:
     """Which pixels come next, round by round, by what those before show."""
 
-    def __init__(self, seed: int, height: int, width: int, first_step: int = 0) -> None: ...
     def next(self, layout: Layout, planes: F32) -> I32:
         """The next round, (n, 2) rows and columns; all pixels of the rounds before are in planes (C, H, W)."""
     @property
     def bytes(self) -> int: ...
+
+class AdaptiveOrder(RoundOrder):
+    """Wherever they are needed most."""
+
+    def __init__(self, seed: int, height: int, width: int) -> None: ...
+
+class SquaresOrder(RoundOrder):
+    """Squares that differ, row by row."""
+
+    def __init__(self, height: int, width: int) -> None: ...
 
 class History:
     """What earlier pictures say about the next one."""

@@ -67,10 +67,6 @@ class Sequence(Protocol):
     def looks(self) -> bool:
         """As `PixelSequence.looks`."""
 
-    @property
-    def in_lattice(self) -> bool:
-        """As `PixelSequence.in_lattice`."""
-
     def next(self, count: int, planes: NDArray[np.float32], layout: Layout) -> NDArray[np.int32]:
         """As `PixelSequence.next`."""
 
@@ -90,8 +86,6 @@ class PartialPicture:
         What completes it.
     pace : Pace
         Learns what tracing and completing cost.
-    lattice_pace : Pace, optional
-        Learns what tracing the lattice costs that an order begins with.
     expected : (C, H, W) float32 of the layout, optional
         What to show where nothing was traced yet and its mask is 1. What is traced is written over it.
     guides : Guides, optional
@@ -106,12 +100,10 @@ class PartialPicture:
         sequence: Sequence,
         choice: Choice,
         pace: Pace,
-        lattice_pace: Pace | None = None,
         expected: NDArray[np.float32] | None = None,
         guides: Guides | None = None,
     ) -> None:
         self.calls, self.sequence, self.choice, self.pace = calls, sequence, choice, pace
-        self.lattice_pace = lattice_pace
         self.expected = expected
         self.guides = guides
         self.layout, self._by_samples = layout or GIVEN, layout is None
@@ -121,7 +113,6 @@ class PartialPicture:
         self._asked_for = 0  # at least once: those that were traced, and those under way
         self._decided = np.empty((0, 2), np.int32)  # pixels that come next
         self._again = False
-        self._in_rows = False
         self._passes: NDArray[np.int32] | None = None  # how often each pixel was traced, once that is not the same
         self.finished = False
         # The core's tracer finds what displays show, and takes any number of pixels.
@@ -182,11 +173,7 @@ class PartialPicture:
         if self.expected is not None:
             scatter(samples, call.pixels, self.expected, self.layout)
         if self.calls.in_flight == 1:
-            seconds = came - call.began + time.perf_counter() - taking
-            if self.lattice_pace is not None and self.sequence.in_lattice:
-                self.lattice_pace.measured(call.asked, seconds)
-            if not self._in_rows:  # whose rays are faster than all others
-                self.pace.measured(call.asked, seconds)
+            self.pace.measured(call.asked, came - call.began + time.perf_counter() - taking)
         return len(call.pixels)
 
     def _next(self, count: int) -> NDArray[np.int32]:
@@ -251,7 +238,7 @@ class PartialPicture:
         for _ in range(3):
             self._frame(0, until)
 
-    def frame(self, start: float, count: int | None, budget: float, until: float = 0, *, lattice: int = 0) -> Frame:
+    def frame(self, start: float, count: int | None, budget: float, until: float = 0) -> Frame:
         """Trace on, and complete the picture.
 
         Parameters
@@ -264,13 +251,8 @@ class PartialPicture:
             Seconds for the frame, where there is no count.
         until : float
             The picture is `finished` with all pixels, or where the expected error is at most this.
-        lattice : int
-            How many pixels of a lattice are traced first, whatever time they take.
         """
         self._again = until > 0
-        self._in_rows = True
-        self._trace_share(lattice)
-        self._in_rows = False
         done = 0
         if self.calls.in_flight == 1:
             done = self._trace_for(start, budget) if count is None else self._trace_share(count)
@@ -391,10 +373,14 @@ class Pace:
         per_call, per_pixel = self._costs()
         return int(max(0, min((seconds - per_call) / per_pixel, self.GROWTH * self.largest)))
 
-    def most_seconds(self, pixels: int) -> float:
+    def most_seconds(self, pixels: float) -> float:
         """How long so many pixels take at most, if they are no fewer than in the calls so far; infinite where nothing
         is known."""
         return pixels * float(self.sums[2] / self.sums[1]) if self.largest else inf
+
+    def fade(self, share: float) -> None:
+        """Take all calls so far for faster, by this share."""
+        self.sums *= (1, 1, share, 1, share)
 
     def worthwhile(self) -> int:
         """How many pixels take as long as the call around them: with fewer, most of the time is lost."""

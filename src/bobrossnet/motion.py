@@ -18,7 +18,7 @@ from bobrossnet.frame import Frame, Pace, PartialPicture
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import untraced_planes
-from bobrossnet.picture.order import ADAPTIVE, SizeLike, check_order, check_size, pixel_count
+from bobrossnet.picture.order import ADAPTIVE, SQUARES, SizeLike, check_order, check_size, pixel_count
 from bobrossnet.picture.samples import Samples
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.tracing.calls import AsyncTracer, Calls, SamplesFuture
@@ -35,12 +35,21 @@ SHADED_ANEW = Layout(_core.remembered_layout(False).names)
 COLORED_ANEW = Layout(_core.remembered_layout(True).names)
 """The same of scenes that have colours."""
 
-LATTICE_SHARE = 0.25
-"""The lattice that a picture begins with takes so much of its time at most: with more, too few rays would be left for
-edges."""
+DENSE_SQUARES = 0.075
+"""`DENSE` in the order `squares`, a pixel of which is worth two thirds of one that was placed by need."""
+
+LATTICE = 1 / 64
+"""The share of the pixels that the order `squares` begins with: it is used where they take half of the time at most."""
 
 STICKY = 0.85
-"""A denser lattice than before must take so much less than there is time for: else both would alternate."""
+"""A dense picture after one that carries something along must take so much less than there is time for: else both would
+alternate."""
+
+LONGEST_CARRYING = 0.75
+"""Carrying along takes so much of the time at most, where there is something better to do."""
+
+FADE = 0.97
+"""What one way took counts so much less with each picture that is made in the other: what was too slow is tried again."""
 
 
 class View:
@@ -102,15 +111,16 @@ class View:
         self._choice = choice_of(model)
         check_order(ADAPTIVE, seed)
         self._seed = int(seed)
-        self._pace, self._lattice_pace = Pace(), Pace()
-        self._first_step = 0  # of the lattice that the picture began with
+        self._pace, self._squares_pace, self._carrying_pace = Pace(), Pace(), Pace()
+        self._carrying = 0.0  # seconds before the first ray
         self._history: _core.History | None = None
         self._order = _core.RefreshOrder(*self.size)
         self._moves = 0
         self._seen = self._seen_by(Camera())
         self._calls = Calls(self._seen.tracer if tracer is None else tracer)  # type: ignore[arg-type]
-        self._picture = self._unknown()
+        self._picture = self._unknown(ADAPTIVE)
         self._picture.warm_up()
+        self._squares_pace.completed = self._carrying_pace.completed = self._pace.completed
 
     def frame(self, camera: Camera | None = None, *, ms: float | None = None, fraction: float | None = None) -> Frame:
         """Trace some pixels and complete the picture.
@@ -121,8 +131,8 @@ class View:
             By default the one of the frame before, at first `Camera()`.
         ms : float above 0, optional
             Time for the frame in milliseconds, as `frame_ms` of `progressive`; 33 if neither this nor `fraction` is
-            given. Where that is enough for 5 % of the pixels, nothing is carried along: it would be no better. The
-            picture begins with a lattice then, and is whole where there is time for all pixels.
+            given. Where that is enough for a dense picture, nothing is carried along: it would be no better. Where rays
+            are fast, it is refined square by square, row by row, and is whole where there is time for all pixels.
         fraction : float in (0, 1], optional
             Share of the pixels that this frame traces.
 
@@ -152,20 +162,14 @@ class View:
             raise
 
     def _frame(self, start: float, camera: Camera | None, budget: float, count: int | None) -> Frame:
-        lattice = 0
         if camera is not None and camera != self._seen.camera:
-            plan = self._plan(budget) if count is None else _Plan(0, 0, 0)
-            # A picture for which there is time to be dense is as good without what others have seen, and sooner there.
-            is_dense = max(plan.lattice, plan.others) >= DENSE * self._picture.total
-            self._move(camera, carries=not is_dense, first_step=plan.first_step)
-            if self._picture.expected is None:
-                lattice = plan.lattice
-        return self._picture.frame(start, count, budget, lattice=lattice)
+            self._move(camera, self._plan(budget) if count is None else _Plan(ADAPTIVE, carries=True))
+        return self._picture.frame(start, count, budget)
 
     def forget(self) -> None:
         """Begin anew: for tracers whose shapes or lights have changed."""
         self._history = None
-        self._picture = self._unknown()
+        self._picture = self._unknown(ADAPTIVE)
 
     def close(self) -> None:
         """Cancel the calls of a tracer that wait, and wait for those that run. The next frame begins anew."""
@@ -173,29 +177,35 @@ class View:
         self._calls.close()
 
     def _plan(self, budget: float) -> _Plan:
-        """What there is time for, in seconds, in a picture that carries nothing along."""
-        total, part = self._picture.total, budget - self._pace.to_complete
-        for step in (1, 2, 4, 8):
-            lattice = -(-total // step**2)
-            seconds = self._lattice_pace.most_seconds(lattice)
-            stays = 0 < self._first_step <= step
-            if seconds <= (1 if stays else STICKY) * (budget if step == 1 else LATTICE_SHARE * part):
-                others = 0 if step == 1 else self._pace.pixels_in(part - seconds)
-                return _Plan(step, lattice, others)
-        return _Plan(0, 0, self._pace.pixels_in(part))
+        """How to begin a picture for which there are so many seconds."""
+        total, squares = self._picture.total, self._squares_pace
+        is_known = squares.largest > 0  # else they are not slower than others, which lie along edges
+        lattice = (squares if is_known else self._pace).most_seconds(LATTICE * total)
+        order = SQUARES if lattice <= (budget - squares.to_complete) / 2 else ADAPTIVE
+        pace, dense = (squares, DENSE_SQUARES) if order == SQUARES else (self._pace, DENSE)
+        part = (STICKY if self._picture.expected is not None else 1) * (budget - pace.to_complete)
+        # A picture for which there is time to be dense is as good without what others have seen, and sooner there.
+        is_dense = pace.most_seconds(dense * total) <= part or (order == SQUARES and not is_known)
+        takes_too_long = order == SQUARES and self._carrying > LONGEST_CARRYING * budget
+        carries = not is_dense and not takes_too_long
+        if carries:
+            squares.fade(FADE)
+        else:
+            self._carrying *= FADE
+        return _Plan(order, carries)
 
-    def _move(self, camera: Camera, carries: bool, first_step: int) -> None:
+    def _move(self, camera: Camera, plan: _Plan) -> None:
         self._picture.take_what_came()
         seen = self._seen_by(camera)
         self._layout = self._picture.layout
         self._moves += 1
-        expecting = self._expecting(seen) if carries else None
+        expecting = self._expecting(seen) if plan.carries else None
         self._seen = seen
-        self._first_step = 0 if expecting else first_step
-        self._picture = expecting or self._unknown()
+        self._picture = expecting or self._unknown(plan.order)
 
     def _expecting(self, seen: _Seen) -> PartialPicture | None:
         """A picture with what earlier ones let expect; None where that is nothing."""
+        start = time.perf_counter()
         layout, planes = self._picture.layout, self._picture.planes
         if self._tracer is not None:
             depth = planes[layout.places["depth"]]
@@ -213,15 +223,18 @@ class View:
         self._order.begin((self._seed + self._moves) % 2**64)
         sequence = _Refreshing(self._order, expected, off_center)
         self._calls.turn_to(seen.tracer)
-        return PartialPicture(self._calls, self.size, layout, sequence, self._choice, self._pace, expected=expected)
-
-    def _unknown(self) -> PartialPicture:
-        """A picture of which nothing is expected."""
-        sequence = PixelSequence(self.size, ADAPTIVE, self._seed, self._first_step)
-        self._calls.turn_to(self._seen.tracer)
+        self._carrying = time.perf_counter() - start
         return PartialPicture(
-            self._calls, self.size, self._layout, sequence, self._choice, self._pace, self._lattice_pace
+            self._calls, self.size, layout, sequence, self._choice, self._carrying_pace, expected=expected
         )
+
+    def _unknown(self, order: str) -> PartialPicture:
+        """A picture of which nothing is expected."""
+        sequence, pace = PixelSequence(self.size, order, self._seed), self._pace
+        if order == SQUARES:
+            pace = self._squares_pace
+        self._calls.turn_to(self._seen.tracer)
+        return PartialPicture(self._calls, self.size, self._layout, sequence, self._choice, pace)
 
     def _seen_by(self, camera: Camera) -> _Seen:
         if self._scene is not None:
@@ -232,11 +245,10 @@ class View:
 
 
 class _Plan(NamedTuple):
-    """A new picture."""
+    """How a picture begins."""
 
-    first_step: int  # of the lattice that it begins with: 1 for the whole picture, 0 for none
-    lattice: int  # its pixels
-    others: int  # how many there is time for
+    order: str  # of its pixels, where it carries nothing along
+    carries: bool  # what earlier ones have seen
 
 
 class _Seen(NamedTuple):
@@ -251,7 +263,6 @@ class _Refreshing:
     """The `Sequence` of a picture of which something is expected, (C, H, W), with what was traced over it."""
 
     looks = True
-    in_lattice = False
 
     def __init__(
         self, order: _core.RefreshOrder, picture: NDArray[np.float32], off_center: NDArray[np.float32]

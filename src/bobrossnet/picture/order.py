@@ -23,6 +23,9 @@ FIXED_ORDERS = ("uniform", "r2", "lattice", "blue-noise")
 ADAPTIVE = "adaptive"
 """Goes where those before differ: what comes next depends on what they show."""
 
+SQUARES = "squares"
+"""The same where rays cost little, for pictures that move: squares are divided whose pixels differ, row by row."""
+
 ORDERS = (*FIXED_ORDERS, ADAPTIVE)
 
 DEFAULT_ORDER = ADAPTIVE

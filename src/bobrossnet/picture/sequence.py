@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.picture.channels import Layout
-from bobrossnet.picture.order import ADAPTIVE, Size, check_order, pixel_order
+from bobrossnet.picture.order import ADAPTIVE, SQUARES, Size, check_order, pixel_order
 
 
 class PixelSequence:
@@ -17,9 +17,7 @@ class PixelSequence:
     ----------
     size : (height, width)
     order, seed
-        As in `trace`.
-    first_step : 0, 1, 2, 4 or 8
-        Of the lattice that an adaptive order begins with, row by row; at 1 all pixels follow that of step 2.
+        As in `trace`, or `SQUARES`, which has no seed.
 
     Raises
     ------
@@ -27,24 +25,22 @@ class PixelSequence:
         If there is no such order, or no such seed.
     """
 
-    def __init__(self, size: Size, order: str, seed: int, first_step: int = 0) -> None:
-        self.size, self.order, self.seed = size, check_order(order, seed), int(seed)
+    def __init__(self, size: Size, order: str, seed: int) -> None:
+        self.size, self.order, self.seed = size, SQUARES if order == SQUARES else check_order(order, seed), int(seed)
         self.done = 0
         """How many were handed out."""
-        self._adaptive = _core.AdaptiveOrder(self.seed, *size, first_step) if self.order == ADAPTIVE else None
+        self._rounds: _core.RoundOrder | None = None
+        """Of an order that depends on what pixels show."""
+        if self.order == ADAPTIVE:
+            self._rounds = _core.AdaptiveOrder(self.seed, *size)
+        elif self.order == SQUARES:
+            self._rounds = _core.SquaresOrder(*size)
         self._round = np.empty((0, 2), np.int32)  # what is left of it
-        self._rounds = 0
-        self._ends_in_lattice = first_step == 1
-
-    @property
-    def in_lattice(self) -> bool:
-        """Whether the pixels that were handed out last are of an adaptive order's first lattice."""
-        return self._rounds == 1 or (self._rounds > 0 and self._ends_in_lattice)
 
     @property
     def looks(self) -> bool:
         """Whether the next pixels depend on what those before show."""
-        return self._adaptive is not None and not len(self._round)
+        return self._rounds is not None and not len(self._round)
 
     def next(self, count: int, planes: NDArray[np.float32], layout: Layout) -> NDArray[np.int32]:
         """The next pixels.
@@ -60,12 +56,11 @@ class PixelSequence:
         (n, 2) int32, row and column
             `count` of them, or fewer, but at least one, where what comes after depends on what they show.
         """
-        if self._adaptive is None:
+        if self._rounds is None:
             pixels = pixel_order(self.size, order=self.order, seed=self.seed, start=self.done, count=count)
         else:
             if not len(self._round):
-                self._round = self._adaptive.next(layout.core, planes)
-                self._rounds += 1
+                self._round = self._rounds.next(layout.core, planes)
             pixels, self._round = self._round[:count], self._round[count:]
         self.done += len(pixels)
         return pixels
