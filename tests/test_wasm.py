@@ -170,9 +170,17 @@ def test_pixel_orders_are_those_of_python(core, order):
 @pytest.mark.parametrize("size", [(1, 1), (5, 7), (130, 67), (240, 320)])
 def test_the_adaptive_order_is_that_of_python(core, size):
     traced = bob.trace(bob.happy_tree(), size=size).stack()
-    for seed, planes, first_step in ((0, traced, 0), (2**64 - 1, noise(size, 1), 0), (0, traced, 4), (0, traced, 1)):
-        order = _core.AdaptiveOrder(seed, *size, first_step)
-        for found in core.adaptive_order(seed, planes, first_step):
+    for seed, planes in ((0, traced), (2**64 - 1, noise(size, 1))):
+        order = _core.AdaptiveOrder(seed, *size)
+        for found in core.adaptive_order(seed, planes):
+            np.testing.assert_array_equal(found, order.next(_core.gbuffer_layout(), planes))
+
+
+@pytest.mark.parametrize("size", [(1, 1), (5, 7), (130, 67), (240, 320)])
+def test_the_order_of_squares_is_that_of_python(core, size):
+    for planes in (bob.trace(bob.happy_tree(), size=size).stack(), noise(size, 1)):
+        order = _core.SquaresOrder(*size)
+        for found in core.squares_order(planes):
             np.testing.assert_array_equal(found, order.next(_core.gbuffer_layout(), planes))
 
 

@@ -132,11 +132,16 @@ class WasmCore:
         self.made("pixel_order", order, *halves(seed), *size, start, pixels, count)
         return pixels
 
-    def adaptive_order(self, seed, planes, first_step=0):
+    def adaptive_order(self, seed, planes):
         """All pixels in this order, round by round."""
-        size = planes.shape[1:]
-        order, count = self.made("make_adaptive_order", *halves(seed), *size, first_step), np.zeros(1, np.uint32)
-        left = size[0] * size[1]
+        return self._rounds(self.made("make_adaptive_order", *halves(seed), *planes.shape[1:]), planes)
+
+    def squares_order(self, planes):
+        """All pixels in this order, round by round."""
+        return self._rounds(self.made("make_squares_order", *planes.shape[1:]), planes)
+
+    def _rounds(self, order, planes):
+        count, left = np.zeros(1, np.uint32), planes[0].size
         while left > 0:
             address = self.made("next_round", order, 0, planes, count)
             found = self._memory.read(self._store, address, address + 8 * int(count[0]))
@@ -144,7 +149,7 @@ class WasmCore:
             left -= int(count[0])
         with pytest.raises(CoreError, match="pixels that are left"):
             self.made("next_round", order, 0, planes, count)
-        self.call("free_adaptive_order", order)
+        self.call("free_round_order", order)
 
     def expected(self, before, seen, camera, count):
         """What a history of gray planes (C, H, W), seen with a camera, expects of another: planes, how far off centre,

@@ -3,6 +3,8 @@
  * along what the ones before have seen; and all pixels of a picture of half the resolution, or a quarter, and so on.
  */
 const SLICE = 1024; // pixels between two looks at the clock
+/** As viewer/workers/schedule.js has them. */
+const LATTICE = 1 / 64, WORTH = 2 / 3, STICKY = 1.25, LONGEST_CARRYING = 0.75;
 
 /** All pixels of a picture row by row, (H * W, 2). */
 function rows(height, width) {
@@ -37,9 +39,9 @@ const bytes = (image) => new Uint8Array(Uint8ClampedArray.from(image, (value) =>
 
 async function compare({ file, height, width, cameras, step, before, times, levels }) {
   const modules = ["core/load", "completion/network", "completion/weights", "files/read", "picture/gbuffer", "picture/history",
-                   "picture/order", "tracing/scene", "workers/lattice"];
-  const [{ loadCore }, { DENSE, Network }, { readWeights }, { readFile }, { GBuffer }, { History }, { AdaptiveOrder, PixelSequence },
-         { buildScene }, { plan }] =
+                   "picture/order", "tracing/scene"];
+  const [{ loadCore }, { DENSE, Network }, { readWeights }, { readFile }, { GBuffer }, { History },
+         { AdaptiveOrder, PixelSequence, SquaresOrder }, { buildScene }] =
     await Promise.all(modules.map((module) => import(`./${module}.js`)));
   const core = await loadCore();
   const fetched = async (path) => (await fetch(path)).arrayBuffer();
@@ -52,11 +54,11 @@ async function compare({ file, height, width, cameras, step, before, times, leve
     network.complete(whole);
     return performance.now() - begin;
   };
-  const sequence = (step, expected) =>
-    new PixelSequence(core, { height, width }, scene.layout, expected ?? new AdaptiveOrder(core, { height, width }, scene.layout, step));
-  /** Milliseconds after each slice of a picture that begins with the lattice of a step. */
-  const sequenced = (camera, step, until = height * width) => {
-    const pixels = sequence(step);
+  const sequence = (Order, expected) =>
+    new PixelSequence(core, { height, width }, scene.layout, expected ?? new Order(core, { height, width }, scene.layout));
+  /** Milliseconds after each slice of a picture in an order. */
+  const sequenced = (camera, Order, until = height * width) => {
+    const pixels = sequence(Order);
     whole.clear();
     const milliseconds = slices(scene, whole, pixels, camera, until);
     pixels.free();
@@ -64,7 +66,7 @@ async function compare({ file, height, width, cameras, step, before, times, leve
   };
   /** Milliseconds that it takes to decide where 5 % of the pixels are, those included that go into reading what they show. */
   const decided = (camera) => {
-    const order = sequence(0);
+    const order = sequence(AdaptiveOrder);
     let milliseconds = 0;
     const timed = (part) => {
       const begin = performance.now(), result = part();
@@ -80,31 +82,28 @@ async function compare({ file, height, width, cameras, step, before, times, leve
   };
   /**
    * The picture of the last of some cameras, each with so many milliseconds, the first but with all pixels unless it is the only
-   * one. As viewer/workers/tracer.js and completing.js do it, one after the other; where a whole picture takes `dense` ms, and
-   * rays along edges are `rate` a millisecond.
+   * one. As viewer/workers/tracer.js and completing.js do it, one after the other, where so many rays a millisecond fit into that time,
+   * in the order of squares and in the adaptive one; and the first round of squares takes so many milliseconds.
    */
-  const moving = (cameras, time, completing, dense, rate) => {
-    const history = new History(core, { height, width }, scene.layout);
-    let view, image, spare, carrying = 0, latticeStep = 1;
+  const moving = (cameras, time, completing, rates, lattice) => {
+    const history = new History(core, { height, width }, scene.layout), part = time - completing[0];
+    let view, image, spare, carrying = 0, carries = false, isExpected = false;
     for (const [i, camera] of cameras.entries()) {
       const begin = performance.now(), isFirst = i === 0 && cameras.length > 1;
       // As viewer/workers/schedule.js has it.
-      const pace = { whole: dense / (height * width), lattice: dense / (height * width), rate }, ofAll = { whole: time, part: time - completing[0] };
-      const { firstStep, lattice, others } = plan(height * width, pace, ofAll, latticeStep);
-      const isDense = Math.max(lattice, others) >= DENSE * height * width;
-      const isExpected = view && !isDense && history.move(view.camera, view.order.planes, camera, i);
+      const isFast = lattice <= part / 2, share = (isFast ? WORTH * rates.squares : rates.adaptive) * part / (height * width);
+      const isDense = share / (carries ? STICKY : 1) >= DENSE;
+      carries = !isDense && !(carrying > LONGEST_CARRYING * time);
+      isExpected = Boolean(view) && carries && history.move(view.camera, view.order.planes, camera, i);
       view?.order.free();
       if (isExpected) scene.shade(history.planes, { height, width }, camera);
-      carrying = isExpected ? performance.now() - begin : NaN;
-      latticeStep = isExpected ? 0 : firstStep;
-      const end = begin + (isFirst ? Infinity : latticeStep === 1 ? time : time - completing[isExpected || isDense ? 0 : 1]);
-      const order = sequence(latticeStep, isExpected ? history : undefined);
+      if (isExpected) carrying = performance.now() - begin;
+      const rate = isFast && !isExpected ? rates.squares : rates.adaptive, isSparse = !isExpected && rate * part < DENSE * height * width;
+      const end = begin + (isFirst ? Infinity : time - completing[isSparse ? 1 : 0]);
+      const order = sequence(isFast ? SquaresOrder : AdaptiveOrder, isExpected ? history : undefined);
       view = { camera, order };
       whole.clear();
-      // A whole picture that would not be there in time is completed instead.
-      const isLate = (now) => latticeStep === 1 && !isFirst && now > end - completing[0] &&
-        (now - begin) * (height * width - order.done) > (end - now) * order.done;
-      for (let now; order.done < height * width && (now = performance.now()) < end && !isLate(now);) {
+      for (let now; order.done < height * width && (now = performance.now()) < end;) {
         const wanted = Math.max(32, isFirst ? Infinity : Math.floor(rate * (end - now)));
         const pixels = order.next(Math.min(order.available(wanted), wanted, SLICE));
         const samples = scene.trace(pixels, { height, width }, camera);
@@ -116,17 +115,24 @@ async function compare({ file, height, width, cameras, step, before, times, leve
     }
     const last = bytes(image);
     view.order.free(), history.free();
-    return { image: last, carrying };
+    return { image: last, carrying: isExpected ? carrying : NaN };
   };
-  for (let i = 0; i < 20; ++i) sequenced(cameras[0], 0, 0.2 * height * width), networks.forEach(complete);  // compiled by now
+  const orders = [SquaresOrder, AdaptiveOrder];
+  for (let i = 0; i < 20; ++i) { // compiled by now
+    for (const Order of orders) sequenced(cameras[0], Order, 0.2 * height * width);
+    networks.forEach(complete);
+  }
   const frames = [];
   for (const camera of cameras) {
-    const edges = sequenced(camera, 0), dense = Math.min(sequenced(camera, 1).at(-1), sequenced(camera, 1).at(-1));
-    const exact = bytes(whole.plane("gray"));
+    traced(scene, whole, camera);
+    const exact = bytes(whole.plane("gray")), dense = Math.min(traced(scene, whole, camera), traced(scene, whole, camera));
+    const [squares, adaptive] = orders.map((Order) => sequenced(camera, Order));
     // Rays a millisecond, of those that come first: they lie on surfaces.
-    const rateIn = (time) => SLICE * Math.max(1, edges.filter((milliseconds) => milliseconds <= time).length) / time;
+    const rateIn = (milliseconds, time) => SLICE * Math.max(1, milliseconds.filter((each) => each <= time).length) / time;
+    const lattice = squares[Math.ceil(height * width * LATTICE / SLICE) - 1];
     const completing = networks.map((network) => Math.min(complete(network), complete(network), complete(network)));
-    const shown = (path) => times.map((time) => moving(path, time, completing, dense, rateIn(time)));
+    const shown = (path) => times.map((time) =>
+      moving(path, time, completing, { squares: rateIn(squares, time), adaptive: rateIn(adaptive, time) }, lattice));
     const anew = shown([camera]);
     const theirs = Array.from({ length: levels }, (_, level) => {
       const gbuffer = new GBuffer(core, height >> level, width >> level, scene.layout);

@@ -67,6 +67,10 @@ class Sequence(Protocol):
     def looks(self) -> bool:
         """As `PixelSequence.looks`."""
 
+    @property
+    def in_first_round(self) -> bool:
+        """As `PixelSequence.in_first_round`."""
+
     def next(self, count: int, planes: NDArray[np.float32], layout: Layout) -> NDArray[np.int32]:
         """As `PixelSequence.next`."""
 
@@ -86,6 +90,8 @@ class PartialPicture:
         What completes it.
     pace : Pace
         Learns what tracing and completing cost.
+    first_pace : Pace, optional
+        Learns what tracing the first round costs, which lies all over the picture.
     expected : (C, H, W) float32 of the layout, optional
         What to show where nothing was traced yet and its mask is 1. What is traced is written over it.
     guides : Guides, optional
@@ -100,10 +106,12 @@ class PartialPicture:
         sequence: Sequence,
         choice: Choice,
         pace: Pace,
+        first_pace: Pace | None = None,
         expected: NDArray[np.float32] | None = None,
         guides: Guides | None = None,
     ) -> None:
         self.calls, self.sequence, self.choice, self.pace = calls, sequence, choice, pace
+        self.first_pace = first_pace
         self.expected = expected
         self.guides = guides
         self.layout, self._by_samples = layout or GIVEN, layout is None
@@ -173,7 +181,10 @@ class PartialPicture:
         if self.expected is not None:
             scatter(samples, call.pixels, self.expected, self.layout)
         if self.calls.in_flight == 1:
-            self.pace.measured(call.asked, came - call.began + time.perf_counter() - taking)
+            seconds = came - call.began + time.perf_counter() - taking
+            self.pace.measured(call.asked, seconds)
+            if self.first_pace is not None and self.sequence.in_first_round:
+                self.first_pace.measured(call.asked, seconds)
         return len(call.pixels)
 
     def _next(self, count: int) -> NDArray[np.int32]:
@@ -233,10 +244,10 @@ class PartialPicture:
         """The pixels of all calls that are under way, (n, 2)."""
         return np.concatenate([call.pixels for call in self.calls.under_way])
 
-    def warm_up(self, until: float = 0) -> None:
-        """Complete it before anyone waits: the first run also allocates memory."""
+    def warm_up(self, until: float = 0, network: Network | None = None) -> None:
+        """Complete it before anyone waits, by this network or that of choice: the first run also allocates memory."""
         for _ in range(3):
-            self._frame(0, until)
+            self._frame(0, until, network)
 
     def frame(self, start: float, count: int | None, budget: float, until: float = 0) -> Frame:
         """Trace on, and complete the picture.
@@ -269,7 +280,7 @@ class PartialPicture:
 
     def _deadline(self, start: float, budget: float) -> float:
         """Until when a frame may trace, so that there is time to complete the picture."""
-        return start + max(budget - self.pace.to_complete, MIN_TRACING * self.pace.to_complete)
+        return start + self.pace.left_of(budget)
 
     def _trace_for(self, start: float, budget: float) -> int:
         """Trace as many pixels as leave time to complete the picture, one call after the other."""
@@ -323,16 +334,17 @@ class PartialPicture:
         least where there has to be one."""
         return min(self._open, count if self.sizes is None else self.sizes.within(count, at_least))
 
-    def _frame(self, start: float, until: float) -> Frame:
+    def _frame(self, start: float, until: float, network: Network | None = None) -> Frame:
         traced = time.perf_counter()
         gbuffer = self._gbuffer(self.planes)
         shown = gbuffer if self.expected is None else self._gbuffer(self.expected)
-        is_guided, network = self.guides is not None, self.choice.of(shown)
+        is_guided, network = self.guides is not None, network or self.choice.of(shown)
         image = complete_guided(shown, "gray") if is_guided else complete(shown, model=network)
         is_all = self._open == 0 and not self.calls.under_way
         self.finished = is_all or (until > 0 and mean_error(gbuffer, network) <= until)
         now = time.perf_counter()
-        self.pace.completed = [*self.pace.completed[-7:], now - traced]
+        self.pace.completed.append(now - traced)
+        del self.pace.completed[:-8]
         return Frame(image, gbuffer, self.traced / self.total, now - start, network, shown, is_guided)
 
     def _gbuffer(self, planes: NDArray[np.float32]) -> GBuffer:
@@ -352,15 +364,20 @@ class Pace:
     GROWTH = 8  # a call has at most this many times the pixels of the largest: small calls say little about a large one
     FADE = 0.8  # weight of the call before, against this one
 
-    def __init__(self) -> None:
+    def __init__(self, completed: list[float] | None = None) -> None:
         self.sums = np.zeros(5)  # of 1, n, t, n * n and n * t
         self.largest = 0
-        self.completed: list[float] = []  # seconds, of the last frames
+        self.completed = [] if completed is None else completed
+        """Seconds, of the last frames; those that are completed alike may have one list."""
 
     @property
     def to_complete(self) -> float:
         """Seconds: the second longest of the last eight, as one outlier should not make all frames short."""
         return sorted(self.completed[-8:])[-2] if len(self.completed) > 1 else sum(self.completed)
+
+    def left_of(self, budget: float) -> float:
+        """Seconds for tracing in a frame of so many."""
+        return max(budget - self.to_complete, MIN_TRACING * self.to_complete)
 
     def measured(self, pixels: int, seconds: float) -> None:
         self.sums = self.FADE * self.sums + (1, pixels, seconds, pixels**2, pixels * seconds)
@@ -372,6 +389,13 @@ class Pace:
             return self.FIRST
         per_call, per_pixel = self._costs()
         return int(max(0, min((seconds - per_call) / per_pixel, self.GROWTH * self.largest)))
+
+    def seconds(self, pixels: float) -> float:
+        """How long a call of so many pixels takes; infinite where nothing is known."""
+        if not self.largest:
+            return inf
+        per_call, per_pixel = self._costs()
+        return per_call + per_pixel * pixels
 
     def most_seconds(self, pixels: float) -> float:
         """How long so many pixels take at most, if they are no fewer than in the calls so far; infinite where nothing

@@ -48,8 +48,9 @@ alternate."""
 LONGEST_CARRYING = 0.75
 """Carrying along takes so much of the time at most, where there is something better to do."""
 
-FADE = 0.97
-"""What one way took counts so much less with each picture that is made in the other: what was too slow is tried again."""
+FADE, FIRST_FADE, FIRST = 0.97, 0.8, 3
+"""What one way took counts so much less with each picture that is made in another: what was slow is tried again, and
+soon while so many were made."""
 
 
 class View:
@@ -111,8 +112,10 @@ class View:
         self._choice = choice_of(model)
         check_order(ADAPTIVE, seed)
         self._seed = int(seed)
-        self._pace, self._squares_pace, self._carrying_pace = Pace(), Pace(), Pace()
+        self._pace, self._first_pace, self._squares_pace = Pace(), Pace(), Pace()
+        self._carrying_pace = Pace(self._squares_pace.completed)
         self._carrying = 0.0  # seconds before the first ray
+        self._squares = 0  # pictures so far
         self._history: _core.History | None = None
         self._order = _core.RefreshOrder(*self.size)
         self._moves = 0
@@ -120,7 +123,7 @@ class View:
         self._calls = Calls(self._seen.tracer if tracer is None else tracer)  # type: ignore[arg-type]
         self._picture = self._unknown(ADAPTIVE)
         self._picture.warm_up()
-        self._squares_pace.completed = self._carrying_pace.completed = self._pace.completed
+        self._unknown(SQUARES).warm_up(network=self._choice.dense)
 
     def frame(self, camera: Camera | None = None, *, ms: float | None = None, fraction: float | None = None) -> Frame:
         """Trace some pixels and complete the picture.
@@ -179,18 +182,21 @@ class View:
     def _plan(self, budget: float) -> _Plan:
         """How to begin a picture for which there are so many seconds."""
         total, squares = self._picture.total, self._squares_pace
-        is_known = squares.largest > 0  # else they are not slower than others, which lie along edges
-        lattice = (squares if is_known else self._pace).most_seconds(LATTICE * total)
-        order = SQUARES if lattice <= (budget - squares.to_complete) / 2 else ADAPTIVE
+        is_known = squares.largest > 0
+        lattice = self._first_pace.seconds(LATTICE * total)
+        # As the first round of another order, it seems slower than it is.
+        order = SQUARES if lattice <= squares.left_of(budget) / (2 if is_known else 1) else ADAPTIVE
         pace, dense = (squares, DENSE_SQUARES) if order == SQUARES else (self._pace, DENSE)
-        part = (STICKY if self._picture.expected is not None else 1) * (budget - pace.to_complete)
+        part = (STICKY if self._picture.expected is not None else 1) * pace.left_of(budget)
         # A picture for which there is time to be dense is as good without what others have seen, and sooner there.
         is_dense = pace.most_seconds(dense * total) <= part or (order == SQUARES and not is_known)
         takes_too_long = order == SQUARES and self._carrying > LONGEST_CARRYING * budget
         carries = not is_dense and not takes_too_long
-        if carries:
-            squares.fade(FADE)
+        if carries or order != SQUARES:
+            squares.fade(FADE if self._squares >= FIRST else FIRST_FADE)
         else:
+            self._squares += 1
+        if not carries:
             self._carrying *= FADE
         return _Plan(order, carries)
 
@@ -234,7 +240,7 @@ class View:
         if order == SQUARES:
             pace = self._squares_pace
         self._calls.turn_to(self._seen.tracer)
-        return PartialPicture(self._calls, self.size, self._layout, sequence, self._choice, pace)
+        return PartialPicture(self._calls, self.size, self._layout, sequence, self._choice, pace, self._first_pace)
 
     def _seen_by(self, camera: Camera) -> _Seen:
         if self._scene is not None:
@@ -263,6 +269,7 @@ class _Refreshing:
     """The `Sequence` of a picture of which something is expected, (C, H, W), with what was traced over it."""
 
     looks = True
+    in_first_round = False
 
     def __init__(
         self, order: _core.RefreshOrder, picture: NDArray[np.float32], off_center: NDArray[np.float32]

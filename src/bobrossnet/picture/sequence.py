@@ -36,6 +36,12 @@ class PixelSequence:
         elif self.order == SQUARES:
             self._rounds = _core.SquaresOrder(*size)
         self._round = np.empty((0, 2), np.int32)  # what is left of it
+        self._begun = 0  # rounds
+
+    @property
+    def in_first_round(self) -> bool:
+        """Whether the pixels that were handed out last are of the first round of an order that has rounds."""
+        return self._begun == 1
 
     @property
     def looks(self) -> bool:
@@ -61,6 +67,7 @@ class PixelSequence:
         else:
             if not len(self._round):
                 self._round = self._rounds.next(layout.core, planes)
+                self._begun += 1
             pixels, self._round = self._round[:count], self._round[count:]
         self.done += len(pixels)
         return pixels

@@ -35,21 +35,16 @@ export function pixelOrder(core, order, { height, width, seed = 0, start = 0, co
  *
  * @implements {RoundOrder}
  */
-export class AdaptiveOrder {
+class OrderOfCore {
   #core;
   #handle;
   #isColored;
 
-  /**
-   * @param {import("../core/core.js").Core} core
-   * @param {Which} which
-   * @param {import("./channels.js").Layout} [layout] that is shown
-   * @param {number} [firstStep] of the lattice that comes first, row by row: 1, 2, 4 or 8
-   */
-  constructor(core, { height, width, seed = 0 }, layout = GBUFFER, firstStep = 0) {
+  /** @param {import("../core/core.js").Core} core @param {number} handle @param {import("./channels.js").Layout} layout that is shown */
+  constructor(core, handle, layout) {
     this.#core = core;
     this.#isColored = Number(layout === COLORED);
-    this.#handle = core.made("make_adaptive_order", ...halves(seed), height, width, firstStep);
+    this.#handle = handle;
   }
 
   /** @type {RoundOrder["next"]} */
@@ -60,7 +55,23 @@ export class AdaptiveOrder {
   add() {}
 
   end() {
-    this.#core.call("free_adaptive_order", this.#handle);
+    this.#core.call("free_round_order", this.#handle);
+  }
+}
+
+/** Wherever pixels are needed most, as core/picture/adaptive.h has it. */
+export class AdaptiveOrder extends OrderOfCore {
+  /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] that is shown */
+  constructor(core, { height, width, seed = 0 }, layout = GBUFFER) {
+    super(core, core.made("make_adaptive_order", ...halves(seed), height, width), layout);
+  }
+}
+
+/** Squares that differ, row by row, for rays that cost little, as core/picture/squares.h has it. */
+export class SquaresOrder extends OrderOfCore {
+  /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] that is shown */
+  constructor(core, { height, width }, layout = GBUFFER) {
+    super(core, core.made("make_squares_order", height, width), layout);
   }
 }
 

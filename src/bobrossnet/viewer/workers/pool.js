@@ -225,8 +225,8 @@ export class Pool {
       // The others trace the batch again.
       const batch = this.#batch;
       if (batch && tracer === this.#leader) {
-        const lattice = { rays: 0, milliseconds: 0 };
-        this.#finish({ kind: "traced", batch, cancelled: true, reached: 0, rays: 0, preparing: 0, milliseconds: 0, lattice });
+        const first = { rays: 0, milliseconds: 0 };
+        this.#finish({ kind: "traced", batch, cancelled: true, reached: 0, rays: 0, preparing: 0, milliseconds: 0, first });
       } else if (this.#others.includes(tracer)) {
         this.cancel();
       }

@@ -10,17 +10,20 @@
  * @typedef {import("../picture/camera.js").Size} Size
  */
 import { DENSE } from "../completion/network.js";
-import { LatticePace, plan } from "./lattice.js";
 import { Pace } from "./pace.js";
 
 const REST_MS = 80; // without a change, until a view is refined: less, and moving on would often have to end that first
 const LONGEST_MS = 250; // of tracing between two pictures at rest
 const SHARE = 0.8; // of a picture's time that is for tracing: with more, the page itself and messages make all pictures late
 const LEAST = 32; // pixels for each tracer
+/** Where rays are fast, a view's pixels come in the order of squares: where the share of them that it begins with takes half of the time at most. */
+const LATTICE = 1 / 64;
+/** A pixel in that order is worth this much of one that was placed by need. */
+const WORTH = 2 / 3;
 const STICKY = 1.25; // as much more there must be time for, until what was carried along is no more: else both would alternate
 /**
  * Of a moving view's time, for what those before have seen: more where the one before had it too, since pictures that have it and such that
- * have not flicker. What was too slow is tried again, soon at first, when all code is slow.
+ * have not flicker. What was too slow is tried again, soon at first, when all code is slow; so is the order of squares.
  */
 const LONGEST_CARRYING = { begins: 0.6, goesOn: 0.75 }, FADE = { first: 0.8, later: 0.97 }, FIRST = 3;
 const RISE = 1.15; // by which one slow view lets the next be taken for slower
@@ -55,8 +58,11 @@ export class Schedule {
   #carryingMs = 0; // for a pixel of it, before the first ray
   #carried = 0; // how many views did so
   #wentOn = false; // whether the view before did as well
-  #firstStep = 0; // of the lattice that the view begins with
-  #latticePace = new LatticePace();
+  #squares = false; // whether the view is traced in their order
+  #squaresViews = 0; // so far
+  #squaresPace = new Pace();
+  /** Of a view's first round. */
+  #firstPace = new Pace();
   /** Milliseconds to complete a pixel, where measured. @type {Partial<Record<Model, number>>} */
   #pixelMs = {};
   /** What completed the last picture. @type {Model} */
@@ -97,7 +103,8 @@ export class Schedule {
     if (pool !== this.#pool) this.#tracing = false;
     this.#pool = pool;
     this.#pace = new Pace();
-    this.#latticePace = new LatticePace();
+    this.#squaresPace = new Pace();
+    this.#firstPace = new Pace();
     this.#waiting = [];
     this.change({});
   }
@@ -114,19 +121,16 @@ export class Schedule {
   }
 
   /** @param {import("./pool.js").Traced} traced */
-  traced({ batch, cancelled, reached, rays, preparing, milliseconds, lattice }) {
+  traced({ batch, cancelled, reached, rays, preparing, milliseconds, first }) {
     this.#tracing = false;
     if (batch.carries && this.#step === 0) {
       this.#carryingMs = Math.min(preparing / (batch.height * batch.width), this.#wentOn ? RISE * this.#carryingMs : Infinity);
       ++this.#carried;
     }
-    // Rays along edges are slower than those of a lattice.
-    const isWhole = batch.firstStep === 1, size = batch.height * batch.width;
-    // Most of a whole picture says nothing of all of it, since its last pixels cost least.
-    if (lattice.rays > 0 && (!isWhole || lattice.rays === size || this.#step === 0 && lattice.rays < size / 2)) {
-      this.#latticePace.measured(batch.parts * lattice.milliseconds / lattice.rays, isWhole);
-    }
-    if (rays > lattice.rays) this.#pace.measured(rays - lattice.rays, batch.parts * (milliseconds - lattice.milliseconds));
+    if (first.rays > 0) this.#firstPace.measured(first.rays, batch.parts * first.milliseconds);
+    // At rest, the last pixels of squares are the fastest.
+    if (!batch.squares) this.#pace.measured(rays, batch.parts * milliseconds);
+    else if (this.#step === 0) this.#squaresPace.measured(rays, batch.parts * milliseconds);
     if (!cancelled) {
       this.#waiting.push(batch.id);
       this.#reached = reached;
@@ -203,32 +207,34 @@ export class Schedule {
   #traceMoving(ready) {
     const parts = Math.max(1, ready - 1), pixels = this.#viewSize.height * this.#viewSize.width;
     const time = SHARE * this.#movingTime(), carrying = this.#carryingMs * pixels;
-    // A whole picture is only painted, so that all threads trace.
-    const ofAll = { whole: Math.max(time, time * ready - this.#completing("filling", this.#viewSize)), part: time * parts };
-    const { whole, lattice: ofLattice } = this.#latticePace;
-    const { firstStep, lattice, others } = plan(pixels, { whole, lattice: ofLattice, rate: this.#pace.rate }, ofAll, this.#firstStep);
+    // As the first round of another order, that of squares seems slower than it is.
+    const { known } = this.#squaresPace, { rate } = known ? this.#squaresPace : this.#firstPace;
+    const isFast = LATTICE * pixels / this.#firstPace.rate <= time * parts / (known ? 2 : 1);
     // Where a new picture is dense, or there is no time for more, nothing is carried along.
-    const share = Math.max(lattice, others) / pixels / (this.#carries ? STICKY : 1), isDense = !this.#pace.known || share >= DENSE;
+    const share = (isFast ? WORTH * rate : this.#pace.rate) * time * parts / pixels / (this.#carries ? STICKY : 1);
+    const isDense = !this.#pace.known || share >= DENSE;
     const takesTooLong = carrying > LONGEST_CARRYING[this.#carries ? "goesOn" : "begins"] * (share < SPARSE ? LONGER_IF_SPARSE : 1) * time;
     if (takesTooLong) this.#carryingMs *= FADE[this.#carried < FIRST ? "first" : "later"];
     this.#wentOn = this.#carries && this.#carried > 0;
     this.#carries = !isDense && !takesTooLong;
-    this.#firstStep = this.#carries ? 0 : firstStep;
+    this.#squares = !this.#carries && isFast;
+    if (this.#squares) ++this.#squaresViews;
+    else this.#squaresPace.fade(FADE[this.#squaresViews < FIRST ? "first" : "later"]);
     if (this.#carries) {
       const tracing = Math.max(time - carrying, LEAST_TRACING * time);
       this.#trace(tracing, parts, Math.round(Math.max(this.#pace.rate * tracing * parts, LEAST_NEW * pixels)));
-    } else this.#trace(time, firstStep === 1 ? ready : parts, lattice + others);
+    } else this.#trace(time, parts);
   }
 
   /** @param {number} time milliseconds for tracing @param {number} parts @param {number} [count] of pixels, as far as that is known */
   #trace(time, parts, count = Math.round(this.#pace.rate * time * parts)) {
-    const total = this.#viewSize.height * this.#viewSize.width;
+    const total = this.#viewSize.height * this.#viewSize.width, isTimed = this.#squares || !this.#pace.known;
     this.#tracing = true;
     this.#pool?.trace({
       id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, carries: this.#carries,
-      firstStep: this.#firstStep, sparse: this.#completing("default", this.#viewSize) < this.budget ? "default" : "small",
-      to: this.#pace.known ? Math.min(total, this.#reached + Math.max(LEAST * parts, count)) : total,
-      milliseconds: this.#pace.known && this.#firstStep !== 1 ? MARGIN * time : time, // whole pictures can end anywhere
+      squares: this.#squares, sparse: this.#completing("default", this.#viewSize) < this.budget ? "default" : "small",
+      to: isTimed ? total : Math.min(total, this.#reached + Math.max(LEAST * parts, count)),
+      milliseconds: isTimed ? time : MARGIN * time,
     });
   }
 }

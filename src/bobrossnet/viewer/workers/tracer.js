@@ -12,11 +12,11 @@
  *
  * @typedef {{
  *   id: number, view: number, parts: number, camera: Camera, height: number, width: number, to: number, milliseconds: number,
- *   carries: boolean, firstStep: number, sparse: import("./schedule.js").Model
+ *   carries: boolean, squares: boolean, sparse: import("./schedule.js").Model
  * }} Batch
  *   What `parts` tracers add to a view: the pixels of its sequence up to the place `to`, or as many as they trace in so many
  *   milliseconds. Batches of one view have one camera and size, and add to one picture, to which a view
- *   that `carries` brings along what those before have seen, and any other begins with the lattice of `firstStep`; `sparse`
+ *   that `carries` brings along what those before have seen, and any other is traced in the order of squares or the adaptive one; `sparse`
  *   completes it while little of it is known.
  *
  * @typedef {{kind: "samples", batch: Batch, isColored: boolean, count: number, pixels: Int32Array, samples: Float32Array,
@@ -42,17 +42,17 @@
  * @typedef {{kind: "opened", edition: number, warnings: string[]}
  *   | {kind: "failed", edition?: number, message: string, broken: boolean}
  *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, preparing: number, milliseconds: number,
- *      lattice: {rays: number, milliseconds: number}}} Reply
+ *      first: {rays: number, milliseconds: number}}} Reply
  *   edition: of the scene that was to be opened; warnings: a line each; broken: the core is unusable; cancelled: no samples
  *   were sent, and the view has to begin again; reached: how many pixels of the view's sequence are traced; rays: by all
- *   tracers of the batch; preparing: milliseconds for what earlier views let expect, before those of tracing; lattice: of those,
- *   what the lattice took that a view begins with
+ *   tracers of the batch; preparing: milliseconds for what earlier views let expect, before those of tracing; first: of those,
+ *   what the first round took: it lies all over the picture
  */
 import { Core } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
 import { COLORED } from "../picture/channels.js";
 import { History } from "../picture/history.js";
-import { AdaptiveOrder, PixelSequence } from "../picture/order.js";
+import { AdaptiveOrder, PixelSequence, SquaresOrder } from "../picture/order.js";
 import { buildScene } from "../tracing/scene.js";
 import { Pace } from "./pace.js";
 
@@ -136,7 +136,7 @@ function forgetViews() {
 }
 
 /** Begins the view of a batch, with what those before let expect. @param {import("../tracing/scene.js").Scene} scene @param {Batch} batch */
-function beginView(scene, { view: id, camera, height, width, carries, firstStep }) {
+function beginView(scene, { view: id, camera, height, width, carries, squares }) {
   const size = { height, width };
   if (view?.size.height !== height || view.size.width !== width) forgetViews();
   let expected = null;
@@ -148,7 +148,7 @@ function beginView(scene, { view: id, camera, height, width, carries, firstStep 
     }
   }
   view?.sequence.free();
-  const order = expected ?? new AdaptiveOrder(scene.core, size, scene.layout, firstStep);
+  const order = expected ?? new (squares ? SquaresOrder : AdaptiveOrder)(scene.core, size, scene.layout);
   return view = { id, camera, size, sequence: new PixelSequence(scene.core, size, scene.layout, order), expected, ended: false };
 }
 
@@ -168,7 +168,7 @@ async function lead(batch, ports) {
   const begin = performance.now(), end = begin + batch.milliseconds;
   const { sequence, size } = of, components = scene.sampleWidth, { camera, to, parts } = batch;
   const most = to - sequence.done, all = { pixels: new Int32Array(2 * most), samples: new Float32Array(components * most) };
-  const lattice = { rays: 0, milliseconds: 0 }, { firstStep } = batch;
+  const first = { rays: 0, milliseconds: 0 };
   let count = 0, largest = FIRST_SLICE / GROWTH;
 
   const deal = () => {
@@ -190,9 +190,9 @@ async function lead(batch, ports) {
     count += rays;
     largest = Math.max(largest, rays);
     pace.measured(rays, milliseconds);
-    if (!of.expected && (sequence.rounds === 1 || firstStep === 1)) {
-      lattice.rays += rays;
-      lattice.milliseconds = performance.now() - begin;
+    if (!of.expected && sequence.rounds === 1) {
+      first.rays += rays;
+      first.milliseconds = performance.now() - begin;
     }
   };
 
@@ -236,7 +236,7 @@ async function lead(batch, ports) {
     const message = { kind: "samples", batch, isColored: scene.layout === COLORED, count, ...all, expected };
     completing.postMessage(message, [all.pixels.buffer, all.samples.buffer, ...(expected ? [expected.buffer] : [])]);
   }
-  reply({ kind: "traced", batch, cancelled, reached: sequence.done, rays: count, preparing: begin - asked, milliseconds, lattice });
+  reply({ kind: "traced", batch, cancelled, reached: sequence.done, rays: count, preparing: begin - asked, milliseconds, first });
 }
 
 /** @param {MessagePort | undefined} port to the tracer that leads now */
