@@ -227,21 +227,63 @@ def test_a_picture_is_whole_where_there_is_time_for_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "before", "first_step"),
-    [(0.030, 0, 1), (0.039, 0, 4), (0.039, 1, 1), (0.041, 1, 4), (0.120, 0, 8), (1.0, 0, 0), (None, 0, 0)],
+    ("first", "squares", "carrying", "order", "carries"),
+    [
+        # seconds for all pixels at the pace of a first round, of squares and of pixels beside what is carried along
+        (0.6, 0.1, 1.0, "squares", False),  # time for 20 % of squares, for 2 % beside what is carried along
+        (0.6, 0.5, 1.0, "squares", True),  # and for 4 % of squares
+        (0.6, None, 1.0, "squares", False),  # nothing is known of squares: they are tried
+        (0.7, 0.1, 1.0, "adaptive", True),  # their lattice takes more than half of the time
+        (0.7, None, 1.0, "squares", False),
+        (1.3, None, 1.0, "adaptive", True),  # or all of it
+        (None, None, 1.0, "adaptive", True),  # or that is not known
+        (
+            None,
+            None,
+            10.0,
+            "adaptive",
+            False,
+        ),  # time for 2 % of pixels placed by need, for 0.2 % beside what is carried along
+    ],
 )
-def test_a_picture_begins_with_the_lattice_that_there_is_time_for(
-    seconds: float | None, before: int, first_step: int
+def test_how_a_picture_begins(
+    first: float | None, squares: float | None, carrying: float, order: str, carries: bool
 ) -> None:
-    """A quarter of the time at most, all of it for the whole picture; a little less than for the one before."""
+    """Of 40 ms, 20 are for tracing."""
     view, total = bob.View(bob.happy_tree(), size=(80, 80)), 6400
-    view._first_step = before
-    view._pace.completed = [0.02, 0.02]
-    view._pace.measured(1000, 1)
-    if seconds is not None:
-        view._lattice_pace.measured(total, seconds)
+    for pace, seconds in (
+        (view._first_pace, first),
+        (view._squares_pace, squares),
+        (view._carrying_pace, carrying),
+        (view._pace, 1.0),
+    ):
+        pace.completed[:] = [0.02, 0.02]
+        if seconds is not None:
+            pace.measured(total // 64, seconds / 64)
+            pace.measured(total, seconds)
     plan = view._plan(0.04)
-    assert plan.first_step == first_step
-    assert plan.lattice == (-(-total // first_step**2) if first_step else 0)
-    lattice_seconds = (seconds or 0) / first_step**2 if first_step else 0
-    assert plan.others == (0 if first_step == 1 else view._pace.pixels_in(0.02 - lattice_seconds))
+    assert (plan.order, plan.carries) == (order, carries)
+
+
+def test_carrying_along_has_to_leave_time() -> None:
+    """Three quarters of a frame at most, unless a new picture would be all but empty; it is tried again."""
+    view, total = bob.View(bob.happy_tree(), size=(80, 80)), 6400
+    for pace, seconds in ((view._first_pace, 0.5), (view._squares_pace, 1.6), (view._carrying_pace, 1.0)):
+        pace.completed[:] = [0.02, 0.02]
+        pace.measured(total, seconds)
+    view._carrying = 0.2
+    plans = [view._plan(0.04).carries for _ in range(100)]
+    assert 50 < plans.index(True) < 70
+    view._carrying = 0.2
+    view._squares_pace.measured(total, 100)
+    assert view._plan(0.04).carries
+
+
+def test_what_squares_took_fades_while_none_are_made() -> None:
+    view, total = bob.View(bob.happy_tree(), size=(80, 80)), 6400
+    for pace, seconds in ((view._first_pace, 1.0), (view._squares_pace, 10.0), (view._carrying_pace, 0.1)):
+        pace.completed[:] = [0.02, 0.02]
+        pace.measured(total, seconds)
+    plans = [view._plan(0.04).carries for _ in range(100)]
+    assert plans == sorted(plans, reverse=True)
+    assert 0 < sum(plans) < 100

@@ -313,10 +313,9 @@ EACH = """async (azimuths) => {
 }"""
 
 
-def first_pixels(planes, count, first_step):
-    """Where the first pixels of the adaptive order are, of a whole picture, (H, W)."""
-    size, order = planes.shape[1:], _core.AdaptiveOrder(0, *planes.shape[1:], first_step)
-    mask = np.zeros(size, np.float32)
+def first_pixels(planes, count, order):
+    """Where the first pixels of an order are, of a whole picture, (H, W)."""
+    mask = np.zeros(planes.shape[1:], np.float32)
     while (left := int(count - mask.sum())) > 0:
         rows, columns = order.next(_core.gbuffer_layout(), planes)[:left].T
         mask[rows, columns] = 1
@@ -324,64 +323,19 @@ def first_pixels(planes, count, first_step):
 
 
 @pytest.mark.parametrize("workers", [1, 4])
-def test_pixels_are_those_of_the_adaptive_order(browser, viewer, workers):
+def test_pixels_are_those_of_an_order(browser, viewer, workers):
     """Whatever the pace and the number of workers, in motion and as a view is refined."""
     page = Page(browser, f"{viewer.url}?size=640x480&workers={workers}#scene=vase.sdf")
     page.tab.fill("#budget", "10")
     # Carrying along what was seen takes longer than the budget, which is known after the first view that tried.
     partial = [planes_of(found) for found in page.tab.evaluate(EACH, [39, 40, 41])]
     full = buffers(page)
+    size = full.shape[1:]
     for planes in partial:
-        assert any(np.array_equal(planes, full * first_pixels(full, planes[0].sum(), step)) for step in (0, 1, 2, 4, 8))
+        orders = _core.AdaptiveOrder(0, *size), _core.SquaresOrder(*size)
+        assert any(np.array_equal(planes, full * first_pixels(full, planes[0].sum(), order)) for order in orders)
     assert partial[0][0].mean() < partial[-1][0].mean()
     page.close()
-
-
-def test_a_moving_picture_begins_with_the_lattice_that_there_is_time_for(page, viewer):
-    """Of a quarter of the time at most; the whole picture where that fits; none where its rays' time is not known."""
-    asked = [
-        # time in which a whole picture would be traced, ms; rays a ms elsewhere; all, some of the time; the step before
-        [30, 1000, 40, 20, 0],
-        [39, 1000, 40, 20, 0],
-        [39, 1000, 40, 20, 1],
-        [41, 1000, 40, 20, 1],
-        [90, 100, 40, 20, 0],
-        [1000, 100, 40, 20, 0],
-        [None, 100, 40, 20, 0],
-    ]
-    found = page.tab.evaluate(
-        """async ([address, asked]) => {
-          const { plan } = await import(new URL("workers/lattice.js", address).href);
-          return asked.map(([ms, rate, whole, part, before]) =>
-            plan(6400, { whole: (ms ?? NaN) / 6400, lattice: (ms ?? NaN) / 6400, rate }, { whole, part }, before));
-        }""",
-        [viewer.url, asked],
-    )
-    assert [each["firstStep"] for each in found] == [1, 4, 1, 4, 8, 0, 0]
-    assert [each["lattice"] for each in found] == [6400, 400, 6400, 400, 100, 0, 0]
-    assert found[0]["others"] == 0
-    assert found[4]["others"] == round(100 * (20 - 90 / 64))
-    assert found[-1]["others"] == 2000
-
-
-def test_what_whole_pictures_take_is_told_from_lattices_by_what_was_seen(page, viewer):
-    """A ratio of 1.5, until both were seen; of 1 to 3."""
-    found = page.tab.evaluate(
-        """async ([address, measured]) => {
-          const { LatticePace } = await import(new URL("workers/lattice.js", address).href), pace = new LatticePace();
-          return [[0, 0], ...measured].map(([ms, isWhole]) => {
-            if (ms) pace.measured(ms, isWhole);
-            return [pace.whole, pace.lattice];
-          });
-        }""",
-        [
-            viewer.url,
-            [[3, False], [6, False], [3, True], [2, True], [2.5, False], [10, False], [1, True], [2, False], [3, True]],
-        ],
-    )
-    expected = [(2, 3), (4, 6), (3, 6), (2, 4), (2, 2.5), (8, 10), (1, 3), (1, 2), (3, 3)]
-    assert np.isnan(found[0]).all()
-    np.testing.assert_allclose(found[1:], expected)
 
 
 def test_a_moving_picture_is_whole_where_there_is_time_for_it(browser, viewer):

@@ -4,7 +4,7 @@
  */
 const SLICE = 1024; // pixels between two looks at the clock
 /** As viewer/workers/schedule.js has them. */
-const LATTICE = 1 / 64, WORTH = 2 / 3, STICKY = 1.25, LONGEST_CARRYING = 0.75;
+const LATTICE = 1 / 64, WORTH = 2 / 3, CARRIED = 0.016, NEW = 2.6, STICKY = 1.25, LONGEST_CARRYING = 0.75;
 
 /** All pixels of a picture row by row, (H * W, 2). */
 function rows(height, width) {
@@ -91,9 +91,9 @@ async function compare({ file, height, width, cameras, step, before, times, leve
     for (const [i, camera] of cameras.entries()) {
       const begin = performance.now(), isFirst = i === 0 && cameras.length > 1;
       // As viewer/workers/schedule.js has it.
-      const isFast = lattice <= part / 2, share = (isFast ? WORTH * rates.squares : rates.adaptive) * part / (height * width);
-      const isDense = share / (carries ? STICKY : 1) >= DENSE;
-      carries = !isDense && !(carrying > LONGEST_CARRYING * time);
+      const isFast = lattice <= part / 2, share = (isFast ? rates.squares : rates.adaptive / WORTH) * part / (height * width);
+      const carried = CARRIED + NEW * rates.adaptive * Math.max(0, part - carrying) / (height * width);
+      carries = (carries ? carried * STICKY > share : carried > share * STICKY) && carrying <= LONGEST_CARRYING * time;
       isExpected = Boolean(view) && carries && history.move(view.camera, view.order.planes, camera, i);
       view?.order.free();
       if (isExpected) scene.shade(history.planes, { height, width }, camera);

@@ -10,6 +10,7 @@
 #include "picture/camera.h"
 #include "picture/gbuffer.h"
 #include "picture/order.h"
+#include "picture/squares.h"
 
 namespace {
 
@@ -52,10 +53,10 @@ std::vector<bob::Pixel> some_of(fuzz::Source& source, std::uint32_t height, std:
 }
 
 /// Of a picture of any values, traced round by round.
-void adaptive(fuzz::Source& source, std::uint32_t height, std::uint32_t width) {
+void in_rounds(fuzz::Source& source, bob::RoundOrder& order) {
+    const std::uint32_t height = order.height(), width = order.width();
     const bob::Layout& layout = bob::gbuffer_layout();
     std::vector<float> planes(static_cast<std::size_t>(layout.width()) * height * width);
-    bob::AdaptiveOrder order(source.raw<std::uint64_t>(), height, width);
     Seen seen(height, width);
     for (auto round = order.next(layout, planes.data()); !round.empty(); round = order.next(layout, planes.data())) {
         for (const bob::Pixel pixel : round) {
@@ -118,5 +119,8 @@ FUZZ(picture) {
     const std::vector<bob::Pixel> pixels = some_of(source, height, width);
     scatter(source, pixels, height, width);
     cameras(source, pixels, static_cast<int>(height), static_cast<int>(width));
-    adaptive(source, height, width);
+    bob::AdaptiveOrder adaptive(source.raw<std::uint64_t>(), height, width);
+    in_rounds(source, adaptive);
+    bob::SquaresOrder squares(height, width);
+    in_rounds(source, squares);
 }

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.completion.choice import AUTO, DENSE, choice_of
+from bobrossnet.completion.choice import AUTO, choice_of
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.frame import Frame, Pace, PartialPicture
@@ -35,18 +35,23 @@ SHADED_ANEW = Layout(_core.remembered_layout(False).names)
 COLORED_ANEW = Layout(_core.remembered_layout(True).names)
 """The same of scenes that have colours."""
 
-DENSE_SQUARES = 0.075
-"""`DENSE` in the order `squares`, a pixel of which is worth two thirds of one that was placed by need."""
+WORTH = 2 / 3
+"""Of a pixel in the order `squares` beside one that was placed by need."""
+
+CARRIED, NEW = 0.016, 2.6
+"""A picture that carries along what others have seen shows as much as one in the order `squares` of this share of the
+pixels, and so many times its new pixels: on an orbit of 2° a picture."""
 
 LATTICE = 1 / 64
 """The share of the pixels that the order `squares` begins with: it is used where they take half of the time at most."""
 
 STICKY = 0.85
-"""A dense picture after one that carries something along must take so much less than there is time for: else both would
-alternate."""
+"""What is new after what was carried along, or the other way round, must be so much better: both would alternate."""
 
 LONGEST_CARRYING = 0.75
-"""Carrying along takes so much of the time at most, where there is something better to do."""
+"""Carrying along takes so much of the time at most, unless a new picture would have a share below `SPARSE`."""
+
+SPARSE = 0.01
 
 FADE, FIRST_FADE, FIRST = 0.97, 0.8, 3
 """What one way took counts so much less with each picture that is made in another: what was slow is tried again, and
@@ -182,23 +187,27 @@ class View:
     def _plan(self, budget: float) -> _Plan:
         """How to begin a picture for which there are so many seconds."""
         total, squares = self._picture.total, self._squares_pace
-        is_known = squares.largest > 0
-        lattice = self._first_pace.seconds(LATTICE * total)
-        # As the first round of another order, it seems slower than it is.
-        order = SQUARES if lattice <= squares.left_of(budget) / (2 if is_known else 1) else ADAPTIVE
-        pace, dense = (squares, DENSE_SQUARES) if order == SQUARES else (self._pace, DENSE)
-        part = (STICKY if self._picture.expected is not None else 1) * pace.left_of(budget)
-        # A picture for which there is time to be dense is as good without what others have seen, and sooner there.
-        is_dense = pace.most_seconds(dense * total) <= part or (order == SQUARES and not is_known)
-        takes_too_long = order == SQUARES and self._carrying > LONGEST_CARRYING * budget
-        carries = not is_dense and not takes_too_long
-        if carries or order != SQUARES:
-            squares.fade(FADE if self._squares >= FIRST else FIRST_FADE)
+        part, is_known = squares.left_of(budget), squares.largest > 0
+        # As the first round of another order, that of squares seems slower than it is.
+        is_fast = self._first_pace.seconds(LATTICE * total) <= part / (2 if is_known else 1)
+        if is_fast:
+            new = part / squares.most_seconds(total) if is_known else 1
         else:
-            self._squares += 1
-        if not carries:
+            new = self._pace.left_of(budget) / self._pace.most_seconds(total) / WORTH
+        pace = self._carrying_pace if self._carrying_pace.largest else self._pace
+        carried = CARRIED + NEW * max(0, pace.left_of(budget) - self._carrying) / pace.most_seconds(total)
+        carries = carried * STICKY > new if self._picture.expected is None else carried > new * STICKY
+        carries = carries and (self._carrying <= LONGEST_CARRYING * budget or new < SPARSE)
+        if carries:
+            self._pace.fade(FADE)
+        else:
             self._carrying *= FADE
-        return _Plan(order, carries)
+        if is_fast and not carries:
+            self._squares += 1
+        else:
+            for pace in (squares, self._first_pace):
+                pace.fade(FADE if self._squares >= FIRST else FIRST_FADE)
+        return _Plan(SQUARES if is_fast else ADAPTIVE, carries)
 
     def _move(self, camera: Camera, plan: _Plan) -> None:
         self._picture.take_what_came()

@@ -9,7 +9,6 @@
  * @typedef {import("../picture/camera.js").Camera} Camera
  * @typedef {import("../picture/camera.js").Size} Size
  */
-import { DENSE } from "../completion/network.js";
 import { Pace } from "./pace.js";
 
 const REST_MS = 80; // without a change, until a view is refined: less, and moving on would often have to end that first
@@ -20,7 +19,9 @@ const LEAST = 32; // pixels for each tracer
 const LATTICE = 1 / 64;
 /** A pixel in that order is worth this much of one that was placed by need. */
 const WORTH = 2 / 3;
-const STICKY = 1.25; // as much more there must be time for, until what was carried along is no more: else both would alternate
+/** A view that carries along what others have seen shows as much as one in that order of this share of the pixels, and so many times its new ones. */
+const CARRIED = 0.016, NEW = 2.6;
+const STICKY = 1.25; // so much better must be what is new after what was carried along, or the other way round: else both would alternate
 /**
  * Of a moving view's time, for what those before have seen: more where the one before had it too, since pictures that have it and such that
  * have not flicker. What was too slow is tried again, soon at first, when all code is slow; so is the order of squares.
@@ -54,7 +55,7 @@ export class Schedule {
   /** @type {import("./pool.js").Pool | undefined} */
   #pool;
   #pace = new Pace();
-  #carries = true; // whether the view brings along what those before have seen
+  #carries = false; // whether the view brings along what those before have seen
   #carryingMs = 0; // for a pixel of it, before the first ray
   #carried = 0; // how many views did so
   #wentOn = false; // whether the view before did as well
@@ -210,16 +211,16 @@ export class Schedule {
     // As the first round of another order, that of squares seems slower than it is.
     const { known } = this.#squaresPace, { rate } = known ? this.#squaresPace : this.#firstPace;
     const isFast = LATTICE * pixels / this.#firstPace.rate <= time * parts / (known ? 2 : 1);
-    // Where a new picture is dense, or there is no time for more, nothing is carried along.
-    const share = (isFast ? WORTH * rate : this.#pace.rate) * time * parts / pixels / (this.#carries ? STICKY : 1);
-    const isDense = !this.#pace.known || share >= DENSE;
+    const share = (isFast ? rate : this.#pace.rate / WORTH) * time * parts / pixels;
+    const carried = CARRIED + NEW * this.#pace.rate * Math.max(0, time - carrying) * parts / pixels;
+    const isBetter = this.#carries ? carried * STICKY > share : carried > share * STICKY;
     const takesTooLong = carrying > LONGEST_CARRYING[this.#carries ? "goesOn" : "begins"] * (share < SPARSE ? LONGER_IF_SPARSE : 1) * time;
     if (takesTooLong) this.#carryingMs *= FADE[this.#carried < FIRST ? "first" : "later"];
     this.#wentOn = this.#carries && this.#carried > 0;
-    this.#carries = !isDense && !takesTooLong;
+    this.#carries = this.#pace.known && isBetter && !takesTooLong;
     this.#squares = !this.#carries && isFast;
     if (this.#squares) ++this.#squaresViews;
-    else this.#squaresPace.fade(FADE[this.#squaresViews < FIRST ? "first" : "later"]);
+    else for (const pace of [this.#squaresPace, this.#firstPace]) pace.fade(FADE[this.#squaresViews < FIRST ? "first" : "later"]);
     if (this.#carries) {
       const tracing = Math.max(time - carrying, LEAST_TRACING * time);
       this.#trace(tracing, parts, Math.round(Math.max(this.#pace.rate * tracing * parts, LEAST_NEW * pixels)));

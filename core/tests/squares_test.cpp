@@ -1,0 +1,113 @@
+#include "picture/squares.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "check.h"
+#include "picture/order.h"
+#include "sha256.h"
+
+namespace {
+
+/// Gray and whether something was hit, by row and column.
+using Scene = std::function<float(int, int)>;
+
+/// Its rounds, of a picture in which only what was traced is known.
+std::vector<std::vector<bob::Pixel>> rounds_of(int height, int width, const Scene& scene, float untraced = 0) {
+    const auto n = static_cast<std::size_t>(height * width);
+    std::vector<float> planes(5 * n, untraced);
+    bob::SquaresOrder order(static_cast<std::uint32_t>(height), static_cast<std::uint32_t>(width));
+    std::vector<std::vector<bob::Pixel>> result;
+    while (true) {
+        const auto round = order.next(bob::gbuffer_layout(), planes.data());
+        if (round.empty()) return result;
+        result.emplace_back(round.begin(), round.end());
+        for (const auto [row, column] : round) {
+            const auto i = static_cast<std::size_t>(row * width + column);
+            planes[i] = 1, planes[n + i] = scene(row, column), planes[2 * n + i] = planes[n + i] > 0 ? 0.5f : 0.f;
+            planes[3 * n + i] = planes[4 * n + i] = 0;
+        }
+    }
+}
+
+float pattern(int row, int column) { return static_cast<float>((row * row + 3 * column) % 256) / 255; }
+
+bool is_before(bob::Pixel a, bob::Pixel b) { return std::pair(a.row, a.column) < std::pair(b.row, b.column); }
+
+}  // namespace
+
+TEST(squares_visit_every_pixel_once) {
+    for (const auto& [height, width] : {std::pair{1, 1}, {1, 50}, {5, 5}, {6, 9}, {64, 64}, {65, 130}, {37, 3}}) {
+        for (const Scene& scene : {Scene(pattern), Scene([](int, int) { return 0.f; })}) {
+            std::vector<int> seen(static_cast<std::size_t>(height * width));
+            for (const auto& round : rounds_of(height, width, scene)) {
+                CHECK(std::ranges::is_sorted(round, is_before));
+                for (const auto [row, column] : round) ++seen[static_cast<std::size_t>(row * width + column)];
+            }
+            CHECK_EQ(std::ranges::count(seen, 1), static_cast<std::ptrdiff_t>(seen.size()));
+        }
+    }
+}
+
+TEST(squares_begin_with_the_lattice_and_ask_seldom) {
+    const auto rounds = rounds_of(128, 192, pattern);
+    std::vector<bob::Pixel> lattice(128 * 192 / 64);
+    bob::make_order("lattice", 7, 128, 192)(0, lattice);
+    std::ranges::sort(lattice, is_before);
+    CHECK(std::ranges::equal(rounds[0], lattice, [](bob::Pixel a, bob::Pixel b) { return a.row == b.row && a.column == b.column; }));
+    CHECK_LT(rounds.size(), std::size_t{17});
+    CHECK_EQ(rounds_of(128, 192, [](int, int) { return 0.5f; }).size(), std::size_t{4});  // nothing differs
+}
+
+TEST(squares_are_divided_along_edges_the_clearest_first) {
+    // A silhouette and a step of gray, both slanted.
+    const auto to_silhouette = [](int row, int column) { return 0.9f * static_cast<float>(column) + 0.4f * static_cast<float>(row) - 90; };
+    const auto to_step = [](int row, int column) { return 0.9f * static_cast<float>(column) + 0.4f * static_cast<float>(row) - 200; };
+    const auto rounds = rounds_of(256, 256, [&](int row, int column) {
+        return to_silhouette(row, column) < 0 ? 0.f : to_step(row, column) < 0 ? 0.5f : 0.64f;
+    });
+    std::vector<int> round_of(256 * 256);
+    for (std::size_t k = 0; k < rounds.size(); ++k) {
+        for (const auto [row, column] : rounds[k]) round_of[static_cast<std::size_t>(row * 256 + column)] = static_cast<int>(k);
+    }
+    // Round 0 is the lattice; three divide what differs clearly, and three what is visible.
+    int of_silhouette = 0, of_step = 0, elsewhere = 0;
+    for (int i = 8 * 256; i < 248 * 256; ++i) {  // squares at the border have two corners, or one
+        const float silhouette = std::fabs(to_silhouette(i / 256, i % 256)), step = std::fabs(to_step(i / 256, i % 256));
+        const int round = round_of[static_cast<std::size_t>(i)];
+        if (silhouette < 0.9f) {
+            ++of_silhouette;
+            CHECK_LT(round, 4);
+        } else if (step < 0.9f) {
+            ++of_step;
+            CHECK(round == 0 || (round > 3 && round < 7));
+        } else if (std::min(silhouette, step) > 12) {
+            ++elsewhere;
+            CHECK(round == 0 || round > 6);
+        }
+    }
+    CHECK(of_silhouette > 200 && of_step > 200 && elsewhere > 35'000);
+}
+
+TEST(what_was_not_traced_is_not_read) {
+    const auto rounds = rounds_of(100, 150, pattern), with_others = rounds_of(100, 150, pattern, 0.7f);
+    CHECK_EQ(rounds.size(), with_others.size());
+    for (std::size_t k = 0; k < rounds.size(); ++k) {
+        CHECK(std::ranges::equal(rounds[k], with_others[k], [](bob::Pixel a, bob::Pixel b) { return a.row == b.row && a.column == b.column; }));
+    }
+}
+
+TEST(squares_are_the_same_everywhere) {
+    bob::Sha256 digest;
+    for (const auto& round : rounds_of(100, 150, pattern)) {
+        for (const auto [row, column] : round) {
+            const std::byte bytes[] = {static_cast<std::byte>(row), static_cast<std::byte>(column)};
+            digest.update(bytes);
+        }
+    }
+    CHECK_EQ(digest.digest()[0] * 256 + digest.digest()[1], 13242);
+}
