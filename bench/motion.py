@@ -1,16 +1,21 @@
-"""Pictures whose camera moves: what carrying samples along costs at 640x480, and what it is worth on orbits.
+"""Pictures whose camera moves, at 640x480: beside smaller ones in the same time; what carrying samples along costs, and
+what it is worth on orbits.
 
 Meshes of other people join the built-in shapes where their folder is there.
 """
 
 from __future__ import annotations
 
+import argparse
 import statistics
 import time
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 from report import MODELS, heading, table
+from upscaling import edge_directed
 
 import bobrossnet as bob
 from bobrossnet import _core
@@ -29,6 +34,12 @@ STEPS = (2, 4, 10)  # degrees between frames
 FRAMES = 15
 COUNTED = range(9, FRAMES, 2)
 NEW = (0.02, 0.05, 0.10)
+PARTS = ("times", "costs", "orbits")
+TIMES_MS = (5, 8, 12, 16, 25, 33)
+LEVELS = 5
+ORBIT = 30  # frames
+VIEWS = 3
+GEAR = Path(__file__).parents[1] / "examples" / "gear.sdf"
 SAME_SURFACE = 0.01  # of depth, between two pictures of a point: a pixel or so
 
 
@@ -118,8 +129,67 @@ def costs(scene: bob.Scene) -> dict[str, float]:
     return {name: statistics.median(each) for name, each in times.items()}
 
 
+def smaller(scene: bob.Scene, camera: bob.Camera, exact: NDArray[np.float32]) -> list[tuple[float, float, float]]:
+    """Of pictures of all, half, a quarter … of the resolution: milliseconds to trace them, and SSIM when they are
+    enlarged, bilinearly and along edges, which takes no time here."""
+    found = []
+    for level in range(LEVELS):
+        times = []
+        for _ in range(3):
+            start = time.perf_counter()
+            image = bob.trace(scene, camera, size=(SIZE[0] >> level, SIZE[1] >> level)).gray
+            times.append(1000 * (time.perf_counter() - start))
+        bilinear = np.asarray(Image.fromarray(image).resize(SIZE[::-1], Image.Resampling.BILINEAR))
+        along_edges = edge_directed(image, *SIZE) if level else image
+        found.append((statistics.median(times), bob.ssim(bilinear, exact), bob.ssim(along_edges, exact)))
+    return found
+
+
+def in_time(scene: bob.Scene, camera: bob.Camera, exact: NDArray[np.float32], ms: float) -> tuple[float, float, float]:
+    """At the end of an orbit of pictures of so many milliseconds: SSIM, what they took, and the share of the pixels."""
+    view, frames = bob.View(scene, size=SIZE), []
+    for k in range(ORBIT):
+        before = bob.Camera(azimuth=camera.azimuth - STEPS[0] * (ORBIT - 1 - k), elevation=camera.elevation)
+        start = time.perf_counter()
+        frame = view.frame(before, ms=ms)
+        frames.append((1000 * (time.perf_counter() - start), frame.fraction))
+    return bob.ssim(frame.image, exact), *np.median(frames[ORBIT // 2 :], 0)
+
+
+def beside_smaller_pictures(shown: dict[str, bob.Scene]) -> None:
+    heading(f"SSIM by the ms of a frame: orbits of {STEPS[0]}° a frame, and smaller pictures; means of {VIEWS} views")
+    rows = []
+    for name, scene in shown.items():
+        scores = np.zeros((3, len(TIMES_MS), VIEWS))
+        took = np.zeros((2, len(TIMES_MS), VIEWS))
+        for i in range(VIEWS):
+            camera = bob.Camera(azimuth=30 + 360 * i / VIEWS, elevation=20)
+            exact = bob.trace(scene, camera, size=SIZE).gray
+            levels = smaller(scene, camera, exact)
+            for k, ms in enumerate(TIMES_MS):
+                scores[0, k, i], *took[:, k, i] = in_time(scene, camera, exact, ms)
+                scores[1:, k, i] = next((found[1:] for found in levels if found[0] <= ms), (np.nan, np.nan))
+        means = scores.mean(-1)
+        for way, mean in zip(("bob.View", "half resolution", "half, along edges"), means, strict=True):
+            rows.append([name, way, *("–" if np.isnan(x) else f"{x:.3f}" for x in mean)])
+        rows.append([name, "ms, % traced", *(f"{ms:.0f}, {100 * share:.0f}" for ms, share in took.mean(-1).T)])
+    table(["scene", "picture", *(f"{ms} ms" for ms in TIMES_MS)], rows)
+
+
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; by default all")
+    parts = parser.parse_args().parts or PARTS
     shown = scenes()
+    if "times" in parts:
+        beside_smaller_pictures(shown | {"gear": bob.load(GEAR)})
+    if "costs" in parts:
+        print_costs(shown)
+    if "orbits" in parts:
+        print_orbits(shown)
+
+
+def print_costs(shown: dict[str, bob.Scene]) -> None:
     threads = bob.thread_count()
     bob.set_thread_count(1)
     heading("Carrying samples along, 640x480, orbit of 2° a frame: milliseconds of one thread")
@@ -127,6 +197,9 @@ def main() -> None:
     names = list(next(iter(rows.values())))
     table(["scene", *names], [[name, *(f"{row[each]:.1f}" for each in names)] for name, row in rows.items()])
     bob.set_thread_count(threads)
+
+
+def print_orbits(shown: dict[str, bob.Scene]) -> None:
     columns = ["degrees a frame", "new pixels", "SSIM", "anew", "flicker", "anew", "uncovered", "anew"]
     for first, what in ((0.02, "from nothing"), (1.0, "from an exact picture")):
         heading(
