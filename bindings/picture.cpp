@@ -190,7 +190,10 @@ void bind_picture(nb::module_& m) {
     nb::class_<bob::AdaptiveOrder, bob::RoundOrder>(m, "AdaptiveOrder")
         .def(nb::init<std::uint64_t, std::uint32_t, std::uint32_t>(), "seed"_a, "height"_a, "width"_a);
     nb::class_<bob::SquaresOrder, bob::RoundOrder>(m, "SquaresOrder")
-        .def(nb::init<std::uint32_t, std::uint32_t>(), "height"_a, "width"_a);
+        .def("__init__", [](bob::SquaresOrder* self, std::uint32_t height, std::uint32_t width, const std::optional<ConstPlane>& traced) {
+            if (traced) check_plane(*traced, height, width);
+            new (self) bob::SquaresOrder(height, width, traced ? traced->data() : nullptr);
+        }, "height"_a, "width"_a, "traced"_a.noconvert() = nb::none());
     m.def("scatter", &scatter, "layout"_a, "pixels"_a.noconvert(), "samples"_a.noconvert(), "planes"_a.noconvert());
 
     nb::class_<bob::History>(m, "History")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import bobrossnet as bob
+from bobrossnet import _core
 
 SIZE = (48, 64)
 
@@ -24,12 +25,44 @@ def test_by_share(tree):
 
 def test_by_time(tree):
     full = bob.trace(tree, size=SIZE)
-    frames = list(bob.progressive(tree, size=SIZE, frame_ms=2, seed=4))
+    frames = list(bob.progressive(tree, size=SIZE, frame_ms=2, order="adaptive", seed=4))
     fractions = [frame.fraction for frame in frames]
     assert fractions == sorted(set(fractions))
     assert fractions[-1] == 1
     assert frames[0].gbuffer == full.sample(fractions[0], seed=4)
     assert np.array_equal(frames[-1].image, full.gray)
+
+
+@pytest.mark.parametrize(("per_pixel", "is_fast"), [(5e-6, True), (2e-3, False)])
+def test_where_rays_are_fast_squares_are_divided_after_the_first_round(per_pixel, is_fast, clock, tree):
+    """With 20 ms a frame: 1/64 of the pixels, which squares begin with, takes 0.24 ms or 96."""
+    full, size = bob.trace(tree, size=SIZE), SIZE[0] * SIZE[1]
+    asked = {}
+    for order in ("default", "adaptive"):
+        trace, calls = clock.tracer(0, per_pixel), []
+
+        def tracer(pixels, trace=trace, calls=calls):
+            calls.append(pixels)
+            trace(pixels)
+            return bob.SceneTracer(tree, bob.Camera(), SIZE)(pixels)
+
+        *_, last = bob.progressive(tracer=tracer, size=SIZE, frame_ms=20, order=order)
+        assert np.array_equal(last.image, full.gray)
+        asked[order] = np.concatenate(calls)
+        assert len(asked[order]) == size
+    first_round = size * 35 // 10_000
+    assert np.array_equal(asked["default"][:first_round], asked["adaptive"][:first_round])
+    if not is_fast:
+        assert np.array_equal(asked["default"], asked["adaptive"])
+        return
+    known = np.zeros(SIZE, np.float32)
+    known[tuple(asked["default"][:first_round].T)] = 1
+    squares = _core.SquaresOrder(*SIZE, known)
+    left = asked["default"][first_round:]
+    while len(left):
+        expected = squares.next(_core.gbuffer_layout(), full.planes)
+        assert np.array_equal(left[: len(expected)], expected)
+        left = left[len(expected) :]
 
 
 def test_frames_keep_what_they_were(tree):

@@ -63,6 +63,9 @@ private:
     void add_corners(Look& known, Pixel pixel, Place at) const;
     void prefetch(std::uint32_t index) const;
     void prefetch_children(Pixel pixel) const;
+    [[nodiscard]] std::uint32_t index_of(Pixel pixel) const {
+        return static_cast<std::uint32_t>(pixel.row) * width_ + static_cast<std::uint32_t>(pixel.column);
+    }
     [[nodiscard]] Pixel pixel_at(std::uint32_t index) const {
         return {static_cast<std::int32_t>(index / width_), static_cast<std::int32_t>(index % width_)};
     }

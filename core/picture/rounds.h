@@ -31,10 +31,6 @@ public:
     [[nodiscard]] virtual std::size_t bytes() const = 0;
 
 protected:
-    [[nodiscard]] std::uint32_t index_of(Pixel pixel) const {
-        return static_cast<std::uint32_t>(pixel.row) * width_ + static_cast<std::uint32_t>(pixel.column);
-    }
-
     std::uint32_t height_, width_;
 };
 

@@ -23,8 +23,10 @@ constexpr Division divisions[] = {
 
 SquaresOrder::Squares::Squares(std::uint32_t side) : side(side), first(std::uint32_t{lattice_first} % side) {}
 
-SquaresOrder::SquaresOrder(std::uint32_t height, std::uint32_t width)
-    : RoundOrder(height, width), is_decided_(std::size_t{height} * width) {}
+SquaresOrder::SquaresOrder(std::uint32_t height, std::uint32_t width, const float* traced)
+    : RoundOrder(height, width), is_decided_(std::size_t{height} * width) {
+    if (traced) std::transform(traced, traced + is_decided_.size(), is_decided_.begin(), [](float mask) { return mask != 0; });
+}
 
 std::span<const Pixel> SquaresOrder::next(const Layout& layout, const float* planes) {
     round_.clear();
@@ -32,10 +34,7 @@ std::span<const Pixel> SquaresOrder::next(const Layout& layout, const float* pla
         ++rounds_;
         const Squares squares(divisions[0].side);
         for (std::uint32_t row = squares.first; row < height_; row += squares.side) {
-            for (std::uint32_t column = squares.first; column < width_; column += squares.side) {
-                round_.push_back({static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)});
-                is_decided_[index_of(round_.back())] = 1;
-            }
+            for (std::uint32_t column = squares.first; column < width_; column += squares.side) decide(row, column);
         }
     }
     for (; round_.empty() && rounds_ <= std::size(divisions); ++rounds_) {
@@ -79,17 +78,18 @@ void SquaresOrder::compare(const Squares& squares, std::uint32_t y, std::uint32_
 }
 
 void SquaresOrder::decide_row(const Squares& squares, std::uint32_t row, const std::vector<std::uint8_t>& divided) {
-    const auto decide = [&](std::uint32_t column) {
-        std::uint8_t& is_decided = is_decided_[std::size_t{row} * width_ + column];
-        if (is_decided) return;
-        is_decided = 1;
-        round_.push_back({static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)});
-    };
     for (std::uint32_t x = 0; x < divided.size(); ++x) {
         const std::uint32_t right = squares.first + x * squares.side, left = right - squares.side, middle = right - squares.side / 2;
-        if (x > 0 && (divided[x - 1] | divided[x])) decide(left);
-        if (divided[x] && middle < width_) decide(middle);
+        if (x > 0 && (divided[x - 1] | divided[x])) decide(row, left);
+        if (divided[x] && middle < width_) decide(row, middle);
     }
+}
+
+void SquaresOrder::decide(std::uint32_t row, std::uint32_t column) {
+    std::uint8_t& is_decided = is_decided_[std::size_t{row} * width_ + column];
+    if (is_decided) return;
+    is_decided = 1;
+    round_.push_back({static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)});
 }
 
 std::size_t SquaresOrder::bytes() const {

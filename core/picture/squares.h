@@ -20,7 +20,8 @@ namespace bob {
 /// a round, the picture is finer above than below. (Akimoto et al., "Pixel-Selected Ray Tracing", 1991.)
 class SquaresOrder final : public RoundOrder {
 public:
-    SquaresOrder(std::uint32_t height, std::uint32_t width);
+    /// Of a picture of which the pixels whose mask is not 0, (height, width), are traced already; of none where that is null.
+    SquaresOrder(std::uint32_t height, std::uint32_t width, const float* traced = nullptr);
 
     std::span<const Pixel> next(const Layout& layout, const float* planes) override;
 
@@ -44,6 +45,8 @@ private:
     void compare(const Squares& squares, std::uint32_t y, std::uint32_t contrast, const LookReader& look_at);
     /// Corners and the middles between them, of a row of the picture, where squares beside them are to be divided.
     void decide_row(const Squares& squares, std::uint32_t row, const std::vector<std::uint8_t>& divided);
+
+    void decide(std::uint32_t row, std::uint32_t column);
 
     std::size_t rounds_ = 0;
     std::vector<std::uint8_t> is_decided_;  // of each pixel

@@ -235,9 +235,9 @@ class AdaptiveOrder(RoundOrder):
     def __init__(self, seed: int, height: int, width: int) -> None: ...
 
 class SquaresOrder(RoundOrder):
-    """Squares that differ, row by row."""
+    """Squares that differ, row by row; of a picture whose pixels with a mask, (H, W), are traced already."""
 
-    def __init__(self, height: int, width: int) -> None: ...
+    def __init__(self, height: int, width: int, traced: F32 | None = None) -> None: ...
 
 class History:
     """What earlier pictures say about the next one."""

@@ -17,11 +17,15 @@ from bobrossnet.completion.uncertainty import mean_error
 from bobrossnet.picture.channels import GIVEN, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
-from bobrossnet.picture.order import Size
+from bobrossnet.picture.order import SQUARES, Size
 from bobrossnet.picture.samples import Samples, scatter
-from bobrossnet.picture.sequence import with_guesses
+from bobrossnet.picture.sequence import PixelSequence, with_guesses
 from bobrossnet.tracing.calls import Calls
 from bobrossnet.tracing.trace import BATCH, SceneTracer
+
+LATTICE = 1 / 64
+"""The share of the pixels that the order `SQUARES` begins with: rays are fast where they take half of a frame's time at
+most."""
 
 MIN_TRACING = 0.25
 """Least time for tracing in a frame, as a share of the time for completing, so that every budget makes progress."""
@@ -92,6 +96,8 @@ class PartialPicture:
         Learns what tracing and completing cost.
     first_pace : Pace, optional
         Learns what tracing the first round costs, which lies all over the picture.
+    squares_pace : Pace, optional
+        Learns what the order `SQUARES` costs, to which the picture turns where rays are fast.
     expected : (C, H, W) float32 of the layout, optional
         What to show where nothing was traced yet and its mask is 1. What is traced is written over it.
     guides : Guides, optional
@@ -107,11 +113,12 @@ class PartialPicture:
         choice: Choice,
         pace: Pace,
         first_pace: Pace | None = None,
+        squares_pace: Pace | None = None,
         expected: NDArray[np.float32] | None = None,
         guides: Guides | None = None,
     ) -> None:
         self.calls, self.sequence, self.choice, self.pace = calls, sequence, choice, pace
-        self.first_pace = first_pace
+        self.first_pace, self.squares_pace = first_pace, squares_pace
         self.expected = expected
         self.guides = guides
         self.layout, self._by_samples = layout or GIVEN, layout is None
@@ -121,6 +128,7 @@ class PartialPicture:
         self._asked_for = 0  # at least once: those that were traced, and those under way
         self._decided = np.empty((0, 2), np.int32)  # pixels that come next
         self._again = False
+        self._budget: float | None = None  # of a frame in seconds
         self._passes: NDArray[np.int32] | None = None  # how often each pixel was traced, once that is not the same
         self.finished = False
         # The core's tracer finds what displays show, and takes any number of pixels.
@@ -192,6 +200,7 @@ class PartialPicture:
         round, so that all end at about the same time: the next round is decided by what came until then."""
         calls = self.calls
         if not len(self._decided):
+            self._turn_where_fast()
             shown = self._displayed()
             together = count if calls.in_flight == 1 else min(BATCH, self._left)
             if self.expected is not None:  # rounds are as long as one wishes
@@ -202,6 +211,17 @@ class PartialPicture:
             count = self._call(min(count, share), at_least=True)
         pixels, self._decided = self._decided[:count], self._decided[count:]
         return pixels
+
+    def _turn_where_fast(self) -> None:
+        """Turn to the order of squares where rays are fast, if all before have to show which pixels come next."""
+        sequence, first, squares = self.sequence, self.first_pace, self.squares_pace
+        if not isinstance(sequence, PixelSequence) or not sequence.looks or sequence.order == SQUARES:
+            return
+        if first is None or squares is None or self._budget is None or self.calls.in_flight > 1:
+            return
+        if first.seconds(LATTICE * self.total) <= squares.left_of(self._budget) / 2:
+            sequence.turn_to_squares(self.planes[0])
+            self.pace = squares
 
     def _noisiest(self, count: int) -> NDArray[np.int32]:
         """The pixels of the largest variance, (count, 2)."""
@@ -264,6 +284,7 @@ class PartialPicture:
             The picture is `finished` with all pixels, or where the expected error is at most this.
         """
         self._again = until > 0
+        self._budget = budget if count is None else None
         done = 0
         if self.calls.in_flight == 1:
             done = self._trace_for(start, budget) if count is None else self._trace_share(count)

@@ -14,7 +14,7 @@ from bobrossnet import _core
 from bobrossnet.completion.choice import AUTO, choice_of
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.errors import InputError, InputTypeError, check_number
-from bobrossnet.frame import Frame, Pace, PartialPicture
+from bobrossnet.frame import LATTICE, Frame, Pace, PartialPicture
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import untraced_planes
@@ -41,9 +41,6 @@ WORTH = 2 / 3
 CARRIED, NEW = 0.016, 2.6
 """A picture that carries along what others have seen shows as much as one in the order `squares` of this share of the
 pixels, and so many times its new pixels: on an orbit of 2° a picture."""
-
-LATTICE = 1 / 64
-"""The share of the pixels that the order `squares` begins with: it is used where they take half of the time at most."""
 
 STICKY = 0.85
 """What is new after what was carried along, or the other way round, must be so much better: both would alternate."""
@@ -245,11 +242,17 @@ class View:
 
     def _unknown(self, order: str) -> PartialPicture:
         """A picture of which nothing is expected."""
-        sequence, pace = PixelSequence(self.size, order, self._seed), self._pace
-        if order == SQUARES:
-            pace = self._squares_pace
         self._calls.turn_to(self._seen.tracer)
-        return PartialPicture(self._calls, self.size, self._layout, sequence, self._choice, pace, self._first_pace)
+        return PartialPicture(
+            self._calls,
+            self.size,
+            self._layout,
+            PixelSequence(self.size, order, self._seed),
+            self._choice,
+            self._squares_pace if order == SQUARES else self._pace,
+            self._first_pace,
+            self._squares_pace,
+        )
 
     def _seen_by(self, camera: Camera) -> _Seen:
         if self._scene is not None:

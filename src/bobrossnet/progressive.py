@@ -65,7 +65,8 @@ def progressive(
         End with the first frame whose `error` is at most this. If a tracer's samples have a variance, pixels are traced
         again after the last one, those of the largest variance first, until it is.
     order, seed
-        In which order the pixels are traced, as in `trace`.
+        In which order the pixels are traced, as in `trace`; where `frame_ms` has time for many rays, "default" is
+        "adaptive" in its first round alone, and then divides squares whose pixels differ, row by row, which is faster.
     model : str or path
         As in `complete`; or "auto", for each frame the cheapest that is as good: the default, and from 5 % of adaptive
         pixels on the filling.
@@ -107,7 +108,9 @@ def progressive(
     sequence = PixelSequence(size, order, seed)
     if at_first == size[0] * size[1]:  # nothing to choose, and no round to wait for
         sequence = PixelSequence(size, "lattice", seed)
-    picture = PartialPicture(Calls(tracer), size, layout, sequence, choice, Pace(), guides=guides)
+    pace = Pace()
+    squares_pace = Pace(pace.completed) if order == "default" and guides is None else None
+    picture = PartialPicture(Calls(tracer), size, layout, sequence, choice, pace, Pace(), squares_pace, guides=guides)
     until = check_number("until", until, 0)
     budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
     picture.warm_up(until)

@@ -38,6 +38,11 @@ class PixelSequence:
         self._round = np.empty((0, 2), np.int32)  # what is left of it
         self._begun = 0  # rounds
 
+    def turn_to_squares(self, mask: NDArray[np.float32]) -> None:
+        """Go on in the order `SQUARES` where a round ends; `mask`, (H, W), is not 0 at pixels that were handed out."""
+        self._rounds = _core.SquaresOrder(*self.size, mask)
+        self.order = SQUARES
+
     @property
     def in_first_round(self) -> bool:
         """Whether the pixels that were handed out last are of the first round of an order that has rounds."""
