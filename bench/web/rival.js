@@ -98,7 +98,7 @@ async function compare({ file, height, width, cameras, step, before, times, leve
       view?.order.free();
       if (isExpected) scene.shade(history.planes, { height, width }, camera);
       if (isExpected) carrying = performance.now() - begin;
-      const rate = isFast && !isExpected ? rates.squares : rates.adaptive, isSparse = !isExpected && rate * part < DENSE * height * width;
+      const rate = isFast && !isExpected ? rates.squares : rates.adaptive, isSparse = !isExpected && !isFast && rate * part < DENSE * height * width;
       const end = begin + (isFirst ? Infinity : time - completing[isSparse ? 1 : 0]);
       const order = sequence(isFast ? SquaresOrder : AdaptiveOrder, isExpected ? history : undefined);
       view = { camera, order };
@@ -111,7 +111,7 @@ async function compare({ file, height, width, cameras, step, before, times, leve
         if (!isExpected) whole.add(pixels, samples);
       }
       if (isExpected) whole.set(spare = history.picture(spare));
-      image = order.done === height * width ? whole.plane("gray") : networks[whole.traced < DENSE * height * width ? 1 : 0].complete(whole);
+      image = order.done === height * width ? whole.plane("gray") : networks[whole.traced < DENSE * height * width && !(isFast && !isExpected) ? 1 : 0].complete(whole);
     }
     const last = bytes(image);
     view.order.free(), history.free();

@@ -124,6 +124,7 @@ class PartialPicture:
         self.layout, self._by_samples = layout or GIVEN, layout is None
         self.planes = untraced_planes(size, self.layout)
         self.total = size[0] * size[1]
+        self._is_shared = False  # the planes, with a frame: what is traced then goes into a copy
         self.traced = 0
         self._asked_for = 0  # at least once: those that were traced, and those under way
         self._decided = np.empty((0, 2), np.int32)  # pixels that come next
@@ -185,6 +186,8 @@ class PartialPicture:
             self.traced += len(call.pixels)
         else:
             samples = self._averaged(samples, call.pixels)
+        if self._is_shared:
+            self.planes, self._is_shared = self.planes.copy(), False
         scatter(samples, call.pixels, self.planes, self.layout)
         if self.expected is not None:
             scatter(samples, call.pixels, self.expected, self.layout)
@@ -264,10 +267,10 @@ class PartialPicture:
         """The pixels of all calls that are under way, (n, 2)."""
         return np.concatenate([call.pixels for call in self.calls.under_way])
 
-    def warm_up(self, until: float = 0, network: Network | None = None) -> None:
-        """Complete it before anyone waits, by this network or that of choice: the first run also allocates memory."""
+    def warm_up(self, until: float = 0) -> None:
+        """Complete it before anyone waits: the first run also allocates memory."""
         for _ in range(3):
-            self._frame(0, until, network)
+            self._frame(0, until)
 
     def frame(self, start: float, count: int | None, budget: float, until: float = 0) -> Frame:
         """Trace on, and complete the picture.
@@ -355,11 +358,11 @@ class PartialPicture:
         least where there has to be one."""
         return min(self._open, count if self.sizes is None else self.sizes.within(count, at_least))
 
-    def _frame(self, start: float, until: float, network: Network | None = None) -> Frame:
+    def _frame(self, start: float, until: float) -> Frame:
         traced = time.perf_counter()
-        gbuffer = self._gbuffer(self.planes)
-        shown = gbuffer if self.expected is None else self._gbuffer(self.expected)
-        is_guided, network = self.guides is not None, network or self.choice.of(shown)
+        gbuffer, self._is_shared = self._gbuffer(self.planes.view()), True
+        shown = gbuffer if self.expected is None else self._gbuffer(self.expected.copy())
+        is_guided, network = self.guides is not None, self.choice.of(shown)
         image = complete_guided(shown, "gray") if is_guided else complete(shown, model=network)
         is_all = self._open == 0 and not self.calls.under_way
         self.finished = is_all or (until > 0 and mean_error(gbuffer, network) <= until)
@@ -369,7 +372,7 @@ class PartialPicture:
         return Frame(image, gbuffer, self.traced / self.total, now - start, network, shown, is_guided)
 
     def _gbuffer(self, planes: NDArray[np.float32]) -> GBuffer:
-        return GBuffer.from_stack(planes.copy(), self.layout, self.guides, self.is_display_referred)
+        return GBuffer.from_stack(planes, self.layout, self.guides, self.is_display_referred)
 
 
 class Pace:

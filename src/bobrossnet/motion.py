@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.completion.choice import AUTO, choice_of
+from bobrossnet.completion.choice import AUTO, Choice, choice_of
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.frame import LATTICE, Frame, Pace, PartialPicture
@@ -125,7 +125,7 @@ class View:
         self._calls = Calls(self._seen.tracer if tracer is None else tracer)  # type: ignore[arg-type]
         self._picture = self._unknown(ADAPTIVE)
         self._picture.warm_up()
-        self._unknown(SQUARES).warm_up(network=self._choice.dense)
+        self._unknown(SQUARES).warm_up()
 
     def frame(self, camera: Camera | None = None, *, ms: float | None = None, fraction: float | None = None) -> Frame:
         """Trace some pixels and complete the picture.
@@ -243,15 +243,12 @@ class View:
     def _unknown(self, order: str) -> PartialPicture:
         """A picture of which nothing is expected."""
         self._calls.turn_to(self._seen.tracer)
+        sequence, choice, pace = PixelSequence(self.size, order, self._seed), self._choice, self._pace
+        if order == SQUARES:
+            # What the other takes longer is worth more in rays, however few there are.
+            choice, pace = Choice(choice.dense, choice.dense), self._squares_pace
         return PartialPicture(
-            self._calls,
-            self.size,
-            self._layout,
-            PixelSequence(self.size, order, self._seed),
-            self._choice,
-            self._squares_pace if order == SQUARES else self._pace,
-            self._first_pace,
-            self._squares_pace,
+            self._calls, self.size, self._layout, sequence, choice, pace, self._first_pace, self._squares_pace
         )
 
     def _seen_by(self, camera: Camera) -> _Seen:

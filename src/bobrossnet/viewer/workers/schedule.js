@@ -178,6 +178,12 @@ export class Schedule {
     return (this.#pixelMs[model] ?? Math.max(UNMEASURED_MS, ...measured) * MODELS[model]) * height * width;
   }
 
+  /** What completes the view while little of it is known. */
+  #sparse() {
+    // Where rays are fast, what the others take longer is worth more in rays.
+    return this.#squares ? "filling" : this.#completing("default", this.#viewSize) < this.budget ? "default" : "small";
+  }
+
   /** Milliseconds between two moving pictures in which one thread can trace. */
   #movingTime() {
     const completing = this.#completing(this.#model, this.#viewSize);
@@ -233,7 +239,7 @@ export class Schedule {
     this.#tracing = true;
     this.#pool?.trace({
       id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, carries: this.#carries,
-      squares: this.#squares, sparse: this.#completing("default", this.#viewSize) < this.budget ? "default" : "small",
+      squares: this.#squares, sparse: this.#sparse(),
       to: isTimed ? total : Math.min(total, this.#reached + Math.max(LEAST * parts, count)),
       milliseconds: isTimed ? time : MARGIN * time,
     });
