@@ -43,7 +43,7 @@ SLOW_RAYS = """
 window.Worker = class extends Worker {
   set onmessage(receive) {
     super.onmessage = (event) => {
-      if (event.data.kind === "traced") event.data.milliseconds *= 100, event.data.lattice.milliseconds *= 100;
+      if (event.data.kind === "traced") event.data.milliseconds *= 100, event.data.first.milliseconds *= 100;
       receive(event);
     };
   }

@@ -235,7 +235,8 @@ def test_a_picture_is_whole_where_there_is_time_for_it() -> None:
         (0.6, None, 1.0, "squares", False),  # nothing is known of squares: they are tried
         (0.7, 0.1, 1.0, "adaptive", True),  # their lattice takes more than half of the time
         (0.7, None, 1.0, "squares", False),
-        (1.3, None, 1.0, "adaptive", True),  # or all of it
+        (2.5, None, 1.0, "squares", False),
+        (2.7, None, 1.0, "adaptive", True),  # or more than twice all of it
         (None, None, 1.0, "adaptive", True),  # or that is not known
         (
             None,

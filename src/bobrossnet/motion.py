@@ -50,9 +50,9 @@ LONGEST_CARRYING = 0.75
 
 SPARSE = 0.01
 
-FADE, FIRST_FADE, FIRST = 0.97, 0.8, 3
-"""What one way took counts so much less with each picture that is made in another: what was slow is tried again, and
-soon while so many were made."""
+FADE, SQUARES_FADE, FIRST_FADE, FIRST = 0.97, 0.99, 0.8, 3
+"""What carrying along and squares took counts so much less with each picture that is made in another way, so that what
+was slow is tried again; squares soon, while so few pictures were made of them."""
 
 
 class View:
@@ -185,8 +185,8 @@ class View:
         """How to begin a picture for which there are so many seconds."""
         total, squares = self._picture.total, self._squares_pace
         part, is_known = squares.left_of(budget), squares.largest > 0
-        # As the first round of another order, that of squares seems slower than it is.
-        is_fast = self._first_pace.seconds(LATTICE * total) <= part / (2 if is_known else 1)
+        # As the first round of another order, that of squares seems slower than it is: it is tried once.
+        is_fast = self._first_pace.seconds(LATTICE * total) <= part * (0.5 if is_known else 2)
         if is_fast:
             new = part / squares.most_seconds(total) if is_known else 1
         else:
@@ -202,8 +202,8 @@ class View:
         if is_fast and not carries:
             self._squares += 1
         else:
-            for pace in (squares, self._first_pace):
-                pace.fade(FADE if self._squares >= FIRST else FIRST_FADE)
+            squares.fade(SQUARES_FADE if self._squares >= FIRST else FIRST_FADE)
+            self._first_pace.fade(SQUARES_FADE)
         return _Plan(SQUARES if is_fast else ADAPTIVE, carries)
 
     def _move(self, camera: Camera, plan: _Plan) -> None:

@@ -26,7 +26,7 @@ const STICKY = 1.25; // so much better must be what is new after what was carrie
  * Of a moving view's time, for what those before have seen: more where the one before had it too, since pictures that have it and such that
  * have not flicker. What was too slow is tried again, soon at first, when all code is slow; so is the order of squares.
  */
-const LONGEST_CARRYING = { begins: 0.6, goesOn: 0.75 }, FADE = { first: 0.8, later: 0.97 }, FIRST = 3;
+const LONGEST_CARRYING = { begins: 0.6, goesOn: 0.75 }, FADE = { first: 0.8, later: 0.97, squares: 0.99 }, FIRST = 3;
 const RISE = 1.15; // by which one slow view lets the next be taken for slower
 /** A new picture of a smaller share of its pixels would be so blurred that one that comes late is better. */
 const SPARSE = 0.01, LONGER_IF_SPARSE = 5 / 3;
@@ -214,10 +214,10 @@ export class Schedule {
   #traceMoving(ready) {
     const parts = Math.max(1, ready - 1), pixels = this.#viewSize.height * this.#viewSize.width;
     const time = SHARE * this.#movingTime(), carrying = this.#carryingMs * pixels;
-    // As the first round of another order, that of squares seems slower than it is.
-    const { known } = this.#squaresPace, { rate } = known ? this.#squaresPace : this.#firstPace;
-    const isFast = LATTICE * pixels / this.#firstPace.rate <= time * parts / (known ? 2 : 1);
-    const share = (isFast ? rate : this.#pace.rate / WORTH) * time * parts / pixels;
+    // As the first round of another order, that of squares seems slower than it is: it is tried once.
+    const { known, rate } = this.#squaresPace;
+    const isFast = LATTICE * pixels / this.#firstPace.rate <= time * parts * (known ? 0.5 : 2);
+    const share = isFast && !known ? 1 : (isFast ? rate : this.#pace.rate / WORTH) * time * parts / pixels;
     const carried = CARRIED + NEW * this.#pace.rate * Math.max(0, time - carrying) * parts / pixels;
     const isBetter = this.#carries ? carried * STICKY > share : carried > share * STICKY;
     const takesTooLong = carrying > LONGEST_CARRYING[this.#carries ? "goesOn" : "begins"] * (share < SPARSE ? LONGER_IF_SPARSE : 1) * time;
@@ -226,7 +226,10 @@ export class Schedule {
     this.#carries = this.#pace.known && isBetter && !takesTooLong;
     this.#squares = !this.#carries && isFast;
     if (this.#squares) ++this.#squaresViews;
-    else for (const pace of [this.#squaresPace, this.#firstPace]) pace.fade(FADE[this.#squaresViews < FIRST ? "first" : "later"]);
+    else {
+      this.#squaresPace.fade(FADE[this.#squaresViews < FIRST ? "first" : "squares"]);
+      this.#firstPace.fade(FADE.squares);
+    }
     if (this.#carries) {
       const tracing = Math.max(time - carrying, LEAST_TRACING * time);
       this.#trace(tracing, parts, Math.round(Math.max(this.#pace.rate * tracing * parts, LEAST_NEW * pixels)));
