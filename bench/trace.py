@@ -53,7 +53,7 @@ def crowd(mesh: bob.Mesh) -> bob.Scene:
 def whole_pictures() -> None:
     """Print what `bob.trace` takes, in all, for shares of the built-in scene's pixels."""
     scene, camera = bob.Scene(bob.happy_tree()), bob.Camera()
-    orders = ("lattice", "adaptive")
+    orders = ("lattice", "adaptive", "squares")
     runs = {
         f"{order} {share:.0%}": partial(bob.trace, scene, camera, fraction=share, order=order)
         for order in orders

@@ -36,11 +36,12 @@ from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
 from bobrossnet.learn.evaluation.stability import Stability, measure_stability
 from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
 from bobrossnet.picture.files import side_by_side, to_8_bit, traced_on_green, write_picture
-from bobrossnet.picture.order import ADAPTIVE, DEFAULT_ORDER, ORDERS
+from bobrossnet.picture.order import ADAPTIVE, DEFAULT_ORDER, FIXED_ORDERS
 from bobrossnet.tables import plus_minus, table
 
 UNIFORM = "uniform"  # the report's order
 LATTICE = "lattice"  # the best of those that do not depend on what is seen
+ORDERS = (*FIXED_ORDERS, ADAPTIVE)
 COMPARED = (UNIFORM, LATTICE, ADAPTIVE)  # in which all networks and linear filling are measured
 REPORT = "paper"  # its network
 LINEAR = "delaunay-linear"

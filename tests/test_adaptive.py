@@ -1,4 +1,4 @@
-"""The pixel order that goes where the picture needs it."""
+"""The pixel orders that go where the picture needs it."""
 
 from itertools import pairwise
 
@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import bobrossnet as bob
+from bobrossnet.picture.order import ORDERS_BY_SIGHT
+
+EACH_ORDER = pytest.mark.parametrize("order", ORDERS_BY_SIGHT)
 
 
 @pytest.fixture(scope="module")
@@ -13,35 +16,42 @@ def full(tree):
     return bob.trace(tree, size=(240, 320))
 
 
+@EACH_ORDER
 @pytest.mark.parametrize("fraction", [0.01, 0.05, 0.25, 0.9, 1])
-def test_traced_and_sampled_pictures_are_the_same(fraction, tree, full):
-    part = bob.trace(tree, size=(240, 320), fraction=fraction, order="adaptive")
-    assert part == full.sample(fraction, order="adaptive")
+def test_traced_and_sampled_pictures_are_the_same(fraction, order, tree, full):
+    part = bob.trace(tree, size=(240, 320), fraction=fraction, order=order)
+    assert part == full.sample(fraction, order=order)
     assert int(part.mask.sum()) == round(fraction * full.mask.size)
 
 
-def test_it_is_nested(full):
-    masks = [full.sample(fraction, order="adaptive").mask for fraction in (0.01, 0.05, 0.06, 0.25, 0.8)]
+@EACH_ORDER
+def test_they_are_nested(order, full):
+    masks = [full.sample(fraction, order=order).mask for fraction in (0.01, 0.05, 0.06, 0.25, 0.8)]
     for fewer, more in pairwise(masks):
         assert (fewer <= more).all()
 
 
-@pytest.mark.parametrize(("fraction", "most"), [(0.05, 0.75), (0.1, 0.6), (0.25, 0.25)])
-def test_errors_are_fewer_than_with_the_lattice(fraction, most, full):
+@pytest.mark.parametrize(
+    ("order", "fraction", "most"),
+    [("adaptive", 0.05, 0.75), ("adaptive", 0.1, 0.6), ("adaptive", 0.25, 0.25)]
+    + [("squares", 0.05, 0.95), ("squares", 0.1, 0.8), ("squares", 0.25, 0.1)],
+)
+def test_errors_are_fewer_than_with_the_lattice(order, fraction, most, full):
     errors = []
-    for order in ("adaptive", "lattice"):
-        image = bob.complete(full.sample(fraction, order=order))
+    for each in (order, "lattice"):
+        image = bob.complete(full.sample(fraction, order=each))
         errors.append(1 - bob.ssim(image, full.gray))
     assert errors[0] < most * errors[1]
 
 
-def test_it_does_not_depend_on_the_pace(tree, full):
+@EACH_ORDER
+def test_they_do_not_depend_on_the_pace(order, tree):
     """Frames of any size show the same pixels as one call."""
     for share in (0.013, 0.1):
-        frames = list(bob.progressive(tree, size=(120, 160), fraction=share, order="adaptive"))
-        assert frames[2].gbuffer == bob.trace(tree, size=(120, 160), fraction=frames[2].fraction, order="adaptive")
+        frames = list(bob.progressive(tree, size=(120, 160), fraction=share, order=order))
+        assert frames[2].gbuffer == bob.trace(tree, size=(120, 160), fraction=frames[2].fraction, order=order)
         assert frames[-1].fraction == 1
-    last = list(bob.progressive(tree, size=(120, 160), frame_ms=5, order="adaptive"))[-1]
+    last = list(bob.progressive(tree, size=(120, 160), frame_ms=5, order=order))[-1]
     assert np.array_equal(last.image, bob.trace(tree, size=(120, 160)).gray)
 
 

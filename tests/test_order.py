@@ -159,7 +159,7 @@ def test_uniform_spreads_like_chance(seed, fraction):
         ({"size": (2**20, 2**20)}, "size: expected at most"),
         (
             {"size": (4, 4), "order": "spiral"},
-            "order: expected one of uniform, r2, lattice, blue-noise, adaptive, default, got 'spiral'",
+            "order: expected one of uniform, r2, lattice, blue-noise, adaptive, squares, default, got 'spiral'",
         ),
         ({"size": (4, 4), "seed": -1}, "seed"),
         ({"size": (4, 4), "seed": 0.5}, "seed: expected an integer"),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from bobrossnet.completion.network import Network, NetworkLike, load_network
 from bobrossnet.picture.gbuffer import GBuffer
-from bobrossnet.picture.order import ADAPTIVE
+from bobrossnet.picture.order import ADAPTIVE, ORDERS_BY_SIGHT
 
 AUTO = "auto"
 
@@ -34,4 +34,4 @@ def choice_of(model: NetworkLike, order: str = ADAPTIVE) -> Choice:
         network = load_network(model)
         return Choice(network, network)
     default = load_network("default")
-    return Choice(default, load_network("filling") if order in (ADAPTIVE, "default") else default)
+    return Choice(default, load_network("filling") if order in (*ORDERS_BY_SIGHT, "default") else default)

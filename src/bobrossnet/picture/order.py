@@ -21,12 +21,15 @@ FIXED_ORDERS = ("uniform", "r2", "lattice", "blue-noise")
 """Functions of the seed and the size."""
 
 ADAPTIVE = "adaptive"
-"""Goes where those before differ: what comes next depends on what they show."""
+"""Goes where those before differ."""
 
 SQUARES = "squares"
-"""The same where rays cost little, for pictures that move: squares are divided whose pixels differ, row by row."""
+"""The same for rays that cost little: squares are divided whose pixels differ, row by row. The seed changes nothing."""
 
-ORDERS = (*FIXED_ORDERS, ADAPTIVE)
+ORDERS_BY_SIGHT = (ADAPTIVE, SQUARES)
+"""What comes next depends on what those before show."""
+
+ORDERS = (*FIXED_ORDERS, *ORDERS_BY_SIGHT)
 
 DEFAULT_ORDER = ADAPTIVE
 """What the name "default" means."""
@@ -57,7 +60,7 @@ def pixel_order(
     (count, 2) int32, row and column
     """
     height, width = check_size(size)
-    if check_order(order, seed) == ADAPTIVE:
+    if check_order(order, seed) in ORDERS_BY_SIGHT:
         raise InputError(
             f"order: expected one that is known before anything is traced, {', '.join(FIXED_ORDERS)}, got {order!r}; "
             "trace, progressive and GBuffer.sample follow that"

@@ -17,7 +17,7 @@ class PixelSequence:
     ----------
     size : (height, width)
     order, seed
-        As in `trace`, or `SQUARES`, which has no seed.
+        As in `trace`.
 
     Raises
     ------
@@ -26,7 +26,7 @@ class PixelSequence:
     """
 
     def __init__(self, size: Size, order: str, seed: int) -> None:
-        self.size, self.order, self.seed = size, SQUARES if order == SQUARES else check_order(order, seed), int(seed)
+        self.size, self.order, self.seed = size, check_order(order, seed), int(seed)
         self.done = 0
         """How many were handed out."""
         self._rounds: _core.RoundOrder | None = None

@@ -28,7 +28,7 @@ from bobrossnet.learn.evaluation.scenes import Scenes, each_scene, scenes_of_fol
 from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
 from bobrossnet.learn.shape_files import spread
 from bobrossnet.metrics import WINDOW
-from bobrossnet.picture.order import ADAPTIVE, check_size
+from bobrossnet.picture.order import ORDERS_BY_SIGHT, check_size
 from bobrossnet.progress import progress
 
 FRACTIONS = (0.01, 0.02, 0.05, 0.10, 0.25, 0.50, 0.75, 1.0)
@@ -184,7 +184,7 @@ def _part_of_patch(
 ) -> bob.GBuffer:
     """A patch's sample, of `numbers` by stage; with the adaptive order, not the sample's own pixels."""
     number = numbers[STAGES.index(fraction) if fraction in STAGES else 0]
-    if order == ADAPTIVE:
+    if order in ORDERS_BY_SIGHT:
         return part_of(whole, np.ones(whole[0].shape)).sample(fraction, order=order, seed=number)
     return part_of(whole, plan.mask(number, fraction, order=order))
 
