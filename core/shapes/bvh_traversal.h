@@ -23,6 +23,10 @@ struct RayThroughBoxes {
     using Float4 = Vector<4>;
     using Int4 = IntVector<4>;
 
+    // Of a direction's component, instead of 0, as 1/0 = inf would turn every slab into NaN: still correct, but nothing would be
+    // culled.
+    static constexpr float least_size = 1e-18f;
+
     /// What planes across the axes need of it: t of one is plane * reciprocal - shift.
     struct Slabs {
         Float4 origin, direction, size, reciprocal, shift;  // size: of the direction's components
@@ -32,9 +36,7 @@ struct RayThroughBoxes {
             : origin{ray.origin.x, ray.origin.y, ray.origin.z}, direction{ray.direction.x, ray.direction.y, ray.direction.z} {
             sign = (Int4)direction & INT32_MIN;
             size = (Float4)((Int4)direction ^ sign);
-            // A bound instead of 1/0 = inf, which would turn every slab into NaN: still correct, but nothing would be
-            // culled.
-            const Float4 safe = (Float4)((Int4)max(size, broadcast<Float4>(1e-18f)) | sign);
+            const Float4 safe = (Float4)((Int4)max(size, broadcast<Float4>(least_size)) | sign);
             reciprocal = 1.f / safe;
             shift = origin * reciprocal;
         }

@@ -80,10 +80,11 @@ struct Batch {
     }
 };
 
-/// The t to start a ray at that enters the instance's box at `enter`: a box' size before it, since shapes want origins
-/// that are not many of their sizes away.
-float start_before(const Instance& instance, const Ray& ray, float enter) {
-    return std::max(0.f, enter - length(instance.high - instance.low) / length(ray.direction));
+/// The t to start a ray at that enters a box of that size at `enter`: as much before it, since shapes want origins that are
+/// not many of their sizes away.
+float start_before(float size, const Ray& ray, float enter) {
+    const float start = enter - size / std::sqrt(dot(ray.direction, ray.direction));
+    return start > 0 ? start : 0;
 }
 
 /// The ray in the shape's coordinates from t = start on. Its direction keeps the map's scale, so that t counts alike.
@@ -107,13 +108,14 @@ bool stands_as_it_is(const Instance& instance) { return instance.to_shape == Aff
 void ask(const Instance& instance, const Group& group, Batch& batch, std::span<const Ray> rays,
          std::span<SceneHit> hits) {
     const bool moved = !stands_as_it_is(instance);
+    const float size = length(instance.high - instance.low);
     Entrance* const entrances = &batch.grouped[group.begin];
     std::size_t count = 0;
     for (std::size_t j = 0; j < group.count; ++j) {
         const Entrance entrance = entrances[j];
         if (entrance.t > hits[entrance.ray].t) continue;
         const Ray& ray = rays[entrance.ray];
-        const float start = moved ? start_before(instance, ray, entrance.t) : 0;
+        const float start = moved ? start_before(size, ray, entrance.t) : 0;
         entrances[count] = entrance;
         batch.start[count] = start;
         batch.rays[count++] = moved ? in_shape(instance.to_shape, ray, start) : ray;
