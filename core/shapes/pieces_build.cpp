@@ -16,7 +16,7 @@ constexpr float node_cost = 0.25f;
 // How far a piece's control points may lie from those of the bilinear patch between its corners, in half sizes of the
 // piece, and the tangent of the angle that its normals may lean. Of 0.25 to 0.4, tried on the teapot and on a head, smaller
 // ones are faster by a tenth and take a quarter more memory and time to build; larger ones leave more rays to be looked at.
-constexpr double max_curve = 0.5, max_lean = 0.3;
+constexpr double max_curve = 0.5, max_lean = 0.25;
 
 // Rays closer to tangent than this sine are not left to Newton's method, whatever the piece.
 constexpr double least_slant = 0.05;
@@ -79,7 +79,8 @@ struct Fit {
     Vec3d center, along_u, along_v, twist;
     Vec3d normal{};         // unit length, or 0 where the piece has no area to speak of
     Vec3d dual_u, dual_v;   // their products with p - center are x and y
-    double deviation[2] = {0, 0}, height = 0;  // of the control points: in x, in y, and along the normal
+    double deviation[2] = {0, 0};              // of the control points: in x, in y
+    double lowest = HUGE_VAL, highest = -HUGE_VAL;  // and along the normal, from the centre on
     double curve = 0;                          // of the control points, in x and y, from the bilinear patch
     double bend[2] = {0, 0};                   // what a cut of u, or of v, would straighten
     bool is_flat = false;                      // normals lean by max_lean at most
@@ -134,7 +135,8 @@ private:
                 const Vec3d from_bilinear = from_center - x * along_u - y * along_v - x * y * twist;
                 deviation[0] = std::max(deviation[0], std::fabs(dot(dual_u, from_center) - x));
                 deviation[1] = std::max(deviation[1], std::fabs(dot(dual_v, from_center) - y));
-                height = std::max(height, std::fabs(dot(z, from_center)));
+                const double above = dot(z, from_center);
+                lowest = std::min(lowest, above), highest = std::max(highest, above);
                 curve = std::max({curve, std::fabs(dot(dual_u, from_bilinear)), std::fabs(dot(dual_v, from_bilinear))});
                 const auto second_difference = [&](std::size_t step) {
                     return length(point[2 * step] - 2 * point[step] + point[0]);
@@ -305,11 +307,12 @@ private:
     void emit(const Part& part, const Fit& fit, bool trimmed) {
         Piece piece;
         const Vec3d normal = fit.has_area() ? fit.normal : Vec3d{0, 0, 1};
-        const double height = fit.height + box_margin * fit.size() + rounding;
+        const double height = 0.5 * (fit.highest - fit.lowest) + box_margin * fit.size() + rounding;
         const Vec3d axes[3] = {fit.dual_u, fit.dual_v, 1 / height * normal};
+        const Vec3d center = fit.center + 0.5 * (fit.lowest + fit.highest) * normal;
         for (std::size_t k = 0; k < 3; ++k) {
             std::copy(axes[k].begin(), axes[k].end(), piece.to_box[k]);
-            piece.to_box[k][3] = -dot(axes[k], fit.center);
+            piece.to_box[k][3] = -dot(axes[k], center);
         }
         for (std::size_t k = 0; k < 2; ++k) {
             piece.half[k] = 1 + fit.deviation[k] + box_margin + rounding * length(axes[k]);
