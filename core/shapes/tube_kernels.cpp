@@ -183,7 +183,7 @@ public:
         } else if ((a[3] - a[2]) * root(q[6]) <= q[6] - q[5]) {
             end(1, a[3], q[6]);
         } else {
-            converge(best, only_minimum_of_parabola(), 0, 1, 1);
+            converge(best, only_minimum_of_parabola(), 0, 1, 1, true);
         }
         return true;
     }
@@ -193,7 +193,7 @@ private:
         double f;
         double q;
         double g;  // 2 f' sqrt(q)
-        double k;  // and g' where g = 0
+        double k;  // and g' where g = 0, or q < 0
     };
 
     [[nodiscard]] At at(double s, double sign) const {
@@ -204,7 +204,7 @@ private:
         const double q = q0[3] - q0[1] - q0[2], sqrt_q = root(q);
         const double a1 = sign * v1[0], a2 = sign * v2[0];
         return {sign * v[0] - sqrt_q, q, 2 * (a1 * sqrt_q - (q1[3] - q1[1] - q1[2])),
-                2 * (a2 * sqrt_q + a1 * a1 - (q2[3] - q2[1] - q2[2]))};
+                2 * (a2 * sqrt_q + (q < 0 ? 0 : a1 * a1) - (q2[3] - q2[1] - q2[2]))};
     }
 
     void improve(Least& best, double s, double sign) const {
@@ -255,11 +255,9 @@ private:
             const D4 q0 = v * v, q1 = v * v1;
             const double q = q0[3] - q0[1] - q0[2];
             ((q >= 0) == rising ? high : low) = s;
-            double next = s - q / (2 * (q1[3] - q1[1] - q1[2]));
-            if (!(next > low && next < high)) next = 0.5 * (low + high);
-            const double change = next - s;
-            s = next;
-            if (change < 1e-8 && change > -1e-8) break;
+            const double next = s - q / (2 * (q1[3] - q1[1] - q1[2])), change = next - s;
+            if (change < 1e-8 && change > -1e-8) return smaller(larger(next, low), high);
+            s = next > low && next < high ? next : 0.5 * (low + high);
         }
         return s;
     }
@@ -278,7 +276,7 @@ private:
     /// Where f has no critical points but minima.
     void find_minimum(Least& best, double low, double high, double sign) const {
         if (at(low, sign).g >= 0 || at(high, sign).g <= 0) return;
-        converge(best, 0.5 * (low + high), low, high, sign);
+        converge(best, 0.5 * (low + high), low, high, sign, false);
     }
 
     /// Where f would be least if a were a straight line and q a parabola, as they are of straight pieces.
@@ -292,17 +290,19 @@ private:
         return smaller(larger(s, 0.01), 0.99);
     }
 
-    /// Newton's method, and bisection where that leaves the bracket.
-    void converge(Least& best, double s, double low, double high, double sign) const {
+    /// Newton's method, and bisection where that leaves the bracket. Ends where a concave q is below 0 all over it.
+    void converge(Least& best, double s, double low, double high, double sign, bool is_concave) const {
+        constexpr double enough = 1e-10, close = 1e-12;  // of f, and of s
         for (int i = 0; i < 60; ++i) {
             const At here = at(s, sign);
-            if (here.f < best.value && here.q >= 0) best = {here.f, s};
+            if (is_concave && here.q + here.g * (s - (here.g >= 0 ? low : high)) < 0) return;
             (here.g >= 0 ? high : low) = s;
-            double next = s - here.g / here.k;
-            if (!(next > low && next < high)) next = 0.5 * (low + high);
-            const double change = next - s;
-            if (change < 1e-9 && change > -1e-9) break;
-            s = next;
+            const double step = here.g / here.k, next = s - step;
+            const bool is_between = next > low && next < high;
+            if (here.q >= 0 && here.f < best.value) best = {here.f, is_between ? next : s};
+            // What another step would take off f.
+            if (here.g * step < 4 * enough * root(here.q) || (step < close && step > -close)) break;
+            s = is_between ? next : 0.5 * (low + high);
         }
     }
 
