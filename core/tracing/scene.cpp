@@ -56,17 +56,16 @@ struct Batch {
     void group(std::size_t count) {
         groups.clear();
         groups.reserve(std::min(count, slots.size()));
-        for (std::size_t i = 0; i < count; ++i) {
-            const Entrance& entrance = entrances[i];
-            std::size_t& slot = slots[entrance.box];
+        for_each_run(count, [&](std::size_t begin, std::size_t end) {
+            std::size_t& slot = slots[entrances[begin].box];
             if (slot == 0) {
-                groups.push_back({entrance.box, entrance.t, 0, 0});
+                groups.push_back({entrances[begin].box, entrances[begin].t, 0, 0});
                 slot = groups.size();
             }
             Group& group = groups[slot - 1];
-            group.nearest = std::min(group.nearest, entrance.t);
-            ++group.count;
-        }
+            for (std::size_t i = begin; i < end; ++i) group.nearest = std::min(group.nearest, entrances[i].t);
+            group.count += end - begin;
+        });
         std::sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) {
             return a.nearest != b.nearest ? a.nearest < b.nearest : a.instance < b.instance;
         });
@@ -75,8 +74,22 @@ struct Batch {
             slots[group.instance] = group.begin = sum;
             sum += group.count;
         }
-        for (std::size_t i = 0; i < count; ++i) grouped[slots[entrances[i].box]++] = entrances[i];
+        for_each_run(count, [&](std::size_t begin, std::size_t end) {
+            std::size_t& slot = slots[entrances[begin].box];
+            std::copy_n(&entrances[begin], end - begin, &grouped[slot]);
+            slot += end - begin;
+        });
         for (const Group& group : groups) slots[group.instance] = 0;
+    }
+
+private:
+    /// Calls use(begin, end) for each run of entrances of the same box.
+    template <class Use>
+    void for_each_run(std::size_t count, Use use) const {
+        for (std::size_t begin = 0, end; begin < count; begin = end) {
+            for (end = begin + 1; end < count && entrances[end].box == entrances[begin].box;) ++end;
+            use(begin, end);
+        }
     }
 };
 
