@@ -33,20 +33,33 @@ inline void enter(const BoxPacket& packet, const RayThroughBoxes& ray, std::uint
     }
 }
 
+/// A ray in each of N lanes: origins and directions.
+template <int N>
+struct RayLanes {
+    Vector<N> origin[3], direction[3];
+
+    template <class RayOf>
+    RayLanes(std::size_t count, RayOf ray_of) {
+        float numbers[6][N];
+        for (std::size_t lane = 0; lane < N; ++lane) {
+            const Ray& ray = ray_of(lane < count ? lane : 0);
+            for (int axis = 0; axis < 3; ++axis) numbers[axis][lane] = ray.origin[axis], numbers[3 + axis][lane] = ray.direction[axis];
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            origin[axis] = load<Vector<N>>(numbers[axis]), direction[axis] = load<Vector<N>>(numbers[3 + axis]);
+        }
+    }
+};
+
 /// The same of a ray in each lane, one box after the other.
 struct RaysThroughBoxes {
     F origin[3], inverse[3];
     M sign[3];
 
-    RaysThroughBoxes(const Ray* rays, std::size_t count) {
-        float numbers[6][lanes];
-        for (std::size_t lane = 0; lane < lanes; ++lane) {
-            const Ray& ray = rays[lane < count ? lane : 0];
-            for (int axis = 0; axis < 3; ++axis) numbers[axis][lane] = ray.origin[axis], numbers[3 + axis][lane] = ray.direction[axis];
-        }
+    explicit RaysThroughBoxes(const RayLanes<lanes>& rays) {
         for (int axis = 0; axis < 3; ++axis) {
-            origin[axis] = load<F>(numbers[axis]);
-            const M direction = (M)load<F>(numbers[3 + axis]);
+            origin[axis] = rays.origin[axis];
+            const M direction = (M)rays.direction[axis];
             sign[axis] = direction & INT32_MIN;
             inverse[axis] = 1.f / (F)((M)max((F)(direction ^ sign[axis]), constant(RayThroughBoxes::least_size)) | sign[axis]);
             sign[axis] = sign[axis] < 0;
@@ -70,7 +83,7 @@ std::size_t entrances_by_lanes(const BoxBvh& boxes, const Ray* rays, std::size_t
                                Entrance* entrances, std::size_t& count) {
     for (count = 0; begin < end && count < enough;) {
         const std::size_t room = (enough - count) / boxes.boxes + 1, some = std::min({std::size_t{lanes}, end - begin, room});
-        const RaysThroughBoxes through(rays + begin, some);
+        const RaysThroughBoxes through(RayLanes<lanes>(some, [&](std::size_t lane) -> const Ray& { return rays[begin + lane]; }));
         for (const BoxPacket& packet : boxes.packets) {
             for (int box = 0; box < 8 && packet.bounds[0][0][box] <= packet.bounds[1][0][box]; ++box) {
                 F t;
@@ -101,8 +114,40 @@ std::size_t entrances(const BoxBvh& boxes, const Ray* rays, std::size_t begin, s
     return begin;
 }
 
+void in_shape(const AffineMap& to_shape, float size, const Ray* rays, const Entrance* entrances, std::size_t count, float* start,
+              Ray* in_shape) {
+    constexpr int some = lanes < 8 ? 4 : lanes / 2;  // as many as registers have doubles
+    using Single = Vector<some>;
+    using Double [[gnu::vector_size(some * 8)]] = double;
+    for (std::size_t begin = 0; begin < count; begin += some) {
+        const std::size_t end = std::min(count - begin, std::size_t{some});
+        const RayLanes<some> lanes(end, [&](std::size_t lane) -> const Ray& { return rays[entrances[begin + lane].ray]; });
+        const auto& d = lanes.direction;
+        Single enter;
+        for (std::size_t lane = 0; lane < some; ++lane) enter[lane] = entrances[begin + (lane < end ? lane : 0)].t;
+        const Single before = enter - size / sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        const Single t = max(before, Single{});
+        Double origin[3], direction[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            direction[axis] = __builtin_convertvector(d[axis], Double);
+            origin[axis] = __builtin_convertvector(lanes.origin[axis], Double) + __builtin_convertvector(t, Double) * direction[axis];
+        }
+        Single result[6];
+        for (int i = 0; i < 3; ++i) {
+            const auto& r = to_shape.row[i];
+            const Double point = r[0] * origin[0] + r[1] * origin[1] + r[2] * origin[2] + r[3];
+            const Double along = r[0] * direction[0] + r[1] * direction[1] + r[2] * direction[2];
+            result[i] = __builtin_convertvector(point, Single), result[3 + i] = __builtin_convertvector(along, Single);
+        }
+        for (std::size_t lane = 0; lane < end; ++lane) {
+            start[begin + lane] = t[lane];
+            in_shape[begin + lane] = {{result[0][lane], result[1][lane], result[2][lane]}, {result[3][lane], result[4][lane], result[5][lane]}};
+        }
+    }
+}
+
 }  // namespace
 
-const BoxKernels box_kernels = {entrances};
+const BoxKernels box_kernels = {entrances, in_shape};
 
 }  // namespace bob::BOB_ISA

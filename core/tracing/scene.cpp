@@ -93,13 +93,6 @@ private:
     }
 };
 
-/// The t to start a ray at that enters a box of that size at `enter`: as much before it, since shapes want origins that are
-/// not many of their sizes away.
-float start_before(float size, const Ray& ray, float enter) {
-    const float start = enter - size / std::sqrt(dot(ray.direction, ray.direction));
-    return start > 0 ? start : 0;
-}
-
 /// The ray in the shape's coordinates from t = start on. Its direction keeps the map's scale, so that t counts alike.
 Ray in_shape(const AffineMap& to_shape, const Ray& ray, float start) {
     return {to_shape.point(ray.origin, start, ray.direction), to_shape.direction(ray.direction)};
@@ -120,20 +113,20 @@ bool stands_as_it_is(const Instance& instance) { return instance.to_shape == Aff
 /// depend on the order of groups; the work does.
 void ask(const Instance& instance, const Group& group, Batch& batch, std::span<const Ray> rays,
          std::span<SceneHit> hits) {
-    const bool moved = !stands_as_it_is(instance);
-    const float size = length(instance.high - instance.low);
     Entrance* const entrances = &batch.grouped[group.begin];
     std::size_t count = 0;
     for (std::size_t j = 0; j < group.count; ++j) {
         const Entrance entrance = entrances[j];
-        if (entrance.t > hits[entrance.ray].t) continue;
-        const Ray& ray = rays[entrance.ray];
-        const float start = moved ? start_before(size, ray, entrance.t) : 0;
         entrances[count] = entrance;
-        batch.start[count] = start;
-        batch.rays[count++] = moved ? in_shape(instance.to_shape, ray, start) : ray;
+        count += entrance.t <= hits[entrance.ray].t;
     }
     if (count == 0) return;
+    if (stands_as_it_is(instance)) {
+        for (std::size_t j = 0; j < count; ++j) batch.start[j] = 0, batch.rays[j] = rays[entrances[j].ray];
+    } else {  // from a box' size before it on, since shapes want origins that are not many of their sizes away
+        best_box_kernels().in_shape(instance.to_shape, length(instance.high - instance.low), rays.data(), entrances, count,
+                                    batch.start.data(), batch.rays.data());
+    }
     instance.shape->closest_hits({batch.rays.data(), count}, {batch.hits.data(), count});
     for (std::size_t j = 0; j < count; ++j) {
         if (batch.hits[j].primitive == no_primitive) continue;
