@@ -148,7 +148,11 @@ private:
         while (true) {
             while (entered_) {
                 lane_ = __builtin_ctz(entered_);
-                entered_ &= entered_ - 1;
+                for (unsigned others = entered_ & (entered_ - 1); others; others &= others - 1) {
+                    const int other = __builtin_ctz(others);
+                    if (enter_[other] < enter_[lane_]) lane_ = other;
+                }
+                entered_ &= ~(1u << lane_);
                 if (enter_[lane_] < nearest_.hit.t) return true;
             }
             if (packet_ == end_) {
