@@ -59,8 +59,27 @@ struct Part {
     void set_net(BezierPatch net) {
         rows = static_cast<std::size_t>(net.degree_u) + 1, columns = static_cast<std::size_t>(net.degree_v) + 1;
         homogeneous = std::move(net.control_points);
-        points.clear();
-        for (const auto& [x, y, z, w] : homogeneous) points.push_back({x / w, y / w, z / w});
+        set_points();
+    }
+
+    /// The lower and the upper half along u (0) or v (1).
+    [[nodiscard]] std::pair<Part, Part> halves(int along) const {
+        std::pair<Part, Part> result{*this, *this};
+        auto& [lower, upper] = result;
+        ++lower.halvings[along], ++upper.halvings[along];
+        lower.high[along] = upper.low[along] = (low[along] + high[along]) / 2;
+        const std::size_t count = along ? columns : rows, step = along ? 1 : columns;
+        for (std::size_t line = 0; line < homogeneous.size() / count; ++line) {
+            Homogeneous<3>*const below = &lower.homogeneous[along ? line * columns : line], *const above = &upper.homogeneous[below - lower.homogeneous.data()];
+            for (std::size_t last = count - 1; last > 0; --last) {  // de Casteljau's algorithm; above[0..last] are its points
+                for (std::size_t i = 0; i < last; ++i) {
+                    for (std::size_t k = 0; k < 4; ++k) above[i * step][k] = 0.5 * (above[i * step][k] + above[(i + 1) * step][k]);
+                }
+                std::copy_n(above, 1, below + (count - last) * step);
+            }
+        }
+        lower.set_points(), upper.set_points();
+        return result;
     }
 
     [[nodiscard]] bool weights_are_products() const {
@@ -70,6 +89,12 @@ struct Part {
             if (std::fabs(found - expected) > 1e-9 * expected) return false;
         }
         return true;
+    }
+
+private:
+    void set_points() {
+        points.clear();
+        for (const auto& [x, y, z, w] : homogeneous) points.push_back({x / w, y / w, z / w});
     }
 };
 
@@ -185,8 +210,8 @@ private:
         }
         const double sizes[2] = {std::sqrt(dot(along_u, along_u)), std::sqrt(dot(along_v, along_v))};
         double leaning[2] = {0, 0};
+        work.spend(units_of_angle * du.count * dv.count);
         for (std::size_t i = 0; i < du.count; ++i) {
-            work.spend(units_of_angle * dv.count);
             // The normal du x dv times a direction is dv times direction x du.
             const Vec3d a{du.x[0][i], du.x[1][i], du.x[2][i]};
             const Vec3d by_normal = cross(normal, a), by_u = cross(along_u, a), by_v = cross(along_v, a);
@@ -254,14 +279,9 @@ private:
             pieces_.size() >= max_pieces) {
             return emit(part, fit, coverage == TrimRegion::Coverage::some);
         }
-        for (const bool upper : {true, false}) {  // the lower one is next
-            Part& half = open_.emplace_back();
-            std::copy_n(part.halvings, 2, half.halvings);
-            ++half.halvings[along];
-            std::copy_n(part.low, 2, half.low), std::copy_n(part.high, 2, half.high);
-            (upper ? half.low : half.high)[along] = (part.low[along] + part.high[along]) / 2;
-            half.set_net(bob::part(*bezier_, half.low[0], half.high[0], half.low[1], half.high[1]));
-        }
+        auto [lower, upper] = part.halves(along);
+        open_.push_back(std::move(upper));
+        open_.push_back(std::move(lower));
     }
 
     /// Cuts off what is not seen, up to multiples of a step, so that parameters and their halves stay exact in float32.
