@@ -114,40 +114,36 @@ std::size_t entrances(const BoxBvh& boxes, const Ray* rays, std::size_t begin, s
     return begin;
 }
 
-void in_shape(const AffineMap& to_shape, float size, const Ray* rays, const Entrance* entrances, std::size_t count, float* start,
-              Ray* in_shape) {
+void rays_through(const AffineMap& map, const Ray* rays, const Entrance* entrances, const float* start, std::size_t count,
+                  Ray* mapped) {
     constexpr int some = lanes < 8 ? 4 : lanes / 2;  // as many as registers have doubles
     using Single = Vector<some>;
     using Double [[gnu::vector_size(some * 8)]] = double;
+    const auto in_double = [](Single x) { return __builtin_convertvector(x, Double); };
     for (std::size_t begin = 0; begin < count; begin += some) {
         const std::size_t end = std::min(count - begin, std::size_t{some});
-        const RayLanes<some> lanes(end, [&](std::size_t lane) -> const Ray& { return rays[entrances[begin + lane].ray]; });
-        const auto& d = lanes.direction;
-        Single enter;
-        for (std::size_t lane = 0; lane < some; ++lane) enter[lane] = entrances[begin + (lane < end ? lane : 0)].t;
-        const Single before = enter - size / sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-        const Single t = max(before, Single{});
+        const RayLanes<some> from(end, [&](std::size_t lane) -> const Ray& { return rays[entrances[begin + lane].ray]; });
+        Single t;
+        for (std::size_t lane = 0; lane < some; ++lane) t[lane] = start[begin + (lane < end ? lane : 0)];
         Double origin[3], direction[3];
         for (int axis = 0; axis < 3; ++axis) {
-            direction[axis] = __builtin_convertvector(d[axis], Double);
-            origin[axis] = __builtin_convertvector(lanes.origin[axis], Double) + __builtin_convertvector(t, Double) * direction[axis];
+            direction[axis] = in_double(from.direction[axis]);
+            origin[axis] = in_double(from.origin[axis]) + in_double(t) * direction[axis];
         }
-        Single result[6];
         for (int i = 0; i < 3; ++i) {
-            const auto& r = to_shape.row[i];
+            const auto& r = map.row[i];
             const Double point = r[0] * origin[0] + r[1] * origin[1] + r[2] * origin[2] + r[3];
             const Double along = r[0] * direction[0] + r[1] * direction[1] + r[2] * direction[2];
-            result[i] = __builtin_convertvector(point, Single), result[3 + i] = __builtin_convertvector(along, Single);
-        }
-        for (std::size_t lane = 0; lane < end; ++lane) {
-            start[begin + lane] = t[lane];
-            in_shape[begin + lane] = {{result[0][lane], result[1][lane], result[2][lane]}, {result[3][lane], result[4][lane], result[5][lane]}};
+            const Single result[2] = {__builtin_convertvector(point, Single), __builtin_convertvector(along, Single)};
+            for (std::size_t lane = 0; lane < end; ++lane) {
+                mapped[begin + lane].origin[i] = result[0][lane], mapped[begin + lane].direction[i] = result[1][lane];
+            }
         }
     }
 }
 
 }  // namespace
 
-const BoxKernels box_kernels = {entrances, in_shape};
+const BoxKernels box_kernels = {entrances, rays_through};
 
 }  // namespace bob::BOB_ISA

@@ -41,10 +41,10 @@ struct BoxKernels {
     std::size_t (*entrances)(const BoxBvh& boxes, const Ray* rays, std::size_t begin, std::size_t end,
                              std::size_t enough, Entrance* entrances, std::size_t& count);
 
-    /// The rays of `count` entrances in the coordinates that a map leads to, each from its point at t = start on: `size` before
-    /// it enters its box, but not before 0. To the bit as AffineMap has it, in all instruction sets.
-    void (*in_shape)(const AffineMap& to_shape, float size, const Ray* rays, const Entrance* entrances, std::size_t count,
-                     float* start, Ray* in_shape);
+    /// The rays of `count` entrances in the coordinates that a map leads to, each from its point at t = start on. To the bit as
+    /// AffineMap has it, in all instruction sets.
+    void (*rays_through)(const AffineMap& map, const Ray* rays, const Entrance* entrances, const float* start, std::size_t count,
+                         Ray* mapped);
 };
 
 BOB_DECLARE_KERNELS(BoxKernels, box_kernels)

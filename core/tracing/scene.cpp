@@ -93,11 +93,6 @@ private:
     }
 };
 
-/// The ray in the shape's coordinates from t = start on. Its direction keeps the map's scale, so that t counts alike.
-Ray in_shape(const AffineMap& to_shape, const Ray& ray, float start) {
-    return {to_shape.point(ray.origin, start, ray.direction), to_shape.direction(ray.direction)};
-}
-
 /// Whether rays stay finite under a map. Where they don't, the shape is too small to be seen.
 bool fits_float(const AffineMap& map) {
     bool fits = true;
@@ -109,24 +104,38 @@ bool fits_float(const AffineMap& map) {
 
 bool stands_as_it_is(const Instance& instance) { return instance.to_shape == AffineMap{}; }
 
+/// Puts the rays of entrances into the batch, in the shape's coordinates, each from its start in the batch on. Directions keep
+/// the map's scale, so that t counts alike.
+void take_rays(const Instance& instance, std::span<const Entrance> entrances, std::span<const Ray> rays, Batch& batch) {
+    if (stands_as_it_is(instance)) {
+        for (std::size_t j = 0; j < entrances.size(); ++j) batch.rays[j] = rays[entrances[j].ray];
+    } else {
+        best_box_kernels().rays_through(instance.to_shape, rays.data(), entrances.data(), batch.start.data(), entrances.size(),
+                                        batch.rays.data());
+    }
+}
+
 /// Intersects a group's rays with its instance, except those that hit another before they enter the box. Results don't
 /// depend on the order of groups; the work does.
 void ask(const Instance& instance, const Group& group, Batch& batch, std::span<const Ray> rays,
          std::span<SceneHit> hits) {
+    const bool moved = !stands_as_it_is(instance);
+    const Vec3 diagonal = instance.high - instance.low;
+    const float size = dot(diagonal, diagonal);
     Entrance* const entrances = &batch.grouped[group.begin];
     std::size_t count = 0;
     for (std::size_t j = 0; j < group.count; ++j) {
         const Entrance entrance = entrances[j];
+        if (entrance.t > hits[entrance.ray].t) continue;
+        // From a box' size before it on, since shapes want origins that are not many of their sizes away.
+        const Vec3 direction = rays[entrance.ray].direction;
+        const float squared = dot(direction, direction);
+        const bool is_far = moved && entrance.t * entrance.t * squared > size;
         entrances[count] = entrance;
-        count += entrance.t <= hits[entrance.ray].t;
+        batch.start[count++] = is_far ? std::max(0.f, entrance.t - std::sqrt(size / squared)) : 0;
     }
     if (count == 0) return;
-    if (stands_as_it_is(instance)) {
-        for (std::size_t j = 0; j < count; ++j) batch.start[j] = 0, batch.rays[j] = rays[entrances[j].ray];
-    } else {  // from a box' size before it on, since shapes want origins that are not many of their sizes away
-        best_box_kernels().in_shape(instance.to_shape, length(instance.high - instance.low), rays.data(), entrances, count,
-                                    batch.start.data(), batch.rays.data());
-    }
+    take_rays(instance, {entrances, count}, rays, batch);
     instance.shape->closest_hits({batch.rays.data(), count}, {batch.hits.data(), count});
     for (std::size_t j = 0; j < count; ++j) {
         if (batch.hits[j].primitive == no_primitive) continue;
@@ -152,14 +161,13 @@ void for_each_group(std::span<const Instance> instances, std::span<const Ray> ra
     batch.group(count);
     for (const Group& group : batch.groups) {
         const Instance& instance = instances[group.instance];
-        const bool moved = !stands_as_it_is(instance);
-        const Entrance* const entrances = &batch.grouped[group.begin];
+        const std::span<const Entrance> entrances(&batch.grouped[group.begin], group.count);
         for (std::size_t j = 0; j < group.count; ++j) {
-            const std::uint32_t i = entrances[j].ray;
-            batch.hits[j] = hits[i].in_shape;
-            batch.rays[j] = moved ? in_shape(instance.to_shape, rays[i], hits[i].start) : rays[i];
+            const SceneHit& hit = hits[entrances[j].ray];
+            batch.hits[j] = hit.in_shape, batch.start[j] = hit.start;
         }
-        use(instance, std::span(entrances, group.count), batch);
+        take_rays(instance, entrances, rays, batch);
+        use(instance, entrances, batch);
     }
 }
 
