@@ -121,21 +121,19 @@ void rays_through(const AffineMap& map, const Ray* rays, const Entrance* entranc
     using Double [[gnu::vector_size(some * 8)]] = double;
     const auto in_double = [](Single x) { return __builtin_convertvector(x, Double); };
     for (std::size_t begin = 0; begin < count; begin += some) {
-        const std::size_t end = std::min(count - begin, std::size_t{some});
-        const RayLanes<some> from(end, [&](std::size_t lane) -> const Ray& { return rays[entrances[begin + lane].ray]; });
-        Single t;
-        for (std::size_t lane = 0; lane < some; ++lane) t[lane] = start[begin + (lane < end ? lane : 0)];
+        const RayLanes<some> from(some, [&](std::size_t lane) -> const Ray& { return rays[entrances[begin + lane].ray]; });
+        const Double t = in_double(load<Single>(start + begin));
         Double origin[3], direction[3];
         for (int axis = 0; axis < 3; ++axis) {
             direction[axis] = in_double(from.direction[axis]);
-            origin[axis] = in_double(from.origin[axis]) + in_double(t) * direction[axis];
+            origin[axis] = in_double(from.origin[axis]) + t * direction[axis];
         }
         for (int i = 0; i < 3; ++i) {
             const auto& r = map.row[i];
             const Double point = r[0] * origin[0] + r[1] * origin[1] + r[2] * origin[2] + r[3];
             const Double along = r[0] * direction[0] + r[1] * direction[1] + r[2] * direction[2];
             const Single result[2] = {__builtin_convertvector(point, Single), __builtin_convertvector(along, Single)};
-            for (std::size_t lane = 0; lane < end; ++lane) {
+            for (std::size_t lane = 0; lane < some; ++lane) {
                 mapped[begin + lane].origin[i] = result[0][lane], mapped[begin + lane].direction[i] = result[1][lane];
             }
         }

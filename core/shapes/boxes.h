@@ -41,8 +41,9 @@ struct BoxKernels {
     std::size_t (*entrances)(const BoxBvh& boxes, const Ray* rays, std::size_t begin, std::size_t end,
                              std::size_t enough, Entrance* entrances, std::size_t& count);
 
-    /// The rays of `count` entrances in the coordinates that a map leads to, each from its point at t = start on. To the bit as
-    /// AffineMap has it, in all instruction sets.
+    /// The rays of `count` entrances, a multiple of `together`, in the coordinates that a map leads to, each from its point at
+    /// t = start on. To the bit as AffineMap has it, in all instruction sets.
+    static constexpr std::size_t together = 8;
     void (*rays_through)(const AffineMap& map, const Ray* rays, const Entrance* entrances, const float* start, std::size_t count,
                          Ray* mapped);
 };

@@ -88,13 +88,13 @@ TEST(rays_go_through_maps_as_points_do_to_the_bit) {
     std::vector<Ray> rays;
     std::vector<Entrance> entrances;
     std::vector<float> start;
-    for (std::uint32_t i = 0; i < 61; ++i) {
+    for (std::uint32_t i = 0; i < 48; ++i) {
         rays.push_back({random(0, 2) * test::random_direction(random), random(0.2f, 5) * test::random_direction(random)});
-        entrances.push_back({0, 60 - i, 0});
+        entrances.push_back({0, 47 - i, 0});
         start.push_back(i % 3 ? 0 : random(0, 100));
     }
     test::for_each_isa([&] {
-        for (const std::size_t count : {1, 8, 61}) {
+        for (const std::size_t count : {8, 48}) {
             std::vector<Ray> mapped(count);
             bob::best_box_kernels().rays_through(map, rays.data(), entrances.data(), start.data(), count, mapped.data());
             int differ = 0;

@@ -52,20 +52,26 @@ struct Batch {
     }
 
     /// Groups the first `count` entrances by instance, nearest groups first, and keeps the order of rays within each.
-    /// Instances that no ray enters cost nothing.
-    void group(std::size_t count) {
+    /// Instances that no ray enters cost nothing. All may be of one instance.
+    void group(std::size_t count, bool is_one) {
         groups.clear();
+        if (is_one && count) {
+            grouped.swap(entrances);
+            groups.push_back({grouped[0].box, 0, 0, count});
+            return;
+        }
         groups.reserve(std::min(count, slots.size()));
-        for_each_run(count, [&](std::size_t begin, std::size_t end) {
-            std::size_t& slot = slots[entrances[begin].box];
+        for (std::size_t i = 0; i < count; ++i) {
+            const Entrance& entrance = entrances[i];
+            std::size_t& slot = slots[entrance.box];
             if (slot == 0) {
-                groups.push_back({entrances[begin].box, entrances[begin].t, 0, 0});
+                groups.push_back({entrance.box, entrance.t, 0, 0});
                 slot = groups.size();
             }
             Group& group = groups[slot - 1];
-            for (std::size_t i = begin; i < end; ++i) group.nearest = std::min(group.nearest, entrances[i].t);
-            group.count += end - begin;
-        });
+            group.nearest = std::min(group.nearest, entrance.t);
+            ++group.count;
+        }
         std::sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) {
             return a.nearest != b.nearest ? a.nearest < b.nearest : a.instance < b.instance;
         });
@@ -74,22 +80,8 @@ struct Batch {
             slots[group.instance] = group.begin = sum;
             sum += group.count;
         }
-        for_each_run(count, [&](std::size_t begin, std::size_t end) {
-            std::size_t& slot = slots[entrances[begin].box];
-            std::copy_n(&entrances[begin], end - begin, &grouped[slot]);
-            slot += end - begin;
-        });
+        for (std::size_t i = 0; i < count; ++i) grouped[slots[entrances[i].box]++] = entrances[i];
         for (const Group& group : groups) slots[group.instance] = 0;
-    }
-
-private:
-    /// Calls use(begin, end) for each run of entrances of the same box.
-    template <class Use>
-    void for_each_run(std::size_t count, Use use) const {
-        for (std::size_t begin = 0, end; begin < count; begin = end) {
-            for (end = begin + 1; end < count && entrances[end].box == entrances[begin].box;) ++end;
-            use(begin, end);
-        }
     }
 };
 
@@ -106,12 +98,19 @@ bool stands_as_it_is(const Instance& instance) { return instance.to_shape == Aff
 
 /// Puts the rays of entrances into the batch, in the shape's coordinates, each from its start in the batch on. Directions keep
 /// the map's scale, so that t counts alike.
-void take_rays(const Instance& instance, std::span<const Entrance> entrances, std::span<const Ray> rays, Batch& batch) {
-    if (stands_as_it_is(instance)) {
+void take_rays(const Instance& instance, bool moved, std::span<const Entrance> entrances, std::span<const Ray> rays, Batch& batch) {
+    if (!moved) {
         for (std::size_t j = 0; j < entrances.size(); ++j) batch.rays[j] = rays[entrances[j].ray];
-    } else {
-        best_box_kernels().rays_through(instance.to_shape, rays.data(), entrances.data(), batch.start.data(), entrances.size(),
+        return;
+    }
+    const std::size_t whole = entrances.size() - entrances.size() % BoxKernels::together;
+    if (whole) {
+        best_box_kernels().rays_through(instance.to_shape, rays.data(), entrances.data(), batch.start.data(), whole,
                                         batch.rays.data());
+    }
+    for (std::size_t j = whole; j < entrances.size(); ++j) {
+        const auto& [origin, direction] = rays[entrances[j].ray];
+        batch.rays[j] = {instance.to_shape.point(origin, static_cast<double>(batch.start[j]), direction), instance.to_shape.direction(direction)};
     }
 }
 
@@ -135,7 +134,7 @@ void ask(const Instance& instance, const Group& group, Batch& batch, std::span<c
         batch.start[count++] = is_far ? std::max(0.f, entrance.t - std::sqrt(size / squared)) : 0;
     }
     if (count == 0) return;
-    take_rays(instance, {entrances, count}, rays, batch);
+    take_rays(instance, moved, {entrances, count}, rays, batch);
     instance.shape->closest_hits({batch.rays.data(), count}, {batch.hits.data(), count});
     for (std::size_t j = 0; j < count; ++j) {
         if (batch.hits[j].primitive == no_primitive) continue;
@@ -158,7 +157,7 @@ void for_each_group(std::span<const Instance> instances, std::span<const Ray> ra
         const std::uint32_t k = hits[i].instance;
         if (k != no_instance) batch.entrances[count++] = {k, static_cast<std::uint32_t>(i), 0};
     }
-    batch.group(count);
+    batch.group(count, instances.size() == 1);
     for (const Group& group : batch.groups) {
         const Instance& instance = instances[group.instance];
         const std::span<const Entrance> entrances(&batch.grouped[group.begin], group.count);
@@ -166,7 +165,7 @@ void for_each_group(std::span<const Instance> instances, std::span<const Ray> ra
             const SceneHit& hit = hits[entrances[j].ray];
             batch.hits[j] = hit.in_shape, batch.start[j] = hit.start;
         }
-        take_rays(instance, entrances, rays, batch);
+        take_rays(instance, !stands_as_it_is(instance), entrances, rays, batch);
         use(instance, entrances, batch);
     }
 }
@@ -212,7 +211,7 @@ void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) co
         std::size_t count;
         i = best_box_kernels().entrances(tree_, rays.data(), i, rays.size(), entrances_at_once, batch.entrances.data(),
                                          count);
-        batch.group(count);
+        batch.group(count, instances_.size() == 1);
         for (const Group& group : batch.groups) ask(instances_[group.instance], group, batch, rays, hits);
     }
 }
