@@ -116,7 +116,7 @@ std::size_t entrances(const BoxBvh& boxes, const Ray* rays, std::size_t begin, s
 
 void rays_through(const AffineMap& map, const Ray* rays, const Entrance* entrances, const float* start, std::size_t count,
                   Ray* mapped) {
-    constexpr int some = lanes < 8 ? 4 : lanes / 2;  // as many as registers have doubles
+    constexpr int some = lanes / 2;  // as many as registers have doubles
     using Single = Vector<some>;
     using Double [[gnu::vector_size(some * 8)]] = double;
     const auto in_double = [](Single x) { return __builtin_convertvector(x, Double); };
@@ -142,6 +142,6 @@ void rays_through(const AffineMap& map, const Ray* rays, const Entrance* entranc
 
 }  // namespace
 
-const BoxKernels box_kernels = {entrances, rays_through};
+const BoxKernels box_kernels = {entrances, lanes < 8 ? nullptr : rays_through};
 
 }  // namespace bob::BOB_ISA

@@ -42,7 +42,7 @@ struct BoxKernels {
                              std::size_t enough, Entrance* entrances, std::size_t& count);
 
     /// The rays of `count` entrances, a multiple of `together`, in the coordinates that a map leads to, each from its point at
-    /// t = start on. To the bit as AffineMap has it, in all instruction sets.
+    /// t = start on. To the bit as AffineMap has it; null in instruction sets whose registers hold too few doubles.
     static constexpr std::size_t together = 8;
     void (*rays_through)(const AffineMap& map, const Ray* rays, const Entrance* entrances, const float* start, std::size_t count,
                          Ray* mapped);

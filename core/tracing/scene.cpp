@@ -103,11 +103,9 @@ void take_rays(const Instance& instance, bool moved, std::span<const Entrance> e
         for (std::size_t j = 0; j < entrances.size(); ++j) batch.rays[j] = rays[entrances[j].ray];
         return;
     }
-    const std::size_t whole = entrances.size() - entrances.size() % BoxKernels::together;
-    if (whole) {
-        best_box_kernels().rays_through(instance.to_shape, rays.data(), entrances.data(), batch.start.data(), whole,
-                                        batch.rays.data());
-    }
+    const auto rays_through = best_box_kernels().rays_through;
+    const std::size_t whole = rays_through ? entrances.size() - entrances.size() % BoxKernels::together : 0;
+    if (whole) rays_through(instance.to_shape, rays.data(), entrances.data(), batch.start.data(), whole, batch.rays.data());
     for (std::size_t j = whole; j < entrances.size(); ++j) {
         const auto& [origin, direction] = rays[entrances[j].ray];
         batch.rays[j] = {instance.to_shape.point(origin, static_cast<double>(batch.start[j]), direction), instance.to_shape.direction(direction)};

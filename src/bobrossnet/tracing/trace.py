@@ -160,8 +160,8 @@ def _band(size: Size, done: int) -> NDArray[np.int32]:
 
 
 def tiled_pixels(size: Size, top: int = 0) -> NDArray[np.int32]:
-    """All pixels of as many rows from `top` on, (H * W, 2) int32, in 8x8 tiles: neighbours one after the other visit the
-    same parts of a BVH."""
+    """All pixels of as many rows from `top` on, (H * W, 2) int32, in 8x8 tiles: neighbours one after the other visit
+    the same parts of a BVH."""
     height, width = size
     inside = np.arange(8, dtype=np.int32)
     rows = np.arange(top, top + height, 8, dtype=np.int32)[:, None, None, None] + inside[:, None]
