@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "affine.h"
 #include "box.h"
 #include "bvh.h"
 #include "isa.h"
@@ -39,6 +40,12 @@ struct BoxKernels {
     /// sets.
     std::size_t (*entrances)(const BoxBvh& boxes, const Ray* rays, std::size_t begin, std::size_t end,
                              std::size_t enough, Entrance* entrances, std::size_t& count);
+
+    /// The rays of `count` entrances, a multiple of `together`, in the coordinates that a map leads to, each from its point at
+    /// t = start on. To the bit as AffineMap has it; null in instruction sets whose registers hold too few doubles.
+    static constexpr std::size_t together = 8;
+    void (*rays_through)(const AffineMap& map, const Ray* rays, const Entrance* entrances, const float* start, std::size_t count,
+                         Ray* mapped);
 };
 
 BOB_DECLARE_KERNELS(BoxKernels, box_kernels)

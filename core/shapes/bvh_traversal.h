@@ -23,18 +23,21 @@ struct RayThroughBoxes {
     using Float4 = Vector<4>;
     using Int4 = IntVector<4>;
 
+    // Of a direction's component, instead of 0, as 1/0 = inf would turn every slab into NaN: still correct, but nothing would be
+    // culled.
+    static constexpr float least_size = 1e-18f;
+
     /// What planes across the axes need of it: t of one is plane * reciprocal - shift.
     struct Slabs {
         Float4 origin, direction, size, reciprocal, shift;  // size: of the direction's components
         Int4 sign;
 
+        Slabs() = default;
         explicit Slabs(const Ray& ray)
             : origin{ray.origin.x, ray.origin.y, ray.origin.z}, direction{ray.direction.x, ray.direction.y, ray.direction.z} {
             sign = (Int4)direction & INT32_MIN;
             size = (Float4)((Int4)direction ^ sign);
-            // A bound instead of 1/0 = inf, which would turn every slab into NaN: still correct, but nothing would be
-            // culled.
-            const Float4 safe = (Float4)((Int4)max(size, broadcast<Float4>(1e-18f)) | sign);
+            const Float4 safe = (Float4)((Int4)max(size, broadcast<Float4>(least_size)) | sign);
             reciprocal = 1.f / safe;
             shift = origin * reciprocal;
         }
@@ -45,8 +48,6 @@ struct RayThroughBoxes {
     int near_side[3];  // 0 where the ray meets the lower plane first
 
     explicit RayThroughBoxes(const Ray& ray) : RayThroughBoxes(Slabs(ray)) {}
-
-private:
     explicit RayThroughBoxes(const Slabs& slabs)
         : origin(slabs.origin), direction(slabs.direction), size(slabs.size), reciprocal(slabs.reciprocal) {
         for (int axis = 0; axis < 3; ++axis) {
@@ -118,9 +119,12 @@ inline ChildRef take_nearest(const BvhNode& node, unsigned entered, const float*
 /// A ray's way from leaf to leaf, near ones first.
 class Traversal {
 public:
-    /// Begins with the children of a node, which may be of the caller's own.
+    /// Without a leaf.
+    void clear() { top_ = stack_; }
+
+    /// Begins with the children of a node.
     void begin(const BvhNode& root, const RayThroughBoxes& ray) {
-        top_ = stack_;
+        clear();
         alignas(32) float t[8];
         const unsigned entered = enter_boxes(root, ray, std::numeric_limits<float>::infinity(), t);
         if (!entered) return;

@@ -1,10 +1,12 @@
 /// Rays on their way through pieces, from one to the next. Included by *_kernels.cpp files alone.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <new>
 
+#include "shapes/beam.h"
 #include "shapes/subdivision.h"
 
 namespace bob::BOB_ISA {
@@ -12,14 +14,21 @@ namespace bob::BOB_ISA {
 /// A ray on its way from piece to piece. Wherever it enters a piece's box, it waits for what is found there.
 class Flight {
 public:
-    void begin(const Pieces& pieces, const BvhNode& root, const Ray& ray, std::uint32_t number) {
-        new (&ray_) RayThroughBoxes(ray);  // in place: what is stored in halves is slow to copy whole
-        new (&nearest_) Nearest(pieces, ray_);
-        number_ = number;
-        way_.begin(root, ray_);
-        packet_ = end_ = 0;
-        entered_ = 0;
-        open_count_ = 0;
+    /// Begins with the subtrees that a beam enters with this ray; false where the ray enters none.
+    bool begin(const Pieces& pieces, const Ray& ray, std::uint32_t number, const Beam& beam, std::size_t in_beam) {
+        left_ = beam.enter(in_beam, entry_t_);
+        if (!left_) return false;
+        std::copy_n(beam.entries().child, 8, entries_);
+        way_.clear();
+        set_out(pieces, ray, number);
+        return true;
+    }
+
+    /// Begins with the whole tree.
+    void begin(const Pieces& pieces, const Ray& ray, std::uint32_t number) {
+        left_ = 0;
+        go_down(pieces.nodes[0], ray);
+        set_out(pieces, ray, number);
     }
 
     [[nodiscard]] std::uint32_t number() const { return number_; }
@@ -48,11 +57,11 @@ public:
         const std::uint32_t index = patch_index(pieces);
         if (looks_) {
             const Float4 normal = this->normal(pieces);
-            newton.add(ray_, LocalRay(ray_, pieces.patches[index], enter_[k]), index, part, to(0, 0), to(0, 1), &normal);
+            newton.add(*ray_, LocalRay(*ray_, pieces.patches[index], enter_[k]), index, part, to(0, 0), to(0, 1), &normal);
         } else {
             const float t = clamp(-o_[2][k] / d_[2][k], enter_[k], leave_[k]);
             const float x = clamp(o_[0][k] + t * d_[0][k], -1, 1), y = clamp(o_[1][k] + t * d_[1][k], -1, 1);
-            newton.add(ray_, LocalRay(ray_, pieces.patches[index], t), index, part, to(x, 0), to(y, 1));
+            newton.add(*ray_, LocalRay(*ray_, pieces.patches[index], t), index, part, to(x, 0), to(y, 1));
         }
     }
 
@@ -104,8 +113,34 @@ private:
 
     void subdivide(const Pieces& pieces, const Part& part, Workspace& workspace) {
         const Piece piece = this->piece(pieces, part);
-        const LocalRay local(ray_, piece.patch, enter_[lane_]);
-        Subdivision(pieces, piece, ray_, local, nearest_, normal(pieces), workspace).find();
+        const LocalRay local(*ray_, piece.patch, enter_[lane_]);
+        Subdivision(pieces, piece, *ray_, local, nearest_, normal(pieces), workspace).find();
+    }
+
+    void set_out(const Pieces& pieces, const Ray& ray, std::uint32_t number) {
+        ray_ = &ray, number_ = number;
+        new (&nearest_) Nearest(pieces, ray);
+        packet_ = end_ = 0;
+        entered_ = 0;
+        open_count_ = 0;
+    }
+
+    void go_down(const BvhNode& node, const Ray& ray) {
+        new (&boxes_) RayThroughBoxes(ray);  // in place: what is stored in halves is slow to copy whole
+        way_.begin(node, boxes_);
+    }
+
+    bool next_leaf(const Pieces& pieces, ChildRef& leaf) {
+        while (!way_.next_leaf(pieces.nodes.data(), boxes_, nearest_.hit.t, leaf)) {
+            if (!left_) return false;
+            const int entry = __builtin_ctz(left_);
+            left_ &= left_ - 1;
+            if (entry_t_[entry] > nearest_.hit.t) continue;
+            leaf = entries_[entry];
+            if (leaf.is_leaf()) return true;
+            go_down(pieces.nodes[leaf.node_index()], *ray_);
+        }
+        return true;
     }
 
     /// The next piece whose box the ray enters before its nearest hit.
@@ -113,12 +148,16 @@ private:
         while (true) {
             while (entered_) {
                 lane_ = __builtin_ctz(entered_);
-                entered_ &= entered_ - 1;
+                for (unsigned others = entered_ & (entered_ - 1); others; others &= others - 1) {
+                    const int other = __builtin_ctz(others);
+                    if (enter_[other] < enter_[lane_]) lane_ = other;
+                }
+                entered_ &= ~(1u << lane_);
                 if (enter_[lane_] < nearest_.hit.t) return true;
             }
             if (packet_ == end_) {
                 ChildRef leaf;
-                if (!way_.next_leaf(pieces.nodes.data(), ray_, nearest_.hit.t, leaf)) return false;
+                if (!next_leaf(pieces, leaf)) return false;
                 packet_ = leaf.first_packet(), end_ = packet_ + leaf.packets();
             }
             enter_boxes_of(pieces.packets[packet_++]);
@@ -134,8 +173,8 @@ private:
                 Floats o = load<Floats>(&row[3][i]), d{};
                 for (int k = 2; k >= 0; --k) {
                     const Floats x = load<Floats>(&row[k][i]);
-                    o = fma(x, broadcast<Floats>(ray_.origin[k]), o);
-                    d = fma(x, broadcast<Floats>(ray_.direction[k]), d);
+                    o = fma(x, broadcast<Floats>(ray_->origin[k]), o);
+                    d = fma(x, broadcast<Floats>(ray_->direction[k]), d);
                 }
                 const Floats half = axis < 2 ? load<Floats>(&packet.half[axis][i]) : broadcast<Floats>(1.f);
                 const Floats inverse = 1.f / d;
@@ -149,9 +188,15 @@ private:
         }
     }
 
-    RayThroughBoxes ray_{Ray{}};
+    const Ray* ray_ = nullptr;
     Nearest nearest_{};
     std::uint32_t number_ = 0;
+    // Where it entered the beam's subtrees, and which of them are left, bit by bit.
+    ChildRef entries_[8]{};
+    unsigned left_ = 0;
+    alignas(32) float entry_t_[8];
+    // Its way through one of them, or the whole tree.
+    RayThroughBoxes boxes_{Ray{}};
     // Of the leaf that the ray is in: the next packet, and where they end.
     std::uint32_t packet_ = 0, end_ = 0;
     // Of the packet before: which boxes the ray enters and where, its origin and direction as seen from them, and which is

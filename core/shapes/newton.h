@@ -35,7 +35,7 @@ struct LocalRay {
     Float4 origin;  // and 0
     double start;
 
-    LocalRay(const RayThroughBoxes& ray, const Patch& patch, float start) : origin{}, start(start) {
+    LocalRay(const Ray& ray, const Patch& patch, float start) : origin{}, start(start) {
         for (int axis = 0; axis < 3; ++axis) {
             origin[axis] = static_cast<float>(static_cast<double>(ray.origin[axis]) +
                                               this->start * static_cast<double>(ray.direction[axis]) -
@@ -69,7 +69,7 @@ public:
     void clear() { count_ = 0; }
 
     /// Fills the next lane; the search begins at u and v. With a normal, a look at the control points comes first.
-    void add(const RayThroughBoxes& ray, const LocalRay& local, std::uint32_t patch, const Part& part, float u, float v,
+    void add(const Ray& ray, const LocalRay& local, std::uint32_t patch, const Part& part, float u, float v,
              const Float4* normal = nullptr) {
         const int lane = count_++;
         for (int axis = 0; axis < 3; ++axis) {

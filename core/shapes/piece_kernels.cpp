@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "shapes/beam.h"
 #include "shapes/flight.h"
 
 namespace bob::BOB_ISA {
@@ -9,7 +8,6 @@ namespace {
 
 // So many that lanes fill up before no ray can go on: 2 and 8 times the lanes are as fast.
 constexpr std::uint32_t in_flight = 4 * lanes;
-constexpr std::size_t rays_in_beam = 16;  // 8 are up to 4 % slower, and 32 are no faster
 
 /// Rays that wait for what is found in patches of the same degrees.
 struct Waiting {
@@ -54,16 +52,20 @@ private:
     bool begin(std::uint32_t flight) {
         while (next_ < rays_.size()) {
             if (next_ == end_of_beam_) {
-                const std::size_t size = std::min(rays_in_beam, rays_.size() - next_);
-                root_ = beam_.entry(pieces_.nodes.data(), rays_.subspan(next_, size));
-                end_of_beam_ += size;
+                begin_of_beam_ = next_;
+                end_of_beam_ = std::min(next_ + Beam::most_rays, rays_.size());
+                are_alike_ = beam_.begin(pieces_.nodes.data(), rays_.subspan(next_, end_of_beam_ - next_));
             }
-            if (root_) {
-                memory_.flights[flight].begin(pieces_, *root_, rays_[next_], static_cast<std::uint32_t>(next_));
-                ++next_;
-                return true;
+            Flight& some = memory_.flights[flight];
+            while (next_ < end_of_beam_) {
+                const std::size_t i = next_++;
+                if (!are_alike_) {
+                    some.begin(pieces_, rays_[i], static_cast<std::uint32_t>(i));
+                    return true;
+                }
+                if (!beam_.is_empty() && some.begin(pieces_, rays_[i], static_cast<std::uint32_t>(i), beam_, i - begin_of_beam_)) return true;
+                hits_[i] = {};
             }
-            while (next_ < end_of_beam_) hits_[next_++] = {};
         }
         return false;
     }
@@ -94,9 +96,9 @@ private:
     std::span<const Ray> rays_;
     Hit* hits_;
     Memory& memory_;
-    std::size_t next_ = 0, end_of_beam_ = 0;  // among the rays
+    std::size_t next_ = 0, begin_of_beam_ = 0, end_of_beam_ = 0;  // among the rays
     Beam beam_;
-    const BvhNode* root_ = nullptr;  // of the beam
+    bool are_alike_ = false;  // the rays of the beam
     std::uint32_t ready_[in_flight], count_ready_ = 0;
 };
 

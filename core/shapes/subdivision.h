@@ -42,8 +42,8 @@ struct Nearest {
     bool is_beyond = false;
 
     Nearest() = default;
-    Nearest(const Pieces& pieces, const RayThroughBoxes& ray)
-        : penalty(pieces.tolerance > 0 ? 4 * pieces.tolerance / std::sqrt(dot(ray.direction, ray.direction)) : 0) {}
+    Nearest(const Pieces& pieces, const Ray& ray)
+        : penalty(pieces.tolerance > 0 ? 4 * pieces.tolerance / std::sqrt(bob::dot(ray.direction, ray.direction)) : 0) {}
 
     void offer(const Piece& from, const Solution& found) {
         const auto t = static_cast<float>(found.t);
@@ -103,14 +103,15 @@ struct Workspace {
 class Subdivision {
 public:
     /// `normal`, of any length, is about that of the part, which is thinnest along it.
-    Subdivision(const Pieces& pieces, const Piece& piece, const RayThroughBoxes& ray, const LocalRay& local,
+    Subdivision(const Pieces& pieces, const Piece& piece, const Ray& ray, const LocalRay& local,
                 Nearest& nearest, Float4 normal, Workspace& workspace)
         : pieces_(pieces), piece_(piece), ray_(ray), local_(local), nearest_(nearest), points_(workspace.points),
           open_(workspace.open), newton_(workspace.newton), patches_(workspace.patches),
           rows_(piece.patch.degree_u + 1u), columns_(piece.patch.degree_v + 1u),
           size_(rows_ * columns_) {
-        length_ = std::sqrt(dot(ray.direction, ray.direction));
-        along_ = ray.direction / broadcast<Float4>(length_);
+        const Float4 direction{ray.direction.x, ray.direction.y, ray.direction.z};
+        length_ = std::sqrt(dot(direction, direction));
+        along_ = direction / broadcast<Float4>(length_);
         across_[0] = normal - broadcast<Float4>(dot(normal, along_)) * along_;
         if (!(dot(across_[0], across_[0]) > 1e-6f * dot(normal, normal))) {
             across_[0] = cross(along_, std::fabs(along_[0]) < 0.5f ? Float4{1, 0, 0, 0} : Float4{0, 1, 0, 0});
@@ -277,7 +278,7 @@ private:
 
     const Pieces& pieces_;
     const Piece& piece_;
-    const RayThroughBoxes& ray_;
+    const Ray& ray_;
     const LocalRay& local_;
     Nearest& nearest_;
     ControlPoints& points_;

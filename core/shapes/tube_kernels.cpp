@@ -165,11 +165,35 @@ public:
         return best;
     }
 
+    /// The least a - sqrt(q) over the whole piece, if that is below `best`; false where bounds don't show that f has one
+    /// critical point at most, a minimum, and that q >= 0 in one interval, as it is where q is concave. Then neither is looked
+    /// for: while -q' stands for g where q < 0, g grows from below 0 to above it once.
+    [[nodiscard]] bool find_only_minimum(Least& best) const {
+        const auto& [a, q] = whole_;
+        for (int i = 0; i < 5; ++i) {
+            if (q[i] - 2 * q[i + 1] + q[i + 2] > noise_) return false;
+        }
+        if (shape_of(whole_) <= 0) return false;
+        if (whole_.bound() >= best.value) return true;
+        const auto end = [&](double s, double at, double at_q) {
+            if (at_q >= 0 && at - root(at_q) < best.value) best = {at - root(at_q), s};
+        };
+        if ((a[1] - a[0]) * root(q[0]) >= q[1] - q[0]) {
+            end(0, a[0], q[0]);
+        } else if ((a[3] - a[2]) * root(q[6]) <= q[6] - q[5]) {
+            end(1, a[3], q[6]);
+        } else {
+            converge(best, only_minimum_of_parabola(), 0, 1, 1, true);
+        }
+        return true;
+    }
+
 private:
     struct At {
         double f;
+        double q;
         double g;  // 2 f' sqrt(q)
-        double k;  // and g' where g = 0
+        double k;  // and g' where g = 0, or q < 0
     };
 
     [[nodiscard]] At at(double s, double sign) const {
@@ -177,10 +201,10 @@ private:
         const D4 v1 = (3 * s * power_[3] + 2 * power_[2]) * s + power_[1];
         const D4 v2 = 6 * s * power_[3] + 2 * power_[2];
         const D4 q0 = v * v, q1 = v * v1, q2 = v1 * v1 + v * v2;
-        const double sqrt_q = root(q0[3] - q0[1] - q0[2]);
+        const double q = q0[3] - q0[1] - q0[2], sqrt_q = root(q);
         const double a1 = sign * v1[0], a2 = sign * v2[0];
-        return {sign * v[0] - sqrt_q, 2 * (a1 * sqrt_q - (q1[3] - q1[1] - q1[2])),
-                2 * (a2 * sqrt_q + a1 * a1 - (q2[3] - q2[1] - q2[2]))};
+        return {sign * v[0] - sqrt_q, q, 2 * (a1 * sqrt_q - (q1[3] - q1[1] - q1[2])),
+                2 * (a2 * sqrt_q + (q < 0 ? 0 : a1 * a1) - (q2[3] - q2[1] - q2[2]))};
     }
 
     void improve(Least& best, double s, double sign) const {
@@ -231,11 +255,9 @@ private:
             const D4 q0 = v * v, q1 = v * v1;
             const double q = q0[3] - q0[1] - q0[2];
             ((q >= 0) == rising ? high : low) = s;
-            double next = s - q / (2 * (q1[3] - q1[1] - q1[2]));
-            if (!(next > low && next < high)) next = 0.5 * (low + high);
-            const double change = next - s;
-            s = next;
-            if (change < 1e-8 && change > -1e-8) break;
+            const double next = s - q / (2 * (q1[3] - q1[1] - q1[2])), change = next - s;
+            if (change < 1e-8 && change > -1e-8) return smaller(larger(next, low), high);
+            s = next > low && next < high ? next : 0.5 * (low + high);
         }
         return s;
     }
@@ -254,16 +276,33 @@ private:
     /// Where f has no critical points but minima.
     void find_minimum(Least& best, double low, double high, double sign) const {
         if (at(low, sign).g >= 0 || at(high, sign).g <= 0) return;
-        double s = 0.5 * (low + high);
+        converge(best, 0.5 * (low + high), low, high, sign, false);
+    }
+
+    /// Where f would be least if a were a straight line and q a parabola, as they are of straight pieces.
+    [[nodiscard]] double only_minimum_of_parabola() const {
+        const auto& [a, q] = whole_;
+        const double middle = (q[0] + q[6] + 6 * (q[1] + q[5]) + 15 * (q[2] + q[4]) + 20 * q[3]) / 64;
+        const double slope = a[3] - a[0], rise = 4 * middle - 3 * q[0] - q[6], bend = 4 * middle - 2 * (q[0] + q[6]);
+        if (!(bend > 0)) return 0.5;
+        const double top = rise / (2 * bend), height = q[0] + 0.5 * rise * top;
+        const double s = top - slope * root(height / (bend * (bend + slope * slope)));
+        return smaller(larger(s, 0.01), 0.99);
+    }
+
+    /// Newton's method, and bisection where that leaves the bracket. Ends where a concave q is below 0 all over it.
+    void converge(Least& best, double s, double low, double high, double sign, bool is_concave) const {
+        constexpr double enough = 1e-10, close = 1e-12;  // of f, and of s
         for (int i = 0; i < 60; ++i) {
             const At here = at(s, sign);
-            if (here.f < best.value) best = {here.f, s};
+            if (is_concave && here.q + here.g * (s - (here.g >= 0 ? low : high)) < 0) return;
             (here.g >= 0 ? high : low) = s;
-            double next = s - here.g / here.k;
-            if (!(next > low && next < high)) next = 0.5 * (low + high);
-            const double change = next - s;
-            if (change < 1e-9 && change > -1e-9) break;
-            s = next;
+            const double step = here.g / here.k, next = s - step;
+            const bool is_between = next > low && next < high;
+            if (here.q >= 0 && here.f < best.value) best = {here.f, is_between ? next : s};
+            // What another step would take off f.
+            if (here.g * step < 4 * enough * root(here.q) || (step < close && step > -close)) break;
+            s = is_between ? next : 0.5 * (low + high);
         }
     }
 
@@ -299,13 +338,18 @@ public:
         Hit hit;
         bool within = false;
         each_piece(hit, [&](std::uint32_t index, const PieceOnRay& piece) {
+            const auto meet = [&](const PieceOnRay::Least& enter) {
+                if (!(enter.value < end_)) return;
+                end_ = enter.value;
+                hit = {static_cast<float>(end_ / frame_.scale), static_cast<float>(enter.s), 0, index};
+            };
+            PieceOnRay::Least only{end_, 0};
+            if (piece.find_only_minimum(only) && only.value > 0) return meet(only);
             const Intervals intervals = piece.inside();
             for (int i = 0; i < intervals.count && !within; ++i) {
                 const auto enter = piece.least_over(intervals.low[i], intervals.high[i], 1, end_);
                 if (enter.value > 0) {
-                    if (!(enter.value < end_)) continue;
-                    end_ = enter.value;
-                    hit = {static_cast<float>(end_ / frame_.scale), static_cast<float>(enter.s), 0, index};
+                    meet(enter);
                 } else if (piece.least_over(intervals.low[i], intervals.high[i], -1, 0).value < 0) {
                     within = true;
                     hit.t = 0;  // nothing else matters

@@ -48,7 +48,7 @@ TEST(boxes_entered_equal_brute_force_to_the_bit) {
         const Vec3 target{random(-0.6f, 0.6f), random(-0.6f, 0.6f), random(-0.6f, 0.6f)};
         rays.push_back({target - random(0, 1.5f) * bob::normalized(direction), direction});
     }
-    for (const int count : {1, 7, 8, 9, 300}) {
+    for (const int count : {1, 7, 8, 9, 32, 33, 300}) {
         const auto boxes = random_boxes(count, 0.4f, 5);
         const auto bvh = bob::build_box_bvh(boxes);
         std::vector<Entrance> want;
@@ -77,6 +77,38 @@ TEST(boxes_entered_equal_brute_force_to_the_bit) {
             }
         });
     }
+}
+
+TEST(rays_go_through_maps_as_points_do_to_the_bit) {
+    test::Random random(7);
+    bob::AffineMap map;
+    for (auto& row : map.row) {
+        for (double& x : row) x = random(-3, 3);
+    }
+    std::vector<Ray> rays;
+    std::vector<Entrance> entrances;
+    std::vector<float> start;
+    for (std::uint32_t i = 0; i < 48; ++i) {
+        rays.push_back({random(0, 2) * test::random_direction(random), random(0.2f, 5) * test::random_direction(random)});
+        entrances.push_back({0, 47 - i, 0});
+        start.push_back(i % 3 ? 0 : random(0, 100));
+    }
+    test::for_each_isa([&] {
+        if (!bob::best_box_kernels().rays_through) return;
+        for (const std::size_t count : {8, 48}) {
+            std::vector<Ray> mapped(count);
+            bob::best_box_kernels().rays_through(map, rays.data(), entrances.data(), start.data(), count, mapped.data());
+            int differ = 0;
+            for (std::size_t i = 0; i < count; ++i) {
+                const Ray& ray = rays[entrances[i].ray];
+                const Vec3 origin = map.point(ray.origin, static_cast<double>(start[i]), ray.direction), direction = map.direction(ray.direction);
+                for (int axis = 0; axis < 3; ++axis) {
+                    differ += mapped[i].origin[axis] != origin[axis] || mapped[i].direction[axis] != direction[axis];
+                }
+            }
+            CHECK_EQ(differ, 0);
+        }
+    });
 }
 
 TEST(rays_that_are_not_finite_list_no_more_than_there_are_boxes) {

@@ -52,9 +52,14 @@ struct Batch {
     }
 
     /// Groups the first `count` entrances by instance, nearest groups first, and keeps the order of rays within each.
-    /// Instances that no ray enters cost nothing.
-    void group(std::size_t count) {
+    /// Instances that no ray enters cost nothing. All may be of one instance.
+    void group(std::size_t count, bool is_one) {
         groups.clear();
+        if (is_one && count) {
+            grouped.swap(entrances);
+            groups.push_back({grouped[0].box, 0, 0, count});
+            return;
+        }
         groups.reserve(std::min(count, slots.size()));
         for (std::size_t i = 0; i < count; ++i) {
             const Entrance& entrance = entrances[i];
@@ -80,17 +85,6 @@ struct Batch {
     }
 };
 
-/// The t to start a ray at that enters the instance's box at `enter`: a box' size before it, since shapes want origins
-/// that are not many of their sizes away.
-float start_before(const Instance& instance, const Ray& ray, float enter) {
-    return std::max(0.f, enter - length(instance.high - instance.low) / length(ray.direction));
-}
-
-/// The ray in the shape's coordinates from t = start on. Its direction keeps the map's scale, so that t counts alike.
-Ray in_shape(const AffineMap& to_shape, const Ray& ray, float start) {
-    return {to_shape.point(ray.origin, start, ray.direction), to_shape.direction(ray.direction)};
-}
-
 /// Whether rays stay finite under a map. Where they don't, the shape is too small to be seen.
 bool fits_float(const AffineMap& map) {
     bool fits = true;
@@ -102,23 +96,43 @@ bool fits_float(const AffineMap& map) {
 
 bool stands_as_it_is(const Instance& instance) { return instance.to_shape == AffineMap{}; }
 
+/// Puts the rays of entrances into the batch, in the shape's coordinates, each from its start in the batch on. Directions keep
+/// the map's scale, so that t counts alike.
+void take_rays(const Instance& instance, bool moved, std::span<const Entrance> entrances, std::span<const Ray> rays, Batch& batch) {
+    if (!moved) {
+        for (std::size_t j = 0; j < entrances.size(); ++j) batch.rays[j] = rays[entrances[j].ray];
+        return;
+    }
+    const auto rays_through = best_box_kernels().rays_through;
+    const std::size_t whole = rays_through ? entrances.size() - entrances.size() % BoxKernels::together : 0;
+    if (whole) rays_through(instance.to_shape, rays.data(), entrances.data(), batch.start.data(), whole, batch.rays.data());
+    for (std::size_t j = whole; j < entrances.size(); ++j) {
+        const auto& [origin, direction] = rays[entrances[j].ray];
+        batch.rays[j] = {instance.to_shape.point(origin, static_cast<double>(batch.start[j]), direction), instance.to_shape.direction(direction)};
+    }
+}
+
 /// Intersects a group's rays with its instance, except those that hit another before they enter the box. Results don't
 /// depend on the order of groups; the work does.
 void ask(const Instance& instance, const Group& group, Batch& batch, std::span<const Ray> rays,
          std::span<SceneHit> hits) {
     const bool moved = !stands_as_it_is(instance);
+    const Vec3 diagonal = instance.high - instance.low;
+    const float size = dot(diagonal, diagonal);
     Entrance* const entrances = &batch.grouped[group.begin];
     std::size_t count = 0;
     for (std::size_t j = 0; j < group.count; ++j) {
         const Entrance entrance = entrances[j];
         if (entrance.t > hits[entrance.ray].t) continue;
-        const Ray& ray = rays[entrance.ray];
-        const float start = moved ? start_before(instance, ray, entrance.t) : 0;
+        // From a box' size before it on, since shapes want origins that are not many of their sizes away.
+        const Vec3 direction = rays[entrance.ray].direction;
+        const float squared = dot(direction, direction);
+        const bool is_far = moved && entrance.t * entrance.t * squared > size;
         entrances[count] = entrance;
-        batch.start[count] = start;
-        batch.rays[count++] = moved ? in_shape(instance.to_shape, ray, start) : ray;
+        batch.start[count++] = is_far ? std::max(0.f, entrance.t - std::sqrt(size / squared)) : 0;
     }
     if (count == 0) return;
+    take_rays(instance, moved, {entrances, count}, rays, batch);
     instance.shape->closest_hits({batch.rays.data(), count}, {batch.hits.data(), count});
     for (std::size_t j = 0; j < count; ++j) {
         if (batch.hits[j].primitive == no_primitive) continue;
@@ -141,17 +155,16 @@ void for_each_group(std::span<const Instance> instances, std::span<const Ray> ra
         const std::uint32_t k = hits[i].instance;
         if (k != no_instance) batch.entrances[count++] = {k, static_cast<std::uint32_t>(i), 0};
     }
-    batch.group(count);
+    batch.group(count, instances.size() == 1);
     for (const Group& group : batch.groups) {
         const Instance& instance = instances[group.instance];
-        const bool moved = !stands_as_it_is(instance);
-        const Entrance* const entrances = &batch.grouped[group.begin];
+        const std::span<const Entrance> entrances(&batch.grouped[group.begin], group.count);
         for (std::size_t j = 0; j < group.count; ++j) {
-            const std::uint32_t i = entrances[j].ray;
-            batch.hits[j] = hits[i].in_shape;
-            batch.rays[j] = moved ? in_shape(instance.to_shape, rays[i], hits[i].start) : rays[i];
+            const SceneHit& hit = hits[entrances[j].ray];
+            batch.hits[j] = hit.in_shape, batch.start[j] = hit.start;
         }
-        use(instance, std::span(entrances, group.count), batch);
+        take_rays(instance, !stands_as_it_is(instance), entrances, rays, batch);
+        use(instance, entrances, batch);
     }
 }
 
@@ -196,7 +209,7 @@ void Scene::closest_hits(std::span<const Ray> rays, std::span<SceneHit> hits) co
         std::size_t count;
         i = best_box_kernels().entrances(tree_, rays.data(), i, rays.size(), entrances_at_once, batch.entrances.data(),
                                          count);
-        batch.group(count);
+        batch.group(count, instances_.size() == 1);
         for (const Group& group : batch.groups) ask(instances_[group.instance], group, batch, rays, hits);
     }
 }

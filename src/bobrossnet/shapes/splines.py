@@ -103,8 +103,10 @@ def domain_of(knots: Values, degree: int) -> tuple[float, float]:
 
 def with_weights(points: Values, weights: Values | None) -> Values:
     """Control points (..., N) as (..., N + 1), with their weights behind them."""
-    w = np.ones(points.shape[:-1]) if weights is None else weights
-    return np.concatenate([points, w[..., None]], axis=-1)
+    result = np.empty((*points.shape[:-1], points.shape[-1] + 1))
+    result[..., :-1] = points
+    result[..., -1] = 1 if weights is None else weights
+    return result
 
 
 def curve_derivatives(points: Values, weights: Values | None, knots: Values, u: Values) -> tuple[Values, Values]:
