@@ -151,7 +151,7 @@ BOB_DECLARE_KERNELS(FormulaKernels, formula_kernels)
 /// narrower ones, which find the same to the bit.
 inline const FormulaKernels& formula_kernels_for(std::size_t count) {
 #ifdef BOB_X86
-    constexpr std::size_t few = 6;  // with 2, 5 % of the rays of letters or a vase take a tenth longer; with 8, those of a gear
+    constexpr std::size_t few = 6;  // with 2, 5 % of the rays of letters or a vase take a tenth longer; with 4 or 8, as long
     if (count <= few && isa() == Isa::avx512) return avx2::formula_kernels;
 #else
     (void)count;
