@@ -110,6 +110,7 @@ struct Segment {
     bool open;                      // the kernel's own, as is all that follows: whether it is still looking
     float a, fa, b, fb;             // where what is left to be searched begins and ends, or the two sides of the root, and the values there
     float to_jump;                  // from a on
+    float inner[2], inner_to_jump[2];  // between the ends, where few segments are searched at once
     float doubt;                    // where the first part of it begins in which roots are unresolved
 };
 
@@ -145,5 +146,17 @@ struct FormulaKernels {
 };
 
 BOB_DECLARE_KERNELS(FormulaKernels, formula_kernels)
+
+/// The kernels for that many segments or points at once. Few leave most lanes of the widest vectors empty, and take a tenth less time in
+/// narrower ones, which find the same to the bit.
+inline const FormulaKernels& formula_kernels_for(std::size_t count) {
+#ifdef BOB_X86
+    constexpr std::size_t few = 6;  // with 2, 5 % of the rays of letters or a vase take a tenth longer; with 4 or 8, as long
+    if (count <= few && isa() == Isa::avx512) return avx2::formula_kernels;
+#else
+    (void)count;
+#endif
+    return best_formula_kernels();
+}
 
 }  // namespace bob

@@ -150,16 +150,11 @@ inline M stays(F fa, F fb, F least, F most, F length) {
     return finite & ~on_different_sides(fa, fb) & (apart | ~turns);
 }
 
-/// f at n places along each of `count` segments, at most `lanes`, and from the first `starts` of them on, how far ahead jumps
-/// are; at all of them at once where they are few.
+/// f at n places along each of `count` segments, and how far ahead jumps are there: at all of them at once, of which there are at
+/// most `lanes`. Not inlined, as copies of `run` for points in formula_kernels.cpp.
 template <int n>
-void values_along(const Code& code, void* scratch, const Segment* const* segments, int count, const F (&t)[n], F (&f)[n],
-                  F (&to_jump)[n], int starts) {
-    if (n * count > lanes) {
-        const Along along = along_some(code, scratch, segments, count);
-        for (int k = 0; k < n; ++k) f[k] = k < starts ? along.value(t[k], to_jump[k]) : along.value(t[k]);
-        return;
-    }
+[[gnu::noinline]] void values_at_once(const Code& code, void* scratch, const Segment* const* segments, int count, const F (&t)[n], F (&f)[n],
+                                      F (&to_jump)[n]) {
     const Segment* at[lanes];
     F places{};
     for (int k = 0; k < n; ++k) {
@@ -172,14 +167,48 @@ void values_along(const Code& code, void* scratch, const Segment* const* segment
     }
 }
 
+/// The same at any number of places; from the first `starts` of them on alone, how far ahead jumps are.
+template <int n>
+void values_along(const Code& code, void* scratch, const Segment* const* segments, int count, const F (&t)[n], F (&f)[n],
+                  F (&to_jump)[n], int starts) {
+    if (n * count <= lanes) return values_at_once(code, scratch, segments, count, t, f, to_jump);
+    const Along along = along_some(code, scratch, segments, count);
+    for (int k = 0; k < n; ++k) f[k] = k < starts ? along.value(t[k], to_jump[k]) : along.value(t[k]);
+}
+
+/// Into how many parts a segment is cut that is not settled as a whole. Many bounds over small parts decide at once what
+/// those over the whole would not; and parts of one segment fill lanes where few rays pass a cell. With 2, 5 % of prospero's
+/// rays take a tenth longer; with 4, all of them a twentieth.
+constexpr int parts_of_segment = 3;
+
+/// Where f is needed then. Of segments so few that a vector has lanes for all of their places, it is computed at once.
+constexpr int places = parts_of_segment + 1;
+
+/// Where a segment is cut; 0 and its end are the first and the last.
+inline F cut_at(F t_end, int k) { return t_end * (static_cast<float>(k) / parts_of_segment); }
+
 /// How many segments are still searched, and how many have a root between their a and b.
 struct Begun {
     int open = 0, bracketed = 0;
 };
 
+/// f at both ends of few segments, and where they may have to be cut.
+[[gnu::noinline]] inline void begin_few(const Code& code, Segment* segments, const Segment* const* some, int count, F t_end, F (&ends)[2],
+                                        F& to_jump, void* scratch) {
+    F t[places], f[places] = {}, jumps[places] = {};
+    for (int k = 0; k < places; ++k) t[k] = cut_at(t_end, k);
+    values_at_once(code, scratch, some, count, t, f, jumps);
+    ends[0] = f[0], ends[1] = f[parts_of_segment], to_jump = jumps[0];
+    for (int lane = 0; lane < count; ++lane) {
+        for (int k = 1; k < parts_of_segment; ++k) {
+            segments[lane].inner[k - 1] = f[k][lane], segments[lane].inner_to_jump[k - 1] = jumps[k][lane];
+        }
+    }
+}
+
 /// Prepares the search along `count` segments, at most `lanes`, and ends it where the values at both ends and the slopes
 /// that are known settle a whole segment: 65 % of them in CSG, 77 in a tanglecube, 33 in prospero, none in smooth unions.
-inline void begin(const Code& code, Segment* segments, int count, void* scratch, Begun& begun) {
+inline void begin(const Code& code, Segment* segments, int count, bool are_few, void* scratch, Begun& begun) {
     F t_end{}, least{}, most{};
     const Segment* some[lanes];
     for (int lane = 0; lane < count; ++lane) {
@@ -190,7 +219,11 @@ inline void begin(const Code& code, Segment* segments, int count, void* scratch,
     }
     F ends[2] = {}, to_jump[2] = {};
     auto& [fa, fb] = ends;
-    values_along(code, scratch, some, count, {F{}, t_end}, ends, to_jump, 1);
+    if (are_few) {
+        begin_few(code, segments, some, count, t_end, ends, to_jump[0], scratch);
+    } else {
+        values_along(code, scratch, some, count, {F{}, t_end}, ends, to_jump, 1);
+    }
     const M known = first_lanes(count) & (abs(least) < constant(infinity)) & (abs(most) < constant(infinity));
     const M smooth = known & (abs(fa) < constant(infinity)) & (abs(fb) < constant(infinity));
     const M differ = on_different_sides(fa, fb), monotone = (least > F{}) | (most < F{});
@@ -215,25 +248,28 @@ struct Part {
     float to_jump;  // from a on
 };
 
-/// Into how many parts a segment is cut that is not settled as a whole. Many bounds over small parts decide at once what
-/// those over the whole would not; and parts of one segment fill lanes where few rays pass a cell. With 2, 5 % of prospero's
-/// rays take a tenth longer; with 4, all of them a twentieth.
-constexpr int parts_of_segment = 3;
-
 /// Cuts segments that are open, at most `lanes`, into parts, and leaves out those that the slopes settle. Behind a part whose
 /// ends lie on different sides there is nothing to find, unless it is a pole: the segment's a is where the rest begins.
-inline Part* cut(const Code& code, Segment* const* segments, int count, Part* parts, void* scratch) {
-    F t[parts_of_segment + 1], f[parts_of_segment + 1], to_jump[parts_of_segment + 1], least{}, most{};
+inline Part* cut(const Code& code, Segment* const* segments, int count, bool are_few, Part* parts, void* scratch) {
+    F t[places], f[places], to_jump[places], least{}, most{};
     for (int lane = 0; lane < count; ++lane) {
         const Segment& s = *segments[lane];
         t[0][lane] = s.a, f[0][lane] = s.fa, to_jump[0][lane] = s.to_jump;
         t[parts_of_segment][lane] = s.b, f[parts_of_segment][lane] = s.fb;
         least[lane] = s.least_slope, most[lane] = s.most_slope;
     }
-    F inner[parts_of_segment - 1], f_inner[parts_of_segment - 1] = {}, inner_to_jump[parts_of_segment - 1] = {};
-    for (int k = 1; k < parts_of_segment; ++k) inner[k - 1] = t[k] = t[parts_of_segment] * (static_cast<float>(k) / parts_of_segment);
-    values_along(code, scratch, segments, count, inner, f_inner, inner_to_jump, parts_of_segment - 1);
-    for (int k = 1; k < parts_of_segment; ++k) f[k] = f_inner[k - 1], to_jump[k] = inner_to_jump[k - 1];
+    for (int k = 1; k < parts_of_segment; ++k) t[k] = cut_at(t[parts_of_segment], k);
+    if (are_few) {
+        for (int lane = 0; lane < count; ++lane) {
+            const Segment& s = *segments[lane];
+            for (int k = 1; k < parts_of_segment; ++k) f[k][lane] = s.inner[k - 1], to_jump[k][lane] = s.inner_to_jump[k - 1];
+        }
+    } else {
+        F inner[parts_of_segment - 1], f_inner[parts_of_segment - 1] = {}, inner_to_jump[parts_of_segment - 1] = {};
+        for (int k = 1; k < parts_of_segment; ++k) inner[k - 1] = t[k];
+        values_along(code, scratch, segments, count, inner, f_inner, inner_to_jump, parts_of_segment - 1);
+        for (int k = 1; k < parts_of_segment; ++k) f[k] = f_inner[k - 1], to_jump[k] = inner_to_jump[k - 1];
+    }
     const M known = (abs(least) < constant(infinity)) & (abs(most) < constant(infinity));
     M empty[parts_of_segment], differ[parts_of_segment];
     for (int k = 0; k < parts_of_segment; ++k) {
@@ -366,9 +402,9 @@ inline void search(const Code& code, const Part* next, const Part* end, void* sc
 constexpr int most_searched = 256;
 
 /// Searches `count` segments that are open, at most `most_searched`; returns how many of them have a root between their a and b.
-inline int search(const Code& code, Segment* const* segments, int count, void* scratch) {
+inline int search(const Code& code, Segment* const* segments, int count, bool are_few, void* scratch) {
     Part parts[most_searched * parts_of_segment], *end = parts;
-    for (int i = 0; i < count; i += lanes) end = cut(code, segments + i, count - i < lanes ? count - i : lanes, end, scratch);
+    for (int i = 0; i < count; i += lanes) end = cut(code, segments + i, count - i < lanes ? count - i : lanes, are_few, end, scratch);
     search(code, parts, end, scratch);
     end = parts;
     for (int i = 0; i < count; ++i) {
@@ -387,9 +423,10 @@ inline int search(const Code& code, Segment* const* segments, int count, void* s
 
 inline void first_roots(const Code& code, Segment* segments, std::size_t count, void* scratch) {
     Segment* const end = segments + count;
+    const bool are_few = places * count <= lanes;
     Begun begun;
     for (Segment* s = segments; s < end; s += lanes) {
-        begin(code, s, end - s < lanes ? static_cast<int>(end - s) : lanes, scratch, begun);
+        begin(code, s, end - s < lanes ? static_cast<int>(end - s) : lanes, are_few, scratch, begun);
     }
     int bracketed = begun.bracketed;
     for (Segment* s = segments; begun.open;) {
@@ -398,7 +435,7 @@ inline void first_roots(const Code& code, Segment* segments, std::size_t count, 
         for (; searched < most_searched && searched < begun.open; ++s) {
             if (s->open) open[searched++] = s;
         }
-        bracketed += search(code, open, searched, scratch);
+        bracketed += search(code, open, searched, are_few, scratch);
         begun.open -= searched;
     }
     Segment* some[lanes];

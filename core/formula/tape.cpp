@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -262,6 +263,27 @@ void Tape::find_needed(Memory& memory, std::span<const Decision> decisions, int 
             default: is_needed[nodes[i].operand[outcome[i] - first_operand]] = 1;
         }
     }
+}
+
+std::vector<std::uint8_t> Tape::left_out(std::span<const Decision> decisions, int lane, double share) const {
+    const std::size_t count = expression_.nodes().size();
+    Memory& memory = Memory::of_this_thread();
+    find_needed(memory, decisions, lane, static_cast<std::uint32_t>(count - 1));
+    std::vector<std::uint8_t> result;
+    if (static_cast<double>(memory.needed.size()) > share * static_cast<double>(count)) return result;
+    result.reserve(code_.decision_nodes.size());
+    bool any = false;
+    for (const std::uint32_t node : code_.decision_nodes) {
+        if (!memory.is_needed[node]) continue;
+        const Outcome outcome = memory.outcome[node];
+        any = any || outcome != itself;
+        result.push_back(outcome);
+        if (outcome != constant) continue;
+        const auto value = std::bit_cast<std::array<std::uint8_t, 4>>(memory.constants[node]);
+        result.insert(result.end(), value.begin(), value.end());
+    }
+    if (!any) result.clear();
+    return result;
 }
 
 std::vector<bool> Tape::are_needed(std::span<const Decision> decisions, int lane) const {

@@ -27,6 +27,10 @@ class Tape {
 public:
     explicit Tape(Expression expression);
 
+    /// What is left out within box `lane`, as bytes: where they are the same, so is what is specialised. Empty where nothing
+    /// is, or where more than a share of the nodes is still needed.
+    [[nodiscard]] std::vector<std::uint8_t> left_out(std::span<const Decision> decisions, int lane, double share) const;
+
     /// The formula within box `lane`, where less needs to be computed: what is never chosen is left out.
     [[nodiscard]] Expression specialised(std::span<const Decision> decisions, int lane) const;
 

@@ -80,7 +80,6 @@ Implicit::Implicit(const Expression& f, const Bounds& bounds, const ColorFormula
 }
 
 void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
-    const FormulaKernels& kernels = best_formula_kernels();
     void* const memory = scratch(cells_.max_registers());
     std::fill(hits.begin(), hits.end(), Hit{});
     struct Memory {
@@ -110,7 +109,7 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
             segment.least_slope = slopes.least;
             segment.most_slope = slopes.most;
         }
-        kernels.first_roots(cells_.code(code), segments.data(), some.size(), memory);
+        formula_kernels_for(some.size()).first_roots(cells_.code(code), segments.data(), some.size(), memory);
         for (std::size_t i = 0; i < some.size(); ++i) {
             const Segment& segment = segments[i];
             Walk& walk = walks[some[i]];
@@ -129,11 +128,10 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
 }
 
 void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {
-    const FormulaKernels& kernels = best_formula_kernels();
     void* const memory = scratch(cells_.max_registers());
     const std::vector<Cells::Cell>& cells = cells_.cells();
     const auto code_of = [&](std::uint32_t i) { return cells[hits[i].primitive].code; };
-    const auto lanes = static_cast<std::size_t>(kernels.lanes);
+    const auto lanes = static_cast<std::size_t>(best_formula_kernels().lanes);
     for_each_batch(hits.size(), cells_.codes(), lanes, code_of, [&](std::uint32_t code, Items items) {
         const int count = static_cast<int>(items.size());
         float point[3][max_lanes], gradient[3][max_lanes], value[max_lanes];
@@ -147,7 +145,7 @@ void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std
                 const Vec3 p = ray.origin + (hits[items[lane]].t - before / length(ray.direction)) * ray.direction;
                 for (int axis = 0; axis < 3; ++axis) point[axis][lane] = p[axis];
             }
-            kernels.gradients(cells_.code(code), points, count, value, gradients, memory);
+            formula_kernels_for(items.size()).gradients(cells_.code(code), points, count, value, gradients, memory);
             for (int lane = 0; lane < count; ++lane) {
                 if (!(without >> lane & 1)) continue;
                 const Vec3 direction = rays[items[lane]].direction;

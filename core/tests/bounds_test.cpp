@@ -243,6 +243,22 @@ TEST(specialised_formulas_have_the_same_values_within_their_box) {
     CHECK_LT(judged * 0.85, identical);
 }
 
+TEST(what_is_left_out_says_what_is_left) {
+    int alike = 0, unlike = 0;
+    for_random_boxes(5, 4000, [&](Random&, const bob::Tape& tape, const BoxBatch&, const std::vector<Decision>& decisions) {
+        const auto left_out = [&](int lane) { return tape.left_out(decisions, lane, 1); };
+        for (int lane = 0; lane + 1 < bob::best_formula_kernels().lanes; ++lane) {
+            CHECK(tape.left_out(decisions, lane, 0).empty());
+            if (left_out(lane).empty() || left_out(lane) != left_out(lane + 1)) continue;
+            ++alike;
+            const bool same = tape.specialised(decisions, lane) == tape.specialised(decisions, lane + 1);
+            unlike += !same;
+        }
+    });
+    CHECK_LT(1000, alike);
+    CHECK(unlike == 0);
+}
+
 TEST(boxes_decide) {
     // min(x, y), max(x, y), |x|, select(x, y, z), floor(x), round(x): what a box decides, and what it leaves open; of a select
     // that meets the same.

@@ -119,6 +119,18 @@ TEST(codes_of_cells_are_the_formula_there_and_stand_once) {
     }
 }
 
+TEST(cells_share_a_long_formula_of_which_each_needs_nearly_all) {
+    // |x| is x or -x in most of them.
+    const Cells few(expression([](bob::Graph&, Value x, Value y, Value z) { return abs(x) + square(y) + square(z) - 0.5; }));
+    const Cells many(expression([](bob::Graph&, Value x, Value y, Value z) {
+        Value sum = abs(x) + square(y) + square(z) - 0.5;
+        for (int i = 1; i <= 12; ++i) sum = sum + 0.001 * sin(i * x + y) * cos(z + i);
+        return sum;
+    }));
+    CHECK_LT(1, few.codes());
+    CHECK(many.codes() == 1);
+}
+
 TEST(rays_meet_alone_what_they_meet_together) {
     // To the bit, whatever else is traced with them, and with every instruction set.
     const std::vector<bob::Ray> rays = rays_around(700);

@@ -44,8 +44,8 @@ std::vector<Root> first_roots(const bob::Tape& tape, const std::vector<Ray>& ray
             if (least_slope.empty()) continue;
             segments[i].least_slope = least_slope[first + i], segments[i].most_slope = most_slope[first + i];
         }
-        bob::best_formula_kernels().first_roots(tape.code(), segments.data(), segments.size(),
-                                                bob::scratch(tape.code().registers));
+        bob::formula_kernels_for(segments.size()).first_roots(tape.code(), segments.data(), segments.size(),
+                                                              bob::scratch(tape.code().registers));
         for (const Segment& s : segments) roots.push_back({s.found ? s.t : infinity, s.found, s.unresolved});
     }
     return roots;
