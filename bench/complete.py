@@ -101,7 +101,7 @@ def peak(folder: Path) -> float:
 
 
 def weights_of(network: str, folder: Path) -> Path:
-    """The shipped weights of a network, since the core is faster where layers make zeros; where there are none, a new one's."""
+    """The shipped weights of a network, whose layers make zeros, which the core leaves out; or else a new one's."""
     shipped = find_weights("default" if network == "pyramid" else network)
     if shipped is None:
         save(folder / f"{network}.safetensors", NETWORKS[network].from_settings({}))
