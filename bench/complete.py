@@ -101,8 +101,8 @@ def peak(folder: Path) -> float:
 
 
 def weights_of(network: str, folder: Path) -> Path:
-    """The shipped weights of that name; where there are none, a new network's, which take as long."""
-    shipped = find_weights(network)
+    """The shipped weights of a network, whose layers make zeros, which the core leaves out; or else a new one's."""
+    shipped = find_weights("default" if network == "pyramid" else network)
     if shipped is None:
         save(folder / f"{network}.safetensors", NETWORKS[network].from_settings({}))
     return shipped or folder / f"{network}.safetensors"
@@ -223,7 +223,7 @@ def size_times(scene: bob.Scene) -> None:
     rows = []
     for height, width in (SIZES[1], *SIZES[3:]):
         part = bob.trace(scene, size=(height, width), fraction=0.05)
-        for name in ("filling", "default"):
+        for name in ("filling", "default", "paper"):
             run = partial(bob.complete, part, model=name)
             needed = extra_memory(run)
             memory = "?" if needed is None else f"{max(0, needed - 4 * height * width) / 2**20:.0f}"

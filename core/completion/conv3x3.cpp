@@ -31,6 +31,11 @@ Conv3x3::Conv3x3(std::span<const float> weight, std::span<const float> bias, int
         throw std::invalid_argument("Conv3x3: weight and bias do not fit the channels and groups");
     }
     block_ = outputs % 4 == 0 ? 4 : outputs % 5 == 0 ? 5 : 1;
+    if (rows == 2 && block_ != 4) throw std::invalid_argument("Conv3x3: two rows at once need a multiple of four channels in each group");
+    if (block_ == 1) {
+        weight_.assign(weight.begin(), weight.end());
+        return;
+    }
     const auto products = static_cast<std::size_t>(rows + 2);
     weight_.resize(weight.size() / 3 * products);
     const auto tap = [&](int channel, int input, int ky, int kx) {
@@ -53,8 +58,8 @@ Conv3x3::Conv3x3(std::span<const float> weight, std::span<const float> bias, int
 void Conv3x3::operator()(const Channels& input, const Channels& more, Planes& output, std::span<const int> output_channel,
                          Then then, int begin, int end) const {
     const int inputs = in_ / groups_, outputs = out_ / groups_;
-    const auto& kernels = rows_ == 4 ? best_conv_kernels().quads : best_conv_kernels().pairs;
-    const auto kernel = block_ == 5 ? kernels.five : block_ == 4 ? kernels.four : kernels.one;
+    const auto& kernels = best_conv_kernels();
+    const auto kernel = rows_ == 2 ? kernels.two_rows : block_ == 5 ? kernels.five : block_ == 4 ? kernels.four : kernels.one;
     const bool enlarged = then == Then::relu_upsample || then == Then::shuffle;
     const int merged = then == Then::shuffle ? 4 : 1;  // channels of the convolution in one of the output
     const auto channels_of = [&](const Channels& from, int first, int count, int y) {
@@ -62,7 +67,8 @@ void Conv3x3::operator()(const Channels& input, const Channels& more, Planes& ou
         for (int i = 0; i < rows_ + 2; ++i) result.rows[i] = from.planes.offset(y, y - 1 + i);
         return result;
     };
-    const auto convolve = [&](int y, float** rows_written, float* scratch) {
+    const int width = input.planes.width();
+    const auto convolve = [&](int y, int left, int right, float** rows_written, float* scratch, int* used) {
         const int rows = std::min(rows_, end - y);
         const int out_y = then == Then::relu_pool ? y / 2 : enlarged ? 2 * y : y;
         const int out_rows = then == Then::relu_pool ? rows / 2 : enlarged ? 2 * rows : rows;
@@ -70,22 +76,30 @@ void Conv3x3::operator()(const Channels& input, const Channels& more, Planes& ou
             const auto channels = output_channel.subspan(static_cast<std::size_t>(first / merged),
                                                          static_cast<std::size_t>(outputs / merged));
             std::transform(channels.begin(), channels.end(), rows_written, [&](int c) { return output.row(c, out_y); });
-            const int first_input = first / outputs * inputs;
-            kernel({{channels_of(input, first_input, inputs - more.count, y), channels_of(more, 0, more.count, y)},
-                    input.planes.width(), rows, outputs / block_, weight_.data() + first * inputs * 3 * (rows_ + 2),
-                    bias_.data() + first, rows_written, output.row_stride(), scratch}, then);
+            const int group = first / outputs, first_input = group * inputs;
+            const float* const weight = weight_.data() + weight_.size() / static_cast<std::size_t>(groups_) * static_cast<std::size_t>(group);
+            kernel({{channels_of(input, first_input, inputs - more.count, y), channels_of(more, 0, more.count, y)}, left, right,
+                    rows, outputs / block_, weight, bias_.data() + first, rows_written, output.row_stride(), scratch, used}, then);
+            const auto column = [&](int x) { return then == Then::relu_pool ? x / 2 : enlarged ? 2 * x : x; };
             for (const int c : channels) {
-                for (int r = 0; r < out_rows; ++r) output.clear_tail(c, out_y + r);
+                for (int r = 0; r < out_rows; ++r) output.clear_tail(c, out_y + r, column(left), column(right));
             }
         }
     };
-    // Pieces of some tens of microseconds: enough for the threads to share, few enough to hand out.
-    const auto grain = static_cast<std::size_t>(1 + 500'000 / (std::int64_t{9} * rows_ * inputs * out_ * input.planes.width()));
-    parallel_for(static_cast<std::size_t>((end - begin + rows_ - 1) / rows_), grain, [&](std::size_t first, std::size_t last) {
+    // Pieces of some tens of microseconds: enough for the threads to share, few enough to hand out. Where few rows are asked for, they are
+    // parts of rows.
+    constexpr std::int64_t worthwhile = 500'000;  // products of a piece
+    const std::int64_t products = std::int64_t{9} * rows_ * inputs * out_ * width;
+    const int times = (end - begin + rows_ - 1) / rows_, tiles = (width + conv_tile - 1) / conv_tile;
+    const int most = static_cast<int>(std::min<std::int64_t>(tiles, products / worthwhile));
+    const int parts = std::clamp(2 * thread_count() / std::max(times, 1), 1, std::max(most, 1));
+    parallel_for(static_cast<std::size_t>(times * parts), static_cast<std::size_t>(1 + worthwhile * parts / products), [&](std::size_t first, std::size_t last) {
         std::vector<float*> rows_written(static_cast<std::size_t>(outputs / merged));
         const AlignedFloats scratch = aligned_floats(static_cast<std::size_t>((rows_ + 2) * inputs * conv_scratch));
-        for (std::size_t i = first; i < last; ++i) {
-            convolve(begin + rows_ * static_cast<int>(i), rows_written.data(), scratch.get());
+        std::vector<int> used(static_cast<std::size_t>(conv_steps * inputs));
+        for (int i = static_cast<int>(first); i < static_cast<int>(last); ++i) {
+            const auto column = [&](int part) { return std::min(tiles * part / parts * conv_tile, width); };
+            convolve(begin + rows_ * (i / parts), column(i % parts), column(i % parts + 1), rows_written.data(), scratch.get(), used.data());
         }
     });
 }

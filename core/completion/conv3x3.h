@@ -20,7 +20,7 @@ struct Channels {
 class Conv3x3 {
 public:
     /// weight: (out, in / groups, 3, 3); bias: (out,). `rows` of the result are computed at once, 2 or 4, from a multiple of
-    /// that on: four are faster, two depend on fewer of the rows around them.
+    /// that on: four are faster; two, of a multiple of four channels in each group, depend on fewer of the rows around them.
     Conv3x3(std::span<const float> weight, std::span<const float> bias, int in, int groups, int rows);
 
     /// Convolves the rows `begin` to `end` of one image's channels followed by another's, which may be none; with groups, of one
@@ -50,7 +50,7 @@ public:
 private:
     int in_, out_, groups_, rows_;
     int block_;                  // output channels that a kernel computes at once: 4, 5 or 1
-    std::vector<float> weight_;  // (out / block, rows + 2, in / groups, 3, block)
+    std::vector<float> weight_;  // (out / block, rows + 2, in / groups, 3, block); in blocks of one (out, in / groups, 3, 3)
     std::vector<float> bias_;    // (out,)
 };
 

@@ -32,30 +32,31 @@ struct ConvInput {
 /// The output channels of a group over the rows that are computed at once. They are computed in blocks.
 struct ConvRows {
     ConvInput inputs[2];  // the second may have no channels
-    int width;
+    int begin, end;       // columns
     int rows;  // of the results, which the image has: at the end fewer than are computed
     int blocks;
-    const float* weight;   // (blocks, products, inputs, 3, block): see `winograd_taps`
+    const float* weight;   // (blocks, products, inputs, 3, block): see `winograd_taps`; of a single channel (blocks, inputs, 3, 3)
     const float* bias;     // (blocks, block)
     float* const* output;  // first pixel of the first row written of each channel, or shuffled of each four
     std::size_t output_row_stride;
     float* scratch;  // conv_scratch floats for each product and input
+    int* used;       // conv_steps numbers for each input
 };
 
 /// Pixels of a row whose differences are kept to be used for all output channels, and what that takes.
 constexpr int conv_tile = 160;
 constexpr int conv_scratch = conv_tile + 16;
+/// Parts of that, at most, in each of which the inputs that are not 0 are found.
+constexpr int conv_steps = 20;
 
 using ConvKernel = void (*)(const ConvRows& rows, Then then);
 
+/// They write whole vectors, beyond the last column if need be.
 struct ConvKernels {
-    /// Compute in blocks of one channel, of four and of five; write whole vectors, beyond the width if need be. `Then::shuffle`
-    /// needs blocks of four.
-    struct Blocks {
-        ConvKernel one, four, five;
-    };
-    /// Two rows at once, and four.
-    Blocks pairs, quads;
+    /// Four rows at once, in blocks of one channel, of four and of five. `Then::shuffle` needs blocks of four.
+    ConvKernel one, four, five;
+    /// Two rows at once, in blocks of four channels.
+    ConvKernel two_rows;
 };
 
 BOB_DECLARE_KERNELS(ConvKernels, conv_kernels)

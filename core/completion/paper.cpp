@@ -22,72 +22,123 @@ struct Progress {
     int input, encode1, encode2, encoded, decode1, decode2, output;
 };
 
-// Rows that convolutions compute at once: four where most of the arithmetic is, two where four would keep many more waiting.
-constexpr int pair = 2, quad = 4;
+constexpr int at_once = 4;  // rows that convolutions compute
 
 /// How far the layers must come for `output` rows of a picture. Each sees the row below those that it convolves, and takes
-/// several rows at once; pooling halves the rows, upsampling doubles them.
+/// four rows at once; pooling halves the rows, upsampling doubles them.
 Progress needed(int output, int height) {
-    const auto rounded_up = [](int rows, int multiple, int height) { return std::min((rows + multiple - 1) / multiple * multiple, height); };
+    const auto whole = [](int rows, int height) { return std::min((rows + at_once - 1) / at_once * at_once, height); };
     Progress p{};
     p.output = output;
-    p.decode2 = rounded_up((p.output + 2) / 2, pair, height / 2);
-    p.decode1 = rounded_up((p.decode2 + 2) / 2, pair, height / 4);
-    p.encoded = rounded_up(p.decode1 + 1, pair, height / 4);
-    p.encode2 = rounded_up(2 * (p.encoded + 1), quad, height / 2);
-    p.encode1 = rounded_up(2 * (p.encode2 + 1), quad, height);
+    p.decode2 = whole((p.output + 2) / 2, height / 2);
+    p.decode1 = whole((p.decode2 + 2) / 2, height / 4);
+    p.encoded = whole(p.decode1 + 1, height / 4);
+    p.encode2 = whole(2 * (p.encoded + 1), height / 2);
+    p.encode1 = whole(2 * (p.encode2 + 1), height);
     p.input = std::min(p.encode1 + 1, height);
     return p;
 }
 
-constexpr int least_rows = 8;  // so that all layers take whole pairs and quads
-constexpr int ahead = 30;      // rows that the input is ahead of the output, and one behind
+constexpr int least_rows = 2 * at_once;
+constexpr int period = 4 * at_once;  // of rows after which all layers have taken whole fours
 
 }  // namespace
 
-/// What lies between the layers. Skip connections are channels of one image that two layers write.
+/// What lies between the layers.
 struct Paper::Images {
+    /// Rows of each image that must be kept at once.
+    struct Windows {
+        int input = 0, encoded1 = 0, encoded2 = 0, code = 0, decoded1 = 0, decoded2 = 0;
+
+        /// Where `rows` rows of the output are finished at once, of a picture of any height.
+        explicit Windows(int rows) {
+            const int all = 4 * std::max(rows, period);  // what follows is alike
+            Progress done{};
+            for (int finished = rows; finished <= all; finished += rows) {
+                const Progress next = needed(finished, 2 * all);
+                add(done, next);
+                done = next;
+            }
+        }
+
+    private:
+        /// From the row above those that are read next to what is written.
+        void add(const Progress& done, const Progress& next) {
+            input = std::max(input, next.input - (done.output - 1));
+            encoded1 = std::max(encoded1, next.encode1 / 2 - (done.decode2 - 1));
+            encoded2 = std::max(encoded2, next.encode2 / 2 - (done.encoded - 1));
+            code = std::max(code, next.encoded - (done.decode1 - 1));
+            decoded1 = std::max(decoded1, 2 * next.decode1 - (done.decode2 - 1));
+            decoded2 = std::max(decoded2, 2 * next.decode2 - (done.output - 1));
+        }
+    };
+
     int height, width;
-    int rows;        // of the output at once
-    Planes full;     // decode2, upsampled (5) | input
-    Planes half;     // decode1, upsampled (5) | encode1, pooled (20)
-    Planes quarter;  // encode2, pooled and shuffled (80)
-    Planes code;     // encoded (20)
-    Planes result;   // output (1)
+    int rows;         // of the output at once
+    Planes input;
+    Planes encoded1;  // pooled (20)
+    Planes encoded2;  // pooled and shuffled (80)
+    Planes code;      // encoded (20)
+    Planes decoded1;  // upsampled (5)
+    Planes decoded2;  // upsampled (5)
+    Planes result;    // output (1)
 
     Images(int height, int width, int inputs, std::size_t memory)
+        : Images(height, width, inputs, rows_within(memory, height, width, inputs)) {}
+
+private:
+    Images(int height, int width, int inputs, int rows, const Windows& windows)
         : height(height),
           width(width),
-          rows(rows_within(memory, width, inputs)),
-          full(5 + inputs, height, width, rows + ahead),
-          half(5 + 20, height / 2, width / 2, (rows + ahead) / 2),
-          quarter(80, height / 4, width / 4, (rows + ahead) / 4),
-          code(20, height / 4, width / 4, (rows + ahead) / 4),
+          rows(rows),
+          input(inputs, height, width, windows.input),
+          encoded1(20, height / 2, width / 2, windows.encoded1),
+          encoded2(80, height / 4, width / 4, windows.encoded2),
+          code(20, height / 4, width / 4, windows.code),
+          decoded1(5, height / 2, width / 2, windows.decoded1),
+          decoded2(5, height, width, windows.decoded2),
           result(1, height, width, rows) {}
+    Images(int height, int width, int inputs, int rows) : Images(height, width, inputs, rows, Windows(rows)) {}
 
-    static int rows_within(std::size_t memory, int width, int inputs) {
-        // Of a pixel: channels of the images, rounded up.
-        const std::size_t floats = 6 + static_cast<std::size_t>(inputs) + 25 / 4 + 100 / 16 + 2;
-        const std::size_t rows = memory / (4 * floats * static_cast<std::size_t>(width + 64));
-        return std::max(least_rows, (static_cast<int>(std::min<std::size_t>(rows, 1 << 20)) - ahead) / least_rows * least_rows);
+    static int rows_within(std::size_t memory, int height, int width, int inputs) {
+        const auto bytes = [&](int rows) {
+            const Windows of(rows);
+            const auto image = [&](int channels, int window, int scale) {
+                return sizeof(float) * static_cast<std::size_t>(channels * window) * static_cast<std::size_t>(width / scale + 48);
+            };
+            return image(inputs, of.input, 1) + image(20, of.encoded1, 2) + image(80, of.encoded2, 4) + image(20, of.code, 4) +
+                   image(5, of.decoded1, 2) + image(5, of.decoded2, 1) + image(1, rows, 1);
+        };
+        int rows = least_rows;
+        while (rows < height && bytes(rows + least_rows) <= memory) rows += least_rows;
+        return rows;
     }
 };
 
 Paper::Paper(const Weights& weights, std::size_t memory)
     : Network(weights, weights.inputs, {channels::gray}),
-      encode1(conv3x3(weights, "encode1", inputs().width(), 20, quad)),
-      encode2(conv3x3(weights, "encode2", 20, 80, quad)),
-      encoded(conv3x3(weights, "encoded", 80, 20, pair)),
-      decode1(conv3x3(weights, "decode1", 20, 5, pair)),
-      decode2(conv3x3(weights, "decode2", 20 + 5, 5, pair)),
-      output(conv3x3(weights, "output", 5 + inputs().width(), 1, quad)),
-      memory_(memory) {}
+      encode1(conv3x3(weights, "encode1", inputs().width(), 20, at_once)),
+      encode2(conv3x3(weights, "encode2", 20, 80, at_once)),
+      encoded(conv3x3(weights, "encoded", 80, 20, at_once)),
+      decode1(conv3x3(weights, "decode1", 20, 5, at_once)),
+      decode2(conv3x3(weights, "decode2", 20 + 5, 5, at_once)),
+      output(conv3x3(weights, "output", 5 + inputs().width(), 1, at_once)),
+      memory_(memory) {
+    for (int y = 64 * grid(); y < 65 * grid(); ++y) reach_ = std::max(reach_, y - first_seen(y));
+}
+
+int Paper::first_seen(int y) const {
+    const int of_output = output.first_seen(y), of_decode2 = decode2.first_seen(of_output / 2);
+    const int of_encoded = encoded.first_seen(decode1.first_seen(of_decode2 / 2));
+    const int of_encode1 = encode1.first_seen(2 * std::min(of_decode2, encode2.first_seen(2 * of_encoded)));
+    return std::min(of_output, of_encode1);
+}
 
 Paper::~Paper() = default;
 
 void Paper::operator()(const float* gbuffer, int height, int width, float* gray, Band) const {
     auto images = spare_.take((height + 3) / 4 * 4, (width + 3) / 4 * 4, inputs().width(), memory_);  // zeros below and to the right
-    auto& [padded_height, padded_width, step, full, half, quarter, code, result] = *images;
+    auto& [padded_height, padded_width, step, input, encoded1, encoded2, code, decoded1, decoded2, result] = *images;
     const auto rows = static_cast<std::size_t>(height), columns = static_cast<std::size_t>(width);
     const auto shuffle = shuffled(80, encode2.groups());
 
@@ -97,18 +148,18 @@ void Paper::operator()(const float* gbuffer, int height, int width, float* gray,
 
         for_rows(done.input, next.input, padded_width, [&](int y) {
             for (int c = 0; c < inputs().width(); ++c) {
-                float* to = full.row(5 + c, y);
+                float* to = input.row(c, y);
                 const std::size_t known = y < height ? columns : 0;
                 if (known) std::copy_n(gbuffer + (static_cast<std::size_t>(c) * rows + static_cast<std::size_t>(y)) * columns, known, to);
                 std::fill(to + known, to + padded_width, 0.f);
             }
         });
-        encode1(full, 5, half, 5, Then::relu_pool, done.encode1, next.encode1);
-        encode2({half, 5, 20}, {half, 0, 0}, quarter, shuffle, Then::relu_pool, done.encode2, next.encode2);
-        encoded(quarter, 0, code, 0, Then::relu, done.encoded, next.encoded);
-        decode1(code, 0, half, 0, Then::relu_upsample, done.decode1, next.decode1);
-        decode2(half, 0, full, 0, Then::relu_upsample, done.decode2, next.decode2);
-        output(full, 0, result, 0, Then::nothing, done.output, next.output);
+        encode1(input, 0, encoded1, 0, Then::relu_pool, done.encode1, next.encode1);
+        encode2({encoded1, 0, 20}, {encoded1, 0, 0}, encoded2, shuffle, Then::relu_pool, done.encode2, next.encode2);
+        encoded(encoded2, 0, code, 0, Then::relu, done.encoded, next.encoded);
+        decode1(code, 0, decoded1, 0, Then::relu_upsample, done.decode1, next.decode1);
+        decode2({decoded1, 0, 5}, {encoded1, 0, 20}, decoded2, 0, Then::relu_upsample, done.decode2, next.decode2);
+        output({decoded2, 0, 5}, {input, 0, inputs().width()}, result, 0, Then::nothing, done.output, next.output);
         for_rows(done.output, std::min(next.output, height), padded_width, [&](int y) {
             std::copy_n(result.row(0, y), columns, gray + static_cast<std::size_t>(y) * columns);
         });

@@ -66,8 +66,11 @@ public:
     [[nodiscard]] std::ptrdiff_t offset(int y, int other) const { return row(0, other) - row(0, y); }
 
     /// Makes the padding of a row zero again; all of the row below the last, into which kernels of two rows may write.
-    void clear_tail(int channel, int y) {
-        std::fill(row(channel, y) + (y < height_ ? width_ : 0), row(channel, y) + row_end_, 0.f);
+    void clear_tail(int channel, int y) { clear_tail(channel, y, 0, width_); }
+    /// The same beside or below some columns alone, for those who write only these.
+    void clear_tail(int channel, int y, int begin, int end) {
+        float* const first = row(channel, y);
+        std::fill(first + (y < height_ ? std::min(end, width_) : begin), first + (end < width_ ? end : row_end_), 0.f);
     }
 
 private:

@@ -128,7 +128,7 @@ def _completed_along(
 class Completer:
     """Completes a picture again and again, and recomputes only what may have changed since the last time.
 
-    Those are the tiles of the G-buffer that differ, and what the network reaches around them: 20 pixels with "paper",
+    Those are the tiles of the G-buffer that differ, and what the network reaches around them: 28 pixels with "paper",
     192 with "filling", 345 with the others, whose coarsest levels see far, so that it pays only in large pictures.
     Where much has changed, everything is recomputed. The last G-buffer and its picture are kept, 24 bytes a pixel.
 
