@@ -43,7 +43,7 @@ CARRIED, NEW = 0.016, 2.6
 pixels, and so many times its new pixels: on an orbit of 2° a picture."""
 
 STICKY = 0.85
-"""What is new after what was carried along, or the other way round, must be so much better: both would alternate."""
+"""What is new after what was carried along, or the reverse, must be so much better: else both would alternate."""
 
 LONGEST_CARRYING = 0.75
 """Carrying along takes so much of the time at most, unless a new picture would have a share below `SPARSE`."""
