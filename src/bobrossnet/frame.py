@@ -17,7 +17,7 @@ from bobrossnet.completion.uncertainty import mean_error
 from bobrossnet.picture.channels import GIVEN, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
-from bobrossnet.picture.order import SQUARES, Size
+from bobrossnet.picture.order import SQUARES, Size, pixel_order
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence, with_guesses
 from bobrossnet.tracing.calls import Calls
@@ -26,6 +26,9 @@ from bobrossnet.tracing.trace import BATCH, SceneTracer
 LATTICE = 1 / 64
 """The share of the pixels that the order `SQUARES` begins with: rays are fast where they take half of a frame's time at
 most."""
+
+WARM_UP = 64
+"""Pixels that are traced before the first frame: without them the first rays seem far slower than they are."""
 
 MIN_TRACING = 0.25
 """Least time for tracing in a frame, as a share of the time for completing, so that every budget makes progress."""
@@ -124,7 +127,7 @@ class PartialPicture:
         self.layout, self._by_samples = layout or GIVEN, layout is None
         self.planes = untraced_planes(size, self.layout)
         self.total = size[0] * size[1]
-        self._is_shared = False  # the planes, with a frame: what is traced then goes into a copy
+        self._is_shared = False  # the planes, with a frame
         self.traced = 0
         self._asked_for = 0  # at least once: those that were traced, and those under way
         self._decided = np.empty((0, 2), np.int32)  # pixels that come next
@@ -154,6 +157,11 @@ class PartialPicture:
             self._take()
         self._begin(count)
         return self._take()
+
+    def _own_planes(self) -> None:
+        """What is traced is written to planes that no frame has."""
+        if self._is_shared:
+            self.planes, self._is_shared = self.planes.copy(), False
 
     def _begin(self, count: int) -> bool:
         """Call the tracer with so many pixels, or fewer where fewer are decided; return whether the call goes on."""
@@ -186,8 +194,7 @@ class PartialPicture:
             self.traced += len(call.pixels)
         else:
             samples = self._averaged(samples, call.pixels)
-        if self._is_shared:
-            self.planes, self._is_shared = self.planes.copy(), False
+        self._own_planes()  # also between frames
         scatter(samples, call.pixels, self.planes, self.layout)
         if self.expected is not None:
             scatter(samples, call.pixels, self.expected, self.layout)
@@ -268,9 +275,13 @@ class PartialPicture:
         return np.concatenate([call.pixels for call in self.calls.under_way])
 
     def warm_up(self, until: float = 0) -> None:
-        """Complete it before anyone waits: the first run also allocates memory."""
+        """Trace a little with the core and complete it before anyone waits: the first runs also allocate memory."""
+        if isinstance(self.calls.tracer, SceneTracer):
+            size = (self.planes.shape[1], self.planes.shape[2])
+            self.calls.tracer(pixel_order(size, count=min(WARM_UP, self.total)))
         for _ in range(3):
             self._frame(0, until)
+        self._is_shared = False
 
     def frame(self, start: float, count: int | None, budget: float, until: float = 0) -> Frame:
         """Trace on, and complete the picture.
@@ -286,6 +297,7 @@ class PartialPicture:
         until : float
             The picture is `finished` with all pixels, or where the expected error is at most this.
         """
+        self._own_planes()
         self._again = until > 0
         self._budget = budget if count is None else None
         done = 0
