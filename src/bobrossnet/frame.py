@@ -27,8 +27,8 @@ LATTICE = 1 / 64
 """The share of the pixels that the order `SQUARES` begins with: rays are fast where they take half of a frame's time at
 most."""
 
-WARM_UP = 64
-"""Pixels that are traced before the first frame: without them the first rays seem far slower than they are."""
+WARM_UP = (32, 128, 1024)
+"""Pixels of the core's calls before the first frame. The first one says nothing: what it needs comes into memory."""
 
 MIN_TRACING = 0.25
 """Least time for tracing in a frame, as a share of the time for completing, so that every budget makes progress."""
@@ -276,9 +276,13 @@ class PartialPicture:
 
     def warm_up(self, until: float = 0) -> None:
         """Trace a little with the core and complete it before anyone waits: the first runs also allocate memory."""
-        if isinstance(self.calls.tracer, SceneTracer):
-            size = (self.planes.shape[1], self.planes.shape[2])
-            self.calls.tracer(pixel_order(size, count=min(WARM_UP, self.total)))
+        if isinstance(self.calls.tracer, SceneTracer) and self.first_pace is not None:
+            for count in WARM_UP:
+                pixels = pixel_order(self.calls.tracer.size, count=min(count, self.total))
+                start = time.perf_counter()
+                self.calls.tracer(pixels)
+                if count > WARM_UP[0]:
+                    self.first_pace.measured(len(pixels), time.perf_counter() - start)
         for _ in range(3):
             self._frame(0, until)
         self._is_shared = False
