@@ -363,8 +363,8 @@ def test_backgrounds_are_seen_where_nothing_is(shown, folder):
       const view = document.querySelector("bob-view"), { schedule } = view.viewing;
       schedule.refines = false;
       // Until silhouettes are not all traced, however fast the machine, and nothing is carried along, however slow.
-      for (let i = 0, share = NaN; !(share > 0.06 && share < 0.2) && i < 40; ++i) {
-        if (share) schedule.budget *= share < 0.1 ? 1.2 : 0.8;
+      for (let i = 0, share = NaN; !(share > 0.03 && share < 0.09) && i < 40; ++i) {
+        if (share) schedule.budget *= share < 0.06 ? 1.2 : 0.8;
         const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
         view.camera = { azimuth: 40 + i };
         await next;

@@ -15,6 +15,7 @@ const REST_MS = 80; // without a change, until a view is refined: less, and movi
 const LONGEST_MS = 250; // of tracing between two pictures at rest
 const SHARE = 0.8; // of a picture's time that is for tracing: with more, the page itself and messages make all pictures late
 const LEAST = 32; // pixels for each tracer
+const AMPLE = 4; // times the pixels of squares that are expected
 /** Where rays are fast, a view's pixels come in the order of squares: where the share of them that it begins with takes half of the time at most. */
 const LATTICE = 1 / 64;
 /** A pixel in that order is worth this much of one that was placed by need. */
@@ -239,11 +240,13 @@ export class Schedule {
   /** @param {number} time milliseconds for tracing @param {number} parts @param {number} [count] of pixels, as far as that is known */
   #trace(time, parts, count = Math.round(this.#pace.rate * time * parts)) {
     const total = this.#viewSize.height * this.#viewSize.width, isTimed = this.#squares || !this.#pace.known;
+    // Where time alone ends it, memory is for more than will fit.
+    if (this.#squares) count = Math.ceil(AMPLE * (this.#squaresPace.known ? this.#squaresPace : this.#firstPace).rate * time * parts);
     this.#tracing = true;
     this.#pool?.trace({
       id: ++this.#batch, view: this.#view, parts, camera: this.#camera, ...this.#viewSize, carries: this.#carries,
       squares: this.#squares, sparse: this.#sparse(),
-      to: isTimed ? total : Math.min(total, this.#reached + Math.max(LEAST * parts, count)),
+      to: this.#pace.known ? Math.min(total, this.#reached + Math.max(LEAST * parts, count)) : total,
       milliseconds: isTimed ? time : MARGIN * time,
     });
   }
