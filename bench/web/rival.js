@@ -3,8 +3,7 @@
  * along what the ones before have seen; and all pixels of a picture of half the resolution, or a quarter, and so on.
  */
 const SLICE = 1024; // pixels between two looks at the clock
-/** As viewer/workers/schedule.js has them. */
-const LATTICE = 1 / 64, WORTH = 2 / 3, CARRIED = 0.016, NEW = 2.6, STICKY = 1.25, LONGEST_CARRYING = 0.75;
+const LONGEST_CARRYING = 0.75; // as viewer/workers/schedule.js has it
 
 /** All pixels of a picture row by row, (H * W, 2). */
 function rows(height, width) {
@@ -39,9 +38,9 @@ const bytes = (image) => new Uint8Array(Uint8ClampedArray.from(image, (value) =>
 
 async function compare({ file, height, width, cameras, step, before, times, levels }) {
   const modules = ["core/load", "completion/network", "completion/weights", "files/read", "picture/gbuffer", "picture/history",
-                   "picture/order", "tracing/scene"];
+                   "picture/order", "tracing/scene", "workers/plan"];
   const [{ loadCore }, { DENSE, Network }, { readWeights }, { readFile }, { GBuffer }, { History },
-         { AdaptiveOrder, PixelSequence, SquaresOrder }, { buildScene }] =
+         { AdaptiveOrder, PixelSequence, SquaresOrder }, { buildScene }, { LATTICE, plan }] =
     await Promise.all(modules.map((module) => import(`./${module}.js`)));
   const core = await loadCore();
   const fetched = async (path) => (await fetch(path)).arrayBuffer();
@@ -91,9 +90,9 @@ async function compare({ file, height, width, cameras, step, before, times, leve
     for (const [i, camera] of cameras.entries()) {
       const begin = performance.now(), isFirst = i === 0 && cameras.length > 1;
       // As viewer/workers/schedule.js has it.
-      const isFast = lattice <= part / 2, share = (isFast ? rates.squares : rates.adaptive / WORTH) * part / (height * width);
-      const carried = CARRIED + NEW * rates.adaptive * Math.max(0, part - carrying) / (height * width);
-      carries = (carries ? carried * STICKY > share : carried > share * STICKY) && carrying <= LONGEST_CARRYING * time;
+      const first = LATTICE * height * width / lattice, { squares, adaptive: others } = rates;
+      const { isFast, showsMore } = plan(height * width, { squares, others, first }, part, 1, carrying, carries);
+      carries = showsMore && carrying <= LONGEST_CARRYING * time;
       isExpected = Boolean(view) && carries && history.move(view.camera, view.order.planes, camera, i);
       view?.order.free();
       if (isExpected) scene.shade(history.planes, { height, width }, camera);

@@ -14,7 +14,9 @@
 
 namespace bob {
 
-/// Rounds end at fixed shares of the pixels. A pixel of the lattice (`lattice_tile`) lies in the middle of four pixels of the levels before it, its corners. It is
+/// Rounds end at fixed shares of the pixels.
+///
+/// A pixel of the lattice (`lattice_tile`) lies in the middle of four pixels of the levels before it, its corners. It is
 /// worth as much as these differ, times the area that it stands for; what changes within a square and is not seen at its
 /// corners is found by the pixels that follow the lattice whatever they show, and then followed from square to square.
 /// (Refinement of squares by contrast is Akimoto et al., "Pixel-Selected Ray Tracing", 1991.)

@@ -27,7 +27,7 @@ LATTICE = 1 / 64
 """The share of the pixels that the order `SQUARES` begins with: rays are fast where they take half of a frame's time at
 most."""
 
-WARM_UP = (32, 128, 1024)
+AHEAD = (32, 128, 1024)
 """Pixels of the core's calls before the first frame. The first one says nothing: what it needs comes into memory."""
 
 MIN_TRACING = 0.25
@@ -274,15 +274,19 @@ class PartialPicture:
         """The pixels of all calls that are under way, (n, 2)."""
         return np.concatenate([call.pixels for call in self.calls.under_way])
 
+    def trace_ahead(self) -> None:
+        """Learn what a first round takes the core before anyone waits: its first rays seem far slower than they are."""
+        if not isinstance(self.calls.tracer, SceneTracer) or self.first_pace is None:
+            return
+        for count in AHEAD:
+            pixels = pixel_order(self.calls.tracer.size, count=min(count, self.total))
+            start = time.perf_counter()
+            self.calls.tracer(pixels)
+            if count > AHEAD[0]:
+                self.first_pace.measured(len(pixels), time.perf_counter() - start)
+
     def warm_up(self, until: float = 0) -> None:
-        """Trace a little with the core and complete it before anyone waits: the first runs also allocate memory."""
-        if isinstance(self.calls.tracer, SceneTracer) and self.first_pace is not None:
-            for count in WARM_UP:
-                pixels = pixel_order(self.calls.tracer.size, count=min(count, self.total))
-                start = time.perf_counter()
-                self.calls.tracer(pixels)
-                if count > WARM_UP[0]:
-                    self.first_pace.measured(len(pixels), time.perf_counter() - start)
+        """Complete it before anyone waits: the first run also allocates memory."""
         for _ in range(3):
             self._frame(0, until)
         self._is_shared = False

@@ -124,6 +124,7 @@ class View:
         self._seen = self._seen_by(Camera())
         self._calls = Calls(self._seen.tracer if tracer is None else tracer)  # type: ignore[arg-type]
         self._picture = self._unknown(ADAPTIVE)
+        self._picture.trace_ahead()
         self._picture.warm_up()
         self._unknown(SQUARES).warm_up()
 

@@ -113,6 +113,8 @@ def progressive(
     picture = PartialPicture(Calls(tracer), size, layout, sequence, choice, pace, Pace(), squares_pace, guides=guides)
     until = check_number("until", until, 0)
     budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
+    if squares_pace is not None and count is None:
+        picture.trace_ahead()
     picture.warm_up(until)
     return _frames(picture, at_first, count, budget, until)
 

@@ -10,19 +10,13 @@
  * @typedef {import("../picture/camera.js").Size} Size
  */
 import { Pace } from "./pace.js";
+import { plan } from "./plan.js";
 
 const REST_MS = 80; // without a change, until a view is refined: less, and moving on would often have to end that first
 const LONGEST_MS = 250; // of tracing between two pictures at rest
 const SHARE = 0.8; // of a picture's time that is for tracing: with more, the page itself and messages make all pictures late
 const LEAST = 32; // pixels for each tracer
 const AMPLE = 4; // times the pixels of squares that are expected
-/** Where rays are fast, a view's pixels come in the order of squares: where the share of them that it begins with takes half of the time at most. */
-const LATTICE = 1 / 64;
-/** A pixel in that order is worth this much of one that was placed by need. */
-const WORTH = 2 / 3;
-/** A view that carries along what others have seen shows as much as one in that order of this share of the pixels, and so many times its new ones. */
-const CARRIED = 0.016, NEW = 2.6;
-const STICKY = 1.25; // so much better must be what is new after what was carried along, or the other way round: else both would alternate
 /**
  * Of a moving view's time, for what those before have seen: more where the one before had it too, since pictures that have it and such that
  * have not flicker. What was too slow is tried again, soon at first, when all code is slow; so is the order of squares.
@@ -215,16 +209,12 @@ export class Schedule {
   #traceMoving(ready) {
     const parts = Math.max(1, ready - 1), pixels = this.#viewSize.height * this.#viewSize.width;
     const time = SHARE * this.#movingTime(), carrying = this.#carryingMs * pixels;
-    // As the first round of another order, that of squares seems slower than it is: it is tried once.
-    const { known, rate } = this.#squaresPace;
-    const isFast = LATTICE * pixels / this.#firstPace.rate <= time * parts * (known ? 0.5 : 2);
-    const share = isFast && !known ? 1 : (isFast ? rate : this.#pace.rate / WORTH) * time * parts / pixels;
-    const carried = CARRIED + NEW * this.#pace.rate * Math.max(0, time - carrying) * parts / pixels;
-    const isBetter = this.#carries ? carried * STICKY > share : carried > share * STICKY;
+    const rates = { squares: this.#squaresPace.rate, others: this.#pace.rate, first: this.#firstPace.rate };
+    const { isFast, share, showsMore } = plan(pixels, rates, time, parts, carrying, this.#carries);
     const takesTooLong = carrying > LONGEST_CARRYING[this.#carries ? "goesOn" : "begins"] * (share < SPARSE ? LONGER_IF_SPARSE : 1) * time;
     if (takesTooLong) this.#carryingMs *= FADE[this.#carried < FIRST ? "first" : "later"];
     this.#wentOn = this.#carries && this.#carried > 0;
-    this.#carries = this.#pace.known && isBetter && !takesTooLong;
+    this.#carries = this.#pace.known && showsMore && !takesTooLong;
     this.#squares = !this.#carries && isFast;
     if (this.#squares) ++this.#squaresViews;
     else {
