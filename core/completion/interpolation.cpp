@@ -143,8 +143,13 @@ private:
             const TracedRow row = traced_row(coarsest_step, y, *lattices_);
             for (int x = 0; x < row.columns; ++x) {
                 const bool is_traced = row.mask[x] > 0;
-                nodes.row(0, y)[x] = is_traced ? 0 : unknown;
-                for (int c = 0; c < components_; ++c) nodes.row(1 + c, y)[x] = is_traced ? row.value[static_cast<std::size_t>(c) * row.plane + x] : 0;
+                bool is_black = is_traced;
+                for (int c = 0; c < components_; ++c) {
+                    const float value = is_traced ? row.value[static_cast<std::size_t>(c) * row.plane + x] : 0;
+                    nodes.row(1 + c, y)[x] = value;
+                    is_black = is_black && value == 0;
+                }
+                nodes.row(0, y)[x] = is_black ? black : is_traced ? 0 : unknown;
             }
         }
     }
@@ -221,13 +226,16 @@ private:
     void make_of_all(const Corner (&corners)[4], const TracedRow& traced, int phase, const Nodes& to, int i) const {
         const auto value_of = [&](int c) -> float& { return to.value(c)[i]; };
         if (const int column = 2 * i + phase; traced.mask[column] > 0) {
-            to.contrast[i] = 0;
-            for (int c = 0; c < components_; ++c) value_of(c) = traced.value[static_cast<std::size_t>(c) * traced.plane + column];
+            to.contrast[i] = black;
+            for (int c = 0; c < components_; ++c) {
+                value_of(c) = traced.value[static_cast<std::size_t>(c) * traced.plane + column];
+                if (value_of(c) != 0) to.contrast[i] = 0;
+            }
             return;
         }
         const float* inside[4];
         std::size_t planes[4], count = 0;
-        float contrast = 0;
+        float contrast = black;
         for (const Corner& corner : corners) {
             const int column = i + corner.shift;
             if (!corner.nodes.contrast || column < 0 || column >= corner.count) continue;
@@ -235,7 +243,7 @@ private:
             contrast = most(contrast, *inside[count++]);
         }
         if (count == 0) contrast = unknown;
-        const bool known = contrast < unknown;
+        const bool known = contrast < unknown, is_black = contrast < 0;
         for (int c = 0; c < components_; ++c) {
             float sum = 0, low = unknown, high = -unknown;
             for (std::size_t k = 0; known && k < count; ++k) {
@@ -245,7 +253,7 @@ private:
             value_of(c) = sum / static_cast<float>(std::max(count, std::size_t{1}));
             if (known) contrast = most(contrast, high - low);
         }
-        to.contrast[i] = 1 - contrast * weight_per_contrast_ > 0 ? contrast : unknown;
+        to.contrast[i] = is_black ? black : 1 - contrast * weight_per_contrast_ > 0 ? contrast : unknown;
     }
 
     Picture picture_;

@@ -76,7 +76,13 @@ void make_nodes(const NodesBetween& row, int count) {
         const M traced = Pair(from.mask, from.columns, 2 * x).phase(row.phase) > zero;
         F contrasts[2];  // of both pairs
         for (int i = 0; i < 2; ++i) contrasts[i] = max(load<F>(row.corners[2 * i].contrast + x), load<F>(row.corners[2 * i + 1].contrast + x));
-        const M known = (max(contrasts[0], contrasts[1]) < unknown) & ~traced;
+        const F worst = max(contrasts[0], contrasts[1]);
+        if (!bits(traced | (worst >= zero))) {
+            store(row.to.contrast + x, constant(black));
+            for (int c = 0; c < Components; ++c) store(row.to.value(c) + x, zero);
+            continue;
+        }
+        const M known = (worst < unknown) & ~traced;
         F contrast = select(traced, zero, unknown), values[Components] = {};
         if (bits(known)) {
             F means[2][Components], off{};
@@ -95,12 +101,15 @@ void make_nodes(const NodesBetween& row, int count) {
             for (int c = 0; c < Components; ++c) values[c] = where(used, select(first, means[0][c], means[1][c]));
         }
         if (bits(traced)) {
+            M shown{};
             for (int c = 0; c < Components; ++c) {
                 const F value = Pair(from.value + static_cast<std::size_t>(c) * from.plane, from.columns, 2 * x).phase(row.phase);
                 values[c] = select(traced, value, values[c]);
+                shown |= values[c] != zero;
             }
+            contrast = select(traced & ~shown, constant(black), contrast);
         }
-        store(row.to.contrast + x, contrast);
+        store(row.to.contrast + x, select(~traced & (worst < zero), constant(black), contrast));
         for (int c = 0; c < Components; ++c) store(row.to.value(c) + x, values[c]);
     }
 }
@@ -122,15 +131,23 @@ void improve(const ImprovedRow& row) {
         const F even = load<F>(row.nodes[0].contrast + x), odd = load<F>(row.nodes[1].contrast + x);
         if (!bits((even < unknown) | (odd < unknown))) continue;
         const Pair mask(row.mask, row.columns, 2 * x);
+        const bool is_whole = row.columns - 2 * x >= 2 * lanes;
+        if (is_whole && !row.weight && !bits((even >= zero) | (odd >= zero) | (mask.first > zero) | (mask.second > zero))) {
+            for (int c = 0; c < row.components; ++c) {
+                float* const to = row.output + static_cast<std::size_t>(c) * row.plane + 2 * x;
+                store(to, zero), store(to + lanes, zero);
+            }
+            continue;
+        }
         const F contrasts[2] = {zip_low(even, odd), zip_high(even, odd)};
         const M used[2] = {(contrasts[0] < unknown) & ~(mask.first > zero), (contrasts[1] < unknown) & ~(mask.second > zero)};
-        const F weights[2] = {one - contrasts[0] * per_contrast, one - contrasts[1] * per_contrast};
+        const F weights[2] = {one - max(contrasts[0], zero) * per_contrast, one - max(contrasts[1], zero) * per_contrast};
         /// Sets what is used, of pixels that exist.
         const auto set = [&](float* to, auto value_of) {
             const Pair before(to, row.columns, 2 * x);
             const F first = select(used[0], value_of(0, before.first), before.first);
             const F second = select(used[1], value_of(1, before.second), before.second);
-            if (row.columns - 2 * x >= 2 * lanes) {
+            if (is_whole) {
                 store(to + 2 * x, first), store(to + 2 * x + lanes, second);
                 return;
             }

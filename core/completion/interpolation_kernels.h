@@ -8,8 +8,12 @@
 
 namespace bob {
 
+/// In place of a node's contrast.
+constexpr float black = -1;
+
 /// A row of what pixels are taken for, so-called nodes: by how much what each was made of differs at most, 0 where traced and infinity
-/// where nothing is known, and the values of one component or three in the planes that follow.
+/// where nothing is known, and the values of one component or three in the planes that follow. Where all of that is 0, as the background
+/// is, the first may be `black`, so that no values need to be read.
 template <class T>
 struct NodesIn {
     T* contrast;

@@ -243,7 +243,7 @@ TEST(pixels_are_interpolated_as_it_is_defined) {
     for (const auto& [height, width] : {std::pair{1, 1}, {1, 90}, {90, 1}, {2, 3}, {22, 21}, {33, 64}, {64, 33}, {97, 131}, {200, 70}}) {
         for (const int components : {1, 3}) {
             for (const float share : {0.f, 0.02f, 0.3f}) {
-                // The lattice of every 8th pixel and others beside it, of little noise and some large steps.
+                // The lattice of every 8th pixel and others beside it, of little noise and some large steps, and half of it black.
                 const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
                 std::vector<float> planes(static_cast<std::size_t>(1 + components) * size);
                 for (int row = 0; row < height; ++row) {
@@ -251,7 +251,7 @@ TEST(pixels_are_interpolated_as_it_is_defined) {
                         const auto i = static_cast<std::size_t>(row * width + column);
                         if (!(row % 8 == 5 && column % 8 == 5) && !(random() < share)) continue;
                         planes[i] = 1;
-                        for (int c = 1; c <= components; ++c) {
+                        for (int c = 1; c <= components && row + column < 100; ++c) {
                             planes[static_cast<std::size_t>(c) * size + i] = (column > 50 ? 0.7f : 0.2f) + random(0, 0.04f);
                         }
                     }
@@ -266,6 +266,9 @@ TEST(pixels_are_interpolated_as_it_is_defined) {
                     bob::interpolate_lattice({bob::channels::mask, channel}, planes.data(), channel, 1, output.data(), weights.data(), height, width);
                     CHECK(output == defined.output);
                     CHECK(weights == defined.weights);
+                    std::vector<float> without_weights = before;
+                    bob::interpolate_lattice({bob::channels::mask, channel}, planes.data(), channel, 1, without_weights.data(), nullptr, height, width);
+                    CHECK(without_weights == defined.output);
                 }
             }
         }
