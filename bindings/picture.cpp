@@ -9,13 +9,16 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "bindings.h"
+#include "completion/surfaces.h"
 #include "parallel.h"
 #include "picture/adaptive.h"
 #include "picture/camera.h"
@@ -128,6 +131,18 @@ Array<std::int32_t, -1, 2> pixels_of(Next next) {
     return pixels;
 }
 
+void init_adaptive_order(bob::AdaptiveOrder* self, std::uint64_t seed, std::uint32_t height, std::uint32_t width,
+                         const bob::Layout* guides_layout, const std::optional<ConstPlanes>& guides) {
+    bob::AdaptiveOrder::Likeness likeness;
+    if (guides_layout && guides) {
+        check_planes(*guides_layout, *guides, height, width);
+        const auto surfaces =
+            std::make_shared<const bob::Surfaces>(*guides_layout, guides->data(), static_cast<int>(height), static_cast<int>(width));
+        likeness = [surfaces](bob::Pixel own, bob::Pixel other) { return surfaces->likeness(own, other); };
+    }
+    new (self) bob::AdaptiveOrder(seed, height, width, std::move(likeness));
+}
+
 Array<std::int32_t, -1, 2> next_round(bob::RoundOrder& order, const bob::Layout& layout, const ConstPlanes& planes) {
     check_planes(layout, planes, order.height(), order.width());
     return pixels_of([&] { return order.next(layout, planes.data()); });
@@ -188,7 +203,7 @@ void bind_picture(nb::module_& m) {
         .def("next", &next_round, "layout"_a, "planes"_a.noconvert())
         .def_prop_ro("bytes", &bob::RoundOrder::bytes);
     nb::class_<bob::AdaptiveOrder, bob::RoundOrder>(m, "AdaptiveOrder")
-        .def(nb::init<std::uint64_t, std::uint32_t, std::uint32_t>(), "seed"_a, "height"_a, "width"_a);
+        .def("__init__", &init_adaptive_order, "seed"_a, "height"_a, "width"_a, "guides_layout"_a = nb::none(), "guides"_a.noconvert() = nb::none());
     nb::class_<bob::SquaresOrder, bob::RoundOrder>(m, "SquaresOrder")
         .def("__init__", [](bob::SquaresOrder* self, std::uint32_t height, std::uint32_t width, const std::optional<ConstPlane>& traced) {
             if (traced) check_plane(*traced, height, width);

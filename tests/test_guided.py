@@ -42,6 +42,27 @@ def test_guides_find_what_was_not_traced(tiled):
     assert np.array_equal(bob.complete(guided, "paper"), bob.complete(blind, "paper"))  # networks know nothing of them
 
 
+def test_rays_go_to_surfaces_that_none_has_seen():
+    column = np.indices((96, 128))[1]
+    is_bar = column % 32 // 2 == 1  # beside the lattice's first pixels
+
+    class Barred:
+        size = is_bar.shape
+
+        def __call__(self, pixels):
+            return bob.Samples(gray=np.full(len(pixels), 0.5))
+
+        def guides(self):
+            return bob.Guides(depth=np.where(is_bar, 4.0, 5.0))
+
+    def on_bars(tracer):
+        mask = next(bob.progressive(tracer=tracer, size=Barred.size, first=0.08)).gbuffer.mask > 0
+        return (mask & is_bar).sum() / mask.sum()
+
+    blind = on_bars(lambda pixels: Barred()(pixels))
+    assert on_bars(Barred()) > 3 * blind
+
+
 def test_guided_light_of_gray_tracers(tree):
     full = bob.trace(tree, size=(96, 128))
     guides = bob.Guides(full.depth, full.normal, hit=full.alpha)

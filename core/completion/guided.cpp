@@ -9,7 +9,7 @@
 
 #include "color.h"
 #include "completion/guided_kernels.h"
-#include "completion/planes.h"
+#include "completion/surfaces.h"
 #include "parallel.h"
 
 namespace bob {
@@ -36,19 +36,13 @@ constexpr double samples_to_clamp = 64;
 /// Scatter around the fit is taken for detail from so many times the noise on: noise has long tails.
 constexpr float noise_explains = 5;
 
-/// By less than this light is not divided.
-constexpr float least_albedo = 0.02f;
-
-/// The tolerance of depth, of the picture's range; the rest is in proportion to how steep a surface is.
-constexpr GuidedLikeness likeness{20, 20, 100, 5e-4f};
-
 /// Where the weights of like samples are less than this in sum, there are none, and one looks twice as far.
 constexpr float least_weight = 1e-2f;
 constexpr int widenings = 4;
 /// As many samples are enough, however far one looks.
 constexpr int enough = 4096;
 
-constexpr int tile_width = 16, tile_height = 8;
+constexpr int tile_width = Surfaces::row_multiple, tile_height = 8;
 
 /// Sums over rectangles of the picture.
 class Table {
@@ -79,71 +73,6 @@ private:
 
     int height_, width_;
     std::vector<double> sums_;
-};
-
-/// What is known of all pixels, with rows padded to whole tiles by repeating their last pixel.
-class Surfaces {
-public:
-    enum Plane { depth, depth_right, depth_down, normal_x, normal_y, normal_z, red, green, blue, coverage, count };
-
-    Surfaces(const Layout& layout, const float* guides, int height, int width)
-        : height_(height), width_(width), stride_((static_cast<std::size_t>(width) + tile_width - 1) / tile_width * tile_width),
-          values_(aligned_floats(count * stride_ * static_cast<std::size_t>(height))) {
-        const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
-        const auto given = [&](const Channel& channel, int component = 0) {
-            return guides + static_cast<std::size_t>(layout.place_of(channel) + component) * pixels;
-        };
-        const float *const mask = given(channels::mask), *const nearness = given(channels::depth);
-        const float *const x = given(channels::normal), *const y = given(channels::normal, 1), *const albedo = given(channels::albedo);
-        float deepest = 0;
-        for (std::size_t i = 0; i < pixels; ++i) deepest = std::max(deepest, std::abs(nearness[i]));
-        const float unit = deepest > 0 ? 1 / deepest : 0;
-        for_rows(0, height, width, [&](int line) {
-            const std::size_t first = static_cast<std::size_t>(line) * static_cast<std::size_t>(width);
-            // Differences of depth to the pixel at an offset in memory, if that is in the picture.
-            const auto step = [&](bool inside, std::size_t from, std::size_t to) {
-                return inside ? unit * (nearness[to] - nearness[from]) : std::numeric_limits<float>::infinity();
-            };
-            const std::size_t below = static_cast<std::size_t>(width);
-            for (std::size_t column = 0; column < stride_; ++column) {
-                const int c = std::min(static_cast<int>(column), width - 1);
-                const std::size_t i = first + static_cast<std::size_t>(c);
-                const auto put = [&](Plane plane, float value) { row(plane, line)[column] = value; };
-                put(depth, unit * nearness[i]);
-                put(depth_right, lesser(step(c > 0, i - 1, i), step(c + 1 < width, i, i + 1)));
-                put(depth_down, lesser(step(line > 0, i - below, i), step(line + 1 < height, i, i + below)));
-                put(normal_x, x[i]), put(normal_y, y[i]);
-                put(normal_z, mask[i] * whole_normal(x[i], y[i]).z);
-                put(red, albedo[i]), put(green, albedo[pixels + i]), put(blue, albedo[2 * pixels + i]);
-                put(coverage, mask[i]);
-            }
-        });
-    }
-
-    [[nodiscard]] float* row(int plane, int y) {
-        return values_.get() + (static_cast<std::size_t>(plane) * static_cast<std::size_t>(height_) + static_cast<std::size_t>(y)) * stride_;
-    }
-    [[nodiscard]] const float* row(int plane, int y) const { return const_cast<Surfaces*>(this)->row(plane, y); }
-    [[nodiscard]] int height() const { return height_; }
-    [[nodiscard]] int width() const { return width_; }
-
-    /// What light is divided by, of a channel's component.
-    [[nodiscard]] float divisor(int components, int component, int y, int x) const {
-        const float rgb[] = {row(red, y)[x], row(green, y)[x], row(blue, y)[x]};
-        return std::max(least_albedo, components == 3 ? rgb[component] : luminance({rgb[0], rgb[1], rgb[2]}));
-    }
-
-private:
-    /// How depth changes along an axis, by the differences to the pixels before and after: the lesser, as the other may be across
-    /// an edge. Beyond the picture they are infinite.
-    static float lesser(float before, float after) {
-        const float slope = std::abs(before) < std::abs(after) ? before : after;
-        return std::isfinite(slope) ? slope : 0;
-    }
-
-    int height_, width_;
-    std::size_t stride_;
-    AlignedFloats values_;
 };
 
 /// What was traced, row by row.
@@ -328,7 +257,7 @@ void fit_tile(const Surfaces& surfaces, const Traced& traced, const Reaches& rea
                                    far[0], (far[1] - far[0]) / tile_width, sharpness[0], (sharpness[1] - sharpness[0]) / tile_width,
                                    {fresh.light[0].data(), fresh.light[1].data(), fresh.light[2].data()}, fresh.weight.data(),
                                    fresh.detail.data(), fresh.noise.data()};
-            (components == 3 ? kernels.fit_color : kernels.fit_gray)(traced.samples.data(), ranges.data(), ranges.size(), step, likeness,
+            (components == 3 ? kernels.fit_color : kernels.fit_gray)(traced.samples.data(), ranges.data(), ranges.size(), step, guided_likeness,
                                                                      wanted, tile_width, traced.is_noisy);
             bool is_whole = true;
             for (std::size_t x = 0; x < tile_width; ++x) {

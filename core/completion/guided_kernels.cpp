@@ -16,9 +16,6 @@ constexpr float place_ridge = 3e-3f, normal_ridge = 3e-3f;
 /// Unlike samples still count for so much, where there are no others.
 constexpr float least_likeness = 1e-5f;
 
-/// Depth bends: its tolerance grows with the distance in pixels, squared.
-constexpr float bend = 0.05f;
-
 F square(F a) { return a * a; }
 
 /// Sums over samples, of the upper triangle of a symmetric matrix and of its right sides.
@@ -63,7 +60,7 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
         const F normal[] = {load<F>(row.normal[0] + x), load<F>(row.normal[1] + x), load<F>(row.normal[2] + x)};
         const F albedo[] = {load<F>(row.albedo[0] + x), load<F>(row.albedo[1] + x), load<F>(row.albedo[2] + x)};
         const F coverage = load<F>(row.coverage + x);
-        const F tolerance2 = square(constant(likeness.depth) + constant(0.5f) * (absolute(right) + absolute(down)));
+        const F tolerance2 = square(depth_tolerance(likeness, absolute(right), absolute(down)));
         const F inverse_tolerance2 = one / tolerance2;
         float widest = 0;
         for (int i = 0; i < lanes; ++i) widest = reach2[i] > widest ? reach2[i] : widest;
@@ -81,13 +78,11 @@ void fit(const GuidedSample* samples, const GuidedRange* ranges, std::size_t ran
                 const F near = max(one - distance2 * inverse_reach2, none);
                 if (bits(near > none) == 0) continue;
                 const F tilt[] = {constant(q.normal[0]) - normal[0], constant(q.normal[1]) - normal[1], constant(q.normal[2]) - normal[2]};
-                F unlike = constant(likeness.normal) * fma(tilt[0], tilt[0], fma(tilt[1], tilt[1], tilt[2] * tilt[2]));
                 const F off_plane = constant(q.depth) - fma(right, dx, fma(down, dy, depth));
-                unlike += off_plane * off_plane * inverse_tolerance2 / fma(constant(bend), distance2, one);
-                const F red = constant(q.albedo[0]) - albedo[0], green = constant(q.albedo[1]) - albedo[1], blue = constant(q.albedo[2]) - albedo[2];
-                unlike += constant(likeness.albedo) * fma(red, red, fma(green, green, blue * blue));
-                unlike += constant(likeness.coverage) * square(constant(q.coverage) - coverage);
-                const F like = max(one / square(one + unlike), constant(least_likeness)), near2 = near * near;
+                const F tint[] = {constant(q.albedo[0]) - albedo[0], constant(q.albedo[1]) - albedo[1], constant(q.albedo[2]) - albedo[2]};
+                const F unlike = unlikeness(likeness, tilt, off_plane, inverse_tolerance2, distance2, tint, constant(q.coverage) - coverage,
+                                            [](F a, F b, F c) { return fma(a, b, c); });
+                const F like = max(likeness_of(unlike), constant(least_likeness)), near2 = near * near;
                 const F weight = near2 * like / (distance2 + sharpness);
                 total += near2 * like;
 

@@ -39,6 +39,32 @@ struct GuidedLikeness {
     float depth;                     // tolerance
 };
 
+/// How far depth may be off the plane that it goes along, by how much it changes to the right and down.
+template <class T>
+[[gnu::always_inline]] static inline T depth_tolerance(const GuidedLikeness& likeness, T right, T down) {
+    return likeness.depth + 0.5f * (right + down);
+}
+
+/// How unlike two surfaces are: by the differences of their normals and of their albedos, by how far one is off the plane that the other's
+/// depth goes along, and by the difference of their coverage. T is a number or a vector of them.
+template <class T, class Fma>
+[[gnu::always_inline]] static inline T unlikeness(const GuidedLikeness& likeness, const T (&tilt)[3], T off_plane, T inverse_squared_tolerance,
+                                                  T squared_distance, const T (&tint)[3], T uncovered, Fma fma) {
+    constexpr float bend = 0.05f;  // depth bends: its tolerance grows with the distance in pixels, squared
+    const T one = T{} + 1;
+    T sum = likeness.normal * fma(tilt[0], tilt[0], fma(tilt[1], tilt[1], tilt[2] * tilt[2]));
+    sum += off_plane * off_plane * inverse_squared_tolerance / fma(T{} + bend, squared_distance, one);
+    sum += likeness.albedo * fma(tint[0], tint[0], fma(tint[1], tint[1], tint[2] * tint[2]));
+    return sum + likeness.coverage * (uncovered * uncovered);
+}
+
+/// How much an unlike sample counts for, of one that is alike.
+template <class T>
+[[gnu::always_inline]] static inline T likeness_of(T unlikeness) {
+    const T more = unlikeness + 1;
+    return 1 / (more * more);
+}
+
 struct GuidedKernels {
     /// Pixels 0 to `count` of a row; every `step`-th sample of each range. `is_noisy` asks for detail and noise, too.
     void (*fit_gray)(const GuidedSample* samples, const GuidedRange* ranges, std::size_t range_count, int step, const GuidedLikeness& likeness,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
+#include <utility>
 
 namespace bob {
 namespace {
@@ -38,8 +39,8 @@ std::array<Pixel, 4> around(Pixel pixel, std::int32_t step, bool diagonal) {
 
 }  // namespace
 
-AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width)
-    : RoundOrder(height, width), total_(height * width), lattice_(make_order("lattice", seed, height, width)), looks_(total_), where_(total_) {}
+AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, Likeness likeness)
+    : RoundOrder(height, width), total_(height * width), likeness_(std::move(likeness)), lattice_(make_order("lattice", seed, height, width)), looks_(total_), where_(total_) {}
 
 AdaptiveOrder::Place AdaptiveOrder::place(Pixel pixel) {
     const auto zeros = [](std::int32_t x) { return std::min(std::countr_zero(static_cast<std::uint32_t>(x)), Tile::bits); };
@@ -150,8 +151,17 @@ void AdaptiveOrder::look_around(Pixel pixel, const Look* look, std::uint32_t lea
         } else if (look) {
             known.add(*look);
         }
-        if (where_[i] != chosen) wait(i, queue_of(std::max(least, known.contrast()), place.octave_of_area()));
+        if (where_[i] != chosen) wait(i, queue_of(std::max({least, known.contrast(), unlike_corners(child, place)}), place.octave_of_area()));
     }
+}
+
+std::uint32_t AdaptiveOrder::unlike_corners(Pixel pixel, Place at) const {
+    if (!likeness_) return 0;
+    float nearest = 0;
+    for (const Pixel corner : around(pixel, at.step(), at.diagonal)) {
+        if (is_inside(corner) && where_[index_of(corner)] >= chosen) nearest = std::max(nearest, likeness_(pixel, corner));
+    }
+    return static_cast<std::uint32_t>(Look::most * (1 - nearest));
 }
 
 void AdaptiveOrder::look_beside(Pixel pixel, std::uint32_t contrast) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -19,10 +20,14 @@ namespace bob {
 /// A pixel of the lattice (`lattice_tile`) lies in the middle of four pixels of the levels before it, its corners. It is
 /// worth as much as these differ, times the area that it stands for; what changes within a square and is not seen at its
 /// corners is found by the pixels that follow the lattice whatever they show, and then followed from square to square.
-/// (Refinement of squares by contrast is Akimoto et al., "Pixel-Selected Ray Tracing", 1991.)
+/// Where surfaces are known of all pixels, one that is like none of its corners is worth as much as a silhouette. (Refinement of squares by contrast is Akimoto et al., "Pixel-Selected Ray Tracing", 1991.)
 class AdaptiveOrder final : public RoundOrder {
 public:
-    AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width);
+    /// How alike the surface of another pixel is to a pixel's own: 1 where nothing differs, down to 0.
+    using Likeness = std::function<float(Pixel own, Pixel other)>;
+
+    /// `likeness` is of any two pixels of the picture, traced or not; without it, only what was traced decides.
+    AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, Likeness likeness = {});
 
     std::span<const Pixel> next(const Layout& layout, const float* planes) override;
 
@@ -63,6 +68,8 @@ private:
     /// Puts an open pixel into a queue.
     void wait(std::uint32_t index, std::uint8_t queue);
     void add_corners(Look& known, Pixel pixel, Place at) const;
+    /// How much the surface of a pixel is unlike those of all corners that are traced or were chosen.
+    [[nodiscard]] std::uint32_t unlike_corners(Pixel pixel, Place at) const;
     void prefetch(std::uint32_t index) const;
     void prefetch_children(Pixel pixel) const;
     [[nodiscard]] std::uint32_t index_of(Pixel pixel) const {
@@ -83,6 +90,7 @@ private:
     static constexpr std::size_t queues = 176;
 
     std::uint32_t total_;
+    Likeness likeness_;
     Order lattice_;
     std::vector<Pixel> of_lattice_;  // its next pixels
     std::uint32_t lattice_done_ = 0;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "check.h"
+#include "completion/surfaces.h"
 
 namespace {
 
@@ -65,4 +66,22 @@ TEST(exact_pixels_keep_their_values_and_noisy_ones_are_averaged) {
 TEST(nothing_is_made_of_nothing) {
     const std::vector<float> color = Picture(8, 12, 0).completed();
     for (const float value : color) CHECK_EQ(value, 0.f);
+}
+
+TEST(surfaces_are_alike_by_all_that_guides_say) {
+    // A plane that is tilted to the right, of one color; then each guide of the last pixel is changed.
+    constexpr int height = 3, width = 20;
+    constexpr std::size_t pixels = height * width, last = pixels - 1;
+    std::vector<float> guides(7 * pixels, 0.5f);
+    for (std::size_t i = 0; i < pixels; ++i) guides[i] = 1, guides[pixels + i] = 0.4f + 0.01f * static_cast<float>(i % width);
+    const auto likeness = [&] { return bob::Surfaces(known, guides.data(), height, width).likeness({0, 3}, {height - 1, width - 1}); };
+    CHECK_NEAR(likeness(), 1, 1e-5f);
+    const float steps[] = {-1, -0.3f, -0.5f, -0.5f, -0.3f, -0.3f, -0.3f};
+    for (std::size_t k = 0; k < 7; ++k) {
+        const float before = guides[k * pixels + last];
+        guides[k * pixels + last] += steps[k];
+        CHECK_LT(likeness(), 0.3f);
+        CHECK_LT(0, likeness());
+        guides[k * pixels + last] = before;
+    }
 }

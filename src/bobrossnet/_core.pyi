@@ -230,9 +230,11 @@ class RoundOrder:
     def bytes(self) -> int: ...
 
 class AdaptiveOrder(RoundOrder):
-    """Wherever they are needed most."""
+    """Wherever they are needed most; where guides (C, H, W) are known, also at surfaces that no traced pixel shows."""
 
-    def __init__(self, seed: int, height: int, width: int) -> None: ...
+    def __init__(
+        self, seed: int, height: int, width: int, guides_layout: Layout | None = None, guides: F32 | None = None
+    ) -> None: ...
 
 class SquaresOrder(RoundOrder):
     """Squares that differ, row by row; of a picture whose pixels with a mask, (H, W), are traced already."""

@@ -105,7 +105,7 @@ def progressive(
     choice = choice_of("default" if model == GUIDED and guides is not None else model, order)
     count = None if fraction is None else pixel_count(fraction, size)
     at_first = count if first is None else pixel_count(first, size, "first")
-    sequence = PixelSequence(size, order, seed)
+    sequence = PixelSequence(size, order, seed, guides)
     if at_first == size[0] * size[1]:  # nothing to choose, and no round to wait for
         sequence = PixelSequence(size, "lattice", seed)
     pace = Pace()

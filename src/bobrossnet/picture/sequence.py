@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.picture.channels import Layout
+from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import ADAPTIVE, SQUARES, Size, check_order, pixel_order
 
 
@@ -18,6 +19,8 @@ class PixelSequence:
     size : (height, width)
     order, seed
         As in `trace`.
+    guides : Guides, optional
+        What is known of all pixels: the adaptive order also goes where surfaces are like none that was traced around.
 
     Raises
     ------
@@ -25,14 +28,15 @@ class PixelSequence:
         If there is no such order, or no such seed.
     """
 
-    def __init__(self, size: Size, order: str, seed: int) -> None:
+    def __init__(self, size: Size, order: str, seed: int, guides: Guides | None = None) -> None:
         self.size, self.order, self.seed = size, check_order(order, seed), int(seed)
         self.done = 0
         """How many were handed out."""
         self._rounds: _core.RoundOrder | None = None
         """Of an order that depends on what pixels show."""
         if self.order == ADAPTIVE:
-            self._rounds = _core.AdaptiveOrder(self.seed, *size)
+            known = () if guides is None else (guides.layout.core, guides.planes)
+            self._rounds = _core.AdaptiveOrder(self.seed, *size, *known)
         elif self.order == SQUARES:
             self._rounds = _core.SquaresOrder(*size)
         self._round = np.empty((0, 2), np.int32)  # what is left of it

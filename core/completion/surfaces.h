@@ -1,0 +1,49 @@
+/// What is known of the first surface at every pixel, and how alike the surfaces of two pixels are.
+#pragma once
+
+#include <cstddef>
+
+#include "completion/guided_kernels.h"
+#include "completion/planes.h"
+#include "picture/channels.h"
+#include "picture/gbuffer.h"
+
+namespace bob {
+
+/// The tolerance of depth is one of the picture's range; the rest is in proportion to how steep a surface is.
+constexpr GuidedLikeness guided_likeness{20, 20, 100, 5e-4f};
+
+/// Guides, with rows padded to whole vectors by repeating their last pixel.
+class Surfaces {
+public:
+    enum Plane { depth, depth_right, depth_down, normal_x, normal_y, normal_z, red, green, blue, coverage, count };
+
+    /// Rows are as long as a multiple of this.
+    static constexpr int row_multiple = 16;
+
+    /// guides: (layout.width(), height, width) with mask, depth, normal and albedo. Throws std::invalid_argument if one is missing.
+    Surfaces(const Layout& layout, const float* guides, int height, int width);
+
+    [[nodiscard]] float* row(int plane, int y) {
+        return values_.get() + (static_cast<std::size_t>(plane) * static_cast<std::size_t>(height_) + static_cast<std::size_t>(y)) * stride_;
+    }
+    [[nodiscard]] const float* row(int plane, int y) const { return const_cast<Surfaces*>(this)->row(plane, y); }
+    [[nodiscard]] int height() const { return height_; }
+    [[nodiscard]] int width() const { return width_; }
+
+    /// What light is divided by, of a channel's component.
+    [[nodiscard]] float divisor(int components, int component, int y, int x) const;
+
+    /// How alike another pixel's surface is to a pixel's own, from 1, where nothing differs, down to 0.
+    [[nodiscard]] float likeness(Pixel own, Pixel other) const;
+
+    /// Bytes in use.
+    [[nodiscard]] std::size_t bytes() const { return sizeof(float) * count * stride_ * static_cast<std::size_t>(height_); }
+
+private:
+    int height_, width_;
+    std::size_t stride_;
+    AlignedFloats values_;
+};
+
+}  // namespace bob
