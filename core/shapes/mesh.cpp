@@ -130,29 +130,28 @@ private:
     float cutoff_;
 };
 
-Sphere sphere_of(std::span<const Mesh::Point> vertices, const std::vector<bool>& used) {
-    const Bounds box = bounds_of(vertices, used, {});
-    Sphere sphere;
-    for (int axis = 0; axis < 3; ++axis) sphere.center[axis] = box.low[axis] / 2 + box.high[axis] / 2;
-    const double radius = radius_of(vertices, used, {}, sphere.center);
-    if (radius > smallest_radius) sphere.radius = radius;
-    return sphere;
-}
-
 }  // namespace
 
-Mesh::Mesh(Arrays arrays, const std::optional<Sphere>& sphere)
-    : Mesh(arrays, used_vertices(arrays), sphere) {}
+Mesh::Extent::Extent(const Arrays& arrays, const std::vector<bool>& used) : bounds(bounds_of(arrays.vertices, used, {})) {
+    for (int axis = 0; axis < 3; ++axis) around.center[axis] = bounds.low[axis] / 2 + bounds.high[axis] / 2;
+    around.radius = radius_of(arrays.vertices, used, {}, around.center);
+}
 
-Mesh::Mesh(const Arrays& arrays, std::vector<bool> used, const std::optional<Sphere>& sphere)
-    : Shape(sphere ? *sphere : sphere_of(arrays.vertices, used)), arrays_(arrays), used_(std::move(used)) {}
+Mesh::Mesh(Arrays arrays, const std::optional<Sphere>& sphere) : Mesh(arrays, used_vertices(arrays), sphere) {}
+
+Mesh::Mesh(const Arrays& arrays, std::vector<bool> used, const std::optional<Sphere>& sphere) : Mesh(arrays, used, Extent(arrays, used), sphere) {}
+
+Mesh::Mesh(const Arrays& arrays, std::vector<bool> used, const Extent& extent, const std::optional<Sphere>& sphere)
+    : Shape(sphere ? *sphere : extent.sphere()), arrays_(arrays), used_(std::move(used)), extent_(extent) {}
 
 Bounds Mesh::bounds(const AffineMap& map) const {
+    if (map == AffineMap{}) return extent_.bounds;
     const PointTree* const outline = outline_.get();
     return outline ? outline->bounds(map) : bounds_of(arrays_.vertices, used_, map);
 }
 
 double Mesh::radius(const AffineMap& map, const double center[3]) const {
+    if (map == AffineMap{} && std::equal(center, center + 3, extent_.around.center)) return extent_.around.radius;
     if (const PointTree* const outline = outline_.get()) return radius_of(*outline, map, center);
     return radius_of(arrays_.vertices, used_, map, center);
 }

@@ -87,12 +87,27 @@ private:
     void prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) const;
     void prepare_holes(Prepared& prepared) const;
 
+    /// Of the vertices in use, where they are given: most meshes stand there, in scene after scene.
+    struct Extent {
+        Bounds bounds;
+        Sphere around;  // the centre of their box, and the distance to the farthest
+
+        Extent(const Arrays& arrays, const std::vector<bool>& used);
+        [[nodiscard]] Sphere sphere() const {
+            Sphere result = around;
+            if (!(around.radius > smallest_radius)) result.radius = Sphere{}.radius;
+            return result;
+        }
+    };
+
     Mesh(const Arrays& arrays, std::vector<bool> used, const std::optional<Sphere>& sphere);
+    Mesh(const Arrays& arrays, std::vector<bool> used, const Extent& extent, const std::optional<Sphere>& sphere);
 
     [[nodiscard]] Vec3 shading_normal(const Hit& hit, Vec3 ray_direction) const;
 
     Arrays arrays_;
     std::vector<bool> used_;  // whether a triangle has a vertex; empty if all are in one
+    Extent extent_;
     mutable Outline outline_;
     mutable Mutex preparing_;
     mutable std::unique_ptr<const Prepared> prepared_;
