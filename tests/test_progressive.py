@@ -79,6 +79,16 @@ def flat_tracer(pixels):
     return bob.Samples(pixels[:, 1] / SIZE[1], np.full(n, 0.5), np.zeros((n, 2)), np.ones(n, bool))
 
 
+def test_the_cores_tracer_is_as_good_as_its_scene(tree):
+    tracer = bob.SceneTracer(tree, bob.Camera(), SIZE)
+    plugged, scene = (
+        next(bob.progressive(tracer=tracer, first=0.05)),
+        next(bob.progressive(tree, size=SIZE, first=0.05)),
+    )
+    assert np.array_equal(plugged.image, scene.image)  # without guides, which would take as long as all pixels
+    assert next(bob.progressive(tracer=tracer, first=0.05, model="guided")).is_guided
+
+
 def test_any_tracer_can_be_plugged_in():
     asked = []
 
