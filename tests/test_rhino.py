@@ -125,6 +125,21 @@ def test_objects_have_names_and_places(tmp_path):
     assert [len(face.trims) for face in extrusion.faces] == [0, 1, 1]  # the caps are cut out of squares
 
 
+def test_colors_of_vertices_stand_for_those_of_objects(tmp_path):
+    model, painted = Model(), quad()
+    colors = [(200, 30, 30), (30, 200, 30), (30, 30, 200), (90, 90, 90), (255, 255, 255)]
+    for red, green, blue in colors:
+        painted.VertexColors.Add(red, green, blue)
+    layer = model.layer("Body", color=(10, 200, 200))
+    model.file.Objects.AddMesh(painted, attributes("painted", layer))
+    model.file.Objects.AddMesh(quad(), attributes("plain", layer))
+    painted, plain = bob.load(model.write(tmp_path / "painted.3dm")).instances
+    np.testing.assert_allclose(painted.shape.colors, [color(*rgb) for rgb in colors], atol=1e-6)
+    assert painted.material.is_white
+    assert plain.shape.colors is None
+    assert plain.material.color == color(10, 200, 200)
+
+
 def test_what_is_hidden_is_left_out(tmp_path):
     model = Model()
     shown, off = model.layer("shown"), model.layer("off", visible=False)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from bobrossnet.adapters.apart import call_apart, limit
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.adapters.opennurbs import brep_loops
+from bobrossnet.color import from_srgb
 from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.shapes.affine import IDENTITY, Matrix
 from bobrossnet.shapes.mesh import Mesh
@@ -62,8 +63,9 @@ def read_3dm(file: Path) -> list[Instance]:
 
     Instances are named after their objects, else their layers, else the file. Their colours are those of Rhino's
     rendered view, the diffuse colours of the materials of objects or their layers, where these have any; otherwise
-    those that Rhino draws their lines in, or white where these are nearly black, as layers are by default. Blocks are
-    resolved. Curves, points, lights and annotations are passed over. Subdivision surfaces become meshes.
+    those that Rhino draws their lines in, or white where these are nearly black, as layers are by default. Meshes whose
+    vertices have colours have these instead. Blocks are resolved. Curves, points, lights and annotations are passed
+    over. Subdivision surfaces become meshes.
 
     Raises
     ------
@@ -184,8 +186,9 @@ class _Reader:
                 )
             waiting += [(child, inner, look) for child in reversed(item.children)]
             if item.shape is not None:
+                material = Material() if item.shape.is_colored else _material(look)  # its own colours stand for it
                 try:
-                    yield Instance(item.shape, inner, _material(look), item.name)
+                    yield Instance(item.shape, inner, material, item.name)
                 except InputError as error:  # a block pressed flat
                     self.refused.append(str(error))
 
@@ -326,16 +329,18 @@ def _subdivided(geometry: Any) -> Any:
 
 
 def _mesh(mesh: Any) -> Mesh:
-    """A rhino3dm mesh, with its normals where it has one for each vertex."""
+    """A rhino3dm mesh, with its normals and its colours where it has one for each vertex."""
     vertices = np.array([(p.X, p.Y, p.Z) for p in mesh.Vertices.ToPoint3dArray()], np.float64).reshape(-1, 3)
     corners = np.array([mesh.Faces[i] for i in range(len(mesh.Faces))], np.int64).reshape(-1, 4)
     # The corners of a triangle are stored as those of a quad, the last one twice.
     quads = corners[corners[:, 2] != corners[:, 3]]
     normals = np.array([(n.X, n.Y, n.Z) for n in (mesh.Normals[i] for i in range(len(mesh.Normals)))], np.float64)
+    colors = np.array([mesh.VertexColors[i][:3] for i in range(len(mesh.VertexColors))], np.float64)
     return Mesh(
         vertices,
         np.concatenate([corners[:, :3], quads[:, [0, 2, 3]]]),
         normals if normals.shape == vertices.shape else None,
+        colors=from_srgb(colors / 255) if colors.shape == vertices.shape else None,
     )
 
 
