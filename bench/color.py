@@ -28,6 +28,7 @@ RUNS = 21
 FRACTIONS = (0.01, 0.02, 0.05, 0.1)
 MODELS = ("default", "small", "filling")
 LINEAR, UNIFORM = "delaunay-linear", "uniform"
+UNIONS = (3, 20, 100, 300)  # shapes in one formula
 OWN = 16  # shapes of our own, in colour
 
 
@@ -74,18 +75,37 @@ def parts() -> bob.Scene:
     return bob.Scene([bob.Instance(carved, material=m).translate(p) for m, p in zip(materials, places, strict=True)])
 
 
+def union(count: int, *, colored: bool) -> bob.Scene:
+    """Balls and boxes side by side, each of another colour or all white, as one formula."""
+    rng = np.random.default_rng(1)
+    shapes = []
+    for number in range(count):
+        place, size, color = rng.uniform(-3, 3, 3), rng.uniform(0.2, 0.6), tuple(rng.uniform(0.1, 0.9, 3))
+        shape = (sphere(size) if number % 2 else box(1.5 * size)).translate(place)
+        shapes.append(shape.color(color) if colored else shape)
+    return bob.Scene(shapes[0].union(*shapes[1:]))
+
+
 def tracing(scenes: dict[str, bob.Scene]) -> None:
     """Print what a pixel takes."""
+    heading("Tracing in colour, every pixel of 512x512, one thread: microseconds of its time a pixel")
+    table(["the bunny", "microseconds", "/ white"], traced(scenes, dict.fromkeys(scenes, "white")))
+    kinds = {f"{count} shapes{', colored' * colored}": union(count, colored=colored)
+             for count in UNIONS for colored in (False, True)}  # fmt: skip
+    white = {name: name.removesuffix(", colored") for name in kinds}
+    table(["one formula of", "microseconds", "/ white"], traced(kinds, white))
+
+
+def traced(scenes: dict[str, bob.Scene], white: dict[str, str]) -> list[list[str]]:
+    """What a pixel of each scene takes, also beside the one that is white."""
     pixels = tiled_pixels(SIZE)
     tracers = {name: SceneTracer(scene, bob.Camera(), SIZE) for name, scene in scenes.items()}
     runs = {name: on_one_thread(partial(tracer, pixels)) for name, tracer in tracers.items()}
     seconds = in_turn(runs, RUNS, clock=time.thread_time)
-    heading("Tracing in colour, every pixel of 512x512, one thread: microseconds of its time a pixel")
-    rows = [
-        [name, f"{1e6 * statistics.median(s) / len(pixels):.3f}", f"{median_ratio(s, seconds['white']):.2f}"]
+    return [
+        [name, f"{1e6 * statistics.median(s) / len(pixels):.3f}", f"{median_ratio(s, seconds[white[name]]):.2f}"]
         for name, s in seconds.items()
     ]
-    table(["the bunny", "microseconds", "/ white"], rows)
 
 
 def completing(scene: bob.Scene) -> None:

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "formula/mesh_distance.h"
+#include "formula/registers.h"
 
 namespace bob {
 namespace {
@@ -109,26 +109,6 @@ ColorFormula without_low_powers(const ColorFormula& f) {
 }
 
 int operands_of(const Lowered& step) { return step.op == affine ? 1 : step.op == corner_distance ? 2 : operands(step.op); }
-
-/// Hands out registers and takes them back.
-class Registers {
-public:
-    std::uint16_t take() {
-        if (!free_.empty()) {
-            const std::uint16_t r = free_.back();
-            free_.pop_back();
-            return r;
-        }
-        if (count_ > std::numeric_limits<std::uint16_t>::max()) throw TooLarge();
-        return static_cast<std::uint16_t>(count_++);
-    }
-    void give_back(std::uint16_t r) { free_.push_back(r); }
-    [[nodiscard]] int count() const { return count_; }
-
-private:
-    int count_ = 3;
-    std::vector<std::uint16_t> free_;
-};
 
 LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_t> roots) {
     const auto count = static_cast<std::uint32_t>(nodes.size());

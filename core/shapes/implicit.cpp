@@ -76,7 +76,7 @@ struct Slopes {
 
 Implicit::Implicit(const Expression& f, const Bounds& bounds, const ColorFormula* color)
     : Shape(sphere_in(bounds)), cells_(in_unit_sphere(f, bounds, sphere())) {
-    if (color) color_ = in_unit_sphere(*color, sphere());
+    if (color) painting_.emplace(in_unit_sphere(*color, sphere()), cells_);
 }
 
 void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
@@ -165,25 +165,6 @@ void Implicit::colors(std::span<const Ray> rays, std::span<const Hit> hits, std:
     this->colors(colors.first(hits.size()), colors);
 }
 
-void Implicit::colors(std::span<const Vec3> points, std::span<Vec3> colors) const {
-    const FormulaKernels& kernels = best_formula_kernels();
-    const Code code = color_->code();
-    const auto results = color_->results();
-    void* const memory = scratch(code.registers);
-    const auto lanes = static_cast<std::size_t>(kernels.lanes);
-    for (std::size_t first = 0; first < points.size(); first += lanes) {
-        const std::size_t count = std::min(points.size() - first, lanes);
-        float point[3][max_lanes], color[3][max_lanes];
-        const float* const axes[3] = {point[0], point[1], point[2]};
-        float* const components[3] = {color[0], color[1], color[2]};
-        for (int axis = 0; axis < 3; ++axis) {
-            for (std::size_t i = 0; i < count; ++i) point[axis][i] = points[first + i][axis];
-        }
-        kernels.colors(code, results.data(), axes, static_cast<int>(count), components, memory);
-        for (std::size_t i = 0; i < count; ++i) {
-            for (int k = 0; k < 3; ++k) colors[first + i][k] = color_component(color[k][i]);
-        }
-    }
-}
+void Implicit::colors(std::span<const Vec3> points, std::span<Vec3> colors) const { (*painting_)(points, colors); }
 
 }  // namespace bob

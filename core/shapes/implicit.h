@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "formula/expression.h"
-#include "formula/tape.h"
 #include "shapes/bounds.h"
 #include "shapes/cells.h"
 #include "shapes/outline.h"
+#include "shapes/painting.h"
 #include "shapes/shape.h"
 
 namespace bob {
@@ -25,10 +25,10 @@ public:
     void prepare_places() const override;
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
-    [[nodiscard]] bool is_colored() const override { return color_.has_value(); }
+    [[nodiscard]] bool is_colored() const override { return painting_.has_value(); }
     void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
                 std::span<Vec3> colors) const override;
-    [[nodiscard]] std::size_t bytes() const override { return cells_.bytes() + (color_ ? color_->bytes() : 0); }
+    [[nodiscard]] std::size_t bytes() const override { return cells_.bytes() + (painting_ ? painting_->bytes() : 0); }
 
     /// Of a shape with colours: linear RGB, 0..1, at points in the coordinates of rays, on the surface or not.
     void colors(std::span<const Vec3> points, std::span<Vec3> colors) const;
@@ -41,7 +41,7 @@ public:
 
 private:
     Cells cells_;
-    std::optional<ColorTape> color_;
+    std::optional<Painting> painting_;
     mutable Outline outline_;
     mutable std::atomic<std::uint64_t> unresolved_rays_ = 0;
 };
