@@ -90,6 +90,7 @@ def tracing(scenes: dict[str, bob.Scene]) -> None:
     """Print what a pixel takes."""
     heading("Tracing in colour, every pixel of 512x512, one thread: microseconds of its time a pixel")
     table(["the bunny", "microseconds", "/ white"], traced(scenes, dict.fromkeys(scenes, "white")))
+    heading("The same of formulas of many shapes side by side")
     kinds = {f"{count} shapes{', colored' * colored}": union(count, colored=colored)
              for count in UNIONS for colored in (False, True)}  # fmt: skip
     white = {name: name.removesuffix(", colored") for name in kinds}
