@@ -211,14 +211,22 @@ def test_where_surfaces_coincide_the_same_one_is_seen(read, tmp_path):
     assert np.array_equal(pictures[0]["planes"], pictures[1]["planes"])
 
 
-def test_checksums(page):
+@pytest.mark.parametrize("has_own", [True, False], ids=["browser", "core"])
+def test_checksums(page, has_own):
+    """Of one part or several; the core's where the page is not one that browsers hash for."""
     for size in (0, 3, 55, 56, 64, 119, 120, 1000, 2**20 + 1):
         data = bytes(7 * i % 256 for i in range(size))
-        digest = """async (size) => {
+        digest = """async ([size, hasOwn]) => {
           const { loadCore } = await import("/core/load.js"), { sha256 } = await import("/core/sha256.js");
-          return Array.from(sha256(await loadCore(), Uint8Array.from({ length: size }, (_, i) => 7 * i)));
+          if (!hasOwn) Object.defineProperty(globalThis, "crypto", { value: {}, configurable: true });
+          const bytes = Uint8Array.from({ length: size }, (_, i) => 7 * i), core = await loadCore(), third = size / 3;
+          const whole = await sha256(core, bytes);
+          const parts = await sha256(core, bytes.subarray(0, third), bytes.subarray(third, third), bytes.subarray(third));
+          delete globalThis.crypto;
+          return [Array.from(whole), Array.from(parts)];
         }"""
-        assert bytes(page.evaluate(digest, size)) == hashlib.sha256(data).digest()
+        for found in page.evaluate(digest, [size, has_own]):
+            assert bytes(found) == hashlib.sha256(data).digest()
 
 
 def test_neither_unit_nor_distance_costs_precision(read, tmp_path):
