@@ -6,10 +6,12 @@
  *
  * @typedef {{script: string | null, warnings: string[]}} Summary
  *   script: the text of a file that is one shape script; warnings: what was left out or is not shown as it is, a line each
- * @typedef {{kind: "read", name: string, source: Blob | string, beside: File[], yUp: boolean, port: MessagePort, module: WebAssembly.Module}
+ * @typedef {{kind: "start", module: WebAssembly.Module}
+ *   | {kind: "read", name: string, source: Blob | string, beside: File[], yUp: boolean, port: MessagePort}
  *   | {kind: "share", ports: MessagePort[]}} Request
- *   source: a file, or its address; beside: files that were opened together with it; yUp: whether it stores y up, which is turned to z up; port: to a tracer; ports: to the
- *   others, not all of which are given a large scene
+ *   "start" and "read" come once each, whichever is first; source: a file, or its address; beside: files that were opened
+ *   together with it; yUp: whether it stores y up, which is turned to z up; port: to a tracer; ports: to the others, not all
+ *   of which are given a large scene
  * @typedef {{kind: "read", summary: Summary} | {kind: "failed", message: string} | {kind: "shared", tracers: number}} Reply
  *   "read" is answered by "read" or "failed", "share" by "shared", with how many tracers in all were given the scene
  */
@@ -39,14 +41,18 @@ function weight(value) {
   return value && typeof value === "object" ? Object.values(value).reduce((sum, part) => sum + weight(part), 0) : 0;
 }
 
+/** @type {(core: Core) => void} */
+let start;
+/** @type {Promise<Core>} */
+const starting = new Promise((resolve) => (start = resolve));
 /** @type {import("../tracing/description.js").SceneDescription} */
 let scene;
 
 /** @param {Extract<Request, {kind: "read"}>} request */
-async function read({ name, source, beside, yUp, port, module }) {
+async function read({ name, source, beside, yUp, port }) {
   try {
-    const core = new Core(new WebAssembly.Instance(module));
-    scene = await readFile(core, name, await bytesOf(source), new Beside(beside));
+    const [core, bytes] = await Promise.all([starting, bytesOf(source)]);
+    scene = await readFile(core, name, bytes, new Beside(beside));
     if (yUp) scene = await inCanonicalOrder(core, turnedUpright(scene));
     port.postMessage({ kind: "open", scene, edition: 0 });
     const [shape] = scene.shapes;
@@ -59,7 +65,9 @@ async function read({ name, source, beside, yUp, port, module }) {
 
 /** @param {MessageEvent<Request>} event */
 onmessage = ({ data }) => {
-  if (data.kind === "read") {
+  if (data.kind === "start") {
+    start(new Core(new WebAssembly.Instance(data.module)));
+  } else if (data.kind === "read") {
     read(data);
   } else {
     const others = data.ports.slice(0, Math.max(0, Math.floor(MOST / weight(scene)) - 1));
