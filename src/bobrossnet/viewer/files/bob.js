@@ -55,7 +55,7 @@ const KINDS = {
 /**
  * @param {Core} core that checks what it knows best
  * @param {ArrayBuffer} bytes which the scene's arrays are views of, and which are not a valid file afterwards
- * @returns {SceneDescription}
+ * @returns {Promise<SceneDescription>}
  */
 export async function readBob(core, bytes) {
   const all = new Uint8Array(bytes), text = new TextDecoder();
