@@ -1047,27 +1047,6 @@ def test_page_opens_the_file_that_its_address_names(browser, viewer, tmp_path):
     page.close()
 
 
-def test_a_file_waits_neither_for_the_core_nor_for_the_gallery(browser, viewer):
-    """It is asked for before the one is there, and shown before the other is."""
-    context = browser.new_context()
-    tab, core, gallery = context.new_page(), [], []
-    tab.route("**/core*.wasm", lambda route: core.append(route))
-    tab.route("**/gallery/index.json", lambda route: gallery.append(route))
-    with tab.expect_request("**/gallery/csg.sdf"):
-        tab.goto(viewer.url + SIZE + "&scene=gallery/csg.sdf")
-    for route in core:
-        route.continue_()
-    tab.evaluate("() => bobrossnet.converged()")
-    assert len(gallery) > 0
-    assert tab.locator("#gallery option").count() == 1
-    for route in gallery:
-        route.continue_()
-    tab.evaluate("() => bobrossnet.started")
-    assert tab.locator("#gallery option:checked").text_content() == "csg.sdf"
-    assert tab.locator("#gallery optgroup option").count() > 10
-    context.close()
-
-
 def test_files_open_by_addresses_relative_to_the_page(page):
     page.tab.evaluate("() => bobrossnet.openFile({ title: 'relative' }, 'csg.sdf', 'gallery/csg.sdf')")
     assert page.text("#message") == ""

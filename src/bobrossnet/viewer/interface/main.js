@@ -136,7 +136,7 @@ function choose() {
 async function fillGallery() {
   state.gallery = await (await fetchPart("gallery/index.json")).json();
   const kinds = [...new Set(state.gallery.map(({ kind }) => kind))];
-  gallery.prepend(...kinds.map((kind) => { // before the open scene, if it was first
+  gallery.append(...kinds.map((kind) => {
     const group = document.createElement("optgroup"), entries = state.gallery.filter((entry) => entry.kind === kind);
     group.label = capitalised(kind);
     group.append(...entries.map(({ file, title }) => new Option(capitalised(title), file)));
@@ -217,8 +217,9 @@ copy.addEventListener("click", async () => {
 // ---- Start -----------------------------------------------------------------------------------------------
 
 async function start() {
-  const filled = fillGallery(), linked = await fromFragment(location.hash), address = query.get("scene");
+  const [linked] = await Promise.all([fromFragment(location.hash), fillGallery()]);
   if (linked.camera) look(linked.camera);
+  const address = query.get("scene");
   if (linked.script !== undefined) {
     await opening.script(linked.script);
   } else if (address !== null && !linked.gallery) {
@@ -226,10 +227,8 @@ async function start() {
     if (url.origin === location.origin) await openFile({ title: name, address }, name, url.href);
     else message.textContent = `scene: expected a file of ${location.origin}, got ${url.origin}`;
   } else {
-    await filled;
     await opening.builtIn(linked.gallery ?? state.gallery[0].file);
   }
-  await filled;
 }
 
 /** For tests and measurements. */

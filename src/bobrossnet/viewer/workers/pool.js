@@ -53,7 +53,6 @@ export class Pool {
     this.#lost = lost;
     this.#count = count;
     this.#completing = completing;
-    module.then((module) => this.#reader.postMessage({ kind: "start", module }), () => {}); // which tracers report
     this.#add();
   }
 
@@ -137,7 +136,7 @@ export class Pool {
         };
         reader.onerror = (event) => reject(new Error(event.message ?? "reader.js did not start"));
       });
-      reader.postMessage({ kind: "read", name, source, beside, yUp, port }, [port]);
+      reader.postMessage({ kind: "read", name, source, beside, yUp, port, module: await this.#module }, [port]);
       const [summary, warnings] = await Promise.all([read, opened]);
       this.#share = () => {
         const ports = this.#addOthers().map((tracer) => tracer.port);

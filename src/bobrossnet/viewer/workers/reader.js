@@ -6,12 +6,10 @@
  *
  * @typedef {{script: string | null, warnings: string[]}} Summary
  *   script: the text of a file that is one shape script; warnings: what was left out or is not shown as it is, a line each
- * @typedef {{kind: "start", module: WebAssembly.Module}
- *   | {kind: "read", name: string, source: Blob | string, beside: File[], yUp: boolean, port: MessagePort}
+ * @typedef {{kind: "read", name: string, source: Blob | string, beside: File[], yUp: boolean, port: MessagePort, module: WebAssembly.Module}
  *   | {kind: "share", ports: MessagePort[]}} Request
- *   "start" and "read" come once each, whichever is first; source: a file, or its address; beside: files that were opened
- *   together with it; yUp: whether it stores y up, which is turned to z up; port: to a tracer; ports: to the others, not all
- *   of which are given a large scene
+ *   source: a file, or its address; beside: files that were opened together with it; yUp: whether it stores y up, which is turned to z up; port: to a tracer; ports: to the
+ *   others, not all of which are given a large scene
  * @typedef {{kind: "read", summary: Summary} | {kind: "failed", message: string} | {kind: "shared", tracers: number}} Reply
  *   "read" is answered by "read" or "failed", "share" by "shared", with how many tracers in all were given the scene
  */
@@ -41,18 +39,14 @@ function weight(value) {
   return value && typeof value === "object" ? Object.values(value).reduce((sum, part) => sum + weight(part), 0) : 0;
 }
 
-/** @type {(core: Core) => void} */
-let start;
-/** @type {Promise<Core>} */
-const starting = new Promise((resolve) => (start = resolve));
 /** @type {import("../tracing/description.js").SceneDescription} */
 let scene;
 
 /** @param {Extract<Request, {kind: "read"}>} request */
-async function read({ name, source, beside, yUp, port }) {
+async function read({ name, source, beside, yUp, port, module }) {
   try {
-    const [core, bytes] = await Promise.all([starting, bytesOf(source)]);
-    scene = await readFile(core, name, bytes, new Beside(beside));
+    const core = new Core(new WebAssembly.Instance(module));
+    scene = await readFile(core, name, await bytesOf(source), new Beside(beside));
     if (yUp) scene = await inCanonicalOrder(core, turnedUpright(scene));
     port.postMessage({ kind: "open", scene, edition: 0 });
     const [shape] = scene.shapes;
@@ -65,9 +59,7 @@ async function read({ name, source, beside, yUp, port }) {
 
 /** @param {MessageEvent<Request>} event */
 onmessage = ({ data }) => {
-  if (data.kind === "start") {
-    start(new Core(new WebAssembly.Instance(data.module)));
-  } else if (data.kind === "read") {
+  if (data.kind === "read") {
     read(data);
   } else {
     const others = data.ports.slice(0, Math.max(0, Math.floor(MOST / weight(scene)) - 1));
