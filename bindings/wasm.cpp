@@ -109,29 +109,6 @@ EXPORT(end_sha256) void end_sha256(bob::Sha256* hash, std::uint8_t* digest) {
     delete hash;
 }
 
-EXPORT(make_digest) bob::ShapeDigest* make_digest(const char* kind, std::size_t size) { return new bob::ShapeDigest({kind, size}); }
-
-/// A tensor, (rows,) where columns is 0, else (rows, columns). They come in the order of their names.
-EXPORT(digest_tensor)
-void digest_tensor(bob::ShapeDigest* digest, const char* name, std::size_t name_size, const char* dtype, std::size_t dtype_size,
-                   std::size_t rows, std::size_t columns, const std::byte* bytes, std::size_t size) {
-    std::vector<std::size_t> shape{rows};
-    if (columns) shape.push_back(columns);
-    digest->add({{name, name_size}, {dtype, dtype_size}, std::move(shape), {bytes, size}});
-}
-
-/// What is a text in the place of a tensor.
-EXPORT(digest_text)
-void digest_text(bob::ShapeDigest* digest, const char* name, std::size_t name_size, const char* text, std::size_t size) {
-    digest->add({name, name_size}, {text, size});
-}
-
-/// Writes 32 bytes.
-EXPORT(end_digest) void end_digest(bob::ShapeDigest* digest, std::uint8_t* bytes) {
-    std::ranges::copy(digest->digest(), bytes);
-    delete digest;
-}
-
 /// Which of the instances comes first, second, .. in the canonical order. shapes: (count, 32), the digest of each one's shape;
 /// transforms: (count, 4, 4); materials: (count, 12).
 EXPORT(canonical_order)

@@ -1,7 +1,5 @@
 #include "color.h"
 
-#include <cstddef>
-
 namespace bob {
 namespace {
 
@@ -13,6 +11,22 @@ int digit(char c) {
 }
 
 }  // namespace
+
+SrgbBytes::SrgbBytes() {
+    for (std::size_t byte = 1; byte < 256; ++byte) {
+        const auto reaches = [&](float x) { return to_srgb(x) * 255 + 0.5f >= static_cast<float>(byte); };
+        float x = from_srgb((static_cast<float>(byte) - 0.5f) / 255);
+        while (reaches(x)) x = std::nextafter(x, 0.f);
+        while (!reaches(x)) x = std::nextafter(x, 1.f);
+        least_[byte] = x;
+    }
+    least_[256] = 2;
+    std::uint8_t byte = 0;
+    for (std::size_t i = 0; i < steps; ++i) {
+        while (least_[byte + 1u] <= static_cast<float>(i) / steps) ++byte;
+        byte_at_[i] = byte;
+    }
+}
 
 std::optional<std::array<double, 3>> linear_color(std::string_view text) {
     if ((text.size() != 4 && text.size() != 7) || text[0] != '#') return std::nullopt;

@@ -26,10 +26,16 @@ from playwright.sync_api import sync_playwright
 import bobrossnet as bob
 from bobrossnet.completion.network import load_network
 from bobrossnet.completion.weights import WEIGHTS
+from bobrossnet.learn.checkpoint import save
+from bobrossnet.learn.networks import Pyramid
 
 HERE = Path(__file__).parent
 PACKAGES = HERE.parents[1] / "build" / "web"
 VIEWER = Path(bob.__file__).parent / "viewer"
+
+
+LEAN = Pyramid(features="8,8,16,24,24,24", handed_on="4,6,6,6,6")
+"""A pyramid of half the default network's arithmetic. Its weights are random: what it takes does not depend on them."""
 
 
 class Quiet(SimpleHTTPRequestHandler):
@@ -72,10 +78,15 @@ def main() -> None:
         browser = playwright.chromium.launch(executable_path=arguments.chromium, args=options + arguments.option)
         print(f"{arguments.size}, {arguments.runs} runs each, {browser.version}\n")
         print("| network | contender | median ms | fastest ms | largest difference |\n|---|---|---:|---:|---:|")
-        for name in ("paper", "default"):
-            shutil.copy(WEIGHTS / f"{name}.safetensors", root)
-            bob.export(name, str(root / f"{name}.onnx"))
-            expected = known_kept(part, load_network(name).predict(part).ravel())
+        lean = f"pyramid of {LEAN.multiply_adds(height, width):,.0f} multiply-adds"
+        for name in ("paper", "default", lean, "small"):
+            weights = root / f"{name}.safetensors"
+            if name == lean:
+                save(weights, LEAN)
+            else:
+                shutil.copy(WEIGHTS / weights.name, weights)
+            bob.export(weights, root / f"{name}.onnx")
+            expected = known_kept(part, load_network(weights).predict(part).ravel())
             page = browser.new_page()
             page.goto(f"http://127.0.0.1:{server.server_port}/page.html")
             settings = {"name": name, "height": height, "width": width, "runs": arguments.runs}

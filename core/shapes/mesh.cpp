@@ -179,9 +179,14 @@ std::vector<Vec3> Mesh::in_unit_sphere() const {
     return points;
 }
 
-std::vector<CornerNormals> Mesh::corner_normals(std::span<const Vec3> points) const {
-    return arrays_.normals.empty() ? crease_normals(points, arrays_.triangles)
-                                   : stored_normals(points, arrays_.triangles, arrays_.normals);
+std::vector<CornerNormals> Mesh::corner_normals() const {
+    const std::vector<Vec3> points = in_unit_sphere();
+    return corner_normals(points, face_normals(points, arrays_.triangles));
+}
+
+std::vector<CornerNormals> Mesh::corner_normals(std::span<const Vec3> points, std::span<const Vec3> face) const {
+    return arrays_.normals.empty() ? crease_normals(points, arrays_.triangles, face)
+                                   : stored_normals(points, arrays_.triangles, face, arrays_.normals);
 }
 
 void Mesh::prepare() const {
@@ -190,12 +195,8 @@ void Mesh::prepare() const {
     const std::span<const Triangle> triangles = arrays_.triangles;
     const std::vector<Vec3> points = in_unit_sphere();
     auto prepared = std::make_unique<Prepared>();
-    prepared->normals = corner_normals(points);
-    prepared->face_normals.reserve(triangles.size());
-    for (const Triangle& triangle : triangles) {
-        if (prepared->face_normals.size() % 32768 == 0) Interruption::check();
-        prepared->face_normals.push_back(face_normal(points, triangle));
-    }
+    prepared->face_normals = face_normals(points, triangles);
+    prepared->normals = corner_normals(points, prepared->face_normals);
     prepared->bvh = build_triangle_bvh(points, triangles);
     prepare_colors(points, *prepared);
     prepare_holes(*prepared);

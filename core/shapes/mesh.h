@@ -64,7 +64,7 @@ public:
                 std::span<Vec3> colors) const override;
 
     /// The unit normals at the corners of its triangles, from which shading is interpolated.
-    [[nodiscard]] std::vector<CornerNormals> corner_normals() const { return corner_normals(in_unit_sphere()); }
+    [[nodiscard]] std::vector<CornerNormals> corner_normals() const;
 
     /// 0 until it is prepared.
     [[nodiscard]] std::size_t bytes() const override;
@@ -83,7 +83,7 @@ private:
     };
 
     [[nodiscard]] std::vector<Vec3> in_unit_sphere() const;
-    [[nodiscard]] std::vector<CornerNormals> corner_normals(std::span<const Vec3> points) const;
+    [[nodiscard]] std::vector<CornerNormals> corner_normals(std::span<const Vec3> points, std::span<const Vec3> face) const;
     void prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) const;
     void prepare_holes(Prepared& prepared) const;
 

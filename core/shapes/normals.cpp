@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 
 #include "interruption.h"
 #include "parallel.h"
@@ -66,17 +65,52 @@ Vec3 sum_within(Vec3 axis, float cos_limit, std::span<const std::uint32_t> corne
     return sum;
 }
 
-/// Sets the normals of all corners at one position.
+/// Where corners meet: the mean of their faces' normals, weighted by angle, and how many they are.
+struct Meeting {
+    Vec3 mean;
+    std::uint32_t count = 0;
+
+    [[nodiscard]] bool is_crowded() const { return count > max_faces_at_vertex; }
+};
+
+/// The means at all positions.
+std::vector<Meeting> meetings(std::span<const std::uint32_t> position, std::span<const Triangle> triangles, std::span<const Vec3> face,
+                              std::span<const std::array<float, 3>> angle) {
+    std::vector<Meeting> result(position.size());
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        if (i % 32768 == 0) Interruption::check();
+        for (std::size_t c = 0; c < 3; ++c) {
+            auto& [sum, count] = result[position[triangles[i][c]]];
+            sum = sum + angle[i][c] * face[i];
+            ++count;
+        }
+    }
+    for (Meeting& at : result) at.mean = normalized(at.mean);
+    return result;
+}
+
+/// Of each position, whether all corners there have one normal: where all faces turn from their mean by less than half the crease
+/// angle, less some rounding, no two of them turn by more than it.
+std::vector<std::uint8_t> are_round(std::span<const std::uint32_t> position, std::span<const Triangle> triangles, std::span<const Vec3> face,
+                                    std::span<const Meeting> meeting) {
+    static const float cos_half = std::cos(crease_angle_degrees / 2 * degree) + 1e-5f;
+    std::vector<std::uint8_t> result(position.size(), 1);
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        if (i % 32768 == 0) Interruption::check();
+        for (const auto vertex : triangles[i]) {
+            const Meeting& at = meeting[position[vertex]];
+            if (!(dot(face[i], at.mean) > cos_half) || at.is_crowded()) result[position[vertex]] = 0;
+        }
+    }
+    return result;
+}
+
+/// Sets the normals of all corners at one position that is not round.
 void smooth(std::span<const std::uint32_t> corners, std::span<const Vec3> face, std::span<const std::array<float, 3>> angle,
             std::span<CornerNormals> normals) {
     static const float cos_crease = std::cos(crease_angle_degrees * degree);
-    // Where all faces turn from their mean by less than half the crease angle, less some rounding, no two of them turn by more
-    // than it, and all corners have that mean.
-    static const float cos_half = std::cos(crease_angle_degrees / 2 * degree) + 1e-5f;
-    const Vec3 whole = sum_within({}, -1, corners, face, angle), mean = normalized(whole);
-    const bool round = std::ranges::all_of(corners, [&](auto corner) { return dot(face[corner / 3], mean) > cos_half; });
     for (const std::uint32_t corner : corners) {
-        const Vec3 sum = round ? whole : sum_within(face[corner / 3], cos_crease, corners, face, angle);
+        const Vec3 sum = sum_within(face[corner / 3], cos_crease, corners, face, angle);
         if (dot(sum, sum) > 0) normals[corner / 3][corner % 3] = normalized(sum);
     }
 }
@@ -87,51 +121,61 @@ Vec3 face_normal(std::span<const Vec3> vertices, const Triangle& t) {
     return normalized(cross(vertices[t[1]] - vertices[t[0]], vertices[t[2]] - vertices[t[0]]));
 }
 
-std::vector<CornerNormals> crease_normals(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
-    const std::vector<std::uint32_t> position = merge_positions(vertices);
+std::vector<Vec3> face_normals(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
+    std::vector<Vec3> face(triangles.size());
+    parallel_for(triangles.size(), 4096, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) face[i] = face_normal(vertices, triangles[i]);
+    });
+    return face;
+}
 
-    // The corners (3 * triangle + corner) at each position, in one array sorted by position.
+std::vector<CornerNormals> crease_normals(std::span<const Vec3> vertices, std::span<const Triangle> triangles, std::span<const Vec3> face) {
+    const std::vector<std::uint32_t> position = merge_positions(vertices);
+    std::vector<std::array<float, 3>> angle(triangles.size());
+    parallel_for(triangles.size(), 4096, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) angle[i] = corner_angles(vertices, triangles[i]);
+    });
+    const std::vector<Meeting> meeting = meetings(position, triangles, face, angle);
+    const std::vector<std::uint8_t> is_round = are_round(position, triangles, face, meeting);
+
+    std::vector<CornerNormals> normals(triangles.size());
+    parallel_for(triangles.size(), 4096, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                const std::uint32_t at = position[triangles[i][c]];
+                normals[i][c] = is_round[at] ? meeting[at].mean : face[i];
+            }
+        }
+    });
+
+    // The corners (3 * triangle + corner) at each of the other positions, in one array sorted by position.
+    const auto is_left = [&](std::uint32_t at) { return !is_round[at] && !meeting[at].is_crowded(); };
     std::vector<std::uint32_t> begin(vertices.size() + 1, 0);
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
-        if (i % 32768 == 0) Interruption::check();
-        for (const auto vertex : triangles[i]) ++begin[position[vertex] + 1];
-    }
-    std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    std::vector<std::uint32_t> corners(3 * triangles.size());
+    for (std::uint32_t at = 0; at < vertices.size(); ++at) begin[at + 1] = begin[at] + (is_left(at) ? meeting[at].count : 0);
+    std::vector<std::uint32_t> corners(begin.back());
+    if (corners.empty()) return normals;
     {
         std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
         for (std::uint32_t i = 0; i < triangles.size(); ++i) {
             if (i % 32768 == 0) Interruption::check();
-            for (std::uint32_t c = 0; c < 3; ++c) corners[next[position[triangles[i][c]]]++] = 3 * i + c;
+            for (std::uint32_t c = 0; c < 3; ++c) {
+                const std::uint32_t at = position[triangles[i][c]];
+                if (is_left(at)) corners[next[at]++] = 3 * i + c;
+            }
         }
     }
-
-    std::vector<Vec3> face(triangles.size());
-    std::vector<std::array<float, 3>> angle(triangles.size());
-    parallel_for(triangles.size(), 4096, [&](std::size_t first, std::size_t last) {
-        Interruption::check();
-        for (std::size_t i = first; i < last; ++i) {
-            face[i] = face_normal(vertices, triangles[i]);
-            angle[i] = corner_angles(vertices, triangles[i]);
-        }
-    });
-
-    std::vector<CornerNormals> normals(triangles.size());
-    for (std::size_t i = 0; i < triangles.size(); ++i) normals[i].fill(face[i]);
     parallel_for(vertices.size(), 4096, [&](std::size_t first, std::size_t last) {
-        Interruption::check();
-        for (std::size_t vertex = first; vertex < last; ++vertex) {
-            const std::size_t count = begin[vertex + 1] - begin[vertex];
-            if (count == 0 || count > max_faces_at_vertex) continue;
+        for (std::size_t at = first; at < last; ++at) {
+            const std::size_t count = begin[at + 1] - begin[at];
             if (count > 64) Interruption::check();
-            smooth(std::span(corners).subspan(begin[vertex], count), face, angle, normals);
+            smooth(std::span(corners).subspan(begin[at], count), face, angle, normals);
         }
     });
     return normals;
 }
 
 std::vector<CornerNormals> stored_normals(std::span<const Vec3> vertices, std::span<const Triangle> triangles,
-                                          std::span<const Vec3> vertex_normals) {
+                                          std::span<const Vec3> face, std::span<const Vec3> vertex_normals) {
     std::vector<CornerNormals> normals(triangles.size());
     bool complete = true;
     for (std::size_t i = 0; i < triangles.size(); ++i) {
@@ -142,7 +186,7 @@ std::vector<CornerNormals> stored_normals(std::span<const Vec3> vertices, std::s
         }
     }
     if (complete) return normals;
-    const std::vector<CornerNormals> computed = crease_normals(vertices, triangles);
+    const std::vector<CornerNormals> computed = crease_normals(vertices, triangles, face);
     for (std::size_t i = 0; i < triangles.size(); ++i) {
         for (std::size_t c = 0; c < 3; ++c) {
             if (dot(normals[i][c], normals[i][c]) == 0) normals[i][c] = computed[i][c];

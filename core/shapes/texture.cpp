@@ -57,6 +57,8 @@ float near_picture(float place, Wrap wrap) {
 Texture::Texture(std::span<const std::uint8_t> texels, int height, int width, Wrap across, Wrap down,
                  std::span<const std::uint8_t> alpha)
     : across_(across), down_(down) {
+    static const SrgbBytes srgb_byte;
+    const std::array<float, 256>& light = linear();
     levels_.push_back({height, width, {texels.begin(), texels.end()}, {alpha.begin(), alpha.end()}});
     while (levels_.back().height > 1 || levels_.back().width > 1) {
         const Level& from = levels_.back();
@@ -65,6 +67,15 @@ Texture::Texture(std::span<const std::uint8_t> texels, int height, int width, Wr
         to.texels.resize(3 * size), to.alpha.resize(from.alpha.empty() ? 0 : size);
         for_rows(0, to.height, to.width, [&](int row) {
             for (int column = 0; column < to.width; ++column) {
+                const auto at = static_cast<std::size_t>(row * to.width + column);
+                if (from.alpha.empty() && 2 * row + 1 < from.height && 2 * column + 1 < from.width) {  // as below, of most texels
+                    const std::uint8_t* const upper = &from.texels[3 * static_cast<std::size_t>(2 * row * from.width + 2 * column)];
+                    const std::uint8_t* const lower = upper + 3 * from.width;
+                    for (std::size_t k = 0; k < 3; ++k) {
+                        to.texels[3 * at + k] = srgb_byte((light[upper[k]] + light[upper[k + 3]] + light[lower[k]] + light[lower[k + 3]]) / 4);
+                    }
+                    continue;
+                }
                 std::size_t covered[4], count = 0;
                 for (int y = 2 * row; y < std::min(2 * row + 2, from.height); ++y) {
                     for (int x = 2 * column; x < std::min(2 * column + 2, from.width); ++x) {
@@ -73,14 +84,12 @@ Texture::Texture(std::span<const std::uint8_t> texels, int height, int width, Wr
                 }
                 float weights[4], total = 0;
                 for (std::size_t i = 0; i < count; ++i) total += weights[i] = from.opacity(covered[i]);
-                const auto at = static_cast<std::size_t>(row * to.width + column);
-                const auto rounded = [](float value) { return static_cast<std::uint8_t>(value * 255 + 0.5f); };
-                if (!to.alpha.empty()) to.alpha[at] = rounded(total / static_cast<float>(count));
+                if (!to.alpha.empty()) to.alpha[at] = static_cast<std::uint8_t>(total / static_cast<float>(count) * 255 + 0.5f);
                 if (total == 0) total = static_cast<float>(count), std::fill_n(weights, count, 1.f);
                 for (std::size_t k = 0; k < 3; ++k) {
                     float sum = 0;
-                    for (std::size_t i = 0; i < count; ++i) sum += weights[i] * linear()[from.texels[3 * covered[i] + k]];
-                    to.texels[3 * at + k] = rounded(to_srgb(sum / total));
+                    for (std::size_t i = 0; i < count; ++i) sum += weights[i] * light[from.texels[3 * covered[i] + k]];
+                    to.texels[3 * at + k] = srgb_byte(sum / total);
                 }
             }
         });

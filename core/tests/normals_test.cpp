@@ -14,12 +14,16 @@ test::TriangleMesh bent(float degrees) {
             {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}, {9, 10, 11}}};
 }
 
+std::vector<bob::CornerNormals> creased(const test::TriangleMesh& mesh) {
+    return bob::crease_normals(mesh.vertices, mesh.triangles, bob::face_normals(mesh.vertices, mesh.triangles));
+}
+
 }  // namespace
 
 TEST(edges_are_smooth_below_the_crease_angle_and_sharp_above) {
     for (const float degrees : {10.f, 39.f, 41.f, 90.f}) {
         const auto mesh = bent(degrees);
-        const auto normals = bob::crease_normals(mesh.vertices, mesh.triangles);
+        const auto normals = creased(mesh);
         const bob::Vec3 at_edge = normals[0][1], flat{0, 0, 1};
         const float turned = std::acos(std::min(1.f, dot(at_edge, flat))) * 180 / 3.14159265f;
         if (degrees < bob::crease_angle_degrees) {
@@ -34,7 +38,7 @@ TEST(edges_are_smooth_below_the_crease_angle_and_sharp_above) {
 
 TEST(a_coarse_sphere_is_smooth) {
     const auto mesh = test::sphere(3, 0.5f);
-    const auto normals = bob::crease_normals(mesh.vertices, mesh.triangles);
+    const auto normals = creased(mesh);
     for (std::size_t i = 0; i < normals.size(); ++i) {
         for (std::size_t c = 0; c < 3; ++c) {
             CHECK_LT(length(normals[i][c] - normalized(mesh.vertices[mesh.triangles[i][c]])), 0.03f);
@@ -47,8 +51,8 @@ TEST(stored_normals_win_where_they_are_usable) {
     std::vector<bob::Vec3> stored(mesh.vertices.size(), {0, 0, 3});
     stored[1] = {0, 0, 0};
     stored[2] = {std::nanf(""), 0, 0};
-    const auto normals = bob::stored_normals(mesh.vertices, mesh.triangles, stored);
-    const auto computed = bob::crease_normals(mesh.vertices, mesh.triangles);
+    const auto normals = bob::stored_normals(mesh.vertices, mesh.triangles, bob::face_normals(mesh.vertices, mesh.triangles), stored);
+    const auto computed = creased(mesh);
     CHECK_EQ(normals[2][1].z, 1.f);
     CHECK_EQ(length(normals[0][1] - computed[0][1]), 0.f);
     CHECK_EQ(length(normals[0][2] - computed[0][2]), 0.f);
@@ -57,7 +61,7 @@ TEST(stored_normals_win_where_they_are_usable) {
 TEST(faces_without_area_do_not_spoil_their_neighbours) {
     auto mesh = bent(0);
     mesh.triangles.push_back({0, 0, 1});
-    const auto normals = bob::crease_normals(mesh.vertices, mesh.triangles);
+    const auto normals = creased(mesh);
     for (std::size_t i = 0; i < 4; ++i) CHECK_NEAR(normals[i][0].z, 1.f, 1e-6f);
 }
 
@@ -65,7 +69,7 @@ TEST(corners_have_the_mean_of_the_faces_within_the_crease_angle) {
     auto mesh = test::sphere(4, 1);
     test::Random random(1);
     for (bob::Vec3& v : mesh.vertices) v = random(1, random() < 0.2f ? 1.15f : 1.01f) * v;  // smooth here, sharp there
-    const auto normals = bob::crease_normals(mesh.vertices, mesh.triangles);
+    const auto normals = creased(mesh);
     const float limit = std::cos(bob::crease_angle_degrees * 3.14159265f / 180);
     std::vector<std::vector<std::pair<std::size_t, float>>> faces_at(mesh.vertices.size());  // with their angles there
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {

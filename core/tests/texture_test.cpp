@@ -1,5 +1,6 @@
 #include "shapes/texture.h"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -26,6 +27,21 @@ TEST(textures_are_bilinear_between_texels) {
     CHECK_NEAR(t(0.25f, 0.75f, 0).z, linear(200), 1e-6f);
     CHECK_NEAR(t(0.5f, 0.25f, 0).x, linear(100) / 2, 1e-6f);
     CHECK_NEAR(t(0.5f, 0.5f, 0).x, (linear(100) + linear(200) + 1) / 4, 1e-6f);
+}
+
+TEST(bytes_of_srgb_are_the_curves_rounded) {
+    const bob::SrgbBytes byte;
+    const auto rounded = [](float x) { return static_cast<int>(bob::to_srgb(x) * 255 + 0.5f); };
+    constexpr int steps = 1 << 20;
+    int wrong = 0;
+    for (int i = 0; i <= steps; ++i) wrong += byte(static_cast<float>(i) / steps) != rounded(static_cast<float>(i) / steps);
+    for (int i = 0; i < 256; ++i) {  // around where one ends and the next begins
+        float x = std::nextafter(linear(i) + (linear(i + 1) - linear(i)) * 0.45f, 0.f);
+        for (const float end = std::min(1.f, linear(i) + (linear(i + 1) - linear(i)) * 0.55f); x < end; x = std::nextafter(x, 2.f)) {
+            wrong += byte(x) != rounded(x);
+        }
+    }
+    CHECK_EQ(wrong, 0);
 }
 
 TEST(textures_wrap_as_they_say) {

@@ -1,15 +1,31 @@
 // @ts-check
-/** SHA-256, which pages without https do not have by themselves. */
+/** SHA-256: the browser's, which takes a tenth of the time, or the core's: pages without https have no other. */
 
 /** Bytes that are copied to the module at once. */
 const PIECE = 1 << 20;
 
-/** @param {import("./core.js").Core} core @param {Uint8Array} bytes @returns {Uint8Array} (32,) */
-export function sha256(core, bytes) {
+/**
+ * @param {import("./core.js").Core} core
+ * @param {...Uint8Array<ArrayBuffer>} parts of what is hashed, in their order
+ * @returns {Promise<Uint8Array>} (32,)
+ */
+export async function sha256(core, ...parts) {
+  if (globalThis.crypto?.subtle) return new Uint8Array(await crypto.subtle.digest("SHA-256", joined(parts)));
   const hash = core.made("make_sha256");
-  for (let at = 0; at < bytes.length; at += PIECE) {
-    const piece = bytes.subarray(at, at + PIECE);
-    core.call("add_bytes", hash, piece, piece.length);
+  for (const part of parts) {
+    for (let at = 0; at < part.length; at += PIECE) {
+      const piece = part.subarray(at, at + PIECE);
+      core.call("add_bytes", hash, piece, piece.length);
+    }
   }
   return core.filled(new Uint8Array(32), (address) => core.call("end_sha256", hash, address));
+}
+
+/** @param {Uint8Array<ArrayBuffer>[]} parts */
+function joined(parts) {
+  if (parts.length === 1) return parts[0];
+  const whole = new Uint8Array(parts.reduce((sum, { length }) => sum + length, 0));
+  let at = 0;
+  for (const part of parts) whole.set(part, at), at += part.length;
+  return whole;
 }

@@ -55,9 +55,9 @@ const KINDS = {
 /**
  * @param {Core} core that checks what it knows best
  * @param {ArrayBuffer} bytes which the scene's arrays are views of, and which are not a valid file afterwards
- * @returns {SceneDescription}
+ * @returns {Promise<SceneDescription>}
  */
-export function readBob(core, bytes) {
+export async function readBob(core, bytes) {
   const all = new Uint8Array(bytes), text = new TextDecoder();
   if (text.decode(all.subarray(8, DIGITS)) !== START) {
     const start = brief(text.decode(all.subarray(0, 32)));
@@ -70,7 +70,7 @@ export function readBob(core, bytes) {
   }
   const checksum = text.decode(all.subarray(DIGITS, BODY));
   all.fill("0".charCodeAt(0), DIGITS, BODY);
-  if (checksum !== hex(sha256(core, all))) {
+  if (checksum !== hex(await sha256(core, all))) {
     throw new CoreError("expected a whole file, got one that was damaged or cut short: its checksum differs");
   }
   const container = readContainer(bytes), { metadata, entries } = container;

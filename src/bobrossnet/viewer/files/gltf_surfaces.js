@@ -22,13 +22,23 @@ const MAX_NUMBER = 1e9;
 export class GltfSurfaces {
   /** @type {Map<number, Surface>} */
   #surfaces = new Map();
-  /** By the number of their image. @type {Map<number, Picture | undefined>} */
+  /** By the number of their image. @type {Map<number, Promise<Picture>>} */
   #pictures = new Map();
+  /** Numbers of images that were left out. @type {Set<number>} */
+  #missing = new Set();
   /** @param {any} json @param {Uint8Array<ArrayBuffer>} buffer the file's own @param {import("./part.js").Warn} warn */
   constructor(json, buffer, warn) {
     this.json = json;
     this.buffer = buffer;
     this.warn = warn;
+  }
+
+  /** Begins to decode the pictures of some materials, which other threads do. @param {Iterable<number | undefined>} numbers */
+  begin(numbers) {
+    for (const number of new Set(numbers)) {
+      const info = this.#baseColor(number);
+      if ("index" in info) this.#picture(this.#image(info)).catch(() => {}); // `prepare` meets that again
+    }
   }
 
   /** Reads what some materials need, so that `of` can answer. @param {Iterable<number | undefined>} numbers */
@@ -95,26 +105,33 @@ export class GltfSurfaces {
     return item(this.json, "materials", number);
   }
 
+  /** The number of a texture's image, -1 of none. @param {any} info */
+  #image(info) {
+    const texture = item(this.json, "textures", info.index), { extensions } = texture;
+    const source = texture.source ?? object(extensions ?? {}, "EXT_texture_webp").source;
+    return Number.isInteger(source) ? source : -1;
+  }
+
   /** @param {any} info @returns {Promise<Texture | undefined>} */
   async #texture(info) {
     if (!("index" in info)) return undefined;
-    const texture = item(this.json, "textures", info.index), { extensions } = texture;
-    const source = texture.source ?? object(extensions ?? {}, "EXT_texture_webp").source, number = Number.isInteger(source) ? source : -1;
-    if (!this.#pictures.has(number)) this.#pictures.set(number, await this.#picture(number));
-    const picture = this.#pictures.get(number), { wrapS, wrapT } = item(this.json, "samplers", texture.sampler);
-    if (!picture) return undefined;
-    return { picture, wrap: [WRAPS[wrapS] ?? 0, WRAPS[wrapT] ?? 0] };
-  }
-
-  /** @param {number} number */
-  async #picture(number) {
+    const number = this.#image(info), { wrapS, wrapT } = item(this.json, "samplers", item(this.json, "textures", info.index).sampler);
     try {
-      return await decoded(this.#content(item(this.json, "images", number)));
+      return { picture: await this.#picture(number), wrap: [WRAPS[wrapS] ?? 0, WRAPS[wrapT] ?? 0] };
     } catch (error) {
       if (!(error instanceof CoreError)) throw error;
-      this.warn(`texture ${number} was left out: ${error.message}`);
+      if (!this.#missing.has(number)) this.warn(`texture ${number} was left out: ${error.message}`);
+      this.#missing.add(number);
       return undefined;
     }
+  }
+
+  /** @param {number} number of an image */
+  #picture(number) {
+    const read = async () => decoded(this.#content(item(this.json, "images", number)));
+    const picture = this.#pictures.get(number) ?? read();
+    this.#pictures.set(number, picture);
+    return picture;
   }
 
   /** The file of an image. @param {any} image @returns {Uint8Array<ArrayBuffer>} */

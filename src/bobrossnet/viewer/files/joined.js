@@ -113,15 +113,16 @@ function withNormals(core, part) {
   }
 }
 
-/** @param {Part[]} parts @returns {Joined} an index that misses its own part's vertices becomes -1 */
+/** @param {Part[]} parts @returns {Joined} of several, an index that misses its own part's vertices becomes -1 */
 function joined(parts) {
   const count = (/** @type {"vertices" | "triangles"} */ of) => parts.reduce((sum, part) => sum + part[of].length, 0);
   /** @type {Part} */
   const whole = parts.length === 1 ? parts[0] : { vertices: new Float64Array(count("vertices")), triangles: new Int32Array(count("triangles")) };
   let vertex = 0, corner = 0;
   for (const part of parts) {
+    if (whole === part) break;
     const start = vertex / 3, size = part.vertices.length / 3, { triangles } = part;
-    if (whole !== part) whole.vertices.set(part.vertices, vertex);
+    whole.vertices.set(part.vertices, vertex);
     for (let i = 0; i < triangles.length; ++i) {
       const index = triangles[i];
       whole.triangles[corner++] = index >= 0 && index < size ? index + start : -1;
@@ -191,14 +192,15 @@ function onTexture(uv) {
 
 /** For each triangle, 1 if all of its vertices are there and finite. @param {Part} part */
 function usable({ vertices, triangles }) {
-  const fine = new Uint8Array(vertices.length / 3 + 1), shown = new Uint8Array(triangles.length / 3);
+  const size = vertices.length / 3, fine = new Uint8Array(size), shown = new Uint8Array(triangles.length / 3);
   for (let i = 0, at = 0; at < vertices.length; ++i, at += 3) {
     const largest = Math.max(Math.abs(vertices[at]), Math.abs(vertices[at + 1]), Math.abs(vertices[at + 2]));
     fine[i] = Number(largest <= MAX_COORDINATE);  // NaN is not
   }
   for (let i = 0; i < shown.length; ++i) {
     const a = triangles[3 * i], b = triangles[3 * i + 1], c = triangles[3 * i + 2];
-    shown[i] = Number(a >= 0 && b >= 0 && c >= 0 && fine[a] & fine[b] & fine[c]);
+    const areThere = a >= 0 && b >= 0 && c >= 0 && a < size && b < size && c < size;
+    shown[i] = Number(areThere && fine[a] & fine[b] & fine[c]);
   }
   return shown;
 }
@@ -211,8 +213,9 @@ function usable({ vertices, triangles }) {
  * @returns {Joined}
  */
 function chosen({ part, surfaces, surface }, which) {
-  const count = which.reduce((sum, is) => sum + is, 0), rows = new Int32Array(which.length);
-  for (let i = 0, row = 0; i < rows.length; ++i) rows[i] = which[i] ? row++ : -1;
+  const rows = new Int32Array(which.length);
+  let count = 0;
+  for (let i = 0; i < rows.length; ++i) rows[i] = which[i] ? count++ : -1;
   const triangles = picked(part.triangles, rows, count, 3);
   const places = new Int32Array(part.vertices.length / 3);
   for (let i = 0; i < triangles.length; ++i) places[triangles[i]] = 1;

@@ -38,6 +38,8 @@ export async function readGlb(bytes, warn) {
   prepareScenes(json);
   checkTree(json);
   checkBuffers(json, size);
+  const surfaces = new GltfSurfaces(json, new Uint8Array(glb, glb.byteLength - size), warn);
+  surfaces.begin((json.meshes ?? []).flatMap((/** @type {any} */ { primitives }) => primitives.map((/** @type {any} */ own) => own.material)));
   const { GLTFLoader, Material } = await three(), loader = new GLTFLoader();
   loader.register((/** @type {any} */ parser) => {
     prepareScenes(parser.json);
@@ -49,7 +51,6 @@ export async function readGlb(bytes, warn) {
   });
   const { scene } = await loader.parseAsync(glb, "");
   scene.updateMatrixWorld(true);
-  const surfaces = new GltfSurfaces(json, new Uint8Array(glb, glb.byteLength - size), warn);
   const meshes = meshesOf(scene);
   await surfaces.prepare(meshes.map(({ material }) => material.userData.index));
   let total = 0;

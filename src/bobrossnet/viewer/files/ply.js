@@ -36,7 +36,9 @@ const SRGB = [["red", "green", "blue"], ["diffuse_red", "diffuse_green", "diffus
 /** As Mitsuba writes its attributes. */
 const LINEAR = ["color_0", "color_1", "color_2"];
 const PLACES_OF_VERTICES = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
-const HEADER = 1 << 20;
+const HEADER = 1 << 20, MOST_HEADERS = 1 << 14; // bytes
+/** Bytes of a row that is a triangle, in nearly all files. */
+const TRIANGLE = 13;
 
 /**
  * @param {ArrayBuffer} bytes
@@ -70,10 +72,11 @@ export function readPly(bytes, warn) {
           ...(own && { nx: [own, 0], ny: [own, 1], nz: [own, 2] }), ...colors?.columns }, () => undefined);
       } else if (element.name === "face") {
         faceColors = colorsOf(element);
-        at = readRows(view, at, little, element, faceColors?.columns ?? {}, (corners, count) => {
+        const done = readTriangles(view, at, little, element, triangles);
+        at = readRows(view, at + done * TRIANGLE, little, element, faceColors?.columns ?? {}, (corners, count) => {
           if (faceColors) cuts.push(Math.max(count - 2, 0));
           addFan(triangles, corners, count);
-        });
+        }, done);
       } else {
         const isStrips = element.name === "tristrips";
         at = readRows(view, at, little, element, {}, (corners, count) => isStrips && addStrips(triangles, corners, count));
@@ -136,7 +139,8 @@ function has(element, ...names) {
  */
 function readHeader(bytes) {
   // One character a byte, so that places in the text are places in the file.
-  const text = new TextDecoder("latin1").decode(new Uint8Array(bytes, 0, Math.min(bytes.byteLength, HEADER)));
+  const textOfFirst = (/** @type {number} */ size) => new TextDecoder("latin1").decode(new Uint8Array(bytes, 0, Math.min(bytes.byteLength, size)));
+  const short = textOfFirst(MOST_HEADERS), text = /[\r\n]end_header[ \t]*[\r\n]./s.test(short) ? short : textOfFirst(HEADER);
   if (!text.startsWith("ply")) {
     throw new CoreError(`expected a PLY, which starts with 'ply', got ${brief(text.slice(0, 8))}`);
   }
@@ -233,9 +237,10 @@ function integerOf(word) {
  * @param {DataView} view @param {number} at where they start @param {boolean} little @param {Element} element
  * @param {Record<string, [Float64Array, number]>} columns
  * @param {(corners: Int32Array, count: number) => void} onList
+ * @param {number} [begin] of the rows that are left
  * @returns {number} where they end
  */
-function readRows(view, at, little, element, columns, onList) {
+function readRows(view, at, little, element, columns, onList, begin = 0) {
   if (element.properties.every(({ length }) => length === null)) return readScalars(view, at, little, element, columns);
   let corners = new Int32Array(64);
   const lists = element.properties.filter(({ length }) => length !== null).map(({ name }) => name);
@@ -246,7 +251,7 @@ function readRows(view, at, little, element, columns, onList) {
     const isList = length !== null, wanted = name === ofCorners;
     return { size, get, array, axis, isList, lengthSize, getLength, wanted };
   });
-  for (let row = 0; row < element.rows; ++row) {
+  for (let row = begin; row < element.rows; ++row) {
     for (const { size, get, array, axis, isList, lengthSize, getLength, wanted } of plan) {
       if (!isList) {
         if (array) array[3 * row + axis] = Number(view[get](at, little));
@@ -268,6 +273,26 @@ function readRows(view, at, little, element, columns, onList) {
   }
   if (at > view.byteLength) throw new RangeError("rows end beyond the file");
   return at;
+}
+
+/**
+ * Reads faces that have nothing but corners, as far as they are triangles: as readRows does, in a third of the time.
+ *
+ * @param {DataView} view @param {number} at where they start @param {boolean} little @param {Element} element
+ * @param {Growing<Int32Array>} triangles
+ * @returns {number} how many
+ */
+function readTriangles(view, at, little, { properties: [{ name, type, length }, other], rows }, triangles) {
+  if (other || !CORNERS.includes(name) || !["i4", "u4"].includes(type) || !["i1", "u1"].includes(length ?? "")) return 0;
+  const most = Math.min(rows, Math.floor((view.byteLength - at) / TRIANGLE));
+  triangles.reserve(3 * most);
+  const { values, length: start } = triangles;
+  let row = 0;
+  for (let i = start; row < most && view.getUint8(at) === 3; ++row, at += TRIANGLE, i += 3) {
+    values[i] = view.getInt32(at + 1, little), values[i + 1] = view.getInt32(at + 5, little), values[i + 2] = view.getInt32(at + 9, little);
+  }
+  triangles.length += 3 * row;
+  return row;
 }
 
 /**

@@ -55,7 +55,7 @@ export async function readFile(core, name, bytes, beside = new Beside()) {
     const read = Object.hasOwn(READERS, ending) ? READERS[ending] : undefined;
     if (!read) throw new CoreError(`expected one of ${ENDINGS.join(" ")}, got ${ending || "no ending"}`);
     if (bytes.byteLength === 0) throw new CoreError("expected a scene, got an empty file");
-    return inCanonicalOrder(core, await read(core, bytes, name, beside));
+    return await inCanonicalOrder(core, await read(core, bytes, name, beside));
   } catch (error) {
     const [what, line] = error instanceof CoreError ? [error.message, error.line] : [reason(ending, error), null];
     throw new CoreError(oneLine(`${name}: ${what}`), line);

@@ -54,15 +54,31 @@ export async function decoded(bytes) {
   });
   const { height, width } = image;
   if (height * width > MAX_TEXELS) throw new CoreError(`expected a picture of at most ${MAX_TEXELS} texels, got ${width} x ${height}`);
-  const drawn = drawnPixels(image), texels = new Uint8Array(3 * height * width), alpha = new Uint8Array(height * width);
-  const isOpaque = drawn.every((value, i) => i % 4 < 3 || value === 255);
-  const pixels = (!isOpaque && storedPixels(image)) || drawn;
+  const drawn = drawnPixels(image), isOpaque = !hasClearPixels(drawn), pixels = (!isOpaque && storedPixels(image)) || drawn;
   image.close();
-  for (let i = 0, from = 0, to = 0; i < alpha.length; ++i) {
-    texels[to++] = pixels[from++], texels[to++] = pixels[from++], texels[to++] = pixels[from++];
-    alpha[i] = pixels[from++];
+  return { texels: colorsOf(pixels), height, width, ...(!isOpaque && { alpha: alphaOf(pixels) }) };
+}
+
+/** Whether any pixel is not opaque. @param {Uint8Array | Uint8ClampedArray} pixels (n, 4) */
+function hasClearPixels(pixels) {
+  for (let i = 3; i < pixels.length; i += 4) if (pixels[i] !== 255) return true;
+  return false;
+}
+
+/** @param {Uint8Array | Uint8ClampedArray} pixels (n, 4) @returns {Uint8Array} (n, 3) */
+function colorsOf(pixels) {
+  const colors = new Uint8Array(pixels.length / 4 * 3);
+  for (let from = 0, to = 0; from < pixels.length; from += 4, to += 3) {
+    colors[to] = pixels[from], colors[to + 1] = pixels[from + 1], colors[to + 2] = pixels[from + 2];
   }
-  return { texels, height, width, ...(!isOpaque && { alpha }) };
+  return colors;
+}
+
+/** @param {Uint8Array | Uint8ClampedArray} pixels (n, 4) @returns {Uint8Array} (n,) */
+function alphaOf(pixels) {
+  const alpha = new Uint8Array(pixels.length / 4);
+  for (let i = 0; i < alpha.length; ++i) alpha[i] = pixels[4 * i + 3];
+  return alpha;
 }
 
 /** Pixels (H, W, 4) as a canvas has them, which forgets the colours of what is transparent. @param {ImageBitmap} image */

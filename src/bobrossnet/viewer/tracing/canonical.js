@@ -4,6 +4,7 @@
  * that pictures do not depend on the order in a file. Scripts and .vm formulas count by their texts.
  */
 
+import { sha256 } from "../core/sha256.js";
 import { IDENTITY } from "../shapes/affine.js";
 import { WHITE, materialValues } from "./description.js";
 
@@ -26,11 +27,11 @@ const COLUMNS = {
   tube: { control_points: 3 },
 };
 
-/** The same scene with its instances in their order. @param {Core} core @param {SceneDescription} scene @returns {SceneDescription} */
-export function inCanonicalOrder(core, scene) {
+/** The same scene with its instances in their order. @param {Core} core @param {SceneDescription} scene @returns {Promise<SceneDescription>} */
+export async function inCanonicalOrder(core, scene) {
   const { shapes, instances } = scene, count = instances.length;
   if (count < 2) return scene;
-  const digests = shapes.map((shape) => shapeDigest(core, shape));
+  const digests = await Promise.all(shapes.map((shape) => shapeDigest(core, shape)));
   const digest = instances.flatMap(({ shape }) => Array.from(digests[shape]));
   const transform = instances.flatMap(({ transform = IDENTITY }) => Array.from(transform));
   const material = instances.flatMap(({ material = WHITE }) => materialValues(material));
@@ -40,17 +41,18 @@ export function inCanonicalOrder(core, scene) {
   return { ...scene, instances: Array.from(order, (i) => instances[i]) };
 }
 
-/** @param {Core} core @param {ShapeDescription} description @returns {Uint8Array} (32,) */
+/** As core/tracing/canonical.h has it. @param {Core} core @param {ShapeDescription} description @returns {Promise<Uint8Array>} (32,) */
 function shapeDigest(core, { kind, ...fields }) {
-  const digest = core.made("make_digest", kind);
+  const encoder = new TextEncoder(), parts = [encoder.encode(kind)];
   for (const [name, value] of Object.entries(fields).sort(([a], [b]) => (a < b ? -1 : 1))) {
     if (ArrayBuffer.isView(value)) {
-      const array = /** @type {Float64Array} */ (value), columns = COLUMNS[kind]?.[name] ?? 0;
-      const dtype = /** @type {string} */ (DTYPES.get(array.constructor));
-      core.call("digest_tensor", digest, name, dtype, array.length / (columns || 1), columns, array, array.byteLength);
+      const array = /** @type {Float64Array<ArrayBuffer>} */ (value), columns = COLUMNS[kind]?.[name];
+      const shape = columns ? `(${array.length / columns}, ${columns})` : `(${array.length},)`;
+      parts.push(encoder.encode(`${name} ${DTYPES.get(array.constructor)} ${shape}`));
+      parts.push(new Uint8Array(array.buffer, array.byteOffset, array.byteLength));
     } else {
-      core.call("digest_text", digest, name, `${value}`);
+      parts.push(encoder.encode(`${name} ${value}`));
     }
   }
-  return core.filled(new Uint8Array(32), (address) => core.call("end_digest", digest, address));
+  return sha256(core, ...parts);
 }

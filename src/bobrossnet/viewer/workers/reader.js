@@ -47,7 +47,7 @@ async function read({ name, source, beside, yUp, port, module }) {
   try {
     const core = new Core(new WebAssembly.Instance(module));
     scene = await readFile(core, name, await bytesOf(source), new Beside(beside));
-    if (yUp) scene = inCanonicalOrder(core, turnedUpright(scene));
+    if (yUp) scene = await inCanonicalOrder(core, turnedUpright(scene));
     port.postMessage({ kind: "open", scene, edition: 0 });
     const [shape] = scene.shapes;
     const script = scene.shapes.length === 1 && shape.kind === "script" && !yUp ? shape.source : null;
