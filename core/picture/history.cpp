@@ -212,7 +212,7 @@ void History::drop(std::size_t most) {
     count_ = kept_ = to;
 }
 
-std::size_t History::expect(const Camera& camera, float* planes, float* off_center) {
+std::size_t History::expect(const Camera& camera, float* planes, float* off_center, const std::function<void(int)>& finish) {
     const Projection before(camera_, static_cast<int>(height_), static_cast<int>(width_));
     const Projection projection(camera, static_cast<int>(height_), static_cast<int>(width_));
     const Eye eye = projection.eye();
@@ -231,7 +231,6 @@ std::size_t History::expect(const Camera& camera, float* planes, float* off_cent
 
     const HistoryKernels& kernels = best_history_kernels();
     const Planes<float> expected(layout_, planes, pixels);
-    const int gray = layout_.place(channels::gray), color = layout_.place(channels::color);
     for_rows(0, static_cast<int>(height_), static_cast<int>(width_), [&](int y) {
         const std::size_t first = static_cast<std::size_t>(y) * width_;
         const auto width = static_cast<std::int32_t>(width_);
@@ -239,11 +238,10 @@ std::size_t History::expect(const Camera& camera, float* planes, float* off_cent
         expect_emptiness(projection, static_cast<std::uint32_t>(y));
         kernels.expect(sights(), chosen, empty_.data() + first, best_.data() + cells_.at(y, 0),
                        {expected.mask + first, expected.depth + first, expected.normal_x + first, expected.normal_y + first, off_center + first}, width);
-        if (gray >= 0) std::fill_n(planes + static_cast<std::size_t>(gray) * pixels + first, width_, 0.f);
-        for (int k = 0; color >= 0 && k < 3; ++k) std::fill_n(planes + static_cast<std::size_t>(color + k) * pixels + first, width_, 0.f);
         for (std::size_t k = 0; k < carried_components_.size(); ++k) {
             kernels.carry(columns_[columns::carried + k].data(), chosen, planes + carried_components_[k] * pixels + first, width);
         }
+        if (finish) finish(y);
     });
     const std::size_t known = surfaces + static_cast<std::size_t>(std::count(empty_.begin(), empty_.end(), std::uint8_t{1}));
     return static_cast<float>(known) < least_known * static_cast<float>(pixels) ? nothing() : surfaces;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "picture/camera.h"
@@ -16,8 +17,8 @@ namespace bob {
 /// never what is known. (Walter, Drettakis, Parker, "Interactive Rendering using the Render Cache", 1999.)
 class History {
 public:
-    /// Of pictures with the mask, depth and normals. The layout's other channels are carried as they are, but gray and colour are 0
-    /// where it has the instance: they are to be shaded anew.
+    /// Of pictures with the mask, depth and normals. The layout's other channels are carried as they are; but gray and colour are
+    /// not where it has the instance: they are to be shaded anew.
     History(const Layout& layout, std::uint32_t height, std::uint32_t width);
 
     /// Takes over what was traced with a camera, planes of the layout. It takes the place of what was expected there; if that
@@ -26,8 +27,9 @@ public:
 
     /// What is expected in the picture of a camera, in planes of the layout: the mask is 1 where something is. `off_center`,
     /// (height, width), says how far from the pixel's centre that was seen, in pixels; of emptiness, a half. Returns at how
-    /// many pixels a surface is expected: 0 after a jump, of which all before says nothing and is forgotten.
-    std::size_t expect(const Camera& camera, float* planes, float* off_center);
+    /// many pixels a surface is expected: 0 after a jump, of which all before says nothing and is forgotten. `finish` is called with
+    /// the number of each row that was written, from several threads.
+    std::size_t expect(const Camera& camera, float* planes, float* off_center, const std::function<void(int)>& finish = {});
 
     /// Forgets everything.
     void clear();

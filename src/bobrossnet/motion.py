@@ -229,10 +229,9 @@ class View:
             self._history = _core.History(layout.core, *self.size)
         expected, off_center = untraced_planes(self.size, layout), np.empty(self.size, np.float32)
         self._history.add(self._seen.in_core, planes)
-        if not self._history.expect(seen.in_core, expected, off_center):
+        scene = None if self._scene is None else self._scene.core
+        if not self._history.expect(seen.in_core, expected, off_center, scene):
             return None
-        if isinstance(seen.tracer, SceneTracer):
-            seen.tracer.shade(expected)
         self._order.begin((self._seed + self._moves) % 2**64)
         sequence = _Refreshing(self._order, expected, off_center)
         self._calls.turn_to(seen.tracer)
