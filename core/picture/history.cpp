@@ -107,8 +107,8 @@ struct Planes {
 
 History::History(const Layout& layout, std::uint32_t height, std::uint32_t width)
     : layout_(layout), height_(height), width_(width), cells_{static_cast<std::int32_t>(height), static_cast<std::int32_t>(width)},
-      at_(cells_.size(), none), surface_depth_(cells_.size()), surface_right_(cells_.size()), surface_down_(cells_.size()),
-      nearest_(cells_.size()), sides_(cells_.size()), best_(cells_.size()), overrun_(cells_.size()), empty_(std::size_t{height} * width + most_lanes),
+      chosen_(cells_.size(), no_choice), surface_depth_(cells_.size()), surface_right_(cells_.size()), surface_down_(cells_.size()),
+      nearest_(cells_.size()), sides_(cells_.size()), overrun_(cells_.size()), empty_(std::size_t{height} * width + most_lanes),
       was_empty_(empty_.size()), counts_(width + most_lanes) {
     const bool is_shaded_anew = layout_.place(channels::instance) >= 0;
     std::size_t at = 0;
@@ -128,7 +128,7 @@ History::History(const Layout& layout, std::uint32_t height, std::uint32_t width
 
 void History::clear() {
     count_ = kept_ = 0;
-    std::ranges::fill(at_, none);
+    std::ranges::fill(chosen_, no_choice);
     std::ranges::fill(empty_, std::uint8_t{0});
 }
 
@@ -163,23 +163,23 @@ void History::add(const Camera& camera, const float* planes) {
         return static_cast<std::size_t>(cells_.at(static_cast<std::int32_t>(i / width_), static_cast<std::int32_t>(i % width_)));
     };
     std::size_t more = 0;
-    for (const std::uint32_t i : traced_) more += traced.depth[i] != 0 && at_[cell_of(i)] == none;
+    for (const std::uint32_t i : traced_) more += traced.depth[i] != 0 && chosen_[cell_of(i)] == no_choice;
     if (count_ + more > pixels || static_cast<float>(count_ - kept_) > most_marked * static_cast<float>(count_)) drop(pixels - more);
     kept_ += more;
 
     for (const std::uint32_t i : traced_) {
-        std::int32_t& at = at_[cell_of(i)];
+        Choice& chosen = chosen_[cell_of(i)];
         empty_[i] = traced.depth[i] == 0;
         if (empty_[i]) {
-            if (at != none) mark(static_cast<std::size_t>(std::exchange(at, none)));
+            if (chosen != no_choice) mark(static_cast<std::size_t>(chosen_point(std::exchange(chosen, no_choice))));
             continue;
         }
         // In the place of what was expected there.
-        if (at == none) at = static_cast<std::int32_t>(count_++);
+        if (chosen == no_choice) chosen = choice(0, static_cast<std::uint32_t>(count_++));
         const auto row = static_cast<float>(i / width_), column = static_cast<float>(i % width_);
         const Vec3 position = projection.point(row, column, traced.depth[i]);
         const Vec3 normal = projection.in_scene(whole_normal(traced.normal_x[i], traced.normal_y[i]), row, column);
-        const auto point = static_cast<std::size_t>(at);
+        const auto point = static_cast<std::size_t>(chosen_point(chosen));
         columns_[columns::x][point] = position.x, columns_[columns::y][point] = position.y, columns_[columns::z][point] = position.z;
         columns_[columns::normal_x][point] = normal.x, columns_[columns::normal_y][point] = normal.y, columns_[columns::normal_z][point] = normal.z;
         for (std::size_t k = 0; k < carried_components_.size(); ++k) columns_[columns::carried + k][point] = planes[carried_components_[k] * pixels + i];
@@ -193,21 +193,21 @@ void History::mark(std::size_t point) {
 
 void History::drop(std::size_t most) {
     // `cell_` says for each point whether it is expected, and then where it goes.
-    std::fill_n(cell_.begin(), count_, none);
+    std::fill_n(cell_.begin(), count_, Cells::nowhere);
     std::size_t expected = 0;
-    for (const std::int32_t point : at_) {
-        if (point != none) cell_[static_cast<std::size_t>(point)] = 1, ++expected;
+    for (const Choice chosen : chosen_) {
+        if (chosen != no_choice) cell_[static_cast<std::size_t>(chosen_point(chosen))] = 1, ++expected;
     }
     const Column& x = columns_[columns::x];
     std::size_t others = most - std::min(most, expected), to = 0;
     for (std::size_t k = 0; k < count_; ++k) {
         if (std::isnan(x[k])) continue;
-        if (cell_[k] == none && (others == 0 || others-- == 0)) continue;
+        if (cell_[k] == Cells::nowhere && (others == 0 || others-- == 0)) continue;
         for (Column& column : columns_) column[to] = column[k];
         cell_[k] = static_cast<std::int32_t>(to++);
     }
-    for (std::int32_t& point : at_) {
-        if (point != none) point = cell_[static_cast<std::size_t>(point)];
+    for (Choice& chosen : chosen_) {
+        if (chosen != no_choice) chosen = choice(0, static_cast<std::uint32_t>(cell_[static_cast<std::size_t>(chosen_point(chosen))]));
     }
     count_ = kept_ = to;
 }
@@ -218,7 +218,8 @@ std::size_t History::expect(const Camera& camera, float* planes, float* off_cent
     const Eye eye = projection.eye();
     see(eye);
     cover(eye);
-    const std::size_t surfaces = choose(before), pixels = std::size_t{height_} * width_;
+    choose(before);
+    const std::size_t pixels = std::size_t{height_} * width_;
     camera_ = camera;
     const auto nothing = [&] {
         clear();
@@ -231,20 +232,22 @@ std::size_t History::expect(const Camera& camera, float* planes, float* off_cent
 
     const HistoryKernels& kernels = best_history_kernels();
     const Planes<float> expected(layout_, planes, pixels);
+    std::atomic<std::size_t> surfaces{0};
     for_rows(0, static_cast<int>(height_), static_cast<int>(width_), [&](int y) {
         const std::size_t first = static_cast<std::size_t>(y) * width_;
         const auto width = static_cast<std::int32_t>(width_);
-        const std::int32_t* const chosen = at_.data() + cells_.at(y, 0);
+        const Choice* const chosen = chosen_.data() + cells_.at(y, 0);
         expect_emptiness(projection, static_cast<std::uint32_t>(y));
-        kernels.expect(sights(), chosen, empty_.data() + first, best_.data() + cells_.at(y, 0),
+        const std::int32_t found = kernels.expect(sights(), chosen, empty_.data() + first,
                        {expected.mask + first, expected.depth + first, expected.normal_x + first, expected.normal_y + first, off_center + first}, width);
+        surfaces.fetch_add(static_cast<std::size_t>(found), std::memory_order_relaxed);
         for (std::size_t k = 0; k < carried_components_.size(); ++k) {
             kernels.carry(columns_[columns::carried + k].data(), chosen, planes + carried_components_[k] * pixels + first, width);
         }
         if (finish) finish(y);
     });
-    const std::size_t known = surfaces + static_cast<std::size_t>(std::count(empty_.begin(), empty_.end(), std::uint8_t{1}));
-    return static_cast<float>(known) < least_known * static_cast<float>(pixels) ? nothing() : surfaces;
+    const std::size_t known = surfaces.load() + static_cast<std::size_t>(std::count(empty_.begin(), empty_.end(), std::uint8_t{1}));
+    return static_cast<float>(known) < least_known * static_cast<float>(pixels) ? nothing() : surfaces.load();
 }
 
 void History::see(const Eye& eye) {
@@ -310,15 +313,14 @@ void History::cover(const Eye& eye) {
     });
 }
 
-std::size_t History::choose(const Projection& before) {
-    std::ranges::fill(at_, none);
-    std::ranges::fill(best_, std::numeric_limits<float>::infinity());
+void History::choose(const Projection& before) {
+    std::ranges::fill(chosen_, no_choice);
     std::ranges::fill(overrun_, std::uint8_t{0});
-    float *const x = columns_[columns::x].data(), *const best = best_.data();
-    std::int32_t *const at = at_.data(), *const sides = sides_.data();
+    float* const x = columns_[columns::x].data();
+    std::int32_t* const sides = sides_.data();
+    Choice* const chosen = chosen_.data();
     const float* const nearest = nearest_.data();
     const Sights sight = sights();
-    std::size_t surfaces = 0;
     kept_ = 0;
     for (std::size_t k = 0; k < count_; ++k) {
         const std::int32_t cell = sight.cell[k];
@@ -335,12 +337,9 @@ std::size_t History::choose(const Projection& before) {
             continue;
         }
         ++kept_;
-        const bool is_best = is_seen & (sight.off_center[k] < best[cell]);
-        surfaces += is_best & (at[cell] == none);
-        best[cell] = is_best ? sight.off_center[k] : best[cell];
-        at[cell] = is_best ? static_cast<std::int32_t>(k) : at[cell];
+        const Choice own = is_seen ? choice(sight.off_center[k], static_cast<std::uint32_t>(k)) : no_choice;
+        chosen[cell] = std::min(chosen[cell], own);
     }
-    return surfaces;
 }
 
 void History::overrun(std::size_t point, const Projection& before) {
@@ -352,7 +351,8 @@ void History::overrun(std::size_t point, const Projection& before) {
     const DiscRows disc = Discs::all().rows(static_cast<std::uint32_t>(squared));
     for (std::int32_t row = -disc.radius; row <= disc.radius; ++row) {
         const std::int32_t half = disc.half_widths[row + disc.radius];
-        std::fill_n(overrun_.begin() + cell + row * cells_.stride - half, 2 * half + 1, std::uint8_t{1});
+        std::uint8_t* const middle = overrun_.data() + cell + row * cells_.stride;
+        for (std::int32_t right = -half; right <= half; ++right) middle[right] = 1;
     }
 }
 
@@ -367,47 +367,57 @@ void History::see_back(const Projection& before, const Projection& projection) {
     }
 }
 
+void History::find_outside(const Projection& projection, std::uint32_t row, std::vector<std::uint8_t>& outside) {
+    // The sphere covers one part of a row: between places that are alike all are, unless that part is so short that it lies there.
+    const auto passes_by = [&](std::size_t column) {
+        Ray ray;
+        return static_cast<std::uint8_t>(!projection.ray({static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)}, ray));
+    };
+    constexpr std::size_t step = 4 * std::size_t{piece};
+    bool is_met = false;
+    std::uint8_t begins = passes_by(0);
+    for (std::size_t begin = 0; begin < outside.size(); begin += step) {
+        const std::size_t end = std::min(begin + step, outside.size());
+        const std::uint8_t ends = passes_by(end);
+        std::size_t changes = end;  // the first place that is as the end
+        for (std::size_t alike = begin; begins != ends && alike + 1 < changes;) {
+            const std::size_t middle = (alike + changes) / 2;
+            (passes_by(middle) == begins ? alike : changes) = middle;
+        }
+        std::fill(outside.begin() + static_cast<std::ptrdiff_t>(begin), outside.begin() + static_cast<std::ptrdiff_t>(changes), begins);
+        std::fill(outside.begin() + static_cast<std::ptrdiff_t>(changes), outside.begin() + static_cast<std::ptrdiff_t>(end), ends);
+        is_met |= begins == 0 || ends == 0;
+        begins = ends;
+    }
+    for (std::size_t column = 0; !is_met && column < outside.size(); ++column) outside[column] = passes_by(column);
+}
+
 void History::expect_emptiness(const Projection& projection, std::uint32_t row) {
     const std::size_t ends = was_row_.size() / ((height_ + 2 * piece - 1) / piece);  // of pieces
     thread_local std::vector<std::uint8_t> outside;
     thread_local Column was_row, was_column;
-    outside.assign(ends * piece, 0), was_row.resize(ends), was_column.resize(ends);
+    outside.resize(ends * piece), was_row.resize(ends), was_column.resize(ends);
     const float down = static_cast<float>(row % piece) / piece;
     for (std::size_t k = 0; k < ends; ++k) {
         const std::size_t above = row / piece * ends + k, below = above + ends;
         was_row[k] = was_row_[above] + down * (was_row_[below] - was_row_[above]);
         was_column[k] = was_column_[above] + down * (was_column_[below] - was_column_[above]);
     }
-    // Rays that pass the sphere by meet nothing. It covers one part of a row.
-    const auto passes_by = [&](std::size_t column) {
-        Ray ray;
-        return !projection.ray({static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)}, ray);
-    };
-    bool all_pass_by = true;
-    for (std::size_t k = 0; k < ends; ++k) {
-        outside[k * piece] = passes_by(k * piece);
-        all_pass_by &= outside[k * piece] != 0;
-    }
-    for (std::size_t k = 0; k + 1 < ends; ++k) {
-        const bool begins = outside[k * piece] != 0, ends_outside = outside[(k + 1) * piece] != 0;
-        for (std::size_t column = k * piece + 1; column < (k + 1) * piece; ++column) {
-            outside[column] = begins == ends_outside && !all_pass_by ? begins : passes_by(column);
-        }
-    }
+    find_outside(projection, row, outside);
     const std::size_t first = std::size_t{row} * width_;
     const auto cell = static_cast<std::size_t>(cells_.at(static_cast<std::int32_t>(row), 0));
-    best_history_kernels().empty({was_row.data(), was_column.data(), was_empty_.data(), cells_.height, cells_.width}, outside.data(), at_.data() + cell,
+    best_history_kernels().empty({was_row.data(), was_column.data(), was_empty_.data(), cells_.height, cells_.width}, outside.data(), chosen_.data() + cell,
                                  sides_.data() + cell, overrun_.data() + cell, empty_.data() + first, cells_.width);
 }
 
 std::size_t History::bytes() const {
     std::size_t floats = sight_depth_.capacity() + sight_right_.capacity() + sight_down_.capacity() + off_center_.capacity() +
                          screen_x_.capacity() + screen_y_.capacity() +
-                         surface_depth_.capacity() + surface_right_.capacity() + surface_down_.capacity() + nearest_.capacity() + best_.capacity() +
+                         surface_depth_.capacity() + surface_right_.capacity() + surface_down_.capacity() + nearest_.capacity() +
                          was_row_.capacity() + was_column_.capacity();
     for (const Column& column : columns_) floats += column.capacity();
-    return floats * sizeof(float) + (cell_.capacity() + at_.capacity() + sides_.capacity() + counts_.capacity() + traced_.capacity()) * sizeof(std::int32_t) +
-           overrun_.capacity() + empty_.capacity() + was_empty_.capacity() + far_discs_.capacity() * sizeof(Disc);
+    return floats * sizeof(float) + (cell_.capacity() + sides_.capacity() + counts_.capacity() + traced_.capacity()) * sizeof(std::int32_t) +
+           chosen_.capacity() * sizeof(Choice) + overrun_.capacity() + empty_.capacity() + was_empty_.capacity() + far_discs_.capacity() * sizeof(Disc);
 }
 
 }  // namespace bob

@@ -41,8 +41,6 @@ public:
     [[nodiscard]] std::size_t bytes() const;
 
 private:
-    static constexpr std::int32_t none = -1;
-
     /// A disc of so many pixels around a point, squared.
     struct Disc {
         std::int32_t cell;
@@ -64,12 +62,14 @@ private:
     void cover(const Eye& eye);
     /// The discs of points that are farther apart than pixels.
     void find_far_discs();
-    /// Which of the points that are not hidden is expected at each pixel. Returns at how many pixels one is.
-    std::size_t choose(const Projection& before);
+    /// Which of the points that are not hidden is expected at each pixel.
+    void choose(const Projection& before);
     /// Nothing is known to be empty any more where other parts of a point's surface may have come with it.
     void overrun(std::size_t point, const Projection& before);
     /// Where places of the picture were in the one before, if what is there is as deep as the middle of the scene.
     void see_back(const Projection& before, const Projection& projection);
+    /// Which pixels of a row see past the unit sphere.
+    static void find_outside(const Projection& projection, std::uint32_t row, std::vector<std::uint8_t>& outside);
     /// Where nothing was in a row, moved along.
     void expect_emptiness(const Projection& projection, std::uint32_t row);
 
@@ -87,11 +87,10 @@ private:
     std::size_t in_picture_ = 0;  // points, also those that are turned away
 
     // At cells:
-    std::vector<std::int32_t> at_;                           // which point is expected
+    std::vector<Choice> chosen_;                             // which point is expected
     Column surface_depth_, surface_right_, surface_down_;    // the nearest, as `Surfaces`
     Column nearest_;                                         // as `Covers`
     std::vector<std::int32_t> sides_;
-    Column best_;                                            // how far from the pixel's centre what is expected was seen, squared
     std::vector<std::uint8_t> overrun_;
 
     std::vector<std::uint8_t> empty_, was_empty_;  // of each pixel, and 0 of what is outside

@@ -38,6 +38,18 @@ inline F side(const Eye& eye, F depth) { return constant(eye.side_at_back) - dep
 /// Points whose depths differ by less belong to one surface.
 inline F tolerance(const Eye& eye, F depth) { return constant(same_surface) * side(eye, depth); }
 
+/// Of some choices, the points and the distances.
+struct Chosen {
+    M point;
+    F off_center;
+
+    explicit Chosen(const Choice* choices) {
+        const auto* const halves = reinterpret_cast<const float*>(choices);
+        const F first = load<F>(halves), second = load<F>(halves + lanes);
+        point = (M)even(first, second), off_center = odd(first, second);
+    }
+};
+
 /// Points from the eye along the camera's axes, and where they are seen.
 struct Places {
     Vector3 from_eye;  // z is the distance before it
@@ -174,12 +186,12 @@ void end_cover(const Eye& eye, const std::int32_t* is_inside, Surfaces surfaces,
     }
 }
 
-void empty(WasEmpty was, const std::uint8_t* outside, const std::int32_t* chosen, const std::int32_t* inside, const std::uint8_t* overrun,
+void empty(WasEmpty was, const std::uint8_t* outside, const Choice* chosen, const std::int32_t* inside, const std::uint8_t* overrun,
            std::uint8_t* to, std::int32_t width) {
     using Bytes [[gnu::vector_size(lanes)]] = std::uint8_t;
     const F half = constant(0.5f), rows = constant(static_cast<float>(was.height)), columns = constant(static_cast<float>(was.width));
     for (std::int32_t x = 0; x < width; x += lanes) {
-        const M may_be = (load_integers(chosen + x) < M{}) & (load_integers(inside + x) == M{}) & (load_bytes(overrun + x) == M{});
+        const M may_be = (Chosen(chosen + x).point < M{}) & (load_integers(inside + x) == M{}) & (load_bytes(overrun + x) == M{});
         M is_empty{};
         if (bits(may_be)) {
             const std::int32_t k = x / WasEmpty::piece;
@@ -188,7 +200,9 @@ void empty(WasEmpty was, const std::uint8_t* outside, const std::int32_t* chosen
             const F column = constant(was.column[k]) + along * constant(was.column[k + 1] - was.column[k]) + half;
             const M in_picture = (row >= F{}) & (row < rows) & (column >= F{}) & (column < columns);
             const M at = to_integers(in_picture ? row : rows) * all(was.width) + to_integers(in_picture ? column : F{});
-            is_empty = may_be & ((gather_bytes(was.empty, at) != M{}) | (load_bytes(outside + x) != M{}));
+            const bool in_a_row = bits(at != lane_numbers() + all(at[0])) == 0;
+            const M was_empty = in_a_row ? load_bytes(was.empty + at[0]) : gather_bytes(was.empty, at);
+            is_empty = may_be & ((was_empty != M{}) | (load_bytes(outside + x) != M{}));
         }
         const Bytes bytes = __builtin_convertvector(is_empty & all(1), Bytes);
         std::memcpy(to + x, &bytes, static_cast<std::size_t>(x + lanes <= width ? lanes : width - x));
@@ -201,24 +215,30 @@ inline void put(float* row, std::int32_t x, F values, std::int32_t width) {
     else std::memcpy(row + x, &values, sizeof(float) * static_cast<std::size_t>(width - x));
 }
 
-void expect(Sights sights, const std::int32_t* chosen, const std::uint8_t* empty, const float* off_center_squared, ExpectedRow to, std::int32_t width) {
+std::int32_t expect(Sights sights, const Choice* choices, const std::uint8_t* empty, ExpectedRow to, std::int32_t width) {
+    M surfaces{};
     for (std::int32_t x = 0; x < width; x += lanes) {
-        const M point = load_integers(chosen + x), is_empty = load_bytes(empty + x) != M{}, is_surface = point >= M{};
+        const Chosen chosen(choices + x);
+        const M is_empty = load_bytes(empty + x) != M{}, is_surface = (chosen.point >= M{}) & (lane_numbers() < all(width - x));
+        surfaces -= is_surface;
         F depth{}, normal_x{}, normal_y{}, off_center = is_empty ? constant(0.5f) : F{};
         if (bits(is_surface)) {
-            const M i = is_surface ? point : M{};
+            const M i = is_surface ? chosen.point : M{};
             const auto found = [=](const float* column) { return is_surface ? gathered(column, i) : F{}; };
             depth = found(sights.depth), normal_x = found(sights.normal_x), normal_y = found(sights.normal_y);
-            off_center = is_surface ? sqrt(load<F>(off_center_squared + x)) : off_center;
+            off_center = is_surface ? sqrt(chosen.off_center) : off_center;
         }
         put(to.mask, x, is_surface | is_empty ? constant(1) : F{}, width), put(to.depth, x, depth, width);
         put(to.normal_x, x, normal_x, width), put(to.normal_y, x, normal_y, width), put(to.off_center, x, off_center, width);
     }
+    std::int32_t sum = 0;
+    for (int k = 0; k < lanes; ++k) sum += surfaces[k];
+    return sum;
 }
 
-void carry(const float* column, const std::int32_t* chosen, float* to, std::int32_t width) {
+void carry(const float* column, const Choice* chosen, float* to, std::int32_t width) {
     for (std::int32_t x = 0; x < width; x += lanes) {
-        const M point = load_integers(chosen + x), is_surface = point >= M{};
+        const M point = Chosen(chosen + x).point, is_surface = point >= M{};
         put(to, x, bits(is_surface) ? (is_surface ? gathered(column, is_surface ? point : M{}) : F{}) : F{}, width);
     }
 }

@@ -2,6 +2,7 @@
 /// Memory is read and written in whole vectors: `most_lanes` more than there are.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -57,6 +58,13 @@ struct Covers {
     std::int32_t* sides;
 };
 
+/// Of all points that may be expected at a cell the one that was seen nearest its centre: the squared distance in the upper half, the bits
+/// of a float that is not negative, and the point's number in the lower. The least wins, whichever came first.
+using Choice = std::uint64_t;
+constexpr Choice no_choice = ~Choice{0};
+inline Choice choice(float off_center, std::uint32_t point) { return Choice{std::bit_cast<std::uint32_t>(off_center)} << 32 | point; }
+inline std::int32_t chosen_point(Choice choice) { return static_cast<std::int32_t>(choice); }  // or -1
+
 /// A disc's rows: from its centre so far to either side, and the bits of the eighths in which the centre lies from there.
 struct DiscRows {
     std::int32_t radius;
@@ -92,13 +100,12 @@ struct HistoryKernels {
     void (*cover)(const Eye& eye, DiscRows disc, const std::int32_t* is_inside, Surfaces surfaces, Covers covers, std::int32_t first, std::int32_t stride, std::int32_t width, bool ends);
     void (*end_cover)(const Eye& eye, const std::int32_t* is_inside, Surfaces surfaces, Covers covers, std::int32_t first, std::int32_t width);
     /// Which pixels of a row are empty: those were at some place in the picture before, or lie outside of all, and no surface is near.
-    void (*empty)(WasEmpty was, const std::uint8_t* outside, const std::int32_t* chosen, const std::int32_t* inside, const std::uint8_t* overrun,
+    void (*empty)(WasEmpty was, const std::uint8_t* outside, const Choice* chosen, const std::int32_t* inside, const std::uint8_t* overrun,
                   std::uint8_t* empty, std::int32_t width);
-    /// What is expected where points were chosen, their numbers or -1, or the pixel is empty.
-    void (*expect)(Sights sights, const std::int32_t* chosen, const std::uint8_t* empty,
-                   const float* off_center_squared, ExpectedRow to, std::int32_t width);
+    /// What is expected where points were chosen, or the pixel is empty. Returns at how many pixels points were.
+    std::int32_t (*expect)(Sights sights, const Choice* chosen, const std::uint8_t* empty, ExpectedRow to, std::int32_t width);
     /// A column of the table of points, where they were chosen, else 0.
-    void (*carry)(const float* column, const std::int32_t* chosen, float* to, std::int32_t width);
+    void (*carry)(const float* column, const Choice* chosen, float* to, std::int32_t width);
 };
 
 BOB_DECLARE_KERNELS(HistoryKernels, history_kernels)
