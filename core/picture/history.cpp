@@ -108,7 +108,8 @@ struct Planes {
 History::History(const Layout& layout, std::uint32_t height, std::uint32_t width)
     : layout_(layout), height_(height), width_(width), cells_{static_cast<std::int32_t>(height), static_cast<std::int32_t>(width)},
       chosen_(cells_.size(), no_choice), surface_depth_(cells_.size()), surface_right_(cells_.size()), surface_down_(cells_.size()),
-      nearest_(cells_.size()), sides_(cells_.size()), overrun_(cells_.size()), empty_(std::size_t{height} * width + most_lanes),
+      nearest_(cells_.size()), sides_(cells_.size()),
+      expected_right_(cells_.size(), ExpectedRow::unknown), expected_down_(cells_.size(), ExpectedRow::unknown), overrun_(cells_.size()), empty_(std::size_t{height} * width + most_lanes),
       was_empty_(empty_.size()), counts_(width + most_lanes) {
     const bool is_shaded_anew = layout_.place(channels::instance) >= 0;
     std::size_t at = 0;
@@ -117,13 +118,15 @@ History::History(const Layout& layout, std::uint32_t height, std::uint32_t width
                                 (is_shaded_anew && (channel == channels::gray || channel == channels::color));
         for (int component = 0; component < channel.components; ++component, ++at) {
             if (!is_derived) carried_components_.push_back(at);
+            if (channel == channels::gray || channel == channels::color) shade_components_.push_back(at);
         }
     }
     (void)Planes<float>(layout_, nullptr, 0);  // throws where one is missing
     const std::size_t most = std::size_t{height} * width + most_lanes;
     columns_.assign(columns::carried + carried_components_.size(), Column(most));
-    for (Column* const column : {&sight_depth_, &sight_right_, &sight_down_, &off_center_, &screen_x_, &screen_y_}) column->resize(most);
+    for (Column* const column : {&sight_depth_, &sight_right_, &sight_down_, &off_center_, &right_, &down_, &screen_x_, &screen_y_}) column->resize(most);
     cell_.resize(most);
+    shades_.assign(shade_components_.size(), Column(cells_.size()));
 }
 
 void History::clear() {
@@ -138,7 +141,8 @@ PointsIn<const float> History::points() const {
 }
 
 Sights History::sights() {
-    return {cell_.data(), sight_depth_.data(), sight_right_.data(), sight_down_.data(), off_center_.data(), screen_x_.data(), screen_y_.data()};
+    return {cell_.data(), sight_depth_.data(), sight_right_.data(), sight_down_.data(), off_center_.data(),
+            right_.data(), down_.data(), screen_x_.data(), screen_y_.data()};
 }
 
 Surfaces History::surfaces() { return {surface_depth_.data(), surface_right_.data(), surface_down_.data()}; }
@@ -239,12 +243,23 @@ std::size_t History::expect(const Camera& camera, float* planes, float* off_cent
         const Choice* const chosen = chosen_.data() + cells_.at(y, 0);
         expect_emptiness(projection, static_cast<std::uint32_t>(y));
         const std::int32_t found = kernels.expect(sights(), chosen, empty_.data() + first,
-                       {expected.mask + first, expected.depth + first, expected.normal_x + first, expected.normal_y + first, off_center + first}, width);
+                       {expected.mask + first, expected.depth + first, expected.normal_x + first, expected.normal_y + first, off_center + first,
+                                                   expected_right_.data() + cells_.at(y, 0), expected_down_.data() + cells_.at(y, 0)}, width);
         surfaces.fetch_add(static_cast<std::size_t>(found), std::memory_order_relaxed);
         for (std::size_t k = 0; k < carried_components_.size(); ++k) {
             kernels.carry(columns_[columns::carried + k].data(), chosen, planes + carried_components_[k] * pixels + first, width);
         }
         if (finish) finish(y);
+        for (std::size_t k = 0; k < shades_.size(); ++k) {
+            std::copy_n(planes + shade_components_[k] * pixels + first, width_, shades_[k].data() + cells_.at(y, 0));
+        }
+    });
+    for_rows(0, cells_.height, cells_.width, [&](int y) {
+        const std::int32_t cell = cells_.at(y, 0);
+        for (std::size_t k = 0; k < shades_.size(); ++k) {
+            kernels.smooth(shades_[k].data() + cell, expected_right_.data() + cell, expected_down_.data() + cell, cells_.stride,
+                           planes + shade_components_[k] * pixels + static_cast<std::size_t>(y) * width_, cells_.width);
+        }
     });
     const std::size_t known = surfaces.load() + static_cast<std::size_t>(std::count(empty_.begin(), empty_.end(), std::uint8_t{1}));
     return static_cast<float>(known) < least_known * static_cast<float>(pixels) ? nothing() : surfaces.load();
@@ -415,7 +430,9 @@ std::size_t History::bytes() const {
                          screen_x_.capacity() + screen_y_.capacity() +
                          surface_depth_.capacity() + surface_right_.capacity() + surface_down_.capacity() + nearest_.capacity() +
                          was_row_.capacity() + was_column_.capacity();
+    floats += right_.capacity() + down_.capacity() + expected_right_.capacity() + expected_down_.capacity();
     for (const Column& column : columns_) floats += column.capacity();
+    for (const Column& column : shades_) floats += column.capacity();
     return floats * sizeof(float) + (cell_.capacity() + sides_.capacity() + counts_.capacity() + traced_.capacity()) * sizeof(std::int32_t) +
            chosen_.capacity() * sizeof(Choice) + overrun_.capacity() + empty_.capacity() + was_empty_.capacity() + far_discs_.capacity() * sizeof(Disc);
 }

@@ -74,7 +74,7 @@ private:
     void expect_emptiness(const Projection& projection, std::uint32_t row);
 
     Layout layout_;
-    std::vector<std::size_t> carried_components_;
+    std::vector<std::size_t> carried_components_, shade_components_;
     std::uint32_t height_, width_;
     Cells cells_;
     Camera camera_;  // of the last picture
@@ -83,7 +83,7 @@ private:
     std::vector<Column> columns_;
     std::size_t count_ = 0, kept_ = 0;  // points, and how many of them are not marked
     std::vector<std::int32_t> cell_;    // and where the camera sees them, as `Sights`
-    Column sight_depth_, sight_right_, sight_down_, off_center_, screen_x_, screen_y_;
+    Column sight_depth_, sight_right_, sight_down_, off_center_, right_, down_, screen_x_, screen_y_;
     std::size_t in_picture_ = 0;  // points, also those that are turned away
 
     // At cells:
@@ -91,6 +91,8 @@ private:
     Column surface_depth_, surface_right_, surface_down_;    // the nearest, as `Surfaces`
     Column nearest_;                                         // as `Covers`
     std::vector<std::int32_t> sides_;
+    Column expected_right_, expected_down_;                  // as `ExpectedRow`
+    std::vector<Column> shades_;                             // gray and the components of the colour, before they are smoothed
     std::vector<std::uint8_t> overrun_;
 
     std::vector<std::uint8_t> empty_, was_empty_;  // of each pixel, and 0 of what is outside

@@ -105,6 +105,7 @@ std::size_t see(const Eye& eye, const Cells& cells, PointsIn<const float> points
         store(sights.depth + i, depth);
         store(sights.deeper_right + i, -normal.x * steep), store(sights.deeper_down + i, normal.y * steep);
         store(sights.off_center + i, down * down + right * right);
+        store(sights.right + i, right), store(sights.down + i, down);
         store(sights.normal_x + i, normal.x), store(sights.normal_y + i, normal.y);
     }
     std::size_t sum = 0;
@@ -222,18 +223,48 @@ std::int32_t expect(Sights sights, const Choice* choices, const std::uint8_t* em
         const M is_empty = load_bytes(empty + x) != M{}, is_surface = (chosen.point >= M{}) & (lane_numbers() < all(width - x));
         surfaces -= is_surface;
         F depth{}, normal_x{}, normal_y{}, off_center = is_empty ? constant(0.5f) : F{};
+        F right = is_empty ? F{} : constant(ExpectedRow::unknown), down = right;
         if (bits(is_surface)) {
             const M i = is_surface ? chosen.point : M{};
             const auto found = [=](const float* column) { return is_surface ? gathered(column, i) : F{}; };
             depth = found(sights.depth), normal_x = found(sights.normal_x), normal_y = found(sights.normal_y);
             off_center = is_surface ? sqrt(chosen.off_center) : off_center;
+            right = is_surface ? gathered(sights.right, i) : right, down = is_surface ? gathered(sights.down, i) : down;
         }
         put(to.mask, x, is_surface | is_empty ? constant(1) : F{}, width), put(to.depth, x, depth, width);
+        put(to.right, x, right, width), put(to.down, x, down, width);
         put(to.normal_x, x, normal_x, width), put(to.normal_y, x, normal_y, width), put(to.off_center, x, off_center, width);
     }
     std::int32_t sum = 0;
     for (int k = 0; k < lanes; ++k) sum += surfaces[k];
     return sum;
+}
+
+void smooth(const float* shades, const float* right, const float* down, std::int32_t stride, float* to, std::int32_t width) {
+    // Less does not matter to the eye, and most pixels differ by less.
+    const F least = constant(1 / 32.f), one = constant(1);
+    for (std::int32_t x = 0; x < width; x += lanes) {
+        const F own = load<F>(shades + x);
+        F low = own, high = own;
+        for (int k = 0; k < 9; ++k) {
+            const F there = load<F>(shades + x + (k / 3 - 1) * stride + k % 3 - 1);
+            low = min(there, low), high = max(there, high);
+        }
+        const F beside = load<F>(right + x);
+        const M changes = (high - low > least) & (beside != F{}) & (beside != constant(ExpectedRow::unknown));
+        F smooth = own;
+        if (bits(changes)) {
+            F sum{}, weights{};
+            for (int k = 0; k < 9; ++k) {
+                const std::int32_t at = x + (k / 3 - 1) * stride + k % 3 - 1;
+                const F across = load<F>(right + at) + constant(static_cast<float>(k % 3 - 1)), along = load<F>(down + at) + constant(static_cast<float>(k / 3 - 1));
+                const F near = max(one - across * across - along * along, F{}), weight = near * near;
+                sum += weight * load<F>(shades + at), weights += weight;
+            }
+            smooth = changes & (weights > F{}) ? sum / weights : own;
+        }
+        put(to, x, smooth, width);
+    }
 }
 
 void carry(const float* column, const Choice* chosen, float* to, std::int32_t width) {
@@ -245,6 +276,6 @@ void carry(const float* column, const Choice* chosen, float* to, std::int32_t wi
 
 }  // namespace
 
-const HistoryKernels history_kernels = {see, count, cover_far, look_far, cover, end_cover, empty, expect, carry};
+const HistoryKernels history_kernels = {see, count, cover_far, look_far, cover, end_cover, empty, expect, smooth, carry};
 
 }  // namespace bob::BOB_ISA

@@ -37,10 +37,10 @@ struct Cells {
 };
 
 /// Where points are seen: their cells, or nowhere; depths, and how these change from pixel to pixel; how far from pixels' centres, squared;
-/// and normals in screen space.
+/// to their right of that and below it; and normals in screen space.
 struct Sights {
     std::int32_t* cell;
-    float *depth, *deeper_right, *deeper_down, *off_center, *normal_x, *normal_y;
+    float *depth, *deeper_right, *deeper_down, *off_center, *right, *down, *normal_x, *normal_y;
 };
 
 /// What is nearest at each cell: a depth, and how it changes from pixel to pixel.
@@ -81,9 +81,12 @@ struct WasEmpty {
     std::int32_t height, width;
 };
 
-/// What is expected in a row of a picture.
+/// What is expected in a row of a picture, and in its cells how far right of the pixel's centre and below it that was seen.
 struct ExpectedRow {
+    static constexpr float unknown = 8;  // as the latter, where nothing is expected
+
     float *mask, *depth, *normal_x, *normal_y, *off_center;
+    float *right, *down;
 };
 
 struct HistoryKernels {
@@ -104,6 +107,9 @@ struct HistoryKernels {
                   std::uint8_t* empty, std::int32_t width);
     /// What is expected where points were chosen, or the pixel is empty. Returns at how many pixels points were.
     std::int32_t (*expect)(Sights sights, const Choice* chosen, const std::uint8_t* empty, ExpectedRow to, std::int32_t width);
+    /// Smooths a row of shades: what was seen beside a pixel's centre counts less the farther it was, and so does what was seen in the pixels
+    /// around. At an edge that is the share of it that is likely.
+    void (*smooth)(const float* shades, const float* right, const float* down, std::int32_t stride, float* to, std::int32_t width);
     /// A column of the table of points, where they were chosen, else 0.
     void (*carry)(const float* column, const Choice* chosen, float* to, std::int32_t width);
 };

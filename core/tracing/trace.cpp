@@ -273,28 +273,25 @@ void Shading::shade_alike(const Material& material, int row, int column, int cou
     float body[most + beyond], highlight[most + beyond], normal_x[most + beyond], normal_y[most + beyond];
     const auto rounded = [](double value) { return Material::rounded(value); };
     const WholePhong phong{rounded(material.ambient), rounded(material.diffuse), rounded(material.specular), static_cast<unsigned>(material.shininess)};
-    const float luminance_of_all = luminance(material.base_color());
+    float luminances[most];
+    std::fill_n(luminances, most, luminance(material.base_color()));
     for (int done = 0; done < count; done += most) {
         const int now = std::min(most, count - done);
         const std::size_t i = static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column + done);
         std::copy_n(normal_x_ + i, now, normal_x), std::copy_n(normal_y_ + i, now, normal_y);
         std::fill_n(normal_x + now, beyond, 0.f), std::fill_n(normal_y + now, beyond, 0.f);
         best_shade_kernels().blinn_phong(eye_, phong, Light::of_the_camera().direction, row, column + done, now, normal_x, normal_y, body, highlight);
-        const auto put = [&](float* to, auto own) {
+        const auto put = [&](const float* own, float* to) {
             for (std::size_t k = 0; k < static_cast<std::size_t>(now); ++k) {
-                const float shade = std::clamp(own(i + k) * body[k] + highlight[k], 0.f, 1.f);
+                const float shade = std::clamp(own[k] * body[k] + highlight[k], 0.f, 1.f);
                 to[i + k] = depth_[i + k] == 0 ? 0.f : shade;
             }
         };
-        if (!albedo_) {
-            put(gray_, [=](std::size_t) { return luminance_of_all; });
-            continue;
+        for (std::size_t k = 0; albedo_ && k < static_cast<std::size_t>(now); ++k) {
+            luminances[k] = luminance({albedo_[i + k], albedo_[pixels_ + i + k], albedo_[2 * pixels_ + i + k]});
         }
-        const float *const red = albedo_, *const green = red + pixels_, *const blue = green + pixels_;
-        put(gray_, [=](std::size_t k) { return luminance({red[k], green[k], blue[k]}); });
-        put(color_, [=](std::size_t k) { return red[k]; });
-        put(color_ + pixels_, [=](std::size_t k) { return green[k]; });
-        put(color_ + 2 * pixels_, [=](std::size_t k) { return blue[k]; });
+        put(luminances, gray_);
+        for (std::size_t k = 0; albedo_ && k < 3; ++k) put(albedo_ + k * pixels_ + i, color_ + k * pixels_);
     }
 }
 
