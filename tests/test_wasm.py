@@ -281,7 +281,9 @@ def test_a_camera_that_moved_expects_what_it_does_in_python(core, fov, baseline,
     pixels = order.next(layout, np.zeros_like(seen), planes, off_center, 200)
     assert 300 < surfaces < planes[0].sum() < planes[0].size
     for found, expected in zip(
-        core.expected(core.scene(made, scene._arrangement), before, seen, camera, 200), (planes, off_center, surfaces, pixels), strict=True
+        core.expected(core.scene(made, scene._arrangement), before, seen, camera, 200),
+        (planes, off_center, surfaces, pixels),
+        strict=True,
     ):
         np.testing.assert_array_equal(found, expected)
 

@@ -152,8 +152,8 @@ class WasmCore:
         self.call("free_round_order", order)
 
     def expected(self, scene, before, seen, camera, count):
-        """What a history of gray planes (C, H, W) of a scene, seen with a camera, expects of another: planes, how far off centre,
-        at how many pixels a surface; and the first pixels to trace there."""
+        """What a history of gray planes (C, H, W) of a scene, seen with a camera, expects of another: planes, how far
+        off centre, at how many pixels a surface; and the first pixels to trace there."""
         size = seen.shape[1:]
         history = self.made("make_history", 0, *size)
         self.made("add_to_history", history, placed(before), seen)

@@ -244,8 +244,8 @@ class History:
     def add(self, camera: Camera, planes: F32) -> None:
         """Takes over what was traced, planes (C, H, W)."""
     def expect(self, camera: Camera, planes: F32, off_center: F32, scene: Scene | None = None) -> int:
-        """Writes what is expected, planes (C, H, W) and (H, W); returns at how many pixels a surface is. Where the layout
-        has the instance, gray and colour are of the scene, shaded anew."""
+        """Writes what is expected, planes (C, H, W) and (H, W); returns at how many pixels a surface is.
+        Where the layout has the instance, gray and colour are the scene's, shaded anew."""
     def clear(self) -> None: ...
     @property
     def bytes(self) -> int: ...

@@ -51,8 +51,8 @@ LONGEST_CARRYING = 0.75
 SPARSE, DENSE = 0.01, 0.08
 
 TURN = 0.07
-"""Where nearer and farther things move past each other by this share of the picture's height, on an orbit of 8.6°, what was
-seen says less than new pixels do, if there are `SPARSE` to `DENSE` of the pixels."""
+"""Where nearer and farther things move past each other by this share of the picture's height, on an orbit of 8.6°, what
+was seen says less than new pixels do, if there are `SPARSE` to `DENSE` of the pixels."""
 
 FADE, SQUARES_FADE, FIRST_FADE, FIRST = 0.97, 0.99, 0.8, 3
 """What carrying along and squares took counts so much less with each picture that is made in another way, so that what
@@ -226,8 +226,8 @@ class View:
         self._picture = expecting or self._unknown(plan.order)
 
     def _turn(self, seen: _Seen) -> float:
-        """By which share of the picture's height things at the nearest depth move past those at the farthest, from the last
-        camera to this one; a median, infinite where most were behind the last camera."""
+        """By which share of the picture's height near things move past those half of all depth behind them, from the
+        last camera to this one: a median, infinite where most were behind the last camera."""
         rows, columns = (np.linspace(0, count - 1, 9, dtype=np.float32) for count in self.size)
         places = np.stack(np.meshgrid(rows, columns, [0.25, 0.75], indexing="ij"), -1).astype(np.float32).reshape(-1, 3)
         before = self._seen.in_core.seen(*self.size, seen.in_core.points(*self.size, places))
