@@ -28,6 +28,7 @@
 #include "picture/order.h"
 #include "picture/refresh.h"
 #include "picture/squares.h"
+#include "tracing/trace.h"
 
 using namespace nb::literals;
 
@@ -218,12 +219,14 @@ void bind_picture(nb::module_& m) {
             const nb::gil_scoped_release release;
             history.add(camera, planes.data());
         }, "camera"_a, "planes"_a.noconvert())
-        .def("expect", [](bob::History& history, const bob::Camera& camera, const Planes& planes, const Plane& off_center) {
+        .def("expect", [](bob::History& history, const bob::Camera& camera, const Planes& planes, const Plane& off_center, const bob::Scene* scene) {
             check_planes(history.layout(), planes, history.height(), history.width());
             check_plane(off_center, history.height(), history.width());
             const nb::gil_scoped_release release;
-            return history.expect(camera, planes.data(), off_center.data());
-        }, "camera"_a, "planes"_a.noconvert(), "off_center"_a.noconvert())
+            if (!scene) return history.expect(camera, planes.data(), off_center.data());
+            const bob::Shading shading(*scene, camera, static_cast<int>(history.height()), static_cast<int>(history.width()), history.layout(), planes.data());
+            return history.expect(camera, planes.data(), off_center.data(), shading);
+        }, "camera"_a, "planes"_a.noconvert(), "off_center"_a.noconvert(), "scene"_a.none() = nb::none())
         .def("clear", &bob::History::clear)
         .def_prop_ro("bytes", &bob::History::bytes);
     nb::class_<bob::RefreshOrder>(m, "RefreshOrder")

@@ -187,11 +187,6 @@ void bind_scene(nb::module_& m) {
              "instance"_a.noconvert(), "primitive"_a.noconvert(), "u"_a.noconvert(), "v"_a.noconvert())
         .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "layout"_a,
              "samples"_a.noconvert())
-        .def("shade", [](const bob::Scene& scene, const bob::Camera& camera, const bob::Layout& layout, const Planes& planes) {
-            expect(planes.shape(0) == static_cast<std::size_t>(layout.width()), "planes: expected one for each component");
-            const nb::gil_scoped_release release;
-            bob::shade(scene, camera, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)), layout, planes.data());
-        }, "camera"_a, "layout"_a, "planes"_a.noconvert())
         .def_prop_ro("to_shapes", &to_shapes, nb::rv_policy::move)
         .def_prop_ro("bytes", &bob::Scene::bytes);
 }

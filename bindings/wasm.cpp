@@ -158,15 +158,6 @@ bool trace(const bob::Scene* scene, const float* camera, std::int32_t height, st
     });
 }
 
-/// Shades planes anew, (C, height, width) of the traced layout, for the camera that sees them.
-EXPORT(shade)
-bool shade(const bob::Scene* scene, const float* camera, std::int32_t height, std::int32_t width, bool is_colored, float* planes) {
-    return attempt([&] {
-        bob::shade(*scene, camera_of(camera), height, width, traced_layout(is_colored), planes);
-        return true;
-    });
-}
-
 // ---- Pixel orders ----------------------------------------------------------------------------------------
 
 /// Writes the pixels from the start-th on, (count, 2), of an order; the seed in halves, since a page's numbers have 53 bits.
@@ -217,12 +208,15 @@ EXPORT(add_to_history) bool add_to_history(bob::History* history, const float* c
     });
 }
 
-/// Writes what is expected in a camera's picture, planes of the traced layout, and how far from each pixel's centre it was seen,
+/// Writes what is expected in a camera's picture, planes of the traced layout, shaded anew, and how far from each pixel's centre it was seen,
 /// (height, width); `surfaces`, which is written, is at how many pixels one is.
 EXPORT(expect_from_history)
-bool expect_from_history(bob::History* history, const float* camera, float* planes, float* off_center, std::uint32_t* surfaces) {
+bool expect_from_history(bob::History* history, const bob::Scene* scene, const float* camera, float* planes, float* off_center,
+                         std::uint32_t* surfaces) {
     return attempt([&] {
-        *surfaces = static_cast<std::uint32_t>(history->expect(camera_of(camera), planes, off_center));
+        const bob::Shading shading(*scene, camera_of(camera), static_cast<int>(history->height()), static_cast<int>(history->width()),
+                                   history->layout(), planes);
+        *surfaces = static_cast<std::uint32_t>(history->expect(camera_of(camera), planes, off_center, shading));
         return true;
     });
 }

@@ -173,6 +173,19 @@ inline I gather(const std::int32_t* p, I index) {
     return index;
 }
 
+/// The byte p[index[i]] in each lane i, where three further bytes may be read behind it.
+template <class I>
+inline I gather_bytes(const std::uint8_t* p, I index) {
+#if defined(__AVX512F__)
+    if constexpr (sizeof(I) == 64) return (I)_mm512_i32gather_epi32((__m512i)index, p, 1) & 255;
+#endif
+#if defined(__AVX2__)
+    if constexpr (sizeof(I) == 32) return (I)_mm256_i32gather_epi32(reinterpret_cast<const int*>(p), (__m256i)index, 1) & 255;
+#endif
+    for (std::size_t i = 0; i < sizeof(I) / 4; ++i) index[i] = p[index[i]];
+    return index;
+}
+
 namespace detail {
 
 template <int Scale, int Offset, int Divide, class V, int... I>

@@ -65,7 +65,7 @@ def test_what_is_carried_along_is_shaded_anew():
     view = bob.View(ball, size=SIZE)
     while view.frame(bob.Camera(azimuth=0), fraction=1).fraction < 1:
         pass
-    frame = view.frame(bob.Camera(azimuth=40), fraction=0.01)
+    frame = view.frame(bob.Camera(azimuth=40), fraction=0.005)
     full = bob.trace(ball, bob.Camera(azimuth=40), size=SIZE)
     seen_before = np.zeros(SIZE, bool)
     seen_before[20:76, 60:84] = True  # well inside what both cameras see; a ball looks the same from everywhere
@@ -294,3 +294,28 @@ def test_what_squares_took_fades_while_none_are_made() -> None:
     plans = [view._plan(0.04).carries for _ in range(100)]
     assert plans == sorted(plans, reverse=True)
     assert 0 < sum(plans) < 100
+
+
+@pytest.mark.parametrize("fov", [0, 50])
+def test_after_large_steps_pictures_are_no_worse_than_new_ones(scene: bob.Scene, fov: float) -> None:
+    view = bob.View(scene, size=SIZE)
+    for camera in orbit(12, 3, fov=fov):
+        frame = view.frame(camera, fraction=0.03)
+        new = next(bob.progressive(scene, camera, size=SIZE, fraction=0.03, order="adaptive"))
+        np.testing.assert_array_equal(frame.gbuffer.mask, new.gbuffer.mask)
+        np.testing.assert_array_equal(frame.shown.mask, new.gbuffer.mask)
+    # Fewer pixels say less than what was seen, and more have it beside them.
+    for fraction in (0.005, 0.1):
+        view.forget()
+        view.frame(bob.Camera(azimuth=0, fov=fov), fraction=1)
+        assert view.frame(bob.Camera(azimuth=12, fov=fov), fraction=fraction).shown.fraction > 0.5
+
+
+def test_a_camera_that_only_pans_turns_nothing(scene: bob.Scene) -> None:
+    view = bob.View(scene, size=SIZE)
+    view.frame(bob.Camera(elevation=0), fraction=0.01)
+    cameras = [bob.Camera(elevation=0, **moved) for moved in ({"pan": (0.2, 0)}, {"roll": 5}, {"azimuth": 40})]
+    turns = [view._turn(view._seen_by(camera)) for camera in cameras]
+    assert turns[0] == pytest.approx(0, abs=1e-5)
+    assert turns[1] == pytest.approx(0, abs=1e-5)
+    assert turns[2] == pytest.approx(np.sin(np.radians(10)) / 2, rel=0.01)

@@ -265,22 +265,25 @@ def test_scenes_are_traced_as_in_python(core, kind, fov, baseline, monkeypatch):
 
 
 @pytest.mark.parametrize("fov", [0, 40])
-def test_a_camera_that_moved_expects_what_it_does_in_python(core, fov, baseline):
-    size = (61, 90)
+def test_a_camera_that_moved_expects_what_it_does_in_python(core, fov, baseline, monkeypatch):
+    made, size = recorded(monkeypatch), (61, 90)
     before, camera = bob.Camera(azimuth=50, fov=fov), bob.Camera(azimuth=53, elevation=22, zoom=1.05, fov=fov)
-    seen = np.concatenate([bob.trace(bob.happy_tree(), before, size=size, fraction=0.5).stack(), np.zeros((1, *size))])
+    scene = bob.Scene(bob.happy_tree())
+    seen = np.concatenate([bob.trace(scene, before, size=size, fraction=0.5).stack(), np.zeros((1, *size))])
     seen = seen.astype(np.float32)
     layout = _core.remembered_layout(False)
     history = _core.History(layout, *size)
     history.add(before.core((0, 0, 0), 1), seen)
     planes, off_center = np.empty_like(seen), np.empty(size, np.float32)
-    surfaces = history.expect(camera.core((0, 0, 0), 1), planes, off_center)
+    surfaces = history.expect(camera.core((0, 0, 0), 1), planes, off_center, scene.core)
     order = _core.RefreshOrder(*size)
     order.begin(5)
     pixels = order.next(layout, np.zeros_like(seen), planes, off_center, 200)
     assert 300 < surfaces < planes[0].sum() < planes[0].size
     for found, expected in zip(
-        core.expected(before, seen, camera, 200), (planes, off_center, surfaces, pixels), strict=True
+        core.expected(core.scene(made, scene._arrangement), before, seen, camera, 200),
+        (planes, off_center, surfaces, pixels),
+        strict=True,
     ):
         np.testing.assert_array_equal(found, expected)
 

@@ -151,15 +151,15 @@ class WasmCore:
             self.made("next_round", order, 0, planes, count)
         self.call("free_round_order", order)
 
-    def expected(self, before, seen, camera, count):
-        """What a history of gray planes (C, H, W), seen with a camera, expects of another: planes, how far off centre,
-        at how many pixels a surface; and the first pixels to trace there."""
+    def expected(self, scene, before, seen, camera, count):
+        """What a history of gray planes (C, H, W) of a scene, seen with a camera, expects of another: planes, how far
+        off centre, at how many pixels a surface; and the first pixels to trace there."""
         size = seen.shape[1:]
         history = self.made("make_history", 0, *size)
         self.made("add_to_history", history, placed(before), seen)
         planes, off_center = np.full_like(seen, np.nan), np.full(size, np.nan, np.float32)
         surfaces = np.zeros(1, np.uint32)
-        self.made("expect_from_history", history, placed(camera), planes, off_center, surfaces)
+        self.made("expect_from_history", history, scene, placed(camera), planes, off_center, surfaces)
         self.call("free_history", history)
         order, found = self.made("make_refresh_order", *size), np.zeros(1, np.uint32)
         self.call("begin_refresh", order, *halves(5))

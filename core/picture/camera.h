@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "picture/eye.h"
 #include "picture/gbuffer.h"
 #include "ray.h"
 #include "vec3d.h"
@@ -134,6 +135,19 @@ public:
     }
 
     [[nodiscard]] bool in_perspective() const { return in_perspective_; }
+
+    /// For loops over many points.
+    [[nodiscard]] Eye eye() const {
+        Eye eye{right_, up_, toward_, {pan_x_, pan_y_, 2}, 0.5f * rows_ - 0.5f, 0.5f * columns_ - 0.5f, 1 / pixel_,
+                1.5f, 0.5f, 0.5f * pixel_, 0, in_perspective_};
+        if (!in_perspective_) return eye;
+        eye.at = rounded({dot(eye_, right_in_double_), dot(eye_, up_in_double_), dot(eye_, toward_in_double_)});
+        const double to_back = 1 + nearest_ / range_;
+        eye.pixels_per_radius = static_cast<float>(1 / slope_);
+        eye.depth_at_eye = static_cast<float>(to_back), eye.depth_per_radius = static_cast<float>(1 / range_);
+        eye.side_at_back = static_cast<float>(to_back * slope_), eye.side_per_depth = static_cast<float>(slope_);
+        return eye;
+    }
 
 private:
     using Axis = Vec3d;

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numbers>
-#include <span>
 #include <utility>
 
 #include "parallel.h"
@@ -13,21 +14,16 @@
 namespace bob {
 namespace {
 
-/// Points whose depths differ by less belong to one surface, in sides of a pixel: so steep it may be.
-constexpr float same_surface = 2;
-
-/// Surfaces that are seen more nearly edge-on are taken to be as steep as this.
-constexpr float least_normal_z = 0.3f;
-
-/// Discs are at most so large, in pixels, and of so many sample distances.
-constexpr int most_radius = 8;
+/// Discs are at most so large, in pixels, and of so many sample distances. Those of five pixels stand for all smaller ones.
+constexpr int most_radius = Cells::border;
 constexpr float radius_per_distance = 1.3f;
+constexpr std::uint32_t far_squared = 3;
 
 /// Samples are counted in blocks of so many pixels a side.
 constexpr std::uint32_t block = 8;
 
-/// Where emptiness was is found for every so many pixels of a row, and lies on straight lines between. Of many, nothing is known.
-constexpr std::uint32_t piece = 16;
+/// Where emptiness was is found for every so many pixels across and down, and lies on straight lines between.
+constexpr std::uint32_t piece = WasEmpty::piece;
 
 /// A share of the way that a point moved: as far around it, nothing is known to be empty any more.
 constexpr float overrun_share = 0.5f;
@@ -41,47 +37,58 @@ constexpr float least_known = 1 / 16.f;
 /// The mean of the eighths in which centres of discs lie is shorter where a pixel is inside. Of all in one half it is .48.
 constexpr float one_sided = 0.45f;
 
-/// Where discs reach from their centres, the nearest pixels first.
-struct Offset {
-    float right, down;
-    std::int32_t squared;
-    std::uint8_t side;  // the bit of the eighth in which the centre lies
-};
-struct Disc {
-    std::vector<Offset> offsets;
-    std::array<std::uint8_t, 256> is_inside{};  // by the sides on which centres lie
+/// Points are sorted out where more than this share of them is marked.
+constexpr float most_marked = 0.3f;
 
-    /// How many pixels a disc covers.
-    [[nodiscard]] std::uint32_t reach(float radius) const {
-        const auto squared = static_cast<std::int32_t>(radius * radius);
-        return static_cast<std::uint32_t>(std::ranges::upper_bound(offsets, squared, {}, &Offset::squared) - offsets.begin());
-    }
-};
-const Disc& disc() {
-    static const Disc all = [] {
-        Disc result;
+/// Discs of all sizes.
+struct Discs {
+    static constexpr int across = 2 * most_radius + 1;
+
+    std::int32_t sides[across][2 * most_lanes]{};           // by row and column: the bit of the eighth in which the centre lies
+    std::int32_t half_widths[most_radius * most_radius + 1][across]{};  // by the radius, squared
+    std::int32_t is_inside[256]{};                          // by the sides on which centres lie, 0 or -1
+    std::array<std::uint8_t, block * block + 1> squared{};  // the radius by how much is known of a block
+
+    Discs() {
         for (int down = -most_radius; down <= most_radius; ++down) {
             for (int right = -most_radius; right <= most_radius; ++right) {
-                const int squared = right * right + down * down;
-                if (squared > most_radius * most_radius) continue;
                 const double turn = std::atan2(down, right) / (2 * std::numbers::pi);
                 const int eighth = static_cast<int>(std::lround(8 * turn)) & 7;
-                result.offsets.push_back({static_cast<float>(right), static_cast<float>(down), squared, static_cast<std::uint8_t>(squared > 0 ? 1 << eighth : 0)});
+                sides[down + most_radius][right + most_radius] = right != 0 || down != 0 ? 1 << eighth : 0;
             }
         }
-        std::ranges::stable_sort(result.offsets, {}, &Offset::squared);
-        for (std::size_t sides = 1; sides < result.is_inside.size(); ++sides) {
+        for (int square = 0; square <= most_radius * most_radius; ++square) {
+            const int radius = root(square);
+            for (int down = -radius; down <= radius; ++down) half_widths[square][down + radius] = root(square - down * down);
+        }
+        for (std::size_t all = 1; all < std::size(is_inside); ++all) {
             double right = 0, down = 0;
             for (int eighth = 0; eighth < 8; ++eighth) {
-                if (!(sides >> eighth & 1)) continue;
+                if (!(all >> eighth & 1)) continue;
                 const double angle = eighth * std::numbers::pi / 4;
                 right += std::cos(angle), down += std::sin(angle);
             }
-            result.is_inside[sides] = std::hypot(right, down) < one_sided * std::popcount(sides);
+            is_inside[all] = std::hypot(right, down) < one_sided * std::popcount(all) ? -1 : 0;
         }
-        return result;
-    }();
-    return all;
+        for (std::size_t count = 1; count < squared.size(); ++count) {
+            const float radius = std::min(radius_per_distance * block / std::sqrt(static_cast<float>(count)), float{most_radius});
+            squared[count] = static_cast<std::uint8_t>(radius * radius);
+        }
+    }
+
+    static int root(int square) { return static_cast<int>(std::sqrt(static_cast<double>(square))); }
+
+    [[nodiscard]] DiscRows rows(std::uint32_t square) const { return {root(static_cast<int>(square)), half_widths[square], sides}; }
+
+    static const Discs& all() {
+        static const Discs discs;
+        return discs;
+    }
+};
+
+/// The columns of points.
+namespace columns {
+enum : std::size_t { x, y, z, normal_x, normal_y, normal_z, carried };
 }
 
 /// The planes that every history needs.
@@ -99,298 +106,335 @@ struct Planes {
 }  // namespace
 
 History::History(const Layout& layout, std::uint32_t height, std::uint32_t width)
-    : layout_(layout), height_(height), width_(width), at_(std::size_t{height} * width, none), off_center_(at_.size()),
-      depth_(at_.size()), empty_(at_.size() + 1), was_empty_(at_.size() + 1), overrun_(at_.size()),
-      counts_(std::size_t{(height + block - 1) / block} * ((width + block - 1) / block)),
-      nearest_((std::size_t{height} + 2 * most_radius) * (width + 2 * most_radius)), sides_(nearest_.size()) {
+    : layout_(layout), height_(height), width_(width), cells_{static_cast<std::int32_t>(height), static_cast<std::int32_t>(width)},
+      chosen_(cells_.size(), no_choice), surface_depth_(cells_.size()), surface_right_(cells_.size()), surface_down_(cells_.size()),
+      nearest_(cells_.size()), sides_(cells_.size()),
+      expected_right_(cells_.size(), ExpectedRow::unknown), expected_down_(cells_.size(), ExpectedRow::unknown), overrun_(cells_.size()), empty_(std::size_t{height} * width + most_lanes),
+      was_empty_(empty_.size()), counts_(width + most_lanes) {
+    const bool is_shaded_anew = layout_.place(channels::instance) >= 0;
     std::size_t at = 0;
     for (const Channel& channel : layout_) {
-        const bool is_derived = channel == channels::mask || channel == channels::depth || channel == channels::normal;
+        const bool is_derived = channel == channels::mask || channel == channels::depth || channel == channels::normal ||
+                                (is_shaded_anew && (channel == channels::gray || channel == channels::color));
         for (int component = 0; component < channel.components; ++component, ++at) {
             if (!is_derived) carried_components_.push_back(at);
+            if (channel == channels::gray || channel == channels::color) shade_components_.push_back(at);
         }
     }
     (void)Planes<float>(layout_, nullptr, 0);  // throws where one is missing
-    for (const Offset& offset : disc().offsets) {
-        steps_.push_back(static_cast<std::int32_t>(offset.down) * static_cast<std::int32_t>(width + 2 * most_radius) +
-                         static_cast<std::int32_t>(offset.right));
-    }
+    const std::size_t most = std::size_t{height} * width + most_lanes;
+    columns_.assign(columns::carried + carried_components_.size(), Column(most));
+    for (Column* const column : {&sight_depth_, &sight_right_, &sight_down_, &off_center_, &right_, &down_, &screen_x_, &screen_y_}) column->resize(most);
+    cell_.resize(most);
+    shades_.assign(shade_components_.size(), Column(cells_.size()));
 }
 
 void History::clear() {
-    points_.clear(), carried_.clear(), beside_.clear();
-    std::ranges::fill(at_, none);
+    count_ = kept_ = 0;
+    std::ranges::fill(chosen_, no_choice);
     std::ranges::fill(empty_, std::uint8_t{0});
 }
+
+PointsIn<const float> History::points() const {
+    return {columns_[columns::x].data(),        columns_[columns::y].data(),        columns_[columns::z].data(),
+            columns_[columns::normal_x].data(), columns_[columns::normal_y].data(), columns_[columns::normal_z].data()};
+}
+
+Sights History::sights() {
+    return {cell_.data(), sight_depth_.data(), sight_right_.data(), sight_down_.data(), off_center_.data(),
+            right_.data(), down_.data(), screen_x_.data(), screen_y_.data()};
+}
+
+Surfaces History::surfaces() { return {surface_depth_.data(), surface_right_.data(), surface_down_.data()}; }
 
 void History::add(const Camera& camera, const float* planes) {
     if (camera != camera_) clear();
     camera_ = camera;
     const Projection projection(camera, static_cast<int>(height_), static_cast<int>(width_));
-    const std::size_t pixels = at_.size();
+    const std::size_t pixels = std::size_t{height_} * width_;
     const Planes<const float> traced(layout_, planes, pixels);
-    count(traced.mask);
 
-    kept_points_.clear(), kept_carried_.clear();
-    for (std::uint32_t row = 0; row < height_; ++row) {
-        for (std::uint32_t begin = 0; begin < width_; begin += piece) {
-            const std::uint32_t end = std::min(begin + piece, width_);
-            if (is_nothing_known(traced.mask, std::size_t{row} * width_ + begin, end - begin)) continue;
-            for (std::uint32_t column = begin; column < end; ++column) {
-                const std::size_t i = std::size_t{row} * width_ + column;
-                const auto kept = static_cast<std::uint32_t>(kept_points_.size());
-                if (traced.mask[i] != 0) {
-                    empty_[i] = traced.depth[i] == 0;
-                    at_[i] = empty_[i] ? none : kept;
-                    if (empty_[i]) continue;
-                    const Vec3 normal = whole_normal(traced.normal_x[i], traced.normal_y[i]);
-                    const auto at_row = static_cast<float>(row), at_column = static_cast<float>(column);
-                    kept_points_.push_back({projection.point(at_row, at_column, traced.depth[i]),
-                                            projection.in_scene(normal, at_row, at_column), reach_at(row, column)});
-                    for (const std::size_t c : carried_components_) kept_carried_.push_back(planes[c * pixels + i]);
-                } else if (at_[i] != none) {
-                    keep(at_[i], reach_at(row, column));
-                    at_[i] = kept;
-                }
-            }
+    traced_.clear();
+    for (std::uint32_t begin = 0; begin < pixels; begin += piece) {
+        const auto end = static_cast<std::uint32_t>(std::min<std::size_t>(begin + piece, pixels));
+        std::uint32_t any = 0;
+        for (std::uint32_t i = begin; i < end; ++i) any |= std::bit_cast<std::uint32_t>(traced.mask[i]);
+        for (std::uint32_t i = begin; any != 0 && i < end; ++i) {
+            if (traced.mask[i] != 0) traced_.push_back(i);
         }
     }
-    // Several points of a pixel say more about an edge that passes there than one.
-    for (const std::uint32_t point : beside_) {
-        if (kept_points_.size() >= pixels) break;
-        keep(point, points_[point].reach);
-    }
-    beside_.clear();
-    points_.swap(kept_points_), carried_.swap(kept_carried_);
-}
+    const auto cell_of = [&](std::uint32_t i) {
+        return static_cast<std::size_t>(cells_.at(static_cast<std::int32_t>(i / width_), static_cast<std::int32_t>(i % width_)));
+    };
+    std::size_t more = 0;
+    for (const std::uint32_t i : traced_) more += traced.depth[i] != 0 && chosen_[cell_of(i)] == no_choice;
+    if (count_ + more > pixels || static_cast<float>(count_ - kept_) > most_marked * static_cast<float>(count_)) drop(pixels - more);
+    kept_ += more;
 
-bool History::is_nothing_known(const float* mask, std::size_t i, std::uint32_t count) const {
-    std::uint32_t nothing = none, traced = 0;
-    for (std::uint32_t k = 0; k < count; ++k) nothing &= at_[i + k], traced |= std::bit_cast<std::uint32_t>(mask[i + k]);
-    return nothing == none && traced == 0;
-}
-
-void History::count(const float* mask) {
-    std::ranges::fill(counts_, std::uint8_t{0});
-    const std::uint32_t blocks = (width_ + block - 1) / block;
-    for (std::uint32_t row = 0, i = 0; row < height_; ++row) {
-        std::uint8_t* const of_row = counts_.data() + std::size_t{row / block} * blocks;
-        for (std::uint32_t column = 0; column < width_; ++column, ++i) {
-            of_row[column / block] += mask[i] != 0 || at_[i] != none || empty_[i] != 0;
+    for (const std::uint32_t i : traced_) {
+        Choice& chosen = chosen_[cell_of(i)];
+        empty_[i] = traced.depth[i] == 0;
+        if (empty_[i]) {
+            if (chosen != no_choice) mark(static_cast<std::size_t>(chosen_point(std::exchange(chosen, no_choice))));
+            continue;
         }
+        // In the place of what was expected there.
+        if (chosen == no_choice) chosen = choice(0, static_cast<std::uint32_t>(count_++));
+        const auto row = static_cast<float>(i / width_), column = static_cast<float>(i % width_);
+        const Vec3 position = projection.point(row, column, traced.depth[i]);
+        const Vec3 normal = projection.in_scene(whole_normal(traced.normal_x[i], traced.normal_y[i]), row, column);
+        const auto point = static_cast<std::size_t>(chosen_point(chosen));
+        columns_[columns::x][point] = position.x, columns_[columns::y][point] = position.y, columns_[columns::z][point] = position.z;
+        columns_[columns::normal_x][point] = normal.x, columns_[columns::normal_y][point] = normal.y, columns_[columns::normal_z][point] = normal.z;
+        for (std::size_t k = 0; k < carried_components_.size(); ++k) columns_[columns::carried + k][point] = planes[carried_components_[k] * pixels + i];
     }
 }
 
-std::uint32_t History::reach_at(std::uint32_t row, std::uint32_t column) const {
-    static const std::array<std::uint32_t, block * block + 1> reaches = [] {
-        std::array<std::uint32_t, block * block + 1> result{};
-        for (std::size_t count = 1; count < result.size(); ++count) {
-            const float radius = radius_per_distance * block / std::sqrt(static_cast<float>(count));
-            result[count] = disc().reach(std::clamp(radius, 1.f, float{most_radius}));
-        }
-        return result;
-    }();
-    return reaches[counts_[std::size_t{row / block} * ((width_ + block - 1) / block) + column / block]];
+void History::mark(std::size_t point) {
+    columns_[columns::x][point] = std::numeric_limits<float>::quiet_NaN();
+    --kept_;
 }
 
-void History::keep(std::uint32_t point, std::uint32_t reach) {
-    kept_points_.push_back(points_[point]);
-    kept_points_.back().reach = reach;
-    const float* const values = carried_.data() + point * carried_components_.size();
-    for (std::size_t k = 0; k < carried_components_.size(); ++k) kept_carried_.push_back(values[k]);
+void History::drop(std::size_t most) {
+    // `cell_` says for each point whether it is expected, and then where it goes.
+    std::fill_n(cell_.begin(), count_, Cells::nowhere);
+    std::size_t expected = 0;
+    for (const Choice chosen : chosen_) {
+        if (chosen != no_choice) cell_[static_cast<std::size_t>(chosen_point(chosen))] = 1, ++expected;
+    }
+    const Column& x = columns_[columns::x];
+    std::size_t others = most - std::min(most, expected), to = 0;
+    for (std::size_t k = 0; k < count_; ++k) {
+        if (std::isnan(x[k])) continue;
+        if (cell_[k] == Cells::nowhere && (others == 0 || others-- == 0)) continue;
+        for (Column& column : columns_) column[to] = column[k];
+        cell_[k] = static_cast<std::int32_t>(to++);
+    }
+    for (Choice& chosen : chosen_) {
+        if (chosen != no_choice) chosen = choice(0, static_cast<std::uint32_t>(cell_[static_cast<std::size_t>(chosen_point(chosen))]));
+    }
+    count_ = kept_ = to;
 }
 
-std::size_t History::expect(const Camera& camera, float* planes, float* off_center) {
+std::size_t History::expect(const Camera& camera, float* planes, float* off_center, const std::function<void(int)>& finish) {
     const Projection before(camera_, static_cast<int>(height_), static_cast<int>(width_));
     const Projection projection(camera, static_cast<int>(height_), static_cast<int>(width_));
-    see(projection);
-    cover();
+    const Eye eye = projection.eye();
+    see(eye);
+    cover(eye);
     choose(before);
+    const std::size_t pixels = std::size_t{height_} * width_;
     camera_ = camera;
-    const std::size_t pixels = at_.size(), surfaces = pixels - static_cast<std::size_t>(std::ranges::count(at_, none));
     const auto nothing = [&] {
         clear();
         std::fill_n(planes, static_cast<std::size_t>(layout_.width()) * pixels, 0.f), std::fill_n(off_center, pixels, 0.f);
         return std::size_t{0};
     };
-    if (static_cast<float>(surfaces + beside_.size()) < least_still_seen * static_cast<float>(in_picture_)) return nothing();
+    if (static_cast<float>(kept_) < least_still_seen * static_cast<float>(in_picture_)) return nothing();
     was_empty_.swap(empty_);
+    see_back(before, projection);
 
+    const HistoryKernels& kernels = best_history_kernels();
     const Planes<float> expected(layout_, planes, pixels);
+    std::atomic<std::size_t> surfaces{0};
     for_rows(0, static_cast<int>(height_), static_cast<int>(width_), [&](int y) {
-        const auto row = static_cast<std::uint32_t>(y);
-        const std::size_t first = std::size_t{row} * width_;
-        for (int plane = 0; plane < layout_.width(); ++plane) std::fill_n(planes + static_cast<std::size_t>(plane) * pixels + first, width_, 0.f);
-        expect_emptiness(before, projection, row);
-        for (std::uint32_t column = 0; column < width_; ++column) {
-            expected.mask[first + column] = empty_[first + column];
-            off_center[first + column] = 0.5f * static_cast<float>(empty_[first + column]);
+        const std::size_t first = static_cast<std::size_t>(y) * width_;
+        const auto width = static_cast<std::int32_t>(width_);
+        const Choice* const chosen = chosen_.data() + cells_.at(y, 0);
+        expect_emptiness(projection, static_cast<std::uint32_t>(y));
+        const std::int32_t found = kernels.expect(sights(), chosen, empty_.data() + first,
+                       {expected.mask + first, expected.depth + first, expected.normal_x + first, expected.normal_y + first, off_center + first,
+                                                   expected_right_.data() + cells_.at(y, 0), expected_down_.data() + cells_.at(y, 0)}, width);
+        surfaces.fetch_add(static_cast<std::size_t>(found), std::memory_order_relaxed);
+        for (std::size_t k = 0; k < carried_components_.size(); ++k) {
+            kernels.carry(columns_[columns::carried + k].data(), chosen, planes + carried_components_[k] * pixels + first, width);
         }
-        for (std::uint32_t column = 0; column < width_; ++column) {
-            const std::size_t i = first + column;
-            if (at_[i] == none) continue;
-            const Vec3 normal = projection.on_screen(points_[at_[i]].normal, static_cast<float>(row), static_cast<float>(column));
-            expected.mask[i] = 1, expected.depth[i] = depth_[i];
-            expected.normal_x[i] = normal.x, expected.normal_y[i] = normal.y;
-            off_center[i] = std::sqrt(off_center_[i]);
-            const float* const values = carried_.data() + at_[i] * carried_components_.size();
-            for (std::size_t k = 0; k < carried_components_.size(); ++k) planes[carried_components_[k] * pixels + i] = values[k];
+        if (finish) finish(y);
+        for (std::size_t k = 0; k < shades_.size(); ++k) {
+            std::copy_n(planes + shade_components_[k] * pixels + first, width_, shades_[k].data() + cells_.at(y, 0));
         }
     });
-    const std::size_t known = surfaces + static_cast<std::size_t>(std::count(empty_.begin(), empty_.end(), std::uint8_t{1}));
-    return static_cast<float>(known) < least_known * static_cast<float>(pixels) ? nothing() : surfaces;
+    for_rows(0, cells_.height, cells_.width, [&](int y) {
+        const std::int32_t cell = cells_.at(y, 0);
+        for (std::size_t k = 0; k < shades_.size(); ++k) {
+            kernels.smooth(shades_[k].data() + cell, expected_right_.data() + cell, expected_down_.data() + cell, cells_.stride,
+                           planes + shade_components_[k] * pixels + static_cast<std::size_t>(y) * width_, cells_.width);
+        }
+    });
+    const std::size_t known = surfaces.load() + static_cast<std::size_t>(std::count(empty_.begin(), empty_.end(), std::uint8_t{1}));
+    return static_cast<float>(known) < least_known * static_cast<float>(pixels) ? nothing() : surfaces.load();
 }
 
-std::uint32_t History::pixel_at(const Projection::Seen& seen) const {
-    const float row = seen.row + 0.5f, column = seen.column + 0.5f;  // NaN behind the camera
-    if (!(row >= 0 && row < static_cast<float>(height_) && column >= 0 && column < static_cast<float>(width_))) return none;
-    return static_cast<std::uint32_t>(static_cast<std::int32_t>(row)) * width_ + static_cast<std::uint32_t>(static_cast<std::int32_t>(column));
-}
-
-void History::see(const Projection& projection) {
-    sights_.clear(), in_picture_ = 0;
-    std::ranges::fill(at_, none);
-    for (std::uint32_t k = 0; k < points_.size(); ++k) {
-        const Point& point = points_[k];
-        const Projection::Seen seen = projection.seen(point.position);
-        const std::uint32_t i = pixel_at(seen);
-        if (i == none) continue;
-        ++in_picture_;
-        const Vec3 normal = projection.on_screen(point.normal, seen.row, seen.column);
-        if (normal.z <= 0) continue;  // turned away
-        const std::uint32_t row = i / width_, column = i - row * width_;
-        const float down = seen.row - static_cast<float>(row), right = seen.column - static_cast<float>(column);
-        const float side = projection.pixel_side(seen.depth), steep = side / std::max(normal.z, least_normal_z);
-        sights_.push_back({k, i, static_cast<std::int32_t>(row), static_cast<std::int32_t>(column), seen.depth, -normal.x * steep,
-                           normal.y * steep, down * down + right * right, same_surface * side});
-        if (at_[i] == none || seen.depth > sights_[at_[i]].depth) at_[i] = static_cast<std::uint32_t>(sights_.size() - 1);
+void History::see(const Eye& eye) {
+    const HistoryKernels& kernels = best_history_kernels();
+    std::atomic<std::size_t> in_picture{0};
+    parallel_for(count_, std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
+        in_picture.fetch_add(kernels.see(eye, cells_, points(), sights(), begin, end), std::memory_order_relaxed);
+    });
+    in_picture_ = in_picture;
+    std::ranges::fill(surface_depth_, Surfaces::none);
+    const Sights sight = sights();
+    const Surfaces surface = surfaces();
+    for (std::size_t k = 0; k < count_; ++k) {
+        const std::int32_t cell = sight.cell[k];
+        if (cell == Cells::nowhere || !(sight.depth[k] > surface.depth[cell])) continue;
+        surface.depth[cell] = sight.depth[k];
+        surface.deeper_right[cell] = sight.deeper_right[k], surface.deeper_down[cell] = sight.deeper_down[k];
     }
 }
 
-std::size_t History::covered_at(std::int32_t row, std::int32_t column) const {
-    return static_cast<std::size_t>(row + most_radius) * (width_ + 2 * most_radius) + static_cast<std::size_t>(column + most_radius);
+void History::find_far_discs() {
+    const HistoryKernels& kernels = best_history_kernels();
+    far_discs_.clear();
+    for (std::uint32_t top = 0; top < height_; top += block) {
+        const std::uint32_t bottom = std::min(top + block, height_);
+        std::ranges::fill(counts_, 0);
+        for (std::uint32_t row = top; row < bottom; ++row) {
+            kernels.count(surface_depth_.data() + cells_.at(static_cast<std::int32_t>(row), 0), empty_.data() + std::size_t{row} * width_,
+                          counts_.data(), static_cast<std::int32_t>(width_));
+        }
+        for (std::uint32_t left = 0; left < width_; left += block) {
+            const std::uint32_t right = std::min(left + block, width_);
+            std::int32_t count = 0;
+            for (std::uint32_t column = left; column < right; ++column) count += counts_[column];
+            const std::uint32_t squared = Discs::all().squared[static_cast<std::size_t>(std::min(count, static_cast<std::int32_t>(block * block)))];
+            if (squared < far_squared) continue;
+            for (std::uint32_t row = top; row < bottom; ++row) {
+                const std::int32_t first = cells_.at(static_cast<std::int32_t>(row), 0);
+                for (std::uint32_t column = left; column < right; ++column) {
+                    const std::int32_t cell = first + static_cast<std::int32_t>(column);
+                    if (surface_depth_[static_cast<std::size_t>(cell)] > Surfaces::none) far_discs_.push_back({cell, squared});
+                }
+            }
+        }
+    }
 }
 
-void History::cover() {
-    std::ranges::fill(nearest_, -1.f);
-    std::ranges::fill(sides_, std::uint8_t{0});
-    const Offset* const offsets = disc().offsets.data();
-    // Of each pixel, the disc of the nearest point alone: those of others there would say the same.
-    const auto each = [&](auto use) {
-        for (std::size_t k = 0; k < sights_.size(); ++k) {
-            const Sight& sight = sights_[k];
-            if (at_[sight.pixel] == k) use(sight, covered_at(sight.row, sight.column), points_[sight.point].reach);
-        }
-    };
-    each([&](const Sight& sight, std::size_t center, std::uint32_t reach) {
-        float* const nearest = nearest_.data() + center;
-        for (std::uint32_t k = 0; k < reach; ++k) {
-            float& there = nearest[steps_[k]];
-            there = std::max(there, sight.depth_at(offsets[k].right, offsets[k].down));
-        }
+void History::cover(const Eye& eye) {
+    const HistoryKernels& kernels = best_history_kernels();
+    const Discs& discs = Discs::all();
+    const Surfaces surfaces = this->surfaces();
+    const Covers covers{nearest_.data(), sides_.data()};
+    find_far_discs();
+    if (!far_discs_.empty()) std::ranges::fill(nearest_, -1.f);
+    for (const auto [cell, squared] : far_discs_) kernels.cover_far(discs.rows(squared), surfaces, covers, cell, cells_.stride);
+    for_rows(0, cells_.height, cells_.width, [&](int row) {
+        kernels.cover(eye, discs.rows(0), discs.is_inside, surfaces, covers, cells_.at(row, 0), cells_.stride, cells_.width, far_discs_.empty());
     });
-    each([&](const Sight& sight, std::size_t center, std::uint32_t reach) {
-        const float* const nearest = nearest_.data() + center;
-        std::uint8_t* const sides = sides_.data() + center;
-        for (std::uint32_t k = 1; k < reach; ++k) {
-            const bool is_same = sight.depth_at(offsets[k].right, offsets[k].down) >= nearest[steps_[k]] - sight.tolerance;
-            sides[steps_[k]] |= is_same ? offsets[k].side : std::uint8_t{0};
-        }
+    if (far_discs_.empty()) return;
+    for (const auto [cell, squared] : far_discs_) kernels.look_far(eye, discs.rows(squared), surfaces, covers, cell, cells_.stride);
+    for_rows(0, cells_.height, cells_.width, [&](int row) {
+        kernels.end_cover(eye, discs.is_inside, surfaces, covers, cells_.at(row, 0), cells_.width);
     });
 }
-
-bool History::is_inside(std::size_t covered) const { return disc().is_inside[sides_[covered]] != 0; }
 
 void History::choose(const Projection& before) {
-    std::ranges::fill(at_, none);
+    std::ranges::fill(chosen_, no_choice);
     std::ranges::fill(overrun_, std::uint8_t{0});
-    beside_.clear();
-    for (const Sight& sight : sights_) {
-        const std::size_t covered = covered_at(sight.row, sight.column), i = sight.pixel;
-        if (!is_inside(covered)) {
-            overrun(sight, before);
-        } else if (sight.depth < nearest_[covered] - sight.tolerance) {
-            continue;  // hidden
-        }
-        const bool is_better = at_[i] == none || sight.depth > depth_[i] + sight.tolerance ||
-                               (sight.depth > depth_[i] - sight.tolerance && sight.off_center < off_center_[i]);
-        if (!is_better) {
-            beside_.push_back(sight.point);
+    float* const x = columns_[columns::x].data();
+    std::int32_t* const sides = sides_.data();
+    Choice* const chosen = chosen_.data();
+    const float* const nearest = nearest_.data();
+    const Sights sight = sights();
+    kept_ = 0;
+    for (std::size_t k = 0; k < count_; ++k) {
+        const std::int32_t cell = sight.cell[k];
+        if (cell == Cells::nowhere) {
+            x[k] = std::numeric_limits<float>::quiet_NaN();
             continue;
         }
-        if (at_[i] != none) beside_.push_back(at_[i]);
-        at_[i] = sight.point, depth_[i] = sight.depth, off_center_[i] = sight.off_center;
+        const bool is_seen = sight.depth[k] >= nearest[cell];
+        if (sides[cell] == 0) {
+            overrun(k, before);
+            sides[cell] = 1;  // once
+        } else if (!is_seen && sides[cell] == -1) {
+            x[k] = std::numeric_limits<float>::quiet_NaN();  // hidden
+            continue;
+        }
+        ++kept_;
+        const Choice own = is_seen ? choice(sight.off_center[k], static_cast<std::uint32_t>(k)) : no_choice;
+        chosen[cell] = std::min(chosen[cell], own);
     }
 }
 
-void History::overrun(const Sight& sight, const Projection& before) {
-    const Projection::Seen was = before.seen(points_[sight.point].position);
-    const float down = static_cast<float>(sight.row) - was.row, right = static_cast<float>(sight.column) - was.column;
-    const float squared = overrun_share * overrun_share * (down * down + right * right);
-    for (const Offset& offset : disc().offsets) {
-        if (static_cast<float>(offset.squared) > squared) break;
-        const std::int32_t row = sight.row + static_cast<std::int32_t>(offset.down), column = sight.column + static_cast<std::int32_t>(offset.right);
-        const bool is_in_picture = row >= 0 && row < static_cast<std::int32_t>(height_) && column >= 0 && column < static_cast<std::int32_t>(width_);
-        if (is_in_picture) overrun_[static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column)] = 1;
+void History::overrun(std::size_t point, const Projection& before) {
+    const Projection::Seen was = before.seen({columns_[columns::x][point], columns_[columns::y][point], columns_[columns::z][point]});
+    const std::int32_t cell = cell_[point];
+    const float down = static_cast<float>(cells_.row_of(cell)) - was.row, right = static_cast<float>(cells_.column_of(cell)) - was.column;
+    const float squared = std::min(overrun_share * overrun_share * (down * down + right * right), float{most_radius * most_radius});
+    if (!(squared >= 0)) return;  // it was behind the camera
+    const DiscRows disc = Discs::all().rows(static_cast<std::uint32_t>(squared));
+    for (std::int32_t row = -disc.radius; row <= disc.radius; ++row) {
+        const std::int32_t half = disc.half_widths[row + disc.radius];
+        std::uint8_t* const middle = overrun_.data() + cell + row * cells_.stride;
+        for (std::int32_t right = -half; right <= half; ++right) middle[right] = 1;
     }
 }
 
-void History::expect_emptiness(const Projection& before, const Projection& projection, std::uint32_t row) {
-    const auto y = static_cast<std::int32_t>(row);
-    const std::size_t first = std::size_t{row} * width_;
+void History::see_back(const Projection& before, const Projection& projection) {
     // Nothing says how far away emptiness is: it is taken to move as what lies at the middle of the scene.
-    const auto was_at = [&](std::uint32_t column) {
-        return before.seen(projection.point(static_cast<float>(row), static_cast<float>(column), 0.5f));
-    };
-    const auto passes_by = [&](std::uint32_t column) {
-        Ray ray;
-        return !projection.ray({y, static_cast<std::int32_t>(column)}, ray);
-    };
-    const auto width = static_cast<std::int32_t>(width_), outside = static_cast<std::int32_t>(height_) * width;
-    const auto rows = static_cast<float>(height_), columns = static_cast<float>(width_);
-    const std::array<std::uint8_t, 256>& is_inside = disc().is_inside;
-    const std::uint8_t* const sides = sides_.data() + covered_at(y, 0);
-    Projection::Seen to = was_at(0);
-    bool end_passes_by = passes_by(0);
-    for (std::uint32_t begin = 0; begin < width_; begin += piece) {
-        const Projection::Seen from = std::exchange(to, was_at(begin + piece));
-        const bool begin_passes_by = std::exchange(end_passes_by, passes_by(begin + piece));
-        const bool any_passes_by = begin_passes_by || end_passes_by;  // the sphere covers one part of a row
-        const float down = (to.row - from.row) / piece, right = (to.column - from.column) / piece;
-        // In which pixel the k-th of the piece was, or outside.
-        const auto was = [&](std::uint32_t k) {
-            const float at_row = from.row + down * static_cast<float>(k) + 0.5f, at_column = from.column + right * static_cast<float>(k) + 0.5f;
-            const bool is_in_picture = (at_row >= 0) & (at_row < rows) & (at_column >= 0) & (at_column < columns);
-            const auto i = static_cast<std::int32_t>(is_in_picture ? at_row : 0) * width + static_cast<std::int32_t>(is_in_picture ? at_column : 0);
-            return is_in_picture ? i : outside;
-        };
-        const std::size_t i = first + begin;
-        const std::uint32_t count = std::min(piece, width_ - begin);
-        const std::int32_t was_first = was(0);
-        const bool was_in_a_row = was_first != outside && was(count - 1) == was_first + static_cast<std::int32_t>(count) - 1;
-        if (was_in_a_row && !any_passes_by && is_nothing_here(i, sides + begin, count)) {
-            std::copy_n(was_empty_.data() + was_first, count, empty_.data() + i);
-            continue;
-        }
-        for (std::uint32_t k = 0; k < count; ++k) {
-            const bool may_be = at_[i + k] == none && overrun_[i + k] == 0 && !is_inside[sides[begin + k]];
-            empty_[i + k] = may_be && (was_empty_[static_cast<std::size_t>(was(k))] || (any_passes_by && passes_by(begin + k)));
+    was_row_.clear(), was_column_.clear();
+    for (std::uint32_t row = 0; row < height_ + piece; row += piece) {
+        for (std::uint32_t column = 0; column < width_ + piece; column += piece) {
+            const Projection::Seen was = before.seen(projection.point(static_cast<float>(row), static_cast<float>(column), 0.5f));
+            was_row_.push_back(was.row), was_column_.push_back(was.column);
         }
     }
 }
 
-bool History::is_nothing_here(std::size_t i, const std::uint8_t* sides, std::uint32_t count) const {
-    std::uint32_t nothing = none, marks = 0;
-    for (std::uint32_t k = 0; k < count; ++k) nothing &= at_[i + k], marks |= std::uint32_t{overrun_[i + k]} | sides[k];
-    return nothing == none && marks == 0;
+void History::find_outside(const Projection& projection, std::uint32_t row, std::vector<std::uint8_t>& outside) {
+    // The sphere covers one part of a row: between places that are alike all are, unless that part is so short that it lies there.
+    const auto passes_by = [&](std::size_t column) {
+        Ray ray;
+        return static_cast<std::uint8_t>(!projection.ray({static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)}, ray));
+    };
+    constexpr std::size_t step = 4 * std::size_t{piece};
+    bool is_met = false;
+    std::uint8_t begins = passes_by(0);
+    for (std::size_t begin = 0; begin < outside.size(); begin += step) {
+        const std::size_t end = std::min(begin + step, outside.size());
+        const std::uint8_t ends = passes_by(end);
+        std::size_t changes = end;  // the first place that is as the end
+        for (std::size_t alike = begin; begins != ends && alike + 1 < changes;) {
+            const std::size_t middle = (alike + changes) / 2;
+            (passes_by(middle) == begins ? alike : changes) = middle;
+        }
+        std::fill(outside.begin() + static_cast<std::ptrdiff_t>(begin), outside.begin() + static_cast<std::ptrdiff_t>(changes), begins);
+        std::fill(outside.begin() + static_cast<std::ptrdiff_t>(changes), outside.begin() + static_cast<std::ptrdiff_t>(end), ends);
+        is_met |= begins == 0 || ends == 0;
+        begins = ends;
+    }
+    for (std::size_t column = 0; !is_met && column < outside.size(); ++column) outside[column] = passes_by(column);
+}
+
+void History::expect_emptiness(const Projection& projection, std::uint32_t row) {
+    const std::size_t ends = was_row_.size() / ((height_ + 2 * piece - 1) / piece);  // of pieces
+    thread_local std::vector<std::uint8_t> outside;
+    thread_local Column was_row, was_column;
+    outside.resize(ends * piece), was_row.resize(ends), was_column.resize(ends);
+    const float down = static_cast<float>(row % piece) / piece;
+    for (std::size_t k = 0; k < ends; ++k) {
+        const std::size_t above = row / piece * ends + k, below = above + ends;
+        was_row[k] = was_row_[above] + down * (was_row_[below] - was_row_[above]);
+        was_column[k] = was_column_[above] + down * (was_column_[below] - was_column_[above]);
+    }
+    find_outside(projection, row, outside);
+    const std::size_t first = std::size_t{row} * width_;
+    const auto cell = static_cast<std::size_t>(cells_.at(static_cast<std::int32_t>(row), 0));
+    best_history_kernels().empty({was_row.data(), was_column.data(), was_empty_.data(), cells_.height, cells_.width}, outside.data(), chosen_.data() + cell,
+                                 sides_.data() + cell, overrun_.data() + cell, empty_.data() + first, cells_.width);
 }
 
 std::size_t History::bytes() const {
-    return (points_.capacity() + kept_points_.capacity()) * sizeof(Point) +
-           (carried_.capacity() + kept_carried_.capacity() + off_center_.capacity() + depth_.capacity()) * sizeof(float) +
-           (at_.capacity() + beside_.capacity()) * sizeof(std::uint32_t) + empty_.capacity() + was_empty_.capacity() +
-           overrun_.capacity() + counts_.capacity() + sights_.capacity() * sizeof(Sight) + nearest_.capacity() * sizeof(float) +
-           sides_.capacity() + steps_.capacity() * sizeof(std::int32_t);
+    std::size_t floats = sight_depth_.capacity() + sight_right_.capacity() + sight_down_.capacity() + off_center_.capacity() +
+                         screen_x_.capacity() + screen_y_.capacity() +
+                         surface_depth_.capacity() + surface_right_.capacity() + surface_down_.capacity() + nearest_.capacity() +
+                         was_row_.capacity() + was_column_.capacity();
+    floats += right_.capacity() + down_.capacity() + expected_right_.capacity() + expected_down_.capacity();
+    for (const Column& column : columns_) floats += column.capacity();
+    for (const Column& column : shades_) floats += column.capacity();
+    return floats * sizeof(float) + (cell_.capacity() + sides_.capacity() + counts_.capacity() + traced_.capacity()) * sizeof(std::int32_t) +
+           chosen_.capacity() * sizeof(Choice) + overrun_.capacity() + empty_.capacity() + was_empty_.capacity() + far_discs_.capacity() * sizeof(Disc);
 }
 
 }  // namespace bob

@@ -12,7 +12,7 @@ namespace bob {
 namespace {
 
 /// What a pixel is worth where nothing differs, of 255: expected, and not.
-constexpr float least_expected = 0.5f, least_unknown = 4;
+constexpr float least_expected = 0.5f, least_unknown = 16;
 
 /// What expected pixels are worth beside those of which nothing is: this share where they were seen at the pixel's centre, and
 /// as much more for each pixel beside it.

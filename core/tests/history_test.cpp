@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "check.h"
+#include "isa.h"
+#include "parallel.h"
 #include "picture/refresh.h"
 
 namespace {
@@ -180,6 +182,49 @@ TEST(a_history_has_at_most_a_point_for_each_pixel) {
     history.clear();
     const Expected expected(history, camera_at(0));
     CHECK_EQ(expected.surfaces, 0u);
+}
+
+TEST(edges_are_expected_to_be_as_likely_as_they_are) {
+    // A light half of a wall beside a dark one, seen half a pixel beside the pixels' centres.
+    const World wall = [](const bob::Ray& ray) {
+        const float along = (0.1f - ray.origin.x) / ray.direction.x;
+        const float side = ray.origin.y + along * ray.direction.y;
+        return Surface{along, {1, 0, 0}, side > 0 ? 0.9f : 0.1f};
+    };
+    bob::Camera camera;
+    camera.azimuth_degrees = camera.elevation_degrees = 0;
+    bob::History history(layout(), height, width);
+    history.add(camera, traced(wall, camera).data());
+    camera.pan_x = 1.f / height;  // half a pixel
+    const Expected expected(history, camera);
+    const float* const row = expected.planes.data() + pixels + height / 2 * width;
+    std::size_t between = 0, dark = 0, light = 0;
+    for (std::size_t column = width / 2 - 20; column < width / 2 + 20; ++column) {
+        dark += std::fabs(row[column] - 0.1f) < 1e-6f, light += std::fabs(row[column] - 0.9f) < 1e-6f;
+        between += row[column] > 0.4f && row[column] < 0.6f;
+    }
+    CHECK_EQ(between, 1u);
+    CHECK_EQ(dark + light, 39u);
+}
+
+TEST(what_is_expected_is_the_same_in_any_instruction_set_and_in_any_number_of_threads) {
+    const int threads = bob::thread_count();
+    const bob::Isa best = bob::isa();
+    for (const float fov : {0.f, 60.f}) {
+        std::vector<float> first;
+        for (const bob::Isa isa : {bob::Isa::baseline, bob::Isa::avx2, bob::Isa::avx512}) {
+            if (!bob::set_isa(isa)) continue;
+            for (const int count : {1, 3}) {
+                bob::set_thread_count(count);
+                bob::History history(layout(), height, width);
+                history.add(camera_at(10, fov), traced(two_balls, camera_at(10, fov), 2).data());
+                const Expected expected(history, camera_at(13, fov));
+                if (first.empty()) first = expected.planes;
+                CHECK_EQ(first == expected.planes, true);
+            }
+        }
+    }
+    bob::set_isa(best), bob::set_thread_count(threads);
 }
 
 TEST(after_a_jump_nothing_is_expected) {

@@ -12,6 +12,7 @@
 
 #include "parallel.h"
 #include "tracing/material.h"
+#include "tracing/shade_kernels.h"
 
 namespace bob {
 namespace {
@@ -222,36 +223,76 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
     });
 }
 
-void shade(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout, float* planes) {
-    const Projection projection(camera, height, width);
-    const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
-    const auto plane = [&](const Channel& channel, int component) {
-        return planes + static_cast<std::size_t>(layout.place_of(channel) + component) * pixels;
-    };
-    const float *const mask = plane(channels::mask, 0), *const depth = plane(channels::depth, 0),
-                *const instance = plane(channels::instance, 0), *const x = plane(channels::normal, 0),
-                *const y = plane(channels::normal, 1);
-    float* const gray = plane(channels::gray, 0);
-    const bool in_color = layout.place(channels::color) >= 0;
-    const float* const albedo = in_color ? plane(channels::albedo, 0) : nullptr;
-    float* const color = in_color ? plane(channels::color, 0) : nullptr;
-    for_rows(0, height, width, [&](int row) {
-        const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
-        for (int column = 0; column < width; ++column) {
-            const std::size_t i = first + static_cast<std::size_t>(column);
-            if (mask[i] == 0 || depth[i] == 0) continue;
-            const Vec3 normal = whole_normal(x[i], y[i]);
-            const Material& material = scene[static_cast<std::uint32_t>(instance[i])].material;
-            const Light light = projection.in_perspective()
-                                    ? light_at(projection, static_cast<float>(row), static_cast<float>(column))
-                                    : Light::of_the_camera();
-            const Vec3 own = in_color ? Vec3{albedo[i], albedo[pixels + i], albedo[2 * pixels + i]} : material.base_color();
-            const Shade shade = shaded(normal, own, material, light);
-            gray[i] = shade.gray;
-            if (!in_color) continue;
-            color[i] = shade.color.x, color[pixels + i] = shade.color.y, color[2 * pixels + i] = shade.color.z;
+Shading::Shading(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout, float* planes)
+    : scene_(scene), projection_(camera, height, width), eye_(projection_.eye()), width_(static_cast<std::size_t>(width)),
+      pixels_(static_cast<std::size_t>(height) * width_), albedo_(nullptr), color_(nullptr) {
+    const auto plane = [&](const Channel& channel) { return planes + static_cast<std::size_t>(layout.place_of(channel)) * pixels_; };
+    depth_ = plane(channels::depth), normal_x_ = plane(channels::normal), normal_y_ = normal_x_ + pixels_, instance_ = plane(channels::instance);
+    gray_ = plane(channels::gray);
+    if (layout.place(channels::color) >= 0) color_ = plane(channels::color), albedo_ = plane(channels::albedo);
+}
+
+void Shading::operator()(int row) const {
+    const std::size_t first = static_cast<std::size_t>(row) * width_, end = first + width_;
+    std::fill(gray_ + first, gray_ + end, 0.f);
+    for (std::size_t k = 0; color_ && k < 3; ++k) std::fill(color_ + k * pixels_ + first, color_ + k * pixels_ + end, 0.f);
+    // All that is of one instance at once, and the gaps between.
+    for (std::size_t i = first; i < end;) {
+        if (depth_[i] == 0) {
+            ++i;
+            continue;
         }
-    });
+        std::size_t last = i;
+        for (std::size_t j = i + 1; j < end && (depth_[j] == 0 || instance_[j] == instance_[i]); ++j) {
+            if (depth_[j] != 0) last = j;
+        }
+        const Material& material = scene_[static_cast<std::uint32_t>(instance_[i])].material;
+        const auto column = static_cast<int>(i - first), count = static_cast<int>(last + 1 - i);
+        const bool is_alike = !material.is_physical() && !material.emits() && material.shininess == std::floor(material.shininess);
+        is_alike ? shade_alike(material, row, column, count) : shade(material, row, column, count);
+        i = last + 1;
+    }
+}
+
+void Shading::shade(const Material& material, int row, int column, int count) const {
+    const std::size_t first = static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column);
+    for (std::size_t i = first; i < first + static_cast<std::size_t>(count); ++i) {
+        if (depth_[i] == 0) continue;
+        const Light light = projection_.in_perspective()
+                                ? light_at(projection_, static_cast<float>(row), static_cast<float>(i - first) + static_cast<float>(column))
+                                : Light::of_the_camera();
+        const Vec3 own = albedo_ ? Vec3{albedo_[i], albedo_[pixels_ + i], albedo_[2 * pixels_ + i]} : material.base_color();
+        const Shade shade = shaded(whole_normal(normal_x_[i], normal_y_[i]), own, material, light);
+        gray_[i] = shade.gray;
+        if (color_) color_[i] = shade.color.x, color_[pixels_ + i] = shade.color.y, color_[2 * pixels_ + i] = shade.color.z;
+    }
+}
+
+void Shading::shade_alike(const Material& material, int row, int column, int count) const {
+    constexpr int most = 128, beyond = 16;
+    float body[most + beyond], highlight[most + beyond], normal_x[most + beyond], normal_y[most + beyond];
+    const auto rounded = [](double value) { return Material::rounded(value); };
+    const WholePhong phong{rounded(material.ambient), rounded(material.diffuse), rounded(material.specular), static_cast<unsigned>(material.shininess)};
+    float luminances[most];
+    std::fill_n(luminances, most, luminance(material.base_color()));
+    for (int done = 0; done < count; done += most) {
+        const int now = std::min(most, count - done);
+        const std::size_t i = static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column + done);
+        std::copy_n(normal_x_ + i, now, normal_x), std::copy_n(normal_y_ + i, now, normal_y);
+        std::fill_n(normal_x + now, beyond, 0.f), std::fill_n(normal_y + now, beyond, 0.f);
+        best_shade_kernels().blinn_phong(eye_, phong, Light::of_the_camera().direction, row, column + done, now, normal_x, normal_y, body, highlight);
+        const auto put = [&](const float* own, float* to) {
+            for (std::size_t k = 0; k < static_cast<std::size_t>(now); ++k) {
+                const float shade = std::clamp(own[k] * body[k] + highlight[k], 0.f, 1.f);
+                to[i + k] = depth_[i + k] == 0 ? 0.f : shade;
+            }
+        };
+        for (std::size_t k = 0; albedo_ && k < static_cast<std::size_t>(now); ++k) {
+            luminances[k] = luminance({albedo_[i + k], albedo_[pixels_ + i + k], albedo_[2 * pixels_ + i + k]});
+        }
+        put(luminances, gray_);
+        for (std::size_t k = 0; albedo_ && k < 3; ++k) put(albedo_ + k * pixels_ + i, color_ + k * pixels_);
+    }
 }
 
 }  // namespace bob

@@ -172,8 +172,6 @@ class Scene:
     ) -> None: ...
     def trace(self, camera: Camera, height: int, width: int, pixels: I32, layout: Layout, samples: F32) -> None:
         """Writes samples (n, C): the first number of each says whether the ray hit."""
-    def shade(self, camera: Camera, layout: Layout, planes: F32) -> None:
-        """Writes gray wherever planes (C, H, W) hold a hit, of its normal and instance."""
 
     @property
     def bytes(self) -> int: ...
@@ -247,8 +245,9 @@ class History:
     def __init__(self, layout: Layout, height: int, width: int) -> None: ...
     def add(self, camera: Camera, planes: F32) -> None:
         """Takes over what was traced, planes (C, H, W)."""
-    def expect(self, camera: Camera, planes: F32, off_center: F32) -> int:
-        """Writes what is expected, planes (C, H, W) and (H, W); returns at how many pixels a surface is."""
+    def expect(self, camera: Camera, planes: F32, off_center: F32, scene: Scene | None = None) -> int:
+        """Writes what is expected, planes (C, H, W) and (H, W); returns at how many pixels a surface is.
+        Where the layout has the instance, gray and colour are the scene's, shaded anew."""
     def clear(self) -> None: ...
     @property
     def bytes(self) -> int: ...

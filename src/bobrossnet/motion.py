@@ -48,7 +48,11 @@ STICKY = 0.85
 LONGEST_CARRYING = 0.75
 """Carrying along takes so much of the time at most, unless a new picture would have a share below `SPARSE`."""
 
-SPARSE = 0.01
+SPARSE, DENSE = 0.01, 0.08
+
+TURN = 0.07
+"""Where nearer and farther things move past each other by this share of the picture's height, on an orbit of 8.6°, what
+was seen says less than new pixels do, if there are `SPARSE` to `DENSE` of the pixels."""
 
 FADE, SQUARES_FADE, FIRST_FADE, FIRST = 0.97, 0.99, 0.8, 3
 """What carrying along and squares took counts so much less with each picture that is made in another way, so that what
@@ -169,7 +173,7 @@ class View:
 
     def _frame(self, start: float, camera: Camera | None, budget: float, count: int | None) -> Frame:
         if camera is not None and camera != self._seen.camera:
-            self._move(camera, self._plan(budget) if count is None else _Plan(ADAPTIVE, carries=True))
+            self._move(camera, count, budget)
         return self._picture.frame(start, count, budget)
 
     def forget(self) -> None:
@@ -207,14 +211,29 @@ class View:
             self._first_pace.fade(SQUARES_FADE)
         return _Plan(SQUARES if is_fast else ADAPTIVE, carries)
 
-    def _move(self, camera: Camera, plan: _Plan) -> None:
+    def _move(self, camera: Camera, count: int | None, budget: float) -> None:
         self._picture.take_what_came()
         seen = self._seen_by(camera)
+        if count is None:
+            plan = self._plan(budget)
+        else:
+            is_enough = SPARSE <= count / self._picture.total < DENSE
+            plan = _Plan(ADAPTIVE, carries=not is_enough or self._turn(seen) < TURN)
         self._layout = self._picture.layout
         self._moves += 1
         expecting = self._expecting(seen) if plan.carries else None
         self._seen = seen
         self._picture = expecting or self._unknown(plan.order)
+
+    def _turn(self, seen: _Seen) -> float:
+        """By which share of the picture's height near things move past those half of all depth behind them, from the
+        last camera to this one: a median, infinite where most were behind the last camera."""
+        rows, columns = (np.linspace(0, count - 1, 9, dtype=np.float32) for count in self.size)
+        places = np.stack(np.meshgrid(rows, columns, [0.25, 0.75], indexing="ij"), -1).astype(np.float32).reshape(-1, 3)
+        before = self._seen.in_core.seen(*self.size, seen.in_core.points(*self.size, places))
+        far, near = before[:, :2].reshape(-1, 2, 2).transpose(1, 0, 2)
+        apart = np.hypot(*(near - far).T)
+        return float(np.median(np.where(np.isnan(apart), np.inf, apart))) / self.size[0]
 
     def _expecting(self, seen: _Seen) -> PartialPicture | None:
         """A picture with what earlier ones let expect; None where that is nothing."""
@@ -229,10 +248,9 @@ class View:
             self._history = _core.History(layout.core, *self.size)
         expected, off_center = untraced_planes(self.size, layout), np.empty(self.size, np.float32)
         self._history.add(self._seen.in_core, planes)
-        if not self._history.expect(seen.in_core, expected, off_center):
+        scene = None if self._scene is None else self._scene.core
+        if not self._history.expect(seen.in_core, expected, off_center, scene):
             return None
-        if isinstance(seen.tracer, SceneTracer):
-            seen.tracer.shade(expected)
         self._order.begin((self._seed + self._moves) % 2**64)
         sequence = _Refreshing(self._order, expected, off_center)
         self._calls.turn_to(seen.tracer)

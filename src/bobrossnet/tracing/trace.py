@@ -78,11 +78,6 @@ class SceneTracer:
         mask, depth, x, y, *albedo = planes
         return Guides(depth, np.stack([x, y], -1), np.stack(albedo, -1), mask)
 
-    def shade(self, planes: NDArray[np.float32]) -> None:
-        """Write the gray of surfaces as this camera sees them, by their normals and instances; `planes` is (C, H, W) of
-        the layout."""
-        self._core.shade(self.camera_in_core, self.layout.core, planes)
-
 
 def trace(
     scene: SceneLike,

@@ -35,18 +35,19 @@ export class History {
   }
 
   /**
-   * Begins the picture of a camera. What is expected still has the shades of before.
+   * Begins the picture of a camera, with what is expected, shaded anew.
    *
+   * @param {import("../tracing/scene.js").Scene} scene
    * @param {Camera} before which traced the one before @param {number} traced the address of that one's planes
    * @param {Camera} camera
    * @param {number} seed
    * @returns {boolean} whether anything is expected: nothing after a jump
    */
-  move(before, traced, camera, seed) {
+  move(scene, before, traced, camera, seed) {
     const core = this.#core;
     core.made("add_to_history", this.#handle, cameraValues(before), traced);
     const [surfaces] = core.filled(new Int32Array(1), (address) => {
-      core.made("expect_from_history", this.#handle, cameraValues(camera), this.planes, this.#offCenter, address);
+      core.made("expect_from_history", this.#handle, scene.handle, cameraValues(camera), this.planes, this.#offCenter, address);
     });
     if (surfaces === 0) return false;
     core.call("begin_refresh", this.#order, ...halves(seed));

@@ -52,16 +52,6 @@ export class Scene {
     });
   }
 
-  /**
-   * Shades anew what another camera has seen.
-   *
-   * @param {number} planes the address of planes, (C, height, width) of the traced layout
-   * @param {import("../picture/camera.js").Size} size @param {Partial<import("../picture/camera.js").Camera>} camera
-   */
-  shade(planes, { height, width }, camera) {
-    this.core.made("shade", this.handle, cameraValues(camera), height, width, this.#isColored, planes);
-  }
-
   get #isColored() {
     return Number(this.layout === COLORED);
   }
