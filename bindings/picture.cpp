@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "bindings.h"
-#include "completion/surfaces.h"
+#include "completion/guided_surfaces.h"
 #include "parallel.h"
 #include "picture/adaptive.h"
 #include "picture/camera.h"
@@ -138,7 +138,7 @@ void init_adaptive_order(bob::AdaptiveOrder* self, std::uint64_t seed, std::uint
     if (guides_layout && guides) {
         check_planes(*guides_layout, *guides, height, width);
         const auto surfaces =
-            std::make_shared<const bob::Surfaces>(*guides_layout, guides->data(), static_cast<int>(height), static_cast<int>(width));
+            std::make_shared<const bob::GuidedSurfaces>(*guides_layout, guides->data(), static_cast<int>(height), static_cast<int>(width));
         likeness = [surfaces](bob::Pixel own, bob::Pixel other) { return surfaces->likeness(own, other); };
     }
     new (self) bob::AdaptiveOrder(seed, height, width, std::move(likeness));

@@ -9,7 +9,7 @@
 
 #include "color.h"
 #include "completion/guided_kernels.h"
-#include "completion/surfaces.h"
+#include "completion/guided_surfaces.h"
 #include "parallel.h"
 
 namespace bob {
@@ -42,7 +42,7 @@ constexpr int widenings = 4;
 /// As many samples are enough, however far one looks.
 constexpr int enough = 4096;
 
-constexpr int tile_width = Surfaces::row_multiple, tile_height = 8;
+constexpr int tile_width = GuidedSurfaces::row_multiple, tile_height = 8;
 
 /// Sums over rectangles of the picture.
 class Table {
@@ -81,7 +81,7 @@ struct Traced {
     std::vector<int> first;  // sample of each row, and one more
     bool is_noisy = false;
 
-    Traced(const Layout& known, const float* planes, const Channel& channel, const Surfaces& surfaces) {
+    Traced(const Layout& known, const float* planes, const Channel& channel, const GuidedSurfaces& surfaces) {
         const int height = surfaces.height(), width = surfaces.width(), components = channel.components;
         const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
         const auto plane = [&](int place) { return planes + static_cast<std::size_t>(place) * pixels; };
@@ -92,10 +92,10 @@ struct Traced {
             for (int x = 0; x < width; ++x) {
                 const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
                 if (!(mask[i] > 0)) continue;
-                const auto of = [&](Surfaces::Plane plane) { return surfaces.row(plane, y)[x]; };
-                GuidedSample sample{static_cast<float>(y), static_cast<float>(x), of(Surfaces::depth),
-                                    {of(Surfaces::normal_x), of(Surfaces::normal_y), of(Surfaces::normal_z)},
-                                    {of(Surfaces::red), of(Surfaces::green), of(Surfaces::blue)}, of(Surfaces::coverage), {}, 0, 0};
+                const auto of = [&](GuidedSurfaces::Plane plane) { return surfaces.row(plane, y)[x]; };
+                GuidedSample sample{static_cast<float>(y), static_cast<float>(x), of(GuidedSurfaces::depth),
+                                    {of(GuidedSurfaces::normal_x), of(GuidedSurfaces::normal_y), of(GuidedSurfaces::normal_z)},
+                                    {of(GuidedSurfaces::red), of(GuidedSurfaces::green), of(GuidedSurfaces::blue)}, of(GuidedSurfaces::coverage), {}, 0, 0};
                 for (int c = 0; c < components; ++c) {
                     sample.light[c] = values[static_cast<std::size_t>(c) * pixels + i] / surfaces.divisor(components, c, y, x);
                 }
@@ -123,7 +123,7 @@ public:
         float reach, sharpness;
     };
 
-    Reaches(const Surfaces& surfaces, Traced& traced)
+    Reaches(const GuidedSurfaces& surfaces, Traced& traced)
         : height_(surfaces.height()), width_(surfaces.width()), counts_(height_, width_),
           across_(static_cast<std::size_t>((width_ + tile_width - 1) / tile_width + 1)),
           corners_(across_ * static_cast<std::size_t>((height_ + tile_height - 1) / tile_height + 1)) {
@@ -218,7 +218,7 @@ struct Fitted {
 };
 
 /// Fits one tile, looking farther where there are no like samples.
-void fit_tile(const Surfaces& surfaces, const Traced& traced, const Reaches& reaches, int components, int down, int across, Fitted& fitted) {
+void fit_tile(const GuidedSurfaces& surfaces, const Traced& traced, const Reaches& reaches, int components, int down, int across, Fitted& fitted) {
     const auto& kernels = best_guided_kernels();
     const int top = down * tile_height, left = across * tile_width, bottom = std::min(top + tile_height, surfaces.height());
     const Reaches::Reach corners[] = {reaches(down, across), reaches(down, across + 1), reaches(down + 1, across),
@@ -250,10 +250,10 @@ void fit_tile(const Surfaces& surfaces, const Traced& traced, const Reaches& rea
             const auto far = blend([&](const Reaches::Reach& corner) { return scale * corner.reach; });
             const auto sharpness = blend([](const Reaches::Reach& corner) { return corner.sharpness; });
             Fitted fresh;
-            const auto row = [&](Surfaces::Plane plane) { return surfaces.row(plane, y) + left; };
-            const GuidedRow wanted{static_cast<float>(y), static_cast<float>(left), row(Surfaces::depth), row(Surfaces::depth_right),
-                                   row(Surfaces::depth_down), {row(Surfaces::normal_x), row(Surfaces::normal_y), row(Surfaces::normal_z)},
-                                   {row(Surfaces::red), row(Surfaces::green), row(Surfaces::blue)}, row(Surfaces::coverage),
+            const auto row = [&](GuidedSurfaces::Plane plane) { return surfaces.row(plane, y) + left; };
+            const GuidedRow wanted{static_cast<float>(y), static_cast<float>(left), row(GuidedSurfaces::depth), row(GuidedSurfaces::depth_right),
+                                   row(GuidedSurfaces::depth_down), {row(GuidedSurfaces::normal_x), row(GuidedSurfaces::normal_y), row(GuidedSurfaces::normal_z)},
+                                   {row(GuidedSurfaces::red), row(GuidedSurfaces::green), row(GuidedSurfaces::blue)}, row(GuidedSurfaces::coverage),
                                    far[0], (far[1] - far[0]) / tile_width, sharpness[0], (sharpness[1] - sharpness[0]) / tile_width,
                                    {fresh.light[0].data(), fresh.light[1].data(), fresh.light[2].data()}, fresh.weight.data(),
                                    fresh.detail.data(), fresh.noise.data()};
@@ -279,7 +279,7 @@ void fit_tile(const Surfaces& surfaces, const Traced& traced, const Reaches& rea
 void complete_guided(const Layout& known, const float* planes, const Layout& guides_layout, const float* guides, const Channel& channel,
                      int height, int width, float* output) {
     const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
-    const Surfaces surfaces(guides_layout, guides, height, width);
+    const GuidedSurfaces surfaces(guides_layout, guides, height, width);
     Traced traced(known, planes, channel, surfaces);
     const int components = channel.components;
     if (traced.samples.empty()) {

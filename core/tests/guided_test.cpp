@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "check.h"
-#include "completion/surfaces.h"
+#include "completion/guided_surfaces.h"
 
 namespace {
 
@@ -74,7 +74,7 @@ TEST(surfaces_are_alike_by_all_that_guides_say) {
     constexpr std::size_t pixels = height * width, last = pixels - 1;
     std::vector<float> guides(7 * pixels, 0.5f);
     for (std::size_t i = 0; i < pixels; ++i) guides[i] = 1, guides[pixels + i] = 0.4f + 0.01f * static_cast<float>(i % width);
-    const auto likeness = [&] { return bob::Surfaces(known, guides.data(), height, width).likeness({0, 3}, {height - 1, width - 1}); };
+    const auto likeness = [&] { return bob::GuidedSurfaces(known, guides.data(), height, width).likeness({0, 3}, {height - 1, width - 1}); };
     CHECK_NEAR(likeness(), 1, 1e-5f);
     const float steps[] = {-1, -0.3f, -0.5f, -0.5f, -0.3f, -0.3f, -0.3f};
     for (std::size_t k = 0; k < 7; ++k) {

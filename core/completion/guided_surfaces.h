@@ -14,7 +14,7 @@ namespace bob {
 constexpr GuidedLikeness guided_likeness{20, 20, 100, 5e-4f};
 
 /// Guides, with rows padded to whole vectors by repeating their last pixel.
-class Surfaces {
+class GuidedSurfaces {
 public:
     enum Plane { depth, depth_right, depth_down, normal_x, normal_y, normal_z, red, green, blue, coverage, count };
 
@@ -22,12 +22,12 @@ public:
     static constexpr int row_multiple = 16;
 
     /// guides: (layout.width(), height, width) with mask, depth, normal and albedo. Throws std::invalid_argument if one is missing.
-    Surfaces(const Layout& layout, const float* guides, int height, int width);
+    GuidedSurfaces(const Layout& layout, const float* guides, int height, int width);
 
     [[nodiscard]] float* row(int plane, int y) {
         return values_.get() + (static_cast<std::size_t>(plane) * static_cast<std::size_t>(height_) + static_cast<std::size_t>(y)) * stride_;
     }
-    [[nodiscard]] const float* row(int plane, int y) const { return const_cast<Surfaces*>(this)->row(plane, y); }
+    [[nodiscard]] const float* row(int plane, int y) const { return const_cast<GuidedSurfaces*>(this)->row(plane, y); }
     [[nodiscard]] int height() const { return height_; }
     [[nodiscard]] int width() const { return width_; }
 

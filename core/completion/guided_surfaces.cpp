@@ -1,4 +1,4 @@
-#include "completion/surfaces.h"
+#include "completion/guided_surfaces.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ float lesser(float before, float after) {
 
 }  // namespace
 
-Surfaces::Surfaces(const Layout& layout, const float* guides, int height, int width)
+GuidedSurfaces::GuidedSurfaces(const Layout& layout, const float* guides, int height, int width)
     : height_(height), width_(width), stride_((static_cast<std::size_t>(width) + row_multiple - 1) / row_multiple * row_multiple),
       values_(aligned_floats(count * stride_ * static_cast<std::size_t>(height))) {
     const std::size_t pixels = static_cast<std::size_t>(height) * static_cast<std::size_t>(width);
@@ -56,12 +56,12 @@ Surfaces::Surfaces(const Layout& layout, const float* guides, int height, int wi
     });
 }
 
-float Surfaces::divisor(int components, int component, int y, int x) const {
+float GuidedSurfaces::divisor(int components, int component, int y, int x) const {
     const float rgb[] = {row(red, y)[x], row(green, y)[x], row(blue, y)[x]};
     return std::max(least_albedo, components == 3 ? rgb[component] : luminance({rgb[0], rgb[1], rgb[2]}));
 }
 
-float Surfaces::likeness(Pixel own, Pixel other) const {
+float GuidedSurfaces::likeness(Pixel own, Pixel other) const {
     const auto here = [&](Plane plane) { return row(plane, own.row)[own.column]; };
     const auto differs = [&](Plane plane) { return row(plane, other.row)[other.column] - here(plane); };
     const float right = static_cast<float>(other.column - own.column), down = static_cast<float>(other.row - own.row);
