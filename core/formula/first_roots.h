@@ -5,6 +5,14 @@
 
 #include "formula/run.h"
 
+// Sparse rays, whose code is mostly not in the cache, take up to a quarter longer where these are functions of their own; pages
+// take as long to load as they are large.
+#ifdef __wasm__
+#define BOB_INTO_SEARCH [[gnu::noinline]] inline
+#else
+#define BOB_INTO_SEARCH [[gnu::always_inline]] inline
+#endif
+
 namespace bob::BOB_ISA {
 
 /// Bits of the first `count` lanes.
@@ -125,7 +133,7 @@ inline Along along_some(const Code& code, void* scratch, const Segment* const* s
 }
 
 /// Finds the roots that segments have between a and b.
-[[gnu::always_inline]] inline void refine(const Code& code, void* scratch, Segment* const* segments, int count) {
+BOB_INTO_SEARCH void refine(const Code& code, void* scratch, Segment* const* segments, int count) {
     const Along along = along_some(code, scratch, segments, count);
     Bracket bracket;
     F finest{};
@@ -155,30 +163,27 @@ inline M stays(F fa, F fb, F least, F most, F length) {
 /// Whether bounds show that f lies on one side.
 inline M is_one_sided(Interval value, const Domain& domain) { return (value.low >= F{}) | (value.high < F{}) | domain.nowhere; }
 
-/// f at n places along each of `count` segments, and how far ahead jumps are there: at all of them at once, of which there are at
-/// most `lanes`. Not inlined, as copies of `run` for points in formula_kernels.cpp.
+/// f at n places along each of `count` segments: at all of them at once, of which there are at most `lanes`. Not inlined, as copies of
+/// `run` for points in formula_kernels.cpp.
 template <int n>
-[[gnu::noinline]] void values_at_once(const Code& code, void* scratch, const Segment* const* segments, int count, const F (&t)[n], F (&f)[n],
-                                      F (&to_jump)[n]) {
+[[gnu::noinline]] void values_at_once(const Code& code, void* scratch, const Segment* const* segments, int count, const F (&t)[n], F (&f)[n]) {
     const Segment* at[lanes];
     F places{};
     for (int k = 0; k < n; ++k) {
         for (int i = 0; i < count; ++i) at[k * count + i] = segments[i], places[k * count + i] = t[k][i];
     }
-    F jumps;
-    const F values = along_some(code, scratch, at, n * count).value(places, jumps);
+    const F values = along_some(code, scratch, at, n * count).value(places);
     for (int k = 0; k < n; ++k) {
-        for (int i = 0; i < count; ++i) f[k][i] = values[k * count + i], to_jump[k][i] = jumps[k * count + i];
+        for (int i = 0; i < count; ++i) f[k][i] = values[k * count + i];
     }
 }
 
-/// The same at any number of places; from the first `starts` of them on alone, how far ahead jumps are.
+/// The same at any number of places.
 template <int n>
-void values_along(const Code& code, void* scratch, const Segment* const* segments, int count, const F (&t)[n], F (&f)[n],
-                  F (&to_jump)[n], int starts) {
-    if (n * count <= lanes) return values_at_once(code, scratch, segments, count, t, f, to_jump);
+void values_along(const Code& code, void* scratch, const Segment* const* segments, int count, const F (&t)[n], F (&f)[n]) {
+    if (n * count <= lanes) return values_at_once(code, scratch, segments, count, t, f);
     const Along along = along_some(code, scratch, segments, count);
-    for (int k = 0; k < n; ++k) f[k] = k < starts ? along.value(t[k], to_jump[k]) : along.value(t[k]);
+    for (int k = 0; k < n; ++k) f[k] = along.value(t[k]);
 }
 
 /// Into how many parts a segment is cut that is not settled as a whole. Many bounds over small parts decide at once what
@@ -199,15 +204,13 @@ struct Begun {
 
 /// f at both ends of few segments, and where they may have to be cut.
 [[gnu::noinline]] inline void begin_few(const Code& code, Segment* segments, const Segment* const* some, int count, F t_end, F (&ends)[2],
-                                        F& to_jump, void* scratch) {
-    F t[places], f[places] = {}, jumps[places] = {};
+                                        void* scratch) {
+    F t[places], f[places] = {};
     for (int k = 0; k < places; ++k) t[k] = cut_at(t_end, k);
-    values_at_once(code, scratch, some, count, t, f, jumps);
-    ends[0] = f[0], ends[1] = f[parts_of_segment], to_jump = jumps[0];
+    values_at_once(code, scratch, some, count, t, f);
+    ends[0] = f[0], ends[1] = f[parts_of_segment];
     for (int lane = 0; lane < count; ++lane) {
-        for (int k = 1; k < parts_of_segment; ++k) {
-            segments[lane].inner[k - 1] = f[k][lane], segments[lane].inner_to_jump[k - 1] = jumps[k][lane];
-        }
+        for (int k = 1; k < parts_of_segment; ++k) segments[lane].inner[k - 1] = f[k][lane];
     }
 }
 
@@ -222,12 +225,12 @@ inline void begin(const Code& code, Segment* segments, int count, bool are_few, 
         least[lane] = segments[lane].least_slope;
         most[lane] = segments[lane].most_slope;
     }
-    F ends[2] = {}, to_jump[2] = {};
+    F ends[2] = {};
     auto& [fa, fb] = ends;
     if (are_few) {
-        begin_few(code, segments, some, count, t_end, ends, to_jump[0], scratch);
+        begin_few(code, segments, some, count, t_end, ends, scratch);
     } else {
-        values_along(code, scratch, some, count, {F{}, t_end}, ends, to_jump, 1);
+        values_along(code, scratch, some, count, {F{}, t_end}, ends);
     }
     const M known = first_lanes(count) & (abs(least) < constant(infinity)) & (abs(most) < constant(infinity));
     const M smooth = known & (abs(fa) < constant(infinity)) & (abs(fb) < constant(infinity));
@@ -239,7 +242,7 @@ inline void begin(const Code& code, Segment* segments, int count, bool are_few, 
         s.found = crossing[lane];
         s.unresolved = false;
         s.open = !(crossing[lane] | empty[lane]);
-        s.a = 0, s.fa = fa[lane], s.b = t_end[lane], s.fb = fb[lane], s.to_jump = to_jump[0][lane];
+        s.a = 0, s.fa = fa[lane], s.b = t_end[lane], s.fb = fb[lane];
         s.doubt = infinity;
         begun.open += s.open;
         begun.bracketed += s.found;
@@ -259,10 +262,10 @@ struct Part {
 /// Cuts segments that are open, at most `lanes`, into parts, and leaves out those that the slopes settle. Behind a part whose
 /// ends lie on different sides there is nothing to find, unless it is a pole: the segment's a is where the rest begins.
 inline Part* cut(const Code& code, Segment* const* segments, int count, bool are_few, Part* parts, void* scratch) {
-    F t[places], f[places], to_jump[places], least{}, most{};
+    F t[places], f[places], least{}, most{};
     for (int lane = 0; lane < count; ++lane) {
         const Segment& s = *segments[lane];
-        t[0][lane] = s.a, f[0][lane] = s.fa, to_jump[0][lane] = s.to_jump;
+        t[0][lane] = s.a, f[0][lane] = s.fa;
         t[parts_of_segment][lane] = s.b, f[parts_of_segment][lane] = s.fb;
         least[lane] = s.least_slope, most[lane] = s.most_slope;
     }
@@ -270,13 +273,13 @@ inline Part* cut(const Code& code, Segment* const* segments, int count, bool are
     if (are_few) {
         for (int lane = 0; lane < count; ++lane) {
             const Segment& s = *segments[lane];
-            for (int k = 1; k < parts_of_segment; ++k) f[k][lane] = s.inner[k - 1], to_jump[k][lane] = s.inner_to_jump[k - 1];
+            for (int k = 1; k < parts_of_segment; ++k) f[k][lane] = s.inner[k - 1];
         }
     } else {
-        F inner[parts_of_segment - 1], f_inner[parts_of_segment - 1] = {}, inner_to_jump[parts_of_segment - 1] = {};
+        F inner[parts_of_segment - 1], f_inner[parts_of_segment - 1] = {};
         for (int k = 1; k < parts_of_segment; ++k) inner[k - 1] = t[k];
-        values_along(code, scratch, segments, count, inner, f_inner, inner_to_jump, parts_of_segment - 1);
-        for (int k = 1; k < parts_of_segment; ++k) f[k] = f_inner[k - 1], to_jump[k] = inner_to_jump[k - 1];
+        values_along(code, scratch, segments, count, inner, f_inner);
+        for (int k = 1; k < parts_of_segment; ++k) f[k] = f_inner[k - 1];
     }
     const M known = (abs(least) < constant(infinity)) & (abs(most) < constant(infinity));
     M empty[parts_of_segment], differ[parts_of_segment];
@@ -288,10 +291,9 @@ inline Part* cut(const Code& code, Segment* const* segments, int count, bool are
         Segment& s = *segments[lane];
         s.a = s.b;
         for (int k = 0; k < parts_of_segment; ++k) {
-            if (!empty[k][lane]) *parts++ = {&s, t[k][lane], f[k][lane], t[k + 1][lane], f[k + 1][lane], to_jump[k][lane], t[k][lane], t[k + 1][lane] - t[k][lane], false};
+            if (!empty[k][lane]) *parts++ = {&s, t[k][lane], f[k][lane], t[k + 1][lane], f[k + 1][lane], infinity, t[k][lane], t[k + 1][lane] - t[k][lane], false};
             if (!differ[k][lane]) continue;
             s.a = t[k + 1][lane], s.fa = f[k + 1][lane];
-            if (k + 1 < parts_of_segment) s.to_jump = to_jump[k + 1][lane];
             break;
         }
     }
@@ -308,7 +310,7 @@ struct Searches {
 
     explicit Searches(const Along& nowhere) : along(nowhere) {}
 
-    void take(int lane, const Part& next) {
+    BOB_INTO_SEARCH void take(int lane, const Part& next) {
         const Segment& s = *next.segment;
         for (int axis = 0; axis < 3; ++axis) {
             along.origin[axis][lane] = s.origin[axis];
@@ -355,7 +357,7 @@ struct Searches {
     }
 
     /// Ends the parts that are settled by f over their next pieces and at the pieces' ends, b.
-    [[gnu::always_inline]] void judge(F b, const Dual<Interval, 1>& f, const Domain& domain, F fb, F jump_after_b, M at_jump) {
+    BOB_INTO_SEARCH void judge(F b, const Dual<Interval, 1>& f, const Domain& domain, F fb, F jump_after_b, M at_jump) {
         // Reasonable formulas need a few; after so many the ray is given up and reported.
         constexpr int max_pieces = 1024;
         const Interval value = f.value, slope = f.slope[0];
@@ -410,7 +412,7 @@ struct Searches {
     }
 };
 
-[[gnu::always_inline]] inline void search(const Code& code, const Part* next, const Part* end, void* scratch) {
+BOB_INTO_SEARCH void search(const Code& code, const Part* next, const Part* end, void* scratch) {
     // A lane that is done takes the next part at once: few that need many pieces hold up no others.
     Searches searches({code, scratch, {}, {}});
     while (true) {
@@ -438,7 +440,7 @@ inline int search(const Code& code, Segment* const* segments, int count, bool ar
     end = parts;
     for (int i = 0; i < count; ++i) {
         Segment& s = *segments[i];
-        if (!s.found && s.a < s.b) *end++ = {&s, s.a, s.fa, s.b, s.fb, s.to_jump, s.a, s.b - s.a, false};
+        if (!s.found && s.a < s.b) *end++ = {&s, s.a, s.fa, s.b, s.fb, infinity, s.a, s.b - s.a, false};
     }
     if (end != parts) search(code, parts, end, scratch);
     int found = 0;
@@ -446,9 +448,8 @@ inline int search(const Code& code, Segment* const* segments, int count, bool ar
     return found;
 }
 
-/// Searches segments from the values at their ends on; returns how many of them have a root between their a and b. What is inlined
-/// below this is so on purpose: sparse rays, whose code is mostly not in the cache, otherwise take up to a quarter longer.
-[[gnu::always_inline]] inline int search_from_ends(const Code& code, Segment* segments, std::size_t count, void* scratch) {
+/// Searches segments from the values at their ends on; returns how many of them have a root between their a and b.
+BOB_INTO_SEARCH int search_from_ends(const Code& code, Segment* segments, std::size_t count, void* scratch) {
     Segment* const end = segments + count;
     const bool are_few = places * count <= lanes;
     Begun begun;
@@ -508,7 +509,7 @@ inline BoundedPart* bounded_parts(const Code& code, Segment* segments, int count
 /// Ends parts, at most `lanes`, that bounds and the values at their ends settle; what is left of the others are `left`.
 inline Part* settle(const Code& code, const BoundedPart* parts, int count, Part* left, void* scratch) {
     const Segment* segments[lanes];
-    F t[2]{}, ends[2]{}, to_jump[2]{};
+    F t[2]{};
     Dual<Interval, 1> f{};
     Domain domain;
     for (int lane = 0; lane < count; ++lane) {
@@ -519,15 +520,16 @@ inline Part* settle(const Code& code, const BoundedPart* parts, int count, Part*
         f.slope[0].low[lane] = part.least_slope, f.slope[0].high[lane] = part.most_slope;
         domain.partly[lane] = part.partly ? -1 : 0;
     }
-    values_along(code, scratch, segments, count, t, ends, to_jump, 1);
-    Searches searches({code, scratch, {}, {}});
+    Searches searches(along_some(code, scratch, segments, count));
+    F to_jump;
+    const F fa = searches.along.value(t[0], to_jump), fb = searches.along.value(t[1]);
     Part whole[lanes];
     for (int lane = 0; lane < count; ++lane) {
         const float a = t[0][lane], b = t[1][lane];
-        whole[lane] = {parts[lane].segment, a, ends[0][lane], b, ends[1][lane], to_jump[0][lane], a, b - a, false};
+        whole[lane] = {parts[lane].segment, a, fa[lane], b, fb[lane], to_jump[lane], a, b - a, false};
         searches.take(lane, whole[lane]);
     }
-    searches.judge(t[1], f, domain, ends[1], to_jump[0], M{});
+    searches.judge(t[1], f, domain, fb, to_jump, M{});
     for (unsigned open = bits(searches.active); open; open &= open - 1) *left++ = searches.rest(__builtin_ctz(open));
     return left;
 }
