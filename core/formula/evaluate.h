@@ -109,8 +109,7 @@ struct Segment {
     bool unresolved;                // out: before that, there may be an even number of roots closer than `finest`
     bool open;                      // the kernel's own, as is all that follows: whether it is still looking
     float a, fa, b, fb;             // where what is left to be searched begins and ends, or the two sides of the root, and the values there
-    float to_jump;                  // from a on
-    float inner[2], inner_to_jump[2];  // between the ends, where few segments are searched at once
+    float inner[2];                 // between the ends, where few segments are searched at once
     float doubt;                    // where the first part of it begins in which roots are unresolved
 };
 

@@ -108,7 +108,8 @@ ColorFormula without_low_powers(const ColorFormula& f) {
     return graph.color_formula(graph.substitute(f, x, y, z));
 }
 
-int operands_of(const Lowered& step) { return step.op == affine ? 1 : step.op == corner_distance ? 2 : operands(step.op); }
+int operands_of(Op op) { return op == affine ? 1 : op == corner_distance ? 2 : op == piecewise_select ? 3 : operands(op); }
+int operands_of(const Lowered& step) { return operands_of(step.op); }
 
 LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_t> roots) {
     const auto count = static_cast<std::uint32_t>(nodes.size());
@@ -172,7 +173,117 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
     return result;
 }
 
+/// Puts steps into an order in which those of one op follow each other where they can.
+class Groups {
+public:
+    /// The order, with registers that are used again as soon as they may be; as it was where that takes too many.
+    void form(std::span<Instruction> code, int& registers, int& result) {
+        const auto count = static_cast<std::uint32_t>(code.size());
+        before_.assign(code.begin(), code.end());
+        find_operands(registers, result);
+        order_.clear();
+        while (order_.size() < count) {
+            // The op of which most steps are ready, with those that become ready meanwhile.
+            int most = 0;
+            for (std::uint64_t left = ops_; left; left &= left - 1) {
+                const int op = __builtin_ctzll(left);
+                if (ready_[op].size() > ready_[most].size()) most = op;
+            }
+            while (!ready_[most].empty()) {
+                const std::uint32_t i = ready_[most].back();
+                ready_[most].pop_back();
+                order_.push_back(i);
+                for (const std::uint32_t operand : steps_[i].operand) last_use_[operand] = i;
+                for (std::uint32_t k = steps_[i].users_begin; k < steps_[i].users_end; ++k) {
+                    if (--steps_[users_[k]].missing == 0) add(users_[k]);
+                }
+            }
+            ops_ &= ~(std::uint64_t{1} << most);
+        }
+        last_use_[last_] = count;
+        Registers taken;
+        for (std::uint32_t at = 0; at < count; ++at) {
+            const std::uint32_t i = order_[at];
+            Instruction& to = code[at] = before_[i];
+            std::uint16_t* const slots[3] = {&to.a, &to.b, &to.c};
+            for (int k = 0; k < operands_of(to.op); ++k) {
+                if (steps_[i].operand[k] != none_) *slots[k] = place_[steps_[i].operand[k]];
+            }
+            for (const std::uint32_t operand : steps_[i].operand) {
+                if (operand == none_ || last_use_[operand] != i) continue;
+                taken.give_back(place_[operand]);
+                last_use_[operand] = unused;  // once only, if it stands twice among the operands
+            }
+            to.out = place_[i] = taken.take();
+            if (taken.count() > most_registers) {
+                std::copy(before_.begin(), before_.end(), code.begin());
+                return;
+            }
+        }
+        registers = taken.count();
+        if (last_ != none_) result = place_[last_];
+    }
+
+private:
+    /// What is computed long before it is used takes registers; this many of the widest numbers that rays need fit the first-level cache.
+    static constexpr int most_registers = 128;
+
+    struct Step {
+        std::uint32_t operand[3];  // the steps that compute them; none_ for x, y and z
+        std::uint32_t users_begin, users_end;
+        std::uint32_t missing;     // how many operands are not computed yet
+    };
+
+    void find_operands(int registers, int result) {
+        none_ = static_cast<std::uint32_t>(before_.size());
+        steps_.assign(none_ + 1, {{none_, none_, none_}, 0, 0, 0}), place_.resize(none_ + 1), last_use_.assign(none_ + 1, unused);
+        writer_.assign(static_cast<std::size_t>(registers), none_);
+        for (std::uint32_t i = 0; i < none_; ++i) {
+            const Instruction& from = before_[i];
+            const std::uint16_t slots[3] = {from.a, from.b, from.c};
+            for (int k = 0; k < operands_of(from.op); ++k) {
+                const std::uint32_t operand = steps_[i].operand[k] = writer_[slots[k]];
+                if (operand != none_) ++steps_[operand].users_end, ++steps_[i].missing;
+            }
+            writer_[from.out] = i;
+        }
+        last_ = writer_[static_cast<std::size_t>(result)];
+        std::uint32_t sum = 0;
+        for (std::uint32_t i = 0; i < none_; ++i) {
+            steps_[i].users_begin = sum;
+            sum += std::exchange(steps_[i].users_end, sum);
+        }
+        users_.resize(sum);
+        for (std::uint32_t i = none_; i-- > 0;) {
+            for (const std::uint32_t operand : steps_[i].operand) {
+                if (operand != none_) users_[steps_[operand].users_end++] = i;
+            }
+            if (steps_[i].missing == 0) add(i);
+        }
+    }
+    void add(std::uint32_t step) {
+        const int op = static_cast<int>(before_[step].op);
+        ready_[op].push_back(step);
+        ops_ |= std::uint64_t{1} << op;
+    }
+
+    static constexpr int ops = op_count + 3;  // with those of lowering alone
+    static_assert(ops <= 64);
+    std::vector<std::uint32_t> ready_[ops];  // steps whose operands are all computed, by op
+    std::uint64_t ops_ = 0;                  // which ops have any
+    std::vector<Instruction> before_;
+    std::vector<Step> steps_;
+    std::vector<std::uint32_t> users_, order_, last_use_, writer_;
+    std::vector<std::uint16_t> place_;
+    std::uint32_t none_ = 0, last_ = 0;
+};
+
 }  // namespace
+
+void group_steps(std::span<Instruction> code, int& registers, int& result) {
+    thread_local Groups groups;
+    groups.form(code, registers, result);
+}
 
 Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(expression))) {
     const std::uint32_t root[] = {static_cast<std::uint32_t>(expression_.nodes().size() - 1)};

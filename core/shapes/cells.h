@@ -91,6 +91,9 @@ public:
 private:
     Cells() = default;
 
+    /// Puts all codes into the order that suits rays; while cells are built, decisions need the order of the formula's nodes.
+    void group_all_steps();
+
     class Builder;
     class Library;
 

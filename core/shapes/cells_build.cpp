@@ -12,6 +12,7 @@
 
 #include "formula/jumps.h"
 #include "formula/scratch.h"
+#include "parallel.h"
 #include "work.h"
 
 namespace bob {
@@ -362,6 +363,14 @@ std::vector<Cells::Builder::Child> Cells::Builder::occupied(const TapePtr& paren
     return children;
 }
 
+void Cells::group_all_steps() {
+    for (Stored& code : codes_) {
+        int registers = code.registers, result = code.result;
+        group_steps({instructions_.data() + code.first, code.count}, registers, result);
+        code.registers = static_cast<std::uint16_t>(registers), code.result = static_cast<std::uint16_t>(result);
+    }
+}
+
 Cells::Cells(const Expression& f) : meshes_(f.meshes()) {
     // The root's children are built apart, by all threads, and put together in order.
     const auto tape = std::make_shared<const Tape>(f);
@@ -374,6 +383,9 @@ Cells::Cells(const Expression& f) : meshes_(f.meshes()) {
     }
     is_coarse_ = !do_in_turns(subtrees, budget);
     for (Builder& subtree : subtrees) subtree.finish();
+    parallel_for(subtrees.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) subtrees[i].result.group_all_steps();
+    });
 
     children_.assign(64, CellGrid::empty);
     Library library;

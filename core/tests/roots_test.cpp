@@ -512,3 +512,31 @@ TEST(random_rays_match_dense_sampling) {
     CHECK_LT(150, misses);
     CHECK_LT(vague, (hits + misses) / 10);
 }
+
+TEST(steps_of_one_op_follow_each_other_and_compute_the_same) {
+    const bob::Tape tape = tape_of([](bob::Graph&, Value x, Value y, Value z) {
+        Value f = x;
+        for (int i = 1; i < 20; ++i) {
+            const Value a = x * i + 0.5, square = a * a, other = y * i - z;
+            f = max(f - square, min(other, square));
+        }
+        return f;
+    });
+    std::vector<bob::Instruction> grouped(tape.code().instructions, tape.code().instructions + tape.code().count);
+    bob::Code code = tape.code();
+    bob::group_steps(grouped, code.registers, code.result);
+    code.instructions = grouped.data();
+    const auto changes = [](const bob::Code& c) {
+        int count = 0;
+        for (std::size_t i = 1; i < c.count; ++i) count += c.instructions[i].op != c.instructions[i - 1].op;
+        return count;
+    };
+    CHECK_LT(3 * changes(code), 2 * changes(tape.code()));
+    const bob::FormulaKernels& kernels = bob::best_formula_kernels();
+    const float p[3][1] = {{0.3f}, {-0.2f}, {0.7f}};
+    const float* const point[3] = {p[0], p[1], p[2]};
+    float before, after;
+    kernels.values(tape.code(), point, 1, &before, bob::scratch(tape.code().registers));
+    kernels.values(code, point, 1, &after, bob::scratch(code.registers));
+    CHECK_EQ(before, after);
+}
