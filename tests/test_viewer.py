@@ -576,11 +576,11 @@ async ({ address, file, height, width }) => {
   };
   const history = new History(core, size, scene.layout), first = new PixelSequence(core, size, scene.layout);
   trace(first, cameraAt(30), height * width);
-  const expects = history.move(scene, cameraAt(30), first.planes, cameraAt(33), 7);
+  const expects = history.move(scene.handle, cameraAt(30), first.planes, cameraAt(33), 7);
   const expected = history.picture(), second = new PixelSequence(core, size, scene.layout, history);
   const traced = trace(second, cameraAt(33), 300), shown = history.picture(new Float32Array(expected.length));
   const rest = trace(second, cameraAt(33), height * width - 300);
-  const jumps = !history.move(scene, cameraAt(33), second.planes, cameraAt(200), 8);
+  const jumps = !history.move(scene.handle, cameraAt(33), second.planes, cameraAt(200), 8);
   return { expects, jumps, expected: [...expected], shown: [...shown], traced, rest };
 }
 """

@@ -37,7 +37,7 @@ export class History {
   /**
    * Begins the picture of a camera, with what is expected, shaded anew.
    *
-   * @param {import("../tracing/scene.js").Scene} scene
+   * @param {number} scene its handle in the core
    * @param {Camera} before which traced the one before @param {number} traced the address of that one's planes
    * @param {Camera} camera
    * @param {number} seed
@@ -47,7 +47,7 @@ export class History {
     const core = this.#core;
     core.made("add_to_history", this.#handle, cameraValues(before), traced);
     const [surfaces] = core.filled(new Int32Array(1), (address) => {
-      core.made("expect_from_history", this.#handle, scene.handle, cameraValues(camera), this.planes, this.#offCenter, address);
+      core.made("expect_from_history", this.#handle, scene, cameraValues(camera), this.planes, this.#offCenter, address);
     });
     if (surfaces === 0) return false;
     core.call("begin_refresh", this.#order, ...halves(seed));

@@ -142,7 +142,7 @@ function beginView(scene, { view: id, camera, height, width, carries, squares })
   let expected = null;
   if (view && carries) {
     history ??= new History(scene.core, size, scene.layout);
-    if (history.move(scene, view.camera, view.sequence.planes, camera, id)) expected = history;
+    if (history.move(scene.handle, view.camera, view.sequence.planes, camera, id)) expected = history;
   }
   view?.sequence.free();
   const order = expected ?? new (squares ? SquaresOrder : AdaptiveOrder)(scene.core, size, scene.layout);
