@@ -93,7 +93,7 @@ async function compare({ file, height, width, cameras, step, before, times, leve
       const first = LATTICE * height * width / lattice, { squares, adaptive: others } = rates;
       const { isFast, showsMore } = plan(height * width, { squares, others, first }, part, 1, carrying, carries);
       carries = showsMore && carrying <= LONGEST_CARRYING * time;
-      isExpected = Boolean(view) && carries && history.move(scene, view.camera, view.order.planes, camera, i);
+      isExpected = Boolean(view) && carries && history.move(scene.handle, view.camera, view.order.planes, camera, i);
       view?.order.free();
       if (isExpected) carrying = performance.now() - begin;
       const rate = isFast && !isExpected ? rates.squares : rates.adaptive, isSparse = !isExpected && !isFast && rate * part < DENSE * height * width;
