@@ -110,7 +110,8 @@ std::uint32_t Painting::number_of(const LoweredCode& code, std::uint32_t first) 
 }
 
 std::uint32_t Painting::part_at(Vec3 p) const {
-    if (part_in_.empty() || !(std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)}) <= 1)) return 0;
+    const bool is_inside = std::fabs(p.x) <= 1 && std::fabs(p.y) <= 1 && std::fabs(p.z) <= 1;  // false for NaN
+    if (part_in_.empty() || !is_inside) return 0;
     return part_in_[static_cast<std::size_t>((box_of(p.z, side) * side + box_of(p.y, side)) * side + box_of(p.x, side))];
 }
 
