@@ -8,6 +8,9 @@ namespace bob {
 
 enum class Isa { baseline, avx2, avx512 };
 
+/// Numbers in the widest vectors of any instruction set.
+constexpr int max_lanes = 16;
+
 /// The instruction set in use: at first, the best that both this build and this machine have.
 [[nodiscard]] Isa isa();
 

@@ -20,6 +20,9 @@ constexpr Op corner_distance = static_cast<Op>(op_count + 1);
 /// A select that `meets`.
 constexpr Op piecewise_select = static_cast<Op>(op_count + 2);
 
+/// How many registers an instruction reads.
+constexpr int operands_of(Op op) { return op == affine ? 1 : op == corner_distance ? 2 : op == piecewise_select ? 3 : operands(op); }
+
 constexpr bool is_select(Op op) { return op == Op::select || op == piecewise_select; }
 
 /// 20 bytes, without gaps: code that is the same is the same in memory.
@@ -51,9 +54,6 @@ struct Code {
     int result;     // the register that holds the value at the end
     bool may_jump;  // whether any of the ops may
 };
-
-/// The widest batch of any instruction set.
-constexpr int max_lanes = 16;
 
 /// Bytes of scratch memory, aligned to 64, that a kernel needs for each register.
 constexpr std::size_t register_bytes = 512;

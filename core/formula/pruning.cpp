@@ -18,8 +18,6 @@ struct Step {
     std::uint32_t operand[3] = {};
 };
 
-int operands_of(Op op) { return op == affine ? 1 : op == corner_distance ? 2 : op == piecewise_select ? 3 : operands(op); }
-
 int decisions_of(Op op) { return op == corner_distance ? 2 : is_decision(op) ? 1 : 0; }
 
 /// What a box leaves of an instruction.

@@ -108,9 +108,6 @@ ColorFormula without_low_powers(const ColorFormula& f) {
     return graph.color_formula(graph.substitute(f, x, y, z));
 }
 
-int operands_of(Op op) { return op == affine ? 1 : op == corner_distance ? 2 : op == piecewise_select ? 3 : operands(op); }
-int operands_of(const Lowered& step) { return operands_of(step.op); }
-
 LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_t> roots) {
     const auto count = static_cast<std::uint32_t>(nodes.size());
     LoweredCode result;
@@ -130,7 +127,7 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
     for (std::uint32_t i = count; i-- > 0;) {
         if (last_use[i] == unused) continue;
         lower(nodes, i, steps[i]);
-        for (int k = 0; k < operands_of(steps[i]); ++k) {
+        for (int k = 0; k < operands_of(steps[i].op); ++k) {
             std::uint32_t& last = last_use[steps[i].operand[k]];
             if (last == unused) last = i;
         }
@@ -151,9 +148,9 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
         instruction.scale = static_cast<float>(step.scale), instruction.offset = static_cast<float>(step.offset);
         if (step.op == Op::mesh_distance) set_mesh(instruction, MeshDistance::numbered(nodes[i].value).get());
         std::uint16_t* const slots[3] = {&instruction.a, &instruction.b, &instruction.c};
-        for (int k = 0; k < operands_of(step); ++k) *slots[k] = place[step.operand[k]];
+        for (int k = 0; k < operands_of(step.op); ++k) *slots[k] = place[step.operand[k]];
         // An operand's register may take the result: every step reads its operands before it writes.
-        for (int k = 0; k < operands_of(step); ++k) {
+        for (int k = 0; k < operands_of(step.op); ++k) {
             const std::uint32_t operand = step.operand[k];
             if (last_use[operand] == i && place[operand] > 2) {
                 registers.give_back(place[operand]);

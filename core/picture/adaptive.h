@@ -20,7 +20,8 @@ namespace bob {
 /// A pixel of the lattice (`lattice_tile`) lies in the middle of four pixels of the levels before it, its corners. It is
 /// worth as much as these differ, times the area that it stands for; what changes within a square and is not seen at its
 /// corners is found by the pixels that follow the lattice whatever they show, and then followed from square to square.
-/// Where surfaces are known of all pixels, one that is like none of its corners is worth as much as a silhouette. (Refinement of squares by contrast is Akimoto et al., "Pixel-Selected Ray Tracing", 1991.)
+/// Where surfaces are known of all pixels, one that is like none of its corners is worth as much as a silhouette.
+/// (Refinement of squares by contrast is Akimoto et al., "Pixel-Selected Ray Tracing", 1991.)
 class AdaptiveOrder final : public RoundOrder {
 public:
     /// How alike the surface of another pixel is to a pixel's own: 1 where nothing differs, down to 0.

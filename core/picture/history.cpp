@@ -15,7 +15,7 @@ namespace bob {
 namespace {
 
 /// Discs are at most so large, in pixels, and of so many sample distances. Those of five pixels stand for all smaller ones.
-constexpr int most_radius = Cells::border;
+constexpr int most_radius = BorderedGrid::border;
 constexpr float radius_per_distance = 1.3f;
 constexpr std::uint32_t far_squared = 3;
 
@@ -44,7 +44,7 @@ constexpr float most_marked = 0.3f;
 struct Discs {
     static constexpr int across = 2 * most_radius + 1;
 
-    std::int32_t sides[across][2 * most_lanes]{};           // by row and column: the bit of the eighth in which the centre lies
+    std::int32_t sides[across][2 * max_lanes]{};           // by row and column: the bit of the eighth in which the centre lies
     std::int32_t half_widths[most_radius * most_radius + 1][across]{};  // by the radius, squared
     std::int32_t is_inside[256]{};                          // by the sides on which centres lie, 0 or -1
     std::array<std::uint8_t, block * block + 1> squared{};  // the radius by how much is known of a block
@@ -109,8 +109,8 @@ History::History(const Layout& layout, std::uint32_t height, std::uint32_t width
     : layout_(layout), height_(height), width_(width), cells_{static_cast<std::int32_t>(height), static_cast<std::int32_t>(width)},
       chosen_(cells_.size(), no_choice), surface_depth_(cells_.size()), surface_right_(cells_.size()), surface_down_(cells_.size()),
       nearest_(cells_.size()), sides_(cells_.size()),
-      expected_right_(cells_.size(), ExpectedRow::unknown), expected_down_(cells_.size(), ExpectedRow::unknown), overrun_(cells_.size()), empty_(std::size_t{height} * width + most_lanes),
-      was_empty_(empty_.size()), counts_(width + most_lanes) {
+      expected_right_(cells_.size(), ExpectedRow::unknown), expected_down_(cells_.size(), ExpectedRow::unknown), overrun_(cells_.size()), empty_(std::size_t{height} * width + max_lanes),
+      was_empty_(empty_.size()), counts_(width + max_lanes) {
     const bool is_shaded_anew = layout_.place(channels::instance) >= 0;
     std::size_t at = 0;
     for (const Channel& channel : layout_) {
@@ -122,7 +122,7 @@ History::History(const Layout& layout, std::uint32_t height, std::uint32_t width
         }
     }
     (void)Planes<float>(layout_, nullptr, 0);  // throws where one is missing
-    const std::size_t most = std::size_t{height} * width + most_lanes;
+    const std::size_t most = std::size_t{height} * width + max_lanes;
     columns_.assign(columns::carried + carried_components_.size(), Column(most));
     for (Column* const column : {&sight_depth_, &sight_right_, &sight_down_, &off_center_, &right_, &down_, &screen_x_, &screen_y_}) column->resize(most);
     cell_.resize(most);
@@ -197,7 +197,7 @@ void History::mark(std::size_t point) {
 
 void History::drop(std::size_t most) {
     // `cell_` says for each point whether it is expected, and then where it goes.
-    std::fill_n(cell_.begin(), count_, Cells::nowhere);
+    std::fill_n(cell_.begin(), count_, BorderedGrid::nowhere);
     std::size_t expected = 0;
     for (const Choice chosen : chosen_) {
         if (chosen != no_choice) cell_[static_cast<std::size_t>(chosen_point(chosen))] = 1, ++expected;
@@ -206,7 +206,7 @@ void History::drop(std::size_t most) {
     std::size_t others = most - std::min(most, expected), to = 0;
     for (std::size_t k = 0; k < count_; ++k) {
         if (std::isnan(x[k])) continue;
-        if (cell_[k] == Cells::nowhere && (others == 0 || others-- == 0)) continue;
+        if (cell_[k] == BorderedGrid::nowhere && (others == 0 || others-- == 0)) continue;
         for (Column& column : columns_) column[to] = column[k];
         cell_[k] = static_cast<std::int32_t>(to++);
     }
@@ -277,7 +277,7 @@ void History::see(const Eye& eye) {
     const Surfaces surface = surfaces();
     for (std::size_t k = 0; k < count_; ++k) {
         const std::int32_t cell = sight.cell[k];
-        if (cell == Cells::nowhere || !(sight.depth[k] > surface.depth[cell])) continue;
+        if (cell == BorderedGrid::nowhere || !(sight.depth[k] > surface.depth[cell])) continue;
         surface.depth[cell] = sight.depth[k];
         surface.deeper_right[cell] = sight.deeper_right[k], surface.deeper_down[cell] = sight.deeper_down[k];
     }
@@ -339,7 +339,7 @@ void History::choose(const Projection& before) {
     kept_ = 0;
     for (std::size_t k = 0; k < count_; ++k) {
         const std::int32_t cell = sight.cell[k];
-        if (cell == Cells::nowhere) {
+        if (cell == BorderedGrid::nowhere) {
             x[k] = std::numeric_limits<float>::quiet_NaN();
             continue;
         }
@@ -367,7 +367,7 @@ void History::overrun(std::size_t point, const Projection& before) {
     for (std::int32_t row = -disc.radius; row <= disc.radius; ++row) {
         const std::int32_t half = disc.half_widths[row + disc.radius];
         std::uint8_t* const middle = overrun_.data() + cell + row * cells_.stride;
-        for (std::int32_t right = -half; right <= half; ++right) middle[right] = 1;
+        std::fill_n(middle - half, 2 * half + 1, std::uint8_t{1});
     }
 }
 

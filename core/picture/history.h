@@ -76,7 +76,7 @@ private:
     Layout layout_;
     std::vector<std::size_t> carried_components_, shade_components_;
     std::uint32_t height_, width_;
-    Cells cells_;
+    BorderedGrid cells_;
     Camera camera_;  // of the last picture
 
     // Points: position, normal, and what is carried, each a column. A marked one is nowhere: its x is not a number.

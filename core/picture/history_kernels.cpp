@@ -86,7 +86,7 @@ inline Vector3 load_normal(const PointsIn<const float>& points, std::size_t i) {
     return {load<F>(points.normal_x + i), load<F>(points.normal_y + i), load<F>(points.normal_z + i)};
 }
 
-std::size_t see(const Eye& eye, const Cells& cells, PointsIn<const float> points, Sights sights, std::size_t begin, std::size_t end) {
+std::size_t see(const Eye& eye, const BorderedGrid& cells, PointsIn<const float> points, Sights sights, std::size_t begin, std::size_t end) {
     const F half = constant(0.5f), rows = constant(static_cast<float>(cells.height)), columns = constant(static_cast<float>(cells.width));
     M in_picture{};
     for (std::size_t i = begin; i < end; i += lanes) {
@@ -100,8 +100,8 @@ std::size_t see(const Eye& eye, const Cells& cells, PointsIn<const float> points
         const M whole_row = to_integers(inside ? row : F{}), whole_column = to_integers(inside ? column : F{});
         const F down = at.row - to_floats(whole_row), right = at.column - to_floats(whole_column);
         const F depth = at.depth(eye), steep = side(eye, depth) / max(normal.z, constant(least_normal_z));
-        const M cell = (whole_row + all(Cells::border)) * all(cells.stride) + whole_column + all(Cells::border);
-        store_integers(sights.cell + i, seen ? cell : all(Cells::nowhere));
+        const M cell = (whole_row + all(BorderedGrid::border)) * all(cells.stride) + whole_column + all(BorderedGrid::border);
+        store_integers(sights.cell + i, seen ? cell : all(BorderedGrid::nowhere));
         store(sights.depth + i, depth);
         store(sights.deeper_right + i, -normal.x * steep), store(sights.deeper_down + i, normal.y * steep);
         store(sights.off_center + i, down * down + right * right);
@@ -130,7 +130,7 @@ inline void for_disc(const DiscRows& disc, const Surfaces& surfaces, std::int32_
         for (std::int32_t right = -half; right <= half; right += lanes) {
             const M at = lane_numbers() + all(right);
             const F there = constant(of_row) + constant(deeper_right) * to_floats(at);
-            use(cell + down * stride + right, at <= all(half), there, disc.sides[down + Cells::border] + right + Cells::border);
+            use(cell + down * stride + right, at <= all(half), there, disc.sides[down + BorderedGrid::border] + right + BorderedGrid::border);
         }
     }
 }
@@ -175,7 +175,7 @@ void cover(const Eye& eye, DiscRows disc, const std::int32_t* is_inside, Surface
         const F least = nearest - tolerance(eye, nearest);
         M sides{};
         BOB_UNROLL
-        for (int k = 1; k < 5; ++k) sides |= (around[k] >= least) & all(disc.sides[downs[k] + Cells::border][rights[k] + Cells::border]);
+        for (int k = 1; k < 5; ++k) sides |= (around[k] >= least) & all(disc.sides[downs[k] + BorderedGrid::border][rights[k] + BorderedGrid::border]);
         if (ends) end_cover_at(eye, surfaces, covers, is_inside, to, nearest, sides);
         else store(covers.nearest + to, nearest), store_integers(covers.sides + to, sides);
     }

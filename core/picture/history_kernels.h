@@ -1,5 +1,5 @@
 /// The inner loops of what is carried along from camera to camera, one variant for each instruction set; all give the same bits.
-/// Memory is read and written in whole vectors: `most_lanes` more than there are.
+/// Memory is read and written in whole vectors: `max_lanes` more than there are.
 #pragma once
 
 #include <bit>
@@ -11,8 +11,6 @@
 
 namespace bob {
 
-constexpr int most_lanes = 16;
-
 /// Points whose depths differ by less belong to one surface, in sides of a pixel: so steep it may be.
 constexpr float same_surface = 2;
 
@@ -23,7 +21,7 @@ struct PointsIn {
 };
 
 /// Pictures of what is seen, with a border around them: the cell of a pixel is (row + border) * stride + column + border.
-struct Cells {
+struct BorderedGrid {
     static constexpr std::int32_t border = 8;
     static constexpr std::int32_t nowhere = -1;
 
@@ -33,7 +31,7 @@ struct Cells {
     [[nodiscard]] std::int32_t at(std::int32_t row, std::int32_t column) const { return (row + border) * stride + column + border; }
     [[nodiscard]] std::int32_t row_of(std::int32_t cell) const { return cell / stride - border; }
     [[nodiscard]] std::int32_t column_of(std::int32_t cell) const { return cell % stride - border; }
-    [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(at(height + border, 0)) + most_lanes; }
+    [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(at(height + border, 0)) + max_lanes; }
 };
 
 /// Where points are seen: their cells, or nowhere; depths, and how these change from pixel to pixel; how far from pixels' centres, squared;
@@ -69,7 +67,7 @@ inline std::int32_t chosen_point(Choice choice) { return static_cast<std::int32_
 struct DiscRows {
     std::int32_t radius;
     const std::int32_t* half_widths;              // of rows -radius to radius
-    const std::int32_t (*sides)[2 * most_lanes];  // of all rows -border to border, from -border on
+    const std::int32_t (*sides)[2 * max_lanes];  // of all rows -border to border, from -border on
 };
 
 /// Where the pixels of a row were in the picture before, on straight lines between every so many of them, and what was empty there.
@@ -91,7 +89,7 @@ struct ExpectedRow {
 
 struct HistoryKernels {
     /// Points `begin` to `end`; how many of them lie within the picture, also turned away.
-    std::size_t (*see)(const Eye& eye, const Cells& cells, PointsIn<const float> points, Sights sights, std::size_t begin, std::size_t end);
+    std::size_t (*see)(const Eye& eye, const BorderedGrid& cells, PointsIn<const float> points, Sights sights, std::size_t begin, std::size_t end);
     /// Adds to `counts` where a row of cells has a surface or of pixels is empty.
     void (*count)(const float* depth, const std::uint8_t* empty, std::int32_t* counts, std::int32_t width);
     /// Of a disc around a cell, how near it is.

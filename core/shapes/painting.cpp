@@ -23,6 +23,9 @@ int box_of(float coordinate, int side) {
     return static_cast<int>(std::clamp(at, 0.f, static_cast<float>(side - 1)));
 }
 
+/// The number of a box of a grid with `side` boxes along an axis.
+std::size_t number_in(int side, const std::array<int, 3>& at) { return static_cast<std::size_t>((at[2] * side + at[1]) * side + at[0]); }
+
 /// What is left of code in some boxes of a grid with `side` boxes along an axis, one after the other: use(box, pruned) where a box
 /// leaves something out and is certain.
 template <class Use>
@@ -60,7 +63,6 @@ Painting::Painting(ColorTape tape, const Cells& cells) : tape_(std::move(tape)) 
     if (whole.count < long_code) return;
     constexpr int coarse = 4, finer = side / coarse;
     std::vector<bool> is_occupied(side * side * side);
-    const auto index = [](const std::array<int, 3>& at) { return static_cast<std::size_t>((at[2] * side + at[1]) * side + at[0]); };
     std::vector<std::vector<std::array<int, 3>>> boxes(coarse * coarse * coarse);  // of the finer ones, in each coarse one
     for (const Cells::Cell& cell : cells.cells()) {
         constexpr int width = Cells::grid / side;
@@ -72,9 +74,9 @@ Painting::Painting(ColorTape tape, const Cells& cells) : tape_(std::move(tape)) 
         for (at[2] = low[2]; at[2] <= high[2]; ++at[2]) {
             for (at[1] = low[1]; at[1] <= high[1]; ++at[1]) {
                 for (at[0] = low[0]; at[0] <= high[0]; ++at[0]) {
-                    if (is_occupied[index(at)]) continue;
-                    is_occupied[index(at)] = true;
-                    boxes[static_cast<std::size_t>((at[2] / finer * coarse + at[1] / finer) * coarse + at[0] / finer)].push_back(at);
+                    if (is_occupied[number_in(side, at)]) continue;
+                    is_occupied[number_in(side, at)] = true;
+                    boxes[number_in(coarse, {at[0] / finer, at[1] / finer, at[2] / finer})].push_back(at);
                 }
             }
         }
@@ -85,12 +87,12 @@ Painting::Painting(ColorTape tape, const Cells& cells) : tape_(std::move(tape)) 
         if (!inside.empty()) occupied.push_back({inside[0][0] / finer, inside[0][1] / finer, inside[0][2] / finer});
     }
     prune_in(whole, tape_.results(), coarse, occupied, [&](const std::array<int, 3>& at, const LoweredCode& there) {
-        const auto& inside = boxes[static_cast<std::size_t>((at[2] * coarse + at[1]) * coarse + at[0])];
+        const auto& inside = boxes[number_in(coarse, at)];
         const std::uint32_t number = number_of(there, 0);
-        for (const auto& box : inside) part_in_[index(box)] = number;
+        for (const auto& box : inside) part_in_[number_in(side, box)] = number;
         if (there.instructions.size() < long_code) return;
         prune_in(there.code(), there.results, side, inside, [&](const std::array<int, 3>& box, const LoweredCode& here) {
-            part_in_[index(box)] = number_of(here, number);
+            part_in_[number_in(side, box)] = number_of(here, number);
         });
     });
 }
@@ -112,7 +114,7 @@ std::uint32_t Painting::number_of(const LoweredCode& code, std::uint32_t first) 
 std::uint32_t Painting::part_at(Vec3 p) const {
     const bool is_inside = std::fabs(p.x) <= 1 && std::fabs(p.y) <= 1 && std::fabs(p.z) <= 1;  // false for NaN
     if (part_in_.empty() || !is_inside) return 0;
-    return part_in_[static_cast<std::size_t>((box_of(p.z, side) * side + box_of(p.y, side)) * side + box_of(p.x, side))];
+    return part_in_[number_in(side, {box_of(p.x, side), box_of(p.y, side), box_of(p.z, side)})];
 }
 
 void Painting::operator()(std::span<const Vec3> points, std::span<Vec3> colors) const {

@@ -269,7 +269,7 @@ void Shading::shade(const Material& material, int row, int column, int count) co
 }
 
 void Shading::shade_alike(const Material& material, int row, int column, int count) const {
-    constexpr int most = 128, beyond = 16;
+    constexpr int most = 128, beyond = max_lanes;
     float body[most + beyond], highlight[most + beyond], normal_x[most + beyond], normal_y[most + beyond];
     const auto rounded = [](double value) { return Material::rounded(value); };
     const WholePhong phong{rounded(material.ambient), rounded(material.diffuse), rounded(material.specular), static_cast<unsigned>(material.shininess)};
