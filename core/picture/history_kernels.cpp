@@ -261,7 +261,7 @@ void smooth(const float* shades, const float* right, const float* down, std::int
                 const F near = max(one - across * across - along * along, F{}), weight = near * near;
                 sum += weight * load<F>(shades + at), weights += weight;
             }
-            smooth = changes & (weights > F{}) ? sum / weights : own;
+            smooth = (changes & (weights > F{})) ? sum / weights : own;
         }
         put(to, x, smooth, width);
     }
