@@ -20,6 +20,7 @@
 #include "bindings.h"
 #include "color.h"
 #include "parallel.h"
+#include "thread_memory.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
 #include "tracing/trace.h"
@@ -122,8 +123,11 @@ void closest_hits(const bob::Scene& scene, const Points& origins, const Points& 
     const auto origin = items<bob::Vec3>(origins), direction = items<bob::Vec3>(directions);
     interruptible([&] {
         bob::parallel_for(count, bob::batch_size(count), [&](std::size_t begin, std::size_t end) {
-            thread_local std::vector<bob::Ray> rays;  // kept from call to call
-            thread_local std::vector<bob::SceneHit> hits;
+            struct Memory {
+                std::vector<bob::Ray> rays;
+                std::vector<bob::SceneHit> hits;
+            };
+            auto& [rays, hits] = bob::thread_memory<Memory>();
             rays.resize(end - begin), hits.resize(end - begin);
             for (std::size_t i = begin; i < end; ++i) rays[i - begin] = {origin[i], direction[i]};
             scene.closest_hits(rays, hits);

@@ -233,6 +233,45 @@ inline V zip_high(V a, V b) {
     return detail::zip<static_cast<int>(sizeof(V) / 8)>(a, b, detail::Lanes<V>{});
 }
 
+/// Turns a square of vectors: what was lane j of vector i becomes lane i of vector j.
+template <class V>
+inline void transpose(V* square) {
+    constexpr int side = sizeof(V) / 4;
+    BOB_UNROLL
+    for (int step = 1; step < side; step *= 2) {
+        V turned[side];
+        BOB_UNROLL
+        for (int i = 0; i < side / 2; ++i) {
+            turned[2 * i] = zip_low(square[i], square[i + side / 2]), turned[2 * i + 1] = zip_high(square[i], square[i + side / 2]);
+        }
+        BOB_UNROLL
+        for (int i = 0; i < side; ++i) square[i] = turned[i];
+    }
+}
+
+/// Rows of a table as columns, of which there are a multiple of `lanes`: lane i of column k is number k of row i.
+template <int columns>
+inline void load_rows(const float* const (&rows)[lanes], F (&to)[columns]) {
+    static_assert(columns % lanes == 0);
+    BOB_UNROLL
+    for (int first = 0; first < columns; first += lanes) {
+        BOB_UNROLL
+        for (int i = 0; i < lanes; ++i) to[first + i] = load<F>(rows[i] + first);
+        transpose(to + first);
+    }
+}
+
+/// Writes the columns from `first` on to `count` rows. The columns are turned.
+template <int first, int columns>
+inline void store_rows(F (&from)[columns], float* const (&rows)[lanes], int count) {
+    static_assert((columns - first) % lanes == 0);
+    BOB_UNROLL
+    for (int column = first; column < columns; column += lanes) {
+        transpose(from + column);
+        for (int i = 0; i < count; ++i) store(rows[i] + column, from[column + i]);
+    }
+}
+
 /// Each lane of the lower half, twice.
 template <class V>
 inline V twice_low(V a) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formula/registers.h"
+#include "thread_memory.h"
 
 namespace bob {
 namespace {
@@ -61,8 +62,7 @@ void prune(const Code& code, std::span<const int> results, std::span<const Decis
         std::vector<std::uint32_t> last_use;          // of values
         std::vector<std::uint16_t> place;             // of values
     };
-    thread_local Memory memory;
-    auto& [is_needed, value_in, steps, last_use, place] = memory;
+    auto& [is_needed, value_in, steps, last_use, place] = thread_memory<Memory>();
 
     is_needed.assign(static_cast<std::size_t>(code.registers), 0);
     for (const int result : results) is_needed[static_cast<std::size_t>(result)] = 1;

@@ -9,6 +9,7 @@
 
 #include "formula/mesh_distance.h"
 #include "formula/registers.h"
+#include "thread_memory.h"
 
 namespace bob {
 namespace {
@@ -117,8 +118,7 @@ LoweredCode lowered(const std::vector<Node>& nodes, std::span<const std::uint32_
         std::vector<std::uint32_t> last_use;
         std::vector<std::uint16_t> place;
     };
-    thread_local Memory memory;
-    auto& [steps, last_use, place] = memory;
+    auto& [steps, last_use, place] = thread_memory<Memory>();
 
     // Where each node is used for the last time; nodes that lowering skips over are not used at all.
     if (steps.size() < count) steps.resize(count);
@@ -278,8 +278,7 @@ private:
 }  // namespace
 
 void group_steps(std::span<Instruction> code, int& registers, int& result) {
-    thread_local Groups groups;
-    groups.form(code, registers, result);
+    thread_memory<Groups>().form(code, registers, result);
 }
 
 Tape::Tape(Expression expression) : expression_(without_low_powers(std::move(expression))) {
@@ -306,11 +305,6 @@ struct Tape::Memory {
     std::vector<std::uint32_t> needed;  // from the last to the first
     std::vector<float> constants;
     std::vector<Value> values;
-
-    static Memory& of_this_thread() {
-        thread_local Memory memory;
-        return memory;
-    }
 };
 
 void Tape::find_needed(Memory& memory, std::span<const Decision> decisions, int lane, std::uint32_t node) const {
@@ -355,7 +349,7 @@ void Tape::find_needed(Memory& memory, std::span<const Decision> decisions, int 
 
 std::vector<std::uint8_t> Tape::left_out(std::span<const Decision> decisions, int lane, double share) const {
     const std::size_t count = expression_.nodes().size();
-    Memory& memory = Memory::of_this_thread();
+    Memory& memory = thread_memory<Memory>();
     find_needed(memory, decisions, lane, static_cast<std::uint32_t>(count - 1));
     std::vector<std::uint8_t> result;
     if (static_cast<double>(memory.needed.size()) > share * static_cast<double>(count)) return result;
@@ -375,7 +369,7 @@ std::vector<std::uint8_t> Tape::left_out(std::span<const Decision> decisions, in
 }
 
 std::vector<bool> Tape::are_needed(std::span<const Decision> decisions, int lane) const {
-    Memory& memory = Memory::of_this_thread();
+    Memory& memory = thread_memory<Memory>();
     find_needed(memory, decisions, lane, static_cast<std::uint32_t>(expression_.nodes().size() - 1));
     std::vector<bool> result;
     result.reserve(code_.decision_nodes.size());
@@ -384,7 +378,7 @@ std::vector<bool> Tape::are_needed(std::span<const Decision> decisions, int lane
 }
 
 Value Tape::specialised(Graph& graph, std::span<const Decision> decisions, int lane, std::uint32_t node, const Instead* instead) const {
-    Memory& memory = Memory::of_this_thread();
+    Memory& memory = thread_memory<Memory>();
     find_needed(memory, decisions, lane, node);
     auto& [outcome, is_needed, is_as_it_was, needed, constants, values] = memory;
     const std::vector<Node>& nodes = expression_.nodes();

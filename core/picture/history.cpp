@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "parallel.h"
+#include "thread_memory.h"
 
 namespace bob {
 namespace {
@@ -409,8 +410,11 @@ void History::find_outside(const Projection& projection, std::uint32_t row, std:
 
 void History::expect_emptiness(const Projection& projection, std::uint32_t row) {
     const std::size_t ends = was_row_.size() / ((height_ + 2 * piece - 1) / piece);  // of pieces
-    thread_local std::vector<std::uint8_t> outside;
-    thread_local Column was_row, was_column;
+    struct Memory {
+        std::vector<std::uint8_t> outside;
+        Column was_row, was_column;
+    };
+    auto& [outside, was_row, was_column] = thread_memory<Memory>();
     outside.resize(ends * piece), was_row.resize(ends), was_column.resize(ends);
     const float down = static_cast<float>(row % piece) / piece;
     for (std::size_t k = 0; k < ends; ++k) {

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "thread_memory.h"
+
 namespace bob {
 
 /// Sorts keys of the form group << 32 | item by group; the order of items within a group is kept.
@@ -38,8 +40,7 @@ void for_each_batch(std::size_t count, std::uint32_t codes, std::size_t most, Co
         std::vector<std::uint64_t> keys, spare;
         std::vector<std::uint32_t> items;
     };
-    thread_local Memory memory;
-    auto& [keys, spare, items] = memory;
+    auto& [keys, spare, items] = thread_memory<Memory>();
     keys.resize(count);
     items.resize(count);
     for (std::uint32_t i = 0; i < count; ++i) keys[i] = std::uint64_t{code_of(i)} << 32 | i;

@@ -24,7 +24,7 @@ Box Cells::box(const Cell& cell) {
 std::size_t Cells::bytes() const {
     std::size_t of_meshes = 0;
     for (const auto& mesh : meshes_) of_meshes += mesh->bytes();
-    return of_meshes + children_.size() * sizeof(std::int32_t) + cells_.size() * sizeof(Cell) +
+    return of_meshes + (children_.size() + top_.size()) * sizeof(std::int32_t) + cells_.size() * sizeof(Cell) +
            codes_.size() * sizeof(Stored) + instructions_.size() * sizeof(Instruction);
 }
 

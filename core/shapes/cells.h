@@ -86,13 +86,16 @@ public:
     [[nodiscard]] std::size_t bytes() const;
 
     /// The same for rays to walk through.
-    [[nodiscard]] CellGrid grid_view() const { return {children_.data(), hull_.low, hull_.high}; }
+    [[nodiscard]] CellGrid grid_view() const { return {children_.data(), top_.data(), hull_.low, hull_.high}; }
 
 private:
     Cells() = default;
 
     /// Puts all codes into the order that suits rays; while cells are built, decisions need the order of the formula's nodes.
     void group_all_steps();
+
+    /// Joins the first two levels.
+    void make_top();
 
     class Builder;
     class Library;
@@ -107,6 +110,7 @@ private:
     };
 
     std::vector<std::int32_t> children_;  // 64 to a node, the root's first; see CellGrid
+    std::vector<std::int32_t> top_;       // of the whole, not of a subtree
     std::vector<Cell> cells_;
     std::vector<Stored> codes_;
     std::vector<Instruction> instructions_;

@@ -371,6 +371,20 @@ void Cells::group_all_steps() {
     }
 }
 
+void Cells::make_top() {
+    constexpr std::size_t side = CellGrid::top_side;
+    top_.resize(side * side * side);
+    for (std::size_t z = 0, i = 0; z < side; ++z) {
+        for (std::size_t y = 0; y < side; ++y) {
+            for (std::size_t x = 0; x < side; ++x, ++i) {
+                const std::int32_t child = children_[x / 4 + 4 * (y / 4) + 16 * (z / 4)];
+                const std::size_t grandchild = x % 4 + 4 * (y % 4) + 16 * (z % 4);
+                top_[i] = child == CellGrid::empty ? CellGrid::all_empty : children_[64 * static_cast<std::size_t>(child) + grandchild];
+            }
+        }
+    }
+}
+
 Cells::Cells(const Expression& f) : meshes_(f.meshes()) {
     // The root's children are built apart, by all threads, and put together in order.
     const auto tape = std::make_shared<const Tape>(f);
@@ -407,6 +421,7 @@ Cells::Cells(const Expression& f) : meshes_(f.meshes()) {
         }
     }
 
+    make_top();
     if (cells_.empty()) {
         hull_ = {{0, 0, 0}, {0, 0, 0}};
         return;

@@ -11,6 +11,7 @@
 #include "interruption.h"
 #include "shapes/batches.h"
 #include "shapes/visits.h"
+#include "thread_memory.h"
 
 namespace bob {
 namespace {
@@ -59,7 +60,7 @@ ColorTape in_unit_sphere(const ColorFormula& color, const Sphere& sphere) {
 struct Slopes {
     float least = 0, most = 0;
 
-    Slopes(const Cells::Cell& cell, Vec3 direction) {
+    Slopes(const Cells::Cell& cell, const float (&direction)[3]) {
         float size = 0;
         for (int axis = 0; axis < 3; ++axis) {
             const float a = cell.least_slope[axis] * direction[axis], b = cell.most_slope[axis] * direction[axis];
@@ -87,25 +88,23 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
         std::array<Segment, most_at_once> segments;
         std::array<float, most_at_once> from;
     };
-    thread_local Memory kept;
-    auto& [walks, segments, from] = kept;
+    auto& [walks, segments, from] = thread_memory<Memory>();
     const std::vector<Cells::Cell>& cells = cells_.cells();
     const auto find_roots = [&](std::uint32_t code, Rays some) {
         Interruption::check();
         for (std::size_t i = 0; i < some.size(); ++i) {
             const Walk& walk = walks[some[i]];
-            const Ray& ray = rays[some[i]];
             // Pieces overlap by the margin that cells have, so that no root falls between two.
-            const float speed = length(ray.direction), margin = 0.5f * Cells::margin / speed;
+            const float margin = 0.5f * Cells::margin / walk.length;
             from[i] = std::max(0.f, walk.enter - margin);
-            const Slopes slopes(cells[walk.cell], ray.direction);
+            const Slopes slopes(cells[walk.cell], walk.direction);
             Segment& segment = segments[i];
             for (int axis = 0; axis < 3; ++axis) {
-                segment.origin[axis] = ray.origin[axis] + from[i] * ray.direction[axis];
-                segment.direction[axis] = ray.direction[axis];
+                segment.origin[axis] = walk.origin[axis] + from[i] * walk.direction[axis];
+                segment.direction[axis] = walk.direction[axis];
             }
             segment.t_end = walk.leave + margin - from[i];
-            segment.finest = finest / speed;
+            segment.finest = finest / walk.length;
             segment.least_slope = slopes.least;
             segment.most_slope = slopes.most;
         }
@@ -113,7 +112,7 @@ void Implicit::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) cons
         for (std::size_t i = 0; i < some.size(); ++i) {
             const Segment& segment = segments[i];
             Walk& walk = walks[some[i]];
-            walk.unresolved = walk.unresolved || segment.unresolved;
+            walk.unresolved |= segment.unresolved;
             if (!segment.found) continue;
             hits[some[i]] = {from[i] + segment.t, 0, 0, walk.cell};
             walk.cell = Walk::none;

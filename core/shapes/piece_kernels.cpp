@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "shapes/flight.h"
+#include "thread_memory.h"
 
 namespace bob::BOB_ISA {
 namespace {
@@ -103,8 +104,7 @@ private:
 };
 
 void closest_hits(const Pieces& pieces, std::span<const Ray> rays, Hit* hits) {
-    thread_local Memory memory;
-    Tracing(pieces, rays, hits, memory).run();
+    Tracing(pieces, rays, hits, thread_memory<Memory>()).run();
 }
 
 /// dS/du x dS/dv, of any length, and where the squared sine of the angle between the two is above `parallel`.

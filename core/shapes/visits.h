@@ -13,6 +13,7 @@
 
 #include "shapes/cells.h"
 #include "shapes/walk.h"
+#include "thread_memory.h"
 
 namespace bob {
 
@@ -96,8 +97,7 @@ void visit_cells(const Cells& cells, std::span<const Ray> rays, std::vector<Walk
         WaitingRays waiting;
         std::vector<std::uint32_t> going;
     };
-    thread_local Memory memory;
-    auto& [waiting, going] = memory;
+    auto& [waiting, going] = thread_memory<Memory>();
     walks.resize(rays.size());
     if (rays.empty()) return;
     const CellGrid grid = cells.grid_view();

@@ -19,19 +19,29 @@ struct CellGrid {
     }
     static constexpr std::uint32_t cell(std::int32_t leaf) { return static_cast<std::uint32_t>(leaf) & 0x7fffffff; }
 
-    /// Child x + 4 y + 16 z of node n is at 64 n + x + 4 y + 16 z: `empty`, another node, or, with the sign bit, a cell.
+    /// Child x + 4 y + 16 z of node n is at 64 n + x + 4 y + 16 z: `empty`, another node, or, with the sign bit, a cell. Those of node 0,
+    /// the cube, are no cells.
     const std::int32_t* children;
+
+    /// The first two cuts in one: the children of the children, x + 16 y + 256 z; where a child itself is empty, `all_empty`.
+    static constexpr int top_log2 = 4, top_side = 1 << top_log2;
+    static constexpr std::int32_t all_empty = empty - 1;
+    const std::int32_t* top;
+
     Vec3 low, high;  // a box that holds all occupied cells
 };
 
-/// One ray's place on its way. Lengths are in finest cells, t in lengths of the ray's direction.
+/// One ray's place on its way, a row of a table whose columns vectors read and write (walk_kernels.cpp). t counts in lengths of the ray's
+/// direction.
 struct alignas(64) Walk {
-    float origin[3], direction[3];
-    std::int32_t at[3];       // the finest cell that the ray is in
-    std::int32_t size_log2;   // of the occupied cell around it; -1 before the first
-    float enter, leave, end;  // where the ray enters and leaves that cell, and leaves the grid's box
-    std::uint32_t cell;       // `none` after the last
-    bool unresolved;
+    float origin[3], direction[3];  // the ray's
+    float length;                   // of its direction
+    float end;                      // where it leaves the grid's box
+    std::int32_t at[3];             // the finest cell that the ray is in
+    std::int32_t size_log2;         // of the occupied cell around it, in finest ones; -1 before the first
+    float enter, leave;             // where the ray enters and leaves that cell
+    std::uint32_t cell;             // `none` after the last
+    std::int32_t unresolved;        // whether it may have passed a root
 
     static constexpr std::uint32_t none = 0xffffffff;
 };

@@ -9,25 +9,46 @@ inline M clamp(M a, M low, M high) {
     return a > high ? high : a;
 }
 
-/// Some rays' walks, a lane each.
+/// Finest cells in a unit of length.
+constexpr float scale = CellGrid::side / 2;
+
+/// Some walks as columns, a lane each.
+struct Columns {
+    enum { origin = 0, direction = 3, length = 6, end, at, size_log2 = 11, enter, leave, cell, unresolved, count };
+    static_assert(count * sizeof(float) == sizeof(Walk));
+
+    F of[count];
+    float* rows[lanes];
+    int used;
+
+    /// `used` lanes, at least one; walk_of(lane) returns the walk.
+    template <class WalkOf>
+    Columns(int used, WalkOf walk_of) : used(used) {
+        for (int i = 0; i < lanes; ++i) rows[i] = walk_of(i < used ? i : 0).origin;
+        load_rows(rows, of);
+    }
+
+    F& operator[](int column) { return of[column]; }
+    [[nodiscard]] F origin_of(int axis) const { return (of[origin + axis] + 1.f) * scale; }
+    [[nodiscard]] F direction_of(int axis) const { return of[direction + axis] * scale; }
+
+    void write_all() { store_rows<0>(of, rows, used); }
+    /// All but what stays as it is on the way.
+    void write() { store_rows<lanes <= count - at ? at : 0>(of, rows, used); }
+};
+
+/// Some rays on their way, a lane each. Lengths are in finest cells.
 struct Walks {
     F origin[3], direction[3], inverse[3];
     M at[3], size_log2;
     F enter, end;
 
-    Walks(const Walk* walks, const std::uint32_t* some, int count) {
-        for (int i = 0; i < lanes; ++i) {
-            const Walk& w = walks[some[i < count ? i : 0]];
-            for (int axis = 0; axis < 3; ++axis) {
-                origin[axis][i] = w.origin[axis];
-                direction[axis][i] = w.direction[axis];
-                at[axis][i] = w.at[axis];
-            }
-            size_log2[i] = w.size_log2;
-            enter[i] = w.enter;
-            end[i] = w.end;
+    explicit Walks(const Columns& columns) : size_log2((M)columns.of[Columns::size_log2]), enter(columns.of[Columns::enter]), end(columns.of[Columns::end]) {
+        for (int axis = 0; axis < 3; ++axis) {
+            origin[axis] = columns.origin_of(axis), direction[axis] = columns.direction_of(axis);
+            inverse[axis] = 1.f / direction[axis];
+            at[axis] = (M)columns.of[Columns::at + axis];
         }
-        for (int axis = 0; axis < 3; ++axis) inverse[axis] = 1.f / direction[axis];
     }
 
     [[nodiscard]] M low(int axis) const { return at[axis] >> size_log2 << size_log2; }
@@ -65,17 +86,18 @@ struct Walks {
 
     /// What the tree holds where the rays are; `size_log2` becomes the size of it.
     M look_up(const CellGrid& grid, M looking) {
-        M child{}, node{};
-        M size = all(2 * (CellGrid::levels - 1));
-        M open = looking;
-        for (int level = 0; level < CellGrid::levels; ++level) {
+        constexpr int top_size = 2 * CellGrid::levels - CellGrid::top_log2;
+        const M place = (at[0] >> top_size) | (at[1] >> top_size) << CellGrid::top_log2 | (at[2] >> top_size) << 2 * CellGrid::top_log2;
+        M child = gather(grid.top, (looking & place)), node = child;
+        M size = all(top_size) + ((child == all(CellGrid::all_empty)) & 2);
+        M open = looking & (child >= M{}) & (child < all(CellGrid::all_empty));
+        while (bits(open)) {
+            size = open ? size - 2 : size;
             const M index = ((at[0] >> size) & 3) | ((at[1] >> size) & 3) << 2 | ((at[2] >> size) & 3) << 4;
             const M found = gather(grid.children, (open & (node * 64 + index)));
             child = open ? found : child;
             open &= (found >= M{}) & (found != all(CellGrid::empty));
-            if (!bits(open)) break;
             node = open ? found : node;
-            size = open ? size - 2 : size;
         }
         size_log2 = looking ? size : size_log2;
         return child;
@@ -83,38 +105,48 @@ struct Walks {
 };
 
 void start(const CellGrid& grid, const Ray* rays, std::size_t count, Walk* walks) {
-    constexpr float scale = CellGrid::side / 2;
-    for (std::size_t i = 0; i < count; ++i) {
-        Walk w{};
-        w.end = std::numeric_limits<float>::infinity();
-        for (int axis = 0; axis < 3; ++axis) {
-            w.origin[axis] = ((&rays[i].origin.x)[axis] + 1) * scale;
-            w.direction[axis] = (&rays[i].direction.x)[axis] * scale;
-            const float low = ((&grid.low.x)[axis] + 1) * scale, high = ((&grid.high.x)[axis] + 1) * scale;
-            const float inverse = 1 / w.direction[axis];
-            const float a = (low - w.origin[axis]) * inverse, b = (high - w.origin[axis]) * inverse;
-            if (w.direction[axis] != 0) {
-                w.enter = a < b ? (a > w.enter ? a : w.enter) : (b > w.enter ? b : w.enter);
-                w.end = a < b ? (b < w.end ? b : w.end) : (a < w.end ? a : w.end);
-            } else if (!(w.origin[axis] >= low && w.origin[axis] <= high)) {
-                w.end = -1;
+    constexpr std::size_t at_once = 64;  // what was written lies in the cache, but is no longer on its way there
+    for (std::size_t first = 0; first < count; first += at_once) {
+        const std::size_t last = count - first < at_once ? count : first + at_once;
+        for (std::size_t i = first; i < last; ++i) {
+            for (int axis = 0; axis < 3; ++axis) {
+                walks[i].origin[axis] = (&rays[i].origin.x)[axis], walks[i].direction[axis] = (&rays[i].direction.x)[axis];
             }
         }
-        for (int axis = 0; axis < 3; ++axis) {
-            const float p = w.origin[axis] + w.enter * w.direction[axis];
-            constexpr float last = CellGrid::side - 1;
-            w.at[axis] = static_cast<std::int32_t>(p > 0 ? (p < last ? p : last) : 0);
+        for (std::size_t i = first; i < last; i += lanes) {
+            Columns columns(last - i < lanes ? static_cast<int>(last - i) : lanes, [&](int lane) -> Walk& { return walks[i + static_cast<std::size_t>(lane)]; });
+            F enter{}, end = constant(std::numeric_limits<float>::infinity()), origin[3], direction[3], squared{};
+            for (int axis = 0; axis < 3; ++axis) {
+                origin[axis] = columns.origin_of(axis), direction[axis] = columns.direction_of(axis);
+                const F low = constant(((&grid.low.x)[axis] + 1) * scale), high = constant(((&grid.high.x)[axis] + 1) * scale);
+                const F inverse = 1.f / direction[axis], a = (low - origin[axis]) * inverse, b = (high - origin[axis]) * inverse;
+                const M moves = direction[axis] != F{}, beside = ~((origin[axis] >= low) & (origin[axis] <= high));
+                const F soonest = a < b ? a : b, latest = a < b ? b : a;
+                enter = (moves & (soonest > enter)) ? soonest : enter;
+                end = (moves & (latest < end)) ? latest : end;
+                end = (~moves & beside) ? constant(-1) : end;
+                squared += columns[Columns::direction + axis] * columns[Columns::direction + axis];
+            }
+            for (int axis = 0; axis < 3; ++axis) {
+                const F p = origin[axis] + enter * direction[axis], last_cell = constant(CellGrid::side - 1);
+                columns[Columns::at + axis] = (F)to_integers(p > F{} ? (p < last_cell ? p : last_cell) : F{});
+            }
+            columns[Columns::length] = sqrt(squared), columns[Columns::end] = end;
+            columns[Columns::size_log2] = (F)all(-1);
+            columns[Columns::enter] = enter, columns[Columns::leave] = F{};
+            columns[Columns::cell] = (F)(enter <= end ? M{} : all(static_cast<std::int32_t>(Walk::none)));
+            columns[Columns::unresolved] = F{};
+            columns.write_all();
         }
-        w.size_log2 = -1;
-        w.cell = w.enter <= w.end ? 0 : Walk::none;
-        walks[i] = w;
     }
 }
 
 void next_batch(const CellGrid& grid, Walk* walks, const std::uint32_t* some, int count) {
-    Walks rays(walks, some, count);
-    M moving{};
-    for (int i = 0; i < count; ++i) moving[i] = walks[some[i]].cell != Walk::none ? -1 : 0;
+    Columns columns(count, [&](int lane) -> Walk& { return walks[some[lane]]; });
+    Walks rays(columns);
+    M lane_numbers{};
+    for (int i = 0; i < lanes; ++i) lane_numbers[i] = i;
+    M moving = ((M)columns[Columns::cell] != all(static_cast<std::int32_t>(Walk::none))) & (lane_numbers < all(count));
     M arrived{}, cell{};
     // Out of the present cell first, where there is one.
     const M beyond = moving & (rays.size_log2 >= M{});
@@ -128,14 +160,12 @@ void next_batch(const CellGrid& grid, Walk* walks, const std::uint32_t* some, in
         if (bits(moving)) moving = rays.cross(moving);
     }
     const F leave = min(rays.leave(), rays.end);
-    for (int i = 0; i < count; ++i) {
-        Walk& w = walks[some[i]];
-        for (int axis = 0; axis < 3; ++axis) w.at[axis] = rays.at[axis][i];
-        w.size_log2 = rays.size_log2[i];
-        w.enter = rays.enter[i];
-        w.leave = leave[i] > w.enter ? leave[i] : w.enter;
-        w.cell = arrived[i] ? static_cast<std::uint32_t>(cell[i]) : Walk::none;
-    }
+    for (int axis = 0; axis < 3; ++axis) columns[Columns::at + axis] = (F)rays.at[axis];
+    columns[Columns::size_log2] = (F)rays.size_log2;
+    columns[Columns::enter] = rays.enter;
+    columns[Columns::leave] = leave > rays.enter ? leave : rays.enter;
+    columns[Columns::cell] = (F)(arrived ? cell : all(static_cast<std::int32_t>(Walk::none)));
+    columns.write();
 }
 
 void next(const CellGrid& grid, Walk* walks, const std::uint32_t* some, std::size_t count) {

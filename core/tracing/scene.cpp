@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "parallel.h"
+#include "thread_memory.h"
 #include "tracing/place_key.h"
 
 namespace bob {
@@ -39,7 +40,7 @@ struct Batch {
     std::vector<Vec3> vectors;
 
     static Batch& of_this_thread(std::size_t most_rays, std::size_t instances, std::size_t most_entrances) {
-        thread_local Batch batch;
+        Batch& batch = thread_memory<Batch>();
         if (batch.rays.size() < most_rays) {
             batch.start.resize(most_rays), batch.rays.resize(most_rays);
             batch.hits.resize(most_rays), batch.vectors.resize(most_rays);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "parallel.h"
+#include "thread_memory.h"
 #include "tracing/material.h"
 #include "tracing/shade_kernels.h"
 
@@ -59,7 +60,7 @@ struct Batch {
 
     /// Each thread keeps one from call to call.
     static Batch& of_this_thread(std::size_t most_rays) {
-        thread_local Batch batch;
+        Batch& batch = thread_memory<Batch>();
         if (batch.rays.size() < most_rays) {
             batch.sample.resize(most_rays), batch.pixels.resize(most_rays), batch.rays.resize(most_rays), batch.hits.resize(most_rays);
             batch.normals.resize(most_rays), batch.surfaces.resize(most_rays);
@@ -145,8 +146,7 @@ std::span<const Numbered> by_tiles(std::span<const Pixel> pixels, int height, in
         std::vector<std::uint32_t> start;
         std::vector<Numbered> by_cell, by_tile;
     };
-    thread_local Memory memory;
-    auto& [start, by_cell, by_tile] = memory;
+    auto& [start, by_cell, by_tile] = thread_memory<Memory>();
     by_tile.resize(pixels.size());
     if (std::is_sorted(pixels.begin(), pixels.end(), [&](Pixel p, Pixel q) { return tile_of(p) < tile_of(q); })) {
         for (std::uint32_t i = 0; i < pixels.size(); ++i) by_tile[i] = {pixels[i], i};
