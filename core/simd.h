@@ -198,8 +198,31 @@ inline V zip(V a, V b, std::integer_sequence<int, I...>) {
     return __builtin_shufflevector(a, b, (First + I / 2 + I % 2 * static_cast<int>(sizeof(V) / 4))...);
 }
 
+/// Of each four lanes of a and b the first two or the last two, lane by lane in turn.
+template <bool last, class V, int... I>
+inline V zip_fours(V a, V b, std::integer_sequence<int, I...>) {
+    return __builtin_shufflevector(a, b, (I / 4 * 4 + last * 2 + I % 4 / 2 + I % 2 * static_cast<int>(sizeof(V) / 4))...);
+}
+
+/// The first or the second of each two groups of lanes: a's, and then b's.
+template <int group, bool second, class V, int... I>
+inline V groups(V a, V b, std::integer_sequence<int, I...>) {
+    return __builtin_shufflevector(a, b, ((I & ~group) + second * group + (I & group ? static_cast<int>(sizeof(V) / 4) : 0))...);
+}
+
 template <class V>
 using Lanes = std::make_integer_sequence<int, sizeof(V) / 4>;
+
+/// The groups above the diagonal of each two by two of them for those below it.
+template <int group, class V>
+inline void exchange(V* square) {
+    BOB_UNROLL
+    for (std::size_t i = 0; i < sizeof(V) / 4; ++i) {
+        if (i & group) continue;
+        const V a = square[i], b = square[i + group];
+        square[i] = groups<group, false>(a, b, Lanes<V>{}), square[i + group] = groups<group, true>(a, b, Lanes<V>{});
+    }
+}
 
 }  // namespace detail
 
@@ -233,20 +256,24 @@ inline V zip_high(V a, V b) {
     return detail::zip<static_cast<int>(sizeof(V) / 8)>(a, b, detail::Lanes<V>{});
 }
 
-/// Turns a square of vectors: what was lane j of vector i becomes lane i of vector j.
+/// Turns a square of vectors: what was lane j of vector i becomes lane i of vector j. First within fours of lanes, across which most
+/// instruction sets move little at once, and then these.
 template <class V>
 inline void transpose(V* square) {
     constexpr int side = sizeof(V) / 4;
+    constexpr detail::Lanes<V> each;
     BOB_UNROLL
-    for (int step = 1; step < side; step *= 2) {
-        V turned[side];
+    for (int i = 0; i < side; i += 4) {
+        V* const v = square + i;
+        const V upper[2] = {detail::zip_fours<false>(v[0], v[2], each), detail::zip_fours<true>(v[0], v[2], each)};
+        const V lower[2] = {detail::zip_fours<false>(v[1], v[3], each), detail::zip_fours<true>(v[1], v[3], each)};
         BOB_UNROLL
-        for (int i = 0; i < side / 2; ++i) {
-            turned[2 * i] = zip_low(square[i], square[i + side / 2]), turned[2 * i + 1] = zip_high(square[i], square[i + side / 2]);
+        for (int k = 0; k < 2; ++k) {
+            v[2 * k] = detail::zip_fours<false>(upper[k], lower[k], each), v[2 * k + 1] = detail::zip_fours<true>(upper[k], lower[k], each);
         }
-        BOB_UNROLL
-        for (int i = 0; i < side; ++i) square[i] = turned[i];
     }
+    if constexpr (side > 4) detail::exchange<4>(square);
+    if constexpr (side > 8) detail::exchange<8>(square);
 }
 
 /// Rows of a table as columns, of which there are a multiple of `lanes`: lane i of column k is number k of row i.

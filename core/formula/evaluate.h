@@ -98,19 +98,20 @@ inline bool may_change_sign(const BoxBatch& boxes, int i) {
     return !(boxes.least[i] >= 0 || boxes.most[i] < 0 || boxes.nowhere >> i & 1);
 }
 
-/// A piece of a ray, from t = 0 on, and where a formula has its first root there.
+/// A piece of a ray, from t = 0 on, and where a formula has its first root there. The first 16 numbers are a row of a table whose columns
+/// vectors read (formula/first_roots.h).
 struct Segment {
     float origin[3], direction[3];
     float t_end;                    // above 0
     float finest;                   // roots closer together than this are not separated
     float least_slope, most_slope;  // the formula's slopes along the segment lie between; NaN or infinite where unknown
+    float a, fa, b, fb;             // the kernel's own: where what is left to be searched begins and ends, or the two sides of the root, and the values there
+    float inner[2];                 // the kernel's own: f between the ends, where few segments are searched at once
+    float doubt;                    // the kernel's own: where the first part of it begins in which roots are unresolved
     float t;                        // out: where there is a root
     bool found;                     // out: whether there is
     bool unresolved;                // out: before that, there may be an even number of roots closer than `finest`
-    bool open;                      // the kernel's own, as is all that follows: whether it is still looking
-    float a, fa, b, fb;             // where what is left to be searched begins and ends, or the two sides of the root, and the values there
-    float inner[2];                 // between the ends, where few segments are searched at once
-    float doubt;                    // where the first part of it begins in which roots are unresolved
+    bool open;                      // the kernel's own: whether it is still looking
 };
 
 struct FormulaKernels {
