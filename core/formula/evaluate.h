@@ -90,7 +90,7 @@ struct BoxBatch {
     float least[max_lanes], most[max_lanes];      // out: every value lies between; NaN where nothing is known
     std::uint32_t partly;                         // out: bit i: box i may hold points where the formula is NaN
     std::uint32_t nowhere;                        // out: bit i: it is NaN everywhere in box i
-    float least_slope[3][max_lanes], most_slope[3][max_lanes];  // out of `narrow`: of every slope; NaN where unknown
+    float least_slope[3][max_lanes], most_slope[3][max_lanes];  // out of `narrow`: of every slope; NaN where unknown, or where they tell less than `least` and `most`
 };
 
 /// Whether f may change its sign in box i, as far as `boxes` shows.

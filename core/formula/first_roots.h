@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "formula/run.h"
@@ -198,52 +199,44 @@ constexpr int places = parts_of_segment + 1;
 /// Where a segment is cut; 0 and its end are the first and the last.
 inline F cut_at(F t_end, int k) { return t_end * (static_cast<float>(k) / parts_of_segment); }
 
-/// How many segments are still searched, and how many have a root between their a and b.
-struct Begun {
-    int open = 0, bracketed = 0;
-};
-
 /// f at both ends of few segments, and where they may have to be cut.
-[[gnu::noinline]] inline void begin_few(const Code& code, Segment* segments, const Segment* const* some, int count, F t_end, F (&ends)[2],
-                                        void* scratch) {
+[[gnu::noinline]] inline void begin_few(const Code& code, Segment* const* segments, int count, F t_end, F (&ends)[2], void* scratch) {
     F t[places], f[places] = {};
     for (int k = 0; k < places; ++k) t[k] = cut_at(t_end, k);
-    values_at_once(code, scratch, some, count, t, f);
+    values_at_once(code, scratch, segments, count, t, f);
     ends[0] = f[0], ends[1] = f[parts_of_segment];
     for (int lane = 0; lane < count; ++lane) {
-        for (int k = 1; k < parts_of_segment; ++k) segments[lane].inner[k - 1] = f[k][lane];
+        for (int k = 1; k < parts_of_segment; ++k) segments[lane]->inner[k - 1] = f[k][lane];
     }
 }
 
 /// Prepares the search along `count` segments, at most `lanes`, and ends it where the values at both ends and the slopes
-/// that are known settle a whole segment: 65 % of them in CSG, 77 in a tanglecube, 33 in prospero, none in smooth unions.
-inline void begin(const Code& code, Segment* segments, int count, bool are_few, void* scratch, Begun& begun) {
-    const Segment* some[lanes];
-    for (int lane = 0; lane < count; ++lane) some[lane] = segments + lane;
-    const Columns columns(some, count);
+/// settle a whole segment: 65 % of them in CSG, 77 in a tanglecube, 33 in prospero. Returns how many are open.
+inline int begin(const Code& code, Segment* const* segments, int count, bool are_few, void* scratch) {
+    const Columns columns(segments, count);
     const F t_end = columns[Columns::t_end], least = columns[Columns::least_slope], most = columns[Columns::most_slope];
     F ends[2] = {};
     auto& [fa, fb] = ends;
     if (are_few) {
-        begin_few(code, segments, some, count, t_end, ends, scratch);
+        begin_few(code, segments, count, t_end, ends, scratch);
     } else {
-        values_along(code, scratch, some, count, {F{}, t_end}, ends);
+        values_along(code, scratch, segments, count, {F{}, t_end}, ends);
     }
-    const M known = first_lanes(count) & (abs(least) < constant(infinity)) & (abs(most) < constant(infinity));
-    const M smooth = known & (abs(fa) < constant(infinity)) & (abs(fb) < constant(infinity));
+    const M finite = (abs(fa) < constant(infinity)) & (abs(fb) < constant(infinity));
     const M differ = on_different_sides(fa, fb), monotone = (least > F{}) | (most < F{});
-    const M crossing = smooth & differ & monotone;
-    const M empty = smooth & stays(fa, fb, least, most, t_end);
+    const M crossing = finite & differ & monotone;
+    const M empty = stays(fa, fb, least, most, t_end);
+    int open = 0;
     for (int lane = 0; lane < count; ++lane) {
-        Segment& s = segments[lane];
+        Segment& s = *segments[lane];
         s.found = crossing[lane];
         s.unresolved = false;
         s.open = !(crossing[lane] | empty[lane]);
         s.a = 0, s.fa = fa[lane], s.b = t_end[lane], s.fb = fb[lane];
         s.doubt = infinity;
-        begun.open += s.open;
-        begun.bracketed += s.found;
+        open += s.open;
     }
+    return open;
 }
 
 /// A part of a segment that is searched by itself, and f at its ends.
@@ -273,10 +266,9 @@ inline Part* cut(const Code& code, Segment* const* segments, int count, bool are
         values_along(code, scratch, segments, count, inner, f_inner);
         for (int k = 1; k < parts_of_segment; ++k) f[k] = f_inner[k - 1];
     }
-    const M known = (abs(least) < constant(infinity)) & (abs(most) < constant(infinity));
     M empty[parts_of_segment], differ[parts_of_segment];
     for (int k = 0; k < parts_of_segment; ++k) {
-        empty[k] = known & stays(f[k], f[k + 1], least, most, t[k + 1] - t[k]);
+        empty[k] = stays(f[k], f[k + 1], least, most, t[k + 1] - t[k]);
         differ[k] = on_different_sides(f[k], f[k + 1]);
     }
     for (int lane = 0; lane < count; ++lane) {
@@ -418,80 +410,58 @@ BOB_INTO_SEARCH void search(const Code& code, const Part* next, const Part* end,
 
 constexpr int most_searched = 256;
 
-/// Notes what a search has left open; whether it has found a root.
-inline bool settled(Segment& s) {
-    s.unresolved = s.doubt < (s.found ? s.b : infinity);
-    return s.found;
-}
+/// Notes whether something before the root was left open.
+inline void note_doubt(Segment& s) { s.unresolved = s.doubt < (s.found ? s.b : infinity); }
 
-/// Searches `count` segments that are open, at most `most_searched`; returns how many of them have a root between their a and b.
-inline int search(const Code& code, Segment* const* segments, int count, bool are_few, void* scratch) {
+/// Searches at most `most_searched` segments of which slopes are known, from the values at their ends on.
+BOB_INTO_SEARCH void search_from_ends(const Code& code, Segment* const* segments, int count, void* scratch) {
+    const bool are_few = places * count <= lanes;
+    int left = 0;
+    for (int i = 0; i < count; i += lanes) left += begin(code, segments + i, count - i < lanes ? count - i : lanes, are_few, scratch);
+    if (!left) return;
+    Segment* open[most_searched];
+    left = 0;
+    for (int i = 0; i < count; ++i) {
+        if (segments[i]->open) open[left++] = segments[i];
+    }
     Part parts[most_searched * parts_of_segment], *end = parts;
-    for (int i = 0; i < count; i += lanes) end = cut(code, segments + i, count - i < lanes ? count - i : lanes, are_few, end, scratch);
+    for (int i = 0; i < left; i += lanes) end = cut(code, open + i, left - i < lanes ? left - i : lanes, are_few, end, scratch);
     search(code, parts, end, scratch);
     end = parts;
-    for (int i = 0; i < count; ++i) {
-        Segment& s = *segments[i];
+    for (int i = 0; i < left; ++i) {
+        Segment& s = *open[i];
         if (!s.found && s.a < s.b) *end++ = {&s, s.a, s.fa, s.b, s.fb, infinity, s.a, s.b - s.a, false};
     }
     if (end != parts) search(code, parts, end, scratch);
-    int found = 0;
-    for (int i = 0; i < count; ++i) found += settled(*segments[i]);
-    return found;
+    for (int i = 0; i < left; ++i) note_doubt(*open[i]);
 }
-
-/// Searches segments from the values at their ends on; returns how many of them have a root between their a and b.
-BOB_INTO_SEARCH int search_from_ends(const Code& code, Segment* segments, std::size_t count, void* scratch) {
-    Segment* const end = segments + count;
-    const bool are_few = places * count <= lanes;
-    Begun begun;
-    for (Segment* s = segments; s < end; s += lanes) {
-        begin(code, s, end - s < lanes ? static_cast<int>(end - s) : lanes, are_few, scratch, begun);
-    }
-    int bracketed = begun.bracketed;
-    for (Segment* s = segments; begun.open;) {
-        Segment* open[most_searched];
-        int searched = 0;
-        for (; searched < most_searched && searched < begun.open; ++s) {
-            if (s->open) open[searched++] = s;
-        }
-        bracketed += search(code, open, searched, are_few, scratch);
-        begun.open -= searched;
-    }
-    return bracketed;
-}
-
-/// Where a part of a segment begins, or the last one ends.
-inline float place(const Segment& s, int number) { return s.t_end * (static_cast<float>(number) / parts_of_segment); }
 
 /// A part over which f is bounded.
 struct BoundedPart {
     Segment* segment;
-    int number;  // it goes from that place on
+    float a, b;
     float least, most, least_slope, most_slope;
     bool partly;
 };
 
-/// The parts of segments in which f may change its sign: none in two thirds of the segments of knobs and weaves. Formulas that may jump
-/// have no slopes that are known, by which values would settle a segment, so that bounds come first: f is needed at the ends of these
-/// parts alone, and the bounds settle most of them then. Rays through a knob take .86 of the time so, through a weave .94; where slopes
-/// are known, in letters and gears, a tenth longer.
-inline BoundedPart* bounded_parts(const Code& code, Segment* segments, int count, BoundedPart* parts, void* scratch) {
-    const int in_all = count * parts_of_segment;
-    for (int first = 0; first < in_all; first += lanes) {
-        const int some = in_all - first < lanes ? in_all - first : lanes;
+/// Of segments cut into so many parts each, those in which f may change its sign.
+inline BoundedPart* bounded_parts(const Code& code, Segment* const* segments, int count, int parts_of_each, BoundedPart* parts, void* scratch) {
+    const float share = 1.f / static_cast<float>(parts_of_each);
+    for (int in_all = count * parts_of_each, number = 0; in_all > 0; in_all -= lanes) {
+        const int some = in_all < lanes ? in_all : lanes;
         Segment* at[lanes];
         F from{}, to{};
         for (int lane = 0; lane < some; ++lane) {
-            const int k = (first + lane) % parts_of_segment;
-            at[lane] = segments + (first + lane) / parts_of_segment;
-            from[lane] = place(*at[lane], k), to[lane] = place(*at[lane], k + 1);
+            at[lane] = *segments;
+            from[lane] = at[lane]->t_end * (static_cast<float>(number) * share);
+            if (++number == parts_of_each) ++segments, number = 0;
+            to[lane] = number ? at[lane]->t_end * (static_cast<float>(number) * share) : at[lane]->t_end;
         }
         Domain domain;
         const Dual<Interval, 1> f = Columns(at, some).along(code, scratch).over(from, to, domain);
         for (unsigned open = bits(first_lanes(some) & ~is_one_sided(f.value, domain)); open; open &= open - 1) {
             const int lane = __builtin_ctz(open);
-            *parts++ = {at[lane], (first + lane) % parts_of_segment, f.value.low[lane], f.value.high[lane],
+            *parts++ = {at[lane], from[lane], to[lane], f.value.low[lane], f.value.high[lane],
                         f.slope[0].low[lane], f.slope[0].high[lane], domain.partly[lane] != 0};
         }
     }
@@ -501,63 +471,62 @@ inline BoundedPart* bounded_parts(const Code& code, Segment* segments, int count
 /// Ends parts, at most `lanes`, that bounds and the values at their ends settle; what is left of the others are `left`.
 inline Part* settle(const Code& code, const BoundedPart* parts, int count, Part* left, void* scratch) {
     const Segment* segments[lanes];
-    F t[2]{};
+    F a{}, b{};
     Dual<Interval, 1> f{};
     Domain domain;
     for (int lane = 0; lane < count; ++lane) {
         const BoundedPart& part = parts[lane];
         segments[lane] = part.segment;
-        for (int k = 0; k < 2; ++k) t[k][lane] = place(*part.segment, part.number + k);
+        a[lane] = part.a, b[lane] = part.b;
         f.value.low[lane] = part.least, f.value.high[lane] = part.most;
         f.slope[0].low[lane] = part.least_slope, f.slope[0].high[lane] = part.most_slope;
         domain.partly[lane] = part.partly ? -1 : 0;
     }
     Searches searches(Columns(segments, count).along(code, scratch));
     F to_jump;
-    const F fa = searches.along.value(t[0], to_jump), fb = searches.along.value(t[1]);
+    const F fa = searches.along.value(a, to_jump), fb = searches.along.value(b);
     Part whole[lanes];
     for (int lane = 0; lane < count; ++lane) {
-        const float a = t[0][lane], b = t[1][lane];
-        whole[lane] = {parts[lane].segment, a, fa[lane], b, fb[lane], to_jump[lane], a, b - a, false};
+        whole[lane] = {parts[lane].segment, a[lane], fa[lane], b[lane], fb[lane], to_jump[lane], a[lane], b[lane] - a[lane], false};
         searches.take(lane, whole[lane]);
     }
-    searches.judge(t[1], f, domain, fb, to_jump, M{});
+    searches.judge(b, f, domain, fb, to_jump, M{});
     for (unsigned open = bits(searches.active); open; open &= open - 1) *left++ = searches.rest(__builtin_ctz(open));
     return left;
 }
 
-/// The same of at most `most_searched` segments of a formula that may jump, from bounds over their parts on.
-[[gnu::noinline]] inline int search_bounded(const Code& code, Segment* segments, int count, void* scratch) {
+/// Searches at most `most_searched` segments of which no slopes are known, from bounds on. Values at their ends would settle none, but
+/// bounds two thirds of them, so that f is needed at the ends of few. Where f may jump they tell more of parts: 5 % of the rays through a
+/// knob would take a half longer otherwise; elsewhere of a whole: parts would take all rays of smooth unions two fifths longer.
+[[gnu::noinline]] inline void search_from_bounds(const Code& code, Segment* const* segments, int count, void* scratch) {
     BoundedPart bounded[most_searched * parts_of_segment];
     Part left[most_searched * parts_of_segment], *end = left;
-    for (Segment* s = segments; s < segments + count; ++s) s->found = false, s->doubt = infinity;
-    const BoundedPart* const last = bounded_parts(code, segments, count, bounded, scratch);
+    for (int i = 0; i < count; ++i) segments[i]->found = false, segments[i]->doubt = infinity;
+    const BoundedPart* const last = bounded_parts(code, segments, count, code.may_jump ? parts_of_segment : 1, bounded, scratch);
     for (const BoundedPart* part = bounded; part < last; part += lanes) {
         end = settle(code, part, last - part < lanes ? static_cast<int>(last - part) : lanes, end, scratch);
     }
     // Behind a root there is nothing to find.
     end = std::remove_if(left, end, [](const Part& part) { return part.segment->found && part.segment->a < part.start; });
     if (end != left) search(code, left, end, scratch);
-    return static_cast<int>(std::count_if(segments, segments + count, settled));
+    for (int i = 0; i < count; ++i) note_doubt(*segments[i]);
 }
 
 inline void first_roots(const Code& code, Segment* segments, std::size_t count, void* scratch) {
-    int bracketed = 0;
-    if (!code.may_jump) {
-        bracketed = search_from_ends(code, segments, count, scratch);
-    } else {
-        for (std::size_t i = 0; i < count; i += most_searched) {
-            bracketed += search_bounded(code, segments + i, count - i < most_searched ? static_cast<int>(count - i) : most_searched, scratch);
+    for (Segment *s = segments, *const end = segments + count; s < end;) {
+        Segment *with_slopes[most_searched], *without[most_searched], *bracketed[most_searched];
+        int known = 0, unknown = 0, found = 0;
+        Segment *const first = s, *const last = end - s < most_searched ? end : s + most_searched;
+        for (; s < last; ++s) {
+            const bool is_known = std::abs(s->least_slope) < infinity && std::abs(s->most_slope) < infinity;
+            (is_known ? with_slopes[known++] : without[unknown++]) = s;
         }
-    }
-    Segment* some[lanes];
-    for (Segment* s = segments; bracketed; bracketed -= lanes) {
-        int waiting = 0;
-        for (; waiting < lanes && waiting < bracketed; ++s) {
-            if (s->found) some[waiting++] = s;
+        if (known) search_from_ends(code, with_slopes, known, scratch);
+        if (unknown) search_from_bounds(code, without, unknown, scratch);
+        for (Segment* each = first; each < last; ++each) {
+            if (each->found) bracketed[found++] = each;
         }
-        refine(code, scratch, some, waiting);
-        if (waiting < lanes) break;
+        for (int i = 0; i < found; i += lanes) refine(code, scratch, bracketed + i, found - i < lanes ? found - i : lanes);
     }
 }
 

@@ -192,6 +192,25 @@ TEST(narrowing_sees_what_cancels) {
     });
 }
 
+TEST(slopes_that_tell_less_than_values_are_unknown) {
+    // A smooth union's are quotients of sums of exponentials, each of which may be thousands of times as large elsewhere in the box.
+    test::for_each_isa([] {
+        bob::Graph g;
+        const bob::Value a = g.x() - 0.2, b = g.y() + 0.1;
+        const bob::Tape blend(g.expression(log(exp(a * -30) + exp(b * -30)) * (-1. / 30))), sharp(g.expression(min(a, b)));
+        const bob::FormulaKernels& kernels = bob::best_formula_kernels();
+        const auto are_known = [&](const bob::Tape& tape, float side) {
+            BoxBatch boxes{};
+            for (int axis = 0; axis < 3; ++axis) std::fill_n(boxes.high[axis], bob::max_lanes, side);
+            kernels.narrow(tape.code(), boxes, bob::scratch(tape.code().registers));
+            return !std::isnan(boxes.least_slope[0][0]) && !std::isnan(boxes.most_slope[1][0]);
+        };
+        CHECK(are_known(sharp, 0.3f) && are_known(sharp, 0.f));
+        CHECK(are_known(blend, 0.01f) && are_known(blend, 0.f));
+        CHECK(!are_known(blend, 0.3f));
+    });
+}
+
 TEST(slopes_of_angles_hold_the_true_one_where_squares_overflow) {
     test::for_each_isa([] {
         bob::Graph g;

@@ -319,6 +319,11 @@ TEST(slopes_that_are_known_change_nothing) {
                 settled += least.back() > 0 || most.back() < 0;
             }
             const std::vector<Root> plain = first_roots(tape, rays), quick = first_roots(tape, rays, 64, least, most);
+            CHECK(quick == first_roots(tape, rays, 1, least, most));
+            std::vector<float> of_some = least;
+            for (std::size_t k = 0; k < rays.size(); k += 2) of_some[k] = NAN;
+            const std::vector<Root> mixed = first_roots(tape, rays, 64, of_some, most);
+            for (std::size_t k = 0; k < rays.size(); ++k) CHECK(mixed[k] == (k % 2 ? quick : plain)[k]);
             for (std::size_t k = 0; k < rays.size(); ++k) {
                 if (plain[k].unresolved || quick[k].unresolved || plain[k] == quick[k]) continue;
                 if (plain[k].found && quick[k].found && std::fabs(plain[k].t - quick[k].t) <= 1e-6f) continue;
