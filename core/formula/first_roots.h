@@ -158,8 +158,8 @@ inline M stays(F fa, F fb, F least, F most, F length) {
     const M inside = fa < F{};
     const F from_a = abs(fa) * (inside ? -least : most), from_b = abs(fb) * (inside ? most : -least);
     const M finite = (abs(fa) < constant(infinity)) & (abs(fb) < constant(infinity));
-    const M turns = (least < F{}) & (most > F{}), apart = from_a + from_b > 1.001f * (-least * most * length);
-    return finite & ~on_different_sides(fa, fb) & (apart | ~turns);
+    const M one_way = (least >= F{}) | (most <= F{}), apart = from_a + from_b > 1.001f * (-least * most * length);
+    return finite & ~on_different_sides(fa, fb) & (apart | one_way);
 }
 
 /// Whether bounds show that f lies on one side.
@@ -211,8 +211,8 @@ inline F cut_at(F t_end, int k) { return t_end * (static_cast<float>(k) / parts_
 }
 
 /// Prepares the search along `count` segments, at most `lanes`, and ends it where the values at both ends and the slopes
-/// settle a whole segment: 65 % of them in CSG, 77 in a tanglecube, 33 in prospero. Returns how many are open.
-inline int begin(const Code& code, Segment* const* segments, int count, bool are_few, void* scratch) {
+/// settle a whole segment: 65 % of them in CSG, 77 in a tanglecube, 33 in prospero.
+inline void begin(const Code& code, Segment* const* segments, int count, bool are_few, void* scratch) {
     const Columns columns(segments, count);
     const F t_end = columns[Columns::t_end], least = columns[Columns::least_slope], most = columns[Columns::most_slope];
     F ends[2] = {};
@@ -226,17 +226,13 @@ inline int begin(const Code& code, Segment* const* segments, int count, bool are
     const M differ = on_different_sides(fa, fb), monotone = (least > F{}) | (most < F{});
     const M crossing = finite & differ & monotone;
     const M empty = stays(fa, fb, least, most, t_end);
-    int open = 0;
     for (int lane = 0; lane < count; ++lane) {
         Segment& s = *segments[lane];
         s.found = crossing[lane];
-        s.unresolved = false;
         s.open = !(crossing[lane] | empty[lane]);
         s.a = 0, s.fa = fa[lane], s.b = t_end[lane], s.fb = fb[lane];
         s.doubt = infinity;
-        open += s.open;
     }
-    return open;
 }
 
 /// A part of a segment that is searched by itself, and f at its ends.
@@ -410,20 +406,14 @@ BOB_INTO_SEARCH void search(const Code& code, const Part* next, const Part* end,
 
 constexpr int most_searched = 256;
 
-/// Notes whether something before the root was left open.
-inline void note_doubt(Segment& s) { s.unresolved = s.doubt < (s.found ? s.b : infinity); }
-
-/// Searches at most `most_searched` segments of which slopes are known, from the values at their ends on.
-BOB_INTO_SEARCH void search_from_ends(const Code& code, Segment* const* segments, int count, void* scratch) {
-    const bool are_few = places * count <= lanes;
-    int left = 0;
-    for (int i = 0; i < count; i += lanes) left += begin(code, segments + i, count - i < lanes ? count - i : lanes, are_few, scratch);
-    if (!left) return;
+/// Searches the open ones of at most `most_searched` segments, part by part.
+BOB_INTO_SEARCH void search_open(const Code& code, Segment* const* segments, int count, bool are_few, void* scratch) {
     Segment* open[most_searched];
-    left = 0;
+    int left = 0;
     for (int i = 0; i < count; ++i) {
         if (segments[i]->open) open[left++] = segments[i];
     }
+    if (!left) return;
     Part parts[most_searched * parts_of_segment], *end = parts;
     for (int i = 0; i < left; i += lanes) end = cut(code, open + i, left - i < lanes ? left - i : lanes, are_few, end, scratch);
     search(code, parts, end, scratch);
@@ -433,7 +423,13 @@ BOB_INTO_SEARCH void search_from_ends(const Code& code, Segment* const* segments
         if (!s.found && s.a < s.b) *end++ = {&s, s.a, s.fa, s.b, s.fb, infinity, s.a, s.b - s.a, false};
     }
     if (end != parts) search(code, parts, end, scratch);
-    for (int i = 0; i < left; ++i) note_doubt(*open[i]);
+}
+
+/// Searches at most `most_searched` segments of which slopes are known, from the values at their ends on.
+BOB_INTO_SEARCH void search_from_ends(const Code& code, Segment* const* segments, int count, void* scratch) {
+    const bool are_few = places * count <= lanes;
+    for (int i = 0; i < count; i += lanes) begin(code, segments + i, count - i < lanes ? count - i : lanes, are_few, scratch);
+    search_open(code, segments, count, are_few, scratch);
 }
 
 /// A part over which f is bounded.
@@ -468,7 +464,8 @@ inline BoundedPart* bounded_parts(const Code& code, Segment* const* segments, in
     return parts;
 }
 
-/// Ends parts, at most `lanes`, that bounds and the values at their ends settle; what is left of the others are `left`.
+/// Ends parts, at most `lanes`, that bounds and the values at their ends settle. What is left of the others are `left`, or, where they are
+/// whole segments, those that are open.
 inline Part* settle(const Code& code, const BoundedPart* parts, int count, Part* left, void* scratch) {
     const Segment* segments[lanes];
     F a{}, b{};
@@ -491,7 +488,16 @@ inline Part* settle(const Code& code, const BoundedPart* parts, int count, Part*
         searches.take(lane, whole[lane]);
     }
     searches.judge(b, f, domain, fb, to_jump, M{});
-    for (unsigned open = bits(searches.active); open; open &= open - 1) *left++ = searches.rest(__builtin_ctz(open));
+    for (unsigned open = bits(searches.active); open; open &= open - 1) {
+        const int lane = __builtin_ctz(open);
+        if (code.may_jump) {
+            *left++ = searches.rest(lane);
+        } else {
+            Segment& s = *parts[lane].segment;
+            s.open = true;
+            s.a = a[lane], s.fa = fa[lane], s.b = b[lane], s.fb = fb[lane];
+        }
+    }
     return left;
 }
 
@@ -501,7 +507,7 @@ inline Part* settle(const Code& code, const BoundedPart* parts, int count, Part*
 [[gnu::noinline]] inline void search_from_bounds(const Code& code, Segment* const* segments, int count, void* scratch) {
     BoundedPart bounded[most_searched * parts_of_segment];
     Part left[most_searched * parts_of_segment], *end = left;
-    for (int i = 0; i < count; ++i) segments[i]->found = false, segments[i]->doubt = infinity;
+    for (int i = 0; i < count; ++i) segments[i]->found = segments[i]->open = false, segments[i]->doubt = infinity;
     const BoundedPart* const last = bounded_parts(code, segments, count, code.may_jump ? parts_of_segment : 1, bounded, scratch);
     for (const BoundedPart* part = bounded; part < last; part += lanes) {
         end = settle(code, part, last - part < lanes ? static_cast<int>(last - part) : lanes, end, scratch);
@@ -509,7 +515,7 @@ inline Part* settle(const Code& code, const BoundedPart* parts, int count, Part*
     // Behind a root there is nothing to find.
     end = std::remove_if(left, end, [](const Part& part) { return part.segment->found && part.segment->a < part.start; });
     if (end != left) search(code, left, end, scratch);
-    for (int i = 0; i < count; ++i) note_doubt(*segments[i]);
+    if (!code.may_jump) search_open(code, segments, count, false, scratch);
 }
 
 inline void first_roots(const Code& code, Segment* segments, std::size_t count, void* scratch) {
@@ -524,6 +530,7 @@ inline void first_roots(const Code& code, Segment* segments, std::size_t count, 
         if (known) search_from_ends(code, with_slopes, known, scratch);
         if (unknown) search_from_bounds(code, without, unknown, scratch);
         for (Segment* each = first; each < last; ++each) {
+            each->unresolved = each->doubt < (each->found ? each->b : infinity);
             if (each->found) bracketed[found++] = each;
         }
         for (int i = 0; i < found; i += lanes) refine(code, scratch, bracketed + i, found - i < lanes ? found - i : lanes);
