@@ -130,7 +130,7 @@ inline void for_disc(const DiscRows& disc, const Surfaces& surfaces, std::int32_
         for (std::int32_t right = -half; right <= half; right += lanes) {
             const M at = lane_numbers() + all(right);
             const F there = constant(of_row) + constant(deeper_right) * to_floats(at);
-            use(cell + down * stride + right, at <= all(half), there, disc.sides[down + BorderedGrid::border] + right + BorderedGrid::border);
+            use(cell + down * stride + right, at <= all(half), there, disc.sides[down + BorderedGrid::border] + (right + BorderedGrid::border));
         }
     }
 }
