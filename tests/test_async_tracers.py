@@ -78,8 +78,15 @@ class ByHand:
         self.calls.append((pixels, future))
         return future
 
+    def made(self, index):
+        """A call and its future, as soon as it was made."""
+        while len(self.calls) <= index:
+            time.sleep(1e-3)
+        return self.calls[index]
+
     def end(self, index):
-        pixels, future = self.calls.pop(index)
+        pixels, future = self.made(index)
+        del self.calls[index]
         future.set_result(found(pixels))
         return len(pixels)
 
@@ -364,7 +371,8 @@ class SeeingByHand(ByHand):
         return super().__call__((camera, pixels))
 
     def end(self, index):
-        asked, future = self.calls.pop(index)
+        asked, future = self.made(index)
+        del self.calls[index]
         future.set_result(seen(self.tree, *asked))
 
 
@@ -441,11 +449,12 @@ def test_one_call_at_a_time_waits_for_one_that_was_dropped(tree):
     view = bob.View(tracer=tracer, size=SIZE)
 
     def interrupt():
-        (_, future), *_ = tracer.calls
+        _, future = tracer.made(0)
         future.set_running_or_notify_cancel()
+        time.sleep(0.05)  # until the view waits for it
         os.kill(os.getpid(), signal.SIGINT)
 
-    threading.Timer(0.05, interrupt).start()
+    threading.Thread(target=interrupt).start()
     with pytest.raises(KeyboardInterrupt):
         view.frame(fraction=0.001)
     begun = []
@@ -453,8 +462,6 @@ def test_one_call_at_a_time_waits_for_one_that_was_dropped(tree):
     def end():
         begun.append(len(tracer.calls))
         tracer.end(0)
-        while not tracer.calls:
-            time.sleep(1e-3)
         tracer.end(0)
 
     threading.Timer(0.05, end).start()
