@@ -4,7 +4,7 @@
 namespace bob {
 
 /// This thread's only object of a type. Whoever keeps one has a type of its own for it. Not inlined: compilers would look for the
-/// thread's memory again at every access, which took up to a tenth of the time of loops around it.
+/// thread's memory again at every access, which takes up to a tenth of the time of loops around it.
 template <class T>
 [[gnu::noinline]] T& thread_memory() {
     thread_local T memory;

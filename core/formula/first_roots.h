@@ -123,13 +123,13 @@ inline M grows(const Along& along, F a, F fa, F b, F fb) {
 }
 
 /// `count` segments, at least one and at most `lanes`, as columns; lanes beyond are as the first.
-struct Columns {
+struct SegmentColumns {
     enum { origin = 0, direction = 3, t_end = 6, finest, least_slope, most_slope, a, fa, b, fb, inner, count = inner + 2 };
     static_assert(offsetof(Segment, inner) == inner * sizeof(float));
 
     F of[count];
 
-    Columns(const Segment* const* segments, int count) {
+    SegmentColumns(const Segment* const* segments, int count) {
         const float* rows[lanes];
         for (int lane = 0; lane < lanes; ++lane) rows[lane] = segments[lane < count ? lane : 0]->origin;
         load_rows(rows, of);
@@ -143,7 +143,7 @@ struct Columns {
 
 /// Finds the roots that segments have between a and b.
 BOB_INTO_SEARCH void refine(const Code& code, void* scratch, Segment* const* segments, int count) {
-    const Columns s(segments, count);
+    const SegmentColumns s(segments, count);
     const F t = refined(s.along(code, scratch), {s[s.a], s[s.fa], s[s.b], s[s.fb]}, first_lanes(count), s[s.finest]);
     for (int lane = 0; lane < count; ++lane) segments[lane]->t = t[lane];
 }
@@ -174,7 +174,7 @@ template <int n>
     for (int k = 0; k < n; ++k) {
         for (int i = 0; i < count; ++i) at[k * count + i] = segments[i], places[k * count + i] = t[k][i];
     }
-    const F values = Columns(at, n * count).along(code, scratch).value(places);
+    const F values = SegmentColumns(at, n * count).along(code, scratch).value(places);
     for (int k = 0; k < n; ++k) {
         for (int i = 0; i < count; ++i) f[k][i] = values[k * count + i];
     }
@@ -184,7 +184,7 @@ template <int n>
 template <int n>
 void values_along(const Code& code, void* scratch, const Segment* const* segments, int count, const F (&t)[n], F (&f)[n]) {
     if (n * count <= lanes) return values_at_once(code, scratch, segments, count, t, f);
-    const Along along = Columns(segments, count).along(code, scratch);
+    const Along along = SegmentColumns(segments, count).along(code, scratch);
     for (int k = 0; k < n; ++k) f[k] = along.value(t[k]);
 }
 
@@ -213,8 +213,8 @@ inline F cut_at(F t_end, int k) { return t_end * (static_cast<float>(k) / parts_
 /// Prepares the search along `count` segments, at most `lanes`, and ends it where the values at both ends and the slopes
 /// settle a whole segment: 65 % of them in CSG, 77 in a tanglecube, 33 in prospero.
 inline void begin(const Code& code, Segment* const* segments, int count, bool are_few, void* scratch) {
-    const Columns columns(segments, count);
-    const F t_end = columns[Columns::t_end], least = columns[Columns::least_slope], most = columns[Columns::most_slope];
+    const SegmentColumns columns(segments, count);
+    const F t_end = columns[SegmentColumns::t_end], least = columns[SegmentColumns::least_slope], most = columns[SegmentColumns::most_slope];
     F ends[2] = {};
     auto& [fa, fb] = ends;
     if (are_few) {
@@ -248,14 +248,14 @@ struct Part {
 /// Cuts segments that are open, at most `lanes`, into parts, and leaves out those that the slopes settle. Behind a part whose
 /// ends lie on different sides there is nothing to find, unless it is a pole: the segment's a is where the rest begins.
 inline Part* cut(const Code& code, Segment* const* segments, int count, bool are_few, Part* parts, void* scratch) {
-    const Columns columns(segments, count);
-    const F least = columns[Columns::least_slope], most = columns[Columns::most_slope];
+    const SegmentColumns columns(segments, count);
+    const F least = columns[SegmentColumns::least_slope], most = columns[SegmentColumns::most_slope];
     F t[places], f[places];
-    t[0] = columns[Columns::a], f[0] = columns[Columns::fa];
-    t[parts_of_segment] = columns[Columns::b], f[parts_of_segment] = columns[Columns::fb];
+    t[0] = columns[SegmentColumns::a], f[0] = columns[SegmentColumns::fa];
+    t[parts_of_segment] = columns[SegmentColumns::b], f[parts_of_segment] = columns[SegmentColumns::fb];
     for (int k = 1; k < parts_of_segment; ++k) t[k] = cut_at(t[parts_of_segment], k);
     if (are_few) {
-        for (int k = 1; k < parts_of_segment; ++k) f[k] = columns[Columns::inner + k - 1];
+        for (int k = 1; k < parts_of_segment; ++k) f[k] = columns[SegmentColumns::inner + k - 1];
     } else {
         F inner[parts_of_segment - 1], f_inner[parts_of_segment - 1] = {};
         for (int k = 1; k < parts_of_segment; ++k) inner[k - 1] = t[k];
@@ -454,7 +454,7 @@ inline BoundedPart* bounded_parts(const Code& code, Segment* const* segments, in
             to[lane] = number ? at[lane]->t_end * (static_cast<float>(number) * share) : at[lane]->t_end;
         }
         Domain domain;
-        const Dual<Interval, 1> f = Columns(at, some).along(code, scratch).over(from, to, domain);
+        const Dual<Interval, 1> f = SegmentColumns(at, some).along(code, scratch).over(from, to, domain);
         for (unsigned open = bits(first_lanes(some) & ~is_one_sided(f.value, domain)); open; open &= open - 1) {
             const int lane = __builtin_ctz(open);
             *parts++ = {at[lane], from[lane], to[lane], f.value.low[lane], f.value.high[lane],
@@ -479,7 +479,7 @@ inline Part* settle(const Code& code, const BoundedPart* parts, int count, Part*
         f.slope[0].low[lane] = part.least_slope, f.slope[0].high[lane] = part.most_slope;
         domain.partly[lane] = part.partly ? -1 : 0;
     }
-    Searches searches(Columns(segments, count).along(code, scratch));
+    Searches searches(SegmentColumns(segments, count).along(code, scratch));
     F to_jump;
     const F fa = searches.along.value(a, to_jump), fb = searches.along.value(b);
     Part whole[lanes];

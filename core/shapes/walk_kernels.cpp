@@ -13,7 +13,7 @@ inline M clamp(M a, M low, M high) {
 constexpr float scale = CellGrid::side / 2;
 
 /// Some walks as columns, a lane each.
-struct Columns {
+struct WalkColumns {
     enum { origin = 0, direction = 3, length = 6, end, at, size_log2 = 11, enter, leave, cell, unresolved, count };
     static_assert(count * sizeof(float) == sizeof(Walk));
 
@@ -23,7 +23,7 @@ struct Columns {
 
     /// `used` lanes, at least one; walk_of(lane) returns the walk.
     template <class WalkOf>
-    Columns(int used, WalkOf walk_of) : used(used) {
+    WalkColumns(int used, WalkOf walk_of) : used(used) {
         for (int i = 0; i < lanes; ++i) rows[i] = walk_of(i < used ? i : 0).origin;
         load_rows(rows, of);
     }
@@ -43,11 +43,11 @@ struct Walks {
     M at[3], size_log2;
     F enter, end;
 
-    explicit Walks(const Columns& columns) : size_log2((M)columns.of[Columns::size_log2]), enter(columns.of[Columns::enter]), end(columns.of[Columns::end]) {
+    explicit Walks(const WalkColumns& columns) : size_log2((M)columns.of[WalkColumns::size_log2]), enter(columns.of[WalkColumns::enter]), end(columns.of[WalkColumns::end]) {
         for (int axis = 0; axis < 3; ++axis) {
             origin[axis] = columns.origin_of(axis), direction[axis] = columns.direction_of(axis);
             inverse[axis] = 1.f / direction[axis];
-            at[axis] = (M)columns.of[Columns::at + axis];
+            at[axis] = (M)columns.of[WalkColumns::at + axis];
         }
     }
 
@@ -114,7 +114,7 @@ void start(const CellGrid& grid, const Ray* rays, std::size_t count, Walk* walks
             }
         }
         for (std::size_t i = first; i < last; i += lanes) {
-            Columns columns(last - i < lanes ? static_cast<int>(last - i) : lanes, [&](int lane) -> Walk& { return walks[i + static_cast<std::size_t>(lane)]; });
+            WalkColumns columns(last - i < lanes ? static_cast<int>(last - i) : lanes, [&](int lane) -> Walk& { return walks[i + static_cast<std::size_t>(lane)]; });
             F enter{}, end = constant(std::numeric_limits<float>::infinity()), origin[3], direction[3], squared{};
             for (int axis = 0; axis < 3; ++axis) {
                 origin[axis] = columns.origin_of(axis), direction[axis] = columns.direction_of(axis);
@@ -125,28 +125,28 @@ void start(const CellGrid& grid, const Ray* rays, std::size_t count, Walk* walks
                 enter = (moves & (soonest > enter)) ? soonest : enter;
                 end = (moves & (latest < end)) ? latest : end;
                 end = (~moves & beside) ? constant(-1) : end;
-                squared += columns[Columns::direction + axis] * columns[Columns::direction + axis];
+                squared += columns[WalkColumns::direction + axis] * columns[WalkColumns::direction + axis];
             }
             for (int axis = 0; axis < 3; ++axis) {
                 const F p = origin[axis] + enter * direction[axis], last_cell = constant(CellGrid::side - 1);
-                columns[Columns::at + axis] = (F)to_integers(p > F{} ? (p < last_cell ? p : last_cell) : F{});
+                columns[WalkColumns::at + axis] = (F)to_integers(p > F{} ? (p < last_cell ? p : last_cell) : F{});
             }
-            columns[Columns::length] = sqrt(squared), columns[Columns::end] = end;
-            columns[Columns::size_log2] = (F)all(-1);
-            columns[Columns::enter] = enter, columns[Columns::leave] = F{};
-            columns[Columns::cell] = (F)(enter <= end ? M{} : all(static_cast<std::int32_t>(Walk::none)));
-            columns[Columns::unresolved] = F{};
+            columns[WalkColumns::length] = sqrt(squared), columns[WalkColumns::end] = end;
+            columns[WalkColumns::size_log2] = (F)all(-1);
+            columns[WalkColumns::enter] = enter, columns[WalkColumns::leave] = F{};
+            columns[WalkColumns::cell] = (F)(enter <= end ? M{} : all(static_cast<std::int32_t>(Walk::none)));
+            columns[WalkColumns::unresolved] = F{};
             columns.write_all();
         }
     }
 }
 
 void next_batch(const CellGrid& grid, Walk* walks, const std::uint32_t* some, int count) {
-    Columns columns(count, [&](int lane) -> Walk& { return walks[some[lane]]; });
+    WalkColumns columns(count, [&](int lane) -> Walk& { return walks[some[lane]]; });
     Walks rays(columns);
     M lane_numbers{};
     for (int i = 0; i < lanes; ++i) lane_numbers[i] = i;
-    M moving = ((M)columns[Columns::cell] != all(static_cast<std::int32_t>(Walk::none))) & (lane_numbers < all(count));
+    M moving = ((M)columns[WalkColumns::cell] != all(static_cast<std::int32_t>(Walk::none))) & (lane_numbers < all(count));
     M arrived{}, cell{};
     // Out of the present cell first, where there is one.
     const M beyond = moving & (rays.size_log2 >= M{});
@@ -160,11 +160,11 @@ void next_batch(const CellGrid& grid, Walk* walks, const std::uint32_t* some, in
         if (bits(moving)) moving = rays.cross(moving);
     }
     const F leave = min(rays.leave(), rays.end);
-    for (int axis = 0; axis < 3; ++axis) columns[Columns::at + axis] = (F)rays.at[axis];
-    columns[Columns::size_log2] = (F)rays.size_log2;
-    columns[Columns::enter] = rays.enter;
-    columns[Columns::leave] = leave > rays.enter ? leave : rays.enter;
-    columns[Columns::cell] = (F)(arrived ? cell : all(static_cast<std::int32_t>(Walk::none)));
+    for (int axis = 0; axis < 3; ++axis) columns[WalkColumns::at + axis] = (F)rays.at[axis];
+    columns[WalkColumns::size_log2] = (F)rays.size_log2;
+    columns[WalkColumns::enter] = rays.enter;
+    columns[WalkColumns::leave] = leave > rays.enter ? leave : rays.enter;
+    columns[WalkColumns::cell] = (F)(arrived ? cell : all(static_cast<std::int32_t>(Walk::none)));
     columns.write();
 }
 
