@@ -295,7 +295,10 @@ inline void store_rows(F (&from)[columns], float* const (&rows)[lanes], int coun
     BOB_UNROLL
     for (int column = first; column < columns; column += lanes) {
         transpose(from + column);
-        for (int i = 0; i < count; ++i) store(rows[i] + column, from[column + i]);
+        BOB_UNROLL
+        for (int i = 0; i < lanes; ++i) {
+            if (i < count) store(rows[i] + column, from[column + i]);
+        }
     }
 }
 
