@@ -72,6 +72,13 @@ inline M all(std::int32_t x) { return x - M{}; }
 inline M to_integers(F a) { return __builtin_convertvector(a, M); }
 inline F to_floats(M a) { return __builtin_convertvector(a, F); }
 
+inline M lane_numbers() {
+    M result{};
+    for (int i = 0; i < lanes; ++i) result[i] = i;
+    return result;
+}
+inline M first_lanes(int count) { return lane_numbers() < all(count); }
+
 /// a * b + c, rounded once where the instruction set can.
 template <class V>
 inline V fma(V a, V b, V c) {

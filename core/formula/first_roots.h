@@ -17,12 +17,6 @@
 
 namespace bob::BOB_ISA {
 
-/// Bits of the first `count` lanes.
-inline M first_lanes(int count) {
-    M mask{};
-    for (int i = 0; i < lanes; ++i) mask[i] = i < count ? -1 : 0;
-    return mask;
-}
 inline bool any(M mask) { return bits(mask) != 0; }
 
 /// Notes how soon along its ray each point comes to a jump: to where a select's condition is zero, a rounded number
@@ -131,7 +125,7 @@ struct SegmentColumns {
 
     SegmentColumns(const Segment* const* segments, int count) {
         const float* rows[lanes];
-        for (int lane = 0; lane < lanes; ++lane) rows[lane] = segments[lane < count ? lane : 0]->origin;
+        for (int lane = 0; lane < lanes; ++lane) rows[lane] = reinterpret_cast<const float*>(segments[lane < count ? lane : 0]);
         load_rows(rows, of);
     }
 
@@ -196,8 +190,11 @@ constexpr int parts_of_segment = 3;
 /// Where f is needed then. Of segments so few that a vector has lanes for all of their places, it is computed at once.
 constexpr int places = parts_of_segment + 1;
 
-/// Where a segment is cut; 0 and its end are the first and the last.
-inline F cut_at(F t_end, int k) { return t_end * (static_cast<float>(k) / parts_of_segment); }
+/// Where a segment is cut into so many parts; 0 and its end are the first and the last.
+template <class T>
+inline T cut_at(T t_end, int k, int parts = parts_of_segment) {
+    return t_end * (static_cast<float>(k) / static_cast<float>(parts));
+}
 
 /// f at both ends of few segments, and where they may have to be cut.
 [[gnu::noinline]] inline void begin_few(const Code& code, Segment* const* segments, int count, F t_end, F (&ends)[2], void* scratch) {
@@ -442,16 +439,14 @@ struct BoundedPart {
 
 /// Of segments cut into so many parts each, those in which f may change its sign.
 inline BoundedPart* bounded_parts(const Code& code, Segment* const* segments, int count, int parts_of_each, BoundedPart* parts, void* scratch) {
-    const float share = 1.f / static_cast<float>(parts_of_each);
     for (int in_all = count * parts_of_each, number = 0; in_all > 0; in_all -= lanes) {
         const int some = in_all < lanes ? in_all : lanes;
         Segment* at[lanes];
         F from{}, to{};
         for (int lane = 0; lane < some; ++lane) {
             at[lane] = *segments;
-            from[lane] = at[lane]->t_end * (static_cast<float>(number) * share);
+            from[lane] = cut_at(at[lane]->t_end, number, parts_of_each), to[lane] = cut_at(at[lane]->t_end, number + 1, parts_of_each);
             if (++number == parts_of_each) ++segments, number = 0;
-            to[lane] = number ? at[lane]->t_end * (static_cast<float>(number) * share) : at[lane]->t_end;
         }
         Domain domain;
         const Dual<Interval, 1> f = SegmentColumns(at, some).along(code, scratch).over(from, to, domain);

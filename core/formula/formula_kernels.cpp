@@ -117,7 +117,7 @@ void narrow(const Code& code, BoxBatch& boxes, void* scratch) {
         reach += maximum(abs(f.slope[axis].low), abs(f.slope[axis].high)) * half[axis];
     }
     // Where slopes allow far more than bounds of the values do, as in sums of exponentials, nothing is learnt from them.
-    const M telling = ~(reach > 4.f * (f.value.high - f.value.low));
+    const M tell = ~(reach > 4.f * (f.value.high - f.value.low));
     reach += 1e-6f * (reach + abs(middle));
     const F least = load<F>(boxes.least), most = load<F>(boxes.most);
     // False where the slopes or the value are unknown.
@@ -125,7 +125,7 @@ void narrow(const Code& code, BoxBatch& boxes, void* scratch) {
     const M rises = smooth & (middle - reach > least), falls = smooth & (middle + reach < most);
     store(boxes.least, rises ? middle - reach : least);
     store(boxes.most, falls ? middle + reach : most);
-    const M known = smooth & telling;
+    const M known = smooth & tell;
     for (int axis = 0; axis < 3; ++axis) {
         store(boxes.least_slope[axis], known ? f.slope[axis].low : constant(not_a_number));
         store(boxes.most_slope[axis], known ? f.slope[axis].high : constant(not_a_number));

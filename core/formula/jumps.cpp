@@ -6,6 +6,7 @@
 
 #include "formula/scratch.h"
 #include "formula/sequenced.h"
+#include "thread_memory.h"
 
 namespace bob {
 namespace {
@@ -62,7 +63,10 @@ std::vector<Decision> bounds(const Tape& tape, const Given& given, BoxBatch& box
         kernels.bounds(code, box, decisions.data(), scratch(code.registers));
         return decisions;
     }
-    thread_local std::vector<Instruction> settled;
+    struct Memory {
+        std::vector<Instruction> settled;
+    };
+    std::vector<Instruction>& settled = thread_memory<Memory>().settled;
     settled.assign(code.instructions, code.instructions + code.count);
     std::vector<bool> is_settled(decisions.size(), false);
     std::size_t at = 0;

@@ -8,12 +8,6 @@ namespace {
 /// Surfaces that are seen more nearly edge-on are taken to be as steep as this.
 constexpr float least_normal_z = 0.3f;
 
-inline M lane_numbers() {
-    M result{};
-    for (int k = 0; k < lanes; ++k) result[k] = k;
-    return result;
-}
-
 struct Vector3 {
     F x, y, z;
 };

@@ -24,7 +24,7 @@ struct WalkColumns {
     /// `used` lanes, at least one; walk_of(lane) returns the walk.
     template <class WalkOf>
     WalkColumns(int used, WalkOf walk_of) : used(used) {
-        for (int i = 0; i < lanes; ++i) rows[i] = walk_of(i < used ? i : 0).origin;
+        for (int i = 0; i < lanes; ++i) rows[i] = reinterpret_cast<float*>(&walk_of(i < used ? i : 0));
         load_rows(rows, of);
     }
 
@@ -144,9 +144,7 @@ void start(const CellGrid& grid, const Ray* rays, std::size_t count, Walk* walks
 void next_batch(const CellGrid& grid, Walk* walks, const std::uint32_t* some, int count) {
     WalkColumns columns(count, [&](int lane) -> Walk& { return walks[some[lane]]; });
     Walks rays(columns);
-    M lane_numbers{};
-    for (int i = 0; i < lanes; ++i) lane_numbers[i] = i;
-    M moving = ((M)columns[WalkColumns::cell] != all(static_cast<std::int32_t>(Walk::none))) & (lane_numbers < all(count));
+    M moving = ((M)columns[WalkColumns::cell] != all(static_cast<std::int32_t>(Walk::none))) & first_lanes(count);
     M arrived{}, cell{};
     // Out of the present cell first, where there is one.
     const M beyond = moving & (rays.size_log2 >= M{});
