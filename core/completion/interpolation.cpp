@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -52,6 +53,18 @@ Band coarser(Band rows, int step, int height) {
     return {std::max(0, (rows.begin - phase - 1 + 2) / 2 - 1), std::min(count_of(height, 2 * step), (rows.end - 1 - phase + 2) / 2 + 1)};
 }
 
+/// Stretches begin with whole vectors of any kind.
+constexpr int alignment = 16;
+
+/// Of which nodes in the columns of the coarser lattice, and between them, some nodes of a lattice are made: those beside them, too, and in
+/// turn those beside these.
+Stretch made_for(Stretch some) {
+    return {std::max(0, some.begin / 2 - 2) / alignment * alignment, (some.end / 2 + 2 + alignment - 1) / alignment * alignment};
+}
+
+/// Those of `count` that there are.
+Stretch made_in(Stretch made, int count) { return {made.begin, std::min(made.end, count)}; }
+
 ConstNodes row_of(const Planes& nodes, int y) { return {nodes.row(0, y), nodes.plane_stride()}; }
 
 /// What a thread needs: nodes are planes of their contrast and their components.
@@ -78,6 +91,16 @@ struct Picture {
     float *output, *weights;  // weights may be null
     std::size_t plane;        // floats from a component to the next, of what was traced and of the output
     int height, width;
+    std::span<const Stretch> lit;  // of each two rows; if there are any, the rest is black, and traced pixels are put back
+
+    /// Of some rows.
+    [[nodiscard]] Stretch lit_in(Band rows) const {
+        Stretch all;
+        for (const Stretch& some : lit.subspan(static_cast<std::size_t>(rows.begin / 2), static_cast<std::size_t>(half(rows.end) - rows.begin / 2))) {
+            all = joined(all, some);
+        }
+        return all;
+    }
 };
 
 /// One of those between which a row of nodes lies: node i beside `nodes` i + `shift`, if there is such a row and column.
@@ -105,7 +128,7 @@ public:
         int step = coarsest_step;
         while (step > coarse_step) {
             step /= 2, --level;
-            refine(step, nodes[level + 1], {0, nodes[level].height()}, *lattices_, &nodes[level]);
+            refine(step, nodes[level + 1], {0, nodes[level].height()}, {0, nodes[level].width()}, *lattices_, &nodes[level]);
         }
         const auto bands = static_cast<std::size_t>((picture_.height + band_rows - 1) / band_rows);
         parallel_for(bands, static_cast<std::size_t>(1 + 8192 / (band_rows * picture_.width)), [&](std::size_t first, std::size_t last) {
@@ -114,9 +137,13 @@ public:
             for (int i = static_cast<int>(first); i < static_cast<int>(last); ++i) {
                 const Band rows{i * band_rows, std::min((i + 1) * band_rows, picture_.height)};
                 const Band rows_of_twos = coarser(rows, 1, picture_.height), rows_of_fours = coarser(rows_of_twos, 2, picture_.height);
-                refine(4, nodes[2], rows_of_fours, *lattices, &fours);
-                refine(2, fours, rows_of_twos, *lattices, &twos);
-                refine(1, twos, rows, *lattices, nullptr);
+                const Stretch some = improved_in(rows);
+                put_back_around(some, rows);
+                if (some.is_empty()) continue;
+                const Stretch some_twos = read_for(some), some_fours = read_for(some_twos);
+                refine(4, nodes[2], rows_of_fours, some_fours, *lattices, &fours);
+                refine(2, fours, rows_of_twos, some_twos, *lattices, &twos);
+                refine(1, twos, rows, some, *lattices, nullptr);
             }
             kept().give_back(std::move(lattices));
         });
@@ -125,13 +152,41 @@ public:
 private:
     [[nodiscard]] Spare<Lattices>& kept() const { return spare[components_ == 1 ? 0 : 1]; }
 
-    /// What was traced of a lattice's row.
-    TracedRow traced_row(int step, int y, Lattices& lattices) const {
+    [[nodiscard]] bool puts_back() const { return !picture_.lit.empty(); }
+
+    /// Columns of pixels, in whole vectors of nodes of either kind.
+    [[nodiscard]] Stretch improved_in(Band rows) const {
+        if (!puts_back()) return {0, picture_.width};
+        const Stretch lit = picture_.lit_in(rows);
+        constexpr int pixels = 2 * alignment;
+        return {lit.begin / pixels * pixels, std::min((lit.end + pixels - 1) / pixels * pixels, picture_.width)};
+    }
+
+    /// Which nodes of the coarser lattice are read for some of a lattice.
+    static Stretch read_for(Stretch some) {
+        const Stretch made = made_for(some);
+        return {std::max(0, made.begin - 1), made.end + 1};
+    }
+
+    void put_back_around(Stretch some, Band rows) const {
+        if (!puts_back()) return;
+        for (int y = rows.begin; y < rows.end; ++y) {
+            for (const Stretch& beside : {Stretch{0, some.begin}, Stretch{some.end, picture_.width}}) {
+                const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(picture_.width) + static_cast<std::size_t>(beside.begin);
+                best_interpolation_kernels().put_back({picture_.mask + first, picture_.traced + first, picture_.plane, beside.end - beside.begin},
+                                                      components_, picture_.output + first, picture_.plane);
+            }
+        }
+    }
+
+    /// What was traced of a lattice's row, in some columns.
+    TracedRow traced_row(int step, int y, Stretch some, Lattices& lattices) const {
         const std::size_t first = static_cast<std::size_t>(first_of(step) + step * y) * static_cast<std::size_t>(picture_.width);
         TracedRow row{picture_.mask + first, picture_.traced + first, picture_.plane, picture_.width};
         Planes& to = lattices.traced;
         for (int finer = 1; finer < step; finer *= 2) {
-            best_interpolation_kernels().halve(row, components_, phase_of(finer), to.row(0, 0), to.plane_stride());
+            const int times = step / (2 * finer);
+            best_interpolation_kernels().halve(row, components_, phase_of(finer), to.row(0, 0), to.plane_stride(), {times * some.begin, times * some.end});
             row = {to.row(0, 0), to.row(1, 0), to.plane_stride(), count_of(picture_.width, 2 * finer)};
         }
         return row;
@@ -140,7 +195,7 @@ private:
     /// Of the coarsest lattice what was traced.
     void begin(Planes& nodes) {
         for (int y = 0; y < nodes.height(); ++y) {
-            const TracedRow row = traced_row(coarsest_step, y, *lattices_);
+            const TracedRow row = traced_row(coarsest_step, y, {0, nodes.width()}, *lattices_);
             for (int x = 0; x < row.columns; ++x) {
                 const bool is_traced = row.mask[x] > 0;
                 bool is_black = is_traced;
@@ -154,8 +209,9 @@ private:
         }
     }
 
-    /// Rows of a lattice, from the coarser one: to its nodes, or to the picture where these are null.
-    void refine(int step, const Planes& coarse, Band rows, Lattices& lattices, Planes* nodes) {
+    /// Rows of a lattice, in some columns, from the coarser one: to its nodes, or to the picture where these are null.
+    void refine(int step, const Planes& coarse, Band rows, Stretch some, Lattices& lattices, Planes* nodes) {
+        const Stretch made = made_for(some), traced_in{2 * made.begin, 2 * made.end};
         const int phase = phase_of(step), height = count_of(picture_.height, step), columns = count_of(picture_.width, step);
         const int corners = coarse.width(), middles = columns - corners, middle_rows = height - coarse.height();
         const auto corner_row = [&](int y, int shift) {
@@ -170,12 +226,12 @@ private:
             const Nodes to = made_row(i % 2);
             if (i > done) {
                 done = i;
-                const TracedRow traced = traced_row(step, 2 * i + 1 - phase, lattices);
+                const TracedRow traced = traced_row(step, 2 * i + 1 - phase, traced_in, lattices);
                 const int above = i - phase, below = above + 1;
                 make(step, {corner_row(above, -phase), corner_row(below, 1 - phase), corner_row(above, 1 - phase), corner_row(below, -phase)},
-                     traced, 1 - phase, to, middles);
+                     traced, 1 - phase, to, made, middles);
                 make(step, {corner_row(above, 0), corner_row(below, 0), Corner{read(to), phase - 1, middles}, Corner{read(to), phase, middles}},
-                     traced, phase, made_row(2 + i % 2), corners);
+                     traced, phase, made_row(2 + i % 2), made, corners);
             }
             return Corner{read(to), shift, middles};
         };
@@ -185,8 +241,8 @@ private:
                 const int corner = y / 2;
                 const Corner above = middle_row(corner + phase - 1, 0), below = middle_row(corner + phase, 0);
                 const Nodes to = made_row(4);
-                make(step, {above, below, corner_row(corner, -phase), corner_row(corner, 1 - phase)}, traced_row(step, y, lattices), 1 - phase, to,
-                     middles);
+                make(step, {above, below, corner_row(corner, -phase), corner_row(corner, 1 - phase)}, traced_row(step, y, traced_in, lattices),
+                     1 - phase, to, made, middles);
                 at[0] = row_of(coarse, corner), at[1] = read(to);
             } else {
                 at[1] = middle_row(y / 2, 0).nodes;
@@ -197,28 +253,29 @@ private:
             if (nodes) {
                 for (int c = 0; c <= components_; ++c) {
                     const auto plane = static_cast<std::size_t>(c);
-                    kernels.zip(even.contrast + plane * even.plane, odd.contrast + plane * odd.plane, nodes->row(c, y), half(columns));
+                    kernels.zip(even.contrast + plane * even.plane, odd.contrast + plane * odd.plane, nodes->row(c, y), made_in(made, half(columns)));
                 }
             } else {
                 const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(columns);
                 kernels.improve({components_, {even, odd}, picture_.mask + first, weight_per_contrast_, picture_.output + first, picture_.plane,
-                                 picture_.weights ? picture_.weights + first : nullptr, columns});
+                                 picture_.weights ? picture_.weights + first : nullptr, columns, puts_back()},
+                                some);
             }
         }
     }
 
     /// A row of nodes between corners, two opposite ones and then the other two.
-    void make(int step, const Corner (&corners)[4], const TracedRow& traced, int phase, const Nodes& to, int count) const {
+    void make(int step, const Corner (&corners)[4], const TracedRow& traced, int phase, const Nodes& to, Stretch some, int count) const {
+        some = made_in(some, count);
         const bool inside = std::all_of(std::begin(corners), std::end(corners), [](const Corner& c) { return c.nodes.contrast != nullptr; });
-        const bool by_pairs = inside && step <= longest_pair;
-        if (by_pairs) {
-            NodesBetween row{components_, phase, {}, traced, weight_per_contrast_, to};
+        if (inside) {
+            NodesBetween row{components_, phase, step <= longest_pair, {}, traced, weight_per_contrast_, to};
             for (std::size_t i = 0; i < 4; ++i) row.corners[i] = {corners[i].nodes.contrast + corners[i].shift, corners[i].nodes.plane};
-            best_interpolation_kernels().between(row, count);
+            best_interpolation_kernels().between(row, some);
         }
-        const int last = count - 1;
-        for (int i = 0; i < count; i = by_pairs && i < last ? last : i + 1) {
-            if (!by_pairs || 2 * i + phase == 0 || 2 * i + phase == traced.columns - 1) make_of_all(corners, traced, phase, to, i);
+        const int last = some.end - 1;
+        for (int i = some.begin; i < some.end; i = inside && i < last ? last : i + 1) {
+            if (!inside || 2 * i + phase == 0 || 2 * i + phase == traced.columns - 1) make_of_all(corners, traced, phase, to, i);
         }
     }
 
@@ -264,11 +321,11 @@ private:
 
 /// Of one channel, some rows of which are looked at and written: all of a picture, or those around a band.
 void interpolate(const Layout& known, const float* planes, const Channel& channel, float unit, float* output, float* weights,
-                 int height, int width, Band rows) {
+                 int height, int width, Band rows, std::span<const Stretch> lit = {}) {
     const std::size_t line = static_cast<std::size_t>(width), pixels = static_cast<std::size_t>(height) * line;
     const std::size_t first = static_cast<std::size_t>(rows.begin) * line;
     Picture picture{planes + first, planes + static_cast<std::size_t>(known.place_of(channel)) * pixels + first, output + first,
-                    weights ? weights + first : nullptr, pixels, rows.end - rows.begin, width};
+                    weights ? weights + first : nullptr, pixels, rows.end - rows.begin, width, lit};
     const float range = (channel.high - channel.low) * unit;
     if (channel.components == 3) return Interpolation(picture, 3, range)();
     for (int component = 0; component < channel.components; ++component) {
@@ -297,6 +354,11 @@ void interpolate_lattice(const Layout& known, const float* planes, const Channel
                          int height, int width) {
     if (weights) std::fill_n(weights, static_cast<std::size_t>(height) * static_cast<std::size_t>(width), 0.f);
     interpolate(known, planes, channel, unit, output, weights, height, width, {0, height});
+}
+
+void interpolate_lattice(const Layout& known, const float* planes, const Channel& channel, float unit, std::span<const Stretch> lit,
+                         float* output, int height, int width) {
+    interpolate(known, planes, channel, unit, output, nullptr, height, width, {0, height}, lit);
 }
 
 }  // namespace bob

@@ -1,6 +1,8 @@
 /// Where traced pixels agree, what lies between them is interpolated.
 #pragma once
 
+#include <span>
+
 #include "completion/rows.h"
 #include "picture/channels.h"
 
@@ -23,5 +25,10 @@ void interpolate_lattice(const Layout& known, const float* planes, const Layout&
 /// 0..1, and 0 where traced.
 void interpolate_lattice(const Layout& known, const float* planes, const Channel& channel, float unit, float* output, float* weights,
                          int height, int width);
+
+/// The same of colours along a guide that is black beyond `lit`, columns of each two rows: there nothing is interpolated. Traced pixels
+/// are put back.
+void interpolate_lattice(const Layout& known, const float* planes, const Channel& channel, float unit, std::span<const Stretch> lit,
+                         float* output, int height, int width);
 
 }  // namespace bob

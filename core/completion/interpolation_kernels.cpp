@@ -54,8 +54,9 @@ private:
     }
 };
 
-void halve(const TracedRow& from, int components, int phase, float* to, std::size_t plane) {
-    for (int x = 0; 2 * x < from.columns; x += lanes) {
+void halve(const TracedRow& whole, int components, int phase, float* to, std::size_t plane, Stretch some) {
+    const TracedRow from = whole;  // a copy, which what is written can't change
+    for (int x = some.begin; x < some.end && 2 * x < from.columns; x += lanes) {
         const F mask = Pair(from.mask, from.columns, 2 * x).phase(phase);
         store(to + x, mask);
         if (!bits(mask > F{})) continue;
@@ -68,11 +69,12 @@ void halve(const TracedRow& from, int components, int phase, float* to, std::siz
 }
 
 template <int Components>
-void make_nodes(const NodesBetween& row, int count) {
+void make_nodes(const NodesBetween& given, Stretch some) {
+    const NodesBetween row = given;
     const F zero{}, one = constant(1), half = constant(0.5f), per_contrast = constant(row.weight_per_contrast);
     const F unknown = constant(std::numeric_limits<float>::infinity());
-    const TracedRow& from = row.traced;
-    for (int x = 0; x < count; x += lanes) {
+    const TracedRow from = row.traced;
+    for (int x = some.begin; x < some.end; x += lanes) {
         const M traced = Pair(from.mask, from.columns, 2 * x).phase(row.phase) > zero;
         F contrasts[2];  // of both pairs
         for (int i = 0; i < 2; ++i) contrasts[i] = max(load<F>(row.corners[2 * i].contrast + x), load<F>(row.corners[2 * i + 1].contrast + x));
@@ -85,20 +87,34 @@ void make_nodes(const NodesBetween& row, int count) {
         const M known = (worst < unknown) & ~traced;
         F contrast = select(traced, zero, unknown), values[Components] = {};
         if (bits(known)) {
-            F means[2][Components], off{};
-            for (int c = 0; c < Components; ++c) {
-                for (int i = 0; i < 2; ++i) {
-                    const F a = load<F>(row.corners[2 * i].value(c) + x), b = load<F>(row.corners[2 * i + 1].value(c) + x);
-                    contrasts[i] = max(contrasts[i], absolute(a - b));
-                    means[i][c] = (a + b) * half;
+            F most = worst;
+            if (row.by_pairs) {
+                F means[2][Components], off{};
+                for (int c = 0; c < Components; ++c) {
+                    for (int i = 0; i < 2; ++i) {
+                        const F a = load<F>(row.corners[2 * i].value(c) + x), b = load<F>(row.corners[2 * i + 1].value(c) + x);
+                        contrasts[i] = max(contrasts[i], absolute(a - b));
+                        means[i][c] = (a + b) * half;
+                    }
+                    off = max(off, absolute(means[0][c] - means[1][c]));
                 }
-                off = max(off, absolute(means[0][c] - means[1][c]));
+                const M first = contrasts[0] <= contrasts[1];
+                most = max(select(first, contrasts[0], contrasts[1]), off - select(first, contrasts[1], contrasts[0]) * half);
+                for (int c = 0; c < Components; ++c) values[c] = select(first, means[0][c], means[1][c]);
+            } else {
+                for (int c = 0; c < Components; ++c) {
+                    F sum = load<F>(row.corners[0].value(c) + x), low = sum, high = sum;
+                    for (int i = 1; i < 4; ++i) {
+                        const F corner = load<F>(row.corners[i].value(c) + x);
+                        sum += corner, low = min(low, corner), high = max(high, corner);
+                    }
+                    most = max(most, high - low);
+                    values[c] = sum * constant(0.25f);
+                }
             }
-            const M first = contrasts[0] <= contrasts[1];
-            const F most = max(select(first, contrasts[0], contrasts[1]), off - select(first, contrasts[1], contrasts[0]) * half);
             const M used = known & (one - most * per_contrast > zero);
             contrast = select(used, most, contrast);
-            for (int c = 0; c < Components; ++c) values[c] = where(used, select(first, means[0][c], means[1][c]));
+            for (int c = 0; c < Components; ++c) values[c] = where(used, values[c]);
         }
         if (bits(traced)) {
             M shown{};
@@ -114,20 +130,21 @@ void make_nodes(const NodesBetween& row, int count) {
     }
 }
 
-void between(const NodesBetween& row, int count) { (row.components == 1 ? make_nodes<1> : make_nodes<3>)(row, count); }
+void between(const NodesBetween& row, Stretch some) { (row.components == 1 ? make_nodes<1> : make_nodes<3>)(row, some); }
 
-void zip(const float* even, const float* odd, float* to, int count) {
-    for (int x = 0; x < count; x += lanes) {
+void zip(const float* even, const float* odd, float* to, Stretch some) {
+    for (int x = some.begin; x < some.end; x += lanes) {
         const F left = load<F>(even + x), right = load<F>(odd + x);
         store(to + 2 * x, zip_low(left, right));
         store(to + 2 * x + lanes, zip_high(left, right));
     }
 }
 
-void improve(const ImprovedRow& row) {
+void improve(const ImprovedRow& given, Stretch some) {
+    const ImprovedRow row = given;
     const F zero{}, one = constant(1), per_contrast = constant(row.weight_per_contrast);
     const F unknown = constant(std::numeric_limits<float>::infinity());
-    for (int x = 0; 2 * x < row.columns; x += lanes) {
+    for (int x = some.begin / 2; 2 * x < some.end; x += lanes) {
         const F even = load<F>(row.nodes[0].contrast + x), odd = load<F>(row.nodes[1].contrast + x);
         if (!bits((even < unknown) | (odd < unknown))) continue;
         const Pair mask(row.mask, row.columns, 2 * x);
@@ -140,13 +157,15 @@ void improve(const ImprovedRow& row) {
             continue;
         }
         const F contrasts[2] = {zip_low(even, odd), zip_high(even, odd)};
-        const M used[2] = {(contrasts[0] < unknown) & ~(mask.first > zero), (contrasts[1] < unknown) & ~(mask.second > zero)};
+        const M traced[2] = {mask.first > zero, mask.second > zero};
+        const M used[2] = {(contrasts[0] < unknown) & ~traced[0], (contrasts[1] < unknown) & ~traced[1]};
+        const M put_back = row.put_back ? ~M{} : M{}, kept[2] = {traced[0] & put_back, traced[1] & put_back};
         const F weights[2] = {one - max(contrasts[0], zero) * per_contrast, one - max(contrasts[1], zero) * per_contrast};
-        /// Sets what is used, of pixels that exist.
-        const auto set = [&](float* to, auto value_of) {
+        /// Sets some pixels, of those that exist.
+        const auto set = [&](float* to, const M (&those)[2], auto value_of) {
             const Pair before(to, row.columns, 2 * x);
-            const F first = select(used[0], value_of(0, before.first), before.first);
-            const F second = select(used[1], value_of(1, before.second), before.second);
+            const F first = select(those[0], value_of(0, before.first), before.first);
+            const F second = select(those[1], value_of(1, before.second), before.second);
             if (is_whole) {
                 store(to + 2 * x, first), store(to + 2 * x + lanes, second);
                 return;
@@ -155,13 +174,27 @@ void improve(const ImprovedRow& row) {
             store(padded, first), store(padded + lanes, second);
             std::copy_n(padded, row.columns - 2 * x, to + 2 * x);
         };
-        if (row.weight) set(row.weight, [&](int i, F) { return weights[i]; });
+        if (row.weight) set(row.weight, used, [&](int i, F) { return weights[i]; });
+        const M changed[2] = {used[0] | kept[0], used[1] | kept[1]};
         BOB_KEEP_LOOP
         for (int c = 0; c < row.components; ++c) {
             const F left = load<F>(row.nodes[0].value(c) + x), right = load<F>(row.nodes[1].value(c) + x);
             const F values[2] = {zip_low(left, right), zip_high(left, right)};
-            set(row.output + static_cast<std::size_t>(c) * row.plane,
-                [&](int i, F output) { return output + (values[i] - output) * weights[i]; });
+            set(row.output + static_cast<std::size_t>(c) * row.plane, changed,
+                [&](int i, F output) { return select(kept[i], values[i], output + (values[i] - output) * weights[i]); });
+        }
+    }
+}
+
+void put_back(const TracedRow& traced, int components, float* output, std::size_t plane) {
+    for (int x = 0; x < traced.columns; x += lanes) {
+        const int count = std::min(traced.columns - x, lanes);
+        if (count == lanes && !bits(load<F>(traced.mask + x) > F{})) continue;
+        for (int i = x; i < x + count; ++i) {
+            if (!(traced.mask[i] > 0)) continue;
+            for (int c = 0; c < components; ++c) {
+                output[static_cast<std::size_t>(c) * plane + i] = traced.value[static_cast<std::size_t>(c) * traced.plane + i];
+            }
         }
     }
 }
@@ -176,6 +209,6 @@ void keep(const float* mask, const float* traced, float low, float high, float* 
 
 }  // namespace
 
-const InterpolationKernels interpolation_kernels = {halve, between, zip, improve, keep};
+const InterpolationKernels interpolation_kernels = {halve, between, zip, improve, put_back, keep};
 
 }  // namespace bob::BOB_ISA

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 
+#include "completion/rows.h"
 #include "isa.h"
 
 namespace bob {
@@ -34,6 +35,7 @@ struct TracedRow {
 /// Nodes at every other pixel of a row, and those between which they lie, opposite ones in pairs: node i lies at 2i + `phase`.
 struct NodesBetween {
     int components, phase;
+    bool by_pairs;
     ConstNodes corners[4];
     TracedRow traced;
     float weight_per_contrast;
@@ -50,19 +52,23 @@ struct ImprovedRow {
     std::size_t plane;  // floats from a component to the next
     float* weight;      // how far the nodes count; may be null
     int columns;
+    bool put_back;      // whether traced pixels become as they were traced
 };
 
 struct InterpolationKernels {
     /// Every other pixel of a row, from the column `phase` on, values where there are traced ones alone: to a plane of the mask and those
-    /// of the components, which may be those that are read.
-    void (*halve)(const TracedRow& from, int components, int phase, float* to, std::size_t plane);
-    /// Nodes: of traced pixels these, of others the mean of the two opposite corners that differ less, unless these differ too much, a
-    /// corner is unknown, or the two others lie off on the same side.
-    void (*between)(const NodesBetween& row, int count);
-    /// The values of two rows in turn.
-    void (*zip)(const float* even, const float* odd, float* to, int count);
-    /// Moves pixels that were not traced towards their nodes.
-    void (*improve)(const ImprovedRow& row);
+    /// of the components, which may be those that are read. `some` of what is written, from whole vectors on, as in all that follow.
+    void (*halve)(const TracedRow& from, int components, int phase, float* to, std::size_t plane, Stretch some);
+    /// Nodes: of traced pixels these. Of others, by pairs, the mean of the two opposite corners that differ less, unless these differ too
+    /// much, a corner is unknown, or the two others lie off on the same side; else the mean of all four, unless these differ too much or
+    /// one is unknown.
+    void (*between)(const NodesBetween& row, Stretch some);
+    /// The values of two rows in turn; `some` of these.
+    void (*zip)(const float* even, const float* odd, float* to, Stretch some);
+    /// Moves pixels that were not traced towards their nodes, and may put the others back.
+    void (*improve)(const ImprovedRow& row, Stretch some);
+    /// Puts traced pixels back.
+    void (*put_back)(const TracedRow& traced, int components, float* output, std::size_t plane);
     /// Traced pixels keep their values, the others are clamped to a channel's range, and NaN to its low end.
     void (*keep)(const float* mask, const float* traced, float low, float high, float* output, std::size_t pixels);
 };

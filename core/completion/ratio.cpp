@@ -17,8 +17,10 @@ namespace bob {
 namespace {
 
 struct Level {
-    Planes sums;   // ratio_sums::channels
-    Planes means;  // ratio_means::channels
+    Planes sums;                // ratio_sums::channels
+    Planes means;               // ratio_means::channels
+    std::vector<Stretch> lit;   // of each row, where the guide is not 0
+    std::vector<Stretch> made;  // of each two rows, where the means are needed, in columns of the coarser level
 };
 
 /// Coarser and coarser levels down to one block, and one of means alone that is coarser than all: white, and bright.
@@ -30,7 +32,9 @@ struct Images {
         for (bool last = false; !last;) {
             last = height == 1 && width == 1 && !levels.empty();
             height = half(height), width = half(width);
-            levels.push_back({{last ? 0 : ratio_sums::channels, height, width}, {ratio_means::channels, height, width}});
+            const auto rows = static_cast<std::size_t>(height);
+            levels.push_back({{last ? 0 : ratio_sums::channels, height, width}, {ratio_means::channels, height, width},
+                              std::vector<Stretch>(rows), std::vector<Stretch>((rows + 1) / 2)});
         }
         for (int c = 0; c < ratio_means::channels; ++c) std::fill_n(levels.back().means.row(c, 0) - 1, 3, 1.f);
     }
@@ -40,6 +44,57 @@ struct Images {
 constexpr std::size_t kept_pixels = 1 << 20;
 
 Spare<Images> spare;
+
+/// Stretches begin and end with so many columns, whole vectors of any kind; the last one ends with the row.
+constexpr int alignment = 16;
+
+Stretch aligned(Stretch some, int width) {
+    if (some.is_empty()) return {};
+    return {some.begin / alignment * alignment, std::min(width, (some.end + alignment - 1) / alignment * alignment)};
+}
+Stretch halved(Stretch some) { return {some.begin / 2, half(some.end)}; }
+
+/// Of some rows, those that exist.
+Stretch joined(const std::vector<Stretch>& rows, int begin, int end) {
+    Stretch all;
+    for (int y = std::max(0, begin); y < std::min(end, static_cast<int>(rows.size())); ++y) all = joined(all, rows[static_cast<std::size_t>(y)]);
+    return all;
+}
+
+/// What doubling reads for a row in which some columns are made.
+Stretch around(const std::vector<Stretch>& made, int y, int width) {
+    const Stretch some = joined(made, y - 1, y + 2);
+    return some.is_empty() ? some : Stretch{std::max(0, some.begin - 1), std::min(width, some.end + 1)};
+}
+
+/// From where the finest level is lit, where the others are, and which means are needed.
+void find_needed(std::vector<Level>& levels) {
+    const std::vector<Stretch>* finer = &levels[0].lit;
+    for (std::size_t n = 0; n + 1 < levels.size(); ++n) {
+        Level &level = levels[n], &coarser = levels[n + 1];
+        const int width = level.means.width(), height = level.means.height(), half_width = coarser.means.width();
+        for (int y = 0; y < static_cast<int>(level.made.size()); ++y) {
+            Stretch read = around(*finer, 2 * y, width);
+            if (2 * y + 1 < height) read = joined(read, around(*finer, 2 * y + 1, width));
+            level.made[static_cast<std::size_t>(y)] = aligned(halved(read), half_width);
+            coarser.lit[static_cast<std::size_t>(y)] = aligned(halved(joined(level.lit, 2 * y, 2 * y + 2)), half_width);
+        }
+        finer = &level.made;
+    }
+}
+
+/// Calls pull(some) for what is lit of a row of sums, and makes zero what is read beside it.
+template <class Pull>
+void make_sums(Level& level, int y, Pull pull) {
+    const Stretch lit = level.lit[static_cast<std::size_t>(y)], made = joined(level.made, (y - 1) / 2, (y + 1) / 2 + 1);
+    pull(lit);
+    const Stretch read = aligned(joined(lit, {std::max(0, 2 * made.begin - alignment), 2 * made.end + alignment}), level.sums.width());
+    for (int c = 0; c < ratio_sums::channels; ++c) {
+        float* const row = level.sums.row(c, y);
+        std::fill(row + read.begin, row + std::max(read.begin, lit.begin), 0.f);
+        std::fill(row + std::max(read.begin, lit.end), row + read.end, 0.f);
+    }
+}
 
 DoubledMeans doubled(const Planes& means, int y) {
     DoubledMeans result{};
@@ -51,8 +106,8 @@ DoubledMeans doubled(const Planes& means, int y) {
 
 }  // namespace
 
-void complete_by_ratio(const Layout& known, const float* planes, const Channel& channel, const float* known_guide, const float* guide,
-                       std::optional<float> unit, int height, int width, float* output) {
+std::vector<Stretch> complete_by_ratio(const Layout& known, const float* planes, const Channel& channel, const float* known_guide,
+                                       const float* guide, std::optional<float> unit, int height, int width, float* output) {
     if (channel.components != ratio_components) {
         throw std::invalid_argument(std::string(channel.name) + ": expected " + std::to_string(ratio_components) + " components");
     }
@@ -64,17 +119,22 @@ void complete_by_ratio(const Layout& known, const float* planes, const Channel& 
     auto& levels = images->levels;
 
     Planes& finest = levels[0].sums;
+    const auto pair = [&](const float* plane, int y) {
+        return PixelRows{{plane + 2 * y * stride, -stride, stride, pixels}, std::min(height - 2 * y, 2), width};
+    };
     for_rows(0, finest.height(), 2 * width, [&](int y) {
-        const int rows = std::min(height - 2 * y, 2);
-        const auto pair = [&](const float* plane) { return PixelRows{{plane + 2 * y * stride, -stride, stride, pixels}, rows, width}; };
-        kernels.pull_pixels(pair(known_guide), pair(color), rows_of(finest, 0, y), finest.width());
+        levels[0].lit[static_cast<std::size_t>(y)] = aligned(halved(kernels.lit(pair(guide, y), pair(known_guide, y))), finest.width());
+    });
+    find_needed(levels);
+    for_rows(0, finest.height(), 2 * width, [&](int y) {
+        make_sums(levels[0], y, [&](Stretch some) { kernels.pull_pixels(pair(known_guide, y), pair(color, y), rows_of(finest, 0, y), some); });
     });
     const std::size_t coarsest = levels.size() - 1;
     for (std::size_t n = 1; n < coarsest; ++n) {
         const Planes& finer = levels[n - 1].sums;
         Planes& sums = levels[n].sums;
         for_rows(0, sums.height(), 2 * sums.width(), [&](int y) {
-            kernels.pull(rows_of(finer, 0, 2 * y), rows_of(sums, 0, y), sums.width());
+            make_sums(levels[n], y, [&](Stretch some) { kernels.pull(rows_of(finer, 0, 2 * y), rows_of(sums, 0, y), some); });
         });
     }
     const float one = unit.value_or(1);
@@ -82,7 +142,8 @@ void complete_by_ratio(const Layout& known, const float* planes, const Channel& 
         const Planes &coarse = levels[n + 1].means, &sums = levels[n].sums;
         Planes& means = levels[n].means;
         for_rows(0, coarse.height(), 2 * means.width(), [&](int y) {
-            kernels.mean(doubled(coarse, y), rows_of(sums, 0, 2 * y), rows_of(sums, 0, 2 * y + 1), rows_of(means, 0, 2 * y), one, coarse.width());
+            kernels.mean(doubled(coarse, y), rows_of(sums, 0, 2 * y), rows_of(sums, 0, 2 * y + 1), rows_of(means, 0, 2 * y), one, means.width(),
+                         levels[n].made[static_cast<std::size_t>(y)]);
             for (int finer = 2 * y; finer < std::min(2 * y + 2, means.height()); ++finer) {
                 for (int c = 0; c < ratio_means::channels; ++c) {
                     repeat_edges(means.row(c, finer), means.width());
@@ -90,7 +151,7 @@ void complete_by_ratio(const Layout& known, const float* planes, const Channel& 
             }
         });
     }
-    const float high = unit ? std::numeric_limits<float>::infinity() : channel.high;
+    const float high = unit ? std::numeric_limits<float>::infinity() : channel.high, black = std::clamp(0.f, channel.low, high);
     for_rows(0, finest.height(), 2 * width, [&](int y) {
         const std::ptrdiff_t first = 2 * y * stride;
         GuidedRows traced{{}, {}, pixels, width};
@@ -99,17 +160,25 @@ void complete_by_ratio(const Layout& known, const float* planes, const Channel& 
             if (row < 0 || row >= height) continue;
             traced.guide[i] = known_guide + row * stride, traced.color[i] = color + row * stride;
         }
-        kernels.finish(doubled(levels[0].means, y), traced,
-                       {output + first, planes + first, guide + first, pixels, stride, std::min(height - 2 * y, 2), channel.low, high}, one,
-                       finest.width());
+        const Stretch lit = levels[0].lit[static_cast<std::size_t>(y)];
+        const int rows = std::min(height - 2 * y, 2);
+        kernels.finish(doubled(levels[0].means, y), traced, {output + first, guide + first, pixels, stride, rows, channel.low, high}, one, lit);
+        for (int k = 0; k < ratio_components * rows; ++k) {
+            float* const row = output + static_cast<std::size_t>(k / rows) * pixels + first + k % rows * stride;
+            std::fill(row, row + std::min(2 * lit.begin, width), black);
+            std::fill(row + std::min(2 * lit.end, width), row + width, black);
+        }
     });
+    std::vector<Stretch> lit = levels[0].lit;
+    for (Stretch& some : lit) some = {2 * some.begin, std::min(2 * some.end, width)};
     if (pixels <= kept_pixels) spare.give_back(std::move(images));
+    return lit;
 }
 
 void complete_along(const Layout& known, const float* planes, const Channel& channel, const float* known_guide, const float* guide,
                     std::optional<float> unit, int height, int width, float* output) {
-    complete_by_ratio(known, planes, channel, known_guide, guide, unit, height, width, output);
-    interpolate_lattice(known, planes, channel, unit.value_or(1), output, nullptr, height, width);
+    const std::vector<Stretch> lit = complete_by_ratio(known, planes, channel, known_guide, guide, unit, height, width, output);
+    interpolate_lattice(known, planes, channel, unit.value_or(1), lit, output, height, width);
 }
 
 }  // namespace bob

@@ -17,6 +17,22 @@ constexpr float beside = 0.25f;
 /// Times the mean of the guide around up to which colours may be as saturated as there.
 constexpr float brighter = 1.25f;
 
+/// Pixels of a row of which `count` exist, the others 0; all of them do where `whole`.
+template <bool whole>
+inline F load_pixels(const float* p, int count) {
+    if (whole || count >= lanes) return load<F>(p);
+    float padded[lanes] = {};
+    std::copy_n(p, std::max(count, 0), padded);
+    return load<F>(padded);
+}
+template <bool whole>
+inline void store_pixels(float* p, F values, int count) {
+    if (whole || count >= lanes) return store(p, values);
+    float padded[lanes];
+    store(padded, values);
+    std::copy_n(padded, std::max(count, 0), p);
+}
+
 /// Writes the sums of blocks; `blocks_of(channel)` returns them. Where no guide is above 0 there is nothing to add up.
 template <class BlocksOf>
 inline void put_sums(const Rows& sums, int x, const RawBlocks& guide, BlocksOf blocks_of) {
@@ -24,9 +40,26 @@ inline void put_sums(const Rows& sums, int x, const RawBlocks& guide, BlocksOf b
     for (int c = 0; c < ratio_sums::channels; ++c) store(sums.at(c) + x, any ? total(blocks_of(c)) : F{});
 }
 
-void pull_pixels(PixelRows guide, PixelRows color, Rows sums, int width) {
+Stretch lit(PixelRows guide, PixelRows known_guide) {
+    const float* const rows[4] = {guide.from.at(0), guide.from.at(0, guide.rows - 1), known_guide.from.at(0), known_guide.from.at(0, guide.rows - 1)};
+    const auto is_lit = [&](int x, int count) {
+        M any{};
+        for (const float* row : rows) any |= load_pixels<false>(row + x, count) != F{};
+        return bits(any) != 0;
+    };
+    Stretch result{0, guide.columns};
+    while (!result.is_empty() && !is_lit(result.begin, guide.columns - result.begin)) result.begin += lanes;
+    while (!result.is_empty()) {
+        const int last = (result.end - 1) / lanes * lanes;
+        if (is_lit(last, result.end - last)) break;
+        result.end = last;
+    }
+    return result;
+}
+
+void pull_pixels(PixelRows guide, PixelRows color, Rows sums, Stretch some) {
     const F one = constant(1);
-    for (int x = 0; x < width; x += lanes) {
+    for (int x = some.begin; x < some.end; x += lanes) {
         const RawBlocks weight = raw_blocks(guide, 0, x);
         put_sums(sums, x, weight, [&](int channel) {
             RawBlocks value = channel == ratio_sums::guide   ? weight
@@ -41,8 +74,8 @@ void pull_pixels(PixelRows guide, PixelRows color, Rows sums, int width) {
     }
 }
 
-void pull(ConstRows finer, Rows sums, int width) {
-    for (int x = 0; x < width; x += lanes) {
+void pull(ConstRows finer, Rows sums, Stretch some) {
+    for (int x = some.begin; x < some.end; x += lanes) {
         const auto blocks_of = [&](int channel) { return raw_blocks(finer.at(channel), finer.at(channel, 1), x); };
         put_sums(sums, x, blocks_of(ratio_sums::guide), blocks_of);
     }
@@ -53,7 +86,12 @@ struct Columns {
     F of[2][ratio_sums::channels];
     bool any;
 
-    void clear() { *this = {}; }
+    void clear() {
+        for (auto& row : of) {
+            for (F& sum : row) sum = F{};
+        }
+        any = false;
+    }
 
     void set(int channel, const F (&rows)[4]) {
         const F weight = constant(beside);
@@ -81,26 +119,10 @@ struct SummedColumns {
     }
 };
 
-/// Pixels of a row of which `count` exist, the others 0; all of them do where `whole`.
-template <bool whole>
-inline F load_pixels(const float* p, int count) {
-    if (whole || count >= lanes) return load<F>(p);
-    float padded[lanes] = {};
-    std::copy_n(p, std::max(count, 0), padded);
-    return load<F>(padded);
-}
-template <bool whole>
-inline void store_pixels(float* p, F values, int count) {
-    if (whole || count >= lanes) return store(p, values);
-    float padded[lanes];
-    store(padded, values);
-    std::copy_n(padded, std::max(count, 0), p);
-}
-
 /// Those of pixels, all of which exist where `whole`, but for those to the left of the picture.
 template <bool whole>
 struct PixelColumns {
-    const GuidedRows& from;
+    const GuidedRows from;
 
     void operator()(int x, Columns& to) const {
         const int count = from.columns - x;
@@ -155,7 +177,7 @@ public:
     }
 
 private:
-    const From& from_;
+    const From from_;
     int made_;  // vectors so far
     Columns ring_[4];
 };
@@ -177,10 +199,10 @@ struct Expected {
     }
 };
 
-void mean(DoubledMeans coarse, ConstRows sums, ConstRows sums_below, Rows to, float unit, int width) {
-    const SummedColumns from{sums, sums_below, 2 * width};
-    Around around(from, 0);
-    for (int x = 0; x < width; x += lanes) {
+void mean(DoubledMeans coarse, ConstRows sums, ConstRows sums_below, Rows to, float unit, int width, Stretch some) {
+    const SummedColumns from{sums, sums_below, width};
+    Around around(from, 2 * some.begin / lanes);
+    for (int x = some.begin; x < some.end; x += lanes) {
         const Expected expected(coarse, x);
         const int vector = 2 * x / lanes;
         around.move(vector);
@@ -197,33 +219,25 @@ void mean(DoubledMeans coarse, ConstRows sums, ConstRows sums_below, Rows to, fl
 
 /// Blocks `begin` to `end`; `whole` where all pixels in them, beside them and in the rows above and below exist.
 template <bool whole>
-inline void finish_some(const DoubledMeans& coarse, const GuidedRows& traced, const ColoredRows& picture, float unit, int begin, int end) {
+inline void finish_some(DoubledMeans coarse, GuidedRows traced, ColoredRows picture, float unit, int begin, int end) {
     const PixelColumns<whole> from{traced};
     Around around(from, 2 * begin / lanes);
     const F most = constant(brighter), low = constant(picture.low), high = constant(picture.high), black = min(max(F{}, low), high);
     const int rows = whole ? 2 : picture.rows;
     for (int x = begin; x < end; x += lanes) {
         F guide[2][2];
-        M known[2][2], is_lit{};
+        M is_lit{};
         for (int y = 0; y < rows; ++y) {
             for (int right = 0; right < 2; ++right) {
                 const int column = 2 * x + right * lanes, count = traced.columns - column;
                 guide[y][right] = load_pixels<whole>(picture.guide + y * picture.stride + column, count);
-                known[y][right] = load_pixels<whole>(picture.mask + y * picture.stride + column, count) > F{};
                 is_lit |= guide[y][right] != F{};
             }
         }
-        /// Writes what was completed, but where pixels were traced.
         const auto put = [&](int y, int right, const F (&values)[ratio_components]) {
-            const int column = 2 * x + right * lanes, count = traced.columns - column;
-            const M traced_here = known[y][right];
-            const bool any = bits(traced_here);
+            const int column = 2 * x + right * lanes;
             for (int k = 0; k < ratio_components; ++k) {
-                F value = values[k];
-                if (any) {
-                    value = select(traced_here, load_pixels<whole>(traced.color[y + 1] + k * traced.plane_stride + column, count), value);
-                }
-                store_pixels<whole>(picture.row + k * picture.plane_stride + y * picture.stride + column, value, count);
+                store_pixels<whole>(picture.row + k * picture.plane_stride + y * picture.stride + column, values[k], traced.columns - column);
             }
         };
         if (!bits(is_lit)) {  // black, whatever the ratios are
@@ -250,15 +264,15 @@ inline void finish_some(const DoubledMeans& coarse, const GuidedRows& traced, co
     }
 }
 
-void finish(DoubledMeans coarse, GuidedRows traced, ColoredRows picture, float unit, int width) {
+void finish(DoubledMeans coarse, GuidedRows traced, ColoredRows picture, float unit, Stretch some) {
     const bool inside = traced.guide[0] && traced.guide[3];
     const int whole = inside ? std::max(traced.columns / lanes - 1, 0) / 2 * lanes : 0;
-    finish_some<true>(coarse, traced, picture, unit, 0, whole);
-    finish_some<false>(coarse, traced, picture, unit, whole, width);
+    finish_some<true>(coarse, traced, picture, unit, some.begin, std::min(whole, some.end));
+    finish_some<false>(coarse, traced, picture, unit, std::max(whole, some.begin), some.end);
 }
 
 }  // namespace
 
-const RatioKernels ratio_kernels = {pull_pixels, pull, mean, finish};
+const RatioKernels ratio_kernels = {lit, pull_pixels, pull, mean, finish};
 
 }  // namespace bob::BOB_ISA

@@ -1,5 +1,5 @@
-/// The inner loops of completing by ratios, one variant for each instruction set. Rows of pixels, or of blocks of a coarser level; widths
-/// are those of the coarser of two levels, and whole vectors are written.
+/// The inner loops of completing by ratios, one variant for each instruction set. Rows of pixels, or of blocks of a coarser level;
+/// stretches are those of the coarser of two levels, from whole vectors on, and whole vectors are written.
 #pragma once
 
 #include "completion/rows.h"
@@ -26,10 +26,10 @@ struct GuidedRows {
     int columns;
 };
 
-/// Two rows of a picture of colours to be made: its first component, the mask, and the guide, of which all pixels are known.
+/// Two rows of a picture of colours to be made: its first component, and the guide, of which all pixels are known.
 struct ColoredRows {
     float* row;
-    const float *mask, *guide;
+    const float* guide;
     std::size_t plane_stride;
     std::ptrdiff_t stride;
     int rows;
@@ -37,15 +37,18 @@ struct ColoredRows {
 };
 
 struct RatioKernels {
+    /// Where two rows of both are not all 0, of whole vectors.
+    Stretch (*lit)(PixelRows guide, PixelRows known_guide);
     /// Sums of two rows of pixels in blocks.
-    void (*pull_pixels)(PixelRows guide, PixelRows color, Rows sums, int width);
+    void (*pull_pixels)(PixelRows guide, PixelRows color, Rows sums, Stretch some);
     /// The same of the next finer level's sums.
-    void (*pull)(ConstRows finer, Rows sums, int width);
-    /// Two rows of means, from the sums around and what the coarser level expects. `unit` of the guide counts as 1.
-    void (*mean)(DoubledMeans coarse, ConstRows sums, ConstRows sums_below, Rows means, float unit, int width);
+    void (*pull)(ConstRows finer, Rows sums, Stretch some);
+    /// Two rows of means, from the sums around and what the coarser level expects. `unit` of the guide counts as 1; the level is
+    /// `width` wide.
+    void (*mean)(DoubledMeans coarse, ConstRows sums, ConstRows sums_below, Rows means, float unit, int width, Stretch some);
     /// Two rows of the picture: the guide times the ratios around, up to somewhat more than its mean there, and white beyond; within
-    /// low..high, NaN as low. Traced pixels keep their colours.
-    void (*finish)(DoubledMeans coarse, GuidedRows traced, ColoredRows picture, float unit, int width);
+    /// low..high, NaN as low.
+    void (*finish)(DoubledMeans coarse, GuidedRows traced, ColoredRows picture, float unit, Stretch some);
 };
 
 BOB_DECLARE_KERNELS(RatioKernels, ratio_kernels)

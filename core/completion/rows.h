@@ -1,6 +1,7 @@
 /// Rows of images, as the kernels of networks see them.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
 namespace bob {
@@ -9,6 +10,19 @@ namespace bob {
 struct Band {
     int begin, end;
 };
+
+/// Columns of a row, from `begin` to before `end`.
+struct Stretch {
+    int begin = 0, end = 0;
+
+    [[nodiscard]] constexpr bool is_empty() const { return begin >= end; }
+};
+
+/// From the first to the last of both.
+constexpr Stretch joined(Stretch a, Stretch b) {
+    if (a.is_empty()) return b;
+    return b.is_empty() ? a : Stretch{std::min(a.begin, b.begin), std::max(a.end, b.end)};
+}
 
 /// A row of a plane, or of several, and those beside it.
 template <class T>

@@ -1,5 +1,6 @@
 #include "completion/ratio.h"
 
+#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -40,6 +41,11 @@ struct Picture {
                                height, width, output.data());
         return output;
     }
+    [[nodiscard]] std::vector<float> completed_along() const {
+        std::vector<float> output(3 * size(), -1);
+        bob::complete_along(layout, planes.data(), bob::channels::color, planes.data() + size(), guide.data(), {}, height, width, output.data());
+        return output;
+    }
 };
 
 }  // namespace
@@ -71,11 +77,7 @@ TEST(ratios_are_those_of_the_traced_pixels_around) {
             if (column > 32 && column < 96) continue;
             for (std::size_t k = 0; k < 3; ++k) {
                 const float completed = color[k * pixels + i];
-                if (picture.planes[i] > 0) {
-                    CHECK_EQ(completed, picture.planes[(2 + k) * pixels + i]);
-                } else {
-                    CHECK_NEAR(completed, ratio(column, k) * colored + more, 0.01f);
-                }
+                CHECK_NEAR(completed, ratio(column, k) * colored + more, 0.01f);
             }
         }
     }
@@ -124,12 +126,7 @@ TEST(pictures_of_any_size_have_the_ratios_up_to_their_edges) {
         }
         const std::vector<float> color = picture.completed();
         for (std::size_t i = 0; i < color.size(); ++i) {
-            const std::size_t k = i / picture.size(), pixel = i % picture.size();
-            if (picture.planes[pixel] > 0) {
-                CHECK_EQ(color[i], picture.planes[2 * picture.size() + i]);
-            } else {
-                CHECK_NEAR(color[i], ratios[k] * 0.4f, 0.03f);
-            }
+            CHECK_NEAR(color[i], ratios[i / picture.size()] * 0.4f, 0.03f);
         }
     }
 }
@@ -151,10 +148,6 @@ TEST(completed_colors_are_within_their_range) {
     const std::vector<float> color = picture.completed(), unbounded = picture.completed(1.f);
     for (std::size_t i = 0; i < color.size(); ++i) {
         const std::size_t pixel = i % picture.size();
-        if (picture.planes[pixel] > 0) {
-            CHECK_EQ(color[i], picture.planes[2 * picture.size() + i]);
-            continue;
-        }
         CHECK_EQ(color[i], pixel % 3 == 0 ? 1.f : 0.f);
         CHECK_NEAR(unbounded[i], pixel % 3 == 0 ? 50.f : 0.f, 1e-4f);
     }
@@ -176,4 +169,59 @@ TEST(nothing_traced_is_white) {
     const Picture picture(20, 30, 0, [](int, std::size_t) { return 0.f; });
     const std::vector<float> color = picture.completed();
     for (std::size_t i = 0; i < color.size(); ++i) CHECK_NEAR(color[i], picture.guide[i % picture.size()], 1e-6f);
+}
+
+TEST(traced_pixels_are_put_back_as_they_were) {
+    // Out of range as well, and where the guide says black.
+    for (const auto& [height, width] : {std::pair{1, 1}, {5, 7}, {33, 50}, {70, 161}, {64, 256}}) {
+        Picture picture(height, width, 0.2f, [](int column, std::size_t k) { return static_cast<float>(column % 3) + static_cast<float>(k); });
+        const std::size_t pixels = picture.size();
+        for (std::size_t i = 0; i < pixels; ++i) {
+            if (static_cast<int>(i) % width > width / 2) picture.guide[i] = picture.planes[pixels + i] = 0;
+        }
+        test::for_each_isa([&] {
+            const std::vector<float> color = picture.completed_along();
+            for (std::size_t i = 0; i < color.size(); ++i) {
+                if (picture.planes[i % pixels] > 0) CHECK_EQ(color[i], picture.planes[2 * pixels + i]);
+            }
+        });
+    }
+}
+
+TEST(what_is_black_beside_a_shape_changes_nothing_of_it) {
+    for (const auto& [height, width] : {std::pair{37, 90}, {128, 333}, {200, 640}}) {
+        // A slanted stripe; in the other picture both ends of each row are lit, too, so that nothing is left out. No pixel was traced there.
+        Picture alone(height, width, 0.3f, [](int column, std::size_t k) { return static_cast<float>(column % 5) / (3 + static_cast<float>(k)); });
+        const std::size_t pixels = alone.size();
+        const auto is_shown = [&](std::size_t i) {
+            const int row = static_cast<int>(i) / width, column = static_cast<int>(i) % width;
+            return std::abs(column - width / 3 - row / 2) < width / 8 && row > height / 5 && row < 4 * height / 5;
+        };
+        for (std::size_t i = 0; i < pixels; ++i) {
+            if (is_shown(i)) continue;
+            alone.guide[i] = 0;
+            const bool is_end = static_cast<int>(i) % width < 4 || static_cast<int>(i) % width >= width - 4;
+            for (std::size_t plane = 0; plane < 5; ++plane) alone.planes[plane * pixels + i] = plane == 0 && !is_end && i % 7 == 0 ? 1.f : 0.f;
+        }
+        Picture among = alone;
+        for (std::size_t row = 0; row < static_cast<std::size_t>(height); ++row) {
+            const std::size_t line = static_cast<std::size_t>(width);
+            among.guide[row * line] = among.guide[row * line + line - 1] = 0.5f;
+        }
+        test::for_each_isa([&] {
+            for (const bool along : {false, true}) {
+                (void)Picture(height, width, 0.5f, [](int, std::size_t) { return 0.7f; }).completed();  // of which memory keeps something else
+                const std::vector<float> some = along ? alone.completed_along() : alone.completed();
+                const std::vector<float> all = along ? among.completed_along() : among.completed();
+                std::size_t shown = 0;
+                for (std::size_t i = 0; i < some.size(); ++i) {
+                    const std::size_t column = i % static_cast<std::size_t>(width);
+                    if (column > 0 && column + 1 < static_cast<std::size_t>(width)) CHECK_EQ(some[i], all[i]);
+                    if (!is_shown(i % pixels)) CHECK_EQ(some[i], 0.f);
+                    shown += some[i] > 0;
+                }
+                CHECK_LT(pixels / 4, shown);
+            }
+        });
+    }
 }
