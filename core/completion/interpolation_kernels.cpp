@@ -68,6 +68,18 @@ void halve(const TracedRow& whole, int components, int phase, float* to, std::si
     }
 }
 
+/// Of the four corners; and by how much they differ, if that is more than `most`. Apart, since few nodes are made so.
+[[gnu::noinline]] F mean_of_all(const NodesBetween& row, int component, int x, F& most) {
+    F sum = load<F>(row.corners[0].value(component) + x), low = sum, high = sum;
+    BOB_KEEP_LOOP
+    for (int i = 1; i < 4; ++i) {
+        const F corner = load<F>(row.corners[i].value(component) + x);
+        sum += corner, low = min(low, corner), high = max(high, corner);
+    }
+    most = max(most, high - low);
+    return sum * constant(0.25f);
+}
+
 template <int Components>
 void make_nodes(const NodesBetween& given, Stretch some) {
     const NodesBetween row = given;
@@ -102,15 +114,8 @@ void make_nodes(const NodesBetween& given, Stretch some) {
                 most = max(select(first, contrasts[0], contrasts[1]), off - select(first, contrasts[1], contrasts[0]) * half);
                 for (int c = 0; c < Components; ++c) values[c] = select(first, means[0][c], means[1][c]);
             } else {
-                for (int c = 0; c < Components; ++c) {
-                    F sum = load<F>(row.corners[0].value(c) + x), low = sum, high = sum;
-                    for (int i = 1; i < 4; ++i) {
-                        const F corner = load<F>(row.corners[i].value(c) + x);
-                        sum += corner, low = min(low, corner), high = max(high, corner);
-                    }
-                    most = max(most, high - low);
-                    values[c] = sum * constant(0.25f);
-                }
+                BOB_KEEP_LOOP
+                for (int c = 0; c < Components; ++c) values[c] = mean_of_all(row, c, x, most);
             }
             const M used = known & (one - most * per_contrast > zero);
             contrast = select(used, most, contrast);
@@ -190,8 +195,10 @@ void put_back(const TracedRow& traced, int components, float* output, std::size_
     for (int x = 0; x < traced.columns; x += lanes) {
         const int count = std::min(traced.columns - x, lanes);
         if (count == lanes && !bits(load<F>(traced.mask + x) > F{})) continue;
+        BOB_KEEP_LOOP
         for (int i = x; i < x + count; ++i) {
             if (!(traced.mask[i] > 0)) continue;
+            BOB_KEEP_LOOP
             for (int c = 0; c < components; ++c) {
                 output[static_cast<std::size_t>(c) * plane + i] = traced.value[static_cast<std::size_t>(c) * traced.plane + i];
             }

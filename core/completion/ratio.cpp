@@ -83,11 +83,9 @@ void find_needed(std::vector<Level>& levels) {
     }
 }
 
-/// Calls pull(some) for what is lit of a row of sums, and makes zero what is read beside it.
-template <class Pull>
-void make_sums(Level& level, int y, Pull pull) {
+/// Makes zero what is read of a row of sums beside what is lit.
+void clear_beside(Level& level, int y) {
     const Stretch lit = level.lit[static_cast<std::size_t>(y)], made = joined(level.made, (y - 1) / 2, (y + 1) / 2 + 1);
-    pull(lit);
     const Stretch read = aligned(joined(lit, {std::max(0, 2 * made.begin - alignment), 2 * made.end + alignment}), level.sums.width());
     for (int c = 0; c < ratio_sums::channels; ++c) {
         float* const row = level.sums.row(c, y);
@@ -127,14 +125,16 @@ std::vector<Stretch> complete_by_ratio(const Layout& known, const float* planes,
     });
     find_needed(levels);
     for_rows(0, finest.height(), 2 * width, [&](int y) {
-        make_sums(levels[0], y, [&](Stretch some) { kernels.pull_pixels(pair(known_guide, y), pair(color, y), rows_of(finest, 0, y), some); });
+        kernels.pull_pixels(pair(known_guide, y), pair(color, y), rows_of(finest, 0, y), levels[0].lit[static_cast<std::size_t>(y)]);
+        clear_beside(levels[0], y);
     });
     const std::size_t coarsest = levels.size() - 1;
     for (std::size_t n = 1; n < coarsest; ++n) {
         const Planes& finer = levels[n - 1].sums;
         Planes& sums = levels[n].sums;
         for_rows(0, sums.height(), 2 * sums.width(), [&](int y) {
-            make_sums(levels[n], y, [&](Stretch some) { kernels.pull(rows_of(finer, 0, 2 * y), rows_of(sums, 0, y), some); });
+            kernels.pull(rows_of(finer, 0, 2 * y), rows_of(sums, 0, y), levels[n].lit[static_cast<std::size_t>(y)]);
+            clear_beside(levels[n], y);
         });
     }
     const float one = unit.value_or(1);

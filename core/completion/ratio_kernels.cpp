@@ -17,20 +17,27 @@ constexpr float beside = 0.25f;
 /// Times the mean of the guide around up to which colours may be as saturated as there.
 constexpr float brighter = 1.25f;
 
-/// Pixels of a row of which `count` exist, the others 0; all of them do where `whole`.
-template <bool whole>
-inline F load_pixels(const float* p, int count) {
-    if (whole || count >= lanes) return load<F>(p);
+/// Pixels of a row of which `count` exist, the others 0.
+[[gnu::noinline]] F load_last(const float* p, int count) {
     float padded[lanes] = {};
     std::copy_n(p, std::max(count, 0), padded);
     return load<F>(padded);
 }
-template <bool whole>
-inline void store_pixels(float* p, F values, int count) {
-    if (whole || count >= lanes) return store(p, values);
+[[gnu::noinline]] void store_last(float* p, F values, int count) {
     float padded[lanes];
     store(padded, values);
     std::copy_n(padded, std::max(count, 0), p);
+}
+
+/// The same; all of them do where `whole`.
+template <bool whole>
+inline F load_pixels(const float* p, int count) {
+    return whole || count >= lanes ? load<F>(p) : load_last(p, count);
+}
+template <bool whole>
+inline void store_pixels(float* p, F values, int count) {
+    if (whole || count >= lanes) store(p, values);
+    else store_last(p, values, count);
 }
 
 /// Writes the sums of blocks; `blocks_of(channel)` returns them. Where no guide is above 0 there is nothing to add up.
@@ -44,6 +51,7 @@ Stretch lit(PixelRows guide, PixelRows known_guide) {
     const float* const rows[4] = {guide.from.at(0), guide.from.at(0, guide.rows - 1), known_guide.from.at(0), known_guide.from.at(0, guide.rows - 1)};
     const auto is_lit = [&](int x, int count) {
         M any{};
+        BOB_KEEP_LOOP
         for (const float* row : rows) any |= load_pixels<false>(row + x, count) != F{};
         return bits(any) != 0;
     };
