@@ -30,10 +30,12 @@ def in_turn(
     runs: int,
     clock: Callable[[], float] = time.perf_counter,
     rest: float = 0,
+    again: bool = False,
 ) -> dict[str, list[float]]:
     """Seconds of each rival's runs, one after the other in turn, after a warm-up: what else the machine does meanwhile
     falls on all alike. Before each run are so many seconds of rest, in which the threads of the one before, which look
-    out for more work for a while, go to sleep."""
+    out for more work for a while, go to sleep; `again` measures the run that follows it at once, as when pictures
+    follow each other."""
     for run in rivals.values():
         run()
     seconds: dict[str, list[float]] = {name: [] for name in rivals}
@@ -41,6 +43,8 @@ def in_turn(
         for name, run in rivals.items():
             if rest:
                 time.sleep(rest)
+            if again:
+                run()
             start = clock()
             run()
             seconds[name].append(clock() - start)
