@@ -8,8 +8,11 @@ namespace bob {
 struct Vec3 {
     float x = 0, y = 0, z = 0;
 
-    float& operator[](int axis) { return (&x)[axis]; }
-    float operator[](int axis) const { return (&x)[axis]; }
+    constexpr float& operator[](int axis) { return this->*components[axis]; }
+    constexpr float operator[](int axis) const { return this->*components[axis]; }
+
+private:
+    static constexpr float Vec3::*components[] = {&Vec3::x, &Vec3::y, &Vec3::z};
 };
 
 inline Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }

@@ -110,7 +110,7 @@ void start(const CellGrid& grid, const Ray* rays, std::size_t count, Walk* walks
         const std::size_t last = count - first < at_once ? count : first + at_once;
         for (std::size_t i = first; i < last; ++i) {
             for (int axis = 0; axis < 3; ++axis) {
-                walks[i].origin[axis] = (&rays[i].origin.x)[axis], walks[i].direction[axis] = (&rays[i].direction.x)[axis];
+                walks[i].origin[axis] = rays[i].origin[axis], walks[i].direction[axis] = rays[i].direction[axis];
             }
         }
         for (std::size_t i = first; i < last; i += lanes) {
@@ -118,7 +118,7 @@ void start(const CellGrid& grid, const Ray* rays, std::size_t count, Walk* walks
             F enter{}, end = constant(std::numeric_limits<float>::infinity()), origin[3], direction[3], squared{};
             for (int axis = 0; axis < 3; ++axis) {
                 origin[axis] = columns.origin_of(axis), direction[axis] = columns.direction_of(axis);
-                const F low = constant(((&grid.low.x)[axis] + 1) * scale), high = constant(((&grid.high.x)[axis] + 1) * scale);
+                const F low = constant((grid.low[axis] + 1) * scale), high = constant((grid.high[axis] + 1) * scale);
                 const F inverse = 1.f / direction[axis], a = (low - origin[axis]) * inverse, b = (high - origin[axis]) * inverse;
                 const M moves = direction[axis] != F{}, beside = ~((origin[axis] >= low) & (origin[axis] <= high));
                 const F soonest = a < b ? a : b, latest = a < b ? b : a;

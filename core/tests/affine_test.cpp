@@ -91,3 +91,12 @@ TEST(maps_of_spheres_cancel) {
     CHECK(to_unit_sphere(sphere) * from_unit_sphere(sphere) == bob::AffineMap{});
     CHECK(to_unit_sphere(sphere) == (bob::AffineMap{{{4, 0, 0, -4}, {0, 4, 0, 8}, {0, 0, 4, -120}}}));
 }
+
+TEST(vectors_are_indexed_without_leaving_a_component) {
+    // Compilers refuse this where a component is reached from another one, which some builds made wrong code of.
+    constexpr bob::Vec3 v{1, 2, 3};
+    static_assert(v[0] == 1 && v[1] == 2 && v[2] == 3);
+    bob::Vec3 w = v;
+    for (int axis = 0; axis < 3; ++axis) w[axis] += v[2 - axis];
+    CHECK(w.x == 4 && w.y == 4 && w.z == 4);
+}
