@@ -53,17 +53,9 @@ Band coarser(Band rows, int step, int height) {
     return {std::max(0, (rows.begin - phase - 1 + 2) / 2 - 1), std::min(count_of(height, 2 * step), (rows.end - 1 - phase + 2) / 2 + 1)};
 }
 
-/// Stretches begin with whole vectors of any kind.
-constexpr int alignment = 16;
-
 /// Of which nodes in the columns of the coarser lattice, and between them, some nodes of a lattice are made: those beside them, too, and in
 /// turn those beside these.
-Stretch made_for(Stretch some) {
-    return {std::max(0, some.begin / 2 - 2) / alignment * alignment, (some.end / 2 + 2 + alignment - 1) / alignment * alignment};
-}
-
-/// Those of `count` that there are.
-Stretch made_in(Stretch made, int count) { return {made.begin, std::min(made.end, count)}; }
+Stretch made_for(Stretch some) { return aligned({std::max(0, some.begin / 2 - 2), some.end / 2 + 2}); }
 
 ConstNodes row_of(const Planes& nodes, int y) { return {nodes.row(0, y), nodes.plane_stride()}; }
 
@@ -92,15 +84,6 @@ struct Picture {
     std::size_t plane;        // floats from a component to the next, of what was traced and of the output
     int height, width;
     std::span<const Stretch> lit;  // of each two rows; if there are any, the rest is black, and traced pixels are put back
-
-    /// Of some rows.
-    [[nodiscard]] Stretch lit_in(Band rows) const {
-        Stretch all;
-        for (const Stretch& some : lit.subspan(static_cast<std::size_t>(rows.begin / 2), static_cast<std::size_t>(half(rows.end) - rows.begin / 2))) {
-            all = joined(all, some);
-        }
-        return all;
-    }
 };
 
 /// One of those between which a row of nodes lies: node i beside `nodes` i + `shift`, if there is such a row and column.
@@ -157,9 +140,7 @@ private:
     /// Columns of pixels, in whole vectors of nodes of either kind.
     [[nodiscard]] Stretch improved_in(Band rows) const {
         if (!puts_back()) return {0, picture_.width};
-        const Stretch lit = picture_.lit_in(rows);
-        constexpr int pixels = 2 * alignment;
-        return {lit.begin / pixels * pixels, std::min((lit.end + pixels - 1) / pixels * pixels, picture_.width)};
+        return within(aligned(joined(picture_.lit, rows.begin / 2, half(rows.end)), 2 * max_lanes), picture_.width);
     }
 
     /// Which nodes of the coarser lattice are read for some of a lattice.
@@ -253,7 +234,7 @@ private:
             if (nodes) {
                 for (int c = 0; c <= components_; ++c) {
                     const auto plane = static_cast<std::size_t>(c);
-                    kernels.zip(even.contrast + plane * even.plane, odd.contrast + plane * odd.plane, nodes->row(c, y), made_in(made, half(columns)));
+                    kernels.zip(even.contrast + plane * even.plane, odd.contrast + plane * odd.plane, nodes->row(c, y), within(made, half(columns)));
                 }
             } else {
                 const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(columns);
@@ -266,7 +247,7 @@ private:
 
     /// A row of nodes between corners, two opposite ones and then the other two.
     void make(int step, const Corner (&corners)[4], const TracedRow& traced, int phase, const Nodes& to, Stretch some, int count) const {
-        some = made_in(some, count);
+        some = within(some, count);
         const bool inside = std::all_of(std::begin(corners), std::end(corners), [](const Corner& c) { return c.nodes.contrast != nullptr; });
         if (inside) {
             NodesBetween row{components_, phase, step <= longest_pair, {}, traced, weight_per_contrast_, to};

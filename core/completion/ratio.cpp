@@ -45,21 +45,9 @@ constexpr std::size_t kept_pixels = 1 << 20;
 
 Spare<Images> spare;
 
-/// Stretches begin and end with so many columns, whole vectors of any kind; the last one ends with the row.
-constexpr int alignment = 16;
-
-Stretch aligned(Stretch some, int width) {
-    if (some.is_empty()) return {};
-    return {some.begin / alignment * alignment, std::min(width, (some.end + alignment - 1) / alignment * alignment)};
-}
+/// Whole vectors of a row that is so wide.
+Stretch vectors(Stretch some, int width) { return some.is_empty() ? Stretch{} : within(aligned(some), width); }
 Stretch halved(Stretch some) { return {some.begin / 2, half(some.end)}; }
-
-/// Of some rows, those that exist.
-Stretch joined(const std::vector<Stretch>& rows, int begin, int end) {
-    Stretch all;
-    for (int y = std::max(0, begin); y < std::min(end, static_cast<int>(rows.size())); ++y) all = joined(all, rows[static_cast<std::size_t>(y)]);
-    return all;
-}
 
 /// What doubling reads for a row in which some columns are made.
 Stretch around(const std::vector<Stretch>& made, int y, int width) {
@@ -76,8 +64,8 @@ void find_needed(std::vector<Level>& levels) {
         for (int y = 0; y < static_cast<int>(level.made.size()); ++y) {
             Stretch read = around(*finer, 2 * y, width);
             if (2 * y + 1 < height) read = joined(read, around(*finer, 2 * y + 1, width));
-            level.made[static_cast<std::size_t>(y)] = aligned(halved(read), half_width);
-            coarser.lit[static_cast<std::size_t>(y)] = aligned(halved(joined(level.lit, 2 * y, 2 * y + 2)), half_width);
+            level.made[static_cast<std::size_t>(y)] = vectors(halved(read), half_width);
+            coarser.lit[static_cast<std::size_t>(y)] = vectors(halved(joined(level.lit, 2 * y, 2 * y + 2)), half_width);
         }
         finer = &level.made;
     }
@@ -86,7 +74,7 @@ void find_needed(std::vector<Level>& levels) {
 /// Makes zero what is read of a row of sums beside what is lit.
 void clear_beside(Level& level, int y) {
     const Stretch lit = level.lit[static_cast<std::size_t>(y)], made = joined(level.made, (y - 1) / 2, (y + 1) / 2 + 1);
-    const Stretch read = aligned(joined(lit, {std::max(0, 2 * made.begin - alignment), 2 * made.end + alignment}), level.sums.width());
+    const Stretch read = vectors(joined(lit, {std::max(0, 2 * made.begin - max_lanes), 2 * made.end + max_lanes}), level.sums.width());
     for (int c = 0; c < ratio_sums::channels; ++c) {
         float* const row = level.sums.row(c, y);
         std::fill(row + read.begin, row + std::max(read.begin, lit.begin), 0.f);
@@ -121,7 +109,7 @@ std::vector<Stretch> complete_by_ratio(const Layout& known, const float* planes,
         return PixelRows{{plane + 2 * y * stride, -stride, stride, pixels}, std::min(height - 2 * y, 2), width};
     };
     for_rows(0, finest.height(), 2 * width, [&](int y) {
-        levels[0].lit[static_cast<std::size_t>(y)] = aligned(halved(kernels.lit(pair(guide, y), pair(known_guide, y))), finest.width());
+        levels[0].lit[static_cast<std::size_t>(y)] = vectors(halved(kernels.lit(pair(guide, y), pair(known_guide, y))), finest.width());
     });
     find_needed(levels);
     for_rows(0, finest.height(), 2 * width, [&](int y) {

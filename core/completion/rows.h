@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
+
+#include "isa.h"
 
 namespace bob {
 
@@ -23,6 +26,21 @@ constexpr Stretch joined(Stretch a, Stretch b) {
     if (a.is_empty()) return b;
     return b.is_empty() ? a : Stretch{std::min(a.begin, b.begin), std::max(a.end, b.end)};
 }
+
+/// From the first to the last of some rows, of those that exist.
+inline Stretch joined(std::span<const Stretch> rows, int begin, int end) {
+    Stretch all;
+    for (int y = std::max(0, begin); y < std::min(end, static_cast<int>(rows.size())); ++y) all = joined(all, rows[static_cast<std::size_t>(y)]);
+    return all;
+}
+
+/// Made longer to multiples of so many columns, by default whole vectors of any kind.
+constexpr Stretch aligned(Stretch some, int columns = max_lanes) {
+    return {some.begin / columns * columns, (some.end + columns - 1) / columns * columns};
+}
+
+/// Those of `count` columns that there are.
+constexpr Stretch within(Stretch some, int count) { return {some.begin, std::min(some.end, count)}; }
 
 /// A row of a plane, or of several, and those beside it.
 template <class T>
