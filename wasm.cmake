@@ -1,6 +1,6 @@
 # The core as WebAssembly modules, for the viewer's page: viewer/core.wasm in simd128 and viewer/core.relaxed.wasm in
 # relaxed-simd, both again without shapes other than meshes, viewer/core.mesh*.wasm, and with the networks alone,
-# viewer/complete*.wasm. Compiled by the clang of the wheel `ziglang`; without that wheel, the package is built without them.
+# viewer/complete*.wasm. In viewer/core*.threads.relaxed.wasm, threads share memory. Compiled by the clang of the wheel `ziglang`; without that wheel, the package is built without them.
 #
 # The first build on a machine compiles zig's C++ library, which takes about a minute; zig keeps it, and all objects, in its
 # own cache. Exceptions need three sources of that library which zig leaves out.
@@ -14,13 +14,15 @@ endif()
 
 set(wasm_compiler ${Python_EXECUTABLE} -m ziglang c++ -target wasm32-wasi)
 set(wasm_flags -O3 -std=c++20 -fvisibility=hidden -ffp-contract=off -msimd128 -Wno-psabi -Wno-bitwise-conditional-parentheses
-  -I ${CMAKE_SOURCE_DIR}/core -DBOB_ISA=baseline)
+  -I ${CMAKE_SOURCE_DIR}/core -DBOB_ISA=baseline
+  # All modules are made of the same objects: those that share memory need atomics, also where zig's library has no threads itself.
+  -matomics -mbulk-memory -U_LIBCPP_HAS_THREADS -D_LIBCPP_HAS_THREADS=1 -D_LIBCPP_HAS_THREAD_API_PTHREAD=1)
 # Browsers keep the order of instructions: loads that clang gathers at the top of a loop would need more registers than there are.
 set(completion_kernel_flags -mllvm -pre-RA-sched=linearize)
 # What runs once for each shape, or leaves the work to others, is to be fetched quickly.
 set(seldom_flags -Os)
 set(libcxxabi_flags -O2 -std=c++23 -w -D_LIBCXXABI_BUILDING_LIBRARY -D_LIBCPP_BUILDING_LIBRARY
-  -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src)
+  -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -matomics -mbulk-memory -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src)
 
 # Compiles `source` to wasm/NAME.o, with further flags, and adds that object to the list `objects`.
 function(compile_wasm objects name source)
@@ -39,7 +41,7 @@ endfunction()
 file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/wasm)
 # First, so that the library's own parts are not taken.
 compile_wasm(runtime runtime ${CMAKE_SOURCE_DIR}/bindings/wasm_runtime.cpp ${wasm_flags})
-compile_wasm(runtime unwind ${zig}/lib/libunwind/src/Unwind-wasm.c -x c -O2 -w -DNDEBUG -D_LIBUNWIND_HIDE_SYMBOLS -I ${zig}/lib/libunwind/include)
+compile_wasm(runtime unwind ${zig}/lib/libunwind/src/Unwind-wasm.c -x c -O2 -w -DNDEBUG -D_LIBUNWIND_HIDE_SYMBOLS -matomics -mbulk-memory -I ${zig}/lib/libunwind/include)
 foreach(name cxa_exception cxa_personality)
   compile_wasm(runtime ${name} ${zig}/lib/libcxxabi/src/${name}.cpp ${libcxxabi_flags})
 endforeach()
@@ -47,7 +49,7 @@ foreach(part completion tracing)
   foreach(source ${${part}_sources})
     get_filename_component(name ${source} NAME_WE)
     set(further_flags)
-    if(source MATCHES "/modelling/|/nurbs/nurbs.cpp|/brep.cpp|/pieces_build.cpp|/boxes.cpp|/canonical|/arrangement|/conv3x3.cpp|/paper.cpp|/pyramid.cpp|/weights|/network.cpp|/interpolation.cpp|/ratio.cpp|/filling.cpp|/expression.cpp|/bounds.cpp|/cells.cpp|/gbuffer.cpp|/error_predictor.cpp|/normals.cpp|/order.cpp|/vm.cpp|/vm_solid.cpp|/text.cpp|/extent.cpp|/sha256.cpp|/affine.cpp|/cells_outline.cpp|/jumps.cpp|/painting.cpp|/pruning.cpp")
+    if(source MATCHES "/modelling/|/nurbs/nurbs.cpp|/brep.cpp|/pieces_build.cpp|/boxes.cpp|/canonical|/arrangement|/conv3x3.cpp|/paper.cpp|/pyramid.cpp|/weights|/network.cpp|/interpolation.cpp|/ratio.cpp|/filling.cpp|/expression.cpp|/bounds.cpp|/cells.cpp|/gbuffer.cpp|/error_predictor.cpp|/normals.cpp|/order.cpp|/vm.cpp|/vm_solid.cpp|/text.cpp|/extent.cpp|/sha256.cpp|/affine.cpp|/cells_outline.cpp|/jumps.cpp|/painting.cpp|/point_tree.cpp|/pruning.cpp|/texture.cpp|/triangles.cpp")
       set(further_flags ${seldom_flags})
     endif()
     compile_wasm(${part}_objects ${name} ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags} ${further_flags})
@@ -62,29 +64,39 @@ foreach(part completion tracing)
     compile_wasm(${part}_relaxed ${name}.relaxed ${CMAKE_SOURCE_DIR}/${source} ${kernel_flags} -mrelaxed-simd)
   endforeach()
 endforeach()
-compile_wasm(completion_objects parallel_single ${CMAKE_SOURCE_DIR}/core/parallel_single.cpp ${wasm_flags})
+compile_wasm(one_thread parallel_single ${CMAKE_SOURCE_DIR}/core/parallel_single.cpp ${wasm_flags})
+compile_wasm(threads parallel_lent ${CMAKE_SOURCE_DIR}/core/parallel_lent.cpp ${wasm_flags})
+compile_wasm(runtime_of_threads wasm_threads ${CMAKE_SOURCE_DIR}/bindings/wasm_threads.cpp ${wasm_flags})
 compile_wasm(completion_objects wasm_completion ${CMAKE_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${seldom_flags})
 compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${seldom_flags})
 compile_wasm(shapes_objects wasm_shapes ${CMAKE_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${seldom_flags})
 
-# Links objects to the module NAME.wasm.
+# Links objects to the module NAME.wasm, with `link_flags`.
 function(link_wasm name)
   set(module ${CMAKE_BINARY_DIR}/wasm/${name}.wasm)
   add_custom_command(
     OUTPUT ${module}
-    COMMAND ${wasm_compiler} -mexec-model=reactor -O3 -s ${runtime} ${ARGN} -o ${module}
+    COMMAND ${wasm_compiler} -mexec-model=reactor -O3 -s ${link_flags} ${runtime} ${ARGN} -o ${module}
     DEPENDS ${runtime} ${ARGN}
     COMMENT "Linking ${name}.wasm"
     VERBATIM)
   set(wasm_modules ${wasm_modules} ${module} PARENT_SCOPE)
 endfunction()
 
-link_wasm(complete ${completion_objects} ${completion_simd128})
-link_wasm(complete.relaxed ${completion_objects} ${completion_relaxed})
+set(completion_of_one ${completion_objects} ${one_thread})
+link_wasm(complete ${completion_of_one} ${completion_simd128})
+link_wasm(complete.relaxed ${completion_of_one} ${completion_relaxed})
 # The linker leaves out what nothing uses: of core.mesh all but meshes.
-link_wasm(core.mesh ${completion_objects} ${completion_simd128} ${tracing_objects} ${tracing_simd128})
-link_wasm(core.mesh.relaxed ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed})
-link_wasm(core ${completion_objects} ${completion_simd128} ${tracing_objects} ${tracing_simd128} ${shapes_objects})
-link_wasm(core.relaxed ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${shapes_objects})
+link_wasm(core.mesh ${completion_of_one} ${completion_simd128} ${tracing_objects} ${tracing_simd128})
+link_wasm(core.mesh.relaxed ${completion_of_one} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed})
+link_wasm(core ${completion_of_one} ${completion_simd128} ${tracing_objects} ${tracing_simd128} ${shapes_objects})
+link_wasm(core.relaxed ${completion_of_one} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${shapes_objects})
+
+# Memory is as viewer/core/threads.js makes it.
+set(link_flags -mcpu=generic+atomics+bulk_memory+mutable_globals -Wl,--shared-memory -Wl,--import-memory
+  -Wl,--initial-memory=33554432 -Wl,--max-memory=4294901760 -Wl,--export=__stack_pointer)
+list(INSERT runtime 1 ${runtime_of_threads})
+link_wasm(core.mesh.threads.relaxed ${threads} ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed})
+link_wasm(core.threads.relaxed ${threads} ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${shapes_objects})
 add_custom_target(wasm ALL DEPENDS ${wasm_modules})
 install(FILES ${wasm_modules} DESTINATION bobrossnet/viewer)

@@ -1,7 +1,8 @@
-/// One pool of threads for the whole process; none in a WebAssembly module (parallel_single.cpp).
+/// One pool of threads for the whole process; in a WebAssembly module, those that workers lend it (parallel_lent.h), or none.
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <mutex>
@@ -9,9 +10,16 @@
 namespace bob {
 
 #ifdef __wasm__
-struct Mutex {
-    void lock() {}
-    void unlock() {}
+/// Whose library has none for threads of several workers.
+class Mutex {
+public:
+    void lock() {
+        while (is_locked_.test_and_set(std::memory_order_acquire)) {}
+    }
+    void unlock() { is_locked_.clear(std::memory_order_release); }
+
+private:
+    std::atomic_flag is_locked_ = ATOMIC_FLAG_INIT;
 };
 #else
 using Mutex = std::mutex;

@@ -83,6 +83,8 @@ def test_every_answer_has_the_headers(ask):
         for rule in ("default-src 'self'", "script-src 'self' 'wasm-unsafe-eval'", "object-src 'none'"):
             assert rule in policy.split("; ")
         assert "'unsafe-" not in policy
+        assert headers["Cross-Origin-Opener-Policy"] == "same-origin"  # these two let its workers share memory
+        assert headers["Cross-Origin-Embedder-Policy"] == "require-corp"
         assert headers["X-Content-Type-Options"] == "nosniff"
         assert headers["Referrer-Policy"] == "no-referrer"
         assert headers["Cache-Control"] == ("max-age=60" if (path, method) == ("/core/core.js", "GET") else "no-cache")

@@ -367,6 +367,10 @@ window.Worker = class extends Worker {
 """
 
 
+# As on servers that let no page share memory between its workers.
+ALONE = 'Object.defineProperty(globalThis, "crossOriginIsolated", { value: false });'
+
+
 # Thirty pictures in motion.
 ORBIT = """async () => {
   const { statistics } = bobrossnet, until = statistics.pictures + 30;
@@ -608,7 +612,7 @@ def test_what_the_page_carries_along_is_shaded_anew_and_its_pixels_are_exact(pag
 @pytest.mark.parametrize("role", ["leads", "helps"])
 def test_others_go_on_where_a_worker_ends(browser, viewer, role):
     # A scene that takes long enough for all workers to join.
-    page = Page(browser, f"{viewer.url}?size=640x480&workers=3#scene=vase.sdf", WORKERS)
+    page = Page(browser, f"{viewer.url}?size=640x480&workers=3#scene=vase.sdf", WORKERS + ALONE)
     page.wait_until(lambda: page.tab.evaluate("() => workers.filter((worker) => worker.helps).length") > 1)
     page.tab.evaluate(
         """
@@ -623,6 +627,102 @@ def test_others_go_on_where_a_worker_ends(browser, viewer, role):
     expected = bob.trace(bob.load(viewer.files["gallery/vase.sdf"]), size=(480, 640))
     assert_equal_pictures(page.exact(), to_8_bit(expected.gray))
     page.close()
+
+
+@pytest.mark.parametrize(("script", "tracers", "lenders"), [("", 1, 2), (ALONE, 3, 0)], ids=["shared", "alone"])
+def test_workers_share_a_scene_where_they_may_share_memory(browser, viewer, script, tracers, lenders):
+    page = Page(browser, f"{viewer.url}?size=300x201&workers=3#scene=gear.sdf", WORKERS + script)
+    page.exact()
+    page.tab.evaluate(ORBIT)
+    files = page.tab.evaluate("() => workers.map(({ file }) => file.split('/').at(-1))")
+    # The next scene's may have been started, too.
+    assert files.count("tracer.js") in (tracers, tracers + 1)
+    assert files.count("thread.js") in (lenders, 2 * lenders)
+    gear = bob.trace(bob.load(viewer.files["gallery/gear.sdf"]), page.camera(), size=(201, 300))
+    assert_equal_pictures(page.exact(), to_8_bit(gear.gray))
+    page.close()
+
+
+def test_a_page_says_so_where_a_lent_thread_ends(browser, viewer):
+    page = Page(browser, f"{viewer.url}?size=300x201&workers=2#scene=csg.sdf", WORKERS)
+    page.exact()
+    page.tab.evaluate(
+        """
+        () => {
+          const worker = workers.find(({ file }) => file.endsWith("thread.js"));
+          worker.terminate();
+          worker.dispatchEvent(new ErrorEvent("error", { message: "it ended" }));
+        }
+        """
+    )
+    page.wait_until(lambda: "it ended" in page.text("body"))
+    page.choose("gyroid.bob")
+    gyroid = bob.trace(bob.load(VIEWER / "gallery" / "gyroid.bob"), size=(201, 300))
+    assert_equal_pictures(page.exact(), to_8_bit(gyroid.gray))
+    page.close()
+
+
+# A worker that traces every pixel of a scene, built anew each time, with so many threads.
+TRACES = b"""
+import { compileCore } from "./core/compile.js";
+import { Core, sharedMemoryFor } from "./core/core.js";
+import { readFile } from "./files/read.js";
+import { buildScene } from "./tracing/scene.js";
+
+onmessage = async ({ data: { name, file, threads, times, lenders } }) => {
+  const module = await compileCore(name), memory = sharedMemoryFor(module), core = new Core(module, memory);
+  for (const port of lenders) port.postMessage({ module, memory });
+  while (memory && core.call("set_threads", threads) < threads) await new Promise((later) => setTimeout(later, 5));
+  const description = await readFile(core, file, await (await fetch(file)).arrayBuffer());
+  const height = 60, width = 80, size = { height, width }, pixels = new Int32Array(2 * height * width);
+  for (let i = 0; i < height * width; ++i) pixels.set([Math.floor(i / width), i % width], 2 * i);
+  const camera = { azimuth: 30, elevation: 20, roll: 0, zoom: 1, panX: 0, panY: 0, fov: 0 }, pictures = [];
+  for (let i = 0; i < times; ++i) {
+    const scene = buildScene(core, description);
+    pictures.push([...scene.trace(pixels, size, camera)]);
+    scene.free();
+  }
+  let refused = "";
+  try {
+    buildScene(core, { shapes: [{ kind: "script", source: "f = sphere(" }], instances: [{ shape: 0 }] });
+  } catch (error) {
+    refused = error.message;
+  }
+  const [picture] = pictures, same = pictures.every((other) => String(other) === String(picture));
+  postMessage({ same, picture, refused });
+};
+"""
+
+TRACE_IN_WORKER = """
+(settings) => new Promise((resolve, reject) => {
+  const lenders = Array.from({ length: settings.threads - 1 }, () => {
+    const { port1, port2 } = new MessageChannel();
+    new Worker("workers/thread.js", { type: "module" }).postMessage(port1, [port1]);
+    return port2;
+  });
+  const worker = new Worker("traces.js", { type: "module" });
+  worker.onmessage = ({ data }) => resolve(data);
+  worker.onerror = ({ message }) => reject(new Error(message));
+  worker.postMessage({ ...settings, lenders }, lenders);
+})
+"""
+
+
+@pytest.mark.parametrize("file", ["gallery/gear.sdf", "gallery/vase.sdf", "gallery/happy_tree.bob", "gallery/knot.bob"])
+def test_lent_threads_make_the_same_picture_each_time(browser, viewer, file):
+    viewer.files |= {"traces.js": TRACES, "blank.html": b"<!doctype html>"}
+    tab = browser.new_context().new_page()
+    tab.goto(viewer.url + "blank.html")
+
+    def traced(**settings):
+        return tab.evaluate(TRACE_IN_WORKER, {"file": file, **settings})
+
+    one = traced(name="core", threads=1, times=1)
+    shared = traced(name="core.threads", threads=3, times=8)
+    tab.context.close()
+    assert shared == one
+    assert shared["same"]
+    assert "line 1" in shared["refused"]
 
 
 # ---- Hands -----------------------------------------------------------------------------------------------
@@ -1066,13 +1166,15 @@ async ([address, pictures]) => {
   const { Schedule } = await import(new URL("workers/schedule.js", address).href);
   const schedule = new Schedule({ azimuth: 0 }, false), batches = [], how = [];
   schedule.refines = false;
-  schedule.show({ ready: [0, 1], trace: (batch) => batches.push(batch), cancel() {} });
+  schedule.show({ threads: 2, trace: (batch) => batches.push(batch), cancel() {} });
   for (const { squares, others, first, carrying } of pictures) {
-    const batch = batches.at(-1), size = batch.height * batch.width, rate = batch.squares ? squares : others;
+    const batch = batches.at(-1), size = batch.height * batch.width;
+    const rate = batch.parts * (batch.squares ? squares : others);
     const rays = Math.min(size, Math.ceil(rate * batch.milliseconds)), milliseconds = rays / rate;
     schedule.traced({
       batch, rays, milliseconds, reached: rays, cancelled: false, preparing: batch.carries ? carrying : 0,
-      first: batch.carries ? { rays: 0, milliseconds: 0 } : { rays: size / 64, milliseconds: size / 64 / first },
+      first: batch.carries ? { rays: 0, milliseconds: 0 }
+        : { rays: size / 64, milliseconds: size / 64 / (batch.parts * first) },
     });
     schedule.completed({ batch, traced: rays, total: 5, model: "filling" });
     schedule.change({ camera: { azimuth: batches.length } });

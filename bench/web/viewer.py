@@ -92,6 +92,18 @@ async ([address, name]) => {
 
 FIRST_PICTURE = 'document.addEventListener("progress", () => { window.firstPicture ??= performance.now(); }, true);'
 
+# As on servers that let no page share memory between its workers.
+ALONE = 'Object.defineProperty(globalThis, "crossOriginIsolated", { value: false });'
+
+OPEN = """
+async (file) => {
+  const begin = performance.now();
+  await bobrossnet.openFile({ title: file }, file, file);
+  await new Promise((shown) => document.addEventListener("progress", shown, { once: true, capture: true }));
+  return performance.now() - begin;
+}
+"""
+
 LONG_TASKS = """
 window.tasks = [];
 const observer = new PerformanceObserver((list) => tasks.push(...list.getEntries().map((entry) => entry.duration)));
@@ -136,31 +148,21 @@ def orbiting(browser: Browser, url: str, scenes: dict[str, str], seconds: float)
 
 def first_pictures(browser: Browser, url: str, scenes: dict[str, str], runs: int) -> None:
     heading("First completed picture, median ms: of the page's start, and of a scene in the open page")
+    ways = {"shared memory": "", "alone": ALONE}
     rows = []
     for file, name in scenes.items():
-        starts, chosen = [], []
+        spent: dict[str, list[tuple[float, float]]] = {way: [] for way in ways}
         for _ in range(runs):
-            page = opened(browser, f"{url}{SIZE}&scene={file}", FIRST_PICTURE)
-            page.evaluate("() => bobrossnet.converged()")
-            starts.append(page.evaluate("() => firstPicture"))
-            page.wait_for_timeout(1500)
-            chosen.append(
-                page.evaluate(
-                    """
-                    async (file) => {
-                      const begin = performance.now();
-                      await bobrossnet.openFile({ title: file }, file, file);
-                      const once = { once: true, capture: true };
-                      await new Promise((shown) => document.addEventListener("progress", shown, once));
-                      return performance.now() - begin;
-                    }
-                    """,
-                    file,
-                )
-            )
-            page.context.close()
-        rows.append((name, f"{statistics.median(starts):.0f}", f"{statistics.median(chosen):.0f}"))
-    table(("scene", "start of the page", "in the open page"), rows)
+            for way, script in ways.items():
+                page = opened(browser, f"{url}{SIZE}&scene={file}", FIRST_PICTURE, script)
+                page.evaluate("() => bobrossnet.converged()")
+                start = page.evaluate("() => firstPicture")
+                page.wait_for_timeout(1500)
+                spent[way].append((start, page.evaluate(OPEN, file)))
+                page.context.close()
+        medians = {way: [statistics.median(times) for times in zip(*spent[way], strict=True)] for way in ways}
+        rows.append((name, *(f"{medians[way][i]:.0f}" for i in range(2) for way in ways)))
+    table(("scene", *(f"{what}, {way}" for what in ("start of the page", "in the open page") for way in ways)), rows)
 
 
 def in_bands(browser: Browser, server: Server) -> None:

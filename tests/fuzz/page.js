@@ -17,7 +17,7 @@ let core = null;
 onmessage = async ({ data: { name, content } }) => {
   const answer = { loads: false, says: "", clear: true, seconds: 0 };
   const module = await compiled;
-  core ??= new Core(await WebAssembly.instantiate(module));
+  core ??= new Core(module);
   const bytes = Uint8Array.from(atob(content), (letter) => letter.charCodeAt(0)).buffer, start = performance.now();
   try {
     if (name.endsWith(".safetensors")) {

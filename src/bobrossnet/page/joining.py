@@ -20,11 +20,12 @@ ENTRIES = (
     "interface/main.js",
     "workers/completing.js",
     "workers/reader.js",
+    "workers/thread.js",
     "workers/tracer.js",
 )
 """The modules that nothing imports. Joined, they keep their paths: addresses beside them stay as they are."""
 
-WORKERS = ("completing", "reader", "tracer")
+WORKERS = ("completing", "reader", "thread", "tracer")
 
 SINGLE = "component/single.js"
 """The entry of a page of a single file."""

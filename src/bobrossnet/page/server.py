@@ -26,6 +26,9 @@ HEADERS = {
             "frame-ancestors 'none'",
         ]
     ),
+    # So that the page's workers may share memory.
+    "Cross-Origin-Embedder-Policy": "require-corp",
+    "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",

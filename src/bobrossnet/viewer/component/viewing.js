@@ -12,7 +12,7 @@
  * @property {(picture: Picture, repainted: boolean) => void} picture shows it; repainted: it is the last one, shown otherwise
  * @property {(message: string) => void} failed no more pictures will come, as the message says
  */
-import { compileCore } from "../core/compile.js";
+import { canLendThreads, compileCore } from "../core/compile.js";
 import { fetchPart, isThere, startWorker } from "../core/parts.js";
 import { HOME } from "../picture/camera.js";
 import { Pool } from "../workers/pool.js";
@@ -43,10 +43,10 @@ export const coreFor = (name) => (MESHES.test(name) || !isThere("core.wasm") ? "
 /** For all of a page's workers: compiled once. @type {Map<CoreName, Promise<WebAssembly.Module>>} */
 const compiled = new Map();
 
-/** @param {CoreName} name */
-function compiledCore(name) {
-  const module = compiled.get(name) ?? compileCore(name);
-  compiled.set(name, module);
+/** @param {CoreName} core */
+function compiledCore(core) {
+  const module = compiled.get(core) ?? compileCore(canLendThreads() ? /** @type {`${CoreName}.threads`} */ (`${core}.threads`) : core);
+  compiled.set(core, module);
   return module;
 }
 
@@ -217,7 +217,7 @@ export class Viewing {
       mine.end();
       throw error;
     } finally {
-      setTimeout(() => this.expectsMore && (pools.spare ??= this.#createPool()), SPARE_MS);
+      setTimeout(() => this.expectsMore && (pools.spare ??= this.#createPool()).lend(), SPARE_MS);
     }
   }
 

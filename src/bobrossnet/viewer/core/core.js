@@ -2,29 +2,35 @@
 /**
  * The core's WebAssembly module at work: calls, and its memory.
  *
- * Everything lies in the memory of one instance, which has no threads: a page starts as many module workers as it likes, each
- * with a core of its own. What the other folders make of a core (shapes, scenes, G-buffers, networks) stays until it is freed,
+ * Everything lies in the memory of one instance. Where pages may share memory between workers, others lend it their threads
+ * (workers/thread.js); elsewhere it has one, and a page starts as many workers as it likes, each with a core of its own. What the other folders make of a core (shapes, scenes, G-buffers, networks) stays until it is freed,
  * and must not be used afterwards. Any call may move the memory: views of it are good until the next.
  */
 import { CoreError } from "./errors.js";
 
 /** @typedef {Float32Array | Float64Array | Int32Array | Uint8Array} Numbers */
 
+/** Memory for an instance of a module that shares it with other workers, as wasm.cmake has it. @param {WebAssembly.Module} module */
+export const sharedMemoryFor = (module) =>
+  WebAssembly.Module.imports(module).length > 0 ? new WebAssembly.Memory({ initial: 512, maximum: 65_535, shared: true }) : undefined;
+
 export class Core {
   /** @type {Record<string, any>} */
   #functions;
+  #memory;
   /** @type {number[]} */
   #lent = [];
 
-  /** @param {WebAssembly.Instance} instance */
-  constructor(instance) {
-    this.#functions = instance.exports;
+  /** @param {WebAssembly.Module} module @param {WebAssembly.Memory} [memory] what sharedMemoryFor makes */
+  constructor(module, memory = sharedMemoryFor(module)) {
+    this.#functions = new WebAssembly.Instance(module, memory && { env: { memory } }).exports;
+    this.#memory = memory ?? this.#functions.memory;
     this.#functions._initialize();
   }
 
   /** The module's memory as it is now. @returns {ArrayBuffer} */
   get memory() {
-    return this.#functions.memory.buffer;
+    return this.#memory.buffer;
   }
 
   /**

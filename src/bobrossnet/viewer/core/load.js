@@ -11,5 +11,5 @@ import { Core } from "./core.js";
  * @returns {Promise<Core>}
  */
 export async function loadCore(name, relaxed) {
-  return new Core(await WebAssembly.instantiate(await compileCore(name, relaxed)));
+  return new Core(await compileCore(name, relaxed));
 }

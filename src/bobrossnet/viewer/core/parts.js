@@ -32,7 +32,7 @@ function bytesOf(base64) {
   return bytes;
 }
 
-/** @param {"completing" | "reader" | "tracer"} name of a module in workers/ @returns {Worker} */
+/** @param {"completing" | "reader" | "thread" | "tracer"} name of a module in workers/ @returns {Worker} */
 export function startWorker(name) {
   // A page from a disk, or in a frame of no origin, may start scripts of its own, but no modules.
   if (isSingleFile) return workerOf(`"use strict";\n${BROUGHT.workers[name]}`, "classic");

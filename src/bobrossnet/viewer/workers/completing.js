@@ -83,7 +83,7 @@ const reply = (message, transfer = []) => postMessage(message, { transfer });
 /** @param {Extract<Request, {kind: "start"}>} request */
 async function begin({ module, name, weights, uncertainty }) {
   try {
-    const core = new Core(new WebAssembly.Instance(module)), completer = await completerOf(core, weights);
+    const core = new Core(module), completer = await completerOf(core, weights);
     const predictor = new ErrorPredictor(core, readWeights(uncertainty));
     start({ core, completers: new Map([[name, completer]]), standIn: name, predictor });
   } catch (error) {

@@ -4,7 +4,7 @@
  *
  * Each file gets its own workers, since a WebAssembly instance never gives memory back: a new file starts new workers,
  * and the old ones end when the new ones can show it. One worker draws the first picture alone; starting the others
- * meanwhile would only delay it.
+ * meanwhile would only delay it. Where workers may share memory, there is one tracer, and the others lend it their threads.
  *
  * @typedef {import("./tracer.js").Batch} Batch
  * @typedef {Extract<import("./tracer.js").Reply, {kind: "traced"}>} Traced
@@ -12,9 +12,11 @@
  *   port: for the reader of the scene; pending: scenes that the pool gave it and it has not answered yet; edition: of the
  *   scene that it has, NONE without one
  */
+import { canLendThreads } from "../core/compile.js";
 import { startWorker } from "../core/parts.js";
 
 const nothing = () => {};
+const AMPLE = 4; // cores, of which some are free while a page starts
 const NONE = -1;
 const READ = 0; // edition of the scene that the reader gives
 
@@ -30,6 +32,9 @@ export class Pool {
   /** @type {Tracer[]} */
   #others = [];
   #reader = startWorker("reader");
+  /** Workers that lend the tracer their threads. @type {Worker[]} */
+  #lenders = [];
+  #lendable; // how many more of them there may be
   /** Starts the workers that are missing, and gives them the scene. */
   #share = nothing;
   #asked = READ; // edition of the newest scene that tracers were given
@@ -41,7 +46,7 @@ export class Pool {
   #lost;
 
   /**
-   * @param {number} count of workers
+   * @param {number} count of threads that trace
    * @param {Promise<WebAssembly.Module>} module of the core
    * @param {Worker} completing where samples go
    * @param {(traced: Traced) => void} done called once a batch is traced
@@ -51,9 +56,11 @@ export class Pool {
     this.#module = module;
     this.#done = done;
     this.#lost = lost;
-    this.#count = count;
+    this.#count = canLendThreads() ? 1 : count;
+    this.#lendable = count - this.#count;
     this.#completing = completing;
     this.#add();
+    if (navigator.hardwareConcurrency >= AMPLE) this.lend();
   }
 
   /** Starts a worker. @returns {Tracer} */
@@ -71,6 +78,19 @@ export class Pool {
     return tracer;
   }
 
+  /** Starts the workers that lend the tracer their threads, unless they are there: it builds scenes with them as well. */
+  lend() {
+    const [tracer] = this.#tracers, ports = Array.from({ length: this.#lendable }, () => {
+      const worker = startWorker("thread"), { port1, port2 } = new MessageChannel();
+      worker.postMessage(port1, [port1]);
+      worker.onerror = (event) => this.#failed(tracer, event.message ?? "a worker did not start", true);
+      this.#lenders.push(worker);
+      return port2;
+    });
+    this.#lendable = 0;
+    if (ports.length > 0) tracer.worker.postMessage({ kind: "borrow", lenders: ports }, ports);
+  }
+
   /** Starts all workers that are missing, for the scene that the others have. @returns {Tracer[]} */
   #addOthers() {
     return Array.from({ length: this.#count - this.#tracers.length }, () => this.#add());
@@ -79,6 +99,11 @@ export class Pool {
   /** Tracers that have the newest scene. */
   get ready() {
     return this.#tracers.filter((tracer) => tracer.edition === this.#edition && tracer.edition !== NONE && tracer.pending === 0);
+  }
+
+  /** How many threads can trace the newest scene. */
+  get threads() {
+    return this.ready.length + (this.ready.length > 0 ? this.#lenders.length : 0);
   }
 
   /** Whether no worker is left. */
@@ -151,6 +176,7 @@ export class Pool {
 
   /** Lets all workers trace, starting with the scene's first picture. */
   grow() {
+    this.lend();
     this.#share();
     this.#share = nothing;
   }
@@ -192,6 +218,7 @@ export class Pool {
     this.#share = nothing;
     this.#reader.terminate();
     for (const { worker } of this.#tracers.splice(0)) worker.terminate();
+    for (const lender of this.#lenders.splice(0)) lender.terminate();
     this.#settle(({ reject }) => reject(new Error("another scene was opened")));
   }
 
@@ -221,6 +248,7 @@ export class Pool {
     if (broken) {
       tracer.worker.terminate();
       this.#tracers = this.#tracers.filter((other) => other !== tracer);
+      for (const lender of this.#lenders.splice(0)) lender.terminate();
       if (this.ended) this.#lost(message);
       // The others trace the batch again.
       const batch = this.#batch;

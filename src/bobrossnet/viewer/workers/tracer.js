@@ -5,7 +5,7 @@
  * Which pixels are next depends on what those before show. So one tracer leads each batch: it has the sequence of the view's
  * pixels and what they show so far, deals slices of a few milliseconds to the others and to itself, and sends all samples of
  * the batch to the worker that completes the picture. Between slices it looks for messages, so that a batch that nobody
- * waits for any more ends at once.
+ * waits for any more ends at once. Where workers may share memory there is one tracer, whose core others lend their threads.
  *
  * @typedef {import("../picture/camera.js").Size} Size
  * @typedef {import("../picture/camera.js").Camera} Camera
@@ -14,7 +14,7 @@
  *   id: number, view: number, parts: number, camera: Camera, height: number, width: number, to: number, milliseconds: number,
  *   carries: boolean, squares: boolean, sparse: import("./schedule.js").Model
  * }} Batch
- *   What `parts` tracers add to a view: the pixels of its sequence up to the place `to`, or as many as they trace in so many
+ *   What `parts` threads add to a view: the pixels of its sequence up to the place `to`, or as many as they trace in so many
  *   milliseconds. Batches of one view have one camera and size, and add to one picture, to which a view
  *   that `carries` brings along what those before have seen, and any other is traced in the order of squares or the adaptive one; `sparse`
  *   completes it while little of it is known.
@@ -28,15 +28,18 @@
  * @typedef {{camera: Camera, size: Size, pixels: Int32Array}} Slice from the tracer that leads to another: pixels (n, 2)
  * @typedef {{pixels: Int32Array, samples: Float32Array, milliseconds: number}} TracedSlice its answer: samples (n, C)
  *
+ * @typedef {{module: WebAssembly.Module, memory: WebAssembly.Memory}} Loan to those that lend their threads
+ *
  * @typedef {{kind: "start", module: WebAssembly.Module}
  *   | {kind: "connect", completing: MessagePort, reading: MessagePort}
+ *   | {kind: "borrow", lenders: MessagePort[]}
  *   | {kind: "open", scene: import("../tracing/description.js").SceneDescription, edition: number}
  *   | {kind: "lead", batch: Batch, others: MessagePort[]}
  *   | {kind: "help", leader: MessagePort}
  *   | {kind: "cancel"}} Request
- *   "start" and "connect" come once; "open", which may also come through the port `reading`, is answered by "opened" or
- *   "failed", in which case the previous scene stays, but not at all where that is of a later edition: what comes through the
- *   port, of edition 0, may have been overtaken; "lead", with a port to each other tracer of the batch, is answered by
+ *   "start" and "connect" come once, and "borrow" once at most, with a port to each worker that lends its thread; "open", which may
+ *   also come through the port `reading`, is answered by "opened" or "failed", in which case the previous scene stays, but not at all
+ *   where that is of a later edition: what comes through the port, of edition 0, may have been overtaken; "lead", with a port to each other tracer of the batch, is answered by
  *   "traced", after "cancel" at once; "help" is not answered, but for "failed"
  *
  * @typedef {{kind: "opened", edition: number, warnings: string[]}
@@ -48,7 +51,7 @@
  *   tracers of the batch; preparing: milliseconds for what earlier views let expect, before those of tracing; first: of those,
  *   what the first round took: it lies all over the picture
  */
-import { Core } from "../core/core.js";
+import { Core, sharedMemoryFor } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
 import { COLORED } from "../picture/channels.js";
 import { History } from "../picture/history.js";
@@ -61,10 +64,14 @@ const FIRST_SLICE = 32; // pixels, while nothing is known
 const GROWTH = 8; // times the largest slice so far, at most: a small slice says little about a large one
 const AHEAD = 2; // slices that another tracer has, so that it need not wait while this one traces its own
 
+/** How many threads its core has. */
+let threads = 1;
 /** @type {(core: Core) => void} */
 let start;
 /** @type {Promise<Core>} */
 const starting = new Promise((resolve) => (start = resolve));
+/** What workers need that lend its core their threads. @type {Loan | undefined} */
+let loan;
 /** @type {MessagePort} */
 let completing;
 /** To the tracer that leads, where another one does. @type {MessagePort | undefined} */
@@ -105,6 +112,7 @@ async function open(request) {
   cancel();
   help(undefined);
   try {
+    useThreads(core, threads);
     const built = buildScene(core, request.scene);
     scene?.free();
     scene = built;
@@ -122,6 +130,11 @@ async function open(request) {
 function fail(error, broken = true, edition) {
   const message = error instanceof Error ? error.message : String(error);
   reply({ kind: "failed", edition, message: broken ? `the scene is too much for this page: ${message}` : message, broken });
+}
+
+/** @param {Core} core @param {number} count */
+function useThreads(core, count) {
+  if (threads > 1) core.call("set_threads", count);
 }
 
 function cancel() {
@@ -161,6 +174,8 @@ async function lead(batch, ports) {
   cancelled = false;
   await starting;
   if (!scene) throw new Error("lead: expected an open scene");
+  const lent = threads > 1 ? batch.parts : 1; // and this one
+  useThreads(scene.core, lent);
   const asked = performance.now(), of = view?.id === batch.view && !view.ended ? view : beginView(scene, batch);
   const begin = performance.now(), end = begin + batch.milliseconds;
   const { sequence, size } = of, components = scene.sampleWidth, { camera, to, parts } = batch;
@@ -173,9 +188,9 @@ async function lead(batch, ports) {
     if (cancelled || time <= 0 || sequence.done === to) return;
     const left = Math.min(sequence.available(to - sequence.done), to - sequence.done);
     if (left === 0) return;
-    const wanted = pace.known ? Math.min(pace.rate * Math.min(SLICE_MS, time), GROWTH * largest) : FIRST_SLICE;
+    const wanted = pace.known ? Math.min(lent * pace.rate * Math.min(SLICE_MS, time), GROWTH * largest) : FIRST_SLICE;
     // Towards the end of a round, after which all wait for each other, slices are smaller.
-    const share = parts > 1 ? left / (AHEAD * parts) : left;
+    const share = ports.length > 0 ? left / (AHEAD * parts) : left;
     return sequence.next(Math.min(left, Math.ceil(Math.max(FIRST_SLICE, Math.min(wanted, share)))));
   };
 
@@ -186,7 +201,7 @@ async function lead(batch, ports) {
     all.pixels.set(pixels, 2 * count), all.samples.set(samples, components * count);
     count += rays;
     largest = Math.max(largest, rays);
-    pace.measured(rays, milliseconds);
+    pace.measured(rays, lent * milliseconds);
     if (!of.expected && sequence.rounds === 1) {
       first.rays += rays;
       first.milliseconds = performance.now() - begin;
@@ -256,11 +271,16 @@ function help(port) {
 /** @param {MessageEvent<Request>} event */
 function receive({ data }) {
   if (data.kind === "start") {
-    start(new Core(new WebAssembly.Instance(data.module)));
+    const { module } = data, memory = sharedMemoryFor(module);
+    loan = memory && { module, memory };
+    start(new Core(module, memory));
   } else if (data.kind === "connect") {
     completing = data.completing;
     completing.onmessage = ({ data: array }) => (spare = array);
     data.reading.onmessage = receive;
+  } else if (data.kind === "borrow") {
+    threads = 1 + data.lenders.length;
+    starting.then(() => data.lenders.forEach((port) => port.postMessage(loan)));
   } else if (data.kind === "open") {
     open(data);
   } else if (data.kind === "lead") {
