@@ -146,7 +146,7 @@ bob.implicit(gyroid).shell(0.4) & sphere(2.5 * pi)
 """,
     "Mandelbulb": """
 def doubled(cosine, sine):
-    return cosine * cosine - sine * sine, 2 * cosine * sine
+    return 2 * cosine * cosine - 1, 2 * cosine * sine
 
 def mandelbulb(x, y, z):
     a, b, c = x, y, z
