@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rays import camera_rays
+from rays import camera_rays, seen_alike
 from report import MODELS, heading, in_turn, median_ratio, spread, table
 from skimage.measure import marching_cubes
 from sparse import on_one_thread, sparse_table
@@ -278,8 +278,8 @@ def sphere_trace(example: Example, rays: Rays, steepest: float) -> tuple[NDArray
 # ---- Meshes ----------------------------------------------------------------------------------------------
 
 
-def mesh_of(example: Example, scene: bob.Scene, cells: int) -> bob.Scene:
-    """What marching cubes find on a grid of so many points an axis, seen as the scene is."""
+def mesh_of(example: Example, cells: int) -> bob.Scene:
+    """What marching cubes find on a grid of so many points an axis."""
     low, high = example.shape.bounding_box(np.eye(4))
     low, high = low - 0.01 * (high - low), high + 0.01 * (high - low)
     x, y, z = np.linspace(low, high, cells).T
@@ -287,9 +287,7 @@ def mesh_of(example: Example, scene: bob.Scene, cells: int) -> bob.Scene:
     for i in range(cells):  # plane by plane, so that temporaries stay in the cache
         values[i] = example.formula(x[i], y[:, None], z)
     vertices, triangles, _, _ = marching_cubes(values, 0, spacing=(high - low) / (cells - 1))  # type: ignore[no-untyped-call]
-    result = bob.Scene(bob.Mesh(low + vertices, triangles))
-    result.center, result.radius = scene.center, scene.radius
-    return result
+    return bob.Scene(bob.Mesh(low + vertices, triangles))
 
 
 def gray_error(mesh: bob.GBuffer, direct: bob.GBuffer) -> float:
@@ -310,8 +308,8 @@ def equal_mesh(example: Example, scene: bob.Scene, direct: bob.GBuffer) -> MeshP
     """The coarsest mesh whose picture is as good as the direct one, or the finest tried."""
     for cells in GRIDS:
         start = time.perf_counter()
-        mesh = mesh_of(example, scene, cells)
-        picture = bob.trace(mesh, CAMERA, size=SIZE)
+        mesh = mesh_of(example, cells)
+        picture = bob.trace(mesh, seen_alike(CAMERA, scene, mesh), size=SIZE)
         seconds = time.perf_counter() - start
         result = MeshPicture(cells, mesh.counts()["triangle"], gray_error(picture, direct), seconds)
         if result.error <= EQUAL:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from embreex.rtcore import EmbreeDevice
 from numpy.typing import NDArray
-from rays import F32, F64, build_embree, camera_rays, random_rays
+from rays import F32, F64, build_embree, camera_rays, random_rays, seen_alike
 from report import MODELS, heading, in_turn, median_ratio, spread, table
 from scipy.spatial import Delaunay
 from sparse import sparse_table
@@ -469,8 +469,8 @@ def quality_row(example: Example, mesh: Tessellation) -> list[str]:
     off = distances(scene, vertices, triangles)
     beside = np.isfinite(off)
     other = bob.Scene(bob.Mesh(vertices, triangles))
-    other.center, other.radius = scene.center, scene.radius
-    ours, theirs = (bob.trace(each, CAMERA, size=LARGE).depth > 0 for each in (scene, other))
+    cameras = CAMERA, seen_alike(CAMERA, scene, other)
+    ours, theirs = (bob.trace(*each, size=LARGE).depth > 0 for each in zip((scene, other), cameras, strict=True))
     return [
         example.name,
         mesh.name,

@@ -1,7 +1,8 @@
-"""Rays that the benchmarks cast, and Embree to cast them with."""
+"""Rays that the benchmarks cast, Embree to cast them with, and cameras that see scenes alike."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -39,3 +40,14 @@ def build_embree(vertices: F32, triangles: NDArray[np.int32], device: Any = None
     TriangleMesh(scene, vertices, triangles)
     scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))  # builds the BVH
     return scene
+
+
+def seen_alike(camera: bob.Camera, scene: bob.Scene, other: bob.Scene) -> bob.Camera:
+    """The camera whose pictures of another scene show the same part of space, in the same scale, as those of an
+    orthographic one without roll show of a scene."""
+    azimuth, elevation = np.radians((camera.azimuth, camera.elevation))
+    right = np.array((-np.sin(azimuth), np.cos(azimuth), 0))
+    toward = np.array((np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)))
+    axes = np.stack([right, np.cross(toward, right)])
+    pan = axes @ (scene.center - other.center) + scene.radius * np.array(camera.pan)
+    return replace(camera, zoom=camera.zoom * other.radius / scene.radius, pan=tuple(pan / other.radius))
