@@ -80,7 +80,9 @@ export class Pool {
 
   /** Starts the workers that lend the tracer their threads, unless they are there: it builds scenes with them as well. */
   lend() {
-    const [tracer] = this.#tracers, ports = Array.from({ length: this.#lendable }, () => {
+    const [tracer] = this.#tracers;
+    if (!tracer || this.#lendable === 0) return;
+    const ports = Array.from({ length: this.#lendable }, () => {
       const worker = startWorker("thread"), { port1, port2 } = new MessageChannel();
       worker.postMessage(port1, [port1]);
       worker.onerror = (event) => this.#failed(tracer, event.message ?? "a worker did not start", true);
@@ -88,7 +90,7 @@ export class Pool {
       return port2;
     });
     this.#lendable = 0;
-    if (ports.length > 0) tracer.worker.postMessage({ kind: "borrow", lenders: ports }, ports);
+    tracer.worker.postMessage({ kind: "borrow", lenders: ports }, ports);
   }
 
   /** Starts all workers that are missing, for the scene that the others have. @returns {Tracer[]} */
