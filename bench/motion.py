@@ -66,8 +66,8 @@ def uncovered(before: bob.GBuffer, camera_before: _core.Camera, now: bob.GBuffer
 
 
 def orbit(scene: bob.Scene, step: float, first: float, share: float) -> list[float]:
-    """Of pictures with samples carried along, and then of new pixels alone: SSIM, flicker in gray levels, and by how
-    many gray levels uncovered pixels are wrong."""
+    """Of pictures with samples carried along, then of new pixels alone, and of as many in the order `lattice`: SSIM,
+    flicker in gray levels, and by how many gray levels uncovered pixels are wrong."""
     view = bob.View(scene, size=SIZE)
     found, before = [], None
     for k in range(FRAMES):
@@ -76,7 +76,7 @@ def orbit(scene: bob.Scene, step: float, first: float, share: float) -> list[flo
         if k + 1 not in COUNTED and k not in COUNTED:
             continue
         full, in_core = bob.trace(scene, camera, size=SIZE), bob.SceneTracer(scene, camera, SIZE).camera_in_core
-        pictures = image, bob.complete(full.sample(share))
+        pictures = image, *(bob.complete(full.sample(share, order=order)) for order in ("adaptive", "lattice"))
         if k in COUNTED and before is not None:
             full_before, core_before, pictures_before = before
             new, truth = uncovered(full_before, core_before, full, in_core), full.gray - full_before.gray
@@ -197,7 +197,8 @@ def print_costs(shown: dict[str, bob.Scene]) -> None:
 
 
 def print_orbits(shown: dict[str, bob.Scene]) -> None:
-    columns = ["degrees a frame", "new pixels", "SSIM", "anew", "flicker", "anew", "uncovered", "anew"]
+    ways = ("anew", "lattice")
+    columns = ["degrees a frame", "new pixels", "SSIM", *ways, "flicker", *ways, "uncovered", *ways]
     for first, what in ((0.02, "from nothing"), (1.0, "from an exact picture")):
         heading(
             f"Orbits at 640x480, {what}, with samples carried along and with new pixels alone: means of frames "
@@ -208,7 +209,7 @@ def print_orbits(shown: dict[str, bob.Scene]) -> None:
             for share in NEW:
                 means = np.mean([orbit(scene, step, first, share) for scene in shown.values()], 0)
                 cells.append(
-                    [f"{step}", f"{share:.0%}", *(f"{x:.4f}" for x in means[:2]), *(f"{x:.2f}" for x in means[2:])]
+                    [f"{step}", f"{share:.0%}", *(f"{x:.4f}" for x in means[:3]), *(f"{x:.2f}" for x in means[3:])]
                 )
         table(columns, cells)
 
