@@ -1,6 +1,7 @@
 # The core as WebAssembly modules, for the viewer's page: viewer/core.wasm in simd128 and viewer/core.relaxed.wasm in
 # relaxed-simd, both again without shapes other than meshes, viewer/core.mesh*.wasm, and with the networks alone,
-# viewer/complete*.wasm. In viewer/core*.threads.relaxed.wasm, threads share memory. Compiled by the clang of the wheel `ziglang`; without that wheel, the package is built without them.
+# viewer/complete*.wasm. In viewer/core*.threads.relaxed.wasm, threads share memory. Compiled by the clang of the wheel
+# `ziglang`; without that wheel, the package is built without them.
 #
 # The first build on a machine compiles zig's C++ library, which takes about a minute; zig keeps it, and all objects, in its
 # own cache. Exceptions need three sources of that library which zig leaves out.

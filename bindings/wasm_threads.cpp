@@ -64,6 +64,7 @@ struct Guard {
     std::atomic<std::uint8_t> state;
     std::atomic_flag taken;
 };
+static_assert(sizeof(Guard) <= sizeof(std::int32_t), "WebAssembly's guards are of 32 bits");
 
 }  // namespace
 

@@ -3,8 +3,9 @@
  * The core's WebAssembly module at work: calls, and its memory.
  *
  * Everything lies in the memory of one instance. Where pages may share memory between workers, others lend it their threads
- * (workers/thread.js); elsewhere it has one, and a page starts as many workers as it likes, each with a core of its own. What the other folders make of a core (shapes, scenes, G-buffers, networks) stays until it is freed,
- * and must not be used afterwards. Any call may move the memory: views of it are good until the next.
+ * (workers/thread.js); elsewhere it has one, and a page starts as many workers as it likes, each with a core of its own. What the
+ * other folders make of a core (shapes, scenes, G-buffers, networks) stays until it is freed, and must not be used afterwards. Any call
+ * may move the memory: views of it are good until the next.
  */
 import { CoreError } from "./errors.js";
 
