@@ -93,7 +93,7 @@ link_wasm(core.mesh.relaxed ${completion_of_one} ${completion_relaxed} ${tracing
 link_wasm(core ${completion_of_one} ${completion_simd128} ${tracing_objects} ${tracing_simd128} ${shapes_objects})
 link_wasm(core.relaxed ${completion_of_one} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${shapes_objects})
 
-# Memory is as viewer/core/threads.js makes it.
+# Memory is as viewer/core/core.js makes it; what replaces the library's own comes before whoever asks for it.
 set(link_flags -mcpu=generic+atomics+bulk_memory+mutable_globals -Wl,--shared-memory -Wl,--import-memory
   -Wl,--initial-memory=33554432 -Wl,--max-memory=4294901760 -Wl,--export=__stack_pointer)
 list(INSERT runtime 1 ${runtime_of_threads})
