@@ -574,6 +574,7 @@ def picture_row(example: Example, mesh: Tessellation, pool: ThreadPoolExecutor) 
             "ours": lambda: bob.trace(rebuilt(scene), CAMERA, size=SIZE),
             "trace": lambda: bob.trace(scene, CAMERA, size=SIZE),
             "embree": lambda: parts.append(embree()),
+            "shaded": lambda: bob.trace(bob.Mesh(mesh.evaluate(), mesh.triangles), CAMERA, size=SIZE),
             "core": mesh.in_core or (lambda: None),
         },
         RUNS,
@@ -587,6 +588,8 @@ def picture_row(example: Example, mesh: Tessellation, pool: ThreadPoolExecutor) 
         f"{1e3 * statistics.median(seconds['core']):.1f}" if mesh.in_core else "",
         *(f"{1e3 * statistics.median(part):.1f}" for part in zip(*parts[1:], strict=True)),
         f"{median_ratio(seconds['ours'], seconds['embree']):.2f}",
+        spread(seconds["shaded"], 1e3),
+        f"{median_ratio(seconds['ours'], seconds['shaded']):.2f}",
     ]
 
 
@@ -634,7 +637,7 @@ def main() -> None:
     ]
     with ThreadPoolExecutor(threads) as pool:
         rows = [picture_row(*each, pool) for each in shown]
-    table([*columns, "ours / mesh"], rows)
+    table([*columns, "ours / mesh", "shaded, by bob.Mesh", "ours / shaded"], rows)
     print("\nasked for: sooner than the mesh")
     for row in rows:
         if row[0] == "newell_teapot":
