@@ -695,15 +695,18 @@ onmessage = async ({ data: { name, file, threads, times, lenders } }) => {
 
 TRACE_IN_WORKER = """
 (settings) => new Promise((resolve, reject) => {
+  const start = (file, message, ports) => {
+    const worker = new Worker(file, { type: "module" });
+    worker.onerror = ({ message }) => reject(new Error(message));
+    worker.postMessage(message, ports);
+    return worker;
+  };
   const lenders = Array.from({ length: settings.threads - 1 }, () => {
     const { port1, port2 } = new MessageChannel();
-    new Worker("workers/thread.js", { type: "module" }).postMessage(port1, [port1]);
+    start("workers/thread.js", port1, [port1]);
     return port2;
   });
-  const worker = new Worker("traces.js", { type: "module" });
-  worker.onmessage = ({ data }) => resolve(data);
-  worker.onerror = ({ message }) => reject(new Error(message));
-  worker.postMessage({ ...settings, lenders }, lenders);
+  start("traces.js", { ...settings, lenders }, lenders).onmessage = ({ data }) => resolve(data);
 })
 """
 
