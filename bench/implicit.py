@@ -10,6 +10,7 @@ Then sparse pictures: what a ray costs where few are traced, beside what it cost
 from __future__ import annotations
 
 import statistics
+import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -27,6 +28,10 @@ from sparse import on_one_thread, sparse_table
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.sdf import X, Y, Z, box, cylinder, ease, rounded_box, rounded_cylinder, sphere
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "docs"))
+
+from gallery import FORMULAS, made
 
 Formula = Callable[[Any, Any, Any], Any]
 """f(x, y, z) of numpy arrays that can be broadcast, of their dtype."""
@@ -417,6 +422,10 @@ def main() -> None:
     rows = [trace_row(example, trace) for example, trace in zip(shapes, traces, strict=True)]
     table(columns, rows)
     print(f"\nCSG example, every pixel, {threads} threads: {rows[0][1]} ms; asked for: 60")
+    wild = made(FORMULAS["Mandelbulb"]).instances[0].shape
+    assert isinstance(wild, bob.Implicit)
+    seconds = in_turn({"whole": lambda: bob.trace(build(wild), CAMERA, size=(242, 242))}, RIVAL_RUNS)["whole"]
+    print(f"Mandelbulb of two steps (docs/gallery.md), 242x242: {spread(seconds, 1, 2)} s; asked for: 1")
 
     sparse_table("Implicit surfaces", sparse_scenes(), CAMERA)
 

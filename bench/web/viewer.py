@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import base64
+import json
 import os
 import shutil
 import statistics
@@ -27,7 +28,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
 import bobrossnet as bob
-from bobrossnet.page.files import READ_IN_PAGE, page_files
+from bobrossnet.page.files import GALLERY, READ_IN_PAGE, VIEWER, page_files
 from bobrossnet.page.server import Server
 
 HERE = Path(__file__).parent
@@ -92,8 +93,11 @@ async ([address, name]) => {
 
 FIRST_PICTURE = 'document.addEventListener("progress", () => { window.firstPicture ??= performance.now(); }, true);'
 
-# As on servers that let no page share memory between its workers.
-ALONE = 'Object.defineProperty(globalThis, "crossOriginIsolated", { value: false });'
+# Whether workers of the page may share memory, and a script for that: on most servers no page's may.
+SHARING = {
+    "shared memory": "",
+    "alone": 'Object.defineProperty(globalThis, "crossOriginIsolated", { value: false });',
+}
 
 OPEN = """
 async (file) => {
@@ -148,21 +152,20 @@ def orbiting(browser: Browser, url: str, scenes: dict[str, str], seconds: float)
 
 def first_pictures(browser: Browser, url: str, scenes: dict[str, str], runs: int) -> None:
     heading("First completed picture, median ms: of the page's start, and of a scene in the open page")
-    ways = {"shared memory": "", "alone": ALONE}
     rows = []
     for file, name in scenes.items():
-        spent: dict[str, list[tuple[float, float]]] = {way: [] for way in ways}
+        spent: dict[str, list[tuple[float, float]]] = {way: [] for way in SHARING}
         for _ in range(runs):
-            for way, script in ways.items():
+            for way, script in SHARING.items():
                 page = opened(browser, f"{url}{SIZE}&scene={file}", FIRST_PICTURE, script)
                 page.evaluate("() => bobrossnet.converged()")
                 start = page.evaluate("() => firstPicture")
                 page.wait_for_timeout(1500)
                 spent[way].append((start, page.evaluate(OPEN, file)))
                 page.context.close()
-        medians = {way: [statistics.median(times) for times in zip(*spent[way], strict=True)] for way in ways}
-        rows.append((name, *(f"{medians[way][i]:.0f}" for i in range(2) for way in ways)))
-    table(("scene", *(f"{what}, {way}" for what in ("start of the page", "in the open page") for way in ways)), rows)
+        medians = {way: [statistics.median(times) for times in zip(*spent[way], strict=True)] for way in SHARING}
+        rows.append((name, *(f"{medians[way][i]:.0f}" for i in range(2) for way in SHARING)))
+    table(("scene", *(f"{what}, {way}" for what in ("start of the page", "in the open page") for way in SHARING)), rows)
 
 
 def in_bands(browser: Browser, server: Server) -> None:
@@ -220,25 +223,25 @@ def write_hills(path: Path, side: int) -> None:
 
 
 def large_mesh(browser: Browser, server: Server) -> None:
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "hills.ply"
         write_hills(path, 1700)
         server.files["hills.ply"] = path
-        page = opened(browser, f"{server.url}{SIZE}#scene=csg.sdf", LONG_TASKS)
-        page.evaluate("() => bobrossnet.converged()")
-        page.evaluate("() => { tasks.length = 0; }")
-        begin = time.perf_counter()
-        page.evaluate("() => bobrossnet.openFile({ title: 'hills' }, 'hills.ply', 'hills.ply')")
-        spent = time.perf_counter() - begin
-        page.evaluate("() => bobrossnet.converged()")
-        exact = time.perf_counter() - begin
-        tasks = page.evaluate("() => tasks")
         heading(f"A mesh of {path.stat().st_size / 1e6:.0f} MB, {2 * 1699**2:,} triangles")
-        table(
-            ("opened s", "exact s", "longest task of the page ms"),
-            [(f"{spent:.1f}", f"{exact:.1f}", f"{max(tasks):.0f}" if tasks else "below 50")],
-        )
-        page.context.close()
+        for way, script in SHARING.items():
+            page = opened(browser, f"{server.url}{SIZE}#scene=csg.sdf", LONG_TASKS, script)
+            page.evaluate("() => bobrossnet.converged()")
+            page.evaluate("() => { tasks.length = 0; }")
+            begin = time.perf_counter()
+            page.evaluate("() => bobrossnet.openFile({ title: 'hills' }, 'hills.ply', 'hills.ply')")
+            spent = time.perf_counter() - begin
+            page.evaluate("() => bobrossnet.converged()")
+            exact = time.perf_counter() - begin
+            tasks = page.evaluate("() => tasks")
+            rows.append((way, f"{spent:.1f}", f"{exact:.1f}", f"{max(tasks):.0f}" if tasks else "below 50"))
+            page.context.close()
+    table(("workers", "opened s", "exact s", "longest task of the page ms"), rows)
 
 
 def resident(marker: str = "--type=renderer") -> float:
@@ -257,7 +260,16 @@ def resident(marker: str = "--type=renderer") -> float:
 
 def memory(browser: Browser, server: Server, minutes: float) -> None:
     heading(f"Memory of the page in {minutes:g} minutes of orbiting and opening scenes and files, MB")
-    page = opened(browser, server.url + SIZE)
+    rows: list[tuple[str, ...]] = []
+    for way, script in SHARING.items():
+        page = opened(browser, server.url + SIZE, script)
+        rows += [(way, *row) for row in memory_over(page, server, minutes)]
+        page.context.close()
+    table(("workers", "minute", "opened", "of which refused", "MB"), rows)
+
+
+def memory_over(page: Page, server: Server, minutes: float) -> list[tuple[str, ...]]:
+    """After each tenth of the time: minutes, what was opened and how much of that was refused, and MB."""
     scenes = page.evaluate("() => [...document.querySelectorAll('#gallery option')].map((option) => option.value)")
     files = sorted(
         file for folder in FOLDERS for file in (MODELS / folder).glob("*") if file.suffix.lower() in READ_IN_PAGE
@@ -277,8 +289,7 @@ def memory(browser: Browser, server: Server, minutes: float) -> None:
         turn += 1
         if spent >= 60 * minutes * (len(rows) + 1) / 10:
             rows.append((f"{spent / 60:.1f}", str(turn), str(failed), f"{resident():.0f}"))
-    table(("minute", "opened", "of which refused", "MB"), rows)
-    page.context.close()
+    return rows
 
 
 # ---- Quality ---------------------------------------------------------------------------------------------
@@ -368,6 +379,7 @@ def main() -> None:
     parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; by default all")
     parser.add_argument("--seconds", type=float, default=10, help="of each orbit")
     parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--gallery", action="store_true", help="first pictures of all of the gallery's scenes")
     parser.add_argument("--minutes", type=float, default=10, help="for memory")
     parser.add_argument("--views", type=int, default=8)
     parser.add_argument("--figure", type=Path, help="where to draw the curves of SSIM")
@@ -389,7 +401,9 @@ def main() -> None:
         if "orbiting" in parts:
             orbiting(browser, server.url, scenes, arguments.seconds)
         if "first" in parts:
-            first_pictures(browser, server.url, scenes, arguments.runs)
+            gallery = json.loads((VIEWER / GALLERY).read_bytes()) if arguments.gallery else []
+            further = {f"gallery/{entry['file']}": entry["title"] for entry in gallery}
+            first_pictures(browser, server.url, further | scenes, arguments.runs)
         if "bands" in parts:
             in_bands(browser, server)
         if "large" in parts:

@@ -3,7 +3,7 @@
  * The page: its elements, and how they are wired to its state. Nothing here blocks; workers do whatever takes long.
  *
  * In the page's address, `?scene=files/NAME.bob` opens a file of the same server, `?size=640x480` fixes the picture's size in
- * pixels, and `?workers=1` the number of workers that trace. Its body may have the lens and the background of all pictures,
+ * pixels, and `?workers=1` the number of threads that trace. Its body may have the lens and the background of all pictures,
  * `data-field-of-view` and `data-background`, in the words of <bob-view>.
  */
 import { BobView } from "../component/bob-view.js";

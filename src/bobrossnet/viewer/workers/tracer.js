@@ -39,8 +39,8 @@
  *   | {kind: "cancel"}} Request
  *   "start" and "connect" come once, and "borrow" once at most, with a port to each worker that lends its thread; "open", which may
  *   also come through the port `reading`, is answered by "opened" or "failed", in which case the previous scene stays, but not at all
- *   where that is of a later edition: what comes through the port, of edition 0, may have been overtaken; "lead", with a port to each other tracer of the batch, is answered by
- *   "traced", after "cancel" at once; "help" is not answered, but for "failed"
+ *   where that is of a later edition: what comes through the port, of edition 0, may have been overtaken; "lead", with a port to each
+ *   other tracer of the batch, is answered by "traced", after "cancel" at once; "help" is not answered, but for "failed"
  *
  * @typedef {{kind: "opened", edition: number, warnings: string[]}
  *   | {kind: "failed", edition?: number, message: string, broken: boolean}
