@@ -2,21 +2,33 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*') CMakeLists.txt wasm.cmake pyproject.toml
+SOURCES := $(shell find core bindings src -type f ! -path '*/__pycache__/*' ! -name '*.wasm') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo test docs bench bench-web report quality vendor npm types clean
+.PHONY: demo dev quick test docs bench bench-web report quality vendor npm types clean
 
 # The built-in scene, completed from 5 % of its pixels.
 demo: $(VENV)/installed
 	@mkdir -p out
 	$(BIN)/bobrossnet render --fraction 5% --panels --out out/demo.png
 
+# For editing: the package as its sources are. Python's files need nothing after an edit; after one of C++, `make dev` compiles it.
+# WASM=ON also builds the page's modules.
+WASM ?= OFF
+dev: $(VENV)/editable
+	@$(BIN)/cmake --build $(NATIVE)
+	@$(BIN)/cmake --install $(NATIVE) --prefix $(wildcard $(VENV)/lib/python3*/site-packages) > /dev/null
+
+# The tests of what differs from REV.
+REV ?= HEAD
+quick: dev
+	$(BIN)/python tests/quick.py --since $(REV)
+
 # Style, types, the core's own tests (as they ship, and by Clang under the sanitizers), then everything else.
-test: $(VENV)/installed-test $(VENV)/chromium clang
+test: $(VENV)/installed-test $(VENV)/chromium clang types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	build/*-abi3-*/core_tests
+	$(NATIVE)/core_tests
 	$(call core_tests,sanitize,-DBOBROSSNET_SANITIZE=address$(comma)undefined $(addprefix -DCMAKE_CXX_COMPILER=,$(CLANG)))
 	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder
 
@@ -70,25 +82,48 @@ npm: $(VENV)/installed
 	cd out/npm && npm pack --silent
 
 # Types of the viewer's page, as its comments say them; npm brings what checks them.
-types:
-	npm install --silent --no-save --prefix build/types typescript@7.0.2
-	build/types/node_modules/.bin/tsc -p jsconfig.json
+TSC := build/types/node_modules/.bin/tsc
+$(TSC):
+	@command -v npm > /dev/null && npm install --silent --no-save --prefix build/types typescript@7.0.2 || \
+	  { echo "no npm: the types of the viewer's page are not checked"; [ -z "$$CI" ]; }
+
+types: $(TSC)
+	@[ ! -x $(TSC) ] || $(TSC) -p jsconfig.json
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/installed: $(BIN)/python $(SOURCES)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check .
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+
+# What builds the package stays in the environment: pip's own environment for a build has another path each time, for which all
+# would be compiled again. These are the build's requirements in pyproject.toml, and CMake with ninja.
+$(VENV)/tools: $(BIN)/python pyproject.toml
+	@sed -n '/^requires = \[/,/^\]/s/^  "\(.*\)",$$/\1/p' pyproject.toml > $@.txt
+	$(PIP) --requirement $@.txt cmake ninja
 	@touch $@
 
-$(VENV)/installed-train: $(BIN)/python $(SOURCES) constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt '.[train]'
-	@touch $@ $(VENV)/installed
+# Installs by pip's arguments $(2), with CMake's definitions $(1). One folder has all objects, whatever is installed.
+NATIVE := build/native
+define install
+SKBUILD_BUILD_DIR=$(NATIVE) SKBUILD_CMAKE_DEFINE="BOBROSSNET_WERROR=ON;$(1)" $(PIP) --no-build-isolation $(2)
+endef
 
-$(VENV)/installed-test: $(BIN)/python $(SOURCES) constraints.txt
-	SKBUILD_CMAKE_DEFINE=BOBROSSNET_TESTS=ON \
-	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt '.[test]'
-	@touch $@ $(VENV)/installed $(VENV)/installed-train
+# The stamps of what is installed: an editable package takes the place of the others, and they take its place.
+$(VENV)/installed: $(VENV)/tools $(SOURCES)
+	$(call install,BOBROSSNET_TESTS=OFF;BOBROSSNET_WASM=ON,.)
+	@touch $@ && rm -f $(VENV)/editable
+
+$(VENV)/installed-train: $(VENV)/tools $(SOURCES) constraints.txt
+	$(call install,BOBROSSNET_TESTS=OFF;BOBROSSNET_WASM=ON,'.[train]')
+	@touch $@ $(VENV)/installed && rm -f $(VENV)/editable
+
+$(VENV)/installed-test: $(VENV)/tools $(SOURCES) constraints.txt
+	$(call install,BOBROSSNET_TESTS=ON;BOBROSSNET_WASM=ON,'.[test]')
+	@touch $@ $(VENV)/installed $(VENV)/installed-train && rm -f $(VENV)/editable
+
+$(VENV)/editable: $(VENV)/tools CMakeLists.txt wasm.cmake pyproject.toml constraints.txt
+	$(call install,BOBROSSNET_TESTS=ON;BOBROSSNET_WASM=$(WASM),--editable '.[test]')
+	@touch $@ && rm -f $(VENV)/installed*
 
 # A browser for the tests of the viewer's page: Debian's where it may be installed, else playwright's own. Without any, these
 # tests are skipped, or fail where CI is set.

@@ -20,8 +20,26 @@ set(wasm_flags -O3 -std=c++20 -fvisibility=hidden -ffp-contract=off -msimd128 -W
   -matomics -mbulk-memory -U_LIBCPP_HAS_THREADS -D_LIBCPP_HAS_THREADS=1 -D_LIBCPP_HAS_THREAD_API_PTHREAD=1)
 # Browsers keep the order of instructions: loads that clang gathers at the top of a loop would need more registers than there are.
 set(completion_kernel_flags -mllvm -pre-RA-sched=linearize)
-# What runs once for each shape, or leaves the work to others, is to be fetched quickly.
-set(seldom_flags -Os)
+# All else runs once for each shape, or leaves the work to kernels: it is to be small, since pages fetch it.
+set(fast_sources
+  core/bvh.cpp
+  core/color.cpp
+  core/formula/graph.cpp
+  core/formula/mesh_distance.cpp
+  core/formula/tape.cpp
+  core/nurbs/trim.cpp
+  core/shapes/cells_build.cpp
+  core/shapes/implicit.cpp
+  core/shapes/mesh.cpp
+  core/shapes/triangles.cpp
+  core/shapes/tube.cpp
+  core/picture/adaptive.cpp
+  core/picture/history.cpp
+  core/picture/refresh.cpp
+  core/picture/squares.cpp
+  core/tracing/scene.cpp
+  core/tracing/trace.cpp)
+set(small_flags -Os)
 set(libcxxabi_flags -O2 -std=c++23 -w -D_LIBCXXABI_BUILDING_LIBRARY -D_LIBCPP_BUILDING_LIBRARY
   -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -matomics -mbulk-memory -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src)
 
@@ -49,9 +67,9 @@ endforeach()
 foreach(part completion tracing)
   foreach(source ${${part}_sources})
     get_filename_component(name ${source} NAME_WE)
-    set(further_flags)
-    if(source MATCHES "/modelling/|/nurbs/nurbs.cpp|/brep.cpp|/pieces_build.cpp|/boxes.cpp|/canonical|/arrangement|/conv3x3.cpp|/paper.cpp|/pyramid.cpp|/weights|/network.cpp|/interpolation.cpp|/ratio.cpp|/filling.cpp|/expression.cpp|/bounds.cpp|/cells.cpp|/gbuffer.cpp|/error_predictor.cpp|/normals.cpp|/order.cpp|/vm.cpp|/vm_solid.cpp|/text.cpp|/extent.cpp|/sha256.cpp|/affine.cpp|/cells_outline.cpp|/jumps.cpp|/painting.cpp|/point_tree.cpp|/pruning.cpp|/texture.cpp")
-      set(further_flags ${seldom_flags})
+    set(further_flags ${small_flags})
+    if(source IN_LIST fast_sources)
+      set(further_flags)
     endif()
     compile_wasm(${part}_objects ${name} ${CMAKE_SOURCE_DIR}/${source} ${wasm_flags} ${further_flags})
   endforeach()
@@ -59,7 +77,7 @@ foreach(part completion tracing)
     get_filename_component(name ${source} NAME_WE)
     set(kernel_flags ${wasm_flags} ${${part}_kernel_flags})
     if(source MATCHES "/history_kernels|/shade_kernels")
-      list(APPEND kernel_flags ${seldom_flags}) # they wait for memory
+      list(APPEND kernel_flags ${small_flags}) # they wait for memory
     endif()
     compile_wasm(${part}_simd128 ${name} ${CMAKE_SOURCE_DIR}/${source} ${kernel_flags})
     compile_wasm(${part}_relaxed ${name}.relaxed ${CMAKE_SOURCE_DIR}/${source} ${kernel_flags} -mrelaxed-simd)
@@ -68,16 +86,19 @@ endforeach()
 compile_wasm(one_thread parallel_single ${CMAKE_SOURCE_DIR}/core/parallel_single.cpp ${wasm_flags})
 compile_wasm(threads parallel_lent ${CMAKE_SOURCE_DIR}/core/parallel_lent.cpp ${wasm_flags})
 compile_wasm(runtime_of_threads wasm_threads ${CMAKE_SOURCE_DIR}/bindings/wasm_threads.cpp ${wasm_flags})
-compile_wasm(completion_objects wasm_completion ${CMAKE_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${seldom_flags})
-compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${seldom_flags})
-compile_wasm(shapes_objects wasm_shapes ${CMAKE_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${seldom_flags})
+compile_wasm(completion_objects wasm_completion ${CMAKE_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${small_flags})
+compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${small_flags})
+compile_wasm(shapes_objects wasm_shapes ${CMAKE_SOURCE_DIR}/bindings/wasm_shapes.cpp ${wasm_flags} ${small_flags})
+
+# One machine for all modules, with atomics: zig compiles its C and C++ libraries once for each machine, for a minute.
+set(machine -mcpu=generic+atomics+bulk_memory+mutable_globals)
 
 # Links objects to the module NAME.wasm, with `link_flags`.
 function(link_wasm name)
   set(module ${CMAKE_BINARY_DIR}/wasm/${name}.wasm)
   add_custom_command(
     OUTPUT ${module}
-    COMMAND ${wasm_compiler} -mexec-model=reactor -O3 -s ${link_flags} ${runtime} ${ARGN} -o ${module}
+    COMMAND ${wasm_compiler} -mexec-model=reactor -O3 -s ${machine} ${link_flags} ${runtime} ${ARGN} -o ${module}
     DEPENDS ${runtime} ${ARGN}
     COMMENT "Linking ${name}.wasm"
     VERBATIM)
@@ -94,7 +115,7 @@ link_wasm(core ${completion_of_one} ${completion_simd128} ${tracing_objects} ${t
 link_wasm(core.relaxed ${completion_of_one} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed} ${shapes_objects})
 
 # Memory is as viewer/core/core.js makes it; what replaces the library's own comes before whoever asks for it.
-set(link_flags -mcpu=generic+atomics+bulk_memory+mutable_globals -Wl,--shared-memory -Wl,--import-memory
+set(link_flags -Wl,--shared-memory -Wl,--import-memory
   -Wl,--initial-memory=33554432 -Wl,--max-memory=4294901760 -Wl,--export=__stack_pointer)
 list(INSERT runtime 1 ${runtime_of_threads})
 link_wasm(core.mesh.threads.relaxed ${threads} ${completion_objects} ${completion_relaxed} ${tracing_objects} ${tracing_relaxed})

@@ -1,5 +1,6 @@
 """What must hold of the compiled kernels and of the networks made of them, besides their results."""
 
+import re
 import shutil
 import subprocess
 from collections import Counter
@@ -12,7 +13,21 @@ from bobrossnet import _core
 from bobrossnet.learn import networks
 from bobrossnet.machine import extra_memory
 
-OBJECTS = sorted((Path(__file__).parent.parent / "build").glob("*-abi3-*/CMakeFiles/kernels_*.dir/**/*.o"))
+OBJECTS = sorted((Path(__file__).parent.parent / "build/native").glob("CMakeFiles/kernels_*.dir/**/*.o"))
+
+AVX2 = {"avx2", "fma", "bmi1", "bmi2", "abm", "f16c", "movbe", "popcnt"}
+AVX512 = AVX2 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
+"""The features that each instruction set needs, as Linux names them; abm has lzcnt."""
+
+
+def test_the_best_instruction_set_of_the_machine_is_in_use():
+    """A wrong answer would be silent: pictures are the same, at half the speed."""
+    cpuinfo = Path("/proc/cpuinfo")
+    flags = re.search(r"^flags\s*: (.*)$", cpuinfo.read_text(), re.MULTILINE) if cpuinfo.is_file() else None
+    if flags is None:
+        pytest.skip("needs Linux on x86-64, which says what the processor has")
+    has = set(flags[1].split())
+    assert _core.isa() == ("avx512" if has >= AVX512 else "avx2" if has >= AVX2 else "baseline")
 
 
 @pytest.mark.skipif(not OBJECTS or shutil.which("nm") is None, reason="needs nm, and the package built here by pip")

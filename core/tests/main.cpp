@@ -1,5 +1,9 @@
+#include <algorithm>
 #include <cstdio>
 #include <set>
+#include <span>
+#include <string>
+#include <string_view>
 
 #include "check.h"
 
@@ -24,12 +28,20 @@ void fail(const char* file, int line, const std::string& what) {
 
 }  // namespace test
 
-int main() {
+/// core_tests [NAME...]: runs the tests whose names contain any of these, by default all.
+int main(int count, char** arguments) {
+    const std::span<char*> wanted(arguments + 1, arguments + count);
+    std::size_t ran = 0;
     for (const auto& [name, run] : test::cases()) {
+        const bool is_wanted = std::ranges::any_of(wanted, [name = std::string_view(name)](const char* part) {
+            return name.find(part) != std::string_view::npos;
+        });
+        if (!wanted.empty() && !is_wanted) continue;
         test::running = name;
         run();
+        ++ran;
     }
-    const std::size_t count = test::cases().size(), failures = test::failed.size();
-    std::printf("core: %zu passed, %zu failed\n", count - failures, failures);
-    return failures || !count;
+    const std::size_t failures = test::failed.size();
+    std::printf("core: %zu passed, %zu failed\n", ran - failures, failures);
+    return failures || !ran;
 }
