@@ -98,7 +98,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 # What builds the package stays in the environment: pip's own environment for a build has another path each time, for which all
 # would be compiled again. These are the build's requirements in pyproject.toml, and CMake with ninja.
 $(VENV)/tools: $(BIN)/python pyproject.toml
-	@sed -n '/^requires = \[/,/^\]/s/^  "\(.*\)",$$/\1/p' pyproject.toml > $@.txt
+	@sed -n '/requires = \[/,/^\]/s/^  "\(.*\)",$$/\1/p' pyproject.toml > $@.txt
 	$(PIP) --requirement $@.txt cmake ninja
 	@touch $@
 
