@@ -1,17 +1,16 @@
-/// What the files of the Python module share: arrays, checks, and work that Ctrl-C can stop.
+/// What the files of the Python module share: arrays, checks, and work without the GIL.
 #pragma once
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 
-#include "interruption.h"
 #include "picture/channels.h"
+#include "threads.h"
 
 namespace nb = nanobind;
 
@@ -44,31 +43,6 @@ Array<T, Shape...> make_array(Sizes... sizes) {
     T* data = values.get();
     const nb::capsule owner(values.release(), [](void* p) noexcept { delete[] static_cast<T*>(p); });
     return Array<T, Shape...>(data, sizeof...(sizes), shape, owner);
-}
-
-/// Runs work() without the GIL, in an Interruption that lets Ctrl-C stop it: now and then Python's signal handlers run, on the
-/// main thread, with the GIL taken back. What a handler raised is raised here.
-template <class Work>
-void interruptible(Work work) {
-    auto asked = std::chrono::steady_clock::now();
-    bool raised = false;
-    {
-        const nb::gil_scoped_release release;
-        const auto keep_going = [&] {
-            const auto now = std::chrono::steady_clock::now();
-            if (now - asked < std::chrono::milliseconds(20)) return true;
-            asked = now;
-            const nb::gil_scoped_acquire gil;
-            raised = PyErr_CheckSignals() != 0;
-            return !raised;
-        };
-        const bob::Interruption interruption(keep_going);
-        try {
-            work();
-        } catch (const bob::Stopped&) {
-        }
-    }
-    if (raised) throw nb::python_error();
 }
 
 /// Raises ValueError unless the pixels lie within the image.

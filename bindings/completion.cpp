@@ -75,8 +75,7 @@ void complete(Run& run, const bob::Network& network, const bob::Layout& layout, 
 
 void keep_known(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& completed, const Planes& output) {
     check_planes(known, planes, completed, output);
-    const nb::gil_scoped_release release;
-    bob::keep_known(known, planes.data(), completed, output.data(), planes.shape(1) * planes.shape(2));
+    without_gil([&] { bob::keep_known(known, planes.data(), completed, output.data(), planes.shape(1) * planes.shape(2)); });
 }
 
 void interpolate_lattice(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& completed, const Planes& output) {
@@ -133,6 +132,7 @@ void from_completed(const bob::Layout& layout, const ConstPlanes& planes, const 
 void bind_completion(nb::module_& m) {
     nb::class_<bob::Incremental>(m, "IncrementalNetwork")
         .def("__call__", [](bob::Incremental& self, const bob::Layout& layout, const ConstPlanes& planes, const Planes& output) {
+            const InUse in_use(&self);
             complete(self, self.network(), layout, planes, output);
         }, "layout"_a, "planes"_a.noconvert(), "output"_a.noconvert());
     nb::class_<Network>(m, "Network")

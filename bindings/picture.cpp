@@ -119,14 +119,11 @@ void check_planes(const bob::Layout& layout, const AnyPlanes& planes, std::size_
            "planes: expected one for each component, of the right size");
 }
 
-/// What next() returns, which runs without the GIL.
-template <class Next>
-Array<std::int32_t, -1, 2> pixels_of(Next next) {
-    std::span<const bob::Pixel> round;
-    {
-        const nb::gil_scoped_release release;
-        round = next();
-    }
+/// What next() returns, which changes an order.
+template <class Order, class Next>
+Array<std::int32_t, -1, 2> pixels_of(const Order& order, Next next) {
+    const InUse in_use(&order);  // also while they are copied
+    const std::span<const bob::Pixel> round = without_gil(next);
     auto pixels = make_array<std::int32_t, -1, 2>(round.size(), 2);
     std::copy(round.begin(), round.end(), reinterpret_cast<bob::Pixel*>(pixels.data()));
     return pixels;
@@ -146,22 +143,23 @@ void init_adaptive_order(bob::AdaptiveOrder* self, std::uint64_t seed, std::uint
 
 Array<std::int32_t, -1, 2> next_round(bob::RoundOrder& order, const bob::Layout& layout, const ConstPlanes& planes) {
     check_planes(layout, planes, order.height(), order.width());
-    return pixels_of([&] { return order.next(layout, planes.data()); });
+    return pixels_of(order, [&] { return order.next(layout, planes.data()); });
 }
 
 Array<std::int32_t, -1, 2> next_refresh(bob::RefreshOrder& order, const bob::Layout& layout, const ConstPlanes& traced,
                                         const ConstPlanes& picture, const ConstPlane& off_center, std::size_t wanted) {
     check_plane(off_center, order.height(), order.width());
     check_planes(layout, traced, order.height(), order.width()), check_planes(layout, picture, order.height(), order.width());
-    return pixels_of([&] { return order.next(layout, traced.data(), picture.data(), off_center.data(), wanted); });
+    return pixels_of(order, [&] { return order.next(layout, traced.data(), picture.data(), off_center.data(), wanted); });
 }
 
 void scatter(const bob::Layout& layout, const Pixels& pixels, const Samples& samples, const Planes& planes) {
     check_pixels(pixels, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)));
     check_width(layout, pixels.shape(0), samples);
     expect(planes.shape(0) == static_cast<std::size_t>(layout.width()), "planes: expected one for each component");
-    const nb::gil_scoped_release release;
-    bob::scatter(layout, items<bob::Pixel>(pixels), samples.data(), samples.shape(1), planes.data(), planes.shape(1), planes.shape(2));
+    without_gil([&] {
+        bob::scatter(layout, items<bob::Pixel>(pixels), samples.data(), samples.shape(1), planes.data(), planes.shape(1), planes.shape(2));
+    });
 }
 
 }  // namespace
@@ -202,7 +200,7 @@ void bind_picture(nb::module_& m) {
     m.def("pixel_order", &pixel_order, "order"_a, "seed"_a, "height"_a, "width"_a, "start"_a, "pixels"_a.noconvert());
     nb::class_<bob::RoundOrder>(m, "RoundOrder")
         .def("next", &next_round, "layout"_a, "planes"_a.noconvert())
-        .def_prop_ro("bytes", &bob::RoundOrder::bytes);
+        .def_prop_ro("bytes", [](const bob::RoundOrder& order) { return changing(order, [&] { return order.bytes(); }); });
     nb::class_<bob::AdaptiveOrder, bob::RoundOrder>(m, "AdaptiveOrder")
         .def("__init__", &init_adaptive_order, "seed"_a, "height"_a, "width"_a, "guides_layout"_a = nb::none(), "guides"_a.noconvert() = nb::none());
     nb::class_<bob::SquaresOrder, bob::RoundOrder>(m, "SquaresOrder")
@@ -216,22 +214,22 @@ void bind_picture(nb::module_& m) {
         .def(nb::init<const bob::Layout&, std::uint32_t, std::uint32_t>(), "layout"_a, "height"_a, "width"_a)
         .def("add", [](bob::History& history, const bob::Camera& camera, const ConstPlanes& planes) {
             check_planes(history.layout(), planes, history.height(), history.width());
-            const nb::gil_scoped_release release;
-            history.add(camera, planes.data());
+            changing(history, [&] { history.add(camera, planes.data()); });
         }, "camera"_a, "planes"_a.noconvert())
         .def("expect", [](bob::History& history, const bob::Camera& camera, const Planes& planes, const Plane& off_center, const bob::Scene* scene) {
             check_planes(history.layout(), planes, history.height(), history.width());
             check_plane(off_center, history.height(), history.width());
-            const nb::gil_scoped_release release;
-            if (!scene) return history.expect(camera, planes.data(), off_center.data());
-            const bob::Shading shading(*scene, camera, static_cast<int>(history.height()), static_cast<int>(history.width()), history.layout(), planes.data());
-            return history.expect(camera, planes.data(), off_center.data(), shading);
+            return changing(history, [&] {
+                if (!scene) return history.expect(camera, planes.data(), off_center.data());
+                const bob::Shading shading(*scene, camera, static_cast<int>(history.height()), static_cast<int>(history.width()), history.layout(), planes.data());
+                return history.expect(camera, planes.data(), off_center.data(), shading);
+            });
         }, "camera"_a, "planes"_a.noconvert(), "off_center"_a.noconvert(), "scene"_a.none() = nb::none())
-        .def("clear", &bob::History::clear)
-        .def_prop_ro("bytes", &bob::History::bytes);
+        .def("clear", [](bob::History& history) { changing(history, [&] { history.clear(); }); })
+        .def_prop_ro("bytes", [](const bob::History& history) { return changing(history, [&] { return history.bytes(); }); });
     nb::class_<bob::RefreshOrder>(m, "RefreshOrder")
         .def(nb::init<std::uint32_t, std::uint32_t>(), "height"_a, "width"_a)
-        .def("begin", &bob::RefreshOrder::begin, "seed"_a)
+        .def("begin", [](bob::RefreshOrder& order, std::uint64_t seed) { changing(order, [&] { order.begin(seed); }); }, "seed"_a)
         .def("next", &next_refresh, "layout"_a, "traced"_a.noconvert(), "picture"_a.noconvert(), "off_center"_a.noconvert(),
              "wanted"_a);
 }

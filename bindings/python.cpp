@@ -30,6 +30,7 @@ NB_MODULE(_core, m) {
     m.def("isa", [] { return bob::name(bob::isa()); });
     m.def("set_isa", &set_isa, "name"_a);
 
+    bind_threads(m);
     bind_picture(m);
     bind_shapes(m);
     bind_scene(m);

@@ -48,8 +48,7 @@ nb::bytes shape_digest(std::string_view kind, const nb::dict& tensors) {
         std::vector<std::size_t> shape(array.ndim());
         for (std::size_t axis = 0; axis < shape.size(); ++axis) shape[axis] = array.shape(axis);
         const auto* bytes = static_cast<const std::byte*>(array.data());
-        const nb::gil_scoped_release release;
-        digest.add({name, dtype, std::move(shape), {bytes, array.nbytes()}});
+        without_gil([&] { digest.add({name, dtype, std::move(shape), {bytes, array.nbytes()}}); });
     }
     return bytes_of(digest.digest());
 }
@@ -192,5 +191,5 @@ void bind_scene(nb::module_& m) {
         .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "layout"_a,
              "samples"_a.noconvert())
         .def_prop_ro("to_shapes", &to_shapes, nb::rv_policy::move)
-        .def_prop_ro("bytes", &bob::Scene::bytes);
+        .def_prop_ro("bytes", [](const bob::Scene& scene) { return without_gil([&] { return scene.bytes(); }); });
 }

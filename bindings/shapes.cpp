@@ -62,10 +62,11 @@ void init_mesh(bob::Mesh* self, const Vertices& vertices, const Triangles& trian
     auto owner = std::make_shared<std::tuple<Vertices, Triangles, std::optional<Points>, std::optional<Points>, std::optional<Points>,
                                              std::optional<Uvs>, std::optional<Alphas>>>(vertices, triangles, normals, colors,
                                                                                          face_colors, uv, alphas);
-    const nb::gil_scoped_release release;
-    new (self) bob::Mesh({items<bob::Mesh::Point>(vertices), items<bob::Triangle>(triangles), vectors(normals), owner, vectors(colors),
-                          vectors(face_colors), uv ? items<bob::Mesh::Uv>(*uv) : std::span<const bob::Mesh::Uv>{}, texture,
-                          alphas ? std::span(alphas->data(), alphas->size()) : std::span<const float>{}, alpha_cutoff});
+    without_gil([&] {
+        new (self) bob::Mesh({items<bob::Mesh::Point>(vertices), items<bob::Triangle>(triangles), vectors(normals), owner, vectors(colors),
+                              vectors(face_colors), uv ? items<bob::Mesh::Uv>(*uv) : std::span<const bob::Mesh::Uv>{}, texture,
+                              alphas ? std::span(alphas->data(), alphas->size()) : std::span<const float>{}, alpha_cutoff});
+    });
 }
 
 bob::Wrap wrap_of(std::string_view name) {
@@ -80,10 +81,11 @@ void init_texture(bob::Texture* self, const Texels& texels, std::string_view acr
     expect(texels.size() > 0, "texture: expected at least one texel");
     expect(!alpha || 3 * alpha->size() == texels.size(), "alpha: expected one for each texel");
     const bob::Wrap wraps[2] = {wrap_of(across), wrap_of(down)};
-    const nb::gil_scoped_release release;
-    new (self) bob::Texture({texels.data(), texels.size()}, static_cast<int>(texels.shape(0)), static_cast<int>(texels.shape(1)),
-                            wraps[0], wraps[1],
-                            alpha ? std::span(alpha->data(), alpha->size()) : std::span<const std::uint8_t>{});
+    without_gil([&] {
+        new (self) bob::Texture({texels.data(), texels.size()}, static_cast<int>(texels.shape(0)), static_cast<int>(texels.shape(1)),
+                                wraps[0], wraps[1],
+                                alpha ? std::span(alpha->data(), alpha->size()) : std::span<const std::uint8_t>{});
+    });
 }
 
 /// Linear RGB at places, (n, 2): u and v, seen through pixels of so many texels.
@@ -234,7 +236,7 @@ void bind_shapes(nb::module_& m) {
         .def("bounds", &bounds, "map"_a)
         .def("radius", &radius, "map"_a, "center"_a)
         .def("prepare", [](const bob::Shape& shape) { interruptible([&] { shape.prepare(); }); })
-        .def_prop_ro("bytes", &bob::Shape::bytes);
+        .def_prop_ro("bytes", [](const bob::Shape& shape) { return without_gil([&] { return shape.bytes(); }); });
 
     nb::class_<bob::Texture>(m, "Texture")
         .def("__init__", &init_texture, "texels"_a.noconvert(), "across"_a, "down"_a, "alpha"_a.noconvert().none() = nb::none())
@@ -246,7 +248,7 @@ void bind_shapes(nb::module_& m) {
              "face_colors"_a.noconvert().none() = nb::none(), "uv"_a.noconvert().none() = nb::none(), "texture"_a.none() = nb::none(),
              "alphas"_a.noconvert().none() = nb::none(), "alpha_cutoff"_a = 0)
         .def("corner_normals", &corner_normals)
-        .def_prop_ro("bvh_bytes", &bob::Mesh::bvh_bytes);
+        .def_prop_ro("bvh_bytes", [](const bob::Mesh& mesh) { return without_gil([&] { return mesh.bvh_bytes(); }); });
 
     nb::class_<bob::Implicit, bob::Shape>(m, "Implicit")
         .def("__init__", &init_implicit, "formula"_a, "bounds"_a.noconvert(), "color"_a.none() = nb::none())

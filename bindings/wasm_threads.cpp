@@ -8,6 +8,7 @@
 #include <mutex>
 #include <new>
 
+#include "mutex.h"
 #include "parallel.h"
 #include "parallel_lent.h"
 #include "wasm.h"

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "job.h"
+#include "mutex.h"
 
 namespace bob {
 namespace {
@@ -92,7 +93,7 @@ private:
     bool quit_ = false;
 };
 
-std::atomic_flag pool_in_use = ATOMIC_FLAG_INIT;  // a flag, since its holder may ask again from inside a body
+Mutex pool_in_use;  // its holder may ask again from inside a body
 Pool* pool = nullptr;
 pid_t pool_owner = 0;
 std::atomic<int> wanted_threads{0};
@@ -118,9 +119,8 @@ void set_thread_count(int count) { wanted_threads = std::max(1, count); }
 
 void parallel_for(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body) {
     Job job{count, std::max<std::size_t>(1, grain), body};
-    if (thread_count() > 1 && count > job.grain && !pool_in_use.test_and_set()) {
+    if (std::unique_lock lock(pool_in_use, std::defer_lock); thread_count() > 1 && count > job.grain && lock.try_lock()) {
         ready_pool().run(job);
-        pool_in_use.clear();
     } else {
         job.work();
     }

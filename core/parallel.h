@@ -2,28 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cstddef>
 #include <functional>
-#include <mutex>
 
 namespace bob {
-
-#ifdef __wasm__
-/// Whose library has none for threads of several workers.
-class Mutex {
-public:
-    void lock() {
-        while (is_locked_.test_and_set(std::memory_order_acquire)) {}
-    }
-    void unlock() { is_locked_.clear(std::memory_order_release); }
-
-private:
-    std::atomic_flag is_locked_ = ATOMIC_FLAG_INIT;
-};
-#else
-using Mutex = std::mutex;
-#endif
 
 /// Number of threads that parallel_for uses, the caller's included; at first, all the machine has.
 [[nodiscard]] int thread_count();

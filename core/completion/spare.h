@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "parallel.h"
+#include "mutex.h"
 
 namespace bob {
 

@@ -14,6 +14,7 @@
 
 #include "formula/expression.h"
 #include "interruption.h"
+#include "mutex.h"
 #include "parallel.h"
 
 namespace bob {

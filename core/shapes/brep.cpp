@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "parallel.h"
+#include "mutex.h"
 #include "shapes/sphere_around.h"
 #include "work.h"
 

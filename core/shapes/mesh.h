@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "parallel.h"
+#include "mutex.h"
 #include "shapes/normals.h"
 #include "shapes/outline.h"
 #include "shapes/shape.h"

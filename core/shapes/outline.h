@@ -6,7 +6,7 @@
 #include <mutex>
 #include <utility>
 
-#include "parallel.h"
+#include "mutex.h"
 #include "shapes/point_tree.h"
 
 namespace bob {
