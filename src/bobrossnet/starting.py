@@ -1,6 +1,7 @@
-"""Ctrl-C while the command starts: imports take half of that, and Python would print a traceback out of them.
+"""What the package does before it imports anything else.
 
-The package imports this before anything else, and it does nothing unless the package is imported by the command.
+In a sub-interpreter it is refused. Of the command, Ctrl-C while it starts just ends it: imports take half of that, and
+Python would print a traceback out of them.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from importlib import import_module
 from typing import Any, NoReturn
 
 INTERRUPTED = 130
@@ -29,6 +31,23 @@ def done() -> None:
     if signal.getsignal(signal.SIGINT) is _leave:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
+
+def _check_interpreter() -> None:
+    """Raise ImportError in a sub-interpreter: the core takes the GIL of the main one."""
+    for name in ("_interpreters", "_xxsubinterpreters"):  # from Python 3.13 on, and before
+        try:
+            interpreters = import_module(name)
+        except ImportError:
+            continue
+        current, main = interpreters.get_current(), interpreters.get_main()
+        if current != main:
+            raise ImportError(
+                "bobrossnet: expected the main interpreter, got a sub-interpreter; use threads or processes"
+            )
+        return
+
+
+_check_interpreter()
 
 if _is_command() and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
     signal.signal(signal.SIGINT, _leave)

@@ -272,6 +272,9 @@ def _check_file(file: Path) -> None:
 _ONE_AT_A_TIME = threading.RLock()
 """How warnings and logs are told is the process's: of two threads each would undo what the other has set."""
 
+if hasattr(os, "register_at_fork"):  # a forked process has none of the threads that may hold it
+    os.register_at_fork(after_in_child=_ONE_AT_A_TIME._at_fork_reinit)  # type: ignore[attr-defined]
+
 
 @contextmanager
 def _quiet() -> Iterator[None]:

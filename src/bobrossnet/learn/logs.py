@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from tensorboardX import SummaryWriter
 from bobrossnet.atomic import write_whole
 from bobrossnet.learn.dataset.plan import STAGES
 from bobrossnet.picture.files import UNTRACED, to_8_bit
+from bobrossnet.threads import lazy
 
 Row = dict[str, float]
 """An epoch in numbers, by column of log.csv."""
@@ -63,7 +63,7 @@ class Events:
     def __init__(self, run: Path, steps: int) -> None:
         self.run, self.steps = run, steps
 
-    @cached_property
+    @lazy
     def _writer(self) -> Any:
         writer = SummaryWriter(str(self.run), purge_step=self.steps + 1, filename_suffix=f".{self.steps}")
         writer.flush()  # its head, so that it is a file of events even if the training is killed now

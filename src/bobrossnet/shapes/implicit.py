@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,6 +14,7 @@ from bobrossnet.errors import InputError, InputTypeError, check_array, check_fin
 from bobrossnet.shapes.affine import check_size
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape, check_tensors
+from bobrossnet.threads import lazy
 
 MESHES = {"mesh_sizes": "uint32", "mesh_vertices": "float32", "mesh_triangles": "uint32"}
 """Arrays of formulas that have the distances of meshes, and their dtypes."""
@@ -64,7 +64,7 @@ class Implicit(Shape):
         shape._box = bounds
         return shape
 
-    @cached_property
+    @lazy
     def core(self) -> _core.Implicit:
         surface = _core.Implicit(self.expression, self._box, self.color_formula)
         if not surface.cells:
@@ -73,7 +73,7 @@ class Implicit(Shape):
             warn_coarse("formula")
         return surface
 
-    @cached_property
+    @lazy
     def _box(self) -> NDArray[np.float64]:
         """The bounds that were given, or those of the formula."""
         if self.bounds is not None:

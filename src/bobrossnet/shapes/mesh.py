@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from bobrossnet.color import from_srgb, to_srgb
 from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, check_number
 from bobrossnet.shapes.affine import UPRIGHT, mapped
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
+from bobrossnet.threads import lazy
 
 FORMATS = (".stl", ".ply", ".obj", ".glb")
 """The endings of files that meshes are written to."""
@@ -159,7 +159,7 @@ class Mesh(Shape):
         mesh.colors, mesh.face_colors = colors, face_colors
         return mesh
 
-    @cached_property
+    @lazy
     def core(self) -> _core.Mesh:
         texture = None if self.texture is None else _core.Texture(self.texture, *self.wrap, self.texture_alpha)
         cut = self.alphas, self.alpha_cutoff

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from functools import cached_property
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.shapes.affine import IDENTITY, Matrix, Point
+from bobrossnet.threads import lazy
 
 Number = TypeVar("Number", bound=np.generic)
 
@@ -105,7 +105,7 @@ class Shape(ABC):
         """How many rays so far passed places that could not be distinguished from the surface."""
         return 0
 
-    @cached_property
+    @lazy
     def digest(self) -> bytes:
         """SHA-256 of what the shape is, the same for equal shapes."""
         return _core.shape_digest(self.kind, self.tensors())

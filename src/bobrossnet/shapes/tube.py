@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -26,6 +25,7 @@ from bobrossnet.shapes.splines import (
     domain_of,
     with_weights,
 )
+from bobrossnet.threads import lazy
 
 
 class Tube(Shape):
@@ -78,7 +78,7 @@ class Tube(Shape):
         """The first and the last parameter."""
         return domain_of(self.knots, self.degree)
 
-    @cached_property
+    @lazy
     def core(self) -> _core.Tube:
         balls = np.concatenate([self.control_points, self.radii[:, None]], axis=1)
         return _core.Tube(with_weights(balls, self.weights), self.knots)

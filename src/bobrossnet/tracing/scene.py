@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from functools import cached_property
 from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
 
@@ -17,6 +16,7 @@ from bobrossnet.errors import InputError, InputTypeError, check_array, check_fin
 from bobrossnet.shapes.affine import UPRIGHT, Point, mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
+from bobrossnet.threads import lazy
 from bobrossnet.tracing.instance import Instance
 
 MAX_INSTANCES = 100_000
@@ -155,7 +155,7 @@ class Scene:
                 made[name] = np.concatenate(values)
         return Mesh(np.concatenate(vertices), np.concatenate(triangles), **made)
 
-    @cached_property
+    @lazy
     def core(self) -> _core.Scene:
         """The scene as rays meet it, in the unit sphere, built when first asked for. Of surfaces that coincide, the
         first is seen, in the canonical order: by digests of what the instances are."""

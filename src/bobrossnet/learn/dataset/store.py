@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +26,7 @@ from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import PATCH, SIZES, STAGES, Plan
 from bobrossnet.picture.channels import GIVEN
 from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.threads import lazy
 
 FORMAT = "bobrossnet-dataset-1"
 CHANNELS = ("gray", "depth", "normal x", "normal y")
@@ -151,7 +151,7 @@ class Dataset:
         """Return all patches of a shape, (21, 4, 128, 128) float16, in the order of `Plan.sample`."""
         return np.concatenate([_cut(self.read(shape, size)) for size in SIZES])
 
-    @cached_property
+    @lazy
     def detail(self) -> NDArray[np.float64]:
         """How much there is to see in each patch, (shapes, 21): the mean difference of gray between neighbours.
 
