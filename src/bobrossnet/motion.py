@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, NoReturn, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from bobrossnet.picture.gbuffer import untraced_planes
 from bobrossnet.picture.order import ADAPTIVE, SQUARES, SizeLike, check_order, check_size, pixel_count
 from bobrossnet.picture.samples import Samples
 from bobrossnet.picture.sequence import PixelSequence
+from bobrossnet.threads import Turns
 from bobrossnet.tracing.calls import AsyncTracer, Calls, SamplesFuture
 from bobrossnet.tracing.scene import SceneLike, as_scene
 from bobrossnet.tracing.trace import SceneTracer, Tracer
@@ -64,7 +65,8 @@ class View:
 
     What earlier frames have found is carried along: surfaces to where the new camera sees them, shaded anew, and empty
     places. It is shown where this camera has not traced a pixel yet, and new rays go where it is missing or may be
-    wrong. A camera that stands still ends with every pixel exact, as `progressive` does.
+    wrong. A camera that stands still ends with every pixel exact, as `progressive` does. Threads that share a view take
+    turns.
 
     Parameters
     ----------
@@ -131,6 +133,7 @@ class View:
         self._picture.trace_ahead()
         self._picture.warm_up()
         self._unknown(SQUARES).warm_up()
+        self._turns = Turns("View")
 
     def frame(self, camera: Camera | None = None, *, ms: float | None = None, fraction: float | None = None) -> Frame:
         """Trace some pixels and complete the picture.
@@ -164,12 +167,13 @@ class View:
         count = None if fraction is None else pixel_count(fraction, self.size)
         if camera is not None and not isinstance(camera, Camera):
             raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
-        start = time.perf_counter()
-        try:
-            return self._frame(start, camera, budget, count)
-        except BaseException:  # pixels were asked for that never came
-            self.forget()
-            raise
+        with self._turns:
+            start = time.perf_counter()
+            try:
+                return self._frame(start, camera, budget, count)
+            except BaseException:  # pixels were asked for that never came
+                self._begin_anew()
+                raise
 
     def _frame(self, start: float, camera: Camera | None, budget: float, count: int | None) -> Frame:
         if camera is not None and camera != self._seen.camera:
@@ -178,13 +182,23 @@ class View:
 
     def forget(self) -> None:
         """Begin anew: for tracers whose shapes or lights have changed."""
-        self._history = None
-        self._picture = self._unknown(ADAPTIVE)
+        with self._turns:
+            self._begin_anew()
 
     def close(self) -> None:
         """Cancel the calls of a tracer that wait, and wait for those that run. The next frame begins anew."""
-        self.forget()
-        self._calls.close()
+        with self._turns:
+            self._begin_anew()
+            self._calls.close()
+
+    def __reduce__(self) -> NoReturn:
+        raise InputTypeError(
+            "View: expected to stay where it was made, as its tracer may be at work; make another of the same scene"
+        )
+
+    def _begin_anew(self) -> None:
+        self._history = None
+        self._picture = self._unknown(ADAPTIVE)
 
     def _plan(self, budget: float) -> _Plan:
         """How to begin a picture for which there are so many seconds."""

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from threading import Lock
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from bobrossnet.completion.guided import complete_guided
 from bobrossnet.completion.weights import UNCERTAINTY, WEIGHTS, read_weights
 from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.threads import Turns
 
 GUIDED = "guided"
 """The name of what completes along guides, without a network."""
@@ -31,6 +31,11 @@ class Network:
     """A network with its weights, ready to run."""
 
     core: _core.Network
+    weights: tuple[Mapping[str, str], Mapping[str, NDArray[np.float32]]] = field(repr=False, compare=False)
+    """Of which it was made, as `read_weights` returns them."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return make_network, self.weights  # what is in the core can't be copied
 
     def predict(self, gbuffer: GBuffer) -> NDArray[np.float32]:
         """The network's own output at every pixel, known ones too: (H, W) float32, of any value; display-referred."""
@@ -131,6 +136,7 @@ class Completer:
     Those are the tiles of the G-buffer that differ, and what the network reaches around them: 28 pixels with "paper",
     192 with "filling", 345 with the others, whose coarsest levels see far, so that it pays only in large pictures.
     Where much has changed, everything is recomputed. The last G-buffer and its picture are kept, 24 bytes a pixel.
+    Threads that share one take turns; a copy has a picture of its own.
 
     Parameters
     ----------
@@ -148,17 +154,20 @@ class Completer:
     """
 
     def __init__(self, model: NetworkLike = "default") -> None:
-        network = load_network(model).core
-        self._outputs, self._run = network.outputs, network.incremental()
-        self._lock = Lock()
+        self._network = load_network(model)
+        self._run = self._network.core.incremental()
+        self._turns = Turns("Completer")
 
     def __call__(self, gbuffer: GBuffer) -> NDArray[np.float32]:
         """The same as `complete`, to the bit."""
         check_gbuffer(gbuffer)
         if gbuffer.mask.all():
             return gbuffer.gray.copy()
-        with self._lock:
-            return _completed(gbuffer, self._run, self._outputs)
+        with self._turns:
+            return _completed(gbuffer, self._run, self._network.core.outputs)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Completer, (self._network,)
 
 
 Run: TypeAlias = Callable[[_core.Layout, NDArray[np.float32], NDArray[np.float32]], None]
@@ -233,7 +242,7 @@ def _load(path: Path, modified: int) -> Network:
 def make_network(metadata: Mapping[str, str], tensors: Mapping[str, NDArray[np.float32]]) -> Network:
     """The network of what `read_weights` returns. ValueError if that does not fit."""
     inputs, outputs = _core.Layout(metadata["inputs"]), _core.Layout(metadata["outputs"])
-    return Network(_core.Network(metadata["network"], dict(tensors), inputs, outputs))
+    return Network(_core.Network(metadata["network"], dict(tensors), inputs, outputs), (metadata, tensors))
 
 
 def weights_path(model: str | os.PathLike[str]) -> Path:

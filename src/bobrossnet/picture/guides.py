@@ -75,6 +75,17 @@ class Guides(Channels):
         put("albedo", np.ones((*size, 3)) if albedo is None else albedo, "albedo")
         self.planes.flags.writeable = False
 
+    @classmethod
+    def from_planes(cls, planes: F32) -> Guides:
+        """Guides that take over planes as `planes` has them, unchecked and without a copy."""
+        guides = object.__new__(cls)
+        guides.layout, guides.planes = GUIDES, planes
+        planes.flags.writeable = False
+        return guides
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Guides.from_planes, (np.array(self.planes),)
+
     @property
     def hit(self) -> F32:
         """(H, W): how much of each pixel a surface covers."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.color import to_srgb
 from bobrossnet.picture.files import png, to_8_bit, write_picture
+from bobrossnet.threads import lazy
 
 
 class Picture:
@@ -27,12 +27,15 @@ class Picture:
     def __init__(self, color: NDArray[np.float32], alpha: NDArray[np.float32]) -> None:
         self.color, self.alpha = color, alpha
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Picture, (self.color, self.alpha)
+
     @property
     def size(self) -> tuple[int, int]:
         """(height, width)"""
         return self.alpha.shape[0], self.alpha.shape[1]
 
-    @cached_property
+    @lazy
     def rgba(self) -> NDArray[np.uint8]:
         """(H, W, 4) uint8: sRGB, not multiplied by alpha, as PNG has it; 0 where nothing is."""
         own = self.color / np.maximum(self.alpha, np.float32(1e-6))[..., None]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -28,6 +27,7 @@ from bobrossnet.shapes.splines import (
     place_in_errors,
     with_weights,
 )
+from bobrossnet.threads import lazy
 
 
 @dataclass(frozen=True, eq=False, init=False, slots=True)
@@ -56,6 +56,9 @@ class TrimCurve:
         object.__setattr__(self, "control_points", points)
         object.__setattr__(self, "knots", check_knots("knots", knots, len(points)))
         object.__setattr__(self, "weights", check_weights("weights", weights, (len(points),)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return TrimCurve, (self.control_points, self.knots, self.weights)  # whose arrays are read-only, too
 
     @property
     def degree(self) -> int:
@@ -124,6 +127,9 @@ class Face:
         object.__setattr__(self, "weights", check_weights("weights", weights, points.shape[:2]))
         object.__setattr__(self, "trims", tuple(_loop(f"trims[{i}]", loop) for i, loop in enumerate(loops)))
         object.__setattr__(self, "color", None if color is None else linear("color", color))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Face, (self.control_points, self.knots_u, self.knots_v, self.weights, self.trims, self.color)
 
     @property
     def degree_u(self) -> int:
@@ -249,7 +255,7 @@ class Brep(Shape):
             return None
         return np.array([(1, 1, 1) if face.color is None else face.color for face in self.faces], np.float32)
 
-    @cached_property
+    @lazy
     def core(self) -> _core.Brep:
         faces = [
             (

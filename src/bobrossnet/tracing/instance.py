@@ -67,6 +67,9 @@ class Instance:
         ):
             object.__setattr__(self, field, value)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Instance, (self.shape, self.transform, self.material, self.name)  # whose transform is read-only, too
+
     def transformed(self, matrix: Any) -> Instance:
         """The instance moved by a (4, 4) matrix."""
         return replace(self, transform=check_map("matrix", matrix) @ self.transform)

@@ -42,10 +42,13 @@ class SceneTracer:
             raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
         self.size = check_size(size)
         self.camera = camera
-        scene = as_scene(scene)
-        self.layout = layout or (COLORED if scene.is_colored else TRACED)
-        self.camera_in_core = camera.core(scene.center, scene.radius)
-        self._core = scene.core
+        self.scene = as_scene(scene)
+        self.layout = layout or (COLORED if self.scene.is_colored else TRACED)
+        self.camera_in_core = camera.core(self.scene.center, self.scene.radius)
+        self._core = self.scene.core
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return SceneTracer, (self.scene, self.camera, self.size, self.layout)  # what is in the core can't be copied
 
     def __call__(self, pixels: NDArray[np.int32]) -> Samples:
         """What one ray through the centre of each pixel finds.

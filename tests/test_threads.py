@@ -1,0 +1,192 @@
+"""Threads that share objects: each does what it would do alone, or gets one clear line."""
+
+from __future__ import annotations
+
+import copy
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+
+import bobrossnet as bob
+from bobrossnet import _core
+from bobrossnet.picture.channels import TRACED
+from bobrossnet.threads import Turns, lazy
+
+SIZE = (48, 64)
+
+
+def at_once(*works: Callable[[], Any]) -> list[BaseException]:
+    """What threads that begin together raise."""
+    start, raised = threading.Barrier(len(works)), []
+
+    def run(work: Callable[[], Any]) -> None:
+        start.wait()
+        try:
+            work()
+        except BaseException as error:
+            raised.append(error)
+
+    threads = [threading.Thread(target=run, args=[work]) for work in works]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return raised
+
+
+@contextmanager
+def suppress_refusal() -> Iterator[None]:
+    try:
+        yield
+    except ValueError as error:
+        if "expected one thread at a time, got another" not in str(error):
+            raise
+
+
+def test_two_threads_share_a_view(tree: bob.Scene) -> None:
+    view = bob.View(tree, size=SIZE)
+    frames: list[bob.Frame] = []
+
+    def turn(first: int) -> Callable[[], None]:
+        def run() -> None:
+            for step in range(8):
+                camera = bob.Camera(azimuth=first + 2 * step)
+                frames.append(view.frame(camera, fraction=0.02))
+
+        return run
+
+    assert at_once(turn(0), turn(90), view.forget) == []
+    assert len(frames) == 16
+    assert all(np.isfinite(frame.image).all() for frame in frames)
+    while frames[-1].fraction < 1:
+        frames.append(view.frame(bob.Camera(), fraction=0.5))
+    assert (frames[-1].image == bob.trace(tree, bob.Camera(), size=SIZE).gray).all()
+
+
+def test_a_view_is_not_used_from_within_its_tracer(tree: bob.Scene) -> None:
+    views: list[bob.View] = []
+
+    def tracer(camera: bob.Camera, pixels: np.ndarray) -> bob.Samples:
+        if views:
+            views[0].frame(camera)
+        return bob.SceneTracer(tree, camera, SIZE)(pixels)
+
+    views.append(bob.View(tracer=tracer, size=SIZE))
+    with pytest.raises(bob.InputError, match=r"^View: expected one call at a time, got another from within"):
+        views[0].frame(fraction=0.1)
+
+
+def test_objects_of_the_core_that_change_refuse_a_second_thread() -> None:
+    """All that release the GIL: none may crash, and what is refused is refused in one line."""
+    size = (256, 256)
+    layout, planes = TRACED.core, np.zeros((TRACED.width, *size), np.float32)
+    off_center = np.zeros(size, np.float32)
+    camera = bob.Camera().core((0, 0, 0), 1)
+    history, refresh = _core.History(layout, *size), _core.RefreshOrder(*size)
+    adaptive, squares = _core.AdaptiveOrder(0, *size), _core.SquaresOrder(*size)
+    network = bob.completion.network.load_network("paper").core
+    again, image = network.incremental(), np.empty((1, *size), np.float32)
+    works: list[Callable[[], Any]] = [
+        lambda: history.add(camera, planes),
+        lambda: history.expect(camera, planes.copy(), off_center.copy()),
+        history.clear,
+        lambda: history.bytes,
+        lambda: refresh.begin(1),
+        lambda: refresh.next(layout, planes, planes, off_center, 100),
+        lambda: adaptive.next(layout, planes),
+        lambda: adaptive.bytes,
+        lambda: squares.next(layout, planes),
+        lambda: again(layout, planes, image.copy()),
+    ]
+
+    def often(work: Callable[[], Any]) -> Callable[[], None]:
+        def run() -> None:
+            for _ in range(5):
+                with suppress_refusal():
+                    work()
+
+        return run
+
+    assert at_once(*map(often, works), *map(often, works)) == []
+
+
+def test_threads_share_a_completer(tree: bob.Scene) -> None:
+    completer = bob.Completer("paper")
+    parts = [bob.trace(tree, bob.Camera(azimuth=30 * i), size=SIZE, fraction=0.1) for i in range(4)]
+    wrong: list[int] = []
+
+    def run() -> None:
+        for i, part in enumerate(parts):
+            if not (completer(part) == bob.complete(part, "paper")).all():
+                wrong.append(i)
+
+    assert at_once(run, run, run) == []
+    assert wrong == []
+
+
+def test_two_threads_build_one_shape(tree: bob.Scene) -> None:
+    torus = bob.implicit(lambda x, y, z: ((x * x + y * y) ** 0.5 - 1) ** 2 + z * z - 0.1)
+    cores: list[object] = []
+    assert at_once(*3 * [lambda: cores.append(torus.core)]) == []
+    assert len(cores) == 3
+    assert len(set(map(id, cores))) == 1
+
+
+class Two:
+    """Whose values are computed only while another one's is."""
+
+    def __init__(self, both: threading.Barrier) -> None:
+        self.both, self.computed = both, 0
+
+    @lazy
+    def value(self) -> int:
+        self.both.wait(20)
+        self.computed += 1
+        return self.computed
+
+
+def test_values_of_two_objects_are_computed_at_once() -> None:
+    both = threading.Barrier(2)
+    first, second = Two(both), Two(both)
+    assert at_once(lambda: first.value, lambda: second.value) == []
+    assert (first.value, second.value) == (1, 1)
+
+
+class Failing:
+    """Whose value can be computed the second time."""
+
+    tries = 0
+
+    @lazy
+    def value(self) -> int:
+        self.tries += 1
+        if self.tries == 1:
+            raise ValueError("first")
+        return self.tries
+
+
+def test_a_value_that_failed_is_computed_again() -> None:
+    failing = Failing()
+    with pytest.raises(ValueError, match="first"):
+        failing.value  # noqa: B018
+    assert (failing.value, failing.value, failing.tries) == (2, 2, 2)
+    assert copy.copy(failing).value == 2
+
+
+def test_turns_are_taken() -> None:
+    turns, inside, most = Turns("Object"), 0, 0
+
+    def run() -> None:
+        nonlocal inside, most
+        for _ in range(100):
+            with turns:
+                inside += 1
+                most = max(most, inside)
+                inside -= 1
+
+    assert at_once(run, run) == []
+    assert most == 1
