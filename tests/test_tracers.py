@@ -299,3 +299,24 @@ def test_without_noise_or_an_error_each_pixel_is_traced_once():
     exact = lambda pixels: bob.Samples(color=ramp(pixels))  # noqa: E731
     *_, last = bob.progressive(tracer=exact, size=SIZE, fraction=0.3, until=1e-9)
     assert last.fraction == 1
+
+
+@pytest.mark.parametrize("batch", [None, 50], ids=["any", "batches"])
+def test_a_tracer_can_not_change_the_pixels_that_it_is_given(tree, batch):
+    """They say where its samples go: turned upside down in place, the picture would be wrong and called exact."""
+    size = (24, 32)
+    trace = bob.SceneTracer(tree, bob.Camera(), size)
+
+    def tracer(pixels):
+        pixels[:, 0] = size[0] - 1 - pixels[:, 0]
+        return trace(pixels)
+
+    def of_camera(camera, pixels):
+        return tracer(pixels)
+
+    if batch is not None:
+        tracer.batch = of_camera.batch = batch
+    with pytest.raises(ValueError, match=r"^assignment destination is read-only$"):
+        next(bob.progressive(tracer=tracer, size=size, fraction=0.2))
+    with pytest.raises(ValueError, match=r"^assignment destination is read-only$"):
+        bob.View(tracer=of_camera, size=size).frame(fraction=0.2)

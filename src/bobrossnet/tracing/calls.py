@@ -85,7 +85,8 @@ class Calls:
         """Call the tracer; return whether the call goes on."""
         if not (self.under_way or self._dropped):
             self.turnover.resumed(began)
-        asked = self.sizes.padded(pixels)
+        asked = self.sizes.padded(pixels).view()
+        asked.flags.writeable = False  # where samples are put when they come
         returned = self.tracer(asked)
         call = Call(pixels, len(asked), is_first, began, returned, _future(returned))
         self.under_way.append(call)
