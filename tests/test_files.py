@@ -517,6 +517,43 @@ def test_gltf_deep_trees_load(tmp_path: Path) -> None:
     assert loaded(tmp_path, gltf([*nodes, {"mesh": 0}])).vertices[:, 2].max() == 5000
 
 
+MANY: dict[str, list[dict[str, Any]]] = {
+    "empty": [{"mesh": 0}, *[{}] * 100_000],
+    "deep": [*({"children": [n + 1]} for n in range(100_000)), {"mesh": 0}],
+    "repeated": [{"mesh": 0}] * 100_001,
+}
+
+
+@pytest.mark.parametrize("nodes", MANY.values(), ids=MANY)
+def test_gltf_nodes_are_counted(nodes: list[dict[str, Any]], tmp_path: Path) -> None:
+    roots = range(len(nodes)) if "children" not in nodes[0] else [0]
+    tree = gltf(nodes, scenes=[{"nodes": [*roots]}])
+    for file in (written(tmp_path / "a.gltf", json.dumps(tree)), written(tmp_path / "a.glb", glb(tree))):
+        assert error_of(file).endswith(": nodes: expected at most 100,000, got 100,001")
+
+
+def test_gltf_primitives_are_counted_as_often_as_they_are_placed(tmp_path: Path) -> None:
+    tree = gltf([{"mesh": 0}] * 1001, scenes=[{"nodes": [*range(1001)]}])
+    tree["meshes"][0]["primitives"] *= 100
+    message = "a.gltf: primitives: expected at most 100,000, got 100,100"
+    assert error_of(written(tmp_path / "a.gltf", json.dumps(tree))) == message
+
+
+def test_gltf_names_take_no_time(tmp_path: Path) -> None:
+    """Those that end in numbers, and come twice."""
+
+    def cost(names: list[str]) -> float:
+        tree = gltf([{"mesh": 0, "name": name} for name in names], scenes=[{"nodes": [*range(len(names))]}])
+        file = written(tmp_path / "a.gltf", json.dumps(tree))
+        start = time.thread_time()
+        load(file)
+        return time.thread_time() - start
+
+    count = 8000
+    cost(["a"])
+    assert cost([f"a_{n % (count // 2)}" for n in range(count)]) < 3 * cost([str(n) for n in range(count)])
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -21,6 +21,7 @@ from bobrossnet.adapters.messages import errors_at
 from bobrossnet.adapters.part import Part, counted, placed, trimesh_part
 from bobrossnet.adapters.surface import Surface
 from bobrossnet.errors import InputError, check_array, check_integer
+from bobrossnet.tracing.scene import MAX_INSTANCES
 
 Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])  # (x, y, z) → (x, -z, y)
 FAN = 6
@@ -38,8 +39,8 @@ def read_gltf(file: Path) -> list[Part]:
     Raises
     ------
     InputError
-        If it is compressed, quantised or larger than `MAX_ITEMS`, if its nodes do not form a tree, or if a file that
-        belongs to it is missing or lies elsewhere.
+        If it is compressed, quantised or larger than `MAX_ITEMS`, if it has more than `MAX_INSTANCES` nodes or
+        primitives, if its nodes do not form a tree, or if a file that belongs to it is missing or lies elsewhere.
     """
     return _parts(read_json(file.read_bytes()), _Buffers(file))
 
@@ -171,6 +172,12 @@ def _check_lists(tree: Any) -> None:
         items = tree.get(name, [])
         if not (isinstance(items, list) and all(isinstance(item, dict) for item in items)):
             raise InputError(f"{name}: expected a list of objects, got another")
+    _check_count("nodes", len(tree.get("nodes", [])))
+
+
+def _check_count(name: str, count: int) -> None:
+    if count > MAX_INSTANCES:
+        raise InputError(f"{name}: expected at most {MAX_INSTANCES:,}, got {count:,}")
 
 
 def _check_layout(tree: dict[str, Any]) -> None:
@@ -272,8 +279,11 @@ def _check_accessors(tree: dict[str, Any]) -> None:
 
 
 def _check_nodes(tree: dict[str, Any]) -> None:
-    """Refuse nodes that do not form a tree, as the specification requires: they could be reached in 2ⁿ ways."""
-    nodes = tree.get("nodes", [])
+    """Refuse nodes that do not form a tree, as the specification requires: they could be reached in 2ⁿ ways. Refuse
+    more primitives than a scene has instances, in the meshes or as often as nodes place them."""
+    nodes, meshes = tree.get("nodes", []), tree.get("meshes", [])
+    for users in (meshes, [meshes[node["mesh"]] for node in nodes if "mesh" in node]):
+        _check_count("primitives", sum(len(mesh["primitives"]) for mesh in users))
     children = [child for node in nodes for child in node.get("children", [])]
     scenes = tree.setdefault("scenes", [{"nodes": sorted(set(range(len(nodes))) - set(children))}])
     roots = scenes[tree.get("scene", 0)].get("nodes", [])
@@ -281,3 +291,5 @@ def _check_nodes(tree: dict[str, Any]) -> None:
         raise InputError("expected nodes that form a tree, got one with two parents or inside itself")
     for node in nodes:
         node.pop("camera", None)  # trimesh drops a camera's node, and with it the place of its children
+    for item in (*nodes, *meshes):
+        item.pop("name", None)  # trimesh takes quadratic time to make some names unique
