@@ -6,6 +6,7 @@ import base64
 import io
 import json
 import struct
+import time
 import warnings
 import zipfile
 from functools import partialmethod
@@ -189,6 +190,68 @@ def test_textures_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     scene, warned = told(obj(tmp_path, "newmtl a\nmap_Kd t.png\n"))
     assert not scene.is_colored
     assert "at most 3 texels, got 2 x 2" in warned[0]
+
+
+MANY = [f"newmtl m{i}\nKd {i % 100 / 100} {i // 100 / 100} 1\n" for i in range(8000)]
+
+
+def test_obj_loads_in_time_linear_in_its_materials(tmp_path: Path) -> None:
+    def cost(count: int) -> float:
+        faces = "".join(f"usemtl m{i}\nf 1 2 3\n" for i in range(count))
+        file = obj(tmp_path / str(count), "".join(MANY[:count]), faces)
+        start = time.thread_time()
+        assert len(bob.load(file).instances) == count
+        return time.thread_time() - start
+
+    cost(10)
+    assert cost(8000) < 14 * cost(1000)  # 8 if linear, above 30 if every material goes through all triangles
+
+
+def test_pictures_of_a_file_have_a_limit_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each counts once, by its content, where it is decoded, and once for each surface that has a copy of it."""
+    monkeypatch.setattr("bobrossnet.adapters.surface.MAX_FILE_TEXELS", 8)
+    for i in range(3):
+        written(tmp_path / f"{i}.png", picture(texels=TEXELS + np.uint8(i)))
+        written(tmp_path / f"copy{i}.png", picture())
+    face = "".join(f"usemtl {i}\nf 1 2 3\n" for i in range(3))
+    scene, warned = told(obj(tmp_path, "".join(f"newmtl {i}\nmap_Kd {i}.png\n" for i in range(3)), face))
+    assert sum(instance.shape.texture is not None for instance in scene.instances) == 2
+    assert warned == ["a.obj: texture 2.png was left out: expected textures of at most 8 texels in all, got more"]
+
+    mtl = "".join(f"newmtl {i}\nKe 0 0 0.{i}\nmap_Kd copy{i}.png\n" for i in range(3))
+    scene, warned = told(obj(tmp_path, mtl, face))
+    assert sum(instance.shape.texture is not None for instance in scene.instances) == 2
+    assert warned == [
+        "a.obj: 1 textures were left out: expected at most 8 texels in all, a texture counted for each material that "
+        "looks different"
+    ]
+
+    mtl = "".join(f"newmtl {i}\nmap_Kd copy0.png\nmap_d {i}.png\n" for i in (1, 2))
+    _, warned = told(obj(tmp_path, mtl, face))
+    assert len(warned) == 2  # one picture and one mask fit, with nothing left for what they become
+    assert warned[0].startswith("a.obj: the mask of 1 was left out: expected textures of at most 8 texels in all")
+    assert warned[1].startswith("a.obj: texture 2.png was left out: ")
+
+
+def test_a_picture_is_decoded_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    decoded = []
+    monkeypatch.setattr("PIL.Image.open", lambda *args, of=Image.open, **more: decoded.append(args) or of(*args, **more))
+    data = picture()
+    uri = "data:;base64," + base64.b64encode(data).decode()
+    names = [{"uri": uri}, {"uri": uri + "\n"}, {"uri": "t.png"}, {"uri": "u.png"}]
+    written(tmp_path / "t.png", data)
+    written(tmp_path / "u.png", data)
+    sources = [{"source": i} for i in range(len(names))]
+    tree = gltf([laid({"index": i}) for i in range(len(names))], textures=sources, images=names)
+    assert len(bob.load(saved(tmp_path, tree)).instances) == 1  # which look alike
+    assert len(decoded) == 1
+    mtl = "newmtl a\nmap_Kd t.png\nnewmtl b\nmap_Kd u.png\n"
+    assert len(bob.load(obj(tmp_path, mtl, "usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n")).instances) == 1
+    assert len(decoded) == 2
+    broken = {"3D/Textures/paint.png": b"no", "3D/Textures/other.png": b"no"}
+    _, warned = told(textured_3mf(tmp_path, broken))
+    assert len(decoded) == 3
+    assert len(warned) == 1
 
 
 def test_obj_colors_of_points(tmp_path: Path) -> None:
@@ -643,6 +706,14 @@ def test_3mf_textures_that_cannot_be_read_are_one_warning(
     assert len(warned) == 1
     assert warned[0].startswith("a.3mf: texture ")
     assert message in warned[0]
+
+
+def test_3mf_textures_have_a_limit_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bobrossnet.adapters.surface.MAX_FILE_TEXELS", 3)
+    scene, warned = told(textured_3mf(tmp_path, {"3D/Textures/paint.png": picture()}))
+    assert scene.counts()["triangle"] == 3
+    assert len(warned) == 1
+    assert "expected textures of at most 3 texels in all, got more" in warned[0]
 
 
 def test_3mf_corners_without_a_place_or_a_point(tmp_path: Path) -> None:

@@ -138,7 +138,9 @@ def _loaded(path: str | os.PathLike[str]) -> SceneLike:
     file = _file(path)
     ending = file.suffix.lower()
     if ending in MESH_READERS:
-        instances = _read_mesh(path).instances(file.name)
+        read = _read_mesh(path)
+        with _errors_of_one_line(file, "mesh"):
+            instances = read.instances(file.name)
         return instances[0] if len(instances) == 1 else Scene(instances)
     with _errors_of_one_line(file, "shape" if ending in IMPLICIT_READERS else "scene"):
         _check_file(file)
@@ -210,7 +212,7 @@ def _read_mesh(path: str | os.PathLike[str]) -> Joined:
         if file.stat().st_size == 0:
             raise InputError("expected a mesh, got an empty file")
         with interrupts.heard("trimesh"):
-            read = joined(MESH_READERS[ending](file))
+            read = joined(file, MESH_READERS[ending](file))
             drawn = read.drawn()
     total = len(read.part.triangles)
     if dropped := total - len(drawn.part.triangles):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.messages import one_line, warn_of
-from bobrossnet.adapters.surface import Surface, Texture, decoded, unit
+from bobrossnet.adapters.surface import Pictures, Surface, Texture, unit
 from bobrossnet.errors import InputError
 from bobrossnet.tracing.material import Material
 
@@ -39,8 +39,9 @@ class GltfSurfaces(dict[int, Surface]):
     def __init__(self, model: Path, tree: dict[str, Any], buffers: Mapping[str, bytes]) -> None:
         super().__init__()
         self.model, self.tree, self.buffers = model, tree, buffers
-        self.pictures: dict[int, Texture | None] = {}
-        """By the number of their image."""
+        self.pictures = Pictures()
+        self.textures: dict[tuple[Any, ...], Texture | None] = {}
+        """By where their images are: a URI, or a view's buffer, start and length."""
 
     def __missing__(self, number: int) -> Surface:
         if number < 0:
@@ -118,30 +119,33 @@ class GltfSurfaces(dict[int, Surface]):
         texture = _item(self.tree, "textures", info.get("index"))
         extensions = _object(texture, "extensions")
         number = texture.get("source", _object(extensions, "EXT_texture_webp").get("source"))
-        key = number if isinstance(number, int) else -1
-        if key not in self.pictures:
-            self.pictures[key] = self._picture(key)
-        picture, sampler = self.pictures[key], _item(self.tree, "samplers", texture.get("sampler"))
+        picture, sampler = self._picture(number if isinstance(number, int) else -1), _item(self.tree, "samplers", texture.get("sampler"))
         across, down = (WRAPS.get(_number(sampler.get(axis)), "repeat") for axis in ("wrapS", "wrapT"))
         return picture and (picture if (across, down) == picture.wrap else picture._replace(wrap=(across, down)))
 
     def _picture(self, number: int) -> Texture | None:
-        try:
-            return decoded(self._content(_item(self.tree, "images", number)))
-        except InputError as error:
-            warn_of(self.model, f"texture {number} was left out: {error}")
-            return None
+        source = self._source(_item(self.tree, "images", number))
+        if source not in self.textures:
+            self.textures[source] = None
+            try:
+                self.textures[source] = self.pictures.decoded(self._content(*source))
+            except InputError as error:
+                warn_of(self.model, f"texture {number} was left out: {error}")
+        return self.textures[source]
 
-    def _content(self, image: dict[str, Any]) -> bytes:
-        """The file of an image."""
+    def _source(self, image: dict[str, Any]) -> tuple[Any, ...]:
+        """Where the file of an image is."""
         if isinstance(image.get("uri"), str):
-            return self._file(image["uri"])
+            return (image["uri"],)
         view = _item(self.tree, "bufferViews", image.get("bufferView"))
         buffer = _item(self.tree, "buffers", view.get("buffer"))
-        if not buffer:
-            raise InputError("expected an image with a uri or a bufferView, got none")
         start, length = (_number(view.get(name, 0)) for name in ("byteOffset", "byteLength"))
-        return self._file(buffer["uri"])[start : start + length]
+        return (buffer["uri"], start, start + length) if buffer else ()
+
+    def _content(self, uri: str | None = None, start: int | None = None, end: int | None = None) -> bytes:
+        if uri is None:
+            raise InputError("expected an image with a uri or a bufferView, got none")
+        return self._file(uri)[start:end]
 
     def _file(self, uri: str) -> bytes:
         if not uri.startswith(DATA):

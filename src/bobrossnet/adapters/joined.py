@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.adapters.part import Part, concatenated, pieces
-from bobrossnet.adapters.surface import Surface
+from bobrossnet.adapters.part import Part, concatenated, pieces, rows_of
+from bobrossnet.adapters.surface import Surface, with_textures_within_budget
 from bobrossnet.errors import InputError
 from bobrossnet.shapes.affine import MAX_COORDINATE
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.scene import MAX_INSTANCES
 
 FIRST = 64
 """Triangles of which nearly always one has an area."""
@@ -54,24 +56,29 @@ class Joined(NamedTuple):
             drawn[rows] = ((corners >= 0) & usable[corners]).all(axis=1)
         if not drawn.any():
             raise InputError(f"expected triangles, got {total:,} that all touch a missing or non-finite vertex")
-        kept = self.of(drawn)
+        kept = self.of(np.flatnonzero(drawn))
         if not _any_area(kept.part.vertices, kept.part.triangles):
             raise InputError(f"expected triangles with an area, got {len(kept.part.triangles):,} of zero area")
         normals = kept.part.normals
         return kept._replace(part=kept.part._replace(normals=None if normals is None else _unit(normals)))
 
-    def of(self, triangles: NDArray[np.bool_]) -> Joined:
-        """Some of the triangles, and what they use: nothing else may affect the scene's bounding sphere."""
+    def of(self, triangles: NDArray[np.int64]) -> Joined:
+        """Triangles by their numbers, and what they use: nothing else may affect the scene's bounding sphere."""
         part = self.part
-        corners = concatenated([part.triangles[rows][triangles[rows]] for rows in pieces(len(part.triangles))])
-        used = np.zeros(len(part.vertices), dtype=bool)
-        for rows in pieces(len(corners)):
-            used[corners[rows]] = True
-        renumbered = np.cumsum(used) - 1
-        for rows in pieces(len(corners)):
-            corners[rows] = renumbered[corners[rows]]
+        corners = concatenated([part.triangles[triangles[rows]] for rows in pieces(len(triangles))])
+        used: NDArray[Any]
+        if len(corners) < len(part.vertices) // 8:  # a few: no work for each vertex of the whole
+            used, corners = np.unique(corners, return_inverse=True)
+            corners = corners.reshape(-1, 3)
+        else:
+            used = np.zeros(len(part.vertices), dtype=bool)
+            for rows in pieces(len(corners)):
+                used[corners[rows]] = True
+            renumbered = np.cumsum(used) - 1
+            for rows in pieces(len(corners)):
+                corners[rows] = renumbered[corners[rows]]
 
-        def some(values: NDArray[Any] | None, which: NDArray[np.bool_]) -> NDArray[Any] | None:
+        def some(values: NDArray[Any] | None, which: NDArray[Any]) -> NDArray[Any] | None:
             return None if values is None else values[which]
 
         return Joined(
@@ -89,15 +96,22 @@ class Joined(NamedTuple):
         )
 
     def instances(self, name: str) -> list[Instance]:
-        """One for each surface; of several, those have names of their own that have one in the file."""
+        """One for each surface; of several, those have names of their own that have one in the file.
+
+        Raises
+        ------
+        InputError
+            If there are more than a scene may have.
+        """
+        if len(self.surfaces) > MAX_INSTANCES:
+            raise InputError(f"materials: expected at most {MAX_INSTANCES:,}, got {len(self.surfaces):,}")
         if self.surface is None:
             (surface,) = self.surfaces
             return [Instance(_mesh(self.part, surface), material=surface.material, name=name)]
         instances = []
         whole = self._replace(part=_with_normals(self.part))
-        for number, surface in enumerate(self.surfaces):
-            triangles = self.surface == number
-            if triangles.any():
+        for surface, triangles in zip(self.surfaces, rows_of(self.surface, len(self.surfaces)), strict=True):
+            if len(triangles):
                 mesh = _mesh(whole.of(triangles).part, surface)
                 instances.append(Instance(mesh, material=surface.material, name=surface.name or name))
         return instances
@@ -112,8 +126,11 @@ class Joined(NamedTuple):
         return _mesh(part, self.surfaces[0] if self.surface is None else Surface())
 
 
-def joined(parts: Sequence[Part]) -> Joined:
-    """All parts as one; an index that misses its own part's vertices becomes -1."""
+def joined(file: Path, parts: Sequence[Part]) -> Joined:
+    """All parts of a file as one; an index that misses its own part's vertices becomes -1.
+
+    Each surface has a copy of its texture. Textures beyond `MAX_FILE_TEXELS` are left out, with a warning.
+    """
     triangles = [np.empty((0, 3), np.int64)]
     start = 0
     for part in parts:
@@ -134,10 +151,15 @@ def joined(parts: Sequence[Part]) -> Joined:
     )
     shown = [part.surface if part.uv is not None else part.surface._replace(texture=None) for part in parts]
     places: dict[tuple[Any, ...], int] = {}
-    numbers = [places.setdefault(surface.look, len(places)) for surface in shown]
-    if len(places) < 2:
-        return Joined(part, shown[:1] or [Surface()], None)
-    surfaces = [shown[numbers.index(number)] for number in range(len(places))]
+    surfaces: list[Surface] = []
+    numbers = []
+    for surface in shown:
+        numbers.append(places.setdefault(surface.look, len(places)))
+        if len(places) > len(surfaces):
+            surfaces.append(surface)
+    surfaces = with_textures_within_budget(file, surfaces)
+    if len(surfaces) < 2:
+        return Joined(part, surfaces or [Surface()], None)
     return Joined(part, surfaces, np.repeat(np.array(numbers, np.int32), [len(part.triangles) for part in parts]))
 
 

@@ -64,7 +64,10 @@ def _surface(name: bytes, of: dict[bytes, list[bytes]], textures: Textures, fold
     # Exporters write any Kd beside a texture, and importers such as Blender's do not look at it.
     color = (1.0, 1.0, 1.0) if texture else _color(of.get(b"kd"), 1)
     if mask:
-        texture = textures.masked(texture, mask)
+        try:
+            texture = textures.masked(texture, mask)
+        except InputError as error:
+            warn_of(textures.model, f"the mask of {one_line(name.decode('utf-8', 'replace'))} was left out: {error}")
     cutoff = texture.half if texture else None
     label = one_line(name.decode("utf-8", "replace")) or None
     emissive = _color(of.get(b"ke"), 0)

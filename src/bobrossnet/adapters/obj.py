@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.messages import one_line
 from bobrossnet.adapters.mtl import read_mtl
-from bobrossnet.adapters.part import Part, concatenated, fan, lines_of, of_triangles, pieces
+from bobrossnet.adapters.part import Part, concatenated, fan, lines_of, of_triangles, pieces, rows_of
 from bobrossnet.adapters.surface import Surface
 from bobrossnet.color import from_srgb
 from bobrossnet.errors import InputError
@@ -92,11 +92,15 @@ def read_obj(file: Path) -> list[Part]:
     if not surfaces:
         return [whole]
     uv = _picked(places, on, 2) * (1, -1) + (0, 1)  # an OBJ counts from the bottom up
-    of = of_triangles(np.array(materials, np.int64), sizes)
-    return [_of_surface(whole, of == n, uv, surfaces.get(name, Surface())) for name, n in names.items() if n in of]
+    rows = rows_of(of_triangles(np.array(materials, np.int64), sizes), len(names))
+    return [
+        _of_surface(whole, own, uv, surfaces.get(name, Surface()))
+        for name, own in zip(names, rows, strict=True)
+        if len(own)
+    ]
 
 
-def _of_surface(whole: Part, triangles: NDArray[np.bool_], uv: NDArray[np.float64], surface: Surface) -> Part:
+def _of_surface(whole: Part, triangles: NDArray[np.int64], uv: NDArray[np.float64], surface: Surface) -> Part:
     """The triangles of one surface, and what they use."""
     used, corners = np.unique(whole.triangles[triangles], return_inverse=True)
     return Part(

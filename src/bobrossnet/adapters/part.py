@@ -107,6 +107,12 @@ def of_triangles(values: NDArray[Any], lengths: NDArray[np.int64]) -> NDArray[An
     return values if (lengths == 3).all() else np.repeat(values, np.maximum(lengths - 2, 0), axis=0)
 
 
+def rows_of(numbers: NDArray[Any], count: int) -> list[NDArray[np.int64]]:
+    """The rows that have each of the numbers 0 to `count` - 1, ascending."""
+    ends = np.cumsum(np.bincount(numbers, minlength=count))
+    return np.split(np.argsort(numbers, kind="stable"), ends[:-1])
+
+
 def placed(part: Part, matrix: NDArray[np.float64]) -> Part:
     """The part moved by a (4, 4) matrix that is multiplied from the left."""
     linear = matrix[:3, :3]

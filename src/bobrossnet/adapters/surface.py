@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
+from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
@@ -17,6 +19,9 @@ from bobrossnet.tracing.material import Material
 
 MAX_TEXELS = 1 << 26
 """Of one texture: 8,192 x 8,192, 0.2 GB."""
+
+MAX_FILE_TEXELS = 1 << 27
+"""Of all pictures that a file names, and of the textures of all its materials: of 8 x 4,096 x 4,096, about 1 GB."""
 
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF")
 """Of textures: what browsers read as well."""
@@ -53,6 +58,58 @@ class Surface(NamedTuple):
         return self.material, *held, wrap, self.alpha_cutoff
 
 
+def with_textures_within_budget(file: Path, surfaces: Sequence[Surface]) -> list[Surface]:
+    """The surfaces of a file. Textures beyond `MAX_FILE_TEXELS` are left out, with a warning: each surface has a copy of its
+    own."""
+    kept = []
+    texels = dropped = 0
+    for surface in surfaces:
+        own = 0 if surface.texture is None else surface.texture.texels.size // 3
+        if texels + own > MAX_FILE_TEXELS:
+            own, dropped = 0, dropped + 1
+            surface = surface._replace(texture=None, alpha_cutoff=None)
+        texels += own
+        kept.append(surface)
+    if dropped:
+        most = f"{MAX_FILE_TEXELS:,} texels in all, a texture counted for each material that looks different"
+        warn_of(file, f"{dropped:,} textures were left out: expected at most {most}")
+    return kept
+
+
+class Pictures(dict[bytes, Texture | InputError]):
+    """The pictures of a file by the SHA-256 of their contents: each is decoded once, whatever it is called."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.texels = 0
+
+    def decoded(self, data: bytes) -> Texture:
+        """The texels of a picture's file.
+
+        Raises
+        ------
+        InputError
+            If it is none that can be read, larger than `MAX_TEXELS`, or if with the others `MAX_FILE_TEXELS` are
+            exceeded.
+        """
+        key = hashlib.sha256(data).digest()
+        if key not in self:
+            try:
+                self[key] = _decoded(data, self)
+            except InputError as error:
+                self[key] = error
+        found = self[key]
+        if isinstance(found, InputError):
+            raise InputError(str(found))
+        return found
+
+    def count(self, height: int, width: int) -> None:
+        """Take the texels of a picture from what is left for the file, before there is any memory for them."""
+        if self.texels + height * width > MAX_FILE_TEXELS:
+            raise InputError(f"expected textures of at most {MAX_FILE_TEXELS:,} texels in all, got more")
+        self.texels += height * width
+
+
 class Textures(dict[PurePosixPath, Texture | None]):
     """Textures in files beside a model, by their paths from its folder; None, with a warning, where one can't be
     read.
@@ -65,13 +122,13 @@ class Textures(dict[PurePosixPath, Texture | None]):
 
     def __init__(self, model: Path, beside: Beside) -> None:
         super().__init__()
-        self.model, self.beside = model, beside
+        self.model, self.beside, self.pictures = model, beside, Pictures()
         self.with_masks: dict[tuple[int | None, int], Texture] = {}
 
     def __missing__(self, path: PurePosixPath) -> Texture | None:
         texture = None
         try:
-            texture = decoded(self._read(path))
+            texture = self.pictures.decoded(self._read(path))
         except InputError as error:
             warn_of(self.model, f"texture {one_line(path)} was left out: {error}")
         self[path] = texture
@@ -79,10 +136,17 @@ class Textures(dict[PurePosixPath, Texture | None]):
 
     def masked(self, texture: Texture | None, mask: Texture) -> Texture:
         """The texture, or a white one, with the alpha of a mask, or with what is bright of one without alpha. A mask of
-        another size lends each texel what is at its centre."""
+        another size lends each texel what is at its centre.
+
+        Raises
+        ------
+        InputError
+            If the file's textures exceed `MAX_FILE_TEXELS` with it.
+        """
         texels, wrap = (np.full_like(mask.texels, 255), mask.wrap) if texture is None else texture[:2]
         key = None if texture is None else id(texels), id(mask.texels)
         if key not in self.with_masks:
+            self.pictures.count(*texels.shape[:2])
             alpha = mask.texels[..., 0] if mask.alpha is None else mask.alpha
             rows, columns = (
                 (2 * np.arange(size) + 1) * own // (2 * size)
@@ -110,14 +174,7 @@ def texture_beside(model: Path, name: bytes) -> Texture | None:
     return Textures(model, Beside(model))[path_of(name)]
 
 
-def decoded(data: bytes) -> Texture:
-    """The texels of a picture's file.
-
-    Raises
-    ------
-    InputError
-        If it is none that can be read, or larger than `MAX_TEXELS`.
-    """
+def _decoded(data: bytes, pictures: Pictures) -> Texture:
     from PIL import Image
 
     try:
@@ -125,6 +182,7 @@ def decoded(data: bytes) -> Texture:
             width, height = image.size
             if width * height > MAX_TEXELS:
                 raise InputError(f"expected a picture of at most {MAX_TEXELS:,} texels, got {width} x {height}")
+            pictures.count(height, width)
             if not image.has_transparency_data:
                 return Texture(np.array(image.convert("RGB")))
             texels = np.array(image.convert("RGBA"))

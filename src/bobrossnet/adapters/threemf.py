@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.messages import one_line, warn_of
 from bobrossnet.adapters.part import Part, counted, placed
-from bobrossnet.adapters.surface import Surface, Texture, decoded
+from bobrossnet.adapters.surface import Pictures, Surface, Texture
 from bobrossnet.adapters.xml import read_xml
 from bobrossnet.color import linear
 from bobrossnet.errors import InputError
@@ -107,7 +107,7 @@ class _Textures(dict[str, Texture | None]):
 
     def __init__(self, file: Path, archive: ZipFile) -> None:
         super().__init__()
-        self.file, self.archive = file, archive
+        self.file, self.archive, self.pictures, self.unpacked = file, archive, Pictures(), 0
         self.names = {info.filename.lower().strip("/"): info for info in archive.infolist()}
 
     def __missing__(self, path: str) -> Texture | None:
@@ -116,8 +116,9 @@ class _Textures(dict[str, Texture | None]):
             info = self.names.get(path.lower().strip("/"))
             if info is None:
                 raise InputError("expected a picture in the file, found none of that name")
-            _check_unpacked("a picture", info.file_size, self.file)
-            texture = decoded(self.archive.read(info))
+            _check_unpacked("pictures", self.unpacked + info.file_size, self.file)
+            self.unpacked += info.file_size
+            texture = self.pictures.decoded(self.archive.read(info))
         except InputError as error:
             warn_of(self.file, f"texture {one_line(path) or 'without a path'} was left out: {error}")
         self[path] = texture
@@ -212,32 +213,35 @@ class _Palette:
         """An object in a part for each of its textures, and one for the rest."""
         if not self.picture_of:
             return [Part(vertices, triangles, face_colors=self.of_triangles(chosen))]
-        pictures = [self.picture_of.get(swatches[0][0]) if swatches else None for swatches in chosen]
+        rows_of: dict[str | None, list[int]] = {None: []}
+        for row, swatches in enumerate(chosen):
+            rows_of.setdefault(self.picture_of.get(swatches[0][0]) if swatches else None, []).append(row)
         parts = []
-        for picture in dict.fromkeys([None, *pictures]):
-            rows = [row for row, own in enumerate(pictures) if own == picture]
+        points = np.vstack([vertices, np.full(3, np.nan)])
+        for picture, rows in rows_of.items():
             own, looks = triangles[rows], [chosen[row] for row in rows]
             if picture is None:
                 parts.append(Part(vertices, own, face_colors=self.of_triangles(looks)))
             else:
-                parts.append(self._laid(vertices, own, looks, picture))
+                parts.append(self._laid(points, own, looks, picture))
         return parts
 
     def _laid(
         self,
-        vertices: NDArray[np.float64],
+        points: NDArray[np.float64],
         triangles: NDArray[np.int64],
         chosen: Sequence[tuple[Swatch, ...]],
         picture: str,
     ) -> Part:
-        """A part on a texture, whose corners are vertices of their own."""
+        """A part on a texture, whose corners are vertices of their own; the last of the points stands for any that is
+        missing."""
         path, *wrap = self.pictures.get(picture, ("", "repeat", "repeat"))
         texture = self.textures[path]
         none = ["nan", "nan"]
         uv = _numbers([self.places.get(swatch, none) for own in chosen for swatch in (own * 3)[:3]]).reshape(-1, 2)
-        points, corners = np.vstack([vertices, np.full(3, np.nan)]), triangles.reshape(-1)
+        corners = triangles.reshape(-1)
         return Part(
-            points[np.where((corners >= 0) & (corners < len(vertices)), corners, -1)],
+            points[np.where((corners >= 0) & (corners < len(points)), corners, -1)],
             np.arange(len(corners)).reshape(-1, 3),
             uv=uv * (1, -1) + (0, 1),  # a 3MF counts from the bottom up
             surface=Surface(texture=texture and texture._replace(wrap=(wrap[0], wrap[1]))),
