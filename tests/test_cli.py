@@ -300,6 +300,7 @@ def test_evaluate(tmp_path, capsys, monkeypatch):
         ),
         (["render", "--up", "x"], "--up"),
         (["render", "--model", "oil"], "model: expected one of"),
+        (["thumbs", ".", "-o", "out"], ".: expected shape files in it or below it, got none"),
         (["render", "-o", "no/such/folder.png"], "there is no folder"),
         (["render", "-o", "picture.gif"], "picture.gif: expected a picture's ending"),
         (["render", "-o", "picture"], "picture: expected a picture's ending"),

@@ -46,7 +46,10 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit status: 0, 2 after an error of one line on stderr, 130 after Ctrl-C."""
+    """Run one command and return its exit status.
+
+    It is 0, the command's own, 2 after an error of one line on stderr, or 130 after Ctrl-C.
+    """
     from bobrossnet.errors import InputError
 
     try:
@@ -54,8 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for sent in (signal.SIGTERM, signal.SIGHUP):  # so that files in the making are cleaned up
             if signal.getsignal(sent) != signal.SIG_IGN:  # which nohup sets
                 signal.signal(sent, _terminate)
-        _run(arguments)
-        return 0
+        return _run(arguments)
     except (InputError, _UsageError) as error:
         return _fail(str(error))
     except MemoryError:
@@ -79,7 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return starting.INTERRUPTED
 
 
-def _run(arguments: Sequence[str] | None) -> None:
+def _run(arguments: Sequence[str] | None) -> int:
     from bobrossnet.errors import InputWarning
 
     try:
@@ -87,11 +89,12 @@ def _run(arguments: Sequence[str] | None) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("always", InputWarning)
             warnings.showwarning = _print_warning
-            options.run(options)
+            status: int = options.run(options) or 0
     except SystemExit:  # after --help and --version
         _flush_output()
         raise
     _flush_output()
+    return status
 
 
 def _flush_output() -> None:

@@ -16,7 +16,7 @@ def add(commands: Any) -> None:
         "thumbs",
         help="make a picture of every shape file of a folder",
         description="Make a picture of every shape file of a folder and below it. Those that are there already, newer "
-        "than their files, are left as they are.",
+        "than their files, are left as they are. The exit status is 0 if every file has one, 1 if files were left out.",
     )
     thumbs.set_defaults(run=run)
     thumbs.add_argument("folder", metavar="DIR", help="where the files are")
@@ -32,9 +32,11 @@ def add(commands: Any) -> None:
     thumbs.add_argument("--sheet", metavar="PICTURE", help="write a sheet of all of them, too")
 
 
-def run(options: argparse.Namespace) -> None:
-    """Make the pictures; print those files that have none, and how many there are."""
+def run(options: argparse.Namespace) -> int:
+    """Make the pictures; print those files that have none, and how many there are. Returns the exit status."""
     import bobrossnet as bob
+    from bobrossnet.adapters.files import shape_files
+    from bobrossnet.errors import InputError
     from bobrossnet.machine import limit_memory
     from bobrossnet.picture.files import check_picture_path, write_picture
     from bobrossnet.progress import progress
@@ -42,6 +44,8 @@ def run(options: argparse.Namespace) -> None:
 
     limit_memory()
     sheet = None if options.sheet is None else check_picture_path(options.sheet)
+    if not shape_files(options.folder):
+        raise InputError(f"{options.folder}: expected shape files in it or below it, got none")
     start = time.perf_counter()
     with progress("drawing") as report:
         made = bob.thumbnails(
@@ -70,3 +74,4 @@ def run(options: argparse.Namespace) -> None:
     print(
         f"wrote {drawn:,} pictures to {options.out} in {seconds:.1f} s; {kept:,} were there, {failed:,} files left out"
     )
+    return 1 if failed else 0
