@@ -4,23 +4,26 @@ import http.client
 import json
 import os
 import re
+import shutil
 import signal
 import socket
+import subprocess
 import sys
 import time
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from subprocess import PIPE
+from urllib.parse import parse_qs, unquote, urlsplit
 
 import pytest
-from processes import running
+from processes import COMMAND, running
 
 import bobrossnet as bob
 from bobrossnet import cli
 from bobrossnet.adapters.files import ALL_ENDINGS
 from bobrossnet.page.export import export
 from bobrossnet.page.files import GALLERY, READ_IN_PAGE, TYPES, VIEWER, page_files
-from bobrossnet.page.server import Server
+from bobrossnet.page.server import Server, own_hosts
 from bobrossnet.picture.channels import CHANNELS, TRACED
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
@@ -126,6 +129,18 @@ def test_other_hosts_and_origins_are_refused(ask, viewer):
         assert ask("/core/core.js", Host=host)[0] == 403
     for origin in ("http://example.com", "null", f"https://127.0.0.1:{port}", f"http://127.0.0.1:{port + 1}", ""):
         assert ask("/core/core.js", Origin=origin)[0] == 403
+
+
+def test_hosts_have_no_case_and_need_no_port_where_it_is_of_http(ask, viewer, monkeypatch):
+    for host in (f"LOCALHOST:{viewer.server_port}", f"LocalHost:{viewer.server_port}"):
+        assert ask("/core/core.js", Host=host, Origin=f"http://{host}")[0] == 200
+        assert ask(f"http://{host}/core/core.js", Host=host)[0] == 200
+    assert ask("/core/core.js", Host="localhost")[0] == 403
+    monkeypatch.setattr(viewer, "hosts", own_hosts(80))
+    for host in ("localhost", "127.0.0.1", "LOCALHOST", "localhost:80"):
+        assert ask("/core/core.js", Host=host, Origin=f"http://{host}")[0] == 200
+    for host in ("example.com", "localhost:81", ""):
+        assert ask("/core/core.js", Host=host)[0] == 403
 
 
 @pytest.fixture
@@ -355,6 +370,47 @@ def test_nohup_is_heeded(tmp_path):
         process.send_signal(signal.SIGHUP)
         time.sleep(0.2)
         assert process.poll() is None
+
+
+STRANGE = b"a #1? 100%41&b=c+d<e>\"'\\\t\n\xe9.obj"
+"""Whatever a file's name can have, with a byte that is not UTF-8."""
+
+
+def test_a_file_of_any_name_is_served_at_the_address_that_is_printed(tmp_path):
+    (tmp_path / os.fsdecode(STRANGE)).write_text(TRIANGLE)
+    with viewing(tmp_path, "--no-browser", os.fsdecode(STRANGE)) as (process, line):
+        url = urlsplit(line.partition(" ")[0])
+        assert url.port, process.stderr.read()
+        (scene,) = parse_qs(url.query, strict_parsing=True)["scene"]
+        with closing(http.client.HTTPConnection("127.0.0.1", url.port, timeout=20)) as connection:
+            connection.request("GET", f"/{scene}")
+            assert b"bobrossnet-scene" in connection.getresponse().read()
+            connection.request("GET", f"/{GALLERY}")
+            gallery = json.loads(connection.getresponse().read())
+    name = STRANGE.removesuffix(b".obj").decode("utf-8", "replace")
+    assert gallery[0] == {"file": f"../{scene}", "title": name, "kind": "file"}
+
+
+def test_names_as_long_as_disks_take_are_exported(tmp_path):
+    for name in ("x" * 252, "é" * 126, os.fsdecode(b"\xe9" * 252)):
+        file = tmp_path / f"{name}.vm"
+        file.write_text("_0 var-x\n_1 square _0\n_2 const 1\n_3 sub _1 _2\n")
+        page = tmp_path / "page"
+        assert cli.main(["view", str(file), "--export", str(page)]) == 0
+        (scene,) = (page / "files").glob("*.bob")
+        assert unquote(json.loads((page / GALLERY).read_bytes())[0]["file"]) == f"../files/{scene.name}"
+        shutil.rmtree(page)
+
+
+def test_any_name_is_printed(tmp_path):
+    name = os.fsdecode(STRANGE)
+    (tmp_path / name).write_text(TRIANGLE)
+    command = [*COMMAND, "mesh", name, "-o", name.replace(".obj", ".stl")]
+    for encoding in ("utf-8", "ascii"):
+        environment = {**os.environ, "PYTHONIOENCODING": encoding}
+        done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=tmp_path, timeout=60)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert done.stdout.startswith("wrote a #1? 100%41")
 
 
 def test_it_opens_a_browser(tmp_path, monkeypatch):

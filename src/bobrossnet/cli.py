@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import errno
+import io
 import json
 import os
 import signal
@@ -52,6 +53,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     from bobrossnet.errors import InputError
 
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # so that any file's name can be printed
+            stream.reconfigure(errors="backslashreplace")
     try:
         starting.done()
         for sent in (signal.SIGTERM, signal.SIGHUP):  # so that files in the making are cleaned up
@@ -190,14 +194,14 @@ def _view(options: argparse.Namespace) -> None:
     import webbrowser
 
     from bobrossnet.page.export import export, export_file
-    from bobrossnet.page.files import page_files, scene_path, tree
+    from bobrossnet.page.files import page_files, scene_address, title_of, tree
     from bobrossnet.page.look import attributes
     from bobrossnet.page.server import Server
 
     limit_memory()
     look = attributes(options.fov, background(options.background))
     files = options.files
-    name = Path(files[0]).stem if len(files) == 1 else "scene"
+    name = title_of(files[0]) if len(files) == 1 else "scene"
     scene = scene_of(options) if files else None
     if options.export is not None and Path(options.export).suffix.lower() == ".html":
         export_file(scene or tree(), name if files else "happy tree", Path(options.export), look)
@@ -209,7 +213,8 @@ def _view(options: argparse.Namespace) -> None:
             print(f"wrote {options.export}: {len(page)} files, which any web server can show")
             return
         with Server(page, options.port) as server:
-            url = server.url + (f"?scene={quote(scene_path(name))}" if files else "")
+            # Quoted twice: the parameter is a URL itself, in which # and ? have a meaning.
+            url = server.url + (f"?scene={quote(scene_address(name))}" if files else "")
             print(f"{url}  (Ctrl-C ends it)", flush=True)
             if not options.no_browser:
                 # Browsers in a terminal only return when they are left.

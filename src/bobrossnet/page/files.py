@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -41,6 +42,9 @@ TYPES = {
 READ_IN_PAGE = (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".json", ".sdf", ".vm", ".bob")
 """The endings of the files that the page reads by itself; any other that Python reads is packed for it."""
 
+LONGEST_STEM = 255 - len(".bob")
+"""Bytes of a file's name before its ending: disks take names of 255."""
+
 Files: TypeAlias = Mapping[str, Path | bytes]
 """What is served: by the path from the page's folder, a file or its content."""
 
@@ -54,9 +58,19 @@ def check_built() -> None:
         )
 
 
+def title_of(file: str) -> str:
+    """Return a file's name without its ending as text for people: what is not UTF-8 becomes U+FFFD."""
+    return os.fsencode(Path(file).stem).decode("utf-8", "replace")
+
+
 def scene_path(name: str) -> str:
-    """Where the scene of that name is among the page's files."""
-    return f"files/{name}.bob"
+    """Return the path of that scene among the page's files, of a name that disks take."""
+    return f"files/{name.encode()[:LONGEST_STEM].decode('utf-8', 'ignore')}.bob"
+
+
+def scene_address(name: str) -> str:
+    """Return the same path as a relative URL."""
+    return quote(scene_path(name))
 
 
 def tree() -> bob.Instance:
@@ -101,10 +115,9 @@ def page_files(
 
         add(TREE, tree())
         if scene is not None:
-            path = scene_path(name)
-            add(path, scene)
+            add(scene_path(name), scene)
             gallery = json.loads((VIEWER / GALLERY).read_bytes())
-            opened = {"file": f"../{quote(path)}", "title": name, "kind": "file"}
+            opened = {"file": f"../{scene_address(name)}", "title": name, "kind": "file"}
             files[GALLERY] = json.dumps([opened, *gallery]).encode()
         if look:
             text = (VIEWER / "index.html").read_text("utf-8")

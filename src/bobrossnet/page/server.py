@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from http import HTTPStatus
+from http.client import HTTP_PORT
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import unquote
@@ -41,6 +42,12 @@ VALID_HOST = re.compile(r"(?:[\w.~%-]+|\[[\da-fA-F:.]+\])(?::\d*)?")
 """A name or an address of a host, with or without a port; no server of ours needs a user's name before it."""
 
 
+def own_hosts(port: int) -> set[str]:
+    """Return the hosts of this machine's server, in lower case; without a port where that is HTTP's own."""
+    names = ("127.0.0.1", "localhost")
+    return {f"{name}:{port}" for name in names} | ({*names} if port == HTTP_PORT else set())
+
+
 class Server(ThreadingHTTPServer):
     """Serves the page on 127.0.0.1.
 
@@ -67,7 +74,7 @@ class Server(ThreadingHTTPServer):
             super().__init__(("127.0.0.1", check_integer("port", port, 0, 65535)), _Handler)
         except OSError as error:
             raise InputError(f"port: expected a free one, got {port}: {error.strerror}") from error
-        self.hosts = {f"{host}:{self.server_port}" for host in ("127.0.0.1", "localhost")}
+        self.hosts = own_hosts(self.server_port)
 
     @property
     def url(self) -> str:
@@ -96,10 +103,10 @@ class _Handler(BaseHTTPRequestHandler):
         hosts = self.headers.get_all("Host", [])
         if len(hosts) != 1:
             return self.send_error(HTTPStatus.BAD_REQUEST, f"expected one Host, got {len(hosts)}")
-        if hosts[0] not in self.server.hosts:
+        if hosts[0].lower() not in self.server.hosts:
             return self.send_error(HTTPStatus.FORBIDDEN, "expected the host 127.0.0.1")
         for origin in self.headers.get_all("Origin", []):
-            if origin.removeprefix("http://") not in self.server.hosts:
+            if origin.lower().removeprefix("http://") not in self.server.hosts:
                 return self.send_error(HTTPStatus.FORBIDDEN, "expected a request of this page")
         target = self.path
         if not target.startswith("/"):  # a whole URL, as proxies are sent
@@ -107,7 +114,7 @@ class _Handler(BaseHTTPRequestHandler):
             host, slash, rest = rest.partition("/")
             if not separator or (host and not VALID_HOST.fullmatch(host)):
                 return self.send_error(HTTPStatus.BAD_REQUEST, "expected a path or a URL")
-            if scheme.lower() != "http" or host not in self.server.hosts:
+            if scheme.lower() != "http" or host.lower() not in self.server.hosts:
                 return self.send_error(HTTPStatus.MISDIRECTED_REQUEST, "expected the host 127.0.0.1")
             target = slash + rest
         path = unquote(re.split("[?#]", target, maxsplit=1)[0]).removeprefix("/") or "index.html"
