@@ -176,6 +176,21 @@ def test_wrong_words_are_told(shown, attribute, message):
     assert told(page, "error")[0]["message"].startswith(message)
 
 
+def test_what_is_no_address_is_told(shown):
+    page = shown('src="http://["')
+    page.wait_for_selector("#wrong:not([hidden])")
+    page.evaluate("""() => {
+      const other = document.createElement("bob-view");
+      other.src = "http://[";
+      document.body.append(other);
+      return new Promise((heard) => other.addEventListener("error", heard));
+    }""")
+    assert [detail["message"] for detail in told(page, "error")] == ["src: expected an address, got http://["] * 2
+    page.evaluate("() => { told.length = 0; document.querySelector('bob-view').src = 'wedge.glb'; }")
+    exact(page)
+    assert told(page, "error") == []
+
+
 def test_elements_that_leave_end_their_workers(shown, folder):
     page = shown('src="wedge.glb" camera-orbit="10deg 80deg 90%"', COUNT_WORKERS)
     before = exact(page)

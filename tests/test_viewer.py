@@ -3,18 +3,23 @@
 import base64
 import itertools
 import json
+import os
 import re
 import threading
+import zlib
 from io import BytesIO
+from subprocess import PIPE
+from urllib.parse import quote
 
 import numpy as np
 import pytest
 from browser import serving
 from models import MODELS, needs_models
 from PIL import Image
+from processes import COMMAND, running
 
 import bobrossnet as bob
-from bobrossnet import _core
+from bobrossnet import _core, cli
 from bobrossnet.page.export import export
 from bobrossnet.page.files import VIEWER, page_files
 from bobrossnet.page.look import attributes
@@ -1126,6 +1131,76 @@ def test_link_restores_script(script, browser):
     np.testing.assert_array_equal(other.exact(), before)
     assert other.tab.input_value("#text") == script.tab.input_value("#text")
     other.close()
+
+
+def script_link(packed):
+    """A fragment whose script is these bytes."""
+    return "#script=" + base64.urlsafe_b64encode(packed).decode().rstrip("=")
+
+
+def deflated(data):
+    deflate = zlib.compressobj(9, wbits=-15)
+    return deflate.compress(data) + deflate.flush()
+
+
+DAMAGED = "link: expected a script as this page packs it, got a damaged one; was the whole link copied?"
+
+
+@pytest.mark.parametrize(
+    ("address", "message"),
+    [
+        ("#script=!!!", DAMAGED),
+        (script_link(b"nonsense"), DAMAGED),
+        (script_link(deflated(b"sphere(1)")[:-3]), DAMAGED),
+        (script_link(deflated(b"sphere(1) # \xff")), DAMAGED),
+        ("#scene=" + "x" * 1000, f"{'x' * 100}: expected a built-in scene, one of "),
+        ("?scene=%zz", "%zz: 404 Not Found"),
+        ("?scene=files/100%25.bob", "404 Not Found"),
+        ("?scene=http://[", "scene: expected a file of http://127.0.0.1:"),
+        ("?scene=http://example.com/a.bob", "scene: expected a file of http://127.0.0.1:"),
+    ],
+    ids=range(9),
+)
+def test_a_damaged_link_is_told(shared, viewer, address, message):
+    shared.visit(viewer.url + address)
+    shared.opened()
+    assert message in shared.text("#message")
+    assert shared.text("#message").count("\n") == 0
+    shared.wrong[:] = [text for text in shared.wrong if "404" not in text]
+
+
+def test_a_link_is_unpacked_as_far_as_scripts_go(shared, viewer):
+    """A deflate stream of zeros is a thousandth of its content: of this one 900 MB."""
+    zeros = deflated(bytes(2**20))
+    for data, said in ((bytes(2**20 + 1), "got a larger one"), (bytes(900 * 2**20), "got a larger one")):
+        shared.visit(viewer.url + script_link(deflated(data)))
+        assert shared.text("#message") == f"link: expected a script of at most {2**20} bytes, {said}"
+    shared.visit(viewer.url + script_link(zeros))
+    assert shared.text("#message") == ""  # the core refuses it
+
+
+def test_a_file_of_any_name_is_shown(browser, tmp_path):
+    name = os.fsdecode(b"a #1? 100%41&b=c+d<e>\"'\\\t\n\xe9.obj")
+    (tmp_path / name).write_text("v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n")
+    wanted = expected(bob.load(tmp_path / name))
+    command = [*COMMAND, "view", "--no-browser", name]
+    with running(command, stdout=PIPE, cwd=tmp_path) as process:
+        page = Page(browser, process.stdout.readline().partition(" ")[0] + f"&{SIZE[1:]}")
+        assert_equal_pictures(page.exact(), wanted)
+        assert page.text("#gallery option:checked").split() == name.replace("\udce9.obj", "\ufffd.bob").split()
+        page.close()
+    assert cli.main(["view", "--export", str(tmp_path / "page"), str(tmp_path / name)]) == 0
+    with serving(tmp_path / "page") as address:
+        page = Page(browser, address + SIZE)
+        assert_equal_pictures(page.exact(), wanted)
+        page.close()
+    one = tmp_path / name.replace(".obj", ".html")
+    assert cli.main(["view", "--export", str(one), str(tmp_path / name)]) == 0
+    tab = browser.new_page()
+    tab.goto("file://" + quote(os.fsencode(one)))
+    tab.evaluate("() => document.querySelector('bob-view').converged()")
+    assert tab.title().startswith("a #1? 100%41")
+    tab.close()
 
 
 def test_saved_picture_is_the_one_shown(page):

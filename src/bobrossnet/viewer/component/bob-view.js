@@ -24,6 +24,7 @@
  *
  * @typedef {import("../picture/camera.js").Camera} Camera
  */
+import { addressOf, fileName } from "../core/addresses.js";
 import { FIELDS, HOME, valid } from "../picture/camera.js";
 import { orbit } from "./orbit.js";
 import { STYLE } from "./style.js";
@@ -39,16 +40,6 @@ const KEYS = "Drag or arrows: orbit. Shift: pan. Wheel, + and -: zoom. [ and ]: 
 
 /** @template {keyof HTMLElementTagNameMap} T @param {T} name @param {Partial<HTMLElementTagNameMap[T]>} [fields] */
 const made = (name, fields = {}) => Object.assign(document.createElement(name), fields);
-
-/** A file's name. @param {URL} address */
-function nameOf({ pathname }) {
-  const last = pathname.replace(/^.*\//, "");
-  try {
-    return decodeURIComponent(last);
-  } catch {
-    return last;
-  }
-}
 
 export class BobView extends HTMLElement {
   static observedAttributes = [
@@ -87,7 +78,8 @@ export class BobView extends HTMLElement {
   }
 
   connectedCallback() {
-    this.#start(coreFor(this.src === null ? "" : nameOf(this.#address)));
+    const address = this.src === null ? null : this.#address;
+    this.#start(coreFor(address ? fileName(address) : ""));
     this.#describe();
     this.#resizing.observe(this);
     if (this.src !== null) this.#open();
@@ -227,11 +219,14 @@ export class BobView extends HTMLElement {
   // ---- Scenes --------------------------------------------------------------------------------------------
 
   get #address() {
-    return new URL(this.src ?? "", document.baseURI);
+    return addressOf(this.src ?? "", document.baseURI);
   }
 
   #open() {
-    return this.#read(nameOf(this.#address), this.#address.href);
+    const address = this.#address;
+    if (address) return this.#read(fileName(address), address.href);
+    // Later, so that whoever adds the element can listen first.
+    queueMicrotask(() => this.#fail(`src: expected an address, got ${this.src?.slice(0, 100)}`));
   }
 
   /** @param {string} name @param {Blob | string} source */

@@ -1,6 +1,7 @@
 // @ts-check
 /** What a glTF has to be before three.js reads it, which would take some of what is wrong for something else. */
 
+import { unescaped } from "../core/addresses.js";
 import { CoreError, brief, checkInteger, checkList, placedErrors } from "../core/errors.js";
 import { jsonOf } from "./text.js";
 
@@ -94,15 +95,6 @@ export async function packed(bytes, beside) {
 async function contentOf(uri, beside) {
   if (typeof uri !== "string") throw new CoreError(`buffers: expected a uri, got ${brief(uri)}`);
   return uri.startsWith("data:") ? dataOf(uri) : beside.read(unescaped(uri));
-}
-
-/** @param {string} uri */
-function unescaped(uri) {
-  try {
-    return decodeURIComponent(uri);
-  } catch {
-    return uri;
-  }
 }
 
 /** What an address that starts with data: holds. @param {string} uri */

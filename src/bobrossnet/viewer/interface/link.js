@@ -8,17 +8,19 @@ import { FIELDS, valid } from "../picture/camera.js";
  *   gallery: the file of a built-in scene; script: the text of one that is not
  */
 
+/** Bytes of a script, as many as the core takes: a link of 1 MB may unpack to a thousand times as many. */
+const MOST_BYTES = 1 << 20;
+
 /** @param {Uint8Array<ArrayBuffer>} bytes @param {CompressionStream | DecompressionStream} stream */
-async function through(bytes, stream) {
-  return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer());
-}
+const through = (bytes, stream) => new Blob([bytes]).stream().pipeThrough(stream);
 
 /** @param {State & {camera: Camera}} state @returns {Promise<string>} a fragment, from "#" on */
 export async function toFragment({ gallery, script, camera }) {
   const values = new URLSearchParams();
   if (gallery) values.set("scene", gallery);
   if (script !== undefined) {
-    const packed = await through(new TextEncoder().encode(script), new CompressionStream("deflate-raw"));
+    const stream = through(new TextEncoder().encode(script), new CompressionStream("deflate-raw"));
+    const packed = new Uint8Array(await new Response(stream).arrayBuffer());
     const text = btoa(Array.from(packed, (byte) => String.fromCharCode(byte)).join(""));
     values.set("script", text.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", ""));
   }
@@ -26,7 +28,11 @@ export async function toFragment({ gallery, script, camera }) {
   return `#${values}`;
 }
 
-/** @param {string} fragment @returns {Promise<State>} what of it can be read */
+/**
+ * @param {string} fragment
+ * @returns {Promise<State>} what of it can be read
+ * @throws {Error} of one sentence, if its script is damaged or too long
+ */
 export async function fromFragment(fragment) {
   const values = new URLSearchParams(fragment.replace(/^#/, ""));
   const numbers = (values.get("camera") ?? "").split("_").map(Number);
@@ -34,6 +40,24 @@ export async function fromFragment(fragment) {
   const camera = numbers.length === FIELDS.length && numbers.every(Number.isFinite) ? valid(Object.fromEntries(given)) : undefined;
   const packed = values.get("script");
   if (packed === null) return { gallery: values.get("scene") ?? undefined, camera };
-  const bytes = Uint8Array.from(atob(packed.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
-  return { script: new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw"))), camera };
+  return { script: await unpacked(packed), camera };
+}
+
+/** @param {string} packed @returns {Promise<string>} the script */
+async function unpacked(packed) {
+  let script = "", left = MOST_BYTES;
+  try {
+    const bytes = Uint8Array.from(atob(packed.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
+    const reader = through(bytes, new DecompressionStream("deflate-raw")).getReader(), decoder = new TextDecoder("utf-8", { fatal: true });
+    for (let piece = await reader.read(); !piece.done && left >= 0; piece = await reader.read()) {
+      script += decoder.decode(piece.value, { stream: true });
+      left -= piece.value.length;
+    }
+    if (left < 0) reader.cancel();
+    else script += decoder.decode();
+  } catch {
+    throw new Error("link: expected a script as this page packs it, got a damaged one; was the whole link copied?");
+  }
+  if (left < 0) throw new Error(`link: expected a script of at most ${MOST_BYTES} bytes, got a larger one`);
+  return script;
 }

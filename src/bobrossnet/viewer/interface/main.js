@@ -8,11 +8,12 @@
  */
 import { BobView } from "../component/bob-view.js";
 import { home } from "../component/orbit.js";
+import { addressOf, fileName } from "../core/addresses.js";
 import { fetchPart } from "../core/parts.js";
 import { PERSPECTIVE, valid } from "../picture/camera.js";
 import { Editor } from "./editor.js";
 import { fromFragment, toFragment } from "./link.js";
-import { Opening, capitalised, fileName } from "./opening.js";
+import { Opening, capitalised } from "./opening.js";
 import { createState } from "./state.js";
 import { display } from "./statistics.js";
 
@@ -216,6 +217,7 @@ copy.addEventListener("click", async () => {
 
 // ---- Start -----------------------------------------------------------------------------------------------
 
+/** Opens what the address asks for. @throws {Error} of one sentence, where that is damaged */
 async function start() {
   const [linked] = await Promise.all([fromFragment(location.hash), fillGallery()]);
   if (linked.camera) look(linked.camera);
@@ -223,9 +225,12 @@ async function start() {
   if (linked.script !== undefined) {
     await opening.script(linked.script);
   } else if (address !== null && !linked.gallery) {
-    const url = new URL(address, location.href), name = fileName(url);
-    if (url.origin === location.origin) await openFile({ title: name, address }, name, url.href);
-    else message.textContent = `scene: expected a file of ${location.origin}, got ${url.origin}`;
+    const url = addressOf(address, location.href);
+    if (url?.origin !== location.origin) {
+      throw new Error(`scene: expected a file of ${location.origin}, got ${url?.origin ?? address.slice(0, 100)}`);
+    }
+    const name = fileName(url);
+    await openFile({ title: name, address }, name, url.href);
   } else {
     await opening.builtIn(linked.gallery ?? state.gallery[0].file);
   }
@@ -233,7 +238,7 @@ async function start() {
 
 /** For tests and measurements. */
 export const page = {
-  statistics, started: start(), converged: () => picture.converged(), buffers: () => viewing.buffers(), look, link, openFile,
+  statistics, started: start().catch((error) => (message.textContent = error.message)), converged: () => picture.converged(), buffers: () => viewing.buffers(), look, link, openFile,
   camera: () => picture.camera, valid,
 };
 Object.assign(window, { bobrossnet: page });

@@ -14,6 +14,7 @@
  * @property {(text: string | null) => void} message what is wrong with a file, or null
  * @property {(text: string | null) => void} wrong the same of the script
  */
+import { fileName } from "../core/addresses.js";
 
 export class Opening {
   #state;
@@ -33,7 +34,7 @@ export class Opening {
     const { gallery } = this.#state, entry = gallery.find(({ file }) => file === name);
     if (!entry) {
       const known = gallery.map(({ file }) => file).join(", ");
-      return this.#shown.message(`${name}: expected a built-in scene, one of ${known}`);
+      return this.#shown.message(`${name.slice(0, 100)}: expected a built-in scene, one of ${known}`);
     }
     const address = new URL(`../gallery/${name}`, import.meta.url);
     return this.file({ title: capitalised(entry.title), gallery: name }, fileName(address), address.href, false);
@@ -112,9 +113,6 @@ export class Opening {
 
 /** @param {unknown} error */
 const messageOf = (error) => (error instanceof Error ? error.message : String(error));
-
-/** @param {URL} address */
-export const fileName = ({ pathname }) => decodeURIComponent(pathname.replace(/^.*\//, ""));
 
 /** @param {string} text */
 export const capitalised = (text) => text[0].toUpperCase() + text.slice(1);
