@@ -523,3 +523,23 @@ def test_edges_are_where_pixels_are_not_the_mean_of_those_around():
         found[tuple(_at_edges(line, np.ones((height, width), np.float32)).T)] = True
         assert found[-2:].all()
         assert not found[:-2].any()
+
+
+def test_rays_of_a_pixel_are_no_larger_picture(monkeypatch):
+    """A picture has as many pixels as the package takes, whatever its samples; in bands it is the same."""
+    tree = bob.happy_tree()
+    whole = [bob.render(tree, size=(48, 40), samples=samples) for samples in (4, 64)]
+    monkeypatch.setattr("bobrossnet.picture.order.MAX_PIXELS", 48 * 40)
+    monkeypatch.setattr("bobrossnet.rendering.BATCH", 7 * 64)
+    for samples, picture in zip((4, 64), whole, strict=True):
+        banded = bob.render(tree, size=(48, 40), samples=samples)
+        np.testing.assert_array_equal(banded.color, picture.color)
+        np.testing.assert_array_equal(banded.alpha, picture.alpha)
+
+
+def test_what_samples_refuse_is_refused_before_the_first_ray():
+    def progress(_):
+        raise AssertionError
+
+    with pytest.raises(bob.InputError, match=r"^size: expected at most 268,435,455 pixels a side with 64 samples"):
+        bob.render(bob.happy_tree(), size=(1, 2**28), samples=64, progress=progress)

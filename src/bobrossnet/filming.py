@@ -79,7 +79,7 @@ class Film:
             if not isinstance(camera, Camera):
                 raise InputTypeError(f"cameras: expected cameras, got {type(camera).__name__}")
         self.size = check_size(size)
-        check_picture(samples, background)
+        check_picture(samples, background, self.size)
         check_number("fraction", fraction, 0, 1, above=True)
         self._options: dict[str, Any] = {
             "samples": samples,

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from bobrossnet.color import Color, from_srgb, linear, to_srgb
 from bobrossnet.completion.network import NetworkLike, complete
-from bobrossnet.errors import check_integer
+from bobrossnet.errors import InputError, check_integer
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
-from bobrossnet.picture.order import SizeLike
+from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.picture.rendered import Picture
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 from bobrossnet.tracing.trace import BATCH, SceneTracer, trace
@@ -26,6 +26,9 @@ SEEN = Layout("mask,color,alpha")
 """What smooth edges are made of."""
 
 MOST_SAMPLES = 64
+
+MOST_ACROSS = 2**31 - 1
+"""Rays in a row or a column of the picture: the core counts them in int32."""
 
 EDGE = 1 / 32
 """Of the square root of linear light, which is nearly sRGB, or of coverage, 0..1: what differs by less needs no more
@@ -82,14 +85,19 @@ def render(
     """
     scene = as_scene(scene)
     camera = Camera() if camera is None else camera
-    check_picture(samples, background)
+    check_picture(samples, background, size)
     gbuffer = trace(scene, camera, size=size, fraction=fraction, progress=progress)
     return finished(gbuffer, scene, camera, samples=samples, background=background, model=model)
 
 
-def check_picture(samples: int, background: Background) -> None:
+def check_picture(samples: int, background: Background, size: SizeLike) -> None:
     """Raise InputError unless a picture can be made with these, before time is spent on it."""
-    check_integer("samples", samples, 1, MOST_SAMPLES)
+    side = isqrt(check_integer("samples", samples, 1, MOST_SAMPLES))
+    longest = max(check_size(size))
+    if side * longest > MOST_ACROSS:
+        raise InputError(
+            f"size: expected at most {MOST_ACROSS // side:,} pixels a side with {samples} samples, got {longest:,}"
+        )
     background_rows(background, 1)
 
 
@@ -118,7 +126,7 @@ def _smooth_edges(
     for times in (2, side) if side > 2 else (2,):
         if len(pixels) == 0:
             return
-        tracer = SceneTracer(scene, camera, (times * height, times * width), SEEN)
+        tracer = SceneTracer(scene, camera, (height, width), SEEN, division=times)
         grid = np.argwhere(np.ones((times, times))).astype(np.int32)
         unsettled = []
         for start in range(0, len(pixels), BATCH // times**2):
@@ -140,10 +148,20 @@ def _at_edges(color: NDArray[np.float32], alpha: NDArray[np.float32]) -> NDArray
     Where shading only grows from one neighbour to the next, a pixel's centre shows its mean, and needs no more rays.
     """
     height, width = alpha.shape
+    band = max(1, BATCH // width)  # rows at once, for a picture's memory
+    found = [_at_edges_of_rows(color, alpha, top, min(top + band, height)) for top in range(0, height, band)]
+    return np.concatenate(found)
+
+
+def _at_edges_of_rows(
+    color: NDArray[np.float32], alpha: NDArray[np.float32], top: int, bottom: int
+) -> NDArray[np.int32]:
+    """The same pixels of the rows from `top` to `bottom`."""
+    rows = np.clip(np.arange(top - 1, bottom + 1), 0, len(alpha) - 1)  # the first and the last have themselves beyond
+    height, width = bottom - top, alpha.shape[1]
     shown = np.empty((4, height + 2, width + 2), np.float32)
-    shown[:3, 1:-1, 1:-1], shown[3, 1:-1, 1:-1] = np.sqrt(color).transpose(2, 0, 1), alpha
-    shown[:, [0, -1]] = shown[:, [1, -2]]
-    shown[:, :, [0, -1]] = shown[:, :, [1, -2]]  # after the rows, so that the corners are set
+    shown[:3, :, 1:-1], shown[3, :, 1:-1] = np.sqrt(color[rows]).transpose(2, 0, 1), alpha[rows]
+    shown[:, :, [0, -1]] = shown[:, :, [1, -2]]
     bent = np.zeros((height, width), np.float32)
     for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
         behind = shown[:, 1 - down : 1 - down + height, 1 - right : 1 - right + width]
@@ -152,7 +170,7 @@ def _at_edges(color: NDArray[np.float32], alpha: NDArray[np.float32]) -> NDArray
         from_mean -= 2 * shown[:, 1:-1, 1:-1]
         for plane in np.abs(from_mean, out=from_mean):
             np.maximum(bent, plane, out=bent)
-    return np.argwhere(bent > EDGE).astype(np.int32)
+    return np.argwhere(bent > EDGE).astype(np.int32) + np.array((top, 0), np.int32)
 
 
 def background_rows(background: Any, height: int) -> NDArray[np.float32] | None:

@@ -112,7 +112,7 @@ def thumbnails(
     >>> [each.error for each in made if each.error]  # doctest: +SKIP
     ["broken.ply: expected a PLY, which starts with 'ply', got b'?'"]
     """
-    check_picture(samples, background)
+    check_picture(samples, background, size)
     check_up(up)
     style = Style(check_size(size), orbiting(camera), samples, background, up)
     count = check_integer("workers", _cores() if workers is None else workers, 1, 256)

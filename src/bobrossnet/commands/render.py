@@ -125,7 +125,7 @@ def run(options: argparse.Namespace) -> None:
             f"{out}: expected no --panels, --background or --samples, which are for pictures to look at"
         )
     background = arguments.background(options.background)
-    check_picture(options.samples, background)
+    check_picture(options.samples, background, options.size)
     orbit = options.azimuth, options.elevation, options.roll, options.zoom
     place = {"position": options.position, "target": options.target}
     camera = bob.Camera(*orbit, fov=options.fov, pan=options.pan, **place)

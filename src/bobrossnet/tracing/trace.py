@@ -35,12 +35,17 @@ class SceneTracer:
     size : (height, width) or "WIDTHxHEIGHT"
     layout : Layout, optional
         What it finds; by default colours where the scene has any.
+    division : int above 0
+        Each pixel is that many times as many pixels of the tracer, both down and across.
     """
 
-    def __init__(self, scene: SceneLike, camera: Camera, size: SizeLike, layout: Layout | None = None) -> None:
+    def __init__(
+        self, scene: SceneLike, camera: Camera, size: SizeLike, layout: Layout | None = None, division: int = 1
+    ) -> None:
         if not isinstance(camera, Camera):
             raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
-        self.size = check_size(size)
+        height, width = check_size(size)
+        self.size = division * height, division * width
         self.camera = camera
         self.scene = as_scene(scene)
         self.layout = layout or (COLORED if self.scene.is_colored else TRACED)
