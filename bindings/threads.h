@@ -23,7 +23,7 @@ public:
     /// GIL taken back.
     [[nodiscard]] bool keeps_going();
 
-    /// Whether a signal's handler raised something, which is Python's current exception.
+    /// Whether a signal's handler raised Python's current exception.
     [[nodiscard]] bool raised() const { return raised_; }
 
 private:

@@ -9,8 +9,8 @@
 
 namespace bob {
 
-/// A mutex that a forked process takes over from threads that it does not have. Such a thread would hold it for ever: what it
-/// guards is therefore made aside and put in place as a whole.
+/// A mutex that a forked process takes over from the threads of its parent, which would hold it for ever. Guarded data is therefore
+/// built apart and put in place as a whole.
 class Mutex {
 public:
     void lock() {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -67,6 +68,23 @@ def test_two_threads_share_a_view(tree: bob.Scene) -> None:
     assert (frames[-1].image == bob.trace(tree, bob.Camera(), size=SIZE).gray).all()
 
 
+def test_a_view_calls_its_tracer_for_one_thread_at_a_time(tree: bob.Scene) -> None:
+    inside, most = 0, 0
+
+    def tracer(camera: bob.Camera, pixels: np.ndarray) -> bob.Samples:
+        nonlocal inside, most
+        inside += 1
+        most = max(most, inside)
+        time.sleep(0.02)
+        inside -= 1
+        return bob.SceneTracer(tree, camera, SIZE)(pixels)
+
+    view = bob.View(tracer=tracer, size=SIZE)
+    works = [lambda azimuth=a: view.frame(bob.Camera(azimuth=azimuth), fraction=0.02) for a in (0, 40, 80)]
+    assert at_once(*works, view.close) == []
+    assert most == 1
+
+
 def test_a_view_is_not_used_from_within_its_tracer(tree: bob.Scene) -> None:
     views: list[bob.View] = []
 
@@ -112,6 +130,23 @@ def test_objects_of_the_core_that_change_refuse_a_second_thread() -> None:
         return run
 
     assert at_once(*map(often, works), *map(often, works)) == []
+
+
+def test_an_order_that_is_at_work_refuses_another_thread() -> None:
+    size = (1024, 1024)
+    order, planes = _core.AdaptiveOrder(0, *size), np.zeros((TRACED.width, *size), np.float32)
+    refused: list[str] = []
+
+    def run() -> None:
+        end = time.monotonic() + 20
+        while not refused and time.monotonic() < end:
+            try:
+                order.next(TRACED.core, planes)
+            except ValueError as error:
+                refused.append(str(error))
+
+    assert at_once(run, run) == []
+    assert refused[0].startswith("expected one thread at a time, got another that uses the same object;")
 
 
 def test_threads_share_a_completer(tree: bob.Scene) -> None:

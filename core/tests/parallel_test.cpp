@@ -1,7 +1,11 @@
 #include "parallel.h"
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 #include <numeric>
 #include <stdexcept>
 #include <thread>
@@ -9,6 +13,7 @@
 
 #include "check.h"
 #include "interrupted.h"
+#include "mutex.h"
 
 namespace {
 
@@ -85,4 +90,36 @@ TEST(parallel_for_passes_exceptions_on) {
             CHECK(caught);
         }
     });
+}
+
+TEST(a_mutex_is_held_once) {
+    bob::Mutex mutex;
+    int sum = 0;
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i) {
+        threads.emplace_back([&] {
+            for (int k = 0; k < 10000; ++k) {
+                const std::lock_guard lock(mutex);
+                ++sum;
+            }
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
+    CHECK_EQ(sum, 40000);
+}
+
+TEST(a_forked_process_takes_a_mutex_over) {
+    bob::Mutex mutex;
+    mutex.lock();
+    const pid_t child = fork();
+    if (child == 0) {
+        const bool taken = mutex.try_lock();
+        _exit(taken && !mutex.try_lock() ? 0 : 1);
+    }
+    int status = -1;
+    waitpid(child, &status, 0);
+    CHECK_EQ(status, 0);
+    CHECK(!mutex.try_lock());
+    mutex.unlock();
+    CHECK(mutex.try_lock());
 }

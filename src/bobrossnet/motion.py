@@ -73,11 +73,11 @@ class View:
     scene : Scene, Shape, Instance or iterable of these, optional
     size : (height, width) or "WIDTHxHEIGHT"
     tracer : callable, optional
-        Instead of a scene: from a `Camera` and pixels, (n, 2) int32 rows and columns, to `Samples` of the same
-        length. Their depth is over the unit sphere, which the camera sees; their gray and colour are
-        carried along as they are. It may return a future of its samples, and have the attributes `batch` and
-        `in_flight`, as in `progressive`. When the camera moves, calls that wait are cancelled; what comes of those that
-        run is dropped, and they keep their room until then.
+        Instead of a scene: from a `Camera` and pixels, (n, 2) int32 rows and columns, read-only, to `Samples` of the
+        same length. Their depth is over the unit sphere, which the camera sees; their gray and colour are carried along
+        as they are. It may return a future of its samples, and have the attributes `batch` and `in_flight`, as in
+        `progressive`. When the camera moves, calls that wait are cancelled; what comes of those that run is dropped,
+        and they keep their room until then.
     model : str or path
         As in `progressive`.
     seed : int, 0..2**64 - 1

@@ -43,14 +43,14 @@ def progressive(
     camera : Camera, optional
         How the scene is seen.
     tracer : callable, optional
-        Instead of scene and camera: from pixels, (n, 2) int32 rows and columns, to `Samples` of the same length. It may
-        have attributes: `size`, of its picture; `batch`, how many pixels each call is to have, the last of which
-        repeats where fewer are left; and a method `guides()`, which returns `Guides` of all pixels, or a dict of its
-        arguments: it is called once, and the picture is completed along them (those of the core's `SceneTracer` cost as
-        much as all pixels, and are for the model "guided" alone). It may return a future of its samples instead, as
-        `concurrent.futures` and Dask have them; then its attribute `in_flight` says how many calls may be under way at
-        once, by default as many as this machine has cores. Where the iterator is closed before its end, calls that wait
-        are cancelled, and those that run are waited for.
+        Instead of scene and camera: from pixels, (n, 2) int32 rows and columns, read-only, to `Samples` of the same
+        length. It may have attributes: `size`, of its picture; `batch`, how many pixels each call is to have, the last
+        of which repeats where fewer are left; and a method `guides()`, which returns `Guides` of all pixels, or a dict
+        of its arguments: it is called once, and the picture is completed along them (those of the core's `SceneTracer`
+        cost as much as all pixels, and are for the model "guided" alone). It may return a future of its samples
+        instead, as `concurrent.futures` and Dask have them; then its attribute `in_flight` says how many calls may be
+        under way at once, by default as many as this machine has cores. Where the iterator is closed before its end,
+        calls that wait are cancelled, and those that run are waited for.
     size : (height, width) or "WIDTHxHEIGHT", optional
         By default the tracer's own, or (480, 640).
     frame_ms : float above 0, optional
