@@ -1,3 +1,4 @@
+#include <array>
 #include <new>
 
 #include "shapes/bvh_traversal.h"
@@ -26,14 +27,32 @@ struct RayToTriangles : RayThroughBoxes {
     }
 };
 
+/// A ray's place in a triangle that it passes through, by the weights of its first and second corner.
+struct Crossing {
+    float t, u, v;
+};
+
+/// The same as below of one triangle, with exact products: their differences have the right sign, and zero is zero.
+[[gnu::noinline]] Crossing cross_in_doubles(const std::array<float, 3>& x, const std::array<float, 3>& y, const std::array<float, 3>& z, double scale_z) {
+    const auto edge = [&](std::size_t i, std::size_t j) { return double{x[i]} * double{y[j]} - double{y[i]} * double{x[j]}; };
+    const double u = edge(2, 1), v = edge(0, 2), w = edge(1, 0), sum = u + v + w;
+    const bool inside = (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);
+    const double t = (u * double{z[0]} + v * double{z[1]} + w * double{z[2]}) * scale_z / sum;
+    if (!inside || sum == 0) return {std::numeric_limits<float>::infinity(), 0, 0};
+    return {static_cast<float>(t), static_cast<float>(u / sum), static_cast<float>(v / sum)};
+}
+
 /// Intersects eight triangles and keeps the nearest hit, of those that `counts(hit)` is true of.
 ///
 /// In the plane across the ray, an edge function is a difference of two products. Each product is rounded on its own
 /// (no fma), so that the difference has the right sign or is zero, and a neighbour's is its exact negation; zero
-/// counts as inside. So no ray slips between neighbours, and the paper's retry in double precision is not needed.
-/// A NaN fails every comparison below: no hit.
+/// counts as inside. Where a triangle is so thin across the ray that rounding of the products moves the hit, doubles
+/// decide: they hold products of floats exactly. So no ray slips between neighbours, and a sliver is hit where it is.
+/// A NaN fails every comparison that makes a hit.
 template <class Counts>
 inline void intersect(const TrianglePacket& packet, const RayToTriangles& ray, Hit& hit, Counts&& counts) {
+    // Edge functions err by 2^-23 of their products: hits by 2^-23 times this of the triangle's size, at most.
+    constexpr float max_cancellation = 32;
     for (int i = 0; i < 8; i += width) {
         Floats x[3], y[3], z[3];
         for (int corner = 0; corner < 3; ++corner) {
@@ -42,21 +61,30 @@ inline void intersect(const TrianglePacket& packet, const RayToTriangles& ray, H
             x[corner] = load<Floats>(&vertex[ray.k[0]][i]) - ray.from[ray.k[0]] - ray.shear_x * z[corner];
             y[corner] = load<Floats>(&vertex[ray.k[1]][i]) - ray.from[ray.k[1]] - ray.shear_y * z[corner];
         }
-        const Floats u = x[2] * y[1] - y[2] * x[1];
-        const Floats v = x[0] * y[2] - y[0] * x[2];
-        const Floats w = x[1] * y[0] - y[1] * x[0];
+        const Floats product_u = x[2] * y[1], product_v = x[0] * y[2], product_w = x[1] * y[0];
+        const Floats u = product_u - y[2] * x[1];
+        const Floats v = product_v - y[0] * x[2];
+        const Floats w = product_w - y[1] * x[0];
         const Floats zero{};
         const Floats lowest = min(min(u, v), w), highest = max(max(u, v), w);
         const Ints inside = (lowest >= zero) | (highest <= zero);
         if (!bits(inside)) continue;
 
         const Floats determinant = u + v + w;
+        const Floats products = fma(product_u, product_u, fma(product_v, product_v, product_w * product_w));
+        const Ints exact = products < broadcast<Floats>(max_cancellation * max_cancellation) * determinant * determinant;
         const Floats t = (u * z[0] + v * z[1] + w * z[2]) * ray.scale_z / determinant;
-        unsigned found = bits(inside & (determinant != zero) & (t > zero) & (t < broadcast<Floats>(hit.t)));
-        for (; found; found &= found - 1) {
+        const Ints nearer = (t > zero) & (t < broadcast<Floats>(hit.t));
+        const unsigned thin = ~bits(exact);
+        for (unsigned found = bits(inside) & (bits(nearer) | thin); found; found &= found - 1) {
             const int lane = __builtin_ctz(found);
-            if (t[lane] < hit.t) {
-                const Hit next{t[lane], u[lane] / determinant[lane], v[lane] / determinant[lane], packet.triangle[i + lane]};
+            Crossing at{t[lane], u[lane] / determinant[lane], v[lane] / determinant[lane]};
+            if (thin >> lane & 1) [[unlikely]] {
+                const auto corners = [lane](const Floats(&of)[3]) { return std::array{of[0][lane], of[1][lane], of[2][lane]}; };
+                at = cross_in_doubles(corners(x), corners(y), corners(z), double{ray.scale_z[lane]});
+            }
+            if (at.t > 0 && at.t < hit.t) {
+                const Hit next{at.t, at.u, at.v, packet.triangle[i + lane]};
                 if (counts(next)) hit = next;
             }
         }

@@ -121,6 +121,52 @@ TEST(rays_never_leak_through_shared_edges_and_corners) {
     }
 }
 
+TEST(slivers_of_closed_meshes_are_hit_where_they_are) {
+    // Two cones over one rim, whose points come in close pairs: every other triangle is thinner than the rounding of floats.
+    for (const float thickness : {1e-5f, 1e-6f, 1e-7f, 1e-8f}) {
+        test::Random random(7);
+        const Vec3 z = test::random_direction(random), x = normalized(cross(z, {1, 0, 0})), y = cross(z, x);
+        test::TriangleMesh mesh;
+        constexpr std::uint32_t pairs = 100, rim = 2 * pairs;
+        for (std::uint32_t i = 0; i < pairs; ++i) {
+            const float angle = 6.2831853f * (static_cast<float>(i) + random(0, 0.9f)) / pairs;
+            const Vec3 point = std::cos(angle) * x + std::sin(angle) * y, along = std::cos(angle) * y - std::sin(angle) * x;
+            mesh.vertices.insert(mesh.vertices.end(), {point, point + random(0, thickness) * along});
+        }
+        mesh.vertices.insert(mesh.vertices.end(), {0.7f * z + 0.1f * x, -0.8f * z});
+        for (std::uint32_t i = 0; i < rim; ++i) {
+            const std::uint32_t next = (i + 1) % rim;
+            mesh.triangles.push_back({i, next, rim});
+            mesh.triangles.push_back({next, i, rim + 1});
+        }
+        const auto bvh = bob::build_triangle_bvh(mesh.vertices, mesh.triangles);
+        test::for_each_isa([&] {
+            int leaks = 0;
+            float farthest = 0, apart = 0;
+            for (int i = 0; i < 20000; ++i) {
+                const auto& t = mesh.triangles[static_cast<std::size_t>(random(0, 0.9999f) * static_cast<float>(mesh.triangles.size()))];
+                const float u = random(), v = random(0, 1 - u) * static_cast<float>(i % 2);  // on an edge, or within
+                const auto at = [&](float first, float second) {
+                    return first * mesh.vertices[t[0]] + second * mesh.vertices[t[2]] + (1 - first - second) * mesh.vertices[t[1]];
+                };
+                const Vec3 inside = random(0, 0.05f) * test::random_direction(random), way = at(v, u) - inside;
+                const Hit hit = trace(bvh, {inside, way});
+                if (hit.primitive == bob::no_primitive) {
+                    ++leaks;
+                    continue;
+                }
+                farthest = std::max(farthest, std::fabs(hit.t - 1) * length(way));
+                const auto& [a, b, c] = mesh.triangles[hit.primitive];
+                const Vec3 point = hit.u * mesh.vertices[a] + hit.v * mesh.vertices[b] + (1 - hit.u - hit.v) * mesh.vertices[c];
+                apart = std::max(apart, length(point - inside - hit.t * way));
+            }
+            CHECK_EQ(leaks, 0);
+            CHECK_LT(farthest, 1e-5f);
+            CHECK_LT(apart, 1e-5f);
+        });
+    }
+}
+
 TEST(axis_aligned_rays_hit_an_axis_aligned_grid_exactly_on_its_lines) {
     // Two triangles a cell; rays run through lines, corners and diagonals of the grid.
     test::TriangleMesh mesh;
