@@ -53,6 +53,13 @@ def test_basis_functions(data, degree, seed):
         assert (np.abs(values[k, : degree + 1] - expected) <= 1e-9 * sizes[k, : degree + 1, None]).all()
 
 
+@pytest.mark.parametrize("gap", [1e-290, 1e-305, 1e-320])
+def test_basis_functions_of_knots_that_all_but_meet(gap):
+    knots = np.array([0, 0, 0, 0, gap, 2 * gap, 3 * gap, 1, 1, 1, 1])
+    _, values = _core.basis_derivatives(3, knots, np.array([0, 0.5 * gap, 1.5 * gap, 0.5]), 0)
+    np.testing.assert_allclose(values[:, 0].sum(1), 1, rtol=0, atol=1e-13)
+
+
 @settings(deadline=None, max_examples=60)
 @given(st.data(), st.integers(1, 5), st.integers(1, 5), st.integers(0, 3), seeds)
 def test_surfaces(data, degree_u, degree_v, order, seed):

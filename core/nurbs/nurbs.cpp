@@ -126,9 +126,9 @@ BasisDerivatives basis_derivatives(std::size_t span, double u, int degree, std::
         double saved = 0;
         for (std::size_t r = 0; r < j; ++r) {
             ndu[j][r] = knots[span + r + 1] - knots[span + 1 + r - j];
-            const double ratio = ndu[r][j - 1] / ndu[j][r];
-            ndu[r][j] = saved + right[r + 1] * ratio;
-            saved = left[j - r] * ratio;
+            // Shares of the span come first: they are at most 1, however close its knots.
+            ndu[r][j] = saved + right[r + 1] / ndu[j][r] * ndu[r][j - 1];
+            saved = left[j - r] / ndu[j][r] * ndu[r][j - 1];
         }
         ndu[j][j] = saved;
     }

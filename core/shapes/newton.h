@@ -9,9 +9,13 @@
 
 namespace bob::BOB_ISA {
 
-// A hit may be found outside of its piece by what rounding may do to points, and by this share of the piece's size: no
-// ray passes between pieces that meet, and nobody can see it.
+// A hit may be found outside of its piece by what rounding may do to points, and by this share of the piece's size, so that no
+// ray passes between pieces that meet.
 constexpr float overlap = 1e-5f;
+
+// In units: a hit lies within `aside` of its ray and at most `beyond` from the edge of its piece. Where a ray runs along a piece, or
+// a piece has no area, rounding leaves more; then the control points decide.
+constexpr float aside = 1e-6f, beyond = 2e-6f;
 
 // Not std::fmin and std::fmax, which are calls.
 inline float smaller(float a, float b) { return a < b ? a : b; }
@@ -129,15 +133,23 @@ public:
             const V noise_x = noise * (magnitude(a_v) + magnitude(b_v)) * inverse_size[0];
             const V noise_y = noise * (magnitude(a_u) + magnitude(b_u)) * inverse_size[1];
             const I outside = open & decided & ((x > half + slack + noise_x) | (y > half + slack + noise_y));
-            const I found = open & converged & ~outside;
-            if (bits(found)) {
+            const I done = open & converged & ~outside;
+            if (bits(done)) {
                 V last_f[3];
                 for (int axis = 0; axis < 3; ++axis) last_f[axis] = fma(d_u, f_u[axis], fma(d_v, f_v[axis], f[axis]));
                 const V w = fma(d_u, jets.u[3], fma(d_v, jets.v[3], jets.x[3]));
-                t = found ? product(last_f, direction_) / (w * frame.length * frame.length) : t;
+                t = done ? product(last_f, direction_) / (w * frame.length * frame.length) : t;
+                const V off = max(magnitude(product(last_f, frame.across[0])), magnitude(product(last_f, frame.across[1])));
+                I found = done & (off <= aside * frame.length * w);  // NaN is unclear
+                if (bits(found & ((x > half) | (y > half)))) {
+                    const V from_edge[2] = {max(x - half, V{}) * size_[0], max(y - half, V{}) * size_[1]};
+                    const V reach = from_edge[0] * speed(f_u, jets.u[3], last_f, w) + from_edge[1] * speed(f_v, jets.v[3], last_f, w);
+                    found &= reach <= beyond;
+                }
+                hit |= found;
             }
-            nothing |= outside & ~looks_, hit |= found;  // after a look, a root outside does not exclude one inside
-            open &= ~(outside | found);
+            nothing |= outside & ~looks_;  // after a look, a root outside does not exclude one inside
+            open &= ~(outside | done);
             last = size;
         }
         at_[0] = u, at_[1] = v, t_ = t, hit_ = hit, nothing_ = nothing;
@@ -160,6 +172,13 @@ private:
     using I = IntVector<N>;
 
     static V magnitude(V a) { return (V)((I)a & INT32_MAX); }
+    /// The length of a derivative of S, from those of w (S - origin) and w.
+    static V speed(const V (&by_f)[3], V by_w, const V (&f)[3], V w) {
+        V x[3];
+        for (int axis = 0; axis < 3; ++axis) x[axis] = fma(-by_w / w, f[axis], by_f[axis]) / w;
+        return sqrt(product(x, x));
+    }
+
     static V product(const V (&a)[3], const V (&b)[3]) { return fma(a[0], b[0], fma(a[1], b[1], a[2] * b[2])); }
 
     // A number of each lane; those that are not in use repeat old ones, and nobody looks at what comes out.

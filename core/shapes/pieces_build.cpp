@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <optional>
 
 #include "vec3d.h"
@@ -30,6 +31,11 @@ constexpr std::size_t max_pieces = 4096;  // of a patch
 // Units of work of all patches (work.h). Where they are spent, larger pieces are subdivided ray by ray.
 constexpr std::uint64_t budget = 1'200'000'000;
 constexpr std::uint64_t units_of_part = 200, units_of_angle = 8, units_of_trim = 50;
+
+// Of the largest weight of a patch to its smallest. Parameters and weighted points are in float32, so where weights are small hits
+// err by this much more: by 6e-6 of the shape's radius at most (tests/nurbs_oracle.py).
+constexpr double max_weight_ratio = 16;
+constexpr std::uint64_t units_to_cut_weights = 1'000'000'000, units_of_cut = 500;  // for each control point
 
 // Nobody sees a part that is narrower than this.
 constexpr double narrowest = 1e-7;
@@ -272,8 +278,9 @@ private:
         if (coverage == TrimRegion::Coverage::none) return;
         if (coverage == TrimRegion::Coverage::some && !is_last && !shrink(part)) return;
         const Fit fit(part, !is_last, work_);
-        if (!is_last && !fit.has_area() && width(part) < narrowest) return;
-        int along = fit.bend[1] > fit.bend[0];
+        if (!is_last && (!fit.has_area() || fit.size() < narrowest) && width(part) < narrowest) return;
+        // A part without area may be a strip, which its halves across would be too narrow to show.
+        int along = fit.has_area() ? fit.bend[1] > fit.bend[0] : side(part, 1) > side(part, 0);
         if (part.halvings[along] == max_halvings) along = 1 - along;
         if (is_last || fit.is_flat || fit.size() < smallest || part.halvings[along] == max_halvings ||
             pieces_.size() >= max_pieces) {
@@ -305,6 +312,19 @@ private:
         std::copy_n(from, 2, part.low), std::copy_n(to, 2, part.high);
         part.set_net(bob::part(*bezier_, from[0], to[0], from[1], to[1]));
         return true;
+    }
+
+    /// The longest line of a part's control points along u (0) or v (1).
+    static double side(const Part& part, int along) {
+        const std::size_t step = along ? 1 : part.columns, count = along ? part.columns : part.rows;
+        double longest = 0;
+        for (std::size_t line = 0; line < part.points.size() / count; ++line) {
+            const Vec3d* point = &part.points[along ? line * part.columns : line];
+            double sum = 0;
+            for (std::size_t i = 1; i < count; ++i) sum += length(point[i * step] - point[(i - 1) * step]);
+            longest = std::max(longest, sum);
+        }
+        return longest;
     }
 
     /// An upper bound of a part's extent across its longest.
@@ -378,6 +398,85 @@ private:
     bool started_ = false;
     std::vector<Part> open_;
     std::vector<Piece> pieces_;
+};
+
+/// Of the largest of some numbers above 0 to the smallest.
+double ratio(std::span<const double> numbers) {
+    const auto [least, most] = std::minmax_element(numbers.begin(), numbers.end());
+    return *most / *least;
+}
+
+/// Where weights of a line of control points are cut best: the larger ratio of both parts is least there.
+double place_of_cut(std::span<const double> weights) {
+    double best = 0.5, least = HUGE_VAL;
+    for (int k = 1; k <= 20; ++k) {
+        for (const double at : {std::ldexp(1., -k), 1 - std::ldexp(1., -k)}) {
+            std::vector<double> upper(weights.begin(), weights.end()), lower;
+            for (std::size_t count = upper.size(); count > 0; --count) {  // de Casteljau's algorithm
+                lower.push_back(upper[0]);
+                for (std::size_t i = 0; i + 1 < count; ++i) upper[i] = (1 - at) * upper[i] + at * upper[i + 1];
+            }
+            const double larger = std::max(ratio(lower), ratio(upper));
+            if (larger < least) best = at, least = larger;
+        }
+    }
+    return best;
+}
+
+/// Cuts patches whose weights are far apart.
+class WeightCuts {
+public:
+    /// The patch, or parts of it that live as long as this. Where the budget is spent, weights stay as they are.
+    std::vector<const BezierPatch*> parts(const BezierPatch& patch) {
+        if (is_even(patch)) return {&patch};
+        std::vector<const BezierPatch*> result;
+        std::vector<BezierPatch> open{patch};
+        while (!open.empty()) {
+            const BezierPatch next = std::move(open.back());
+            open.pop_back();
+            const Cut cut = is_even(next) || work_.is_spent() ? Cut{} : best_cut(next);
+            if (cut.at == 0) {
+                result.push_back(&made_.emplace_back(next));
+                continue;
+            }
+            work_.spend(units_of_cut * next.control_points.size());
+            open.push_back(cut.along_v ? part(next, 0, 1, cut.at, 1) : part(next, cut.at, 1, 0, 1));
+            open.push_back(cut.along_v ? part(next, 0, 1, 0, cut.at) : part(next, 0, cut.at, 0, 1));
+        }
+        return result;
+    }
+
+private:
+    struct Cut {
+        bool along_v = false;
+        double at = 0;  // 0 where parameters in double precision leave no place for it
+    };
+
+    static bool is_even(const BezierPatch& patch) {
+        double least = HUGE_VAL, most = 0;
+        for (const auto& point : patch.control_points) least = std::min(least, point[3]), most = std::max(most, point[3]);
+        return most <= max_weight_ratio * least;
+    }
+
+    /// Of the line of control points whose weights are farthest apart.
+    static Cut best_cut(const BezierPatch& patch) {
+        const auto rows = static_cast<std::size_t>(patch.degree_u) + 1, columns = static_cast<std::size_t>(patch.degree_v) + 1;
+        std::vector<double> worst;
+        bool along_v = false;
+        for (std::size_t line = 0; line < rows + columns; ++line) {
+            std::vector<double> weights;
+            for (std::size_t i = 0; i < (line < rows ? columns : rows); ++i) {
+                weights.push_back(patch.control_points[line < rows ? line * columns + i : i * columns + line - rows][3]);
+            }
+            if (worst.empty() || ratio(weights) > ratio(worst)) worst = weights, along_v = line < rows;
+        }
+        const double at = place_of_cut(worst), low = along_v ? patch.low_v : patch.low_u, high = along_v ? patch.high_v : patch.high_u;
+        const double middle = std::lerp(low, high, at);
+        return {along_v, low < middle && middle < high ? at : 0};
+    }
+
+    Work work_{units_to_cut_weights};
+    std::deque<BezierPatch> made_;
 };
 
 /// The mean length of a patch' lines of control points along u, or along v.
@@ -493,10 +592,13 @@ Pieces build_pieces(std::span<const FacePatches> faces, double tolerance) {
         const BezierPatch* bezier;
         Patch patch;
     };
+    WeightCuts cuts;
     std::vector<Source> sources;
     for (std::uint32_t face = 0; face < faces.size(); ++face) {
-        for (const BezierPatch& bezier : faces[face].patches) {
-            sources.push_back({&bezier, patch_of(bezier, face, faces[face].region, tolerance)});
+        for (const BezierPatch& whole : faces[face].patches) {
+            for (const BezierPatch* bezier : cuts.parts(whole)) {
+                sources.push_back({bezier, patch_of(*bezier, face, faces[face].region, tolerance)});
+            }
         }
     }
     std::vector<Builder> builders;
