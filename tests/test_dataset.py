@@ -1,11 +1,15 @@
 """The data set: which samples it has, that it is built whole whatever happens, and its mini-batches."""
 
 import os
+import re
+import shutil
 import signal
+import stat
 import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -243,6 +247,66 @@ def test_a_build_that_was_killed_ends_with_the_same_bytes(built: Path, tmp_path:
     times = {file: os.stat(file).st_mtime_ns for file in path.rglob("*") if file.is_file()}
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     assert times == {file: os.stat(file).st_mtime_ns for file in path.rglob("*") if file.is_file()}
+
+
+def test_files_are_on_the_disk_before_they_have_their_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A power cut can leave a file without its content, unless this was synced first."""
+    synced = set()
+
+    def fsync(handle: int, of: Callable[[int], None] = os.fsync) -> None:
+        of(handle)
+        found = os.fstat(handle)
+        synced.add((found.st_ino, found.st_size) if stat.S_ISREG(found.st_mode) else found.st_ino)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    path = tmp_path / "data"
+    build(path, shapes=2, test_shapes=1)
+    for file in [path, *path.rglob("*")]:
+        found = file.stat()
+        assert (found.st_ino if file.is_dir() else (found.st_ino, found.st_size)) in synced
+
+
+@pytest.mark.parametrize("damage", ["a byte", "a byte of its index", "empty", "cut"])
+def test_damaged_views_are_named_and_rendered_again(damage: str, built: Path, tmp_path: Path) -> None:
+    path = tmp_path / "data"
+    shutil.copytree(built, path)
+    file = path / "views_256" / "c" / "2" / "0" / "0" / "0"
+    content = bytearray(file.read_bytes())
+    if damage.startswith("a byte"):
+        content[len(content) // 2 if damage == "a byte" else -20] ^= 1
+    file.write_bytes(content[: {"empty": 0, "cut": 100}.get(damage, len(content))])
+    message = f"^{re.escape(str(file))}: expected a view as it was written, got a damaged one; bobrossnet dataset build "
+    with pytest.raises(InputError, match=message):
+        Dataset.open(path).read(2, 256)
+    with pytest.raises(InputError, match=message):
+        list(Batches(Dataset.open(path), "train", size=32).stream())
+    with pytest.warns(InputWarning, match=message):
+        build(path, shapes=4, test_shapes=1, seed=3)
+    assert files(path) == files(built)
+
+
+@pytest.mark.parametrize("folder", ["", "views_128"])
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b"{}", b'{"zarr_format": 3, "node_type": "group"}'])
+def test_a_damaged_index_is_named(folder: str, content: bytes, built: Path, tmp_path: Path) -> None:
+    path = tmp_path / "data"
+    shutil.copytree(built, path)
+    index = path / folder / "zarr.json"
+    index.write_bytes(content)
+    with pytest.raises(InputError, match=r"^[^\n]*: expected [^\n]*$") as caught:
+        Dataset.open(path)
+    assert str(caught.value).startswith(str(path / folder))
+    index.unlink()
+    build(path, shapes=4, test_shapes=1, seed=3)
+    assert files(path) == files(built)
+
+
+def test_a_file_in_a_folder_named_like_a_source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("made things/a.obj", "colored 5/b.obj"):
+        Path(name).parent.mkdir()
+        Path(name).write_text(OBJ)
+    dataset = build("data", files=["made things", "colored 5"], test_shapes=1)
+    assert dataset.sources == ("made things/a.obj", "colored 5/b.obj")
 
 
 def test_files_instead_of_shapes_and_beside_them(tmp_path: Path) -> None:

@@ -1,12 +1,14 @@
 """Building a data set: its views are rendered on a Dask cluster, this machine by default, and stored as they come.
 
-A view is a function of the plan and its source, and one file, which is either complete or absent. So an interrupted
-build resumes with the missing views, and ends with the same bytes.
+A view is a function of the plan and its source, and one file, which is complete or absent, or fails its checksum. So an
+interrupted build resumes with the views that are missing or damaged, and ends with the same bytes.
 """
 
 from __future__ import annotations
 
 import os
+import re
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -15,7 +17,7 @@ from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet.cluster import as_done, connected
-from bobrossnet.errors import InputError
+from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn.dataset.plan import SHAPES, SIZES, TEST_SHAPES, Plan
 from bobrossnet.learn.dataset.store import PLANES, Dataset
 from bobrossnet.learn.shape_files import left_out, shape_files
@@ -23,6 +25,7 @@ from bobrossnet.learn.shapes import procedural_scene
 from bobrossnet.learn.shapes.colors import colored_scene
 from bobrossnet.progress import progress
 
+SOURCE = re.compile("(made|colored) ([0-9]+)")  # of what the package makes itself; every other is a file's path
 MADE = "made "  # a source's first word, before the seed of `procedural_scene`
 COLORED = "colored "  # the same of `colored_scene`
 SEEDS = 1_000_000  # to a data set's seed, so that two share no shape
@@ -68,7 +71,7 @@ def build(
     Warns
     -----
     InputWarning
-        If a file is left out because it can't be loaded.
+        If a file is left out because it can't be loaded, or a view is rendered again because it is damaged.
     """
     if shapes is None:
         shapes = 0 if files else SHAPES
@@ -82,7 +85,7 @@ def build(
         sources += [str(path) for path, error in zip(paths, errors, strict=True) if error is None]
         plan = Plan(seed, len(sources), test_shapes, colored)
         dataset = Dataset.create(path, plan, sources)
-        missing = [i for i in range(plan.shapes) if not all(dataset.has(i, size) for size in SIZES)]
+        missing = [i for i in range(plan.shapes) if not all([_is_whole(dataset, i, size) for size in SIZES])]
         for shape, views in _as_done(client, _render, [(sources[i], plan, i) for i in missing], "rendering shapes"):
             for size, view in zip(SIZES, views, strict=True):
                 dataset.write(missing[shape], size, view)
@@ -105,10 +108,22 @@ def scene_of(source: str) -> bob.Scene:
     InputError
         If it is a file that can't be loaded.
     """
-    for word, make in ((MADE, procedural_scene), (COLORED, colored_scene)):
-        if source.startswith(word):
-            return make(int(source.removeprefix(word)))
-    return bob.load(source)
+    made = SOURCE.fullmatch(source)
+    if made is None:
+        return bob.load(source)
+    return (procedural_scene if made[1] == "made" else colored_scene)(int(made[2]))
+
+
+def _is_whole(dataset: Dataset, shape: int, size: int) -> bool:
+    """Tell whether a view is there; warn if it is, but damaged."""
+    if not dataset.has(shape, size):
+        return False
+    try:
+        dataset.read(shape, size)
+    except InputError as error:
+        warnings.warn(str(error), InputWarning, stacklevel=3)
+        return False
+    return True
 
 
 def _render(source: str, plan: Plan, shape: int) -> list[NDArray[np.float16]]:

@@ -2,35 +2,43 @@
 
     DIR/zarr.json                     attributes: format, seed, test_shapes, sources, channels, stages, colored
     DIR/views_128 | 256 | 512         (shapes, 4, size, size) float16: gray, depth, normal x, normal y
-        chunks (1, 4, 128, 128)       a patch; zstd over shuffled bytes
+        chunks (1, 4, 128, 128)       a patch; zstd over shuffled bytes, and their CRC-32C
         shards (1, 4, size, size)     a view
 
 All 0 off the surface. float16 keeps gray to 0.00025, a sixteenth of a step of 8 bits. A view without its file is yet to
-be rendered.
+be rendered. Files are synced before they have their names, so that those that are there are whole, after a power cut too.
 """
 
 from __future__ import annotations
 
+import asyncio
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import zarr
 from numpy.typing import NDArray
-from zarr.codecs import BloscCodec
+from zarr.codecs import BloscCodec, Crc32cCodec
+from zarr.core.buffer import Buffer
+from zarr.storage import LocalStore
 
+from bobrossnet.adapters.messages import one_line
 from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import PATCH, SIZES, STAGES, Plan
 from bobrossnet.picture.channels import GIVEN
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.threads import lazy
 
+BUILD = "bobrossnet dataset build"
 FORMAT = "bobrossnet-dataset-1"
 CHANNELS = ("gray", "depth", "normal x", "normal y")
 """The format's own planes, (4, H, W) wherever views and patches are: not all that a G-buffer may have."""
+
+PARTIAL = ".partial"
+"""The end of the name of a file that is being written."""
 
 PLANES = np.r_[GIVEN.places["gray"], GIVEN.places["depth"], GIVEN.places["normal"]]
 """Where `GBuffer.stack` has them."""
@@ -79,26 +87,29 @@ class Dataset:
                     sorted(name for name in {**found, **attributes} if found.get(name) != attributes.get(name))
                 )
                 raise InputError(f"{path}: expected the data set begun there, got another {different}")
-        elif path.exists() and not (path.is_dir() and all(p.name.startswith("views_") for p in path.iterdir())):
+        elif path.exists() and not (path.is_dir() and all(p.name.startswith("views_") or p.suffix == PARTIAL for p in path.iterdir())):
             raise InputError(f"{path}: expected an empty folder or a data set, got other files")
         try:
-            for leftover in path.glob("**/*.partial"):  # of a build that was killed
+            for leftover in path.glob(f"**/*{PARTIAL}"):  # of a build that was killed
                 leftover.unlink()
             for size in SIZES:
                 if not (path / f"views_{size}" / "zarr.json").exists():
                     zarr.create_array(
-                        path / f"views_{size}",
+                        _SyncedStore(path / f"views_{size}"),
                         shape=(plan.shapes, len(CHANNELS), size, size),
                         dtype=np.float16,
                         chunks=(1, len(CHANNELS), PATCH, PATCH),
                         shards=(1, len(CHANNELS), size, size),
-                        compressors=BloscCodec(typesize=2, cname="zstd", clevel=5, shuffle="shuffle"),
+                        compressors=[
+                            BloscCodec(typesize=2, cname="zstd", clevel=5, shuffle="shuffle"),
+                            Crc32cCodec(),
+                        ],
                         dimension_names=("shape", "channel", "row", "column"),
                         config={"write_empty_chunks": True},  # a file says that its view is done
                     )
             # The group last: with it the folder is a data set.
             if not (path / "zarr.json").exists():
-                zarr.create_group(path, attributes=attributes)
+                zarr.create_group(_SyncedStore(path), attributes=attributes)
         except OSError as error:
             raise InputError(f"{path}: can't write there: {error.strerror}") from error
         return cls._of(path)
@@ -110,15 +121,19 @@ class Dataset:
         Raises
         ------
         InputError
-            If there is none, or views are missing.
+            If there is none, its index is damaged, or views are missing or empty.
         """
         dataset = cls._of(Path(path))
         missing = sum(not dataset.has(shape, size) for shape in range(dataset.plan.shapes) for size in SIZES)
         if missing:
             raise InputError(
                 f"{path}: expected all {dataset.plan.shapes * len(SIZES)} views, got {missing} fewer; "
-                "bobrossnet dataset build completes it"
+                f"{BUILD} completes it"
             )
+        for size in SIZES:
+            for shape in range(dataset.plan.shapes):
+                if dataset._file(shape, size).stat().st_size == 0:
+                    raise dataset._damaged(shape, size)
         return dataset
 
     @classmethod
@@ -126,26 +141,45 @@ class Dataset:
         attributes = _open_group(path).attrs
         if attributes.get("format") != FORMAT:
             raise InputError(f"{path}: expected a data set of format {FORMAT!r}, got {attributes.get('format')!r}")
-        sources: Any = attributes["sources"]
-        plan = Plan(
-            int(str(attributes["seed"])),
-            len(sources),
-            int(str(attributes["test_shapes"])),
-            bool(attributes.get("colored", False)),
-        )
-        return cls(path, plan, sources, {size: zarr.open_array(path / f"views_{size}") for size in SIZES})
+        sources: Any = attributes.get("sources")
+        if not (isinstance(sources, list) and all(isinstance(source, str) for source in sources)):
+            raise _damaged_index(path / "zarr.json", "it has no list of sources")
+        numbers: list[Any] = [attributes.get(name) for name in ("seed", "test_shapes")]
+        plan = Plan(numbers[0], len(sources), numbers[1], bool(attributes.get("colored", False)))
+        arrays = {}
+        for size in SIZES:
+            place = path / f"views_{size}"
+            arrays[size] = _opened(place, zarr.open_array)
+            shape = plan.shapes, len(CHANNELS), size, size
+            if arrays[size].shape != shape or arrays[size].dtype != np.float16:
+                raise _damaged_index(place / "zarr.json", f"its array is {arrays[size].dtype} {arrays[size].shape}")
+        return cls(path, plan, sources, arrays)
 
     def has(self, shape: int, size: int) -> bool:
-        """Tell whether a view is there, whole."""
+        """Tell whether a view is there."""
         return self._file(shape, size).exists()
 
     def write(self, shape: int, size: int, view: NDArray[np.float16]) -> None:
         """Store a view, (4, size, size), whole or not at all."""
-        self._arrays[size][shape] = view
+        self._file(shape, size).unlink(missing_ok=True)  # a damaged one, which zarr would read first
+        zarr.open_array(_SyncedStore(self.path / f"views_{size}"), mode="r+")[shape] = view
 
     def read(self, shape: int, size: int) -> NDArray[np.float16]:
-        """Return a view, (4, size, size) float16."""
-        return np.asarray(self._arrays[size][shape])
+        """Return a view, (4, size, size) float16.
+
+        Raises
+        ------
+        InputError
+            If its file is not as it was written.
+        """
+        try:
+            if self._file(shape, size).stat().st_size == 0:  # which zarr takes for a view of zeros
+                raise self._damaged(shape, size)
+            return np.asarray(self._arrays[size][shape])
+        except InputError:
+            raise
+        except (OSError, ValueError, RuntimeError) as error:  # zarr's and its codecs'
+            raise self._damaged(shape, size) from error
 
     def patches(self, shape: int) -> NDArray[np.float16]:
         """Return all patches of a shape, (21, 4, 128, 128) float16, in the order of `Plan.sample`."""
@@ -163,6 +197,10 @@ class Dataset:
             [[_detail(patch[0].astype(float)) for patch in self.patches(shape)] for shape in range(self.plan.shapes)]
         )
         return np.sqrt(differences) if self.plan.colored else differences
+
+    def _damaged(self, shape: int, size: int) -> InputError:
+        file = self._file(shape, size)
+        return InputError(f"{file}: expected a view as it was written, got a damaged one; {BUILD} renders it again")
 
     def _file(self, shape: int, size: int) -> Path:
         return self.path / f"views_{size}" / "c" / str(shape) / "0" / "0" / "0"
@@ -196,8 +234,53 @@ def _detail(gray: NDArray[np.float64]) -> float:
     return sum(float(np.abs(np.diff(gray, axis=axis)).mean()) for axis in (0, 1))
 
 
-def _open_group(path: Path) -> zarr.Group:
+class _SyncedStore(LocalStore):
+    """Files that have their names only when they and their content are on the disk."""
+
+    async def set(self, key: str, value: Buffer) -> None:
+        await asyncio.to_thread(self.set_sync, key, value)
+
+    async def set_if_not_exists(self, key: str, value: Buffer) -> None:
+        if not (self.root / key).exists():
+            await self.set(key, value)
+
+    def set_sync(self, key: str, value: Buffer) -> None:
+        file = self.root / key
+        file.parent.mkdir(parents=True, exist_ok=True)
+        partial = file.with_suffix(PARTIAL)
+        with partial.open("wb") as written:
+            written.write(value.to_bytes())
+            written.flush()
+            os.fsync(written.fileno())
+        partial.replace(file)
+        if os.name == "posix":  # elsewhere folders can't be opened
+            inside = file.relative_to(self.root).parents
+            for folder in [*(self.root / some for some in inside), self.root.parent]:  # any of which may be new
+                _sync_folder(folder)
+
+
+def _sync_folder(folder: Path) -> None:
+    handle = os.open(folder, os.O_RDONLY)
     try:
-        return zarr.open_group(path, mode="r")
-    except (FileNotFoundError, ValueError) as error:
-        raise InputError(f"{path}: expected a data set, got none; bobrossnet dataset build makes one") from error
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _opened(path: Path, of: Callable[..., Any]) -> Any:
+    index = path / "zarr.json"
+    try:
+        return of(path, mode="r")
+    except Exception as error:  # zarr's, of any type
+        raise _damaged_index(index, one_line(error) if index.exists() else "it is not there") from error
+
+
+def _damaged_index(file: Path, why: str) -> InputError:
+    return InputError(f"{file}: expected the index of a data set, got a damaged one ({why}); remove it and run {BUILD}")
+
+
+def _open_group(path: Path) -> zarr.Group:
+    if not (path / "zarr.json").exists():
+        raise InputError(f"{path}: expected a data set, got none; {BUILD} makes one")
+    group: zarr.Group = _opened(path, zarr.open_group)
+    return group
