@@ -883,6 +883,17 @@ BUFFER = 8 + 8 * 12 + 36 * 2  # the second chunk of box_glb, from its head on
         ("a.glb", box_glb([{"mesh": 1, "scale": [1, 1, True]}]), "nodes[0]: scale: expected lists of numbers, "),
         ("a.glb", box_glb([{"mesh": 1, "scale": None}]), "nodes[0]: scale: expected "),
         ("a.glb", box_glb([{"mesh": 1, "children": [1]}]), "nodes[0]: children: expected an integer in 0..0, got 1"),
+        ("a.glb", box_glb([{"mesh": 1}, *[{}] * 100_000]), "nodes: expected at most 100,000, got 100,001"),
+        (
+            "a.glb",
+            box_glb([{"children": [n + 1]} for n in range(100_000)] + [{"mesh": 1}]),
+            "nodes: expected at most 100,000, got 100,001",
+        ),
+        (
+            "a.glb",
+            box_glb([{"mesh": 0}] * 1001, meshes=[{"primitives": [{"attributes": {"POSITION": 0}}] * 100}]),
+            "primitives: expected at most 100,000, got 100,100",
+        ),
         ("a.glb", with_mode(None), "meshes[0]: mode: expected an integer, got "),
         ("a.glb", with_mode(7), "meshes[0]: mode: expected an integer in 0..6, got 7"),
         ("a.glb", box_glb([{"mesh": 1}], extras=float("nan")), "expected "),

@@ -3,6 +3,7 @@
 
 import { unescaped } from "../core/addresses.js";
 import { CoreError, brief, checkInteger, checkList, placedErrors } from "../core/errors.js";
+import { checkCount } from "../tracing/description.js";
 import { jsonOf } from "./text.js";
 
 const LISTS = ["buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes"];
@@ -115,6 +116,7 @@ export function checkGltf(json) {
   }
   for (const name of LISTS) if (name in json) checkObjects(name, json[name]);
   const { buffers = [], bufferViews = [], accessors = [], meshes = [], nodes = [], scenes } = json;
+  checkCount("nodes", nodes.length);
 
   /** @param {string} name @param {any} value @param {any[]} of @returns {any} */
   const item = (name, value, of) => of[checkInteger(name, value, 0, of.length - 1)];
@@ -145,12 +147,15 @@ export function checkGltf(json) {
     checkInteger("mode", mode, 0, FAN);
     if (indices !== undefined) item("indices", indices, accessors);
   }));
+  const primitives = (/** @type {any[]} */ of) => of.reduce((sum, mesh) => sum + mesh.primitives.length, 0);
+  checkCount("primitives", primitives(meshes));
   each("nodes", nodes, (node) => {
     const { children = [], mesh } = node;
     for (const child of checkList("children", children)) item("children", child, nodes);
     if (mesh !== undefined) item("mesh", mesh, meshes);
     for (const [name, length] of Object.entries(PLACES)) if (name in node) checkNumbers(name, node[name], length);
   });
+  checkCount("primitives", primitives(nodes.filter(({ mesh }) => mesh !== undefined).map(({ mesh }) => meshes[mesh])));
   if (!scenes) return;
   const { nodes: roots = [] } = item("scene", scene, scenes);
   for (const root of checkList("nodes", roots)) item("nodes", root, nodes);

@@ -4,7 +4,7 @@
 import { CoreError } from "../core/errors.js";
 import { IDENTITY } from "../shapes/affine.js";
 import { meshShape } from "../shapes/mesh.js";
-import { PLAIN, alike } from "./surface.js";
+import { Looks, PLAIN } from "./surface.js";
 
 /**
  * @typedef {import("./part.js").Part} Part
@@ -51,14 +51,61 @@ function sceneOfSurfaces(core, name, read) {
   const { surfaces, surface } = read, whole = surface ? { ...read, part: withNormals(core, read.part) } : read;
   /** @type {SceneDescription} */
   const scene = { shapes: [], instances: [] };
+  const triangles = surface && rowsOf(surface, surfaces.length), places = new Int32Array(surface ? whole.part.vertices.length / 3 : 0);
   surfaces.forEach((own, number) => {
-    const part = surface ? chosen(whole, Uint8Array.from(surface, (of) => Number(of === number))).part : read.part;
+    const part = triangles ? someOf(whole.part, triangles[number], places) : read.part;
     if (!part.triangles.length) return;
     const label = surface ? own.name || name : name;
     scene.instances.push({ shape: scene.shapes.length, transform: IDENTITY, material: own.material, name: label });
     scene.shapes.push(meshOf(part, own));
   });
   return scene;
+}
+
+/** The rows that have each of the numbers 0 to `count` - 1, ascending. @param {Int32Array} numbers @param {number} count */
+function rowsOf(numbers, count) {
+  const sizes = new Int32Array(count), at = new Int32Array(count);
+  for (const number of numbers) ++sizes[number];
+  const rows = Array.from(sizes, (size) => new Int32Array(size));
+  for (let row = 0; row < numbers.length; ++row) rows[numbers[row]][at[numbers[row]]++] = row;
+  return rows;
+}
+
+/**
+ * Some triangles of a part, and what they use, in time that depends on these alone.
+ *
+ * @param {Part} part
+ * @param {Int32Array} rows of the triangles
+ * @param {Int32Array} places zeros, one for each vertex of the part, as which they are left
+ * @returns {Part}
+ */
+function someOf({ vertices, triangles, normals, colors, faceColors, alphas, uv }, rows, places) {
+  const corners = rowsAt(triangles, rows, 3);
+  let count = 0;
+  const used = corners.filter((vertex) => !places[vertex] && (places[vertex] = ++count)).sort();
+  used.forEach((vertex, i) => places[vertex] = i + 1);
+  const renumbered = corners.map((vertex) => places[vertex] - 1);
+  for (const vertex of used) places[vertex] = 0;
+  return {
+    vertices: rowsAt(vertices, used, 3), triangles: renumbered,
+    normals: normals && rowsAt(normals, used, 3), colors: colors && rowsAt(colors, used, 3),
+    faceColors: faceColors && rowsAt(faceColors, rows, 3), alphas: alphas && rowsAt(alphas, used, 1), uv: uv && rowsAt(uv, used, 2),
+  };
+}
+
+/**
+ * @template {Float64Array | Int32Array} T
+ * @param {T} values (n, width)
+ * @param {Int32Array} rows
+ * @param {number} width
+ * @returns {T}
+ */
+function rowsAt(values, rows, width) {
+  const length = width * rows.length, result = /** @type {T} */ (values instanceof Int32Array ? new Int32Array(length) : new Float64Array(length));
+  for (let i = 0; i < rows.length; ++i) {
+    for (let axis = 0; axis < width; ++axis) result[width * i + axis] = values[width * rows[i] + axis];
+  }
+  return result;
 }
 
 /** @param {Part} part @param {Surface} surface @returns {import("../shapes/description.js").MeshDescription} */
@@ -138,11 +185,11 @@ function joined(parts) {
     uv: onTexture(field(parts, "uv", "vertices", 2, 0)),
   };
   /** @type {Surface[]} */
-  const surfaces = [];
+  const surfaces = [], looks = new Looks();
   const numbers = parts.map(({ surface = PLAIN, uv }) => {
-    const shown = uv ? surface : { ...surface, texture: undefined };
-    const known = surfaces.findIndex((other) => alike(other, shown));
-    return known >= 0 ? known : surfaces.push(shown) - 1;
+    const shown = uv ? surface : { ...surface, texture: undefined }, number = looks.number(shown);
+    if (number === surfaces.length) surfaces.push(shown);
+    return number;
   });
   if (surfaces.length < 2) return { part, surfaces: surfaces.length ? surfaces : [PLAIN], surface: null };
   const surface = new Int32Array(part.triangles.length / 3);

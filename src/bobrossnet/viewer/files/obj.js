@@ -33,7 +33,8 @@ export async function readObj(bytes, warn, beside) {
   const surfaces = libraries.length && text.includes("usemtl") ? await readMtl(libraries, beside, warn) : new Map();
   const isTextured = [...surfaces.values()].some(({ texture }) => texture);
   const pairs = /^[ \t]*vn[ \t]/m.test(text) || isTextured ? new Vertices(isTextured) : null;
-  const names = [""];
+  /** Of materials, in the order in which faces have them. @type {Map<string, number>} */
+  const names = new Map([["", 0]]);
   let material = 0;
   while (words.nextLine()) {
     if (words.are(V)) pushPoint(words, points, colors);
@@ -41,8 +42,8 @@ export async function readObj(bytes, warn, beside) {
     else if (isTextured && words.are(V, T)) pushPlace(words, places);
     else if (surfaces.size && words.are(...USEMTL)) {
       const name = words.rest();
-      material = names.indexOf(name);
-      if (material < 0) material = names.push(name) - 1;
+      material = names.get(name) ?? names.size;
+      names.set(name, material);
     } else if (words.are(F)) {
       pushPolygon(words, points.length / 3, normals.length / 3, places.length / 2, pairs, triangles);
       if (surfaces.size) while (materials.length < triangles.length / 3) materials.push(material);
@@ -56,21 +57,38 @@ export async function readObj(bytes, warn, beside) {
   };
   if (!surfaces.size) return [whole];
   const uv = pairs && isTextured ? picked(places.whole(), pairs.places.whole(), 2).map((value, i) => (i % 2 ? 1 - value : value)) : undefined;
-  return names.flatMap((name, number) => ofSurface(whole, materials.whole(), number, uv, surfaces.get(name) ?? PLAIN));
+  const groups = cornersOf(whole.triangles, materials.whole(), names.size);
+  return Array.from(names).flatMap(([name, number]) => ofSurface(whole, groups[number], uv, surfaces.get(name) ?? PLAIN));
+}
+
+/**
+ * The corners of the triangles that have each material.
+ *
+ * @param {Int32Array} triangles (T, 3)
+ * @param {Int32Array} materials (T,)
+ * @param {number} count of the materials
+ */
+function cornersOf(triangles, materials, count) {
+  const sizes = new Int32Array(count), at = new Int32Array(count);
+  for (const material of materials) ++sizes[material];
+  const groups = Array.from(sizes, (size) => new Int32Array(3 * size));
+  for (let i = 0; i < triangles.length; ++i) {
+    const material = materials[Math.floor(i / 3)];
+    groups[material][at[material]++] = triangles[i];
+  }
+  return groups;
 }
 
 /**
  * The triangles of one surface, and what they use; nothing if there are none.
  *
  * @param {Part} whole
- * @param {Int32Array} materials of its triangles
- * @param {number} number
+ * @param {Int32Array} corners of its triangles
  * @param {Float64Array | undefined} uv of its vertices, from the top down
  * @param {Surface} surface
  * @returns {Part[]}
  */
-function ofSurface({ vertices, triangles, normals, colors }, materials, number, uv, surface) {
-  const corners = triangles.filter((_, corner) => materials[Math.floor(corner / 3)] === number);
+function ofSurface({ vertices, normals, colors }, corners, uv, surface) {
   if (!corners.length) return [];
   const used = Int32Array.from(new Set(corners)).sort(), places = new Map(Array.from(used, (vertex, i) => [vertex, i]));
   return [{

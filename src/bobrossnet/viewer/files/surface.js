@@ -19,11 +19,21 @@ const MAX_TEXELS = 2 ** 26;
 /** Of parts that have none. @type {Surface} */
 export const PLAIN = { material: WHITE };
 
-/** Whether surfaces look alike. @param {Surface} a @param {Surface} b */
-export function alike(a, b) {
-  const { picture: first, wrap = null } = a.texture ?? {}, { picture: second, wrap: other = null } = b.texture ?? {};
-  return first === second && String(wrap) === String(other) && a.alphaCutoff === b.alphaCutoff
-    && JSON.stringify(a.material) === JSON.stringify(b.material);
+/** Numbers of surfaces, from 0 on, equal where they look alike. */
+export class Looks {
+  /** @type {Map<string, number>} */
+  #looks = new Map();
+  /** @type {Map<Picture | undefined, number>} */
+  #pictures = new Map();
+
+  /** @param {Surface} surface */
+  number({ texture, material, alphaCutoff }) {
+    const { picture, wrap = null } = texture ?? {}, own = this.#pictures.get(picture) ?? this.#pictures.size;
+    this.#pictures.set(picture, own);
+    const look = `${own} ${wrap} ${alphaCutoff} ${JSON.stringify(material)}`, number = this.#looks.get(look) ?? this.#looks.size;
+    this.#looks.set(look, number);
+    return number;
+  }
 }
 
 /**
