@@ -1,5 +1,6 @@
 """Scenes and files in the viewer's page: the same pictures as Python's, and errors in one line."""
 
+import base64
 import hashlib
 import io
 import json
@@ -521,6 +522,24 @@ def test_materials_and_textures_of_glb(same):
     laid = {"index": 0, "extensions": {"KHR_texture_transform": moved}}
     same("moved.glb", textured_glb(materials=[{"pbrMetallicRoughness": {"baseColorTexture": laid}}] * 2))
     same("coarse.glb", textured_glb(nodes=[{"mesh": 0, "scale": [1, 1, 0.01]}]))  # whose faces meet at small angles
+
+
+def test_pictures_are_decoded_once_within_a_budget(read):
+    """Of 8 x 4,096 x 4,096 texels, which are all that a file may have, nine would be too many."""
+    file = io.BytesIO()
+    Image.fromarray(np.zeros((4096, 4096), np.uint8)).save(file, "PNG")
+    uri = "data:image/png;base64," + base64.b64encode(file.getvalue()).decode()
+    count = 9
+    primitives = [{"attributes": {"POSITION": 0}, "indices": 1, "material": i} for i in range(count)]
+    more = {
+        "meshes": [{"primitives": primitives}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}} for i in range(count)],
+        "textures": [{"source": i} for i in range(count)],
+    }
+    assert read("a.glb", box_glb([{"mesh": 0}], images=[{"uri": uri}] * count, **more))["warnings"] == []
+    others = [{"uri": uri + " " * i} for i in range(count)]
+    (warning,) = read("a.glb", box_glb([{"mesh": 0}], images=others, **more))["warnings"]
+    assert "was left out: expected textures of at most 134,217,728 texels in all, got more" in warning
 
 
 def test_cut_outs_of_glb(same):

@@ -4,7 +4,7 @@
 import { CoreError, brief } from "../core/errors.js";
 import { WHITE } from "../tracing/description.js";
 import { dataOf } from "./gltf.js";
-import { PLAIN, decoded, half, unit } from "./surface.js";
+import { PLAIN, TexelBudget, decoded, half, unit } from "./surface.js";
 
 /**
  * @typedef {import("./surface.js").Picture} Picture
@@ -22,8 +22,9 @@ const MAX_NUMBER = 1e9;
 export class GltfSurfaces {
   /** @type {Map<number, Surface>} */
   #surfaces = new Map();
-  /** By the number of their image. @type {Map<number, Promise<Picture>>} */
+  /** By where their images are: an address, or the start and the length in the buffer. @type {Map<string, Promise<Picture>>} */
   #pictures = new Map();
+  #budget = new TexelBudget();
   /** Numbers of images that were left out. @type {Set<number>} */
   #missing = new Set();
   /** @param {any} json @param {Uint8Array<ArrayBuffer>} buffer the file's own @param {import("./part.js").Warn} warn */
@@ -128,9 +129,11 @@ export class GltfSurfaces {
 
   /** @param {number} number of an image */
   #picture(number) {
-    const read = async () => decoded(this.#content(item(this.json, "images", number)));
-    const picture = this.#pictures.get(number) ?? read();
-    this.#pictures.set(number, picture);
+    const image = item(this.json, "images", number), { byteOffset = 0, byteLength = 0 } = item(this.json, "bufferViews", image.bufferView);
+    const source = typeof image.uri === "string" ? image.uri : `${byteOffset} ${byteLength}`;
+    const read = async () => decoded(this.#content(image), this.#budget);
+    const picture = this.#pictures.get(source) ?? read();
+    this.#pictures.set(source, picture);
     return picture;
   }
 

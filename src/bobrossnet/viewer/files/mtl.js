@@ -3,7 +3,7 @@
 
 import { CoreError } from "../core/errors.js";
 import { WHITE } from "../tracing/description.js";
-import { decoded, fromSrgb, half, unit } from "./surface.js";
+import { TexelBudget, decoded, fromSrgb, half, unit } from "./surface.js";
 import { textOf } from "./text.js";
 
 /**
@@ -38,14 +38,14 @@ export async function readMtl(lines, beside, warn) {
     }
   }
   /** @type {Map<string, Picture | undefined>} */
-  const pictures = new Map();
+  const pictures = new Map(), budget = new TexelBudget();
   /** @type {Map<string, Surface>} */
   const surfaces = new Map();
   /** @param {string[]} [words] of a map @returns {Promise<Texture | undefined>} */
   const textureOf = async (words = []) => {
     const { file, clamped } = mapOf(words), beyond = clamped ? 1 : 0;
     if (file && !pictures.has(file)) {
-      const load = async () => decoded(await beside.read(file));
+      const load = async () => decoded(await beside.read(file), budget);
       pictures.set(file, await attempt(load, (why) => warn(`texture ${file} was left out: ${why}`)));
     }
     const picture = pictures.get(file);

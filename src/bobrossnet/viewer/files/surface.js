@@ -16,6 +16,22 @@ import { WHITE } from "../tracing/description.js";
 /** Of one texture: 8,192 x 8,192, 0.2 GB. */
 const MAX_TEXELS = 2 ** 26;
 
+/** Of all pictures of a file, as bobrossnet.adapters.surface.MAX_FILE_TEXELS. */
+const MAX_FILE_TEXELS = 2 ** 27;
+
+/** What the pictures of a file may still have of `MAX_FILE_TEXELS`. */
+export class TexelBudget {
+  #left = MAX_FILE_TEXELS;
+
+  /** Takes the texels of a picture, before there is any memory for them here. @param {number} height @param {number} width */
+  take(height, width) {
+    if (height * width > this.#left) {
+      throw new CoreError(`expected textures of at most ${MAX_FILE_TEXELS.toLocaleString("en")} texels in all, got more`);
+    }
+    this.#left -= height * width;
+  }
+}
+
 /** Of parts that have none. @type {Surface} */
 export const PLAIN = { material: WHITE };
 
@@ -56,14 +72,16 @@ export function unit(value, otherwise) {
  * The texels of a picture's file.
  *
  * @param {Uint8Array<ArrayBuffer>} bytes
+ * @param {TexelBudget} budget of the file
  * @returns {Promise<Picture>}
  */
-export async function decoded(bytes) {
+export async function decoded(bytes, budget) {
   const image = await createImageBitmap(new Blob([bytes]), { premultiplyAlpha: "none", colorSpaceConversion: "none" }).catch(() => {
     throw new CoreError("expected a picture in PNG, JPEG or WebP, got none that can be read");
   });
   const { height, width } = image;
   if (height * width > MAX_TEXELS) throw new CoreError(`expected a picture of at most ${MAX_TEXELS} texels, got ${width} x ${height}`);
+  budget.take(height, width);
   const drawn = drawnPixels(image), isOpaque = !hasClearPixels(drawn), pixels = (!isOpaque && storedPixels(image)) || drawn;
   image.close();
   return { texels: colorsOf(pixels), height, width, ...(!isOpaque && { alpha: alphaOf(pixels) }) };
