@@ -275,7 +275,7 @@ def test_damaged_views_are_named_and_rendered_again(damage: str, built: Path, tm
     if damage.startswith("a byte"):
         content[len(content) // 2 if damage == "a byte" else -20] ^= 1
     file.write_bytes(content[: {"empty": 0, "cut": 100}.get(damage, len(content))])
-    message = f"^{re.escape(str(file))}: expected a view as it was written, got a damaged one; bobrossnet dataset build "
+    message = f"^{re.escape(str(file))}: expected a view as it was written, got a damaged one; bobrossnet dataset"
     with pytest.raises(InputError, match=message):
         Dataset.open(path).read(2, 256)
     with pytest.raises(InputError, match=message):

@@ -235,7 +235,8 @@ def test_pictures_of_a_file_have_a_limit_together(tmp_path: Path, monkeypatch: p
 
 def test_a_picture_is_decoded_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     decoded = []
-    monkeypatch.setattr("PIL.Image.open", lambda *args, of=Image.open, **more: decoded.append(args) or of(*args, **more))
+    opened = Image.open
+    monkeypatch.setattr("PIL.Image.open", lambda *args, **more: decoded.append(args) or opened(*args, **more))
     data = picture()
     uri = "data:;base64," + base64.b64encode(data).decode()
     names = [{"uri": uri}, {"uri": uri + "\n"}, {"uri": "t.png"}, {"uri": "u.png"}]

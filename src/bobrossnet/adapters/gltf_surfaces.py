@@ -119,7 +119,8 @@ class GltfSurfaces(dict[int, Surface]):
         texture = _item(self.tree, "textures", info.get("index"))
         extensions = _object(texture, "extensions")
         number = texture.get("source", _object(extensions, "EXT_texture_webp").get("source"))
-        picture, sampler = self._picture(number if isinstance(number, int) else -1), _item(self.tree, "samplers", texture.get("sampler"))
+        picture = self._picture(number if isinstance(number, int) else -1)
+        sampler = _item(self.tree, "samplers", texture.get("sampler"))
         across, down = (WRAPS.get(_number(sampler.get(axis)), "repeat") for axis in ("wrapS", "wrapT"))
         return picture and (picture if (across, down) == picture.wrap else picture._replace(wrap=(across, down)))
 

@@ -59,8 +59,8 @@ class Surface(NamedTuple):
 
 
 def with_textures_within_budget(file: Path, surfaces: Sequence[Surface]) -> list[Surface]:
-    """The surfaces of a file. Textures beyond `MAX_FILE_TEXELS` are left out, with a warning: each surface has a copy of its
-    own."""
+    """The surfaces of a file. Textures beyond `MAX_FILE_TEXELS` are left out, with a warning: each surface has a
+    copy of its own."""
     kept = []
     texels = dropped = 0
     for surface in surfaces:

@@ -6,7 +6,8 @@
         shards (1, 4, size, size)     a view
 
 All 0 off the surface. float16 keeps gray to 0.00025, a sixteenth of a step of 8 bits. A view without its file is yet to
-be rendered. Files are synced before they have their names, so that those that are there are whole, after a power cut too.
+be rendered. Files are synced before they have their names, so that those that are there are whole, after a power cut
+too.
 """
 
 from __future__ import annotations
@@ -87,7 +88,9 @@ class Dataset:
                     sorted(name for name in {**found, **attributes} if found.get(name) != attributes.get(name))
                 )
                 raise InputError(f"{path}: expected the data set begun there, got another {different}")
-        elif path.exists() and not (path.is_dir() and all(p.name.startswith("views_") or p.suffix == PARTIAL for p in path.iterdir())):
+        elif path.exists() and not (
+            path.is_dir() and all(p.name.startswith("views_") or p.suffix == PARTIAL for p in path.iterdir())
+        ):
             raise InputError(f"{path}: expected an empty folder or a data set, got other files")
         try:
             for leftover in path.glob(f"**/*{PARTIAL}"):  # of a build that was killed
