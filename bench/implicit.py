@@ -171,8 +171,8 @@ def solid() -> bob.Implicit:
 def knob() -> bob.Implicit:
     """A knurled knob: two rings of boxes, twisted either way, are cut out of a cylinder."""
     teeth = box((1, 1, 4)).rotate(np.pi / 4).circular_array(24, 1.6)
-    result: bob.Implicit = rounded_cylinder(1, 0.1, 5) - (teeth.twist(0.75) | teeth.twist(-0.75)).k(0.1)
-    return result - cylinder(0.5).k(0.1)  # type: ignore[no-any-return]
+    result = rounded_cylinder(1, 0.1, 5) - (teeth.twist(0.75) | teeth.twist(-0.75)).k(0.1)
+    return result - cylinder(0.5).k(0.1)
 
 
 def weave() -> bob.Implicit:

@@ -38,6 +38,11 @@ double to_double(nb::handle value) {
     return number + 0.0;  // zeros lose their sign: Python's whole numbers have none
 }
 
+std::string unusable(nb::handle value) {
+    const auto type = nb::cast<std::string>(value.type().attr("__name__"));
+    return "expected a number, a vector, a shape or an easing function, got " + type;
+}
+
 Object to_object(nb::handle value, int depth = 0) {
     if (value.is_none()) return {bob::None{}};
     if (nb::isinstance<nb::bool_>(value)) return {value.is(nb::handle(Py_True))};
@@ -56,8 +61,7 @@ Object to_object(nb::handle value, int depth = 0) {
         return {std::make_shared<const Object::List>(std::move(items))};
     }
     if (nb::hasattr(value, "__float__")) return {to_double(value)};
-    const auto type = nb::cast<std::string>(value.type().attr("__name__"));
-    throw bob::CallTypeError("expected a number, a vector, a shape or an easing function, got " + type);
+    throw bob::CallTypeError(unusable(value));
 }
 
 nb::object to_python(const Object& object) {
@@ -126,11 +130,16 @@ struct Call {
     /// `names` are those of the positional arguments, for messages.
     Call(std::string_view word, const std::vector<bob::Parameter>& names, const nb::tuple& args, const nb::dict& kwargs) {
         const auto convert = [&](std::string_view name, nb::handle value) {
+            const std::string place = std::string(word) + ": " + std::string(name) + ": ";
             try {
                 return to_object(value);
             } catch (const bob::CallTypeError& error) {
-                throw bob::CallTypeError(std::string(word) + ": " + std::string(name) + ": " + error.what());
+                throw bob::CallTypeError(place + error.what());
+            } catch (const nb::python_error& error) {  // of the value's own methods
+                if (!error.matches(PyExc_Exception)) throw;
+            } catch (const std::bad_cast&) {  // of a text with half a character
             }
+            throw bob::CallTypeError(place + unusable(value));
         };
         for (const nb::handle value : args) {
             const std::size_t place = std::min(positional.size(), names.empty() ? 0 : names.size() - 1);

@@ -9,7 +9,7 @@
 from typing import Any
 
 from bobrossnet import starting  # noqa: F401  before all else
-from bobrossnet._core import set_thread_count, thread_count
+from bobrossnet._core import thread_count
 from bobrossnet.adapters.container import save_scene
 from bobrossnet.adapters.files import load, load_mesh
 from bobrossnet.completion.network import Completer, complete
@@ -18,6 +18,7 @@ from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.filming import Film, orbit
 from bobrossnet.fitting import fitted
 from bobrossnet.frame import Frame
+from bobrossnet.machine import set_thread_count
 from bobrossnet.metrics import psnr, ssim
 from bobrossnet.motion import View
 from bobrossnet.notebooks import register, view

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from bobrossnet.errors import InputError
+from bobrossnet.paths import path_of
 
 
 def check_writable(path: str | os.PathLike[str], what: str = "", endings: Iterable[str] = ()) -> Path:
@@ -25,7 +26,7 @@ def check_writable(path: str | os.PathLike[str], what: str = "", endings: Iterab
         If its ending is another, it is a folder or a device, its name is too long, or its folder does not exist or is
         read-only.
     """
-    path = Path(path)
+    path = path_of(path)
     if what and path.suffix.lower() not in (known := [*endings]):
         raise InputError(f"{path}: expected {what}'s ending ({' '.join(known)}), got {path.suffix or 'none'}")
     place = _place(path)
@@ -47,7 +48,7 @@ def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
     InputError
         If the folder does not exist or can't be written to.
     """
-    path = Path(path)
+    path = path_of(path)
     place = _place(path)
     try:
         # A name of its own, as the file's may be as long as names can be.
@@ -71,13 +72,15 @@ def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
 
 def _place(path: Path) -> Path:
     """Where the file really lies or is to lie."""
-    place = Path(os.path.realpath(path))
     try:
+        place = Path(os.path.realpath(path))
         place.lstat()
     except (FileNotFoundError, NotADirectoryError):
         return place
     except OSError as error:  # a name too long
         raise InputError(f"{path}: can't write it: {error.strerror}") from error
+    except ValueError as error:  # a NUL in it
+        raise InputError(f"path: can't write to {str(path)!a:.100}: {error}") from error
     if not place.is_file():
         what = "folder" if place.is_dir() else "link to itself" if place.is_symlink() else "device"
         raise InputError(f"{path}: expected a file to write, got a {what}")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_number
+from bobrossnet.errors import InputError, InputTypeError, brief, check_number
 
 Color: TypeAlias = str | Sequence[float]
 """sRGB as "#rrggbb" or "#rgb", or three numbers of linear RGB, 0..1."""
@@ -42,12 +42,12 @@ def luminance(rgb: Any) -> NDArray[Any]:
 def linear(name: str, color: Color) -> tuple[float, float, float]:
     """Linear RGB of a colour as users give it; `name` is the argument's, for errors."""
     if isinstance(color, str):
-        rgb = _core.linear_color(color)
+        rgb = _core.linear_color(color) if color.isascii() else None
         if rgb is None:
-            raise InputError(f"{name}: expected #rrggbb or 3 numbers, got {color[:40]!r}")
+            raise InputError(f"{name}: expected #rrggbb or 3 numbers, got {brief(color, of_type=False)}")
         return rgb[0], rgb[1], rgb[2]
     try:
         red, green, blue = color
-    except (TypeError, ValueError):
-        raise InputTypeError(f"{name}: expected #rrggbb or 3 numbers, got {color!r:.40}") from None
+    except Exception:
+        raise InputTypeError(f"{name}: expected #rrggbb or 3 numbers, got {brief(color)}") from None
     return check_number(name, red, 0, 1), check_number(name, green, 0, 1), check_number(name, blue, 0, 1)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Iterator, Sequence
 from numbers import Integral, Real
 from typing import Any
 
@@ -38,8 +39,11 @@ def check_number(
 ) -> float:
     """Return `value` as a float if it is a finite real number in [low, high], or (low, high] if `above`."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
-        raise InputTypeError(f"{name}: expected a number, got {_brief(value)}{'; ' + hint if hint else ''}")
-    number = float(value)
+        raise InputTypeError(f"{name}: expected a number, got {brief(value)}{'; ' + hint if hint else ''}")
+    try:
+        number = float(value)
+    except OverflowError:  # of an integer beyond all floats
+        number = math.copysign(math.inf, 1 if value > 0 else -1)  # type: ignore[operator]
     inside = (low < number if above else low <= number) and number <= high
     if not (math.isfinite(number) and inside):
         raise InputError(f"{name}: expected {_interval(low, high, above)}, got {number:g}{'; ' + hint if hint else ''}")
@@ -49,18 +53,27 @@ def check_number(
 def check_integer(name: str, value: Any, low: int, high: int) -> int:
     """Return `value` as an int if it is an integer in [low, high]."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
-        raise InputTypeError(f"{name}: expected an integer, got {_brief(value)}")
+        raise InputTypeError(f"{name}: expected an integer, got {brief(value)}")
     if not low <= int(value) <= high:
-        raise InputError(f"{name}: expected an integer in {low}..{high}, got {int(value)}")
+        raise InputError(f"{name}: expected an integer in {low}..{high}, got {brief(int(value), of_type=False)}")
     return int(value)
+
+
+def check_choice(name: str, value: Any, choices: Sequence[str]) -> str:
+    """Return `value` if it is one of these words."""
+    if not isinstance(value, str):
+        raise InputTypeError(f"{name}: expected one of {', '.join(choices)}, got {brief(value)}")
+    if value not in choices:
+        raise InputError(f"{name}: expected one of {', '.join(choices)}, got {brief(value, of_type=False)}")
+    return value
 
 
 def check_array(name: str, value: Any, shape: tuple[int | None, ...], *, hint: str = "") -> NDArray[Any]:
     """Return `value` as an array of numbers of `shape`; None stands for any length."""
     try:
         array = np.asarray(value)
-    except (ValueError, TypeError) as error:
-        raise InputTypeError(f"{name}: expected an array of numbers, got {_brief(value)}") from error
+    except Exception as error:  # whatever an object's own __array__ raises
+        raise InputTypeError(f"{name}: expected an array of numbers, got {brief(value)}") from error
     if array.dtype.kind not in "biuf":
         got = type(value).__name__ if array.ndim == 0 else f"dtype {array.dtype}"
         raise InputTypeError(f"{name}: expected an array of numbers, got {got}")
@@ -69,6 +82,36 @@ def check_array(name: str, value: Any, shape: tuple[int | None, ...], *, hint: s
         wanted = "(" + ", ".join("n" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
         raise InputError(f"{name}: expected shape {wanted}, got {array.shape}{'; ' + hint if hint else ''}")
     return array
+
+
+def shape_of(value: Any) -> tuple[int, ...]:
+    """Return the shape of what may be an array; () of anything else, which `check_array` refuses."""
+    try:
+        shape = np.shape(value)
+    except Exception:
+        return ()
+    return shape if isinstance(shape, tuple) else ()  # some objects have their own `shape`
+
+
+def check_flag(name: str, value: Any) -> bool:
+    """Return `value` as a bool if it is one."""
+    if not isinstance(value, bool | np.bool_) and not (isinstance(value, Integral) and value in (0, 1)):
+        raise InputTypeError(f"{name}: expected True or False, got {brief(value)}")
+    return bool(value)
+
+
+def check_callable(name: str, value: Any) -> None:
+    """Raise InputTypeError unless `value` can be called, or is None."""
+    if value is not None and not callable(value):
+        raise InputTypeError(f"{name}: expected a function, got {brief(value)}")
+
+
+def each_of(name: str, values: Any, what: str) -> Iterator[Any]:
+    """Return an iterator over `values`, which `what` says in the error of what has none."""
+    try:
+        return iter(values)
+    except Exception:
+        raise InputTypeError(f"{name}: expected {what}, got {type(values).__name__}") from None
 
 
 def check_finite(name: str, array: NDArray[Any]) -> NDArray[Any]:
@@ -87,6 +130,11 @@ def _interval(low: float, high: float, above: bool) -> str:
     return f"a number in {'(' if above else '['}{low:g}, {high:g}]"
 
 
-def _brief(value: Any) -> str:
-    text = repr(value)
-    return f"{type(value).__name__} {text if len(text) <= 40 else text[:37] + '...'}"
+def brief(value: Any, *, of_type: bool = True) -> str:
+    """Return a value in one short line, after its type if `of_type`."""
+    try:
+        text = " ".join(repr(value).encode(errors="backslashreplace").decode().split())
+    except ValueError:  # Python writes no integers of thousands of digits
+        text = f"{value.bit_length():,} bits" if isinstance(value, int) else "..."
+    text = text if len(text) <= 40 else f"{text[:37]}..."
+    return f"{type(value).__name__} {text}" if of_type else text

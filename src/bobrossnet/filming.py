@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.cluster import as_done, connected
 from bobrossnet.completion.network import Network, NetworkLike, load_network
-from bobrossnet.errors import InputError, InputTypeError, check_integer, check_number
+from bobrossnet.errors import InputError, InputTypeError, check_integer, check_number, each_of
 from bobrossnet.picture.camera import Camera, orbiting
 from bobrossnet.picture.files import before
 from bobrossnet.picture.order import SizeLike, check_size
@@ -72,7 +72,7 @@ class Film:
         scheduler: str | None = None,
     ) -> None:
         self.scene = as_scene(scene)
-        self.cameras: Sequence[Camera] = tuple(cameras)
+        self.cameras: Sequence[Camera] = tuple(each_of("cameras", cameras, "cameras"))
         if not self.cameras:
             raise InputError("cameras: expected at least one, got none")
         for camera in self.cameras:

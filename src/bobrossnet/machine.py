@@ -11,6 +11,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from bobrossnet import _core
+from bobrossnet.errors import check_integer
+
 
 def processor() -> str:
     """Return the processor's name."""
@@ -70,3 +73,8 @@ def _status_bytes(field: str) -> int:
         if line.startswith(field + ":"):
             return 1024 * int(line.split()[1])
     return 0
+
+
+def set_thread_count(count: int) -> None:
+    """Set the number of threads that trace and complete, 1..1024."""
+    _core.set_thread_count(check_integer("count", count, 1, 1024))

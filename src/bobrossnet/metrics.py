@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
+from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, shape_of
 
 WINDOW = 11  # pixels, Gaussian; the values of Wang et al. 2004, for pictures in 0..1
 SIGMA = 1.5
@@ -252,7 +252,7 @@ def _filter(pictures: F32, down: NDArray[np.float64], across: NDArray[np.float64
 def _pictures(image: Any, reference: Any, *, colored: bool = False) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     pictures = []
     for name, value in (("image", image), ("reference", reference)):
-        shape = (None, None, 3) if colored and np.ndim(value) == 3 else (None, None)
+        shape = (None, None, 3) if colored and len(shape_of(value)) == 3 else (None, None)
         array = check_finite(name, check_array(name, value, shape))
         if array.dtype.kind != "f":
             raise InputTypeError(f"{name}: expected floats in 0..1, got dtype {array.dtype}; divide bytes by 255")

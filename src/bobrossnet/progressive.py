@@ -94,16 +94,16 @@ def progressive(
         if not callable(tracer):
             raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
     size = _size_of(tracer, size)
-    guides = None
+    guides, name = None, model if isinstance(model, str) else None
     if tracer is None:
         assert scene is not None
         tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
-    elif model == GUIDED or (model == "default" and not isinstance(tracer, SceneTracer)):
+    elif name == GUIDED or (name == "default" and not isinstance(tracer, SceneTracer)):
         guides = check_guides(tracer.guides(), size) if hasattr(tracer, "guides") else None
     if frame_ms is not None and fraction is not None:
         raise InputError("progressive: expected frame_ms or fraction, got both")
     layout = tracer.layout if isinstance(tracer, SceneTracer) else None
-    choice = choice_of("default" if model == GUIDED and guides is not None else model, order)
+    choice = choice_of("default" if name == GUIDED and guides is not None else model, order)
     count = None if fraction is None else pixel_count(fraction, size)
     at_first = count if first is None else pixel_count(first, size, "first")
     sequence = PixelSequence(size, order, seed, guides)

@@ -17,7 +17,7 @@ from bobrossnet.adapters.apart import be_apart
 from bobrossnet.adapters.files import check_up, load, shape_files
 from bobrossnet.adapters.messages import one_line
 from bobrossnet.cluster import as_done, connected
-from bobrossnet.errors import InputError, check_integer
+from bobrossnet.errors import InputError, check_callable, check_integer
 from bobrossnet.fitting import fitted
 from bobrossnet.machine import limit_memory
 from bobrossnet.picture.camera import Camera, orbiting
@@ -114,6 +114,7 @@ def thumbnails(
     """
     check_picture(samples, background, size)
     check_up(up)
+    check_callable("progress", progress)
     style = Style(check_size(size), orbiting(camera), samples, background, up)
     count = check_integer("workers", _cores() if workers is None else workers, 1, 256)
     files = shape_files(source)

@@ -10,9 +10,7 @@ import os
 from pathlib import Path, PurePath
 
 from bobrossnet.errors import InputError
-
-MAX_BYTES = 1 << 32
-"""Of a file, and of all files that it names, together; the largest chunk that a GLB can have."""
+from bobrossnet.paths import MAX_BYTES
 
 
 def find_beside(model: Path, name: str) -> str:

@@ -15,10 +15,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from bobrossnet.adapters.beside import MAX_BYTES
 from bobrossnet.adapters.json import numbers, read_json
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.errors import InputError, InputTypeError, check_integer
+from bobrossnet.paths import MAX_BYTES, path_of
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep
@@ -119,8 +119,9 @@ def _any(tensors: Mapping[str, NDArray[Any]], ending: str) -> bool:
 
 def check_scene_path(path: str | os.PathLike[str]) -> Path:
     """Return `path` if a scene can be written there, before time is spent on making it."""
-    if Path(path).suffix.lower() != ENDING:
-        raise InputError(f"{path}: expected a scene's ending, {ENDING}, got {Path(path).suffix or 'none'}")
+    path = path_of(path)
+    if path.suffix.lower() != ENDING:
+        raise InputError(f"{path}: expected a scene's ending, {ENDING}, got {path.suffix or 'none'}")
     return check_writable(path)
 
 

@@ -14,12 +14,11 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from bobrossnet import interrupts
-from bobrossnet.adapters.beside import MAX_BYTES
 from bobrossnet.adapters.container import ENDING as SCENE_ENDING
 from bobrossnet.adapters.container import read_scene
 from bobrossnet.adapters.geomdl import read_geomdl
@@ -37,7 +36,8 @@ from bobrossnet.adapters.script import read_script
 from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
 from bobrossnet.adapters.vm import read_vm
-from bobrossnet.errors import InputError, InputTypeError, InputWarning
+from bobrossnet.errors import InputError, InputWarning, check_choice, each_of
+from bobrossnet.paths import check_file, is_path, path_of
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
@@ -87,7 +87,7 @@ KINDS: dict[str, tuple[str, ...]] = {
 }
 """The endings of all files that are read, by what these hold."""
 
-Source: TypeAlias = str | os.PathLike[str] | Scene | Instance | Shape
+Source: TypeAlias = str | bytes | os.PathLike[Any] | Scene | Instance | Shape
 
 
 def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
@@ -118,11 +118,10 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
         If a part of a file was left out or is not shown as it is.
     """
     check_up(up)
-    if isinstance(source, str | os.PathLike | Shape | Instance | Scene):
+    if is_path(source) or isinstance(source, Shape | Instance | Scene):
         source = (source,)
-    if not isinstance(source, Iterable):
-        raise InputTypeError(f"source: expected a path, a shape or several, got {type(source).__name__}")
-    items = [_loaded(item) if isinstance(item, str | os.PathLike) else item for item in source]
+    each = each_of("source", source, "a path, a shape or several")
+    items = [_loaded(item) if is_path(item) else item for item in each]
     only = items[0] if len(items) == 1 else None
     scene = only if isinstance(only, Scene) else Scene(items)  # which is measured already
     return scene.turned_upright() if up == "y" else scene
@@ -130,12 +129,11 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
 
 def check_up(up: str) -> None:
     """Raise InputError unless it is an axis that points up in files."""
-    if up not in ("y", "z"):
-        raise InputError(f"up: expected y or z, got {up!r:.40}")
+    check_choice("up", up, ("y", "z"))
 
 
-def _loaded(path: str | os.PathLike[str]) -> SceneLike:
-    file = _file(path)
+def _loaded(path: str | bytes | os.PathLike[Any]) -> SceneLike:
+    file = path_of(path)
     ending = file.suffix.lower()
     if ending in MESH_READERS:
         read = _read_mesh(path)
@@ -143,7 +141,7 @@ def _loaded(path: str | os.PathLike[str]) -> SceneLike:
             instances = read.instances(file.name)
         return instances[0] if len(instances) == 1 else Scene(instances)
     with _errors_of_one_line(file, "shape" if ending in IMPLICIT_READERS else "scene"):
-        _check_file(file)
+        check_file(file)
         if ending in IMPLICIT_READERS:
             return Instance(IMPLICIT_READERS[ending](file), name=file.name)
         if ending in INSTANCE_READERS:
@@ -161,7 +159,7 @@ def shape_files(place: str | os.PathLike[str]) -> list[Path]:
     InputError
         If there is no such place.
     """
-    place = Path(place)
+    place = path_of(place, "source")
     if place.is_file():
         return [place]
     if not place.is_dir():
@@ -200,12 +198,12 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     return _read_mesh(path).mesh()
 
 
-def _read_mesh(path: str | os.PathLike[str]) -> Joined:
+def _read_mesh(path: str | bytes | os.PathLike[Any]) -> Joined:
     """What can be drawn of a mesh's file."""
-    file = _file(path)
+    file = path_of(path)
     ending = one_line(file.suffix.lower())
     with _quiet(), _errors_of_one_line(file, "mesh"):
-        _check_file(file)
+        check_file(file)
         if ending not in MESH_READERS:
             hint = "; bobrossnet.load reads it" if ending in ALL_ENDINGS else ""
             raise InputError(f"expected one of {' '.join(MESH_ENDINGS)}, got {ending or 'no ending'}{hint}")
@@ -227,13 +225,6 @@ def _read_mesh(path: str | os.PathLike[str]) -> Joined:
 # ---- Errors of one line ----------------------------------------------------------------------------------
 
 
-def _file(path: str | os.PathLike[str]) -> Path:
-    try:
-        return Path(os.fsdecode(path))
-    except TypeError as error:
-        raise InputTypeError(f"path: expected a file name, got {type(path).__name__}") from error
-
-
 @contextmanager
 def _errors_of_one_line(file: Path, kind: str) -> Iterator[None]:
     """Whatever is raised becomes an InputError of one line that starts with the file's name."""
@@ -252,23 +243,6 @@ def _errors_of_one_line(file: Path, kind: str) -> Iterator[None]:
         reason = one_line(f"{type(error).__name__}: {error}")
         ending = one_line(file.suffix.lower())
         raise InputError(f"{name}: expected a {ending} {kind}, could not read it ({reason})") from error
-
-
-def _check_file(file: Path) -> None:
-    """Refuse anything but a file that can be read as a whole; a pipe, for example, could keep its reader waiting for
-    ever."""
-    try:
-        if not file.exists():
-            raise InputError(f"expected a file, found nothing at {file}")
-        if not file.is_file():
-            raise InputError(f"expected a file, got a {'folder' if file.is_dir() else 'device'}")
-        size = file.stat().st_size
-        if size > MAX_BYTES:
-            raise InputError(f"expected a file of at most {MAX_BYTES:,} bytes, got {size:,}")
-    except InputError:
-        raise
-    except (OSError, ValueError) as error:  # a name too long, a NUL in it, no permission
-        raise InputError(f"expected a file, could not open it ({error})") from error
 
 
 _ONE_AT_A_TIME = threading.RLock()

@@ -30,7 +30,7 @@ class Choice:
 def choice_of(model: NetworkLike, order: str = ADAPTIVE) -> Choice:
     """What `model` names, for pixels in an order: "auto" is the default network, and the filling where enough is known
     of pixels that were placed by need. InputError as of `load_network`."""
-    if model != AUTO:
+    if not (isinstance(model, str) and model == AUTO):
         network = load_network(model)
         return Choice(network, network)
     default = load_network("default")

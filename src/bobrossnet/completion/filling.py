@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, check_array, check_finite
+from bobrossnet.errors import InputError, check_array, check_finite, shape_of
 
 
 def nearest(gray: Any, mask: Any) -> NDArray[np.float32]:
@@ -80,7 +80,7 @@ def delaunay_linear(gray: Any, mask: Any) -> NDArray[np.float32]:
     from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import QhullError
 
-    gray, known = _inputs(gray, mask, components=np.ndim(gray) == 3)
+    gray, known = _inputs(gray, mask, components=len(shape_of(gray)) == 3)
     filled = (
         nearest(gray, known) if gray.ndim == 2 else np.stack([nearest(k, known) for k in np.moveaxis(gray, -1, 0)], -1)
     )

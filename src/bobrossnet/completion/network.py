@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.completion.guided import complete_guided
 from bobrossnet.completion.weights import UNCERTAINTY, WEIGHTS, read_weights
-from bobrossnet.errors import InputError, InputTypeError
+from bobrossnet.errors import InputError, InputTypeError, brief, check_choice
+from bobrossnet.paths import path_of
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.threads import Turns
 
@@ -83,11 +84,10 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str =
     (120, 160, 3)
     """
     check_gbuffer(gbuffer)  # first: whoever passes arrays instead, as in complete(gray, mask), is told how
+    check_choice("channel", channel, ("gray", "color", "albedo", "alpha"))
     if channel in ("gray", "color") and follows_guides(gbuffer, model):
         return complete_guided(gbuffer, channel)
     network = load_network(model).core
-    if channel not in ("gray", "color", "albedo", "alpha"):
-        raise InputError(f"channel: expected gray, color, albedo or alpha, got {channel!r}")
     if gbuffer.mask.all():
         return gbuffer.channel(channel).copy()
     if channel in ("gray", "color"):
@@ -101,9 +101,10 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str =
 
 def follows_guides(gbuffer: GBuffer, model: NetworkLike) -> bool:
     """Whether `model` completes a G-buffer along its guides."""
-    if model == GUIDED and gbuffer.guides is None:
+    name = model if isinstance(model, str) else None
+    if name == GUIDED and gbuffer.guides is None:
         raise InputError("model: expected a G-buffer with guides for 'guided', got one without")
-    return gbuffer.guides is not None and model in ("default", GUIDED)
+    return gbuffer.guides is not None and name in ("default", GUIDED)
 
 
 def completed_color(gbuffer: GBuffer, gray: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -226,6 +227,8 @@ def load_network(model: NetworkLike) -> Network:
         modified = path.stat().st_mtime_ns
     except OSError as error:
         raise InputError(f"model: can't read {path}: {error.strerror}") from error
+    except ValueError as error:  # a NUL in its name
+        raise InputError(f"model: can't read {str(path)!a:.100}: {error}") from error
     return _load(path, modified)
 
 
@@ -253,12 +256,11 @@ def weights_path(model: str | os.PathLike[str]) -> Path:
     InputError
         If it is neither the name of shipped weights nor a .safetensors path.
     """
-    if not isinstance(model, str | os.PathLike):
-        raise InputTypeError(f"model: expected a name or a path, got {type(model).__name__}")
     path = find_weights(model)
     if path is None:
         names = ", ".join(shipped_names())
-        raise InputError(f"model: expected one of {names} or a .safetensors file, got {os.fspath(model)!r}")
+        got = brief(str(path_of(model, "model")), of_type=False)
+        raise InputError(f"model: expected one of {names} or a .safetensors file, got {got}")
     return path
 
 
@@ -269,8 +271,6 @@ def shipped_names() -> list[str]:
 
 def find_weights(model: str | os.PathLike[str]) -> Path | None:
     """Return the file of shipped weights of that name, `model` itself if it is a .safetensors path, else None."""
-    name = os.fspath(model)
-    shipped = WEIGHTS / f"{name}.safetensors"
-    if Path(name).name == name and shipped.is_file():
-        return shipped
-    return Path(name) if Path(name).suffix == ".safetensors" else None
+    path = path_of(model, "model")
+    shipped = {file.stem: file for file in WEIGHTS.glob("*.safetensors")}
+    return shipped.get(str(path), path if path.suffix == ".safetensors" else None)

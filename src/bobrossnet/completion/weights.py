@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.errors import InputError
+from bobrossnet.paths import check_file
 
 WEIGHTS = Path(__file__).parent.parent / "weights"
 """The folder of the shipped weights."""
@@ -41,10 +42,11 @@ def read_weights(path: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float
     from safetensors import SafetensorError, safe_open
 
     try:
+        check_file(path)
         with safe_open(path, framework="numpy") as file:
             metadata: dict[str, str] = file.metadata() or {}
             tensors: dict[str, NDArray[Any]] = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-    except (OSError, SafetensorError) as error:
+    except (OSError, SafetensorError, InputError) as error:
         reason = str(error).splitlines()[0][:200]
         raise InputError(f"{path.name}: expected a safetensors file, can't read it: {reason}") from error
     if metadata.get("format") != FORMAT or "network" not in metadata:

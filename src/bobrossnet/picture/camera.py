@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, check_array, check_finite, check_number
+from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, check_number
 
 MAX_ANGLE = 1e6
 """Degrees either way; there float32 still tells angles apart that differ by a sixteenth of a degree."""
@@ -83,7 +83,7 @@ class Camera:
         check_number("pan", max(map(abs, pan)), 0, MAX_DISTANCE)
         object.__setattr__(self, "pan", pan)
         for name in ("position", "target", "up"):
-            if getattr(self, name) is not None:
+            if name == "up" or getattr(self, name) is not None:
                 object.__setattr__(self, name, _vector(name, getattr(self, name), 3))
         self._check_place()
 
@@ -160,9 +160,16 @@ class Camera:
         )
 
 
+def check_camera(camera: Any) -> Camera:
+    """Return `camera` if it is one."""
+    if not isinstance(camera, Camera):
+        raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
+    return camera
+
+
 def orbiting(camera: Camera | None) -> Camera:
     """Return the camera, by default the first, if it orbits; raise InputError if it stands at a position."""
-    camera = Camera() if camera is None else camera
+    camera = check_camera(Camera() if camera is None else camera)
     if camera.position is not None:
         raise InputError("camera: expected one that orbits, got one that stands at a position")
     return camera

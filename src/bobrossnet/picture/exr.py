@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.errors import InputError
+from bobrossnet.paths import check_file, path_of
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import Size, check_size
@@ -117,12 +118,15 @@ def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = Non
         If OpenEXR is not installed, the file can't be read, has no colours, or a name is of no layer of it.
     """
     openexr = _openexr()
-    path = Path(path)
+    path = path_of(path)
     try:
+        check_file(path)
         with path.open("rb"):
             pass  # OpenEXR also prints that it can't
     except OSError as error:
         raise InputError(f"{path}: expected an OpenEXR file, can't read it: {error.strerror}") from None
+    except InputError as error:
+        raise InputError(f"{path}: expected an OpenEXR file, can't read it: {error}") from None
     try:
         with openexr.File(str(path), separate_channels=True) as file:
             parts = [(part.header, {n: c.pixels for n, c in part.channels.items()}) for part in file.parts]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.color import to_srgb
 from bobrossnet.errors import InputError
+from bobrossnet.paths import path_of
 from bobrossnet.picture.gbuffer import GBuffer
 
 F32 = NDArray[np.float32]
@@ -112,7 +113,7 @@ def check_picture_path(path: str | os.PathLike[str]) -> Path:
 
 def is_opaque(path: str | os.PathLike[str]) -> bool:
     """Whether a picture's ending is that of a format without transparency."""
-    return FORMATS.get(Path(path).suffix.lower()) in OPAQUE
+    return FORMATS.get(path_of(path).suffix.lower()) in OPAQUE
 
 
 def write_picture(path: str | os.PathLike[str], image: U8) -> None:

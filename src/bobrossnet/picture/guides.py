@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bobrossnet.errors import InputError, InputTypeError, check_array
+from bobrossnet.errors import InputError, InputTypeError, check_array, shape_of
 from bobrossnet.picture.channels import GUIDES, Layout
 from bobrossnet.picture.order import Size, check_size
 from bobrossnet.picture.values import F32, Channels, check_range, of_planes, values_shape
@@ -61,7 +61,7 @@ class Guides(Channels):
 
         def put(name: str, value: Any, channel: str) -> None:
             shape = values_shape(channel, *size)
-            if name == "normal" and np.shape(value)[2:] == (3,):
+            if name == "normal" and shape_of(value)[2:] == (3,):
                 check_array(name, value, (*size, 3), hint=f"to match {first}")
                 value = np.asarray(value)[..., :2]
             array = check_array(name, value, shape, hint=f"to match {first}").reshape(*size, -1)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer, check_number
+from bobrossnet.errors import InputError, InputTypeError, brief, check_array, check_choice, check_integer, check_number
 
 Size: TypeAlias = tuple[int, int]
 SizeLike: TypeAlias = Size | str
@@ -78,12 +78,14 @@ def check_size(size: Any) -> Size:
     if isinstance(size, str):
         across, _, down = size.lower().partition("x")
         if not (across.isdecimal() and down.isdecimal()):
-            raise InputError(f"size: expected WIDTHxHEIGHT such as 640x480, got {size!r}")
+            raise InputError(f"size: expected WIDTHxHEIGHT such as 640x480, got {brief(size, of_type=False)}")
+        if len(across) + len(down) > 100:  # of which Python makes no integers
+            raise InputError(f"size: expected at most {MAX_PIXELS} pixels, got {brief(size, of_type=False)}")
         size = (int(down), int(across))
     try:
         height, width = size
-    except (TypeError, ValueError):
-        raise InputTypeError(f'size: expected (height, width) or "WIDTHxHEIGHT", got {size!r}') from None
+    except Exception:
+        raise InputTypeError(f'size: expected (height, width) or "WIDTHxHEIGHT", got {brief(size)}') from None
     height, width = (
         check_integer("height", height, 1, MAX_PIXELS),
         check_integer("width", width, 1, MAX_PIXELS),
@@ -105,8 +107,7 @@ def check_pixels(pixels: Any) -> NDArray[np.int32]:
 
 def check_order(order: Any, seed: Any) -> str:
     """Return the name of an order, also of "default"; raise InputError unless it is known and `seed` usable."""
-    if order not in (*ORDERS, "default"):
-        raise InputError(f"order: expected one of {', '.join(ORDERS)}, default, got {order!r}")
+    check_choice("order", order, (*ORDERS, "default"))
     check_integer("seed", seed, 0, 2**64 - 1)
     return DEFAULT_ORDER if order == "default" else str(order)
 
@@ -116,7 +117,7 @@ def pixel_count(fraction: Any, size: Size, name: str = "fraction") -> int:
     number = fraction.rstrip(" %") if isinstance(fraction, str) else fraction
     try:
         percent = float(number)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         percent = 0
     hint = f"{percent:g} % is {percent / 100:g}" if 1 < percent <= 100 else ""
     return max(1, round(check_number(name, fraction, 0, 1, above=True, hint=hint) * size[0] * size[1]))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.color import LUMINANCE, luminance
-from bobrossnet.errors import InputError, check_array
+from bobrossnet.errors import InputError, check_array, shape_of
 from bobrossnet.picture.channels import CHANNELS, Layout
 from bobrossnet.picture.values import DERIVED, F32, Channels, check_range, layout_of, values_shape
 
@@ -82,7 +82,7 @@ class Samples(Channels):
 
         def put(name: str, value: Any) -> None:
             hint = f"one for each of {'hit' if hit is not None else first}"
-            array = check_array(name, value, values_shape(name, n), hint=hint).reshape(n, -1)
+            array = check_array(name, value, values_shape(name, n), hint=hint).reshape(n, CHANNELS[name].components)
             with np.errstate(over="ignore"):  # what is too large for float32 is said to be infinite
                 array = array.astype(np.float32)
             check_range(name, array[hits])
@@ -94,7 +94,7 @@ class Samples(Channels):
                     check_range(name, array)
             self.values[:, self.layout.places[name]] = array
 
-        if variance is not None and np.ndim(variance) == 2:
+        if variance is not None and len(shape_of(variance)) == 2:
             variance = check_array("variance", variance, (n, 3), hint=f"one or three for each of {first}")
             check_range("variance", variance)
             # Components are drawn together, as those of a path's light: the largest that it can be.

@@ -9,6 +9,7 @@ import numpy as np
 from PIL import ImageFont
 
 from bobrossnet.errors import InputError, InputTypeError
+from bobrossnet.paths import check_file, path_of
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.outlines import Places, arcs_along, fitted_size, region
 
@@ -100,16 +101,17 @@ def _line(name: str, font_name: str | os.PathLike[str], text: str) -> Line:
         from bobrossnet.sdf.glyphs import line
     except ModuleNotFoundError:
         raise InputError(f"{name}: this needs fontTools: pip install 'bobrossnet[text]'") from None
-    if not isinstance(font_name, str | os.PathLike):
-        raise InputTypeError(f"{name}: font_name: expected a path or a name, got {type(font_name).__name__}")
+    font = path_of(font_name, f"{name}: font_name")
     if not isinstance(text, str):
         raise InputTypeError(f"{name}: text: expected a string, got {type(text).__name__}")
     if not text.isprintable():
         raise InputError(f"{name}: text: expected one line of letters, got {text!r}; make each line a shape of its own")
     try:
-        path = str(ImageFont.truetype(os.fspath(font_name), 16).path)
-    except OSError as error:
-        raise InputError(f"{name}: font {os.fspath(font_name)!r}: {error}") from None
+        if os.path.exists(font):  # else a name that Pillow knows
+            check_file(font)
+        path = str(ImageFont.truetype(str(font), 16).path)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{name}: font_name: {str(font)!r:.100}: {error}") from None
     return line(name, path, text)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from bobrossnet.errors import InputError, check_integer
+from bobrossnet.paths import check_file, is_path, path_of
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.outlines import Outline, Places, fitted_size, region
 
@@ -98,12 +98,14 @@ def _opened(name: str, thing: Any) -> Image.Image:
     """A picture as gray levels: of mode L, or F in 0..255."""
     if isinstance(thing, Image.Image):
         return thing.convert("L")
-    if isinstance(thing, str | os.PathLike):
+    if is_path(thing):
+        thing = path_of(thing, f"{name}: path_or_array")
         try:
+            check_file(thing)
             with Image.open(thing) as picture:
                 return picture.convert("L")
         except (OSError, ValueError, Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
-            raise InputError(f"{name}: {os.fspath(thing)}: expected a picture: {error}") from None
+            raise InputError(f"{name}: {thing}: expected a picture: {error}") from None
     try:
         array = np.asarray(thing)
     except ValueError:  # rows of different lengths

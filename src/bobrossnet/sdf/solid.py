@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, check_array, check_integer, check_number
+from bobrossnet.errors import InputError, check_array, check_integer, check_number, shape_of
+from bobrossnet.paths import path_of
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import FORMATS, check_picture_path, color_to_8_bit, to_8_bit, write_picture
 from bobrossnet.picture.order import SizeLike
@@ -71,7 +71,7 @@ class Solid(words.SDF, Implicit):
         InputError
             If the ending is another, or the shape can't be traced or made a mesh.
         """
-        ending = Path(path).suffix.lower()
+        ending = path_of(path).suffix.lower()
         if ending in MESH_FORMATS:
             check_mesh_path(path)
             self._within(bounds, step, samples).save(path)
@@ -118,7 +118,7 @@ class Solid(words.SDF, Implicit):
     def _within(self, bounds: Any, step: Any, samples: float | None) -> Mesh:
         """The mesh for what `generate` is given."""
         shape = self._in(bounds)
-        if step is not None and np.ndim(step):
+        if step is not None and shape_of(step):
             step = float(check_array("step", step, (3,)).min())
         if step is None and samples is not None:
             low, high = shape.bounding_box(IDENTITY)

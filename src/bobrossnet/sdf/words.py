@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,9 @@ from bobrossnet.sdf.symbols import (
     substitute,
 )
 from bobrossnet.shapes.implicit import color_formula
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 @dataclass(frozen=True)
@@ -130,7 +133,7 @@ class SDF:
         in_space[:, : self.dimensions] = points
         return self.expression(in_space)[:, None]
 
-    def k(self, k: float | None = None) -> Any:
+    def k(self, k: float | None = None) -> Self:
         """The shape with a radius for the rounded edge that the next operator leaves where it joins it to another.
 
         Parameters
@@ -150,22 +153,23 @@ class SDF:
         """The shape as the core takes it."""
         return _core.Sdf(self.dimensions, self.expression, self._k, self.color_formula)
 
-    def __or__(self, other: Any) -> Any:
+    def __or__(self, other: Self) -> Self:
         return self._combined("|", other)
 
-    def __and__(self, other: Any) -> Any:
+    def __and__(self, other: Self) -> Self:
         return self._combined("&", other)
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Self) -> Self:
         return self._combined("-", other)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.expression!r})"
 
-    def _combined(self, op: str, other: Any) -> Any:
+    def _combined(self, op: str, other: Self) -> Self:
         if not isinstance(other, SDF):
             return NotImplemented
-        return _from_core(_checked(_core.combine, op, self.to_core(), other.to_core()))
+        shape: Self = _from_core(_checked(_core.combine, op, self.to_core(), other.to_core()))
+        return shape
 
 
 class Flat(SDF):

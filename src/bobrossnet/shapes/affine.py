@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, check_array, check_finite, check_number
+from bobrossnet.errors import InputError, check_array, check_finite, check_number, shape_of
 
 Matrix: TypeAlias = NDArray[np.float64]
 Point: TypeAlias = NDArray[np.float64]
@@ -39,7 +39,7 @@ def translation(offset: Any) -> Matrix:
 
 def scaling(factor: Any) -> Matrix:
     """The map that scales about the origin by a number, or by 3 numbers along the axes, not 0."""
-    factors = np.asarray(factor) if np.ndim(factor) else [check_number("factor", factor)] * 3
+    factors = np.asarray(factor) if shape_of(factor) else [check_number("factor", factor)] * 3
     return check_map("factor", np.diag([*check_array("factor", factors, (3,)).astype(np.float64), 1.0]))
 
 

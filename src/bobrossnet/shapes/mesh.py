@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.color import from_srgb, to_srgb
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, check_number
+from bobrossnet.errors import InputError, InputTypeError, brief, check_array, check_finite, check_number, shape_of
 from bobrossnet.shapes.affine import UPRIGHT, mapped
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
 from bobrossnet.threads import lazy
@@ -135,10 +135,7 @@ class Mesh(Shape):
             self.texture = frozen(texels[..., :3], np.uint8)
             if texels.shape[2] == 4:
                 self.texture_alpha = frozen(texels[..., 3], np.uint8)
-            across, down = (wrap, wrap) if isinstance(wrap, str) else wrap
-            if across not in WRAPS or down not in WRAPS:
-                raise InputError(f"wrap: expected {', '.join(WRAPS)}, or two of these, got {wrap!r}")
-            self.wrap = (across, down)
+            self.wrap = _wraps(wrap)
         self.alpha_cutoff = check_number("alpha_cutoff", alpha_cutoff, 0, 1)
 
     @classmethod
@@ -309,10 +306,7 @@ class Mesh(Shape):
 
 def _channels(values: Any) -> int:
     """How many the rows of what users give shall have: 4 where there is an alpha, else 3."""
-    try:
-        return 4 if np.shape(values)[-1:] == (4,) else 3
-    except ValueError:  # of uneven rows, which are refused later
-        return 3
+    return 4 if shape_of(values)[-1:] == (4,) else 3
 
 
 def _linear(
@@ -326,6 +320,15 @@ def _linear(
     elif array.size and not (array.min() >= 0 and array.max() <= 1):
         raise InputError(f"{name}: expected numbers in 0..1, or uint8, got {array.min():g}..{array.max():g}")
     return frozen(array[:, :3], np.float32), frozen(array[:, 3], np.float32) if channels == 4 else None
+
+
+def _wraps(wrap: Any) -> tuple[str, str]:
+    """How a texture goes on across and down."""
+    both = (wrap, wrap) if isinstance(wrap, str) else wrap
+    if not isinstance(both, Sequence) or len(both) != 2 or not all(one in WRAPS for one in both):
+        raise InputError(f"wrap: expected {', '.join(WRAPS)}, or two of these, got {brief(wrap)}")
+    across, down = both
+    return across, down
 
 
 def check_mesh_path(path: str | os.PathLike[str]) -> Path:

@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.color import Color, linear
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer, check_number, warn_coarse
+from bobrossnet.errors import (
+    InputError,
+    InputTypeError,
+    check_array,
+    check_integer,
+    check_number,
+    shape_of,
+    warn_coarse,
+)
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape, check_tensors
 from bobrossnet.shapes.splines import (
@@ -438,7 +446,7 @@ def _polyline(place: str, part: Any, fewest: int) -> TrimCurve:
 
 
 def _parameters(name: str, value: Any, low: float, high: float) -> Values:
-    array = check_array(name, value, (None,) * np.ndim(value)).astype(np.float64)
+    array = check_array(name, value, (None,) * len(shape_of(value))).astype(np.float64)
     outside = ~((low <= array) & (array <= high))  # NaN is outside
     if outside.any():
         raise InputError(f"{name}: expected numbers in the domain {low:.6g} to {high:.6g}, got {array[outside][0]:.6g}")

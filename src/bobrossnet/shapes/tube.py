@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, check_array, check_number
+from bobrossnet.errors import InputError, check_array, check_number, shape_of
 from bobrossnet.shapes.affine import MAX_COORDINATE
 from bobrossnet.shapes.mesh import MAX_TRIANGLES, Mesh
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
@@ -309,7 +309,7 @@ def _check_path(name: str, value: Any) -> Values:
 
 
 def _radii(value: Any, count: int) -> Values:
-    if np.ndim(value) == 0:
+    if not shape_of(value):
         return frozen(np.full(count, check_number("radius", value, 0, MAX_COORDINATE, above=True)), np.float64)
     radii = check_array("radius", value, (count,), hint="one radius, or one for each control point")
     check_above_zero("radius", radii)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, check_number
+from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, check_number, each_of
 from bobrossnet.shapes.affine import UPRIGHT, Point, mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
@@ -213,7 +213,7 @@ def _instances(shapes: SceneLike, among: str = "") -> Iterator[Instance]:
     elif isinstance(shapes, Scene):
         yield from shapes.instances
     elif isinstance(shapes, Iterable) and not isinstance(shapes, str | bytes | os.PathLike):
-        for shape in shapes:
+        for shape in each_of("shapes", shapes, "a shape or several"):
             yield from _instances(shape, " among them")
     else:
         hint = ""

@@ -8,8 +8,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.picture.camera import Camera
+from bobrossnet.errors import InputError, InputTypeError, check_callable, check_flag, check_integer
+from bobrossnet.picture.camera import Camera, check_camera
 from bobrossnet.picture.channels import COLORED, TRACED, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
@@ -42,8 +42,10 @@ class SceneTracer:
     def __init__(
         self, scene: SceneLike, camera: Camera, size: SizeLike, layout: Layout | None = None, division: int = 1
     ) -> None:
-        if not isinstance(camera, Camera):
-            raise InputTypeError(f"camera: expected a Camera, got {type(camera).__name__}")
+        check_camera(camera)
+        if layout is not None and not isinstance(layout, Layout):
+            raise InputTypeError(f"layout: expected a Layout, got {type(layout).__name__}")
+        check_integer("division", division, 1, 8)
         height, width = check_size(size)
         self.size = division * height, division * width
         self.camera = camera
@@ -140,6 +142,8 @@ def trace(
     """
     tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
     check_order(order, seed)
+    check_callable("progress", progress)
+    guides = check_flag("guides", guides)
     count = pixel_count(fraction, tracer.size)
     planes = untraced_planes(tracer.size, tracer.layout)
     sequence = PixelSequence(tracer.size, order, seed) if count < planes[0].size else None
