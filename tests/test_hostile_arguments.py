@@ -1,12 +1,13 @@
 """Every argument of every public function, given what it can't use: success, or one line that names the argument."""
 
 import inspect
+import os
 import warnings
 
 import numpy as np
 
 import bobrossnet as bob
-from bobrossnet import sdf
+from bobrossnet import cli, sdf
 
 HOSTILE = {
     "None": None,
@@ -245,3 +246,27 @@ def test_words():
 
 
 EXAMPLES = {"number": 1, "integer": 2, "vector": (1, 1, 1), "size": 1, "easing": sdf.ease.linear, "color": "#fff"}
+
+
+def test_only_files_are_read_as_weights(tmp_path, capsys):
+    """A pipe would keep its reader waiting for ever, and no disk has a name of 300 characters."""
+    os.mkfifo(tmp_path / "pipe.safetensors")
+    render = ["render", "--size", "8x8", "--fraction", "50%", "-o", str(tmp_path / "a.png"), "--model"]
+    for model in (str(tmp_path / "pipe.safetensors"), "x" * 300, f"{'x' * 300}.safetensors"):
+        for command in (*([*render, model],), ["info", model]):
+            assert cli.main(command) == 2
+            said = capsys.readouterr().err
+            assert said.startswith("bobrossnet: error: ")
+            assert said.count("\n") == 1
+
+
+def test_bytes_name_files(tmp_path):
+    mesh = bob.Mesh([(0, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1, 2)])
+    for name, save in (
+        ("a.stl", mesh.save),
+        ("a.bob", lambda path: bob.save_scene(mesh, path)),
+        ("a.png", bob.render(mesh, size=(8, 8)).save),
+    ):
+        save(os.fsencode(tmp_path / name))
+        assert (tmp_path / name).is_file()
+    assert bob.load(os.fsencode(tmp_path / "a.stl")).counts() == {"shape": 1, "triangle": 1}

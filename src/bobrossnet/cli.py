@@ -255,7 +255,7 @@ def _info(options: argparse.Namespace) -> None:
 
     limit_memory()
     configuration = Path(options.file) / "config.json"
-    if configuration.is_file():
+    if os.path.isfile(configuration):  # also of a name too long, which has none
         _print_configuration(_read_configuration(configuration))
         return
     weights = find_weights(options.file)
