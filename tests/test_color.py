@@ -353,7 +353,7 @@ def test_colors_are_closer_than_gray_or_those_around(full):
 
 
 def test_other_channels_are_refused(full):
-    with pytest.raises(bob.InputError, match="channel: expected gray, color, albedo or alpha, got 'depth'"):
+    with pytest.raises(bob.InputError, match="channel: expected one of gray, color, albedo, alpha, got 'depth'"):
         bob.complete(full, channel="depth")
 
 
