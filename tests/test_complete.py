@@ -285,7 +285,7 @@ def test_a_pyramid_that_does_not_fit_is_named(changed, message, pyramid, tmp_pat
             {"model": "oil"},
             "model: expected one of default, filling, paper, small or a .safetensors file, got 'oil'",
         ),
-        ({"model": 3}, "model: expected a name or a path, got int"),
+        ({"model": 3}, "model: expected a file name, got int"),
         ({"model": "../paper"}, "model: expected one of"),
     ],
 )
