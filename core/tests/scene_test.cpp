@@ -202,6 +202,44 @@ TEST(placed_shapes_are_seen_where_moved_vertices_are) {
     }
 }
 
+TEST(flattened_shapes_are_seen_where_doubles_see_them) {
+    // The front and the back of a ball are closer together than floats tell apart in the scene's coordinates.
+    const auto ball = test::sphere(3, 1);
+    const auto shape = mesh_of(ball);
+    for (const double flat : {1e-4, 1e-5, 1e-6, 1e-7}) {
+        bob::AffineMap to_shape;  // turned about x, so that its box is not flat
+        to_shape.row[1][1] = 0.8, to_shape.row[1][2] = 0.6;
+        to_shape.row[2][1] = -0.6 / flat, to_shape.row[2][2] = 0.8 / flat;
+        const bob::Scene scene({bob::Instance{shape, to_shape, {-1, -0.8f, -0.6f}, {1, 0.8f, 0.6f}, {}}});
+        auto rays = random_rays(4000, 5);
+        const auto found = cast(scene, rays);
+        int hit = 0, differ = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const auto& [o, d] = rays[i];
+            const Vec3 direction = to_shape.direction(d);
+            // The convex ball's own: from two sizes before the point of the ray nearest to its centre on.
+            double squared = 0, along = 0;
+            for (const auto& r : to_shape.row) {
+                const double origin = r[0] * o.x + r[1] * o.y + r[2] * o.z, way = r[0] * d.x + r[1] * d.y + r[2] * d.z;
+                squared += way * way, along -= origin * way;
+            }
+            const double start = std::max(0., along / squared - 2 / std::sqrt(squared));
+            const bob::Ray near{to_shape.point(o, start, d), direction};
+            bob::Hit want;
+            shape->closest_hits({&near, 1}, {&want, 1});
+            const bool is_hit = want.primitive != bob::no_primitive;
+            hit += is_hit;
+            if (found.hits[i].in_shape.primitive != want.primitive) {
+                ++differ;
+            } else if (is_hit) {
+                CHECK_NEAR(found.hits[i].t * length(d), static_cast<float>(start + double{want.t}) * length(d), 1e-6f);
+            }
+        }
+        CHECK_LT(1000, hit);
+        CHECK_LT(differ, 5);  // along edges rounding decides
+    }
+}
+
 TEST(the_nearest_of_many_instances_is_seen) {
     // Balls of all sizes that share one shape, against each ball alone.
     const auto ball = test::sphere(3, 1);

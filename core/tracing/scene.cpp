@@ -95,6 +95,28 @@ bool fits_float(const AffineMap& map) {
     return fits;
 }
 
+/// Whether a map makes a box, given by its squared diagonal, many times as long as the shape's sphere. Of shapes that are
+/// placed without much stretching, it is up to 6 by this measure.
+bool is_flattened(const AffineMap& map, float squared_diagonal) {
+    constexpr double many = 32;
+    double squares = 0;
+    for (const auto& r : map.row) squares += r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+    return squares * double{squared_diagonal} > many * many;
+}
+
+/// A t of a ray shortly before it comes to the sphere that a map takes to the unit sphere, at least 0.
+float before_unit_sphere(const AffineMap& map, const Ray& ray) {
+    double squared = 0, along = 0;
+    for (const auto& r : map.row) {
+        const double origin = r[0] * ray.origin.x + r[1] * ray.origin.y + r[2] * ray.origin.z + r[3];
+        const double direction = r[0] * ray.direction.x + r[1] * ray.direction.y + r[2] * ray.direction.z;
+        squared += direction * direction, along -= origin * direction;
+    }
+    const double nearest = along / squared;
+    constexpr double rounding = 0x1p-23;
+    return static_cast<float>(std::max(0., nearest - 2 / std::sqrt(squared) - rounding * nearest));
+}
+
 bool stands_as_it_is(const Instance& instance) { return instance.to_shape == AffineMap{}; }
 
 /// Puts the rays of entrances into the batch, in the shape's coordinates, each from its start in the batch on. Directions keep
@@ -120,6 +142,7 @@ void ask(const Instance& instance, const Group& group, Batch& batch, std::span<c
     const bool moved = !stands_as_it_is(instance);
     const Vec3 diagonal = instance.high - instance.low;
     const float size = dot(diagonal, diagonal);
+    const bool flat = moved && is_flattened(instance.to_shape, size);
     Entrance* const entrances = &batch.grouped[group.begin];
     std::size_t count = 0;
     for (std::size_t j = 0; j < group.count; ++j) {
@@ -130,7 +153,9 @@ void ask(const Instance& instance, const Group& group, Batch& batch, std::span<c
         const float squared = dot(direction, direction);
         const bool is_far = moved && entrance.t * entrance.t * squared > size;
         entrances[count] = entrance;
-        batch.start[count++] = is_far ? std::max(0.f, entrance.t - std::sqrt(size / squared)) : 0;
+        batch.start[count++] = flat     ? before_unit_sphere(instance.to_shape, rays[entrance.ray])
+                               : is_far ? std::max(0.f, entrance.t - std::sqrt(size / squared))
+                                        : 0;
     }
     if (count == 0) return;
     take_rays(instance, moved, {entrances, count}, rays, batch);
