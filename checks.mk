@@ -1,5 +1,5 @@
 # Checks by which no single compiler, machine or run is trusted: other compilers, sanitizers, random bytes, kills.
-.PHONY: clang fuzz check-all check-threads check-memory check-clang check-arm check-interruptions
+.PHONY: clang fuzz check-all check-threads check-memory check-clang check-arm check-interruptions check-nurbs
 
 # The newest Clang here; without any, Debian's where it may be installed, else the sanitizers are of the package's compiler.
 CLANG = $(shell ls /usr/bin/clang++ /usr/bin/clang++-[0-9]* 2> /dev/null | sort -V | tail -1)
@@ -29,7 +29,7 @@ endif
 
 # What takes too long for `make test`: threads under ThreadSanitizer, the Python module under the other sanitizers, Clang's
 # code as it would ship, 64-bit ARM, work that is killed at random moments, full disks, files of other users.
-check-all: check-threads check-memory check-clang check-arm check-interruptions
+check-all: check-threads check-memory check-clang check-arm check-interruptions check-nurbs
 
 # The Python module in build/NAME/site, built with sanitizers; their libraries come before Python's own.
 define sanitized_module
@@ -61,3 +61,7 @@ check-arm: $(VENV)/installed-test
 
 check-interruptions: $(VENV)/installed-test
 	$(BIN)/pytest tests/checks
+
+# NURBS of awkward kinds against points in double precision.
+check-nurbs: $(VENV)/installed-test
+	$(BIN)/python tests/nurbs_oracle.py

@@ -1,7 +1,8 @@
-"""NURBS faces of awkward kinds, traced, against points and distances in double precision that share no code with the core.
+"""NURBS faces of awkward kinds, traced, against points in double precision that share no code with the core.
 
-Each ray is aimed at a known point of its face, so something must be met there or before. Each hit is projected onto the face by
-Newton's method, so its distance from the face is known whatever the ray. `python tests/nurbs_oracle.py` prints a table.
+Each ray is aimed at a known point of its face, so something must be met there or before. Each hit is projected
+onto the face by Newton's method, so its distance from the face is known whatever the ray.
+`python tests/nurbs_oracle.py` prints a table.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ F64 = NDArray[np.float64]
 TOLERANCE = 1e-5
 """Of a hit's distance from its face, in radii of the scene's bounding sphere, as CONVENTIONS.md has it."""
 AIM = 5e-6
-"""In radii. Misses count where all rays of a disc of this radius around a ray meet the face: neither its edge nor its silhouette explains them."""
+"""In radii. Misses count where all rays of a disc of this radius around a ray meet the face, so that neither
+its edge nor its silhouette explains them."""
 
 MOST_MISSED = 1e-5
 """Of all rays: a ray that all but touches a face may pass it."""
@@ -31,8 +33,8 @@ MOST_MISSED = 1e-5
 
 
 def bezier_basis(knots: F64, degree: int, span: NDArray[np.intp], s: F64) -> tuple[F64, F64]:
-    """The degree + 1 basis functions of each parameter's span, (N, degree + 1), and their derivatives: equations 2.5 and 2.7
-    of *The NURBS Book*. The parameter s is 0 to 1 in its span, so that narrow spans lose nothing to rounding."""
+    """The degree + 1 basis functions of each parameter's span, (N, degree + 1), and their derivatives: equations 2.5
+    and 2.7 of *The NURBS Book*. The parameter s is 0 to 1 in its span, so narrow spans lose nothing to rounding."""
     low = knots[span][:, None]
     size = knots[span + 1][:, None] - low
     near = (knots[span[:, None] + np.arange(-degree, degree + 2)] - low) / size  # 0 and 1 are at degree and degree + 1
@@ -52,8 +54,8 @@ def bezier_basis(knots: F64, degree: int, span: NDArray[np.intp], s: F64) -> tup
 
 
 class Surface:
-    """A face without its trims. Its points are counted by places (N, 4): the spans of u and v among those that are not empty,
-    and where in them, 0 to 1."""
+    """A face without its trims. Its points are counted by places (N, 4): the spans of u and v among those that are not
+    empty, and where in them, 0 to 1."""
 
     def __init__(self, face: bob.Face) -> None:
         weights = np.ones(face.control_points.shape[:2]) if face.weights is None else face.weights / face.weights.max()
@@ -119,7 +121,7 @@ class Surface:
         return found, t
 
     def distances(self, places: F64, points: F64) -> F64:
-        """From points to the face near some places: Gauss-Newton steps that never leave the domain nor go farther away."""
+        """From points to the face near some places: Gauss-Newton steps that stay in the domain and never go away."""
         s, s_u, s_v = self.jets(places)
         best = np.linalg.norm(points - s, axis=1)
         damping = np.full(len(places), 1e-12)
@@ -239,8 +241,8 @@ def unit(vectors: F64) -> F64:
 
 
 def aim(rng: Random, surface: Surface, count: int, within: bool) -> tuple[F64, F64, F64]:
-    """Places, points and directions of rays through them: in all spans alike, a third of them close to knots; `within`, along
-    the face as it runs there."""
+    """Places, points and directions of rays through them: in all spans alike, a third of them close to knots; `within`,
+    along the face as it runs there."""
     places = np.empty((count, 4))
     for along in (0, 1):
         places[:, along] = rng.integers(len(surface.spans[along]), size=count)
