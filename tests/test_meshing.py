@@ -135,6 +135,16 @@ def test_bands_of_layers_are_joined():
 # ---- Tubes and breps -----------------------------------------------------------------------------------------------
 
 
+def test_edges_beside_jumps_stay_sharp():
+    """Below its base a pyramid's formula is the distance from the rim; the base is where it jumps."""
+    mesh = check_closed(d3.pyramid(1).mesh(0.02), 2)
+    assert mesh.area == pytest.approx(1 + 5**0.5, rel=3e-4)
+    assert mesh.volume == pytest.approx(1 / 3, rel=1e-4)
+    ball = lambda x, y, z: np.sqrt(x * x + y * y + z * z) - 0.8  # noqa: E731
+    half = bob.implicit(lambda x, y, z: np.where(x + y / 2 < 0, ball(x, y, z), 1), ((-1, -1, -1), (1, 1, 1)))
+    assert check_closed(half.mesh(0.05), 2).area == pytest.approx(3 * PI * 0.64, rel=3e-3)
+
+
 def test_tubes_become_closed_meshes_of_their_volume():
     capsule = bob.polyline([(0, 0, 0), (0, 0, 2)], 0.5)
     volume = PI * 0.25 * 2 + 4 / 3 * PI * 0.125

@@ -125,9 +125,10 @@ struct FormulaKernels {
     void (*colors)(const Code& code, const int results[3], const float* const point[3], int count, float* const color[3],
                    void* scratch);
 
-    /// The gradient too, by axis.
-    void (*gradients)(const Code& code, const float* const point[3], int count, float* value, float* const gradient[3],
-                      void* scratch);
+    /// The gradient too, by axis; `across_jumps`: where f is not zero and jumps within 1e-5, as far as slopes show, that of what jumps
+    /// there, which is normal to the jump.
+    void (*gradients)(const Code& code, const float* const point[3], int count, bool across_jumps, float* value,
+                      float* const gradient[3], void* scratch);
 
     /// Bounds of f in each box, and what the boxes decide: one Decision for each op that is one, in the code's order; for
     /// a corner two, the first of which is its maximum's.

@@ -28,16 +28,61 @@ void colors(const Code& code, const int results[3], const float* const point[3],
     for (int i = 0; i < 3; ++i) store_some(color[i], static_cast<const F*>(scratch)[results[i]], count);
 }
 
-void gradients(const Code& code, const float* const point[3], int count, float* value, float* const gradient[3],
+/// Notes the nearest jump of a formula, at most `reach` away from each point, and the gradient across it: of a select's condition, of what
+/// is rounded, of an angle's or a quotient's divisor through zero. Distances are as far as slopes show.
+struct JumpBeside {
+    using Gradient = Dual<F, 3>;
+
+    F distance = constant(reach);
+    F across[3] = {};
+
+    Gradient operator()(Op op, const Gradient& a, const Gradient& b, const Gradient& result) {
+        if (op == Op::select) {
+            note(a.value, a);
+        } else if (op == Op::atan2) {
+            note(b.value < F{} ? a.value : constant(infinity), a);
+        } else if (op == Op::divide) {
+            note(b.value, b);
+        } else if (op == Op::tan) {
+            note(1.f / result.value, a);
+        } else if (is_rounding(op)) {
+            const float shift = op == Op::round ? 0.5f : 0.f;
+            note(a.value - shift - round(a.value - shift), a);
+        }
+        return result;
+    }
+
+    /// Whether f, not zero near a point where it changes its sign, jumps there.
+    [[nodiscard]] M instead_of(const Gradient& f) const {
+        return (distance < constant(reach)) & ~(abs(f.value) < reach * length(f.slope));
+    }
+
+private:
+    static constexpr float reach = 1e-5f;  // roots are found to about 1e-6
+
+    static F length(const F (&v)[3]) { return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+    void note(F value, const Gradient& of) {
+        const F size = length(of.slope), away = abs(value) / size;
+        const M nearer = (away < distance) & (size < constant(infinity));  // false for NaN
+        distance = nearer ? away : distance;
+        for (int axis = 0; axis < 3; ++axis) across[axis] = nearer ? of.slope[axis] : across[axis];
+    }
+};
+
+void gradients(const Code& code, const float* const point[3], int count, bool across_jumps, float* value, float* const gradient[3],
                void* scratch) {
     using Gradient = Dual<F, 3>;
     const F one = constant(1.f);
     Domain domain;
+    JumpBeside beside;
     const Gradient f = run(code, Gradient{load_some(point[0], count), {one, F{}, F{}}},
                            Gradient{load_some(point[1], count), {F{}, one, F{}}},
-                           Gradient{load_some(point[2], count), {F{}, F{}, one}}, domain, scratch);
+                           Gradient{load_some(point[2], count), {F{}, F{}, one}}, domain, scratch,
+                           [&](Op op, const Gradient& a, const Gradient& b, const Gradient& result) { return beside(op, a, b, result); });
+    const M jumps = across_jumps ? beside.instead_of(f) : M{};
     store_some(value, f.value, count);
-    for (int axis = 0; axis < 3; ++axis) store_some(gradient[axis], f.slope[axis], count);
+    for (int axis = 0; axis < 3; ++axis) store_some(gradient[axis], jumps ? beside.across[axis] : f.slope[axis], count);
 }
 
 /// Writes down what intervals decide.
@@ -45,6 +90,7 @@ struct Record {
     Decision*& next;
 
     Interval operator()(Op op, const Interval& a, const Interval& b, const Interval& result) {
+        if (op == Op::divide || op == Op::tan) return result;
         Decision& d = *next++;
         if (op == corner_distance) {
             const M inside = (a.high < F{}) | (b.high < F{});

@@ -7,8 +7,8 @@
 
 namespace bob::BOB_ISA {
 
-/// Runs the code on any kind of number: points, intervals, either with slopes. The results of decisions pass through
-/// `decided(op, a, b, result)`.
+/// Runs the code on any kind of number: points, intervals, either with slopes. The results of decisions, and of what
+/// has poles, pass through `decided(op, a, b, result)`.
 template <class N, class Decided>
 inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domain, void* scratch, Decided decided) {
     static_assert(sizeof(N) <= register_bytes);
@@ -40,7 +40,7 @@ inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domai
             case Op::sqrt: out = sqrt(a, domain); continue;
             case Op::sin: out = sin(a, domain); continue;
             case Op::cos: out = cos(a, domain); continue;
-            case Op::tan: out = tan(a); break;
+            case Op::tan: out = decided(Op::tan, a, a, tan(a)); break;
             case Op::asin: out = asin(a, domain); continue;
             case Op::acos: out = acos(a, domain); continue;
             case Op::atan: out = atan(a); continue;
@@ -53,7 +53,7 @@ inline N run(const Code& code, const N& x, const N& y, const N& z, Domain& domai
             case Op::add: out = a + b; break;
             case Op::subtract: out = a - b; break;
             case Op::multiply: out = a * b; break;
-            case Op::divide: out = divide(a, b, domain); break;
+            case Op::divide: out = decided(Op::divide, a, b, divide(a, b, domain)); break;
             case Op::minimum: out = decided(i->op, a, b, minimum(a, b)); continue;
             case Op::maximum: out = decided(i->op, a, b, maximum(a, b)); continue;
             case Op::hypot: out = hypot(a, b); break;

@@ -144,7 +144,7 @@ void Implicit::normals(std::span<const Ray> rays, std::span<const Hit> hits, std
                 const Vec3 p = ray.origin + (hits[items[lane]].t - before / length(ray.direction)) * ray.direction;
                 for (int axis = 0; axis < 3; ++axis) point[axis][lane] = p[axis];
             }
-            formula_kernels_for(items.size()).gradients(cells_.code(code), points, count, value, gradients, memory);
+            formula_kernels_for(items.size()).gradients(cells_.code(code), points, count, true, value, gradients, memory);
             for (int lane = 0; lane < count; ++lane) {
                 if (!(without >> lane & 1)) continue;
                 const Vec3 direction = rays[items[lane]].direction;

@@ -256,7 +256,7 @@ TEST(gradients_match_differences_of_values) {
             }
             const float* const points[3] = {p[0], p[1], p[2]};
             float* const gradients[3] = {gradient[0], gradient[1], gradient[2]};
-            kernels.gradients(tape.code(), points, kernels.lanes, value, gradients,
+            kernels.gradients(tape.code(), points, kernels.lanes, false, value, gradients,
                               bob::scratch(tape.code().registers));
             for (int k = 0; k < kernels.lanes; ++k) {
                 const Point point{p[0][k], p[1][k], p[2][k]};
@@ -312,7 +312,7 @@ TEST(corners_have_the_values_and_gradients_of_their_steps) {
             for (int k = 0; k < 2; ++k) {
                 const bob::Tape& tape = k ? steps : corner;
                 float* const slopes[3] = {slope[k][0], slope[k][1], slope[k][2]};
-                kernels.gradients(tape.code(), points, kernels.lanes, value[k], slopes, bob::scratch(tape.code().registers));
+                kernels.gradients(tape.code(), points, kernels.lanes, false, value[k], slopes, bob::scratch(tape.code().registers));
             }
             for (int lane = 0; lane < kernels.lanes; ++lane) {
                 CHECK(same(value[0][lane], value[1][lane]));

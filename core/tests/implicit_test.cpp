@@ -105,7 +105,7 @@ TEST(codes_of_cells_are_the_formula_there_and_stand_once) {
             }
             const float* const axes[3] = {at[0], at[1], at[2]};
             float* const slopes[3] = {gradient[0], gradient[1], gradient[2]};
-            bob::best_formula_kernels().gradients(cells.code(cell.code), axes, 4, value, slopes,
+            bob::best_formula_kernels().gradients(cells.code(cell.code), axes, 4, false, value, slopes,
                                                   bob::scratch(cells.max_registers()));
             const std::vector<float> expected = test::values(whole, points);
             for (std::size_t i = 0; i < 4; ++i) {
@@ -159,6 +159,56 @@ TEST(rays_that_pass_an_unresolved_place_are_counted_once_each) {
     CHECK_NEAR(hits[0].t, 2.5f, 1e-5f);
     CHECK_NEAR(hits[1].t, 1, 1e-4f);
     CHECK_EQ(shape.unresolved_rays(), 2u);
+}
+
+TEST(normals_of_a_jump_are_those_of_what_jumps) {
+    // Each ends at a jump on x + y / 2 = 1/8, inside a ball.
+    using Build = Value (*)(bob::Graph&, Value, Value);
+    const std::pair<const char*, Build> jumps[] = {
+        {"select", [](bob::Graph& g, Value f, Value ball) { return select(f, ball, g.constant(0.5)); }},
+        {"select to zero", [](bob::Graph& g, Value f, Value) { return select(f, g.constant(-1), g.constant(0)); }},
+        {"two selects", [](bob::Graph& g, Value f, Value ball) {
+             const Value truth = select(f, g.constant(-1), g.constant(1));
+             return select(max(truth, ball - 0.2), ball - 0.1, g.constant(2));
+         }},
+        {"floor", [](bob::Graph&, Value f, Value) { return floor(f + 1) - 0.5; }},
+        {"ceil", [](bob::Graph&, Value f, Value) { return ceil(f * 0.1) - 0.5; }},
+        {"round", [](bob::Graph&, Value f, Value) { return round(f + 0.5) - 0.5; }},
+        {"modulo", [](bob::Graph&, Value f, Value) { return 0.5 - modulo(f, 8); }},
+        {"angle", [](bob::Graph&, Value f, Value ball) { return atan2(f, ball - 1); }},
+        {"quotient", [](bob::Graph&, Value f, Value) { return f / abs(f); }},
+        {"angle of a quotient", [](bob::Graph&, Value f, Value) { return atan(1 / f); }},
+        {"tangent", [](bob::Graph&, Value f, Value) { return -atan(tan(f + 1.5707963267948966)); }},
+    };
+    Random random(5);
+    std::vector<bob::Ray> rays;
+    for (int i = 0; i < 400; ++i) {
+        const bob::Vec3 to{random(-0.4f, 0.4f), random(-0.4f, 0.4f), random(-0.4f, 0.4f)};
+        const bob::Vec3 from{random(2, 4), random(-2, 2), random(-2, 2)};
+        rays.push_back({from, to - from});
+    }
+    const bob::Vec3 expected = bob::normalized({1, 0.5f, 0});
+    for (const auto& [name, build] : jumps) {
+        bob::Graph g;
+        const Value x = g.x(), y = g.y(), z = g.z();
+        const Value ball = sqrt(square(x) + square(y) + square(z)) - 0.7;
+        const Value jump = build(g, x + 0.5 * y - 0.125, ball);
+        const bob::Implicit shape = surface(g.expression(max(jump, ball)));
+        test::for_each_isa([&, name = name] {
+            std::vector<Hit> hits = closest_hits(shape, rays);
+            std::vector<bob::Vec3> normals(rays.size());
+            for (Hit& hit : hits) hit.primitive = hit.t < test::infinity ? hit.primitive : 0;
+            shape.normals(rays, hits, normals);
+            int met = 0, wrong = 0;
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+                const bob::Vec3 p = rays[i].origin + hits[i].t * rays[i].direction;
+                if (!(std::fabs(p.x + 0.5f * p.y - 0.125f) < 1e-5f) || bob::length(p) > 0.69f) continue;
+                ++met;
+                wrong += !(bob::dot(normals[i], expected) > 0.9999f);
+            }
+            if (met < 100 || wrong > 0) test::fail(__FILE__, __LINE__, std::string(name) + ": " + std::to_string(wrong) + " of " + std::to_string(met));
+        });
+    }
 }
 
 TEST(colors_change_no_hit_and_are_those_of_their_formula) {
