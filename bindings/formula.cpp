@@ -58,6 +58,7 @@ public:
         return handle(graph_.binary(find_op(name, 2), value(a), value(b)));
     }
     Handle select(Handle a, Handle b, Handle c) { return handle(graph_.select(value(a), value(b), value(c))); }
+    Handle piecewise(Handle a, Handle b, Handle c) { return handle(graph_.piecewise(value(a), value(b), value(c))); }
     Handle substitute(const bob::Expression& f, Handle x, Handle y, Handle z) {
         return handle(graph_.substitute(f, value(x), value(y), value(z)));
     }
@@ -296,6 +297,7 @@ void bind_formula(nb::module_& m) {
         .def("unary", &Graph::unary, "op"_a, "a"_a, "exponent"_a = 0)
         .def("binary", &Graph::binary, "op"_a, "a"_a, "b"_a)
         .def("select", &Graph::select, "a"_a, "b"_a, "c"_a)
+        .def("piecewise", &Graph::piecewise, "a"_a, "b"_a, "c"_a)
         .def("substitute", &Graph::substitute, "f"_a, "x"_a, "y"_a, "z"_a)
         .def("substitute_color", &Graph::substitute_color, "f"_a, "x"_a, "y"_a, "z"_a)
         .def("expression", &Graph::expression, "root"_a)

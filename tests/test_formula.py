@@ -66,6 +66,27 @@ def test_every_ufunc_computes_what_it_does_in_numpy(ufunc) -> None:
         check(function, points)
 
 
+@pytest.mark.parametrize(
+    "ufunc", [np.expm1, np.log1p, np.sinh, np.tanh, np.arcsinh, np.arctanh], ids=lambda ufunc: ufunc.__name__
+)
+def test_functions_that_are_zero_at_zero_keep_their_digits_there(ufunc) -> None:
+    sizes = np.concatenate([np.logspace(-300, 0, 301), np.linspace(0.01, 0.99, 99)])[:, None] * (1 - 1e-9)
+    check(lambda x, y, z: ufunc(x), np.concatenate([-sizes, sizes]) * np.ones(3), 1e-13, 0)
+
+    # Floats too: where rays meet f(x) = f(c) in a box of half side 1e-5.
+    half, c = 1e-5, np.array([0.31, -0.77, 1e-3]) * 1e-5
+    rays = np.array([[1.7, 0.1, 0.2], [1.8, -0.6, 0.5]]) * half
+    for at in c:
+        surface = bob.implicit(lambda x, y, z, at=at: ufunc(x) - float(ufunc(at)), np.outer([-1, 1], 3 * [half]))
+        distance = bob.Scene(surface).closest_hits(rays, rays * [-1, 0, 0]).distance
+        np.testing.assert_allclose(rays[:, 0] - distance, at, rtol=0, atol=3e-6 * half)
+
+
+def test_arccosh_keeps_its_digits_near_one() -> None:
+    points = (1 + np.logspace(-9, 2, 200))[:, None] * np.ones(3)
+    check(lambda x, y, z: np.arccosh(x), points, 1e-13, 0)
+
+
 FUNCTIONS = {
     "operators": lambda x, y, z: -x + (+y) * z - x / 2 + 3 / (abs(y) + 1) + x**2 - 2 * (1 - z),
     "floor division and remainder": lambda x, y, z: x // 0.7 + y % 1.3 + (-x) % -0.9 + 2.0 // (abs(z) + 1),

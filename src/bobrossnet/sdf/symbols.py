@@ -623,8 +623,72 @@ def _fmod(a: Number, b: Number) -> Any:
     return np.copysign(np.remainder(np.abs(a), np.abs(b)), a)
 
 
+# Exponentials and logarithms, less what they are at 0, lose digits there; series do not.
+
+
+def _meeting(below: Any, a: Any, b: Any) -> Symbol:
+    """a where `below` < 0, else b; the two meet there."""
+    graph = below.graph
+    return Symbol(graph, graph.piecewise(below.node, a.node, b.node))
+
+
+def _near_zero(a: Symbol, within: float, near: Callable[[Any], Any], far: Any) -> Any:
+    """near(a) where a is in ±within, else the value `far`. Clipped, `near` has close bounds in large boxes too."""
+    return _meeting(np.abs(a) - within, near(np.clip(a, -within, within)), far)
+
+
+def _sinh_series(a: Any) -> Any:
+    """Taylor's, in ±1 to 1e-14."""
+    sum_ = 1
+    for n in range(16, 0, -2):
+        sum_ = 1 + sum_ * (a * a) / (n * (n + 1))
+    return a * sum_
+
+
+def _arctanh_series(a: Any) -> Any:
+    """Taylor's, in ±0.25 to 1e-14."""
+    sum_ = 1 / 21
+    for n in range(19, 0, -2):
+        sum_ = 1 / n + sum_ * (a * a)
+    return a * sum_
+
+
+def _tanh_of_sinh(a: Any) -> Any:
+    return a / np.hypot(a, 1)
+
+
+def _arcsinh_series(a: Any) -> Any:
+    return _arctanh_series(_tanh_of_sinh(a))
+
+
+def _expm1(a: Symbol) -> Any:
+    return _near_zero(a, 1, lambda a: 2 * _sinh_series(a / 2) * np.exp(a / 2), np.exp(a) - 1)
+
+
+def _sinh(a: Symbol) -> Any:
+    return _near_zero(a, 1, _sinh_series, (np.exp(a) - np.exp(-a)) / 2)
+
+
+def _tanh(a: Symbol) -> Any:
+    return _near_zero(a, 1, lambda a: _tanh_of_sinh(_sinh_series(a)), 1 - 2 / (np.exp(2 * a) + 1))
+
+
+def _log1p(a: Symbol) -> Any:
+    return _near_zero(a, 0.4, lambda a: 2 * _arctanh_series(a / (a + 2)), np.log(a + 1))
+
+
+def _arctanh(a: Symbol) -> Any:
+    return _near_zero(a, 0.25, _arctanh_series, np.log((1 + a) / (1 - a)) / 2)
+
+
 def _arcsinh(a: Symbol) -> Any:
-    return np.copysign(np.log(np.abs(a) + np.hypot(a, 1)), a)
+    size = np.log(np.abs(a) + np.hypot(a, 1))
+    return _near_zero(a, 0.25, _arcsinh_series, _meeting(a, -size, size))
+
+
+def _arccosh(a: Symbol) -> Any:
+    sinh = np.sqrt(a - 1) * np.sqrt(a + 1)
+    return _near_zero(sinh, 0.25, _arcsinh_series, np.log(a + sinh))
 
 
 DERIVED: dict[np.ufunc, Rule] = {
@@ -642,16 +706,16 @@ DERIVED: dict[np.ufunc, Rule] = {
     np.trunc: lambda a: _choice(a < 0, np.ceil(a), np.floor(a)),
     np.cbrt: lambda a: np.copysign(np.exp(np.log(np.abs(a)) / 3), a),
     np.exp2: lambda a: np.exp(a * math.log(2)),
-    np.expm1: lambda a: np.exp(a) - 1,
+    np.expm1: _expm1,
     np.log2: lambda a: np.log(a) / math.log(2),
     np.log10: lambda a: np.log(a) / math.log(10),
-    np.log1p: lambda a: np.log(a + 1),
-    np.sinh: lambda a: (np.exp(a) - np.exp(-a)) / 2,
+    np.log1p: _log1p,
+    np.sinh: _sinh,
     np.cosh: lambda a: (np.exp(a) + np.exp(-a)) / 2,
-    np.tanh: lambda a: 1 - 2 / (np.exp(2 * a) + 1),
+    np.tanh: _tanh,
     np.arcsinh: _arcsinh,
-    np.arccosh: lambda a: np.log(a + np.sqrt(a * a - 1)),
-    np.arctanh: lambda a: np.log((1 + a) / (1 - a)) / 2,
+    np.arccosh: _arccosh,
+    np.arctanh: _arctanh,
     np.degrees: lambda a: a * (180 / math.pi),
     np.rad2deg: lambda a: a * (180 / math.pi),
     np.radians: lambda a: a * (math.pi / 180),
