@@ -85,7 +85,7 @@ def build(
         sources += [str(path) for path, error in zip(paths, errors, strict=True) if error is None]
         plan = Plan(seed, len(sources), test_shapes, colored)
         dataset = Dataset.create(path, plan, sources)
-        missing = [i for i in range(plan.shapes) if not all([_is_whole(dataset, i, size) for size in SIZES])]
+        missing = [i for i in range(plan.shapes) if False in [_is_whole(dataset, i, size) for size in SIZES]]
         for shape, views in _as_done(client, _render, [(sources[i], plan, i) for i in missing], "rendering shapes"):
             for size, view in zip(SIZES, views, strict=True):
                 dataset.write(missing[shape], size, view)

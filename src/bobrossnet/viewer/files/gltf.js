@@ -155,7 +155,7 @@ export function checkGltf(json) {
     if (mesh !== undefined) item("mesh", mesh, meshes);
     for (const [name, length] of Object.entries(PLACES)) if (name in node) checkNumbers(name, node[name], length);
   });
-  checkCount("primitives", primitives(nodes.filter(({ mesh }) => mesh !== undefined).map(({ mesh }) => meshes[mesh])));
+  checkCount("primitives", primitives(nodes.flatMap((/** @type {any} */ { mesh }) => (mesh === undefined ? [] : [meshes[mesh]]))));
   if (!scenes) return;
   const { nodes: roots = [] } = item("scene", scene, scenes);
   for (const root of checkList("nodes", roots)) item("nodes", root, nodes);
