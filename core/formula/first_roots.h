@@ -233,7 +233,7 @@ inline void begin(const Code& code, Segment* const* segments, int count, bool ar
 }
 
 /// A part of a segment that is searched by itself, and f at its ends.
-struct Part {
+struct SegmentPart {
     Segment* segment;
     float a, fa, b, fb;
     float to_jump;  // from a on
@@ -244,7 +244,7 @@ struct Part {
 
 /// Cuts segments that are open, at most `lanes`, into parts, and leaves out those that the slopes settle. Behind a part whose
 /// ends lie on different sides there is nothing to find, unless it is a pole: the segment's a is where the rest begins.
-inline Part* cut(const Code& code, Segment* const* segments, int count, bool are_few, Part* parts, void* scratch) {
+inline SegmentPart* cut(const Code& code, Segment* const* segments, int count, bool are_few, SegmentPart* parts, void* scratch) {
     const SegmentColumns columns(segments, count);
     const F least = columns[SegmentColumns::least_slope], most = columns[SegmentColumns::most_slope];
     F t[places], f[places];
@@ -283,11 +283,11 @@ struct Searches {
     F t_end{}, f_end{}, finest{};
     F a{}, fa{}, width{}, to_jump{};  // the next piece begins at a, and is no wider than this
     M stop_at_jump{}, pieces{}, active{}, unresolved{};
-    const Part* part[lanes];  // of lanes that are active
+    const SegmentPart* part[lanes];  // of lanes that are active
 
     explicit Searches(const Along& nowhere) : along(nowhere) {}
 
-    BOB_INTO_SEARCH void take(int lane, const Part& next) {
+    BOB_INTO_SEARCH void take(int lane, const SegmentPart& next) {
         const Segment& s = *next.segment;
         for (int axis = 0; axis < 3; ++axis) {
             along.origin[axis][lane] = s.origin[axis];
@@ -304,8 +304,8 @@ struct Searches {
     }
 
     /// What is left of a lane's part.
-    [[nodiscard]] Part rest(int lane) const {
-        Part rest = *part[lane];
+    [[nodiscard]] SegmentPart rest(int lane) const {
+        SegmentPart rest = *part[lane];
         rest.a = a[lane], rest.fa = fa[lane], rest.to_jump = to_jump[lane], rest.width = width[lane];
         rest.stop_at_jump = stop_at_jump[lane];
         return rest;
@@ -389,7 +389,7 @@ struct Searches {
     }
 };
 
-BOB_INTO_SEARCH void search(const Code& code, const Part* next, const Part* end, void* scratch) {
+BOB_INTO_SEARCH void search(const Code& code, const SegmentPart* next, const SegmentPart* end, void* scratch) {
     // A lane that is done takes the next part at once: few that need many pieces hold up no others.
     Searches searches({code, scratch, {}, {}});
     while (true) {
@@ -411,7 +411,7 @@ BOB_INTO_SEARCH void search_open(const Code& code, Segment* const* segments, int
         if (segments[i]->open) open[left++] = segments[i];
     }
     if (!left) return;
-    Part parts[most_searched * parts_of_segment], *end = parts;
+    SegmentPart parts[most_searched * parts_of_segment], *end = parts;
     for (int i = 0; i < left; i += lanes) end = cut(code, open + i, left - i < lanes ? left - i : lanes, are_few, end, scratch);
     search(code, parts, end, scratch);
     end = parts;
@@ -461,7 +461,7 @@ inline BoundedPart* bounded_parts(const Code& code, Segment* const* segments, in
 
 /// Ends parts, at most `lanes`, that bounds and the values at their ends settle. What is left of the others are `left`, or, where they are
 /// whole segments, those that are open.
-inline Part* settle(const Code& code, const BoundedPart* parts, int count, Part* left, void* scratch) {
+inline SegmentPart* settle(const Code& code, const BoundedPart* parts, int count, SegmentPart* left, void* scratch) {
     const Segment* segments[lanes];
     F a{}, b{};
     Dual<Interval, 1> f{};
@@ -477,7 +477,7 @@ inline Part* settle(const Code& code, const BoundedPart* parts, int count, Part*
     Searches searches(SegmentColumns(segments, count).along(code, scratch));
     F to_jump;
     const F fa = searches.along.value(a, to_jump), fb = searches.along.value(b);
-    Part whole[lanes];
+    SegmentPart whole[lanes];
     for (int lane = 0; lane < count; ++lane) {
         whole[lane] = {parts[lane].segment, a[lane], fa[lane], b[lane], fb[lane], to_jump[lane], a[lane], b[lane] - a[lane], false};
         searches.take(lane, whole[lane]);
@@ -501,14 +501,14 @@ inline Part* settle(const Code& code, const BoundedPart* parts, int count, Part*
 /// knob would take a half longer otherwise; elsewhere of a whole: parts would take all rays of smooth unions two fifths longer.
 [[gnu::noinline]] inline void search_from_bounds(const Code& code, Segment* const* segments, int count, void* scratch) {
     BoundedPart bounded[most_searched * parts_of_segment];
-    Part left[most_searched * parts_of_segment], *end = left;
+    SegmentPart left[most_searched * parts_of_segment], *end = left;
     for (int i = 0; i < count; ++i) segments[i]->found = segments[i]->open = false, segments[i]->doubt = infinity;
     const BoundedPart* const last = bounded_parts(code, segments, count, code.may_jump ? parts_of_segment : 1, bounded, scratch);
     for (const BoundedPart* part = bounded; part < last; part += lanes) {
         end = settle(code, part, last - part < lanes ? static_cast<int>(last - part) : lanes, end, scratch);
     }
     // Behind a root there is nothing to find.
-    end = std::remove_if(left, end, [](const Part& part) { return part.segment->found && part.segment->a < part.start; });
+    end = std::remove_if(left, end, [](const SegmentPart& part) { return part.segment->found && part.segment->a < part.start; });
     if (end != left) search(code, left, end, scratch);
     if (!code.may_jump) search_open(code, segments, count, false, scratch);
 }
