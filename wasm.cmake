@@ -30,15 +30,13 @@ set(fast_sources
   core/nurbs/trim.cpp
   core/shapes/cells_build.cpp
   core/shapes/implicit.cpp
-  core/shapes/mesh.cpp
   core/shapes/triangles.cpp
   core/shapes/tube.cpp
   core/picture/adaptive.cpp
   core/picture/history.cpp
   core/picture/refresh.cpp
   core/picture/squares.cpp
-  core/tracing/scene.cpp
-  core/tracing/trace.cpp)
+  core/tracing/scene.cpp)
 set(small_flags -Os)
 set(libcxxabi_flags -O2 -std=c++23 -w -D_LIBCXXABI_BUILDING_LIBRARY -D_LIBCPP_BUILDING_LIBRARY
   -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -matomics -mbulk-memory -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src)
