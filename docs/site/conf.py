@@ -22,8 +22,17 @@ version = release = bobrossnet.__version__
 
 # The source is the whole repository, so that links between its files hold.
 root_doc = "docs/site/index"
-include_patterns = ["README.md", "CONVENTIONS.md", "CHANGELOG.md", "docs/*.md", "docs/quality/*.md", "docs/report/*.md",
-                    "docs/site/*.md", "src/bobrossnet/weights/*.md"]  # fmt: skip
+include_patterns = [
+    "README.md",
+    "CONTRIBUTING.md",
+    "CONVENTIONS.md",
+    "CHANGELOG.md",
+    "docs/*.md",
+    "docs/quality/*.md",
+    "docs/report/*.md",
+    "docs/site/*.md",
+    "src/bobrossnet/weights/*.md",
+]
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 suppress_warnings = ["ref.python", "myst.header"]  # words for types in docstrings; parts of other documents
 

@@ -49,5 +49,5 @@ def linear(name: str, color: Color) -> tuple[float, float, float]:
     try:
         red, green, blue = color
     except Exception:
-        raise InputTypeError(f"{name}: expected #rrggbb or 3 numbers, got {brief(color)}") from None
+        raise InputTypeError(f"{name}: expected #rrggbb or 3 numbers, got {brief(color, of_type=False)}") from None
     return check_number(name, red, 0, 1), check_number(name, green, 0, 1), check_number(name, blue, 0, 1)

@@ -119,14 +119,13 @@ def read_exr(path: str | os.PathLike[str], names: Mapping[str, str] | None = Non
     """
     openexr = _openexr()
     path = path_of(path)
-    try:
+    if os.path.exists(path):
         check_file(path)
+    try:
         with path.open("rb"):
             pass  # OpenEXR also prints that it can't
     except OSError as error:
         raise InputError(f"{path}: expected an OpenEXR file, can't read it: {error.strerror}") from None
-    except InputError as error:
-        raise InputError(f"{path}: expected an OpenEXR file, can't read it: {error}") from None
     try:
         with openexr.File(str(path), separate_channels=True) as file:
             parts = [(part.header, {n: c.pixels for n, c in part.channels.items()}) for part in file.parts]

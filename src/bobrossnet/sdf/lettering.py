@@ -9,7 +9,7 @@ import numpy as np
 from PIL import ImageFont
 
 from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.paths import check_file, path_of
+from bobrossnet.paths import check_file, is_path, path_of
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.outlines import Places, arcs_along, fitted_size, region
 
@@ -101,6 +101,8 @@ def _line(name: str, font_name: str | os.PathLike[str], text: str) -> Line:
         from bobrossnet.sdf.glyphs import line
     except ModuleNotFoundError:
         raise InputError(f"{name}: this needs fontTools: pip install 'bobrossnet[text]'") from None
+    if not is_path(font_name):
+        raise InputTypeError(f"{name}: font_name: expected a path or a name, got {type(font_name).__name__}")
     font = path_of(font_name, f"{name}: font_name")
     if not isinstance(text, str):
         raise InputTypeError(f"{name}: text: expected a string, got {type(text).__name__}")
@@ -111,7 +113,7 @@ def _line(name: str, font_name: str | os.PathLike[str], text: str) -> Line:
             check_file(font)
         path = str(ImageFont.truetype(str(font), 16).path)
     except (OSError, ValueError) as error:
-        raise InputError(f"{name}: font_name: {str(font)!r:.100}: {error}") from None
+        raise InputError(f"{name}: font {str(font)!r:.100}: {error}") from None
     return line(name, path, text)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,8 @@ from bobrossnet.sdf.symbols import (
 )
 from bobrossnet.shapes.implicit import color_formula
 
-if TYPE_CHECKING:
-    from typing_extensions import Self
+Own = TypeVar("Own", bound="SDF")
+"""The class of a shape, flat or solid."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class SDF:
         in_space[:, : self.dimensions] = points
         return self.expression(in_space)[:, None]
 
-    def k(self, k: float | None = None) -> Self:
+    def k(self: Own, k: float | None = None) -> Own:
         """The shape with a radius for the rounded edge that the next operator leaves where it joins it to another.
 
         Parameters
@@ -153,22 +153,22 @@ class SDF:
         """The shape as the core takes it."""
         return _core.Sdf(self.dimensions, self.expression, self._k, self.color_formula)
 
-    def __or__(self, other: Self) -> Self:
+    def __or__(self: Own, other: Own) -> Own:
         return self._combined("|", other)
 
-    def __and__(self, other: Self) -> Self:
+    def __and__(self: Own, other: Own) -> Own:
         return self._combined("&", other)
 
-    def __sub__(self, other: Self) -> Self:
+    def __sub__(self: Own, other: Own) -> Own:
         return self._combined("-", other)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.expression!r})"
 
-    def _combined(self, op: str, other: Self) -> Self:
+    def _combined(self: Own, op: str, other: Own) -> Own:
         if not isinstance(other, SDF):
             return NotImplemented
-        shape: Self = _from_core(_checked(_core.combine, op, self.to_core(), other.to_core()))
+        shape: Own = _from_core(_checked(_core.combine, op, self.to_core(), other.to_core()))
         return shape
 
 
