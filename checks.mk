@@ -11,7 +11,7 @@ clang:
 # Builds the core's tests in build/NAME with CMake's further arguments, and runs them.
 comma := ,
 define core_tests
-$(BIN)/cmake -S . -B build/$(1) -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN)/ninja) -DBOBROSSNET_TESTS=ON $(2)
+$(BIN)/cmake -S . -B build/$(1) -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN)/ninja) -DBOBROSSNET_TESTS=ON -DBOBROSSNET_WERROR=ON $(2)
 $(BIN)/cmake --build build/$(1) && $(3) build/$(1)/core_tests
 endef
 
@@ -33,7 +33,7 @@ check-all: check-threads check-memory check-clang check-arm check-interruptions 
 
 # The Python module in build/NAME/site, built with sanitizers; their libraries come before Python's own.
 define sanitized_module
-SKBUILD_BUILD_DIR=build/$(1) SKBUILD_CMAKE_DEFINE=BOBROSSNET_SANITIZE=$(2) \
+SKBUILD_BUILD_DIR=build/$(1) SKBUILD_CMAKE_DEFINE="BOBROSSNET_SANITIZE=$(2);BOBROSSNET_WASM=OFF" \
   $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade --target build/$(1)/site .
 endef
 sanitized = LD_PRELOAD="$(foreach l,$(1),$(shell $(CXX) -print-file-name=lib$(l).so))" PYTHONPATH=build/$(2)/site setarch -R $(BIN)/pytest -s
