@@ -38,24 +38,49 @@ set(fast_sources
   core/picture/squares.cpp
   core/tracing/scene.cpp)
 set(small_flags -Os)
+set(exception_flags -fwasm-exceptions -mexception-handling -mllvm -wasm-use-legacy-eh=false)
 set(libcxxabi_flags -O2 -std=c++23 -w -D_LIBCXXABI_BUILDING_LIBRARY -D_LIBCPP_BUILDING_LIBRARY
   -DLIBCXX_BUILDING_LIBCXXABI -D_LIBCXXABI_HAS_NO_THREADS -matomics -mbulk-memory -I ${zig}/lib/libcxxabi/include -I ${zig}/lib/libcxx/src)
+
+# Stores the path of the precompiled standard headers for these flags in `parsed`: parsing them takes half of a compilation.
+function(precompile_standard_headers parsed)
+  string(MD5 key "${ARGN}")
+  set(precompiled ${CMAKE_BINARY_DIR}/wasm/headers.${key}.pch)
+  set(${parsed} ${precompiled} PARENT_SCOPE)
+  get_property(known GLOBAL PROPERTY precompiled_for_wasm)
+  if(precompiled IN_LIST known)
+    return()
+  endif()
+  set_property(GLOBAL APPEND PROPERTY precompiled_for_wasm ${precompiled})
+  add_custom_command(
+    OUTPUT ${precompiled}
+    COMMAND ${wasm_compiler} ${ARGN} ${exception_flags} -x c++-header ${CMAKE_BINARY_DIR}/wasm/headers.h -o ${precompiled}
+    COMMENT "Compiling the standard headers for WebAssembly"
+    VERBATIM)
+endfunction()
 
 # Compiles `source` to wasm/NAME.o, with further flags, and adds that object to the list `objects`.
 function(compile_wasm objects name source)
   set(object ${CMAKE_BINARY_DIR}/wasm/${name}.o)
+  set(parsed)
+  if(source MATCHES "/core/.*[.]cpp$")
+    precompile_standard_headers(parsed ${ARGN})
+  endif()
   add_custom_command(
     OUTPUT ${object}
-    COMMAND ${wasm_compiler} ${ARGN} -fwasm-exceptions -mexception-handling -mllvm -wasm-use-legacy-eh=false
+    COMMAND ${wasm_compiler} ${ARGN} ${exception_flags} "$<$<BOOL:${parsed}>:-Xclang;-include-pch;-Xclang;${parsed}>"
       -MD -MF ${object}.d -c ${source} -o ${object}
-    DEPENDS ${source}
+    DEPENDS ${source} ${parsed}
     DEPFILE ${object}.d
     COMMENT "Compiling ${name} for WebAssembly"
+    COMMAND_EXPAND_LISTS
     VERBATIM)
   set(${objects} ${${objects}} ${object} PARENT_SCOPE)
 endfunction()
 
-file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/wasm)
+list(TRANSFORM standard_headers PREPEND "#include " OUTPUT_VARIABLE includes)
+list(JOIN includes "\n" includes)
+file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/wasm/headers.h CONTENT "${includes}\n")
 # First, so that the library's own parts are not taken.
 compile_wasm(runtime runtime ${CMAKE_SOURCE_DIR}/bindings/wasm_runtime.cpp ${wasm_flags})
 compile_wasm(runtime unwind ${zig}/lib/libunwind/src/Unwind-wasm.c -x c -O2 -w -DNDEBUG -D_LIBUNWIND_HIDE_SYMBOLS -matomics -mbulk-memory -I ${zig}/lib/libunwind/include)
