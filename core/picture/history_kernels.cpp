@@ -25,6 +25,14 @@ inline M load_bytes(const std::uint8_t* p) {
     return __builtin_convertvector(bytes, M);
 }
 
+/// The first `count` bytes; behind a row begins the next one, which another thread may write.
+inline M load_bytes(const std::uint8_t* p, std::int32_t count) {
+    if (count >= lanes) return load_bytes(p);
+    std::uint8_t bytes[lanes]{};
+    std::memcpy(bytes, p, static_cast<std::size_t>(count));
+    return load_bytes(bytes);
+}
+
 inline F gathered(const float* p, M index) { return (F)gather(reinterpret_cast<const std::int32_t*>(p), index); }
 
 inline F side(const Eye& eye, F depth) { return constant(eye.side_at_back) - depth * constant(eye.side_per_depth); }
@@ -214,7 +222,7 @@ std::int32_t expect(Sights sights, const Choice* choices, const std::uint8_t* em
     M surfaces{};
     for (std::int32_t x = 0; x < width; x += lanes) {
         const Chosen chosen(choices + x);
-        const M is_empty = load_bytes(empty + x) != M{}, is_surface = (chosen.point >= M{}) & (lane_numbers() < all(width - x));
+        const M is_empty = load_bytes(empty + x, width - x) != M{}, is_surface = (chosen.point >= M{}) & (lane_numbers() < all(width - x));
         surfaces -= is_surface;
         F depth{}, normal_x{}, normal_y{}, off_center = is_empty ? constant(0.5f) : F{};
         F right = is_empty ? F{} : constant(ExpectedRow::unknown), down = right;
