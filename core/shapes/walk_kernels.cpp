@@ -94,7 +94,7 @@ struct Walks {
         while (bits(open)) {
             size = open ? size - 2 : size;
             const M index = ((at[0] >> size) & 3) | ((at[1] >> size) & 3) << 2 | ((at[2] >> size) & 3) << 4;
-            const M found = gather(grid.children, (open & (node * 64 + index)));
+            const M found = gather(grid.children, (open & node) * 64 + index);
             child = open ? found : child;
             open &= (found >= M{}) & (found != all(CellGrid::empty));
             node = open ? found : node;
