@@ -12,11 +12,10 @@ import statistics
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
-from itertools import count
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -28,8 +27,8 @@ from report import heading, in_turn, median_ratio, spread, table
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.completion.network import find_weights, make_network, shipped_names
-from bobrossnet.completion.weights import read_weights
+from bobrossnet.completion.network import make_network
+from bobrossnet.completion.weights import find_weights, read_weights, shipped_names
 from bobrossnet.learn.checkpoint import load, save
 from bobrossnet.learn.networks import NETWORKS, learnt
 from bobrossnet.machine import extra_memory
@@ -138,7 +137,6 @@ def main() -> None:
         plot(rows, arguments.plot)
     ladder_times(scene)
     size_times(scene)
-    change_times()
     order_times()
     deciding_times()
 
@@ -234,37 +232,6 @@ def size_times(scene: bob.Scene) -> None:
             rows.append([f"{name}.{width}x{height}", spread(seconds, 1e9 / (height * width), 1), memory])
     bob.set_thread_count(THREADS)
     table(["what", "ns", "MB"], rows)
-
-
-def change_times() -> None:
-    """Print what it takes to complete a picture again of which 64x64 pixels have changed."""
-    heading(f"Completing again after a change of 64x64 pixels: milliseconds, {THREADS} threads")
-    rows = []
-    for height, width in SIZES[1::2] + SIZES[-1:]:
-        before = bob.trace(bob.happy_tree(), size=(height, width), fraction=0.05)
-        stack = before.stack().copy()
-        y, x = height // 2, width // 2
-        stack[1, y : y + 64, x : x + 64] *= 0.5
-        pictures = (before, bob.GBuffer.from_stack(stack))
-        for network in ("paper", "default"):
-            completer, calls = bob.Completer(model=network), count()
-
-            def again(completer: bob.Completer = completer, calls: Iterator[int] = calls) -> object:
-                return completer(pictures[next(calls) % 2])  # noqa: B023  called before the next picture is made
-
-            def anew(network: str = network) -> object:
-                return bob.complete(before, model=network)  # noqa: B023
-
-            again()
-            seconds = in_turn({"anew": anew, "again": again}, 9)
-            rows.append(
-                [
-                    f"again.{network}.{width}x{height}",
-                    *(spread(seconds[name], 1e3) for name in ("anew", "again")),
-                    f"{median_ratio(seconds['anew'], seconds['again']):.1f}",
-                ]
-            )
-    table(["what", "bob.complete", "bob.Completer", "times faster"], rows)
 
 
 def order_times() -> None:

@@ -12,7 +12,6 @@
 #include "bindings.h"
 #include "completion/error_predictor.h"
 #include "completion/guided.h"
-#include "completion/incremental.h"
 #include "completion/interpolation.h"
 #include "completion/known.h"
 #include "completion/ratio.h"
@@ -61,15 +60,12 @@ void check_planes(const bob::Layout& layout, const ConstPlanes& planes, const bo
     expect(output.shape(1) == planes.shape(1) && output.shape(2) == planes.shape(2), "output: expected the planes' size");
 }
 
-/// `run` is the network, or an Incremental of it.
-template <class Run>
-void complete(Run& run, const bob::Network& network, const bob::Layout& layout, const ConstPlanes& planes,
-              const Planes& output) {
+void complete(const bob::Network& network, const bob::Layout& layout, const ConstPlanes& planes, const Planes& output) {
     check_planes(layout, planes, network.outputs(), output);
     std::vector<float> storage;
     const float* const inputs = bob::select(layout, planes.data(), network.inputs(), planes.shape(1) * planes.shape(2), storage);
     interruptible([&] {
-        run(inputs, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)), output.data());
+        network(inputs, static_cast<int>(planes.shape(1)), static_cast<int>(planes.shape(2)), output.data());
     });
 }
 
@@ -130,20 +126,13 @@ void from_completed(const bob::Layout& layout, const ConstPlanes& planes, const 
 }  // namespace
 
 void bind_completion(nb::module_& m) {
-    nb::class_<bob::Incremental>(m, "IncrementalNetwork")
-        .def("__call__", [](bob::Incremental& self, const bob::Layout& layout, const ConstPlanes& planes, const Planes& output) {
-            const InUse in_use(&self);
-            complete(self, self.network(), layout, planes, output);
-        }, "layout"_a, "planes"_a.noconvert(), "output"_a.noconvert());
     nb::class_<Network>(m, "Network")
         .def("__init__", &init_network, "name"_a, "tensors"_a, "inputs"_a, "outputs"_a)
         .def("__call__", [](const Network& self, const bob::Layout& layout, const ConstPlanes& planes, const Planes& output) {
-            complete(*self.core, *self.core, layout, planes, output);
+            complete(*self.core, layout, planes, output);
         }, "layout"_a, "planes"_a.noconvert(), "output"_a.noconvert())
         .def_prop_ro("inputs", [](const Network& self) { return self.core->inputs(); })
-        .def_prop_ro("outputs", [](const Network& self) { return self.core->outputs(); })
-        .def("incremental", [](const Network& self) { return new bob::Incremental(*self.core); },
-             nb::rv_policy::take_ownership, nb::keep_alive<0, 1>());
+        .def_prop_ro("outputs", [](const Network& self) { return self.core->outputs(); });
     nb::class_<bob::ErrorPredictor>(m, "ErrorPredictor")
         .def("__init__", &init_predictor, "tensors"_a)
         .def("__call__", [](const bob::ErrorPredictor& self, const bob::Layout& layout, const ConstPlanes& planes,

@@ -24,8 +24,7 @@ from work import MODELS, ROOT, Work
 import bobrossnet as bob
 from bobrossnet.atomic import write_whole
 from bobrossnet.completion.filling import FILLINGS
-from bobrossnet.completion.network import weights_path
-from bobrossnet.completion.weights import UNCERTAINTY
+from bobrossnet.completion.weights import UNCERTAINTY, weights_path
 from bobrossnet.learn.evaluation.costs import Cost, cost_table, measure_costs
 from bobrossnet.learn.evaluation.evaluate import FRACTIONS, evaluate_scenes
 from bobrossnet.learn.evaluation.known_error import KnownError, measure_known_error

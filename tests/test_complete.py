@@ -3,7 +3,6 @@
 import os
 import re
 import shutil
-import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -300,39 +299,3 @@ def test_arrays_in_the_place_of_a_gbuffer_are_answered_with_how_to_make_one():
     part = bob.trace(bob.happy_tree(), size=(16, 16), fraction=0.5)
     with pytest.raises(bob.InputTypeError, match=r"ndarray; bobrossnet.GBuffer\(mask=, gray=, depth=, normal=\) makes"):
         bob.complete(part.gray, part.mask)
-
-
-@pytest.mark.parametrize("model", ["filling", "paper", "default"])
-def test_a_completer_gives_the_same_as_complete(model):
-    full = bob.trace(bob.happy_tree(), size=(90, 500))
-    completer = bob.Completer(model=model)
-    parts = [full.sample(0.05), full.sample(0.05), full.sample(0.05, seed=1), full, full.sample(0.05, seed=1)]
-    stack = parts[-1].stack().copy()
-    stack[:, 40:60, 30:50] = full.stack()[:, 40:60, 30:50]
-    for part in [*parts, bob.GBuffer.from_stack(stack), bob.trace(bob.happy_tree(), size=(30, 40), fraction=0.1)]:
-        assert (completer(part) == bob.complete(part, model=model)).all()
-    with pytest.raises(bob.InputError, match="gbuffer: expected a GBuffer"):
-        completer(full.gray)
-
-
-def test_a_completer_computes_little_where_little_changed():
-    stack = noise((960, 1280), 0.1)
-    changed = stack.copy()
-    changed[1, 500:520, 600:620] += 0.1
-    parts = [bob.GBuffer.from_stack(stack), bob.GBuffer.from_stack(changed)]
-    completer = bob.Completer(model="paper")
-
-    def seconds(complete, part):
-        start = time.thread_time()
-        complete(part)
-        return time.thread_time() - start
-
-    threads = bob.thread_count()
-    bob.set_thread_count(1)
-    try:
-        completer(parts[0])
-        again = min(seconds(completer, parts[i % 2]) for i in range(1, 5))
-        anew = min(seconds(lambda part: bob.complete(part, model="paper"), part) for part in parts)
-    finally:
-        bob.set_thread_count(threads)
-    assert again < anew / 3

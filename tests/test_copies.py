@@ -44,7 +44,6 @@ def part() -> bob.GBuffer:
 MAKERS: dict[str, Callable[[], Any]] = {
     "Brep": surface,
     "Camera": lambda: bob.Camera(position=(3, 0, 1), fov=50),
-    "Completer": lambda: bob.Completer("small"),
     "Face": lambda: surface().faces[0],
     "Film": lambda: bob.orbit(scene(), frames=2, size=SIZE, samples=1),
     "Frame": lambda: next(iter(bob.progressive(scene(), size=SIZE, fraction=0.3))),
@@ -71,7 +70,6 @@ STAY = {"View"}
 
 PIXELS = np.argwhere(np.ones(SIZE)).astype(np.int32)
 USED: dict[str, Callable[[Any], Any]] = {
-    "Completer": lambda completer: completer(part()),
     "Film": lambda film: [picture.rgba for picture in film],
     "Frame": lambda frame: (
         frame.image,

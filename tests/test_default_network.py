@@ -5,7 +5,7 @@ import pytest
 from models import MODELS, needs_models
 
 import bobrossnet as bob
-from bobrossnet.completion.network import weights_path
+from bobrossnet.completion.weights import weights_path
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.evaluation.evaluate import evaluate_scenes
 from bobrossnet.learn.evaluation.scenes import own_scenes, scenes_of_folder

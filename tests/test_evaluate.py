@@ -14,7 +14,8 @@ import bobrossnet as bob
 from bobrossnet import cli
 from bobrossnet.color import luminance, to_srgb
 from bobrossnet.completion.filling import delaunay_linear
-from bobrossnet.completion.network import load_network, weights_path
+from bobrossnet.completion.network import load_network
+from bobrossnet.completion.weights import weights_path
 from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.dataset import Dataset, Plan

@@ -89,7 +89,6 @@ class Calls:
             bob.Camera,
             {"azimuth": 0, "elevation": 0, "roll": 0, "zoom": 1, "fov": 0, "pan": (0, 0)},
         )
-        yield "Completer", bob.Completer, {"model": "filling"}
         yield "Film", bob.Film, {"scene": scene, "cameras": [camera], "size": (8, 8)}
         yield (
             "GBuffer",

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import bobrossnet as bob
-from bobrossnet.completion.network import weights_path
+from bobrossnet.completion.weights import weights_path
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.evaluation.stability import Stability

@@ -106,8 +106,6 @@ def test_objects_of_the_core_that_change_refuse_a_second_thread() -> None:
     camera = bob.Camera().core((0, 0, 0), 1)
     history, refresh = _core.History(layout, *size), _core.RefreshOrder(*size)
     adaptive, squares = _core.AdaptiveOrder(0, *size), _core.SquaresOrder(*size)
-    network = bob.completion.network.load_network("paper").core
-    again, image = network.incremental(), np.empty((1, *size), np.float32)
     works: list[Callable[[], Any]] = [
         lambda: history.add(camera, planes),
         lambda: history.expect(camera, planes.copy(), off_center.copy()),
@@ -118,7 +116,6 @@ def test_objects_of_the_core_that_change_refuse_a_second_thread() -> None:
         lambda: adaptive.next(layout, planes),
         lambda: adaptive.bytes,
         lambda: squares.next(layout, planes),
-        lambda: again(layout, planes, image.copy()),
     ]
 
     def often(work: Callable[[], Any]) -> Callable[[], None]:
@@ -147,20 +144,6 @@ def test_an_order_that_is_at_work_refuses_another_thread() -> None:
 
     assert at_once(run, run) == []
     assert refused[0].startswith("expected one thread at a time, got another that uses the same object;")
-
-
-def test_threads_share_a_completer(tree: bob.Scene) -> None:
-    completer = bob.Completer("paper")
-    parts = [bob.trace(tree, bob.Camera(azimuth=30 * i), size=SIZE, fraction=0.1) for i in range(4)]
-    wrong: list[int] = []
-
-    def run() -> None:
-        for i, part in enumerate(parts):
-            if not (completer(part) == bob.complete(part, "paper")).all():
-                wrong.append(i)
-
-    assert at_once(run, run, run) == []
-    assert wrong == []
 
 
 def test_two_threads_build_one_shape(tree: bob.Scene) -> None:

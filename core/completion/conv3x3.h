@@ -43,10 +43,6 @@ public:
     /// So many rows and the rest of those that are computed together with the last, of an image of that height.
     [[nodiscard]] int whole(int rows, int height) const { return std::min((rows + rows_ - 1) / rows_ * rows_, height); }
 
-    /// The first row that a row of the result depends on; below it is symmetrical. Of four rows computed at once, only the outermost
-    /// depend on those beyond them.
-    [[nodiscard]] int first_seen(int row) const { return rows_ == 2 || row % rows_ == 0 ? row - 1 : row / rows_ * rows_; }
-
 private:
     int in_, out_, groups_, rows_;
     int block_;                  // output channels that a kernel computes at once: 4, 5 or 1

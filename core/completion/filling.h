@@ -20,9 +20,6 @@ public:
     using Network::operator();
     void operator()(const float* planes, int height, int width, float* gray, Band band) const override;
 
-    [[nodiscard]] int reach() const override { return 3 << levels; }
-    [[nodiscard]] int grid() const override { return 1 << levels; }
-
 private:
     static constexpr int levels = 6;  // blocks of the coarsest have 64 x 64 pixels
 

@@ -28,11 +28,6 @@ public:
     /// written too.
     virtual void operator()(const float* planes, int height, int width, float* output, Band band) const = 0;
 
-    /// How many pixels away a pixel can have an effect.
-    [[nodiscard]] virtual int reach() const = 0;
-    /// From multiples of which on all pixels are treated as from the first on.
-    [[nodiscard]] virtual int grid() const = 0;
-
 protected:
     /// Throws std::invalid_argument unless the weights have the layouts that the network is made for.
     Network(const Weights& weights, Layout inputs, Layout outputs);

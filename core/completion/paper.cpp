@@ -123,16 +123,7 @@ Paper::Paper(const Weights& weights, std::size_t memory)
       decode1(conv3x3(weights, "decode1", 20, 5, at_once)),
       decode2(conv3x3(weights, "decode2", 20 + 5, 5, at_once)),
       output(conv3x3(weights, "output", 5 + inputs().width(), 1, at_once)),
-      memory_(memory) {
-    for (int y = 64 * grid(); y < 65 * grid(); ++y) reach_ = std::max(reach_, y - first_seen(y));
-}
-
-int Paper::first_seen(int y) const {
-    const int of_output = output.first_seen(y), of_decode2 = decode2.first_seen(of_output / 2);
-    const int of_encoded = encoded.first_seen(decode1.first_seen(of_decode2 / 2));
-    const int of_encode1 = encode1.first_seen(2 * std::min(of_decode2, encode2.first_seen(2 * of_encoded)));
-    return std::min(of_output, of_encode1);
-}
+      memory_(memory) {}
 
 Paper::~Paper() = default;
 

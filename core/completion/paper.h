@@ -21,19 +21,11 @@ public:
     using Network::operator();
     void operator()(const float* gbuffer, int height, int width, float* gray, Band band) const override;
 
-    [[nodiscard]] int reach() const override { return reach_; }
-    /// Four rows at once of a quarter of the picture's.
-    [[nodiscard]] int grid() const override { return 16; }
-
 private:
     struct Images;
 
-    /// The first row that one far from the edges depends on; what is below it is symmetrical.
-    [[nodiscard]] int first_seen(int y) const;
-
     Conv3x3 encode1, encode2, encoded, decode1, decode2, output;
 
-    int reach_ = 0;
     std::size_t memory_;
     mutable Spare<Images> spare_;
 };

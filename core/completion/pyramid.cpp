@@ -232,20 +232,6 @@ Pyramid::Pyramid(const Weights& weights, std::size_t memory)
         layers_.push_back({std::move(features), std::move(finer)});
     }
     std::reverse(layers_.begin(), layers_.end());
-
-    for (int level = 1; level <= count; ++level) grid_ = std::max(grid_, rows_at_once(level) << level);
-    for (int y = 64 * grid_; y < 65 * grid_; ++y) reach_ = std::max(reach_, y - first_seen(y));
-}
-
-int Pyramid::first_seen(int y) const {
-    int result = y, finer = y / 2, known = y / 2;  // the first rows of a level that are seen of what it makes, and of what it knows
-    for (int level = 1; level <= levels(); ++level) {
-        known = std::min(known, layers(level).features.first_seen(layers(level).finer.first_seen(finer))) - (level == 1 ? 1 : 0);
-        const int surface = (y >> level) - 1;
-        result = std::min(result, std::min(known, surface) << level);
-        finer = known / 2, known = known / 2 - 1;
-    }
-    return result;
 }
 
 Pyramid::~Pyramid() = default;

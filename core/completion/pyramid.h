@@ -22,9 +22,6 @@ public:
     using Network::operator();
     void operator()(const float* gbuffer, int height, int width, float* gray, Band band) const override;
 
-    [[nodiscard]] int reach() const override { return reach_; }
-    [[nodiscard]] int grid() const override { return grid_; }
-
 private:
     struct Images;
     struct Finest;
@@ -41,9 +38,6 @@ private:
     [[nodiscard]] std::vector<Progress> needed(int finished, int height) const;
     [[nodiscard]] std::vector<Progress> first_needed(int begin) const;
 
-    /// The first row of pixels that one far from the edges depends on; what is below it is symmetrical.
-    [[nodiscard]] int first_seen(int y) const;
-
     // Rows are those of the level.
 
     /// What the traced pixels say about the blocks of level 2 and coarser, for rows of the coarsest.
@@ -54,7 +48,6 @@ private:
     void complete(const Tile& tile, const Pixels& pixels, const Images& images, float* gray) const;
 
     std::vector<Layers> layers_;  // of level 1 first
-    int reach_ = 0, grid_ = 0;
     std::size_t memory_;
     mutable Spare<Images> spare_;
 };

@@ -12,7 +12,7 @@ from bobrossnet import starting  # noqa: F401  before all else
 from bobrossnet._core import thread_count
 from bobrossnet.adapters.container import save_scene
 from bobrossnet.adapters.files import load, load_mesh
-from bobrossnet.completion.network import Completer, complete
+from bobrossnet.completion.complete import complete
 from bobrossnet.completion.uncertainty import uncertainty
 from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.filming import Film, orbit
@@ -47,7 +47,6 @@ from bobrossnet.tracing.trace import SceneTracer, trace
 __all__ = [
     "Brep",
     "Camera",
-    "Completer",
     "Face",
     "Film",
     "Frame",

@@ -278,13 +278,6 @@ class Network:
         """From a G-buffer's planes (C, H, W) of a layout to the outputs' (width, H, W). ValueError if the layout lacks
         one of the inputs."""
 
-    def incremental(self) -> IncrementalNetwork: ...
-
-class IncrementalNetwork:
-    """A network that recomputes only what may have changed since its last call; for one thread at a time."""
-
-    def __call__(self, layout: Layout, planes: F32, output: F32) -> None: ...
-
 class ErrorPredictor:
     """`tensors` by their names; ValueError if they are not its own."""
 

@@ -249,8 +249,7 @@ def _pack(options: argparse.Namespace) -> None:
 
 def _info(options: argparse.Namespace) -> None:
     import bobrossnet as bob
-    from bobrossnet.completion.network import find_weights
-    from bobrossnet.completion.weights import read_weights
+    from bobrossnet.completion.weights import find_weights, read_weights
     from bobrossnet.upright import seems_to_lie
 
     limit_memory()

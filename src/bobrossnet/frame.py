@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.completion.choice import Choice
+from bobrossnet.completion.complete import complete, completed_color
+from bobrossnet.completion.display import displayed
 from bobrossnet.completion.guided import complete_guided, shown_to_orders
-from bobrossnet.completion.network import Network, complete, completed_color, displayed
+from bobrossnet.completion.network import Network
 from bobrossnet.completion.uncertainty import mean_error
 from bobrossnet.picture.channels import GIVEN, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes

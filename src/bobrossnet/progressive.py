@@ -6,7 +6,8 @@ import time
 from collections.abc import Iterator
 
 from bobrossnet.completion.choice import choice_of
-from bobrossnet.completion.network import GUIDED, NetworkLike
+from bobrossnet.completion.complete import GUIDED
+from bobrossnet.completion.network import NetworkLike
 from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.frame import Frame, Pace, PartialPicture
 from bobrossnet.picture.camera import Camera

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.color import Color, from_srgb, linear, to_srgb
-from bobrossnet.completion.network import NetworkLike, complete
+from bobrossnet.completion.complete import complete
+from bobrossnet.completion.network import NetworkLike
 from bobrossnet.errors import InputError, check_integer
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.color import from_srgb
-from bobrossnet.completion.network import NetworkLike, complete
+from bobrossnet.completion.complete import complete
+from bobrossnet.completion.network import NetworkLike
 from bobrossnet.picture.exr import ExrFile, Planes
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.guides import Guides

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.completion.network import NetworkLike, check_gbuffer, displayed, load_network
+from bobrossnet.completion.complete import check_gbuffer
+from bobrossnet.completion.display import displayed
+from bobrossnet.completion.network import NetworkLike, load_network
 from bobrossnet.completion.weights import UNCERTAINTY, read_weights
 from bobrossnet.picture.gbuffer import GBuffer
 

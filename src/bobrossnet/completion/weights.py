@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError
-from bobrossnet.paths import check_file
+from bobrossnet.errors import InputError, brief
+from bobrossnet.paths import check_file, path_of
 
 WEIGHTS = Path(__file__).parent.parent / "weights"
 """The folder of the shipped weights."""
@@ -23,6 +24,34 @@ names of its channels with commas between them."""
 
 DEFAULTS = {"inputs": "mask,gray,depth,normal", "outputs": "gray"}
 """What files mean that don't say."""
+
+
+def weights_path(model: str | os.PathLike[str]) -> Path:
+    """Return the file that `model` names.
+
+    Raises
+    ------
+    InputError
+        If it is neither the name of shipped weights nor a .safetensors path.
+    """
+    path = find_weights(model)
+    if path is None:
+        names = ", ".join(shipped_names())
+        got = brief(str(path_of(model, "model")), of_type=False)
+        raise InputError(f"model: expected one of {names} or a .safetensors file, got {got}")
+    return path
+
+
+def shipped_names() -> list[str]:
+    """Return the names of the shipped weights that complete pictures."""
+    return sorted(file.stem for file in WEIGHTS.glob("*.safetensors") if file != UNCERTAINTY)
+
+
+def find_weights(model: str | os.PathLike[str]) -> Path | None:
+    """Return the file of shipped weights of that name, `model` itself if it is a .safetensors path, else None."""
+    path = path_of(model, "model")
+    shipped = {file.stem: file for file in WEIGHTS.glob("*.safetensors")}
+    return shipped.get(str(path), path if path.suffix == ".safetensors" else None)
 
 
 def read_weights(path: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float32]]]:

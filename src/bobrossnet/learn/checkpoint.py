@@ -22,8 +22,7 @@ import torch
 from torch import Tensor, nn
 
 from bobrossnet.atomic import check_writable, write_whole
-from bobrossnet.completion.network import weights_path
-from bobrossnet.completion.weights import FORMAT, read_weights
+from bobrossnet.completion.weights import FORMAT, read_weights, weights_path
 from bobrossnet.errors import InputError, check_number
 from bobrossnet.learn.config import FREE, TrainConfig
 from bobrossnet.learn.networks import NETWORKS, Network

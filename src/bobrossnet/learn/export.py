@@ -10,7 +10,7 @@ from pathlib import Path
 import torch
 
 from bobrossnet.atomic import write_whole
-from bobrossnet.completion.network import weights_path
+from bobrossnet.completion.weights import weights_path
 from bobrossnet.learn.checkpoint import load
 
 

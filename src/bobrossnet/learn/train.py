@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from bobrossnet.atomic import write_whole
-from bobrossnet.completion.network import weights_path
+from bobrossnet.completion.weights import weights_path
 from bobrossnet.errors import InputError
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.config import OPTIMIZERS, TrainConfig

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import bobrossnet as bob
 from bobrossnet.completion.filling import FILLINGS
-from bobrossnet.completion.network import weights_path
+from bobrossnet.completion.weights import weights_path
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.evaluation.methods import Weights, all_methods, kept, model_names
 from bobrossnet.tables import cell, table

@@ -1,0 +1,26 @@
+"""The transfer there and back: a G-buffer as networks know it, and their picture in the G-buffer's own range."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.picture.gbuffer import GBuffer
+
+
+def displayed(gbuffer: GBuffer) -> GBuffer:
+    """Return the G-buffer with display-referred gray and colour, and depth in 0..1."""
+    transfer = gbuffer.transfer
+    if transfer is None:
+        return gbuffer
+    return GBuffer.from_stack(transfer.planes(gbuffer.planes, gbuffer.layout), gbuffer.layout)
+
+
+def restored(image: NDArray[np.float32], gbuffer: GBuffer) -> NDArray[np.float32]:
+    """Return a completed display-referred picture, (H, W), in the range of the G-buffer; traced pixels are its own."""
+    transfer = gbuffer.transfer
+    if transfer is None:
+        return image
+    image = transfer.decode(image)
+    np.copyto(image, gbuffer.gray, where=gbuffer.mask > 0)
+    return image
