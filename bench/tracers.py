@@ -16,7 +16,6 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import flip_evaluator
 import numpy as np
 from mitsuba_scenes import DEPTH, HELD_OUT, SIZE, TUNED, scene
 from numpy.typing import NDArray
@@ -25,6 +24,7 @@ from report import MODELS, heading, table
 import bobrossnet as bob
 from bobrossnet.adapters import mitsuba, oidn
 from bobrossnet.color import to_srgb
+from bobrossnet.metrics import flip
 
 F32 = NDArray[np.float32]
 
@@ -94,8 +94,7 @@ class View:
         """SSIM, the mean of the three components, and FLIP, both of sRGB."""
         shown, wanted = to_srgb(picture), to_srgb(self.truth)
         ssim = statistics.fmean(bob.ssim(shown[..., k], wanted[..., k]) for k in range(3))
-        _, flip, _ = flip_evaluator.evaluate(wanted, shown, "LDR")
-        return ssim, float(flip)
+        return ssim, flip(shown, wanted)
 
     # Without noise: pixels are those of the truth, and cost what they are said to.
 

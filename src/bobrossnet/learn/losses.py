@@ -12,7 +12,7 @@ from functools import lru_cache
 import torch
 from torch import Tensor
 
-from bobrossnet.metrics import C1, C2, LARGEST_DIFFERENCE, gaussian_window
+from bobrossnet.metrics import C1, C2, gaussian_window
 
 LEAK = 0.01
 """How much of what lies outside of 0..1 the SSIM losses see.
@@ -26,6 +26,9 @@ any leak a network whose answers are all below 0 has no gradient; with 0.1 the o
 VISIBLE = 0.001
 """Below about this, in sRGB, a quarter of a step of 8 bits, differences count by their square: the slope of a power of
 0.7 has no bound at 0."""
+
+LARGEST_DIFFERENCE = 41.276098
+"""FLIP's distance between green and blue, which no colours of sRGB exceed: HyAB after the Hunt effect, to the power 0.7."""
 
 DARKEST = 0.003
 """Added to linear light, so that its curve is as steep at black as sRGB's, 13."""
