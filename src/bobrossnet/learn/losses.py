@@ -28,7 +28,7 @@ VISIBLE = 0.001
 0.7 has no bound at 0."""
 
 LARGEST_DIFFERENCE = 41.276098
-"""FLIP's distance between green and blue, which no colours of sRGB exceed: HyAB after the Hunt effect, to the power 0.7."""
+"""FLIP's distance between green and blue, which no colours of sRGB exceed: HyAB after the Hunt effect, ^0.7."""
 
 DARKEST = 0.003
 """Added to linear light, so that its curve is as steep at black as sRGB's, 13."""
