@@ -21,13 +21,15 @@ def find_beside(model: Path, name: str) -> str:
     InputError
         If the name leads out of the model's folder, to anything but a regular file, or nowhere.
     """
+    path = PurePath(name)
     try:
-        folder = os.path.realpath(model.parent)
-        target = os.path.realpath(os.path.join(folder, name))
+        # Judged before the disk is asked: of //server/name, Windows would ask that server, and log in there.
         # A backslash is part of a name here, but to OpenCascade it separates folders.
-        inside = not PurePath(name).is_absolute() and ".." not in PurePath(name).parts and "\\" not in name
-        if inside and os.path.commonpath([folder, target]) == folder and os.path.isfile(target):
-            return target
+        if not path.anchor and ".." not in path.parts and "\\" not in name:
+            folder = os.path.realpath(model.parent)
+            target = os.path.realpath(os.path.join(folder, name))
+            if os.path.commonpath([folder, target]) == folder and os.path.isfile(target):
+                return target
     except (OSError, ValueError):  # no permission, a name too long, a NUL in it
         pass
     raise InputError(f"expected its data in a file in or below its folder, found no such file: {name[:100]}")
@@ -55,8 +57,7 @@ class Beside:
         """
         target = find_beside(self.model, name)
         try:
-            # Without a wait for whoever writes to it, should it have become a pipe in the meantime.
-            with open(os.open(target, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW), "rb") as file:
+            with open(target, "rb", opener=_opened) as file:
                 size = os.fstat(file.fileno()).st_size
                 self.left -= size
                 if self.left < 0:
@@ -66,3 +67,8 @@ class Beside:
                 return file.read(size)  # which is nothing of a pipe, and of what the system makes up in /proc
         except OSError as error:
             raise InputError(f"expected its data in {name[:100]}, can't read it: {error.strerror}") from error
+
+
+def _opened(path: str, flags: int) -> int:
+    """Open a file without a wait for whoever writes to it, should it have become a pipe or a link in the meantime."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0))

@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from bobrossnet.adapters.beside import Beside
+from bobrossnet.adapters.beside import Beside, find_beside
 from bobrossnet.adapters.messages import one_line, warn_of
 from bobrossnet.adapters.surface import Surface, Texture, Textures, path_of, unit
 from bobrossnet.color import from_srgb
@@ -50,7 +50,10 @@ def _libraries(model: Path, lines: Sequence[bytes]) -> list[bytes]:
     """What a line names is several files, if there are such, or one with spaces in its name."""
 
     def is_there(name: bytes) -> bool:
-        return (model.parent / path_of(name)).is_file()
+        try:
+            return bool(find_beside(model, str(path_of(name))))
+        except InputError:
+            return False
 
     return [
         name
