@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import os
-import tempfile
+import sys
+import time
 from collections.abc import Iterable
 from pathlib import Path
 
 from bobrossnet.errors import InputError
 from bobrossnet.paths import path_of
+
+PATIENCE = 1.0
+"""Seconds for which a program may have a file open that is replaced."""
 
 
 def check_writable(path: str | os.PathLike[str], what: str = "", endings: Iterable[str] = ()) -> Path:
@@ -50,24 +54,40 @@ def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
     """
     path = path_of(path)
     place = _place(path)
+    temporary = place.with_name(f".bobrossnet-{os.urandom(8).hex()}")  # the file's own may be as long as names can be
     try:
-        # A name of its own, as the file's may be as long as names can be.
-        handle, temporary = tempfile.mkstemp(dir=place.parent, prefix=".bobrossnet-")
+        try:
+            with temporary.open("xb") as file:
+                file.write(content)
+            replace(temporary, place)
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            raise
     except OSError as error:
         raise InputError(f"{path}: can't write it: {error.strerror}") from error
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)  # mkstemp's files are private
-        os.replace(temporary, place)
-    except OSError as error:
-        os.unlink(temporary)
-        raise InputError(f"{path}: can't write it: {error.strerror}") from error
-    except BaseException:
-        os.unlink(temporary)
-        raise
+
+
+def replace(temporary: Path, place: Path) -> None:
+    """Move a file over another. Windows refuses while a program has that open, as scanners of viruses have for moments.
+
+    Raises
+    ------
+    InputError
+        If a program keeps it open.
+    OSError
+        If it can't be moved for another reason.
+    """
+    until = time.monotonic() + PATIENCE
+    while True:
+        try:
+            temporary.replace(place)
+            return
+        except PermissionError as error:
+            if sys.platform != "win32":
+                raise
+            if time.monotonic() > until:
+                raise InputError(f"{place}: can't write it: another program has it open; close it there") from error
+        time.sleep(0.02)
 
 
 def _place(path: Path) -> Path:

@@ -15,6 +15,7 @@ from __future__ import annotations
 import asyncio
 import math
 import os
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from zarr.core.buffer import Buffer
 from zarr.storage import LocalStore
 
 from bobrossnet.adapters.messages import one_line
+from bobrossnet.atomic import replace
 from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import PATCH, SIZES, STAGES, Plan
 from bobrossnet.picture.channels import GIVEN
@@ -255,8 +257,8 @@ class _SyncedStore(LocalStore):
             written.write(value.to_bytes())
             written.flush()
             os.fsync(written.fileno())
-        partial.replace(file)
-        if os.name == "posix":  # elsewhere folders can't be opened
+        replace(partial, file)
+        if sys.platform != "win32":  # where folders can't be opened
             inside = file.relative_to(self.root).parents
             for folder in [*(self.root / some for some in inside), self.root.parent]:  # any of which may be new
                 _sync_folder(folder)
