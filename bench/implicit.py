@@ -110,7 +110,7 @@ def vm_formula(path: Path) -> Formula:
         "square": np.square,
         "sqrt": np.sqrt,
     }
-    lines = [line.split() for line in path.read_text().splitlines() if line and not line.startswith("#")]
+    lines = [line.split() for line in path.read_text("utf-8").splitlines() if line and not line.startswith("#")]
     last_use = {operand: i for i, (_, _, *operands) in enumerate(lines) for operand in operands}
 
     def formula(x: Any, y: Any, z: Any) -> Any:

@@ -71,7 +71,7 @@ def row(name: str, view: str, scene: bob.Scene, camera: bob.Camera, program: Pat
     assert isinstance(instance.shape, bob.Implicit)
     trace, pixels = SceneTracer(scene, camera, (SIZE, SIZE)), tiled_pixels((SIZE, SIZE))
     formula = program.with_name(f"{name}.vm")
-    formula.write_text("\n".join(lines_of(instance.shape, scene, camera)) + "\n")
+    formula.write_text("\n".join(lines_of(instance.shape, scene, camera)) + "\n", "utf-8")
     command = [str(program), str(SIZE), str(formula)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as rival:
         assert rival.stdin

@@ -30,13 +30,13 @@ def run(folder: Path, *commands: str) -> float:
 def compiled(folder: Path) -> int:
     """How many steps ninja has made in a clone."""
     log = folder / "build/native/.ninja_log"
-    return len(log.read_text().splitlines()) if log.is_file() else 0
+    return len(log.read_text("utf-8").splitlines()) if log.is_file() else 0
 
 
 def touched(file: Path) -> None:
     """A comment more at a file's end."""
     mark = "//" if file.suffix == ".cpp" else "#"
-    file.write_text(f"{file.read_text()}{mark} edited at {time.time()}\n")
+    file.write_text(f"{file.read_text('utf-8')}{mark} edited at {time.time()}\n", "utf-8")
 
 
 def main() -> None:

@@ -509,7 +509,7 @@ def speed_rows(example: Example, mesh: Tessellation) -> Iterator[list[str]]:
 
 
 def resident_bytes() -> int:
-    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+    return int(Path("/proc/self/statm").read_text("utf-8").split()[1]) * os.sysconf("SC_PAGESIZE")
 
 
 def embree_growth(vertices: F32, triangles: Triangles) -> float:

@@ -526,7 +526,7 @@ def main() -> None:
     os.chdir(ROOT)
     docs = ROOT / "docs"
     (docs / "gallery").mkdir(exist_ok=True)
-    (docs / "gallery.md").write_text(document())
+    (docs / "gallery.md").write_text(document(), "utf-8")
     for section in SECTIONS:
         write_picture(docs / section.sheet, sheet(section))
     write_picture(docs / "shapes.png", strip(HIGHLIGHTS))

@@ -180,7 +180,7 @@ def decoders(work: Work, own: Dataset, epochs: int) -> str:
 
 def scores_after(epochs: int, run: Path) -> list[str]:
     """The SSIM in validation at each stage, of a training that went on for so many epochs or more."""
-    with (run / LOG).open() as file:
+    with (run / LOG).open(encoding="utf-8") as file:
         row = list(csv.DictReader(file))[epochs - 1]
     return [f"{float(row[name]):.4f}" for name in SSIM_COLUMNS]
 

@@ -248,7 +248,7 @@ def files() -> dict[Path, str]:
 
 def main() -> None:
     for path, text in files().items():
-        path.write_text(text)
+        path.write_text(text, "utf-8")
 
 
 if __name__ == "__main__":

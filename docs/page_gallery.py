@@ -44,7 +44,9 @@ def write(folder: Path) -> None:
             file = f"{title.replace(' ', '_').lower()}.bob"
             bob.save_scene(made(codes[name], helpers), folder / file)
             index.append({"file": file, "title": title, "kind": kind})
-    (folder / "index.json").write_text("[\n" + ",\n".join(f"  {json.dumps(entry)}" for entry in index) + "\n]\n")
+    (folder / "index.json").write_text(
+        "[\n" + ",\n".join(f"  {json.dumps(entry)}" for entry in index) + "\n]\n", "utf-8"
+    )
 
 
 if __name__ == "__main__":

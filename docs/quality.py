@@ -224,9 +224,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         *panels,
         "## Temporal stability",
         *(part for name, result in steady.items() for part in (f"### On {name}", *steadiness_of(result, ours))),
-        *(["## What was tried without success", tried.read_text().strip()] if tried.exists() else []),
+        *(["## What was tried without success", tried.read_text("utf-8").strip()] if tried.exists() else []),
     ]
-    (docs / "quality.md").write_text("\n\n".join(parts) + "\n")
+    (docs / "quality.md").write_text("\n\n".join(parts) + "\n", "utf-8")
     print(f"wrote {docs / 'quality.md'}")
 
 
@@ -337,7 +337,7 @@ def recalled(
         result = measure(orders=missing)
         for order in missing:
             write_whole(files[order], result.of_order(order).csv().encode())
-    return reduce(kind.beside, [kind.from_csv(file.read_text()) for file in files.values()])
+    return reduce(kind.beside, [kind.from_csv(file.read_text("utf-8")) for file in files.values()])
 
 
 def content(weights: str) -> tuple[str, str]:

@@ -112,7 +112,7 @@ def main() -> None:
         *losses(docs / "report" / "figure-5.1.csv"),
         *figures(captions, scan is not None),
     ]
-    (docs / "report.md").write_text("\n\n".join(parts) + "\n")
+    (docs / "report.md").write_text("\n\n".join(parts) + "\n", "utf-8")
     print(f"wrote {docs / 'report.md'}")
 
 
@@ -120,18 +120,18 @@ def beside_fillings(path: Path, measure: Callable[..., Evaluation], weights: Pat
     """Measure weights, and the fillings beside them, whose scores are kept in a file: they take most of the time."""
     if not path.exists():
         write_whole(path, measure([]).csv().encode())
-    return measure([weights], fillings=[]).beside(Evaluation.from_csv(path.read_text()))
+    return measure([weights], fillings=[]).beside(Evaluation.from_csv(path.read_text("utf-8")))
 
 
 def draw(folder: Path, sources: Sources, captions_file: Path) -> dict[str, str]:
     """Draw the figures and return their captions. The one that compares losses trains five networks on the data alone:
     it is not drawn again."""
-    captions: dict[str, str] = json.loads(captions_file.read_text()) if captions_file.exists() else {}
+    captions: dict[str, str] = json.loads(captions_file.read_text("utf-8")) if captions_file.exists() else {}
     done = {"5.1"} & captions.keys()
     captions |= draw_figures(folder, sources, only=[name for name in FIGURES if name not in done])
     for name in PICTURES:
         (folder / f"figure-{name}.svg").unlink(missing_ok=True)
-    captions_file.write_text(json.dumps(captions, indent=2) + "\n")
+    captions_file.write_text(json.dumps(captions, indent=2) + "\n", "utf-8")
     return {name: captions[name] for name in FIGURES if name in captions}
 
 
@@ -162,7 +162,7 @@ def data_set(dataset: Dataset, comparison: Comparison | None) -> list[str]:
 
 
 def training(config: TrainConfig, run: Path) -> list[str]:
-    with (run / LOG).open(newline="") as file:
+    with (run / LOG).open(newline="", encoding="utf-8") as file:
         rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
     best = max(rows, key=lambda row: row["ssim"])
     minutes = sum(row["seconds"] for row in rows) / 60
@@ -269,7 +269,7 @@ def verdict(real: Evaluation) -> str:
 
 
 def losses(path: Path) -> list[str]:
-    with path.open(newline="") as file:
+    with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     by_set: dict[str, dict[str, float]] = {}
     for row in rows:

@@ -29,7 +29,7 @@ class Work:
         self._seconds_file = folder / "seconds.json"
         folder.mkdir(parents=True, exist_ok=True)
         self.seconds: dict[str, float] = (
-            json.loads(self._seconds_file.read_text()) if self._seconds_file.exists() else {}
+            json.loads(self._seconds_file.read_text("utf-8")) if self._seconds_file.exists() else {}
         )
 
     @contextmanager
@@ -41,7 +41,7 @@ class Work:
             yield
         finally:
             self.seconds[part] = self.seconds.get(part, 0) + time.monotonic() - start
-            self._seconds_file.write_text(json.dumps(self.seconds, indent=2) + "\n")
+            self._seconds_file.write_text(json.dumps(self.seconds, indent=2) + "\n", "utf-8")
 
     def circumstances(self, packages: Sequence[str]) -> list[str]:
         """Return the machine, the hours that it took, and versions, as lines of markdown."""

@@ -194,8 +194,8 @@ def thread_milliseconds() -> dict[int, float]:
     found = {}
     for path in Path("/proc").glob("[0-9]*/task/[0-9]*"):
         try:
-            if (path / "comm").read_text().startswith("DedicatedWorker"):
-                found[int(path.name)] = int((path / "schedstat").read_text().split()[0]) / 1e6
+            if (path / "comm").read_text("utf-8").startswith("DedicatedWorker"):
+                found[int(path.name)] = int((path / "schedstat").read_text("utf-8").split()[0]) / 1e6
         except OSError:
             continue  # it ended meanwhile
     return found
@@ -249,8 +249,8 @@ def resident(marker: str = "--type=renderer") -> float:
     total = 0
     for command in Path("/proc").glob("[0-9]*/cmdline"):
         try:
-            if marker in command.read_text():
-                for line in (command.parent / "smaps_rollup").read_text().splitlines():
+            if marker in command.read_text("utf-8"):
+                for line in (command.parent / "smaps_rollup").read_text("utf-8").splitlines():
                     if line.startswith(("Private_Clean", "Private_Dirty")):
                         total += int(line.split()[1])
         except OSError:

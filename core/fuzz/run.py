@@ -23,9 +23,9 @@ def run(binary: Path, seconds: int) -> bool:
     found.mkdir(parents=True, exist_ok=True)
     crashes.mkdir(parents=True, exist_ok=True)
     dictionary = found.parent / f"{name}.dict"
-    sources = [path.read_text() for path in CORPUS.parent.parent.glob(WORDS.get(name, "none"))]
+    sources = [path.read_text("utf-8") for path in CORPUS.parent.parent.glob(WORDS.get(name, "none"))]
     words = {f"{word}\n" for source in sources for word in re.findall(r'"[\w*/+-]+"', source)}
-    dictionary.write_text("".join(sorted(words)))
+    dictionary.write_text("".join(sorted(words)), "utf-8")
     command = [
         binary,
         f"-max_total_time={seconds}",

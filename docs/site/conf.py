@@ -76,7 +76,7 @@ def add_page(app: Sphinx, error: Exception | None) -> None:
             export(files, out / "page")
         place = f"{app.config.root_doc}.html"
         begin = f'<!doctype html><meta http-equiv="refresh" content="0; url={place}"><a href="{place}">{project}</a>'
-        (out / "index.html").write_text(begin)
+        (out / "index.html").write_text(begin, "utf-8")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

@@ -33,6 +33,7 @@ from bobrossnet.arguments import (
     with_lists_joined,
 )
 from bobrossnet.commands import complete, orbit, render, thumbs
+from bobrossnet.interrupts import ENDING
 from bobrossnet.learn.commands import add_commands
 from bobrossnet.machine import limit_memory
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
@@ -55,10 +56,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # so that any file's name can be printed
-            stream.reconfigure(errors="backslashreplace")
+            stream.reconfigure(encoding="utf-8" if sys.platform == "win32" else None, errors="backslashreplace")
     try:
         starting.done()
-        for sent in (signal.SIGTERM, signal.SIGHUP):  # so that files in the making are cleaned up
+        for sent in ENDING:  # so that files in the making are cleaned up
             if signal.getsignal(sent) != signal.SIG_IGN:  # which nohup sets
                 signal.signal(sent, _terminate)
         return _run(arguments)
@@ -68,10 +69,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail("not enough memory for a picture or a shape of this size")
     except ModuleNotFoundError as error:
         return _fail(f"this command needs {error.name}: pip install 'bobrossnet[train]'")
-    except BrokenPipeError:
-        _discard_output()  # the reader is gone
-        return 0
     except OSError as error:
+        if _is_closed_pipe(error):
+            _discard_output()  # the reader is gone
+            return 0
         if error.errno not in FULL:
             raise
         try:
@@ -105,6 +106,12 @@ def _flush_output() -> None:
     """Write what was printed while an error can still be told."""
     if sys.stdout is not None:  # as it is where it was closed
         sys.stdout.flush()
+
+
+def _is_closed_pipe(error: OSError) -> bool:
+    """Whether the output's reader is gone, which Windows calls an invalid argument of no file."""
+    on_windows = sys.platform == "win32" and error.errno == errno.EINVAL and error.filename is None
+    return isinstance(error, BrokenPipeError) or on_windows
 
 
 def _discard_output() -> None:
@@ -335,7 +342,7 @@ def _fail(message: str) -> int:
 
 def _terminate(*_: Any) -> NoReturn:
     """As Ctrl-C; what follows, as the second SIGHUP of a closed terminal, must not stop the cleaning up."""
-    for sent in (signal.SIGTERM, signal.SIGHUP):
+    for sent in ENDING:
         signal.signal(sent, signal.SIG_IGN)
     raise KeyboardInterrupt
 

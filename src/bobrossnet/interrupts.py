@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -9,9 +10,21 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.abc import MetaPathFinder
 from types import FrameType, ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+if TYPE_CHECKING:
+    from multiprocessing.process import BaseProcess
+
+ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
+"""What ends a program from outside. A console that is closed sends SIGBREAK on Windows, SIGHUP elsewhere."""
+
+SIGNALS = [signal.SIGINT, *ENDING]
+
+
+def interrupt(process: BaseProcess) -> None:
+    """Interrupt a process that this one started, as Ctrl-C does. On Windows, Ctrl-C itself has reached it already."""
+    if sys.platform != "win32" and process.pid is not None:
+        os.kill(process.pid, signal.SIGINT)
 
 
 @contextmanager

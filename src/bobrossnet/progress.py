@@ -26,7 +26,7 @@ def progress(what: str) -> Iterator[Report]:
     callable
         To be called now and then with the share of the work done, 0..1, and maybe a note.
     """
-    bar = _Bar(what) if sys.stderr.isatty() else _Lines(what)
+    bar = _Bar(what) if sys.stderr is not None and sys.stderr.isatty() else _Lines(what)
     try:
         yield bar.report
     finally:

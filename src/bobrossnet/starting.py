@@ -23,7 +23,7 @@ def _leave(*_: Any) -> NoReturn:
 def _is_command() -> bool:
     """Whether this process was started as `bobrossnet` or `python -m bobrossnet.cli`."""
     program = os.path.basename(sys.argv[0] if sys.argv else "")
-    return program == "bobrossnet" or (program == "-m" and "bobrossnet.cli" in sys.orig_argv)
+    return program in ("bobrossnet", "bobrossnet.exe") or (program == "-m" and "bobrossnet.cli" in sys.orig_argv)
 
 
 def done() -> None:

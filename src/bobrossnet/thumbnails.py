@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -19,7 +20,7 @@ from bobrossnet.adapters.messages import one_line
 from bobrossnet.cluster import as_done, connected
 from bobrossnet.errors import InputError, check_callable, check_integer
 from bobrossnet.fitting import fitted
-from bobrossnet.machine import limit_memory
+from bobrossnet.machine import MAX_PROCESSES, limit_memory
 from bobrossnet.picture.camera import Camera, orbiting
 from bobrossnet.picture.files import before, sheet
 from bobrossnet.picture.order import SizeLike, check_size
@@ -89,7 +90,8 @@ def thumbnails(
     anew : bool
         Also pictures that are there already, newer than their files.
     workers : int, optional
-        Processes, by default one for each core. A file that ends one costs that file alone.
+        Processes, at most 256, or 61 on Windows; by default one for each core. A file that ends one costs that file
+        alone.
     scheduler : address of a Dask scheduler, optional
         Its workers make the pictures instead. They have this package, and see both folders where this machine does.
     progress : callable, optional
@@ -116,7 +118,7 @@ def thumbnails(
     check_up(up)
     check_callable("progress", progress)
     style = Style(check_size(size), orbiting(camera), samples, background, up)
-    count = check_integer("workers", _cores() if workers is None else workers, 1, 256)
+    count = check_integer("workers", min(_cores(), MAX_PROCESSES) if workers is None else workers, 1, MAX_PROCESSES)
     files = shape_files(source)
     folder = Path(source) if Path(source).is_dir() else Path(source).parent
     pictures = [Path(out) / f"{file.relative_to(folder)}{ENDING}" for file in files]
@@ -159,13 +161,16 @@ def contact_sheet(made: Sequence[Thumbnail], columns: int | None = None) -> NDAr
 
 def _made(tasks: Sequence[tuple[str, str]], style: Style, workers: int) -> Iterator[tuple[int, str | None]]:
     """The number of each task as it is done, and its error if it failed."""
+    write = partial(_write, style=style)
+    if sys.platform == "emscripten":  # which has neither processes nor threads
+        yield from ((i, write(*task)) for i, task in enumerate(tasks))
+        return
     # Which take longer to import than the rest of the package's own modules.
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
 
     context = get_context("spawn")  # which shares nothing with this process: a fork would lose its threads
-    write = partial(_write, style=style)
     # The largest first, so that no process has a long one left when the others are done.
     suspects = sorted(range(len(tasks)), key=lambda i: os.path.getsize(tasks[i][0]), reverse=True)
     # After a process has died of a file, each of those that it may have been is tried on its own.

@@ -9,7 +9,7 @@ a damaged count could have a library fill all of the memory, or count for years.
 from __future__ import annotations
 
 import ctypes
-import importlib
+import importlib.util
 import json
 import os
 import pickle
@@ -17,15 +17,11 @@ import signal
 import subprocess
 import sys
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from bobrossnet.errors import InputError
-from bobrossnet.machine import limit_memory, limit_processor
-
-try:
-    import resource
-except ImportError:  # Windows, which has no such limits
-    resource = None  # type: ignore[assignment]
+from bobrossnet.machine import limit_memory, limit_processor, limits, set_limits, was_too_slow
 
 # Not multiprocessing, which would run the user's script a second time where it has no `if __name__ == "__main__"`.
 # Isolated (-I), so that only the parent's path decides what is imported.
@@ -42,6 +38,23 @@ SPARE_SECONDS, SECONDS_PER_BYTE = 10.0, 5e-5
 
 
 _is_apart = False
+
+
+def check_library(module: str, name: str, file: Path) -> None:
+    """Refuse a file whose reader, a library of that name, can't run here.
+
+    Raises
+    ------
+    InputError
+        If there is no such module, or the system starts no processes.
+    """
+    reading = f"reading {file.suffix.lower()} files needs"
+    if sys.platform == "emscripten":
+        raise InputError(
+            f"{reading} a process, which browsers don't start; make a .bob of it elsewhere: bobrossnet pack"
+        )
+    if importlib.util.find_spec(module) is None:
+        raise InputError(f"{reading} {name}: pip install 'bobrossnet[cad]'")
 
 
 def call_apart(module: str, function: str, *arguments: str) -> Any:
@@ -74,7 +87,7 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
     done = subprocess.run(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
     )
-    if done.returncode == -signal.SIGXCPU:
+    if was_too_slow(done.returncode):
         raise InputError("expected a file that can be read in the time that its size allows, but it takes longer")
     if done.returncode:
         raise InputError("expected a file that its reader can handle, but the reader crashed; is it damaged?")
@@ -84,11 +97,7 @@ def call_apart(module: str, function: str, *arguments: str) -> Any:
     return result
 
 
-@cache
-def _inherited() -> list[tuple[int, tuple[int, int]]]:
-    return (
-        [(kind, resource.getrlimit(kind)) for kind in (resource.RLIMIT_DATA, resource.RLIMIT_CPU)] if resource else []
-    )
+_inherited = cache(limits)
 
 
 def limit(size: int) -> None:
@@ -102,8 +111,7 @@ def limit(size: int) -> None:
 
 
 def _lift_limits() -> None:
-    for kind, inherited in _inherited():
-        resource.setrlimit(kind, inherited)
+    set_limits(_inherited())
 
 
 def be_apart() -> None:

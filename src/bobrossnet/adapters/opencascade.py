@@ -6,7 +6,6 @@ process (`apart.py`), where `occ.py` turns what it reads into plain data. Here t
 
 from __future__ import annotations
 
-import importlib.util
 import os
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.adapters.apart import call_apart
+from bobrossnet.adapters.apart import call_apart, check_library
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.errors import InputError
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
@@ -101,8 +100,7 @@ def read_iges(file: Path) -> list[Instance]:
 
 
 def _read(file: Path, kind: str) -> list[Instance]:
-    if importlib.util.find_spec("OCP") is None:
-        raise InputError(f"reading {file.suffix.lower()} files needs OpenCascade: pip install 'bobrossnet[cad]'")
+    check_library("OCP", "OpenCascade", file)
     (_check_step if kind == "STEP" else _check_iges)(file)
     assembly: Assembly = call_apart("bobrossnet.adapters.occ", "read_assembly", kind, str(file))
     dropped = assembly.dropped

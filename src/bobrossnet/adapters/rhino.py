@@ -5,7 +5,6 @@ What is hidden in Rhino, or lies on a layer that is switched off, is left out, a
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import warnings
 from collections import Counter
@@ -16,7 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.adapters.apart import call_apart, limit
+from bobrossnet.adapters.apart import call_apart, check_library, limit
 from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.adapters.opennurbs import brep_loops
 from bobrossnet.color import from_srgb
@@ -77,8 +76,7 @@ def read_3dm(file: Path) -> list[Instance]:
     InputWarning
         If faces or objects are left out, or faces are shown without their trims.
     """
-    if importlib.util.find_spec("rhino3dm") is None:
-        raise InputError("reading .3dm files needs rhino3dm: pip install 'bobrossnet[cad]'")
+    check_library("rhino3dm", "rhino3dm", file)
     instances, notes = call_apart(__name__, "read_apart", str(file))
     for note in notes:
         warnings.warn(note, InputWarning, stacklevel=2)

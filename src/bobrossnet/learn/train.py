@@ -19,7 +19,6 @@ import json
 import logging
 import multiprocessing
 import os
-import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext, suppress
@@ -37,6 +36,7 @@ from torch import Tensor, nn
 from bobrossnet.atomic import write_whole
 from bobrossnet.completion.weights import weights_path
 from bobrossnet.errors import InputError
+from bobrossnet.interrupts import interrupt
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.config import OPTIMIZERS, TrainConfig
 from bobrossnet.learn.dataset.loader import Batch, Batches
@@ -117,8 +117,7 @@ def train(config: TrainConfig, dataset: Dataset, run: str | os.PathLike[str]) ->
     except KeyboardInterrupt:
         if config.devices > 1:
             for process in multiprocessing.active_children():
-                assert process.pid is not None  # it was started
-                os.kill(process.pid, signal.SIGINT)
+                interrupt(process)
         raise KeyboardInterrupt(f"{run}: the same command resumes from the last checkpoint") from None
 
 

@@ -105,7 +105,8 @@ def page_files(
     files |= {f"weights/{file.name}": file for file in WEIGHTS.glob("*.safetensors")}
     modules = Modules(VIEWER)
     files |= {path: joined(modules, path).encode() for path in ENTRIES}
-    with tempfile.TemporaryDirectory(prefix="bobrossnet-view-") as folder:
+    # Windows keeps files that are being sent as the context ends.
+    with tempfile.TemporaryDirectory(prefix="bobrossnet-view-", ignore_cleanup_errors=True) as folder:
         packed = Path(folder)
 
         def add(path: str, scene: SceneLike) -> None:

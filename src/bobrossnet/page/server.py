@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import socket
 import sys
 from http import HTTPStatus
 from http.client import HTTP_PORT
@@ -65,6 +66,9 @@ class Server(ThreadingHTTPServer):
     """
 
     daemon_threads = True
+    # Either would let another server have the same port: the first on Windows, the second elsewhere.
+    allow_reuse_address = sys.platform != "win32"
+    allow_reuse_port = False
     request_queue_size = 1024
     """Connections that may wait to be accepted: the system drops those beyond, and each tries again a second later."""
 
@@ -75,6 +79,11 @@ class Server(ThreadingHTTPServer):
         except OSError as error:
             raise InputError(f"port: expected a free one, got {port}: {error.strerror}") from error
         self.hosts = own_hosts(self.server_port)
+
+    def server_bind(self) -> None:
+        if sys.platform == "win32":  # where others could take the port otherwise
+            self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
+        super().server_bind()
 
     @property
     def url(self) -> str:

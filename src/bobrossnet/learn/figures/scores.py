@@ -38,7 +38,7 @@ def read_means(path: str | os.PathLike[str]) -> dict[str, dict[float, float]]:
         If the file can't be read or holds something else.
     """
     try:
-        text = Path(path).read_text()
+        text = Path(path).read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: can't read it: {error}") from error
     try:
