@@ -28,6 +28,7 @@ test: $(VENV)/installed-test $(VENV)/chromium clang types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 src
 	$(NATIVE)/core_tests
 	$(call core_tests,sanitize,-DBOBROSSNET_SANITIZE=address$(comma)undefined $(addprefix -DCMAKE_CXX_COMPILER=,$(CLANG)))
 	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder
