@@ -39,6 +39,7 @@ COMMENT = re.compile(
     r"^[ \t]*/\*\*(?:(?!\*/).)*\*/[ \t]*\n|^[ \t]*//[^\n]*\n|/\*\*(?:(?!\*/).)*\*/ ?|(?<=[;,{)])[ \t]+// [^\n]*$",
     re.DOTALL | re.MULTILINE,
 )
+INDENTATION = re.compile(r"^[ \t]+", re.MULTILINE)
 IMPORT = re.compile(r'^import (?:\{([^}]*)\} from )?"([^"]+)";\n', re.MULTILINE)
 LATER = re.compile(r'\bimport\("([^"]+)"\)')
 EXPORT = re.compile(r"^export (?=(?:async )?(?:function\*?|class|const) )", re.MULTILINE)
@@ -68,6 +69,8 @@ class Modules:
 
 def joined(modules: Modules, entry: str) -> str:
     """The text of a module with all that it imports, at once or later, but for what is not ours: of vendor/.
+
+    Lines are not indented: that would take 3 % of the bytes that are sent, compressed.
 
     Raises
     ------
@@ -105,7 +108,7 @@ def joined(modules: Modules, entry: str) -> str:
                 raise ValueError(f"{path}: expected another form than: {other[0]}")
             text = f"const {_name(path)} = (() => {{\n{text}return {{ {', '.join(exports[path])} }};\n}})();\n"
         parts.append(f"// {path}\n{text}")
-    return "".join(parts)
+    return INDENTATION.sub("", "".join(parts))
 
 
 def brought(modules: Modules, parts: Mapping[str, str]) -> str:
