@@ -76,16 +76,19 @@ bob::Wrap wrap_of(std::string_view name) {
     return bob::Wrap::clamp;
 }
 
-void init_texture(bob::Texture* self, const Texels& texels, std::string_view across, std::string_view down,
-                  const std::optional<Alpha>& alpha) {
+/// Reads the arrays for as long as it lives.
+void init_picture(bob::Picture* self, const Texels& texels, const std::optional<Alpha>& alpha) {
     expect(texels.size() > 0, "texture: expected at least one texel");
     expect(!alpha || 3 * alpha->size() == texels.size(), "alpha: expected one for each texel");
-    const bob::Wrap wraps[2] = {wrap_of(across), wrap_of(down)};
+    auto owner = std::make_shared<std::tuple<Texels, std::optional<Alpha>>>(texels, alpha);
     without_gil([&] {
-        new (self) bob::Texture({texels.data(), texels.size()}, static_cast<int>(texels.shape(0)), static_cast<int>(texels.shape(1)),
-                                wraps[0], wraps[1],
-                                alpha ? std::span(alpha->data(), alpha->size()) : std::span<const std::uint8_t>{});
+        new (self) bob::Picture({texels.data(), texels.size()}, static_cast<int>(texels.shape(0)), static_cast<int>(texels.shape(1)),
+                                alpha ? std::span(alpha->data(), alpha->size()) : std::span<const std::uint8_t>{}, std::move(owner));
     });
+}
+
+void init_texture(bob::Texture* self, const std::shared_ptr<bob::Picture>& picture, std::string_view across, std::string_view down) {
+    new (self) bob::Texture(picture, wrap_of(across), wrap_of(down));
 }
 
 /// Linear RGB at places, (n, 2): u and v, seen through pixels of so many texels.
@@ -238,8 +241,12 @@ void bind_shapes(nb::module_& m) {
         .def("prepare", [](const bob::Shape& shape) { interruptible([&] { shape.prepare(); }); })
         .def_prop_ro("bytes", [](const bob::Shape& shape) { return without_gil([&] { return shape.bytes(); }); });
 
+    nb::class_<bob::Picture>(m, "Picture")
+        .def("__init__", &init_picture, "texels"_a.noconvert(), "alpha"_a.noconvert().none() = nb::none())
+        .def_prop_ro("bytes", &bob::Picture::bytes);
+
     nb::class_<bob::Texture>(m, "Texture")
-        .def("__init__", &init_texture, "texels"_a.noconvert(), "across"_a, "down"_a, "alpha"_a.noconvert().none() = nb::none())
+        .def("__init__", &init_texture, "picture"_a, "across"_a, "down"_a)
         .def("__call__", &texture_colors, "uv"_a.noconvert(), "widths"_a.noconvert());
 
     nb::class_<bob::Mesh, bob::Shape>(m, "Mesh")

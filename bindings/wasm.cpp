@@ -36,14 +36,31 @@ std::uint64_t joined(std::uint32_t low, std::uint32_t high) { return std::uint64
 
 // ---- Shapes ----------------------------------------------------------------------------------------------
 
+/// A picture, which meshes share. texels: (height, width, 3) in sRGB; alpha: (height, width), or null.
+EXPORT(make_picture)
+std::shared_ptr<const bob::Picture>* make_picture(const std::uint8_t* texels, std::int32_t height, std::int32_t width,
+                                                  const std::uint8_t* alpha) {
+    return attempt([&] {
+        const std::size_t size = static_cast<std::size_t>(height) * static_cast<std::size_t>(width), of_alpha = alpha ? size : 0;
+        auto own = std::make_shared<std::vector<std::uint8_t>>(3 * size + of_alpha);
+        std::copy_n(alpha, of_alpha, std::copy_n(texels, 3 * size, own->data()));
+        const auto all = std::span<const std::uint8_t>(*own);
+        return new std::shared_ptr<const bob::Picture>(
+            std::make_shared<bob::Picture>(all.first(3 * size), height, width, all.last(of_alpha), std::move(own)));
+    });
+}
+
+/// Meshes that have it keep it.
+EXPORT(free_picture) void free_picture(std::shared_ptr<const bob::Picture>* picture) { delete picture; }
+
 /// vertices: (vertex_count, 3); triangles: (triangle_count, 3); normals, and colors in linear RGB: (vertex_count, 3), or null;
-/// face_colors: (triangle_count, 3), or null; uv: (vertex_count, 2), texels: (height, width, 3) in sRGB, and texture: height,
-/// width, and how it wraps across and down, or all null; texture_alpha: (height, width), and alphas: (vertex_count,), or null, with
-/// what they are at least where there is a surface.
+/// face_colors: (triangle_count, 3), or null; uv: (vertex_count, 2), and a picture, which wraps across and
+/// down, or both null; alphas: (vertex_count,), or null; alpha_cutoff: what alphas are at least where there is a surface.
 EXPORT(make_mesh)
 Shape* make_mesh(const double* vertices, std::size_t vertex_count, const std::int32_t* triangles, std::size_t triangle_count,
-                 const float* normals, const float* colors, const float* face_colors, const float* uv, const std::uint8_t* texels,
-                 const std::int32_t* texture, const std::uint8_t* texture_alpha, const float* alphas, float alpha_cutoff) {
+                 const float* normals, const float* colors, const float* face_colors, const float* uv,
+                 const std::shared_ptr<const bob::Picture>* picture, std::int32_t across, std::int32_t down, const float* alphas,
+                 float alpha_cutoff) {
     return attempt([&] {
         expect(triangle_count > 0, "triangles: expected at least one");
         for (const std::int32_t index : std::span(triangles, 3 * triangle_count)) {
@@ -64,14 +81,11 @@ Shape* make_mesh(const double* vertices, std::size_t vertex_count, const std::in
         bob::Mesh::Arrays arrays{shape->vertices, shape->triangles, shape->normals, nullptr};
         arrays.colors = vectors(colors, vertex_count, shape->colors);
         arrays.face_colors = vectors(face_colors, triangle_count, shape->face_colors);
-        if (texture) {
+        if (picture) {
             const auto* places = reinterpret_cast<const bob::Mesh::Uv*>(uv);
             shape->uv.assign(places, places + vertex_count);
             arrays.uv = shape->uv;
-            const std::size_t size = static_cast<std::size_t>(texture[0]) * static_cast<std::size_t>(texture[1]);
-            arrays.texture = std::make_shared<bob::Texture>(std::span(texels, 3 * size), texture[0], texture[1],
-                                                            static_cast<bob::Wrap>(texture[2]), static_cast<bob::Wrap>(texture[3]),
-                                                            std::span(texture_alpha, texture_alpha ? size : 0));
+            arrays.texture = std::make_shared<bob::Texture>(*picture, static_cast<bob::Wrap>(across), static_cast<bob::Wrap>(down));
         }
         if (alphas) shape->alphas.assign(alphas, alphas + vertex_count);
         arrays.alphas = shape->alphas, arrays.alpha_cutoff = alpha_cutoff;

@@ -6,12 +6,14 @@ import io
 import json
 import struct
 import warnings
+import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 from models import MODELS, needs_models
 from PIL import Image
+from textures import OTHERS, shared_scene
 
 import bobrossnet as bob
 from bobrossnet.adapters.container import layout, sealed
@@ -524,22 +526,110 @@ def test_materials_and_textures_of_glb(same):
     same("coarse.glb", textured_glb(nodes=[{"mesh": 0, "scale": [1, 1, 0.01]}]))  # whose faces meet at small angles
 
 
-def test_pictures_are_decoded_once_within_a_budget(read):
+def png_head(width, height):
+    """A PNG that promises many texels and has none."""
+    head = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(chunk) - 4) + chunk + struct.pack(">I", zlib.crc32(chunk)) for chunk in (head, b"IDATno")
+    )
+
+
+def of_pictures(pictures, **more):
+    """A box for each of the pictures, by their contents, with a material of its own."""
+    uris = [{"uri": "data:image/png;base64," + base64.b64encode(picture).decode()} for picture in pictures]
+    primitives = [{"attributes": {"POSITION": 0}, "indices": 1, "material": i} for i in range(len(pictures))]
+    laid = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}, **more} for i in range(len(pictures))]
+    sources = [{"source": i} for i in range(len(pictures))]
+    return box_glb([{"mesh": 0}], images=uris, meshes=[{"primitives": primitives}], materials=laid, textures=sources)
+
+
+def warnings_of(read, file, content, beside=()):
+    """What both hosts say of a file, which is the same."""
+    file.write_bytes(content)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        bob.load(file)
+    expected = [str(warning.message) for warning in told]
+    assert read(file, beside=beside)["warnings"] == expected
+    return expected
+
+
+def test_pictures_are_refused_before_they_are_decoded(read, tmp_path):
+    """By the sizes in their heads, in the same words as in Python. Each of the first takes its share of the budget."""
+    pictures = [png_head(30_000, 30_000), *(png_head(8192, 8191 - i) for i in range(3))]
+    unreadable, most = "expected a picture in PNG, JPEG or WebP, got none that can be read", "134,217,728 texels in all"
+    assert warnings_of(read, tmp_path / "a.glb", of_pictures(pictures)) == [
+        "a.glb: texture 0 was left out: expected a picture of at most 67,108,864 texels, got more",
+        f"a.glb: texture 1 was left out: {unreadable}",
+        f"a.glb: texture 2 was left out: {unreadable}",
+        f"a.glb: texture 3 was left out: expected textures of at most {most}, got more",
+    ]
+
+
+def test_equal_pictures_are_decoded_once(read):
     """Of 8 x 4,096 x 4,096 texels, which are all that a file may have, nine would be too many."""
     file = io.BytesIO()
     Image.fromarray(np.zeros((4096, 4096), np.uint8)).save(file, "PNG")
-    uri = "data:image/png;base64," + base64.b64encode(file.getvalue()).decode()
-    count = 9
+    assert read("a.glb", of_pictures([file.getvalue()] * 9))["warnings"] == []
+
+
+def test_masks_count_in_the_budget(read, tmp_path):
+    """What a mask and a colour become is a picture of its own."""
+    Image.new("L", (1024, 1024)).save(tmp_path / "mask.png")
+    for i, height in enumerate((8191, 8063)):  # which leaves 16,384 texels
+        (tmp_path / f"{i}.png").write_bytes(png_head(8192, height))
+    library = "newmtl a\nmap_Kd 0.png\nnewmtl b\nmap_Kd 1.png\nnewmtl c\nmap_d mask.png\n"
+    (tmp_path / "a.mtl").write_text(library)
+    text = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl c\nf 1/1 2/1 3/1\n"
+    beside = [tmp_path / name for name in ("a.mtl", "mask.png", "0.png", "1.png")]
+    *_, told = warnings_of(read, tmp_path / "a.obj", text, beside)
+    assert told == "a.obj: the mask of c was left out: expected textures of at most 134,217,728 texels in all, got more"
+
+
+SIZE_OF = """async ([bytes, sizes]) => {
+  const { sizeOfPicture } = await import("/files/picture_size.js"), all = Uint8Array.from(bytes);
+  return sizes.map((size) => sizeOfPicture(all.subarray(0, size)) ?? null);
+}"""
+FORMS = ["PNG", "GIF", "BMP", "JPEG", "progressive JPEG", "WEBP", "lossless WEBP", "WEBP of RGBA"]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_sizes_of_pictures_are_in_their_heads(form, page):
+    *kinds, name = form.removesuffix(" of RGBA").split()
+    image = Image.fromarray(np.random.default_rng(0).integers(0, 256, (37, 301, 4), np.uint8))
+    image = image if form.endswith("RGBA") else image.convert("RGB")
+    more = {"exif": b"Exif\0\0" + bytes(3000), "icc_profile": bytes(70_000)} if name == "JPEG" else {}
+    file = io.BytesIO()
+    image.save(file, name, **dict.fromkeys(kinds, True), **more)
+    data = file.getvalue()
+    assert page.evaluate(SIZE_OF, [list(data), [len(data)]]) == [{"width": 301, "height": 37}]
+    assert page.evaluate(SIZE_OF, [list(data), [0, 1, 2, 3, 5, 8]]) == [None] * 6  # cut short
+
+
+def test_materials_share_a_picture(read):
+    """In the page's core too: three hundred copies of it would not fit into its memory."""
+    array = np.random.default_rng(0).integers(0, 256, (2048, 2048, 3), np.uint8)
+    file = io.BytesIO()
+    Image.fromarray(array).save(file, "JPEG", quality=30)
+    uri = {"uri": "data:image/jpeg;base64," + base64.b64encode(file.getvalue()).decode()}
+    count = 300
     primitives = [{"attributes": {"POSITION": 0}, "indices": 1, "material": i} for i in range(count)]
-    more = {
-        "meshes": [{"primitives": primitives}],
-        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}} for i in range(count)],
-        "textures": [{"source": i} for i in range(count)],
-    }
-    assert read("a.glb", box_glb([{"mesh": 0}], images=[{"uri": uri}] * count, **more))["warnings"] == []
-    others = [{"uri": uri + " " * i} for i in range(count)]
-    (warning,) = read("a.glb", box_glb([{"mesh": 0}], images=others, **more))["warnings"]
-    assert "was left out: expected textures of at most 134,217,728 texels in all, got more" in warning
+    laid = {"baseColorTexture": {"index": 0}}
+    found = read(
+        "a.glb",
+        box_glb(
+            [{"mesh": 0}], images=[uri], meshes=[{"primitives": primitives}], textures=[{"source": 0}],
+            materials=[{"pbrMetallicRoughness": laid | {"roughnessFactor": i / count}} for i in range(count)],
+        ),
+    )  # fmt: skip
+    assert "error" not in found, found["error"]
+    assert len(found["names"]) == count
+    assert found["warnings"] == []
+
+
+def test_a_picture_with_and_without_its_alpha(same):
+    laid = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    same("both.glb", textured_glb(4, materials=[laid | {"alphaMode": "MASK"}, laid]), pixels=2)
 
 
 def test_cut_outs_of_glb(same):
@@ -573,6 +663,56 @@ def test_cut_outs_in_scene_files(same, read, tmp_path):
     whole = bob.Mesh(corners, triangles, colors=colors[:, :3], uv=made.uv, texture=texture[..., :3])
     bob.save_scene(whole, tmp_path / "whole.bob")
     assert 0 < (found["planes"][2] > 0).sum() < (read(tmp_path / "whole.bob")["planes"][2] > 0).sum()
+
+
+@pytest.mark.parametrize("channels", [3, 4])
+def test_scene_files_share_textures(channels, same, tmp_path):
+    texture = np.random.default_rng(0).integers(0, 256, (5, 6, channels), np.uint8)
+    uv = [(0, 0), (1, 0), (0, 1)]
+    shapes = [bob.Mesh(np.eye(3) + i, [(0, 1, 2)], uv=uv, texture=texture, wrap="clamp") for i in range(3)]
+    bob.save_scene(shapes, tmp_path / "shared.bob")
+    content = (tmp_path / "shared.bob").read_bytes()
+    assert b'"version":"5"' in content
+    assert content.count(b'.texture"') == 1
+    same("a.bob", content, pixels=2)
+    coincident = [shapes[0], bob.Instance(shapes[0], material=bob.Material("#c33")), bob.Mesh(np.eye(3), [(0, 1, 2)])]
+    bob.save_scene(coincident, tmp_path / "coincident.bob")
+    same("b.bob", (tmp_path / "coincident.bob").read_bytes(), pixels=2)
+
+
+@pytest.mark.parametrize("number", [-1, 1, 2])
+def test_wrong_shared_textures_are_refused(number, read, tmp_path):
+    file = tmp_path / "a.bob"
+    file.write_bytes(shared_scene(number))
+    with pytest.raises(bob.InputError) as error:
+        bob.load(file)
+    assert read(file)["error"] == str(error.value)
+
+
+@pytest.mark.parametrize("changes", OTHERS)
+def test_other_shared_textures_are_refused(changes, read, tmp_path):
+    file = tmp_path / "a.bob"
+    file.write_bytes(shared_scene(0, **changes))
+    assert read(file)["error"].startswith("a.bob: shapes[1]: ")
+    file.write_bytes(shared_scene(0))
+    assert "error" not in read(file)
+
+
+def test_scene_files_have_a_budget_of_texels(read, tmp_path):
+    """2^27 texels; the last one is too many."""
+    texture, uv = np.zeros((8192, 8192, 3), np.uint8), np.zeros((3, 2))
+    file = tmp_path / "a.bob"
+    tensors, instances = {}, []
+    look = {"color": [1, 1, 1], "ambient": 0.1, "diffuse": 0.7, "specular": 0.2, "shininess": 32}
+    for i, part in enumerate((texture, texture, texture[:1, :1])):
+        made = bob.Mesh(np.eye(3) + i, [(0, 1, 2)], uv=uv, texture=part)
+        tensors |= {f"{i}.{name}": tensor for name, tensor in made.tensors().items()}
+        instances.append({"shape": i, "transform": np.eye(4).tolist(), "name": None, "material": look})
+    file.write_bytes(sealed(layout({"shapes": ["mesh"] * 3, "instances": instances}, tensors, "2")))
+    with pytest.raises(bob.InputError) as error:
+        bob.load(file)
+    assert str(error.value) == "a.bob: shapes[2]: expected textures of at most 134,217,728 texels in all, got more"
+    assert read(file)["error"] == str(error.value)
 
 
 @pytest.mark.parametrize(
@@ -651,11 +791,11 @@ def test_obj_with_materials_and_textures(read, texture, tmp_path, normals):
     library.write_text(LIBRARY.replace("maps\\", "").replace("/home/somebody/", ""))
     corner = "{0}/{0}/1" if normals else "{0}/{0}"
     faces = [
-        " ".join(corner.format(i) for i in face) for face in ((1, 2, 3), (1, 3, 4), (3, 4, 5), (4, 1, 5), (2, 3, 5))
+        " ".join(corner.format(i) for i in face) for face in ((1, 2, 3), (1, 3, 4), (3, 4, 5), (4, 2, 5), (2, 3, 5))
     ]
     names = ["plain", "laid on", "clamped", "metal", "unknown"]
     body = "".join(f"usemtl {name}\nf {face}\n" for name, face in zip(names, faces, strict=True))
-    file.write_text(f"mtllib a library.mtl\n{normals}{SQUARE}f 1 2 4\n{body}f 1/2 2/9 3\nf 1/1 2/2 -1/-1\n")
+    file.write_text(f"mtllib a library.mtl\n{normals}{SQUARE}f 1 2 4\n{body}f 1/2 2/9 4\nf 1/1 2/2 -1/-1\n")
     found = same_with(read, file, [texture, library])
     assert sorted(found["names"]) == ["a.obj", "clamped", "laid on", "metal", "plain"]
     library.write_text(LIBRARY)  # whose paths the page does not need

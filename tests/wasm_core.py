@@ -15,7 +15,7 @@ from bobrossnet.completion.weights import DEFAULTS
 
 FOLDER = Path(bobrossnet.__file__).parent / "viewer"
 
-MAKERS = ("Mesh", "Texture", "Implicit", "Brep", "Tube", "Arrangement")
+MAKERS = ("Mesh", "Texture", "Picture", "Implicit", "Brep", "Tube", "Arrangement")
 
 WRAPS = ("repeat", "clamp", "mirror")
 
@@ -204,12 +204,18 @@ class WasmCore:
     def mesh(
         self, vertices, triangles, normals, colors=None, face_colors=None, uv=None, texture=None, alphas=None, cutoff=0
     ):
-        """As `_core.Mesh` is made, but for the texture: what that is made of."""
-        texels, across, down, alpha = texture or (None, "repeat", "repeat", None)
-        layout = texture and np.array([*texels.shape[:2], WRAPS.index(across), WRAPS.index(down)], np.int32)
-        arrays = normals, colors, face_colors, uv, texels, layout, alpha, alphas
-        given = [0 if array is None else array for array in arrays]
-        return self.made("make_mesh", vertices, len(vertices), triangles, len(triangles), *given, float(cutoff))
+        """As `_core.Mesh` is made, but for the texture: a picture in the module, and how it wraps."""
+        picture, *wrap = texture or (0, "repeat", "repeat")
+        arrays = normals, colors, face_colors, uv, alphas
+        *given, of_vertices = [0 if array is None else array for array in arrays]
+        look = *given, picture, *map(WRAPS.index, wrap), of_vertices, float(cutoff)
+        return self.made("make_mesh", vertices, len(vertices), triangles, len(triangles), *look)
+
+    def texture(self, made, texture):
+        """What `mesh` takes for one of the core's."""
+        picture, *wrap = made[id(texture)][1]
+        texels, alpha = made[id(picture)][1]
+        return self.made("make_picture", texels, *texels.shape[:2], 0 if alpha is None else alpha), *wrap
 
     def implicit(self, expression, bounds, color=None):
         formula = self.expression(expression)
@@ -261,7 +267,9 @@ class WasmCore:
         for shape in shapes:
             kind, arguments = made[id(shape)]
             if kind == "Mesh":
-                arguments = [made[id(each)][1] if index == 6 and each else each for index, each in enumerate(arguments)]
+                arguments = [
+                    self.texture(made, each) if index == 6 and each else each for index, each in enumerate(arguments)
+                ]
             handles.append(getattr(self, kind.lower())(*arguments))
         return self.made("make_scene", np.array(handles, np.uint32), len(handles), transforms, numbers)
 

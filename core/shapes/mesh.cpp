@@ -211,7 +211,8 @@ void Mesh::prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) c
     prepared.face_colors.assign(arrays_.face_colors.begin(), arrays_.face_colors.end());
     if (!arrays_.colors.empty()) at_corners(arrays_.colors, prepared.corner_colors);
     if (!arrays_.texture) return;
-    const auto area = static_cast<float>(arrays_.texture->height()) * static_cast<float>(arrays_.texture->width());
+    const Picture& picture = arrays_.texture->picture();
+    const auto area = static_cast<float>(picture.height()) * static_cast<float>(picture.width());
     prepared.on_texture.reserve(arrays_.triangles.size());
     for (const Triangle& t : arrays_.triangles) {
         const Uv a = arrays_.uv[t[0]], b = arrays_.uv[t[1]], c = arrays_.uv[t[2]];
@@ -223,7 +224,7 @@ void Mesh::prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) c
 
 void Mesh::prepare_holes(Prepared& prepared) const {
     const std::span<const float> alphas = arrays_.alphas;
-    const float of_texture = arrays_.texture ? arrays_.texture->least_alpha() : 1;
+    const float of_texture = arrays_.texture ? arrays_.texture->picture().least_alpha() : 1;
     const float of_vertices = alphas.empty() ? 1 : *std::min_element(alphas.begin(), alphas.end());
     if (!(of_texture * of_vertices < arrays_.alpha_cutoff)) return;
     std::vector<std::array<float, 3>> corners;
@@ -309,8 +310,7 @@ std::size_t Mesh::bytes() const {
     return bvh.bytes() + normals.size() * sizeof(CornerNormals) + face_normals.size() * sizeof(Vec3) +
            corner_colors.size() * sizeof(corner_colors[0]) + face_colors.size() * sizeof(Vec3) +
            on_texture.size() * sizeof(OnTexture) +
-           (holes && !arrays_.alphas.empty() ? 3 * arrays_.triangles.size() * sizeof(float) : 0) +
-           (arrays_.texture ? arrays_.texture->bytes() : 0);
+           (holes && !arrays_.alphas.empty() ? 3 * arrays_.triangles.size() * sizeof(float) : 0);
 }
 
 std::size_t Mesh::bvh_bytes() const {

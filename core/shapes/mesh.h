@@ -68,6 +68,7 @@ public:
 
     /// 0 until it is prepared.
     [[nodiscard]] std::size_t bytes() const override;
+    [[nodiscard]] const Picture* picture() const override { return arrays_.texture ? &arrays_.texture->picture() : nullptr; }
     [[nodiscard]] std::size_t bvh_bytes() const;
 
 private:

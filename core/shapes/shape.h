@@ -16,6 +16,8 @@ namespace bob {
 /// The least radius whose reciprocal is finite; whatever is smaller is a point at any scale.
 constexpr double smallest_radius = 1e-307;
 
+class Picture;
+
 constexpr std::uint32_t no_primitive = 0xffffffff;
 
 /// Where a ray first meets a shape.
@@ -80,8 +82,11 @@ public:
     /// Of a hit, not of a miss.
     [[nodiscard]] virtual Place place(const Hit& hit) const { return {hit.primitive, hit.u, hit.v}; }
 
-    /// Of what rays need.
+    /// Of what rays need, without its picture.
     [[nodiscard]] virtual std::size_t bytes() const = 0;
+
+    /// The one on its surface, which other shapes may share; none of most.
+    [[nodiscard]] virtual const Picture* picture() const { return nullptr; }
 
 protected:
     explicit Shape(const Sphere& sphere = {}) : sphere_(sphere) {}

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "color.h"
 #include "parallel.h"
@@ -54,25 +55,33 @@ float near_picture(float place, Wrap wrap) {
 
 }  // namespace
 
-Texture::Texture(std::span<const std::uint8_t> texels, int height, int width, Wrap across, Wrap down,
-                 std::span<const std::uint8_t> alpha)
-    : across_(across), down_(down) {
+Picture::Picture(std::span<const std::uint8_t> texels, int height, int width, std::span<const std::uint8_t> alpha,
+                 std::shared_ptr<const void> owner)
+    : owner_(std::move(owner)), least_alpha_(alpha.empty() ? 1 : static_cast<float>(*std::min_element(alpha.begin(), alpha.end())) / 255) {
     static const SrgbBytes srgb_byte;
     const std::array<float, 256>& light = linear();
-    levels_.push_back({height, width, {texels.begin(), texels.end()}, {alpha.begin(), alpha.end()}});
+    std::size_t smaller = 0;
+    for (int rows = height, columns = width; rows > 1 || columns > 1;) {
+        rows = (rows + 1) / 2, columns = (columns + 1) / 2;
+        smaller += static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
+    }
+    smaller_.resize((alpha.empty() ? 3 : 4) * smaller);
+    auto room = [next = smaller_.data()](std::size_t size) mutable { return std::span(std::exchange(next, next + size), size); };
+    levels_.push_back({height, width, texels, alpha});
     while (levels_.back().height > 1 || levels_.back().width > 1) {
-        const Level& from = levels_.back();
-        Level to{(from.height + 1) / 2, (from.width + 1) / 2, {}, {}};
-        const std::size_t size = static_cast<std::size_t>(to.height) * static_cast<std::size_t>(to.width);
-        to.texels.resize(3 * size), to.alpha.resize(from.alpha.empty() ? 0 : size);
-        for_rows(0, to.height, to.width, [&](int row) {
-            for (int column = 0; column < to.width; ++column) {
-                const auto at = static_cast<std::size_t>(row * to.width + column);
+        const Level from = levels_.back();
+        const int rows = (from.height + 1) / 2, columns = (from.width + 1) / 2;
+        const std::size_t size = static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
+        const std::span<std::uint8_t> means = room(3 * size), alphas = room(from.alpha.empty() ? 0 : size);
+        levels_.push_back({rows, columns, means, alphas});
+        for_rows(0, rows, columns, [&](int row) {
+            for (int column = 0; column < columns; ++column) {
+                const auto at = static_cast<std::size_t>(row * columns + column);
                 if (from.alpha.empty() && 2 * row + 1 < from.height && 2 * column + 1 < from.width) {  // as below, of most texels
                     const std::uint8_t* const upper = &from.texels[3 * static_cast<std::size_t>(2 * row * from.width + 2 * column)];
                     const std::uint8_t* const lower = upper + 3 * from.width;
                     for (std::size_t k = 0; k < 3; ++k) {
-                        to.texels[3 * at + k] = srgb_byte((light[upper[k]] + light[upper[k + 3]] + light[lower[k]] + light[lower[k + 3]]) / 4);
+                        means[3 * at + k] = srgb_byte((light[upper[k]] + light[upper[k + 3]] + light[lower[k]] + light[lower[k + 3]]) / 4);
                     }
                     continue;
                 }
@@ -84,16 +93,15 @@ Texture::Texture(std::span<const std::uint8_t> texels, int height, int width, Wr
                 }
                 float weights[4], total = 0;
                 for (std::size_t i = 0; i < count; ++i) total += weights[i] = from.opacity(covered[i]);
-                if (!to.alpha.empty()) to.alpha[at] = static_cast<std::uint8_t>(total / static_cast<float>(count) * 255 + 0.5f);
+                if (!alphas.empty()) alphas[at] = static_cast<std::uint8_t>(total / static_cast<float>(count) * 255 + 0.5f);
                 if (total == 0) total = static_cast<float>(count), std::fill_n(weights, count, 1.f);
                 for (std::size_t k = 0; k < 3; ++k) {
                     float sum = 0;
                     for (std::size_t i = 0; i < count; ++i) sum += weights[i] * light[from.texels[3 * covered[i] + k]];
-                    to.texels[3 * at + k] = srgb_byte(sum / total);
+                    means[3 * at + k] = srgb_byte(sum / total);
                 }
             }
         });
-        levels_.push_back(std::move(to));
     }
 }
 
@@ -138,10 +146,10 @@ inline Vec3 Texture::bilinear(const Level& level, const Around& at) {
 
 Texture::Lookup Texture::look_up(float u, float v, float width) const {
     u = near_picture(u, across_), v = near_picture(v, down_);
-    const float last = static_cast<float>(levels_.size() - 1);
+    const float last = static_cast<float>(picture_->levels_.size() - 1);
     const float at = width > 1 ? std::min(std::log2(width), last) : 0;  // also of what is no number
     const auto lower = static_cast<std::size_t>(at);
-    const Level& level = levels_[lower];
+    const Level& level = picture_->levels_[lower];
     const Lookup lookup{lower, around(level, u, v), u, v, at - static_cast<float>(lower)};
     for (const auto& row : lookup.fine.texel) {
         __builtin_prefetch(&level.texels[3 * row[0]]);
@@ -151,32 +159,27 @@ Texture::Lookup Texture::look_up(float u, float v, float width) const {
 }
 
 Vec3 Texture::color(const Lookup& lookup) const {
-    const Vec3 fine = bilinear(levels_[lookup.level], lookup.fine);
+    const Vec3 fine = bilinear(picture_->levels_[lookup.level], lookup.fine);
     if (!(lookup.share > 0)) return fine;
-    const Level& coarse = levels_[lookup.level + 1];
+    const Level& coarse = picture_->levels_[lookup.level + 1];
     return (1 - lookup.share) * fine + lookup.share * bilinear(coarse, around(coarse, lookup.u, lookup.v));
 }
 
 Vec3 Texture::operator()(float u, float v, float width) const { return color(look_up(u, v, width)); }
 
 float Texture::alpha(float u, float v) const {
-    const std::vector<std::uint8_t>& alpha = levels_[0].alpha;
-    if (alpha.empty()) return 1;
-    const auto [texel, dx, dy] = around(levels_[0], near_picture(u, across_), near_picture(v, down_));
+    const Level& level = picture_->levels_[0];
+    if (level.alpha.empty()) return 1;
+    const auto [texel, dx, dy] = around(level, near_picture(u, across_), near_picture(v, down_));
     // Not a sum of shares, which would be 1 but for rounding: between equal texels is what they are.
     const auto between = [](float a, float b, float share) { return a + share * (b - a); };
     const auto row = [&](int j) {
-        return between(static_cast<float>(alpha[texel[j][0]]), static_cast<float>(alpha[texel[j][1]]), dx);
+        return between(static_cast<float>(level.alpha[texel[j][0]]), static_cast<float>(level.alpha[texel[j][1]]), dx);
     };
     return between(row(0), row(1), dy) / 255;
 }
 
-float Texture::least_alpha() const {
-    const std::vector<std::uint8_t>& alpha = levels_[0].alpha;
-    return alpha.empty() ? 1 : static_cast<float>(*std::min_element(alpha.begin(), alpha.end())) / 255;
-}
-
-std::size_t Texture::bytes() const {
+std::size_t Picture::bytes() const {
     std::size_t sum = 0;
     for (const Level& level : levels_) sum += level.texels.size() + level.alpha.size();
     return sum;

@@ -9,11 +9,18 @@
 
 namespace {
 
+bob::Texture texture(std::span<const std::uint8_t> texels, int height, int width, bob::Wrap across = bob::Wrap::repeat,
+                     bob::Wrap down = bob::Wrap::repeat, std::span<const std::uint8_t> alpha = {}) {
+    using Bytes = std::vector<std::uint8_t>;
+    const auto own = std::make_shared<std::pair<Bytes, Bytes>>(Bytes(texels.begin(), texels.end()), Bytes(alpha.begin(), alpha.end()));
+    return bob::Texture(std::make_shared<bob::Picture>(own->first, height, width, own->second, own), across, down);
+}
+
 /// Gray texels of the given sRGB values.
 bob::Texture texture(int height, int width, const std::vector<int>& values, bob::Wrap wrap = bob::Wrap::repeat) {
     std::vector<std::uint8_t> texels;
     for (const int value : values) texels.insert(texels.end(), 3, static_cast<std::uint8_t>(value));
-    return bob::Texture(texels, height, width, wrap, wrap);
+    return texture(texels, height, width, wrap, wrap);
 }
 
 float linear(int value) { return bob::from_srgb(static_cast<float>(value) / 255); }
@@ -73,7 +80,7 @@ TEST(footprints_choose_levels) {
 TEST(odd_pictures_have_levels_down_to_one_texel) {
     const bob::Texture t = texture(3, 5, std::vector<int>(15, 77));
     for (const float width : {0.f, 1.5f, 3.f, 100.f}) CHECK_NEAR(t(0.3f, 0.9f, width).x, linear(77), 2e-3f);
-    CHECK_EQ(t.bytes(), static_cast<std::size_t>(3 * (15 + 6 + 2 + 1)));
+    CHECK_EQ(t.picture().bytes(), static_cast<std::size_t>(3 * (15 + 6 + 2 + 1)));
 }
 
 TEST(srgb_goes_both_ways) {
@@ -83,16 +90,16 @@ TEST(srgb_goes_both_ways) {
 
 TEST(alphas_are_bilinear_and_wrap) {
     const std::vector<std::uint8_t> texels(4 * 3, 200), alpha{0, 102, 255, 51};
-    const bob::Texture t(texels, 1, 4, bob::Wrap::clamp, bob::Wrap::repeat, alpha), plain(texels, 1, 4);
+    const bob::Texture t = texture(texels, 1, 4, bob::Wrap::clamp, bob::Wrap::repeat, alpha), plain = texture(texels, 1, 4);
     CHECK_EQ(t.alpha(0.125f, 0.5f), 0.f);
     CHECK_NEAR(t.alpha(0.5f, 7.3f), (102 + 255) / 510.f, 1e-6f);
     CHECK_NEAR(t.alpha(9, 0.5f), 0.2f, 1e-6f);
     CHECK_NEAR(t.alpha(-9, 0.5f), 0.f, 1e-6f);
     CHECK_EQ(t.alpha(std::nanf(""), 0.5f), 0.f);
-    CHECK_EQ(t.least_alpha(), 0.f);
+    CHECK_EQ(t.picture().least_alpha(), 0.f);
     CHECK_EQ(plain.alpha(0.3f, 0.3f), 1.f);
-    CHECK_EQ(plain.least_alpha(), 1.f);
-    CHECK_EQ(t.bytes() - plain.bytes(), static_cast<std::size_t>(4 + 2 + 1));
+    CHECK_EQ(plain.picture().least_alpha(), 1.f);
+    CHECK_EQ(t.picture().bytes() - plain.picture().bytes(), static_cast<std::size_t>(4 + 2 + 1));
 }
 
 TEST(what_is_transparent_lends_no_color) {
@@ -105,22 +112,33 @@ TEST(what_is_transparent_lends_no_color) {
         texels.insert(texels.end(), is_green ? green : white, (is_green ? green : white) + 3);
         alpha.push_back(is_green ? 255 : 0);
     }
-    const bob::Texture t(texels, 16, 16, bob::Wrap::repeat, bob::Wrap::repeat, alpha);
+    const bob::Texture t = texture(texels, 16, 16, bob::Wrap::repeat, bob::Wrap::repeat, alpha);
     for (int i = 0; i < 1000; ++i) {
         const float u = random(-1, 2), v = random(-1, 2), width = random(0, 20);
         if (t.alpha(u, v) == 0) continue;
         CHECK_NEAR(t(u, v, width).x, linear(10), 1e-3f);
         CHECK_NEAR(t(u, v, width).y, linear(130), 4e-3f);
     }
-    const bob::Texture none(std::vector<std::uint8_t>{0, 0, 0, 255, 255, 255}, 1, 2, bob::Wrap::clamp, bob::Wrap::clamp,
-                            std::vector<std::uint8_t>{0, 0});
+    const bob::Texture none = texture(std::vector<std::uint8_t>{0, 0, 0, 255, 255, 255}, 1, 2, bob::Wrap::clamp, bob::Wrap::clamp,
+                                      std::vector<std::uint8_t>{0, 0});
     CHECK_NEAR(none(0.5f, 0.5f, 0).x, 0.5f, 1e-6f);  // of what is all transparent
     CHECK_NEAR(none(0.5f, 0.5f, 2).x, 0.5f, 3e-3f);
 }
 
 TEST(what_is_opaque_all_over_is_opaque_to_the_bit) {
     const std::vector<std::uint8_t> texels(5 * 3 * 3, 9), alpha(5 * 3, 255);
-    const bob::Texture t(texels, 5, 3, bob::Wrap::repeat, bob::Wrap::mirror, alpha);
+    const bob::Texture t = texture(texels, 5, 3, bob::Wrap::repeat, bob::Wrap::mirror, alpha);
     test::Random random(1);
     for (int i = 0; i < 1000; ++i) CHECK_EQ(t.alpha(random(-3, 3), random(-3, 3)), 1.f);
+}
+
+TEST(textures_share_a_picture_and_wrap_each_in_its_way) {
+    const std::vector<std::uint8_t> texels{0, 0, 0, 255, 255, 255}, alpha{0, 255};
+    const auto owner = std::make_shared<int>();
+    const auto picture = std::make_shared<const bob::Picture>(texels, 1, 2, alpha, owner);
+    CHECK_EQ(owner.use_count(), 2);
+    const bob::Texture clamped(picture, bob::Wrap::clamp), repeated(picture);
+    CHECK_EQ(&clamped.picture(), &repeated.picture());
+    CHECK_EQ(clamped.alpha(1.2f, 0), 1.f);
+    CHECK_NEAR(repeated.alpha(1.25f, 0), 0.f, 1e-6f);
 }

@@ -232,7 +232,7 @@ TEST(colors_of_meshes_are_between_those_of_their_corners) {
     CHECK_NEAR(found[0].z, 0.2f * 0.25f, 1e-6f);
 
     bob::Mesh::Arrays pictured{points, triangles, {}, nullptr};
-    pictured.uv = uv, pictured.texture = std::make_shared<bob::Texture>(texels, 1, 2);
+    pictured.uv = uv, pictured.texture = std::make_shared<bob::Texture>(std::make_shared<bob::Picture>(texels, 1, 2));
     const bob::Mesh textured(pictured);
     textured.prepare();
     const std::vector<bob::Ray> down{{{0, 0, 1}, {0, 0, -1}}};

@@ -332,7 +332,8 @@ TEST(rays_go_on_where_alpha_is_below_the_cutoff) {
     const std::vector<std::uint8_t> texels(8 * 8 * 3, 100);
     std::vector<std::uint8_t> alpha(8 * 8);
     for (auto& value : alpha) value = static_cast<std::uint8_t>(random(0, 255.9f));
-    const auto texture = std::make_shared<bob::Texture>(texels, 8, 8, bob::Wrap::repeat, bob::Wrap::mirror, alpha);
+    const auto picture = std::make_shared<bob::Picture>(texels, 8, 8, alpha);
+    const auto texture = std::make_shared<bob::Texture>(picture, bob::Wrap::repeat, bob::Wrap::mirror);
 
     const auto made = [&](std::span<const bob::Triangle> triangles, float cutoff) {
         bob::Mesh::Arrays arrays{points, triangles, {}, nullptr};

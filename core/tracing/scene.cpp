@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "parallel.h"
+#include "shapes/texture.h"
 #include "thread_memory.h"
 #include "tracing/place_key.h"
 
@@ -270,10 +271,12 @@ bool Scene::is_colored() const {
 }
 
 std::size_t Scene::bytes() const {
-    std::set<const Shape*> shapes;
+    std::set<const void*> counted;
     std::size_t sum = 0;
     for (const Instance& instance : instances_) {
-        if (shapes.insert(instance.shape.get()).second) sum += instance.shape->bytes();
+        if (!counted.insert(instance.shape.get()).second) continue;
+        sum += instance.shape->bytes();
+        if (const Picture* const picture = instance.shape->picture(); picture && counted.insert(picture).second) sum += picture->bytes();
     }
     return sum;
 }

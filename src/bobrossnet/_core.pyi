@@ -32,11 +32,18 @@ class Shape:
     def bytes(self) -> int:
         """Of what rays need."""
 
-class Texture:
-    """`texels` (height, width, 3) are sRGB, from the top row down, `alpha` (height, width); wraps: repeat, clamp or
-    mirror."""
+class Picture:
+    """`texels` (height, width, 3) are sRGB, from the top row down, `alpha` (height, width); they must not change while
+    it lives."""
 
-    def __init__(self, texels: U8, across: str, down: str, alpha: U8 | None = None) -> None: ...
+    def __init__(self, texels: U8, alpha: U8 | None = None) -> None: ...
+    @property
+    def bytes(self) -> int: ...
+
+class Texture:
+    """A picture, which others may share, and how it wraps: repeat, clamp or mirror."""
+
+    def __init__(self, picture: Picture, across: str, down: str) -> None: ...
     def __call__(self, uv: F32, widths: F32) -> F32: ...
 
 class Mesh(Shape):

@@ -13,15 +13,18 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.json import numbers, read_json
+from bobrossnet.adapters.surface import Pictures
 from bobrossnet.atomic import check_writable, write_whole
-from bobrossnet.errors import InputError, InputTypeError, check_integer
+from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer
 from bobrossnet.paths import MAX_BYTES, path_of
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep
+from bobrossnet.shapes.picture import Picture
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tube import Tube
 from bobrossnet.tensors import tensor_file
@@ -31,9 +34,12 @@ from bobrossnet.tracing.scene import MAX_INSTANCES, Scene, SceneLike, as_scene
 
 ENDING = ".bob"
 FORMAT = "bobrossnet-scene"
-VERSIONS = ("1", "2", "3", "4")
+VERSIONS = ("1", "2", "3", "4", "5")
 """The second has colours of meshes, and metallicity and roughness, the third meshes in formulas, the fourth alphas of
-meshes. Scenes are written in the first that has what they need."""
+meshes, the fifth textures that meshes share. Scenes are written in the first that has what they need."""
+
+SHARED = "texture_of"
+"""The tensor of a mesh that names the shape whose texture it has."""
 
 KINDS: dict[str, type[Shape]] = {kind.kind: kind for kind in (Brep, Implicit, Mesh, Tube)}
 """The shapes that files can hold, by the word for them there."""
@@ -61,7 +67,7 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
     Parameters
     ----------
     scene : Scene, Shape, Instance or iterable of these
-        Shapes that are equal are written once.
+        Shapes that are equal are written once, and so are textures.
     path : path ending in .bob
         Replaced if it exists.
 
@@ -69,7 +75,7 @@ def save_scene(scene: SceneLike, path: str | os.PathLike[str]) -> None:
     ------
     InputError
         If the file can't be written, or the scene has a shape of a kind that files can't hold, or places, materials and
-        names of more than `MAX_HEADER` bytes, or more than `MAX_BYTES` in all.
+        names of more than `MAX_HEADER` bytes, textures of more than `MAX_FILE_TEXELS`, or more than `MAX_BYTES` in all.
     """
     file = check_scene_path(path)
     write_whole(file, packed(scene))
@@ -80,6 +86,8 @@ def packed(scene: SceneLike) -> bytes:
     numbers: dict[bytes, int] = {}
     kinds: list[str] = []
     tensors: dict[str, NDArray[Any]] = {}
+    pictures: dict[bytes, int] = {}
+    budget = Pictures()
     instances = []
     materials: dict[int, dict[str, Any]] = {}
     placed = as_scene(scene).instances
@@ -90,7 +98,14 @@ def packed(scene: SceneLike) -> bytes:
         number = numbers.setdefault(shape.digest, len(numbers))
         if number == len(kinds):
             kinds.append(shape.kind)
-            tensors |= {f"{number}.{name}": tensor for name, tensor in shape.tensors().items()}
+            own = shape.tensors()
+            if isinstance(shape, Mesh) and shape.picture:
+                first = pictures.setdefault(shape.picture.digest, number)
+                if first != number:
+                    own = shape.tensors_apart() | {SHARED: np.array([first], np.int32)}
+                else:
+                    _count("scene: ", budget, shape.picture)
+            tensors |= {f"{number}.{name}": tensor for name, tensor in own.items()}
         material = materials.get(id(instance.material)) or _fields_of(instance.material)
         materials[id(instance.material)] = material
         instances.append(
@@ -105,12 +120,25 @@ def packed(scene: SceneLike) -> bytes:
     is_colored = any(not PHYSICAL.isdisjoint(fields) for fields in materials.values()) or any(
         instance.shape.is_colored for instance in placed
     )
-    needs = {"1": True, "2": is_colored, "3": _any(tensors, "mesh_sizes"), "4": _any(tensors, ".alpha_cutoff")}
+    needs = {
+        "1": True,
+        "2": is_colored,
+        "3": _any(tensors, "mesh_sizes"),
+        "4": _any(tensors, ".alpha_cutoff"),
+        "5": _any(tensors, f".{SHARED}"),
+    }
     data = layout(content, tensors, max(version for version in VERSIONS if needs[version]))
     _check_header(data, "scene: ")
     if len(data) > MAX_BYTES:
         raise InputError(f"scene: expected at most {MAX_BYTES:,} bytes, which can be read again, got {len(data):,}")
     return sealed(data)
+
+
+def _count(place: str, budget: Pictures, picture: Picture) -> None:
+    try:
+        budget.count(*picture.texels.shape[:2])
+    except InputError as error:
+        raise InputError(f"{place}{error}") from error
 
 
 def _any(tensors: Mapping[str, NDArray[Any]], ending: str) -> bool:
@@ -178,15 +206,32 @@ def _shapes(kinds: list[Any], tensors: Mapping[str, NDArray[Any]]) -> list[Shape
         if not (number.isdecimal() and int(number) < len(kinds)):
             raise InputError(f"{name}: expected tensors of {len(kinds)} shapes, named NUMBER.NAME, got another name")
         of[int(number)][own_name] = tensor
-    shapes = []
+    shapes: list[Shape] = []
+    budget = Pictures()
     for i, kind in enumerate(kinds):
         if not (isinstance(kind, str) and kind in KINDS):
             raise InputError(f"shapes[{i}]: expected a kind among {', '.join(KINDS)}, got {kind!r}")
         try:
-            shapes.append(KINDS[kind].from_tensors(of[i]))
+            shapes.append(_mesh(of[i], shapes, budget) if kind == Mesh.kind else KINDS[kind].from_tensors(of[i]))
         except InputError as error:
             raise InputError(f"shapes[{i}]: {error}") from error
     return shapes
+
+
+def _mesh(tensors: dict[str, NDArray[Any]], before: list[Shape], budget: Pictures) -> Mesh:
+    """A mesh, whose texture may be that of a shape before it."""
+    first = tensors.pop(SHARED, None)
+    if first is None:
+        if "texture" in tensors:
+            budget.count(len(tensors["texture"]), 1)
+        return Mesh.from_tensors(tensors)
+    if first.dtype != np.int32:
+        raise InputTypeError(f"{SHARED}: expected int32, got {first.dtype}")
+    number = int(check_array(SHARED, first, (1,))[0])
+    of = before[number] if 0 <= number < len(before) else None
+    if not isinstance(of, Mesh) or of.picture is None:
+        raise InputError(f"{SHARED}: expected the number of an earlier shape with a texture, got {number}")
+    return Mesh.from_tensors(tensors, of.picture)
 
 
 def _instance(place: str, item: Any, shapes: list[Shape], materials: dict[str, Material]) -> Instance:

@@ -210,7 +210,7 @@ def _read_mesh(path: str | bytes | os.PathLike[Any]) -> Joined:
         if file.stat().st_size == 0:
             raise InputError("expected a mesh, got an empty file")
         with interrupts.heard("trimesh"):
-            read = joined(file, MESH_READERS[ending](file))
+            read = joined(MESH_READERS[ending](file))
             drawn = read.drawn()
     total = len(read.part.triangles)
     if dropped := total - len(drawn.part.triangles):

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bobrossnet.adapters.messages import one_line, warn_of
 from bobrossnet.adapters.surface import Pictures, Surface, Texture, unit
 from bobrossnet.errors import InputError
+from bobrossnet.shapes.picture import Picture
 from bobrossnet.tracing.material import Material
 
 WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
@@ -40,22 +41,35 @@ class GltfSurfaces(dict[int, Surface]):
         super().__init__()
         self.model, self.tree, self.buffers = model, tree, buffers
         self.pictures = Pictures()
-        self.textures: dict[tuple[Any, ...], Texture | None] = {}
+        self.sources: dict[tuple[Any, ...], Picture | None] = {}
         """By where their images are: a URI, or a view's buffer, start and length."""
+        self.left_out: set[int] = set()
+        """Numbers of images."""
 
     def __missing__(self, number: int) -> Surface:
         if number < 0:
             return Surface()
+        texture = self._texture(self._base_color(number))
+        surface = self._surface(number, texture)
+        try:
+            self.pictures.show(surface)
+        except InputError as error:
+            self._warn(self._image(self._base_color(number)), error)
+            surface = self._surface(number, None)
+        self[number] = surface
+        return surface
+
+    def _surface(self, number: int, texture: Texture | None) -> Surface:
         material = self.material(number)
         name = material.get("name")
-        texture = self._texture(self._base_color(number))
-        surface = self[number] = Surface(
-            self._reflecting(material),
-            texture,
-            one_line(name) if isinstance(name, str) and name else None,
-            self._cutoff(material, texture),
-        )
-        return surface
+        label = one_line(name) if isinstance(name, str) and name else None
+        return Surface(self._reflecting(material), texture, label, self._cutoff(material, texture))
+
+    def _warn(self, image: int, error: InputError) -> None:
+        """Say once that an image was left out."""
+        if image not in self.left_out:
+            warn_of(self.model, f"texture {image} was left out: {error}")
+        self.left_out.add(image)
 
     def index(self, number: Any) -> int:
         """The number of a primitive's material; -1, which is plain, if it is none."""
@@ -117,22 +131,27 @@ class GltfSurfaces(dict[int, Surface]):
         if "index" not in info:
             return None
         texture = _item(self.tree, "textures", info.get("index"))
-        extensions = _object(texture, "extensions")
-        number = texture.get("source", _object(extensions, "EXT_texture_webp").get("source"))
-        picture = self._picture(number if isinstance(number, int) else -1)
+        picture = self._picture(self._image(info))
         sampler = _item(self.tree, "samplers", texture.get("sampler"))
         across, down = (WRAPS.get(_number(sampler.get(axis)), "repeat") for axis in ("wrapS", "wrapT"))
-        return picture and (picture if (across, down) == picture.wrap else picture._replace(wrap=(across, down)))
+        return Texture(picture, (across, down)) if picture else None
 
-    def _picture(self, number: int) -> Texture | None:
+    def _image(self, info: dict[str, Any]) -> int:
+        """The number of a texture's image, -1 of none."""
+        texture = _item(self.tree, "textures", info.get("index"))
+        extensions = _object(texture, "extensions")
+        number = texture.get("source", _object(extensions, "EXT_texture_webp").get("source"))
+        return number if isinstance(number, int) else -1
+
+    def _picture(self, number: int) -> Picture | None:
         source = self._source(_item(self.tree, "images", number))
-        if source not in self.textures:
-            self.textures[source] = None
+        if source not in self.sources:
+            self.sources[source] = None
             try:
-                self.textures[source] = self.pictures.decoded(self._content(*source))
+                self.sources[source] = self.pictures.decoded(self._content(*source))
             except InputError as error:
-                warn_of(self.model, f"texture {number} was left out: {error}")
-        return self.textures[source]
+                self._warn(number, error)
+        return self.sources[source]
 
     def _source(self, image: dict[str, Any]) -> tuple[Any, ...]:
         """Where the file of an image is."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.adapters.part import Part, concatenated, pieces, rows_of
-from bobrossnet.adapters.surface import Surface, with_textures_within_budget
+from bobrossnet.adapters.surface import Surface
 from bobrossnet.errors import InputError
 from bobrossnet.shapes.affine import MAX_COORDINATE
 from bobrossnet.shapes.mesh import Mesh
@@ -126,11 +125,8 @@ class Joined(NamedTuple):
         return _mesh(part, self.surfaces[0] if self.surface is None else Surface())
 
 
-def joined(file: Path, parts: Sequence[Part]) -> Joined:
-    """All parts of a file as one; an index that misses its own part's vertices becomes -1.
-
-    Each surface has a copy of its texture. Textures beyond `MAX_FILE_TEXELS` are left out, with a warning.
-    """
+def joined(parts: Sequence[Part]) -> Joined:
+    """All parts of a file as one; an index that misses its own part's vertices becomes -1."""
     triangles = [np.empty((0, 3), np.int64)]
     start = 0
     for part in parts:
@@ -157,7 +153,6 @@ def joined(file: Path, parts: Sequence[Part]) -> Joined:
         numbers.append(places.setdefault(surface.look, len(places)))
         if len(places) > len(surfaces):
             surfaces.append(surface)
-    surfaces = with_textures_within_budget(file, surfaces)
     if len(surfaces) < 2:
         return Joined(part, surfaces or [Surface()], None)
     return Joined(part, surfaces, np.repeat(np.array(numbers, np.int32), [len(part.triangles) for part in parts]))
@@ -187,11 +182,9 @@ def _on_texture(uv: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
 
 
 def _mesh(part: Part, surface: Surface) -> Mesh:
-    colors, texture, cutoff, held = part.colors, surface.texture, surface.alpha_cutoff, dict[str, Any]()
-    if texture is not None:
-        alpha = None if cutoff is None else texture.alpha
-        texels = texture.texels if alpha is None else np.dstack([texture.texels, alpha])
-        held |= {"uv": part.uv, "texture": texels, "wrap": texture.wrap}
+    colors, cutoff, held = part.colors, surface.alpha_cutoff, dict[str, Any]()
+    if surface.texture is not None:
+        held |= {"uv": part.uv, "texture": surface.picture, "wrap": surface.texture.wrap}
     if cutoff is not None:
         held["alpha_cutoff"] = cutoff
         if part.alphas is not None:

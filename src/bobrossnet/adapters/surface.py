@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import io
-from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bobrossnet.adapters.beside import Beside
 from bobrossnet.adapters.messages import one_line, warn_of
 from bobrossnet.errors import InputError
+from bobrossnet.shapes.picture import Picture
 from bobrossnet.tracing.instance import WHITE
 from bobrossnet.tracing.material import Material
 
@@ -21,24 +20,23 @@ MAX_TEXELS = 1 << 26
 """Of one texture: 8,192 x 8,192, 0.2 GB."""
 
 MAX_FILE_TEXELS = 1 << 27
-"""Of all pictures that a file names, and of the textures of all its materials: of 8 x 4,096 x 4,096, about 1 GB."""
+"""Of all pictures of a file, each counted once: 8 x 4,096 x 4,096, about 1 GB."""
+
+TOO_LARGE = "expected a picture of at most {:,} texels, got more"
 
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF")
 """Of textures: what browsers read as well."""
 
 
 class Texture(NamedTuple):
-    texels: NDArray[np.uint8]
-    """(H, W, 3) sRGB, row 0 at the top."""
+    picture: Picture
     wrap: tuple[str, str] = ("repeat", "repeat")
-    alpha: NDArray[np.uint8] | None = None
-    """(H, W); None if all is opaque."""
 
     @property
     def half(self) -> float | None:
         """The cutoff for what is transparent by degrees: half, so that a ray meets what is seen most. None where
         nothing is more opaque, as of glass, which is shown as if it were."""
-        return 0.5 if self.alpha is not None and self.alpha.max() >= 128 else None
+        return 0.5 if self.picture.alpha is not None and self.picture.max_alpha >= 128 else None
 
 
 class Surface(NamedTuple):
@@ -53,37 +51,26 @@ class Surface(NamedTuple):
     @property
     def look(self) -> tuple[Any, ...]:
         """Equal where surfaces look alike."""
-        texels, wrap, alpha = self.texture or (None, None, None)
-        held = [None if array is None else id(array) for array in (texels, alpha)]
-        return self.material, *held, wrap, self.alpha_cutoff
+        picture, wrap = self.texture or (None, None)
+        return self.material, picture and id(picture), wrap, self.alpha_cutoff
+
+    @property
+    def picture(self) -> Picture | None:
+        """The one that is seen, without an alpha that does not matter."""
+        picture = self.texture and self.texture.picture
+        return picture.opaque if picture and self.alpha_cutoff is None else picture
 
 
-def with_textures_within_budget(file: Path, surfaces: Sequence[Surface]) -> list[Surface]:
-    """The surfaces of a file. Textures beyond `MAX_FILE_TEXELS` are left out, with a warning: each surface has a
-    copy of its own."""
-    kept = []
-    texels = dropped = 0
-    for surface in surfaces:
-        own = 0 if surface.texture is None else surface.texture.texels.size // 3
-        if texels + own > MAX_FILE_TEXELS:
-            own, dropped = 0, dropped + 1
-            surface = surface._replace(texture=None, alpha_cutoff=None)
-        texels += own
-        kept.append(surface)
-    if dropped:
-        most = f"{MAX_FILE_TEXELS:,} texels in all, a texture counted for each material that looks different"
-        warn_of(file, f"{dropped:,} textures were left out: expected at most {most}")
-    return kept
-
-
-class Pictures(dict[bytes, Texture | InputError]):
+class Pictures(dict[bytes, Picture | InputError]):
     """The pictures of a file by the SHA-256 of their contents: each is decoded once, whatever it is called."""
 
     def __init__(self) -> None:
         super().__init__()
         self.texels = 0
+        self.shown: dict[int, list[Picture]] = {}
+        """With their alpha, without it, or both, by the `id` of their texels."""
 
-    def decoded(self, data: bytes) -> Texture:
+    def decoded(self, data: bytes) -> Picture:
         """The texels of a picture's file.
 
         Raises
@@ -109,6 +96,21 @@ class Pictures(dict[bytes, Texture | InputError]):
             raise InputError(f"expected textures of at most {MAX_FILE_TEXELS:,} texels in all, got more")
         self.texels += height * width
 
+    def show(self, surface: Surface) -> None:
+        """Count the picture of a surface again where others need its alpha and this one not, or the other way round.
+
+        Raises
+        ------
+        InputError
+            If `MAX_FILE_TEXELS` are exceeded.
+        """
+        if picture := surface.picture:
+            shown = self.shown.setdefault(id(picture.texels), [])
+            if picture not in shown:
+                if shown:
+                    self.count(*picture.texels.shape[:2])
+                shown.append(picture)
+
 
 class Textures(dict[PurePosixPath, Texture | None]):
     """Textures in files beside a model, by their paths from its folder; None, with a warning, where one can't be
@@ -123,12 +125,12 @@ class Textures(dict[PurePosixPath, Texture | None]):
     def __init__(self, model: Path, beside: Beside) -> None:
         super().__init__()
         self.model, self.beside, self.pictures = model, beside, Pictures()
-        self.with_masks: dict[tuple[int | None, int], Texture] = {}
+        self.with_masks: dict[tuple[int | None, int], Picture] = {}
 
     def __missing__(self, path: PurePosixPath) -> Texture | None:
         texture = None
         try:
-            texture = self.pictures.decoded(self._read(path))
+            texture = Texture(self.pictures.decoded(self._read(path)))
         except InputError as error:
             warn_of(self.model, f"texture {one_line(path)} was left out: {error}")
         self[path] = texture
@@ -143,17 +145,19 @@ class Textures(dict[PurePosixPath, Texture | None]):
         InputError
             If the file's textures exceed `MAX_FILE_TEXELS` with it.
         """
-        texels, wrap = (np.full_like(mask.texels, 255), mask.wrap) if texture is None else texture[:2]
-        key = None if texture is None else id(texels), id(mask.texels)
+        key = None if texture is None else id(texture.picture), id(mask.picture)
         if key not in self.with_masks:
+            texels, alpha = mask.picture.texels, mask.picture.alpha
+            if alpha is None:
+                alpha = texels[..., 0]
+            texels = np.full_like(texels, 255) if texture is None else texture.picture.texels
             self.pictures.count(*texels.shape[:2])
-            alpha = mask.texels[..., 0] if mask.alpha is None else mask.alpha
             rows, columns = (
                 (2 * np.arange(size) + 1) * own // (2 * size)
                 for size, own in zip(texels.shape[:2], alpha.shape, strict=True)
             )
-            self.with_masks[key] = Texture(texels, alpha=np.ascontiguousarray(alpha[np.ix_(rows, columns)]))
-        return self.with_masks[key]._replace(wrap=wrap)
+            self.with_masks[key] = Picture(texels, np.ascontiguousarray(alpha[np.ix_(rows, columns)]))
+        return Texture(self.with_masks[key], (texture or mask).wrap)
 
     def _read(self, path: PurePosixPath) -> bytes:
         try:
@@ -174,23 +178,25 @@ def texture_beside(model: Path, name: bytes) -> Texture | None:
     return Textures(model, Beside(model))[path_of(name)]
 
 
-def _decoded(data: bytes, pictures: Pictures) -> Texture:
+def _decoded(data: bytes, pictures: Pictures) -> Picture:
     from PIL import Image
 
     try:
         with Image.open(io.BytesIO(data), formats=FORMATS) as image:
             width, height = image.size
             if width * height > MAX_TEXELS:
-                raise InputError(f"expected a picture of at most {MAX_TEXELS:,} texels, got {width} x {height}")
+                raise InputError(TOO_LARGE.format(MAX_TEXELS))
             pictures.count(height, width)
             if not image.has_transparency_data:
-                return Texture(np.array(image.convert("RGB")))
+                return Picture(np.array(image.convert("RGB")))
             texels = np.array(image.convert("RGBA"))
             alpha = np.ascontiguousarray(texels[..., 3])
-            return Texture(np.ascontiguousarray(texels[..., :3]), alpha=None if (alpha == 255).all() else alpha)
+            return Picture(np.ascontiguousarray(texels[..., :3]), None if (alpha == 255).all() else alpha)
     except InputError:
         raise
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:  # Pillow's, of broken files
+    except Image.DecompressionBombError as error:  # which Pillow does not open at all
+        raise InputError(TOO_LARGE.format(MAX_TEXELS)) from error
+    except (OSError, ValueError, SyntaxError) as error:  # Pillow's, of broken files
         raise InputError("expected a picture in PNG, JPEG or WebP, got none that can be read") from error
 
 

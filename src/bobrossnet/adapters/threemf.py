@@ -118,7 +118,7 @@ class _Textures(dict[str, Texture | None]):
                 raise InputError("expected a picture in the file, found none of that name")
             _check_unpacked("pictures", self.unpacked + info.file_size, self.file)
             self.unpacked += info.file_size
-            texture = self.pictures.decoded(self.archive.read(info))
+            texture = Texture(self.pictures.decoded(self.archive.read(info)))
         except InputError as error:
             warn_of(self.file, f"texture {one_line(path) or 'without a path'} was left out: {error}")
         self[path] = texture

@@ -35,7 +35,8 @@ class Mesh(shapes.Mesh):
         """
         from bobrossnet.adapters.files import load_mesh  # which reads programs of this language, too
 
-        mesh = cls.from_tensors(load_mesh(path).tensors())
+        read = load_mesh(path)
+        mesh = cls.from_tensors(read.tensors_apart(), read.picture)
         assert isinstance(mesh, Mesh)
         return mesh
 

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.color import from_srgb, to_srgb
-from bobrossnet.errors import InputError, InputTypeError, brief, check_array, check_finite, check_number, shape_of
+from bobrossnet.errors import InputError, InputTypeError, brief, check_array, check_finite, check_number
 from bobrossnet.shapes.affine import UPRIGHT, mapped
+from bobrossnet.shapes.picture import Picture, channels_of, picture_of
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
 from bobrossnet.threads import lazy
 
@@ -47,7 +48,7 @@ class Mesh(Shape):
         Where on the texture each vertex is: 0, 0 at its top left, 1, 1 at its bottom right.
     texture : (H, W, 3) or (H, W, 4) uint8, optional
         sRGB, perhaps with an alpha; row 0 at the top; comes with `uv`. Seen from afar, smaller pictures made of it are
-        taken.
+        taken. Meshes that are given the same array share one copy of it.
     wrap : "repeat", "clamp" or "mirror", or two of these
         What lies beyond the texture's edges, across and down.
     alpha_cutoff : number in 0..1
@@ -79,10 +80,8 @@ class Mesh(Shape):
     alphas: NDArray[np.float32] | None = None
     """Of vertices, (V,)."""
     uv: NDArray[np.float32] | None = None
-    texture: NDArray[np.uint8] | None = None
-    """(H, W, 3)."""
-    texture_alpha: NDArray[np.uint8] | None = None
-    """(H, W)."""
+    picture: Picture | None = None
+    """Of the texture. Other meshes may share it."""
     wrap: tuple[str, str] = ("repeat", "repeat")
     alpha_cutoff: float = 0.5
 
@@ -117,7 +116,7 @@ class Mesh(Shape):
             self.normals = frozen(check_array("normals", normals, (len(points), 3), hint=hint), np.float32)
         if colors is not None:
             self.colors, self.alphas = _linear(
-                "colors", colors, len(points), "one colour per vertex", _channels(colors)
+                "colors", colors, len(points), "one colour per vertex", channels_of(colors)
             )
         if face_colors is not None:
             self.face_colors, _ = _linear("face_colors", face_colors, len(corners), "one colour per triangle")
@@ -126,15 +125,7 @@ class Mesh(Shape):
         if uv is not None:
             places = check_finite("uv", check_array("uv", uv, (len(points), 2), hint="one place per vertex"))
             self.uv = frozen(places, np.float32)
-            hint = "red, green and blue last, and alpha if there is one"
-            texels = check_array("texture", texture, (None, None, _channels(texture)), hint=hint)
-            if texels.dtype != np.uint8 or texels.size == 0:
-                raise InputTypeError(
-                    f"texture: expected uint8 of at least one texel, got {texels.dtype} {texels.shape}"
-                )
-            self.texture = frozen(texels[..., :3], np.uint8)
-            if texels.shape[2] == 4:
-                self.texture_alpha = frozen(texels[..., 3], np.uint8)
+            self.picture = picture_of(texture)
             self.wrap = _wraps(wrap)
         self.alpha_cutoff = check_number("alpha_cutoff", alpha_cutoff, 0, 1)
 
@@ -158,14 +149,29 @@ class Mesh(Shape):
 
     @lazy
     def core(self) -> _core.Mesh:
-        texture = None if self.texture is None else _core.Texture(self.texture, *self.wrap, self.texture_alpha)
+        texture = None if self.picture is None else _core.Texture(self.picture.core, *self.wrap)
         cut = self.alphas, self.alpha_cutoff
         of_vertices = self.normals, self.colors, self.face_colors, self.uv
         return _core.Mesh(self.vertices, self.triangles, *of_vertices, texture, *cut)
 
     @property
+    def texture(self) -> NDArray[np.uint8] | None:
+        """(H, W, 3)."""
+        return None if self.picture is None else self.picture.texels
+
+    @property
+    def texture_alpha(self) -> NDArray[np.uint8] | None:
+        """(H, W)."""
+        return None if self.picture is None else self.picture.alpha
+
+    def digested(self) -> dict[str, NDArray[Any]]:
+        if self.picture is None:
+            return self.tensors()
+        return self.tensors_apart() | {"picture": np.frombuffer(self.picture.digest, np.uint8)}
+
+    @property
     def is_colored(self) -> bool:
-        return not (self.colors is None and self.face_colors is None and self.texture is None)
+        return not (self.colors is None and self.face_colors is None and self.picture is None)
 
     @property
     def has_alpha(self) -> bool:
@@ -195,48 +201,64 @@ class Mesh(Shape):
         return "of " + ", ".join(filter(None, parts))
 
     def tensors(self) -> dict[str, NDArray[Any]]:
+        tensors = self.tensors_apart()
+        if self.picture is not None:
+            tensors["texture"] = self.picture.texels.reshape(-1, 3)
+            if self.picture.alpha is not None:
+                tensors["texture_alpha"] = self.picture.alpha.reshape(-1)
+        return tensors
+
+    def tensors_apart(self) -> dict[str, NDArray[Any]]:
+        """Those of the mesh apart from its picture."""
         tensors: dict[str, NDArray[Any]] = {"vertices": self.vertices, "triangles": self.triangles}
         for name in ("normals", "colors", "face_colors", "alphas", "uv"):
             tensor = getattr(self, name)
             if tensor is not None:
                 tensors[name] = tensor
-        if self.texture is not None:
-            tensors["texture"] = self.texture.reshape(-1, 3)
+        if self.picture is not None:
             wrap = [WRAPS.index(wrap) for wrap in self.wrap]
-            tensors["texture_layout"] = np.array([*self.texture.shape[:2], *wrap], np.int32)
-        if self.texture_alpha is not None:
-            tensors["texture_alpha"] = self.texture_alpha.reshape(-1)
+            tensors["texture_layout"] = np.array([*self.picture.texels.shape[:2], *wrap], np.int32)
         if self.has_alpha:
             tensors["alpha_cutoff"] = np.array([self.alpha_cutoff])
         return tensors
 
     @classmethod
-    def from_tensors(cls, tensors: Mapping[str, NDArray[Any]]) -> Mesh:
+    def from_tensors(cls, tensors: Mapping[str, NDArray[Any]], picture: Picture | None = None) -> Mesh:
+        """The mesh that `tensors` came from, or `tensors_apart` and the picture."""
         optional = {"normals": "float32", "colors": "float32", "face_colors": "float32", "uv": "float32"}
-        of_texture = {"texture": "uint8", "texture_layout": "int32"}
-        of_alpha = {"alphas": "float32", "texture_alpha": "uint8", "alpha_cutoff": "float64"}
-        check_tensors(tensors, {"vertices": "float64", "triangles": "int32"}, {**optional, **of_texture, **of_alpha})
+        of_picture = {} if picture else {"texture": "uint8", "texture_alpha": "uint8"}
+        others = {"texture_layout": "int32", "alphas": "float32", "alpha_cutoff": "float64"}
+        check_tensors(tensors, {"vertices": "float64", "triangles": "int32"}, optional | of_picture | others)
         held: dict[str, Any] = dict(tensors)
-        alphas, alpha, cutoff = (held.pop(name, None) for name in of_alpha)
-        if (cutoff is None) != (alphas is None and alpha is None):
+        texture, alpha, layout, alphas, cutoff = (
+            held.pop(name, None) for name in ("texture", "texture_alpha", "texture_layout", "alphas", "alpha_cutoff")
+        )
+        is_cut_out = alpha is not None or (picture is not None and picture.alpha is not None)
+        if (cutoff is None) != (alphas is None and not is_cut_out):
             raise InputError("alpha_cutoff: expected alphas or texture_alpha together with it")
         if cutoff is not None:
             held["alpha_cutoff"] = float(check_array("alpha_cutoff", cutoff, (1,))[0])
         if alphas is not None:
             colors = check_array("colors", held.get("colors"), (None, 3))
             held["colors"] = np.column_stack([colors, check_array("alphas", alphas, (len(colors),))])
-        if of_texture.keys() & held.keys():
-            texture = check_array("texture", held.get("texture"), (None, 3))
-            layout = check_array("texture_layout", held.pop("texture_layout", None), (4,))
+        if picture is not None or texture is not None or layout is not None or alpha is not None:
+            if picture is None:
+                texture = check_array("texture", texture, (None, 3))
+            layout = check_array("texture_layout", layout, (4,))
             height, width, *wrap = map(int, layout)
-            if not (height > 0 and width > 0 and height * width == len(texture) and set(wrap) <= {0, 1, 2}):
+            fits = height * width == len(texture) if picture is None else (height, width) == picture.texels.shape[:2]
+            if not (height > 0 and width > 0 and fits and set(wrap) <= {0, 1, 2}):
                 raise InputError(f"texture_layout: expected height, width and two of 0, 1, 2, got {layout.tolist()}")
-            held |= {"texture": texture.reshape(height, width, 3), "wrap": [WRAPS[i] for i in wrap]}
-        if alpha is not None:
-            texels = check_array("texture", held.get("texture"), (None, None, 3))
-            alpha = check_array("texture_alpha", alpha, (texels.shape[0] * texels.shape[1],))
-            held["texture"] = np.dstack([texels, alpha.reshape(texels.shape[:2])])
+            if picture is None:
+                if alpha is not None:
+                    alpha = frozen(check_array("texture_alpha", alpha, (len(texture),)), np.uint8)
+                    alpha = alpha.reshape(height, width)
+                picture = Picture(frozen(texture, np.uint8).reshape(height, width, 3), alpha)
+            held |= {"texture": picture, "wrap": [WRAPS[i] for i in wrap]}
         return cls(held.pop("vertices"), held.pop("triangles"), **held)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self).from_tensors, (self.tensors_apart(), self.picture)  # what copies of several meshes share
 
     def mesh(self, step: float | None = None) -> Mesh:
         """Itself, whatever the step."""
@@ -294,19 +316,14 @@ class Mesh(Shape):
 
     def turned_upright(self) -> Mesh:
         """The mesh with its y axis turned up to z: (x, y, z) becomes (x, -z, y)."""
-        turned = self.tensors()
+        turned = self.tensors_apart()
         turned["vertices"] = mapped(UPRIGHT, self.vertices)
         if self.normals is not None:
             turned["normals"] = np.asarray(mapped(UPRIGHT, self.normals), np.float32)
-        return Mesh.from_tensors(turned)
+        return Mesh.from_tensors(turned, self.picture)
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
-
-
-def _channels(values: Any) -> int:
-    """How many the rows of what users give shall have: 4 where there is an alpha, else 3."""
-    return 4 if shape_of(values)[-1:] == (4,) else 3
 
 
 def _linear(

@@ -10,6 +10,7 @@ import { checkNodes } from "../shapes/implicit.js";
 import { checkBrep, checkCoordinates, checkTube } from "../shapes/splines.js";
 import { checkCount } from "../tracing/description.js";
 import { readContainer, readTensor } from "./safetensors.js";
+import { Pictures } from "./surface.js";
 
 /**
  * @typedef {import("../core/core.js").Core} Core
@@ -19,7 +20,7 @@ import { readContainer, readTensor } from "./safetensors.js";
  * @typedef {import("./safetensors.js").Container} Container
  */
 
-const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2", "3", "4"];
+const FORMAT = "bobrossnet-scene", VERSIONS = ["1", "2", "3", "4", "5"];
 
 /** Bytes of JSON that readers of safetensors take, as bobrossnet.adapters.container.MAX_HEADER. */
 const MAX_HEADER = 100_000_000;
@@ -37,6 +38,7 @@ const KINDS = {
     vertices: ["F64", null, 3], triangles: ["I32", null, 3], "normals?": ["F32", null, 3], "colors?": ["F32", null, 3],
     "face_colors?": ["F32", null, 3], "uv?": ["F32", null, 2], "texture?": ["U8", null, 3], "texture_layout?": ["I32", 4],
     "alphas?": ["F32", null], "texture_alpha?": ["U8", null], "alpha_cutoff?": ["F64", 1],
+    "texture_of?": ["I32", 1],
   },
   implicit: {
     ops: ["U8", null], operands: ["U32", null, 3], values: ["F64", null], "bounds?": ["F64", 2, 3],
@@ -83,8 +85,13 @@ export async function readBob(core, bytes) {
   const instances = checkList("instances", content.instances);
   checkCount("instances", instances.length);
   const kinds = checkList("shapes", content.shapes);
-  const shapes = kinds.map((kind, i) => placedErrors(`shapes[${i}]`, () => {
-    return readShape(core, kind, ownTensors(i, entries), container);
+  /** @type {ShapeDescription[]} */
+  const shapes = [], pictures = new Pictures();
+  kinds.forEach((kind, i) => placedErrors(`shapes[${i}]`, () => {
+    const shape = readTensors(kind, ownTensors(i, entries), container);
+    if (kind === "mesh") share(shape, shapes, pictures);
+    checkShape(core, shape);
+    shapes.push(shape);
   }));
   checkNames(entries, kinds.length);
   return { shapes, instances: instances.map((item, i) => readInstance(core, `instances[${i}]`, item, shapes.length)) };
@@ -113,13 +120,34 @@ function ownTensors(number, tensors) {
 }
 
 /**
- * @param {Core} core
+ * Gives a mesh that names one before it that one's texture, and counts the texels of others.
+ *
+ * @param {any} mesh
+ * @param {ShapeDescription[]} before
+ * @param {Pictures} pictures
+ */
+function share(mesh, before, pictures) {
+  const { texture_of, texture, texture_alpha, texture_layout } = mesh;
+  delete mesh.texture_of;
+  if (!texture_of) return texture && pictures.count(texture.length / 3, 1);
+  const of = before[texture_of[0]];
+  if (of?.kind !== "mesh" || !of.texture) {
+    throw new CoreError(`texture_of: expected the number of an earlier shape with a texture, got ${texture_of[0]}`);
+  }
+  if (texture || texture_alpha) throw new CoreError("texture: expected only that of an earlier shape, got an extra one");
+  if (texture_layout && [0, 1].some((axis) => texture_layout[axis] !== of.texture_layout?.[axis])) {
+    throw new CoreError(`texture_layout: expected height, width and two of 0, 1, 2, got ${texture_layout.join(", ")}`);
+  }
+  Object.assign(mesh, { texture: of.texture }, of.texture_alpha && { texture_alpha: of.texture_alpha });
+}
+
+/**
  * @param {any} kind
  * @param {Record<string, any>} entries
  * @param {Container} container
- * @returns {ShapeDescription}
+ * @returns {ShapeDescription} unchecked
  */
-function readShape(core, kind, entries, container) {
+function readTensors(kind, entries, container) {
   if (!Object.hasOwn(KINDS, kind)) {
     throw new CoreError(`expected a kind among ${Object.keys(KINDS).join(", ")}, got ${brief(kind)}`);
   }
@@ -133,7 +161,6 @@ function readShape(core, kind, entries, container) {
   }
   const [unknown] = Object.keys(entries);
   if (unknown) throw new CoreError(`${unknown}: expected only the arrays of a ${kind}, got an extra one`);
-  checkShape(core, /** @type {ShapeDescription} */ (shape));
   return /** @type {ShapeDescription} */ (shape);
 }
 

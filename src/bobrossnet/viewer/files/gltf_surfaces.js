@@ -4,7 +4,7 @@
 import { CoreError, brief } from "../core/errors.js";
 import { WHITE } from "../tracing/description.js";
 import { dataOf } from "./gltf.js";
-import { PLAIN, TexelBudget, decoded, half, unit } from "./surface.js";
+import { PLAIN, Pictures, half, unit } from "./surface.js";
 
 /**
  * @typedef {import("./surface.js").Picture} Picture
@@ -23,8 +23,8 @@ export class GltfSurfaces {
   /** @type {Map<number, Surface>} */
   #surfaces = new Map();
   /** By where their images are: an address, or the start and the length in the buffer. @type {Map<string, Promise<Picture>>} */
-  #pictures = new Map();
-  #budget = new TexelBudget();
+  #sources = new Map();
+  #pictures = new Pictures();
   /** Numbers of images that were left out. @type {Set<number>} */
   #missing = new Set();
   /** @param {any} json @param {Uint8Array<ArrayBuffer>} buffer the file's own @param {import("./part.js").Warn} warn */
@@ -48,7 +48,7 @@ export class GltfSurfaces {
     for (const number of new Set(numbers)) {
       if (!(number !== undefined && number < count)) continue;
       const { name, ...material } = this.#material(number), pbr = object(material, "pbrMetallicRoughness");
-      const texture = await this.#texture(this.#baseColor(number)), alphaCutoff = cutoffOf(material, texture);
+      const texture = await this.#texture(this.#baseColor(number), material), alphaCutoff = cutoffOf(material, texture);
       this.#surfaces.set(number, {
         material: {
           ...WHITE, color: rgb(pbr.baseColorFactor, 1), emissive: rgb(material.emissiveFactor, 0),
@@ -113,12 +113,15 @@ export class GltfSurfaces {
     return Number.isInteger(source) ? source : -1;
   }
 
-  /** @param {any} info @returns {Promise<Texture | undefined>} */
-  async #texture(info) {
+  /** @param {any} info @param {any} material @returns {Promise<Texture | undefined>} */
+  async #texture(info, material) {
     if (!("index" in info)) return undefined;
     const number = this.#image(info), { wrapS, wrapT } = item(this.json, "samplers", item(this.json, "textures", info.index).sampler);
     try {
-      return { picture: await this.#picture(number), wrap: [WRAPS[wrapS] ?? 0, WRAPS[wrapT] ?? 0] };
+      /** @type {Texture} */
+      const texture = { picture: await this.#picture(number), wrap: [WRAPS[wrapS] ?? 0, WRAPS[wrapT] ?? 0] };
+      this.#pictures.show(texture.picture, cutoffOf(material, texture) !== undefined);
+      return texture;
     } catch (error) {
       if (!(error instanceof CoreError)) throw error;
       if (!this.#missing.has(number)) this.warn(`texture ${number} was left out: ${error.message}`);
@@ -131,9 +134,9 @@ export class GltfSurfaces {
   #picture(number) {
     const image = item(this.json, "images", number), { byteOffset = 0, byteLength = 0 } = item(this.json, "bufferViews", image.bufferView);
     const source = typeof image.uri === "string" ? image.uri : `${byteOffset} ${byteLength}`;
-    const read = async () => decoded(this.#content(image), this.#budget);
-    const picture = this.#pictures.get(source) ?? read();
-    this.#pictures.set(source, picture);
+    const read = async () => this.#pictures.decoded(this.#content(image));
+    const picture = this.#sources.get(source) ?? read();
+    this.#sources.set(source, picture);
     return picture;
   }
 

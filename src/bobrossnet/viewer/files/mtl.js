@@ -3,7 +3,7 @@
 
 import { CoreError } from "../core/errors.js";
 import { WHITE } from "../tracing/description.js";
-import { TexelBudget, decoded, fromSrgb, half, unit } from "./surface.js";
+import { Pictures, fromSrgb, half, unit } from "./surface.js";
 import { textOf } from "./text.js";
 
 /**
@@ -38,24 +38,28 @@ export async function readMtl(lines, beside, warn) {
     }
   }
   /** @type {Map<string, Picture | undefined>} */
-  const pictures = new Map(), budget = new TexelBudget();
+  const files = new Map(), pictures = new Pictures();
   /** @type {Map<string, Surface>} */
   const surfaces = new Map();
   /** @param {string[]} [words] of a map @returns {Promise<Texture | undefined>} */
   const textureOf = async (words = []) => {
     const { file, clamped } = mapOf(words), beyond = clamped ? 1 : 0;
-    if (file && !pictures.has(file)) {
-      const load = async () => decoded(await beside.read(file), budget);
-      pictures.set(file, await attempt(load, (why) => warn(`texture ${file} was left out: ${why}`)));
+    if (file && !files.has(file)) {
+      const load = async () => pictures.decoded(await beside.read(file));
+      files.set(file, await attempt(load, (why) => warn(`texture ${file} was left out: ${why}`)));
     }
-    const picture = pictures.get(file);
+    const picture = files.get(file);
     return picture && { picture, wrap: [beyond, beyond] };
   };
   /** @type {Map<Picture | undefined, Map<Picture, Picture>>} */
   const withMasks = new Map();
   for (const [name, of] of statements) {
     const laid = await textureOf(of.get("map_kd")), mask = await textureOf(of.get("map_d"));
-    const texture = mask ? { wrap: (laid ?? mask).wrap, picture: kept(withMasks, laid?.picture, mask.picture) } : laid;
+    const cutOut = mask && await attempt(
+      async () => ({ wrap: (laid ?? mask).wrap, picture: kept(withMasks, laid?.picture, mask.picture, pictures) }),
+      (why) => warn(`the mask of ${name} was left out: ${why}`),
+    );
+    const texture = cutOut ?? laid;
     const alphaCutoff = half(texture?.picture);
     surfaces.set(name, {
       ...surfaceOf(of, laid !== undefined), ...(texture && { texture }), ...(name && { name }),
@@ -65,11 +69,22 @@ export async function readMtl(lines, beside, warn) {
   return surfaces;
 }
 
-/** What `masked` makes of two pictures, made once. @param {Map<Picture | undefined, Map<Picture, Picture>>} made @param {Picture | undefined} picture @param {Picture} mask */
-function kept(made, picture, mask) {
-  const of = made.get(picture) ?? new Map(), result = of.get(mask) ?? masked(picture, mask);
-  made.set(picture, of.set(mask, result));
-  return result;
+/**
+ * What `masked` makes of two pictures, made and counted once.
+ *
+ * @param {Map<Picture | undefined, Map<Picture, Picture>>} made
+ * @param {Picture | undefined} picture
+ * @param {Picture} mask
+ * @param {Pictures} pictures of the file
+ * @returns {Picture}
+ */
+function kept(made, picture, mask, pictures) {
+  const of = made.get(picture) ?? new Map(), { height, width } = picture ?? mask;
+  if (!of.has(mask)) {
+    pictures.count(height, width);
+    made.set(picture, of.set(mask, masked(picture, mask)));
+  }
+  return of.get(mask);
 }
 
 /**

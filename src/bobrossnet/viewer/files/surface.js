@@ -12,6 +12,9 @@
 
 import { CoreError } from "../core/errors.js";
 import { WHITE } from "../tracing/description.js";
+import { sizeOfPicture } from "./picture_size.js";
+
+const UNREADABLE = "expected a picture in PNG, JPEG or WebP, got none that can be read";
 
 /** Of one texture: 8,192 x 8,192, 0.2 GB. */
 const MAX_TEXELS = 2 ** 26;
@@ -19,17 +22,55 @@ const MAX_TEXELS = 2 ** 26;
 /** Of all pictures of a file, as bobrossnet.adapters.surface.MAX_FILE_TEXELS. */
 const MAX_FILE_TEXELS = 2 ** 27;
 
-/** What the pictures of a file may still have of `MAX_FILE_TEXELS`. */
-export class TexelBudget {
+/** The pictures of a file: each is decoded once, whatever it is called. */
+export class Pictures {
   #left = MAX_FILE_TEXELS;
+  /** By their files' lengths and hashes. @type {Map<string, {bytes: Uint8Array, picture: Promise<Picture>}>} */
+  #decoded = new Map();
+  /** Whether with their alpha, without it, or both. @type {Map<Picture, Set<boolean>>} */
+  #shown = new Map();
 
-  /** Takes the texels of a picture, before there is any memory for them here. @param {number} height @param {number} width */
-  take(height, width) {
+  /**
+   * The texels of a picture's file.
+   *
+   * @param {Uint8Array<ArrayBuffer>} bytes
+   * @returns {Promise<Picture>} rejected before it is decoded if it is too large
+   */
+  decoded(bytes) {
+    const key = `${bytes.length} ${hashOf(bytes)}`, known = this.#decoded.get(key);
+    if (known && bytes.every((byte, i) => byte === known.bytes[i])) return known.picture;
+    const picture = decoded(bytes, this);
+    this.#decoded.set(key, { bytes, picture });
+    return picture;
+  }
+
+  /** Takes the texels of a picture from what is left for the file, before there is any memory for them. @param {number} height @param {number} width */
+  count(height, width) {
     if (height * width > this.#left) {
       throw new CoreError(`expected textures of at most ${MAX_FILE_TEXELS.toLocaleString("en")} texels in all, got more`);
     }
     this.#left -= height * width;
   }
+
+  /**
+   * Counts a picture again where others need its alpha and this surface not, or the other way round.
+   *
+   * @param {Picture} picture
+   * @param {boolean} isCutOut
+   */
+  show(picture, isCutOut) {
+    const shown = this.#shown.get(picture) ?? new Set();
+    if (picture.alpha && shown.size && !shown.has(isCutOut)) this.count(picture.height, picture.width);
+    this.#shown.set(picture, shown.add(isCutOut));
+  }
+}
+
+/** FNV-1a of some thousand bytes among them. @param {Uint8Array} bytes */
+function hashOf(bytes) {
+  const step = Math.ceil(bytes.length / 4096);
+  let hash = 0x811c9dc5 | 0;
+  for (let i = 0; i < bytes.length; i += step) hash = Math.imul(hash ^ bytes[i], 0x01000193);
+  return hash;
 }
 
 /** Of parts that have none. @type {Surface} */
@@ -68,20 +109,18 @@ export function unit(value, otherwise) {
   return typeof value === "number" && Number.isFinite(value) ? Math.min(Math.max(value, 0), 1) : otherwise;
 }
 
-/**
- * The texels of a picture's file.
- *
- * @param {Uint8Array<ArrayBuffer>} bytes
- * @param {TexelBudget} budget of the file
- * @returns {Promise<Picture>}
- */
-export async function decoded(bytes, budget) {
+/** @param {Uint8Array<ArrayBuffer>} bytes @param {Pictures} pictures of the file @returns {Promise<Picture>} */
+async function decoded(bytes, pictures) {
+  const size = sizeOfPicture(bytes);
+  if (!size) throw new CoreError(UNREADABLE);
+  const texels = size.height * size.width;
+  if (texels > MAX_TEXELS) throw new CoreError(`expected a picture of at most ${MAX_TEXELS.toLocaleString("en")} texels, got more`);
+  pictures.count(size.height, size.width);
   const image = await createImageBitmap(new Blob([bytes]), { premultiplyAlpha: "none", colorSpaceConversion: "none" }).catch(() => {
-    throw new CoreError("expected a picture in PNG, JPEG or WebP, got none that can be read");
+    throw new CoreError(UNREADABLE);
   });
   const { height, width } = image;
-  if (height * width > MAX_TEXELS) throw new CoreError(`expected a picture of at most ${MAX_TEXELS} texels, got ${width} x ${height}`);
-  budget.take(height, width);
+  if (height * width !== texels) throw new CoreError(UNREADABLE);
   const drawn = drawnPixels(image), isOpaque = !hasClearPixels(drawn), pixels = (!isOpaque && storedPixels(image)) || drawn;
   image.close();
   return { texels: colorsOf(pixels), height, width, ...(!isOpaque && { alpha: alphaOf(pixels) }) };

@@ -6,6 +6,7 @@
 
 import { sha256 } from "../core/sha256.js";
 import { IDENTITY } from "../shapes/affine.js";
+import { OfPictures } from "../shapes/picture.js";
 import { WHITE, materialValues } from "./description.js";
 
 /**
@@ -21,7 +22,8 @@ const DTYPES = new Map(/** @type {[Function, string][]} */ ([
 
 /** Columns of arrays that have rows. @type {Record<string, Record<string, number>>} */
 const COLUMNS = {
-  mesh: { vertices: 3, triangles: 3, normals: 3, colors: 3, face_colors: 3, uv: 2, texture: 3 },
+  mesh: { vertices: 3, triangles: 3, normals: 3, colors: 3, face_colors: 3, uv: 2 },
+  picture: { texels: 3 },
   implicit: { operands: 3, bounds: 3, color_operands: 3 },
   brep: { faces: 5, control_points: 4, trims: 2, trim_control_points: 3, face_colors: 3 },
   tube: { control_points: 3 },
@@ -31,7 +33,9 @@ const COLUMNS = {
 export async function inCanonicalOrder(core, scene) {
   const { shapes, instances } = scene, count = instances.length;
   if (count < 2) return scene;
-  const digests = await Promise.all(shapes.map((shape) => shapeDigest(core, shape)));
+  /** @type {OfPictures<Promise<Uint8Array>>} */
+  const pictures = new OfPictures();
+  const digests = await Promise.all(shapes.map((shape) => shapeDigest(core, shape, pictures)));
   const digest = instances.flatMap(({ shape }) => Array.from(digests[shape]));
   const transform = instances.flatMap(({ transform = IDENTITY }) => Array.from(transform));
   const material = instances.flatMap(({ material = WHITE }) => materialValues(material));
@@ -41,8 +45,23 @@ export async function inCanonicalOrder(core, scene) {
   return { ...scene, instances: Array.from(order, (i) => instances[i]) };
 }
 
-/** As core/tracing/canonical.h has it. @param {Core} core @param {ShapeDescription} description @returns {Promise<Uint8Array>} (32,) */
-function shapeDigest(core, { kind, ...fields }) {
+/**
+ * As core/tracing/canonical.h has it. A picture counts by its own digest, as in bobrossnet.shapes.mesh.
+ *
+ * @param {Core} core
+ * @param {ShapeDescription} description
+ * @param {OfPictures<Promise<Uint8Array>>} pictures
+ * @returns {Promise<Uint8Array>} (32,)
+ */
+async function shapeDigest(core, description, pictures) {
+  if (description.kind !== "mesh" || !description.texture) return digestOf(core, description);
+  const { texture: texels, texture_alpha: alpha, ...apart } = description;
+  const picture = pictures.get(description, () => digestOf(core, { kind: "picture", texels, ...(alpha && { alpha }) }));
+  return digestOf(core, { ...apart, picture: await picture });
+}
+
+/** @param {Core} core @param {{kind: string} & Record<string, any>} description @returns {Promise<Uint8Array>} (32,) */
+function digestOf(core, { kind, ...fields }) {
   const encoder = new TextEncoder(), parts = [encoder.encode(kind)];
   for (const [name, value] of Object.entries(fields).sort(([a], [b]) => (a < b ? -1 : 1))) {
     if (ArrayBuffer.isView(value)) {

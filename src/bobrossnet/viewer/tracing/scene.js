@@ -7,6 +7,7 @@ import { COLORED, GBUFFER, tracedLayout, widthOf } from "../picture/channels.js"
 import { IDENTITY } from "../shapes/affine.js";
 import { formulaShape, implicitShape, scriptShape } from "../shapes/implicit.js";
 import { meshShape } from "../shapes/mesh.js";
+import { OfPictures, pictureOf } from "../shapes/picture.js";
 import { brepShape, tubeShape } from "../shapes/splines.js";
 import { WHITE, checkCount, materialValues } from "./description.js";
 
@@ -79,11 +80,13 @@ export function buildScene(core, { shapes: descriptions, instances }) {
   checkCount("shapes", instances.length);
   /** @type {Shape[]} */
   const shapes = [];
+  /** @type {OfPictures<number>} */
+  const pictures = new OfPictures();
   /** @type {Set<string>} */
   const warnings = new Set();
   try {
     descriptions.forEach((description, i) => {
-      const make = () => makeShape(core, description);
+      const make = () => makeShape(core, description, pictures);
       const shape = descriptions.length > 1 ? placedErrors(`shapes[${i}]`, make) : make();
       shapes.push(shape);
       if (shape.isCoarse) warnings.add(coarse(description.kind === "brep" ? "surface" : "formula"));
@@ -93,16 +96,17 @@ export function buildScene(core, { shapes: descriptions, instances }) {
     }), [...warnings]);
   } finally {
     for (const shape of shapes) shape.free();
+    for (const picture of pictures.all) core.call("free_picture", picture);
   }
 }
 
 /** As bobrossnet.errors.warn_coarse. @param {string} what */
 const coarse = (what) => `shape: its ${what} is too intricate to prepare in a few seconds: as exact, but tracing is slow`;
 
-/** @param {Core} core @param {ShapeDescription} description @returns {Shape} */
-function makeShape(core, description) {
+/** @param {Core} core @param {ShapeDescription} description @param {OfPictures<number>} pictures @returns {Shape} */
+function makeShape(core, description, pictures) {
   switch (description.kind) {
-    case "mesh": return meshShape(core, description);
+    case "mesh": return meshShape(core, description, pictures.get(description, () => pictureOf(core, description)));
     case "implicit": return implicitShape(core, description, description.bounds);
     case "script": return scriptShape(core, description.source);
     case "formula": return formulaShape(core, description.text, description.bounds);

@@ -1,0 +1,55 @@
+// @ts-check
+/**
+ * How large pictures are, by the heads of their files: a small file may hold a picture of any size, which a browser would decode whole.
+ * They are of the formats that bobrossnet.adapters.surface reads.
+ *
+ * @typedef {{height: number, width: number}} Size
+ */
+
+/** @param {Uint8Array} bytes of a picture's file @returns {Size | undefined} nothing if it is of no such format, or cut short */
+export function sizeOfPicture(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const text = (/** @type {number} */ at) => String.fromCharCode(...bytes.subarray(at, at + 4));
+  const short = (/** @type {number} */ at) => view.getUint16(at, true), long = (/** @type {number} */ at) => view.getUint32(at, true);
+  try {
+    if (text(0) === "\x89PNG") return { width: view.getUint32(16), height: view.getUint32(20) };
+    if (text(0) === "GIF8") return { width: short(6), height: short(8) };
+    if (text(0).startsWith("BM")) {
+      if (long(14) === 12) return { width: short(18), height: short(20) };
+      return { width: long(18), height: Math.abs(view.getInt32(22, true)) };  // below 0 if the first row is the upper one
+    }
+    if (text(0) === "RIFF" && text(8) === "WEBP") return sizeOfWebp(text(12), short, long);
+    if (text(0).startsWith("\xff\xd8")) return sizeOfJpeg(view);
+  } catch (error) {
+    if (!(error instanceof RangeError)) throw error;
+  }
+  return undefined;
+}
+
+/**
+ * @param {string} chunk the name of the first one
+ * @param {(at: number) => number} short
+ * @param {(at: number) => number} long
+ * @returns {Size | undefined}
+ */
+function sizeOfWebp(chunk, short, long) {
+  const ofBits = (/** @type {number} */ bits) => ({ width: (bits & 0x3fff) + 1, height: (bits >> 14 & 0x3fff) + 1 });
+  switch (chunk) {
+    case "VP8 ": return { width: short(26) & 0x3fff, height: short(28) & 0x3fff };
+    case "VP8L": return ofBits(long(21));
+    case "VP8X": return { width: (long(24) & 0xffffff) + 1, height: (long(26) >>> 8) + 1 };
+    default: return undefined;
+  }
+}
+
+/** @param {DataView} view @returns {Size | undefined} */
+function sizeOfJpeg(view) {
+  for (let at = 2; view.getUint8(at) === 0xff;) {
+    const marker = view.getUint8(at + 1);
+    const isFrame = marker >= 0xc0 && marker <= 0xcf && ![0xc4, 0xc8, 0xcc].includes(marker);
+    if (isFrame) return { height: view.getUint16(at + 5), width: view.getUint16(at + 7) };
+    if (marker === 0xff) at += 1;  // a byte that fills
+    else at += 2 + (marker === 0x01 || (marker >= 0xd0 && marker <= 0xd8) ? 0 : view.getUint16(at + 2));
+  }
+  return undefined;
+}
