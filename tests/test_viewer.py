@@ -13,6 +13,7 @@ from urllib.parse import quote
 
 import numpy as np
 import pytest
+import trimesh
 from browser import serving
 from models import MODELS, needs_models
 from PIL import Image
@@ -171,6 +172,31 @@ def test_colors_are_those_of_python(browser, viewer, tmp_path):
     near = color_to_8_bit(bob.trace(scene, bob.Camera(azimuth=40), size=(height, width)).color)
     assert np.abs(moved.astype(int) - near).mean() < 6
     page.close()
+
+
+def test_factors_of_gltf_are_linear_light(page, tmp_path):
+    """Base colours, and what shines by itself, which the page shows as sRGB, as Python writes it."""
+    factors = [((40, 90, 200, 255), 0.0, 0.6, (0, 0, 0)), ((230, 120, 30, 255), 1.0, 0.4, (0, 0, 0)),
+               ((0, 0, 0, 255), 0.0, 1.0, (0.5, 0.05, 0.2)), ((100, 100, 100, 255), 0.5, 0.7, (0, 0.1, 0))]  # fmt: skip
+    balls = []
+    for i, (color, metallic, roughness, emissive) in enumerate(factors):
+        ball = trimesh.creation.icosphere(4).apply_translation((2.2 * (i % 2), 2.2 * (i // 2), 0))
+        material = trimesh.visual.material.PBRMaterial(
+            f"m{i}", emissiveFactor=emissive, baseColorFactor=color, metallicFactor=metallic, roughnessFactor=roughness
+        )
+        ball.visual = trimesh.visual.TextureVisuals(material=material)
+        balls.append(ball)
+    file = tmp_path / "factors.glb"
+    file.write_bytes(trimesh.Scene(balls).export(file_type="glb"))
+    scene = bob.load(file)
+    assert sorted(i.material.emissive for i in scene.instances) == sorted(emissive for *_, emissive in factors)
+    page.tab.set_input_files("#file", file)
+    page.opened()
+    assert page.text("#message") == ""
+    color = bob.trace(scene, size=(HEIGHT, WIDTH)).color
+    wanted = color_to_8_bit(color).astype(int)
+    assert (np.abs(page.exact().astype(int) - wanted).max(axis=-1) > 1).mean() < 0.002
+    assert np.abs(255 * color - wanted)[wanted.any(axis=-1)].mean() > 20  # as it is, it would be another picture
 
 
 def test_files_are_opened_together_with_their_textures(page, tmp_path):
