@@ -613,18 +613,22 @@ def test_materials_share_a_picture(read):
     Image.fromarray(array).save(file, "JPEG", quality=30)
     uri = {"uri": "data:image/jpeg;base64," + base64.b64encode(file.getvalue()).decode()}
     count = 300
-    primitives = [{"attributes": {"POSITION": 0}, "indices": 1, "material": i} for i in range(count)]
+    primitives = [{"attributes": {"POSITION": 0, "TEXCOORD_0": 2}, "indices": 1, "material": i} for i in range(count)]
     laid = {"baseColorTexture": {"index": 0}}
+    points = {"bufferView": 0, "componentType": 5126, "count": 8}
+    corners = {"bufferView": 1, "componentType": 5123, "count": 36, "type": "SCALAR"}
     found = read(
         "a.glb",
         box_glb(
             [{"mesh": 0}], images=[uri], meshes=[{"primitives": primitives}], textures=[{"source": 0}],
+            accessors=[points | {"type": "VEC3"}, corners, points | {"type": "VEC2"}],
             materials=[{"pbrMetallicRoughness": laid | {"roughnessFactor": i / count}} for i in range(count)],
         ),
     )  # fmt: skip
     assert "error" not in found, found["error"]
     assert len(found["names"]) == count
     assert found["warnings"] == []
+    assert found["color"] is not None
 
 
 def test_a_picture_with_and_without_its_alpha(same):
