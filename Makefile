@@ -136,4 +136,4 @@ $(VENV)/chromium: | $(VENV)/installed-test
 clean:
 	rm -rf $(VENV) build out
 
-include checks.mk
+include checks.mk release/wheels.mk
