@@ -76,14 +76,17 @@ def build_wheel(platform: Platform, modules: Path, out: Path) -> Path:
 def build_sdist(modules: Path, out: Path) -> Path:
     """The source distribution, with the WebAssembly modules, which whoever installs it need not compile."""
     viewer = ROOT / "src/bobrossnet/viewer"
+    before = set(viewer.glob("*.wasm"))  # of an editable install
     for module in modules.glob("*.wasm"):
         shutil.copy(module, viewer)
     subprocess.run(
-        [sys.executable, "-m", "build", "--sdist", "--no-isolation", "--outdir", out],
+        [sys.executable, "-m", "build", "--sdist", "--no-isolation", "--quiet", "--outdir", out],
         cwd=ROOT,
         env=environment(),
         check=True,
     )
+    for module in set(viewer.glob("*.wasm")) - before:
+        module.unlink()
     (sdist,) = out.glob("bobrossnet-*.tar.gz")
     return sdist
 

@@ -17,4 +17,7 @@ set(CMAKE_CXX_ARCHIVE_APPEND "\"${ZIG}\" ar qD <TARGET> <LINK_FLAGS> <OBJECTS>")
 set(CMAKE_CXX_ARCHIVE_FINISH "\"${ZIG}\" ranlib <TARGET>")
 # Headers of nanobind use stdio.h without including it, which only libstdc++ forgives.
 set(CMAKE_CXX_FLAGS_INIT "-include stdio.h")
-set(CMAKE_OSX_SYSROOT "")  # zig has what it needs of Apple's
+# Of Apple's tools and libraries zig needs none, and CMake only believes that it does.
+set(CMAKE_OSX_SYSROOT "")
+set(CMAKE_INSTALL_NAME_TOOL ${ZIG})
+set(CMAKE_SKIP_RPATH ON)

@@ -24,8 +24,6 @@
 #define SIZEOF_WCHAR_T 2
 #define SIZEOF__BOOL 1
 
-#define HAVE_PY_SSIZE_T
-#define HAVE_SSIZE_T
 #define HAVE_STDDEF_H
 #define HAVE_SYS_STAT_H
 #define HAVE_SYS_TYPES_H
