@@ -12,6 +12,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -127,17 +128,15 @@ def check_contents(report: Report, platform: Platform, wheel: Path, files: set[s
 
 def smoke(command: Sequence[str | Path], variables: dict[str, str] | None = None) -> dict[str, object]:
     """The answers of release/smoke.py, run in an empty folder."""
-    folder = WORK / "empty"
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    done = subprocess.run(
-        [*command, ROOT / "release/smoke.py"],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": "", **(variables or {})},
-        stdout=subprocess.PIPE,
-        text=True,
-        check=True,
-    )
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(
+            [*command, ROOT / "release/smoke.py"],
+            cwd=folder,
+            env={**os.environ, "PYTHONPATH": "", **(variables or {})},
+            stdout=subprocess.PIPE,
+            text=True,
+            check=True,
+        )
     return json.loads(done.stdout.splitlines()[-1])
 
 

@@ -81,7 +81,7 @@ def windows_loader(folder: Path) -> Path:
     ]
     data = [f"__declspec(dllexport) char {symbol.name}[1024];" for symbol in abi3info.DATAS]
     stub.write_text("\n".join([*functions, *data, ""]))
-    compiler = [ZIG, "cc", "-target", "x86_64-windows-gnu", "-O1", "-s"]
+    compiler = [ZIG, "cc", "-target", "x86_64-windows-gnu", "-O3", "-s"]
     subprocess.run([*compiler, "-shared", stub, "-o", library], check=True)
     subprocess.run([*compiler, ROOT / "release/windows/load.c", "-o", loader], check=True)
     return loader
