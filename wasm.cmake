@@ -22,20 +22,20 @@ set(wasm_flags -O3 -std=c++20 -fvisibility=hidden -ffp-contract=off -msimd128 -W
 set(completion_kernel_flags -mllvm -pre-RA-sched=linearize)
 # All else runs once for each shape, or leaves the work to kernels: it is to be small, since pages fetch it.
 set(fast_sources
-  core/bvh.cpp
-  core/color.cpp
+  core/base/bvh.cpp
+  core/base/color.cpp
   core/formula/graph.cpp
   core/formula/mesh_distance.cpp
   core/formula/tape.cpp
   core/nurbs/trim.cpp
-  core/shapes/cells_build.cpp
-  core/shapes/implicit.cpp
-  core/shapes/triangles.cpp
-  core/shapes/tube.cpp
-  core/picture/adaptive.cpp
-  core/picture/history.cpp
-  core/picture/refresh.cpp
-  core/picture/squares.cpp
+  core/shapes/implicit/cells_build.cpp
+  core/shapes/implicit/implicit.cpp
+  core/shapes/mesh/triangles.cpp
+  core/shapes/tube/tube.cpp
+  core/sampling/adaptive.cpp
+  core/reprojection/history.cpp
+  core/sampling/refresh.cpp
+  core/sampling/squares.cpp
   core/tracing/scene.cpp)
 set(small_flags -Os)
 set(exception_flags -fwasm-exceptions -mexception-handling -mllvm -wasm-use-legacy-eh=false)
@@ -106,8 +106,8 @@ foreach(part completion tracing)
     compile_wasm(${part}_relaxed ${name}.relaxed ${CMAKE_SOURCE_DIR}/${source} ${kernel_flags} -mrelaxed-simd)
   endforeach()
 endforeach()
-compile_wasm(one_thread parallel_single ${CMAKE_SOURCE_DIR}/core/parallel_single.cpp ${wasm_flags})
-compile_wasm(threads parallel_lent ${CMAKE_SOURCE_DIR}/core/parallel_lent.cpp ${wasm_flags})
+compile_wasm(one_thread parallel_single ${CMAKE_SOURCE_DIR}/core/base/parallel_single.cpp ${wasm_flags})
+compile_wasm(threads parallel_lent ${CMAKE_SOURCE_DIR}/core/base/parallel_lent.cpp ${wasm_flags})
 compile_wasm(runtime_of_threads wasm_threads ${CMAKE_SOURCE_DIR}/bindings/wasm_threads.cpp ${wasm_flags})
 compile_wasm(completion_objects wasm_completion ${CMAKE_SOURCE_DIR}/bindings/wasm_completion.cpp ${wasm_flags} ${small_flags})
 compile_wasm(tracing_objects wasm ${CMAKE_SOURCE_DIR}/bindings/wasm.cpp ${wasm_flags} ${small_flags})

@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-CPP, CPP_TEST = "core/picture/adaptive.cpp", "adaptive_orders"
+CPP, CPP_TEST = "core/sampling/adaptive.cpp", "adaptive_orders"
 PYTHON, PYTHON_TEST = "src/bobrossnet/upright.py", "tests/test_order.py::test_seeds_differ"
 
 

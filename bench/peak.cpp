@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "simd.h"
+#include "base/simd.h"
 
 namespace {
 

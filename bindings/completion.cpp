@@ -14,8 +14,8 @@
 #include "completion/guided.h"
 #include "completion/interpolation.h"
 #include "completion/known.h"
-#include "completion/ratio.h"
 #include "completion/network.h"
+#include "completion/ratio.h"
 #include "picture/gbuffer.h"
 
 using namespace nb::literals;

@@ -17,12 +17,12 @@
 #include <string_view>
 #include <vector>
 
+#include "base/parallel.h"
 #include "bindings.h"
 #include "formula/arrays.h"
 #include "formula/expression.h"
 #include "formula/mesh_distance.h"
 #include "formula/text.h"
-#include "parallel.h"
 
 using namespace nb::literals;
 

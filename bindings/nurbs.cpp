@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/parallel.h"
 #include "bindings.h"
 #include "nurbs/delaunay.h"
 #include "nurbs/nurbs.h"
-#include "parallel.h"
 
 using namespace nb::literals;
 

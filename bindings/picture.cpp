@@ -17,17 +17,17 @@
 #include <utility>
 #include <vector>
 
+#include "base/parallel.h"
 #include "bindings.h"
 #include "completion/guided_surfaces.h"
-#include "parallel.h"
-#include "picture/adaptive.h"
 #include "picture/camera.h"
 #include "picture/channels.h"
 #include "picture/gbuffer.h"
-#include "picture/history.h"
-#include "picture/order.h"
-#include "picture/refresh.h"
-#include "picture/squares.h"
+#include "reprojection/history.h"
+#include "sampling/adaptive.h"
+#include "sampling/order.h"
+#include "sampling/refresh.h"
+#include "sampling/squares.h"
 #include "tracing/trace.h"
 
 using namespace nb::literals;

@@ -4,9 +4,9 @@
 
 #include <string_view>
 
+#include "base/isa.h"
+#include "base/parallel.h"
 #include "bindings.h"
-#include "isa.h"
-#include "parallel.h"
 
 using namespace nb::literals;
 

@@ -17,10 +17,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/color.h"
+#include "base/parallel.h"
+#include "base/thread_memory.h"
 #include "bindings.h"
-#include "color.h"
-#include "parallel.h"
-#include "thread_memory.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
 #include "tracing/trace.h"

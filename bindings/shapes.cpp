@@ -11,14 +11,14 @@
 #include <tuple>
 #include <vector>
 
+#include "base/parallel.h"
 #include "bindings.h"
-#include "parallel.h"
-#include "shapes/brep.h"
-#include "shapes/contouring.h"
-#include "shapes/implicit.h"
-#include "shapes/mesh.h"
-#include "shapes/tube.h"
-#include "shapes/vm_solid.h"
+#include "shapes/brep/brep.h"
+#include "shapes/implicit/contouring.h"
+#include "shapes/implicit/implicit.h"
+#include "shapes/implicit/vm_solid.h"
+#include "shapes/mesh/mesh.h"
+#include "shapes/tube/tube.h"
 
 using namespace nb::literals;
 

@@ -5,7 +5,7 @@
 
 #include <chrono>
 
-#include "interruption.h"
+#include "base/interruption.h"
 
 namespace nb = nanobind;
 

@@ -14,17 +14,17 @@
 #include <utility>
 #include <vector>
 
-#include "wasm.h"
-#include "wasm_shape.h"
-#include "shapes/mesh.h"
-#include "picture/adaptive.h"
-#include "picture/history.h"
-#include "picture/order.h"
-#include "picture/refresh.h"
-#include "picture/squares.h"
+#include "reprojection/history.h"
+#include "sampling/adaptive.h"
+#include "sampling/order.h"
+#include "sampling/refresh.h"
+#include "sampling/squares.h"
+#include "shapes/mesh/mesh.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
 #include "tracing/trace.h"
+#include "wasm.h"
+#include "wasm_shape.h"
 
 namespace {
 

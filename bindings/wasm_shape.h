@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "shapes/mesh.h"
+#include "shapes/mesh/mesh.h"
 
 /// A shape, and the arrays that it reads until it is in a scene.
 struct Shape {

@@ -13,17 +13,17 @@
 #include <utility>
 #include <vector>
 
-#include "wasm.h"
-#include "wasm_shape.h"
 #include "formula/arrays.h"
 #include "formula/expression.h"
 #include "formula/vm.h"
 #include "modelling/script.h"
-#include "shapes/bounds.h"
-#include "shapes/brep.h"
-#include "shapes/implicit.h"
-#include "shapes/tube.h"
-#include "shapes/vm_solid.h"
+#include "shapes/brep/brep.h"
+#include "shapes/implicit/bounds.h"
+#include "shapes/implicit/implicit.h"
+#include "shapes/implicit/vm_solid.h"
+#include "shapes/tube/tube.h"
+#include "wasm.h"
+#include "wasm_shape.h"
 
 namespace {
 

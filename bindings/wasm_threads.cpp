@@ -8,9 +8,9 @@
 #include <mutex>
 #include <new>
 
-#include "mutex.h"
-#include "parallel.h"
-#include "parallel_lent.h"
+#include "base/mutex.h"
+#include "base/parallel.h"
+#include "base/parallel_lent.h"
 #include "wasm.h"
 
 // ---- Memory ----------------------------------------------------------------------------------------------------

@@ -223,5 +223,5 @@ def test_shading_constants_are_the_codes():
     text = (ROOT / "CONVENTIONS.md").read_text()
     assert f"gray = {ambient} + {diffuse} max(0, n·l) + {specular} max(0, n·h)^{shininess}" in text
     assert f"direction ({', '.join(light)})" in text
-    crease = re.search(r"crease_angle_degrees = (\d+)", (ROOT / "core/shapes/normals.h").read_text()).group(1)
+    crease = re.search(r"crease_angle_degrees = (\d+)", (ROOT / "core/shapes/mesh/normals.h").read_text()).group(1)
     assert f"crease angle of {crease}°" in text

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "base/simd.h"
 #include "completion/rows.h"
-#include "simd.h"
 
 namespace bob::BOB_ISA {
 

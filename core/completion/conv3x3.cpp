@@ -6,7 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "parallel.h"
+#include "base/parallel.h"
 
 namespace bob {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "simd.h"
+#include "base/simd.h"
 
 /// Winograd's F(n, 3) down the columns: n rows of results from n + 2 rows of pixels by as many products (Lavin and Gray, "Fast
 /// Algorithms for Convolutional Neural Networks", 2016). The differences that are multiplied are kept for all output channels, and

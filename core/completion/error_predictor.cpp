@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
+#include "base/parallel.h"
 #include "completion/interpolation.h"
-#include "parallel.h"
 
 namespace bob {
 namespace {

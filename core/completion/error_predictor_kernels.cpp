@@ -1,6 +1,6 @@
 #include "completion/error_predictor_kernels.h"
 
-#include "simd.h"
+#include "base/simd.h"
 
 namespace bob::BOB_ISA {
 namespace {

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/parallel.h"
 #include "completion/filling_kernels.h"
 #include "completion/planes.h"
-#include "parallel.h"
 
 namespace bob {
 namespace {

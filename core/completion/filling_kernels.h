@@ -2,8 +2,8 @@
 /// vectors, beyond the width if need be.
 #pragma once
 
+#include "base/isa.h"
 #include "completion/rows.h"
-#include "isa.h"
 
 namespace bob {
 

@@ -7,10 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "color.h"
+#include "base/color.h"
+#include "base/parallel.h"
 #include "completion/guided_kernels.h"
 #include "completion/guided_surfaces.h"
-#include "parallel.h"
 
 namespace bob {
 namespace {

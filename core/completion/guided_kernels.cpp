@@ -1,7 +1,7 @@
 #include "completion/guided_kernels.h"
 
+#include "base/simd.h"
 #include "completion/blocks.h"
-#include "simd.h"
 
 namespace bob::BOB_ISA {
 namespace {

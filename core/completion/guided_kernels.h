@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "isa.h"
+#include "base/isa.h"
 
 namespace bob {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "color.h"
-#include "parallel.h"
+#include "base/color.h"
+#include "base/parallel.h"
 
 namespace bob {
 namespace {

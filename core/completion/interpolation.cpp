@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/parallel.h"
 #include "completion/interpolation_kernels.h"
 #include "completion/planes.h"
 #include "completion/spare.h"
-#include "parallel.h"
-#include "picture/order.h"
+#include "sampling/order.h"
 
 namespace bob {
 namespace {

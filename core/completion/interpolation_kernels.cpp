@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/simd.h"
 #include "completion/blocks.h"
-#include "simd.h"
 
 namespace bob::BOB_ISA {
 namespace {

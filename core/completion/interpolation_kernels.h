@@ -4,8 +4,8 @@
 
 #include <cstddef>
 
+#include "base/isa.h"
 #include "completion/rows.h"
-#include "isa.h"
 
 namespace bob {
 

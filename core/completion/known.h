@@ -3,8 +3,8 @@
 
 #include <cstddef>
 
+#include "base/parallel.h"
 #include "completion/interpolation_kernels.h"
-#include "parallel.h"
 #include "picture/channels.h"
 
 namespace bob {

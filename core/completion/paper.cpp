@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "parallel.h"
+#include "base/parallel.h"
 
 namespace bob {
 namespace {

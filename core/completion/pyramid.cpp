@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "base/parallel.h"
 #include "completion/pyramid_kernels.h"
-#include "parallel.h"
 
 namespace bob {
 namespace {

@@ -4,8 +4,8 @@
 /// hold the 2x2 pixels of each block, row by row.
 #pragma once
 
+#include "base/isa.h"
 #include "completion/rows.h"
-#include "isa.h"
 
 namespace bob {
 

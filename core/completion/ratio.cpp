@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/parallel.h"
 #include "completion/interpolation.h"
 #include "completion/planes.h"
 #include "completion/ratio_kernels.h"
 #include "completion/spare.h"
-#include "parallel.h"
 
 namespace bob {
 namespace {

@@ -2,8 +2,8 @@
 /// stretches are those of the coarser of two levels, from whole vectors on, and whole vectors are written.
 #pragma once
 
+#include "base/isa.h"
 #include "completion/rows.h"
-#include "isa.h"
 
 namespace bob {
 

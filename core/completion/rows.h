@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <span>
 
-#include "isa.h"
+#include "base/isa.h"
 
 namespace bob {
 

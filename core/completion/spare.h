@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "mutex.h"
+#include "base/mutex.h"
 
 namespace bob {
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "base/isa.h"
 #include "formula/expression.h"
-#include "isa.h"
 
 namespace bob {
 

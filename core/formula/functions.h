@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "simd.h"
+#include "base/simd.h"
 
 namespace bob::BOB_ISA {
 

@@ -4,9 +4,9 @@
 #include <map>
 #include <vector>
 
+#include "base/thread_memory.h"
 #include "formula/scratch.h"
 #include "formula/sequenced.h"
-#include "thread_memory.h"
 
 namespace bob {
 namespace {

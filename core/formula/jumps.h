@@ -7,9 +7,9 @@
 
 #include <optional>
 
+#include "base/work.h"
 #include "formula/evaluate.h"
 #include "formula/tape.h"
-#include "work.h"
 
 namespace bob {
 

@@ -12,10 +12,10 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/interruption.h"
+#include "base/mutex.h"
+#include "base/parallel.h"
 #include "formula/expression.h"
-#include "interruption.h"
-#include "mutex.h"
-#include "parallel.h"
 
 namespace bob {
 namespace {

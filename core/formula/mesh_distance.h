@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "bvh.h"
-#include "sha256.h"
-#include "vec.h"
-#include "vec3d.h"
+#include "base/bvh.h"
+#include "base/sha256.h"
+#include "base/vec.h"
+#include "base/vec3d.h"
 
 namespace bob {
 

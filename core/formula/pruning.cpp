@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/thread_memory.h"
 #include "formula/registers.h"
-#include "thread_memory.h"
 
 namespace bob {
 namespace {

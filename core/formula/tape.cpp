@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/thread_memory.h"
 #include "formula/mesh_distance.h"
 #include "formula/registers.h"
-#include "thread_memory.h"
 
 namespace bob {
 namespace {

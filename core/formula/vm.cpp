@@ -6,8 +6,8 @@
 #include <optional>
 #include <unordered_map>
 
+#include "base/interruption.h"
 #include "formula/sequenced.h"
-#include "interruption.h"
 
 namespace bob {
 namespace {

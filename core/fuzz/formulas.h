@@ -5,14 +5,14 @@
 #include <optional>
 #include <stdexcept>
 
+#include "base/interruption.h"
 #include "formula/expression.h"
 #include "formula/scratch.h"
 #include "formula/tape.h"
 #include "fuzz/fuzz.h"
 #include "fuzz/rays.h"
-#include "interruption.h"
-#include "shapes/bounds.h"
-#include "shapes/implicit.h"
+#include "shapes/implicit/bounds.h"
+#include "shapes/implicit/implicit.h"
 
 namespace fuzz {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fuzz/rays.h"
-#include "shapes/mesh.h"
+#include "shapes/mesh/mesh.h"
 
 namespace {
 

@@ -3,10 +3,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/interruption.h"
 #include "fuzz/rays.h"
 #include "fuzz/splines.h"
-#include "interruption.h"
-#include "shapes/brep.h"
+#include "shapes/brep/brep.h"
 
 namespace {
 

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "fuzz/fuzz.h"
-#include "picture/adaptive.h"
 #include "picture/camera.h"
 #include "picture/gbuffer.h"
-#include "picture/order.h"
-#include "picture/squares.h"
+#include "sampling/adaptive.h"
+#include "sampling/order.h"
+#include "sampling/squares.h"
 
 namespace {
 

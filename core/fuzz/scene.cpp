@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "fuzz/fuzz.h"
-#include "shapes/brep.h"
-#include "shapes/mesh.h"
-#include "shapes/tube.h"
+#include "shapes/brep/brep.h"
+#include "shapes/mesh/mesh.h"
+#include "shapes/tube/tube.h"
 #include "tracing/arrangement.h"
 #include "tracing/trace.h"
 

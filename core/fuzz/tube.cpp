@@ -3,7 +3,7 @@
 
 #include "fuzz/rays.h"
 #include "fuzz/splines.h"
-#include "shapes/tube.h"
+#include "shapes/tube/tube.h"
 
 FUZZ(tube) {
     auto path = fuzz::curve<4>(source, 5);

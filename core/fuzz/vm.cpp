@@ -3,7 +3,7 @@
 
 #include "formula/vm.h"
 #include "fuzz/formulas.h"
-#include "shapes/vm_solid.h"
+#include "shapes/implicit/vm_solid.h"
 
 FUZZ(vm) {
     const bool traced = source.byte() % 16 == 't' % 16;  // tracing takes a hundred times as long as reading

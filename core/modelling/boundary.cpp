@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "interruption.h"
+#include "base/interruption.h"
 #include "modelling/arcs.h"
 
 namespace bob {

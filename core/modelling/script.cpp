@@ -5,7 +5,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "interruption.h"
+#include "base/interruption.h"
 #include "modelling/script_syntax.h"
 #include "modelling/script_values.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "color.h"
+#include "base/color.h"
 #include "modelling/words.h"
 
 namespace bob {

@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "interruption.h"
+#include "base/interruption.h"
 
 namespace bob {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "nurbs/trim.h"
 
-#include "interruption.h"
+#include "base/interruption.h"
 
 #include <algorithm>
 #include <array>

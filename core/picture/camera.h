@@ -8,10 +8,10 @@
 #include <limits>
 #include <optional>
 
+#include "base/ray.h"
+#include "base/vec3d.h"
 #include "picture/eye.h"
 #include "picture/gbuffer.h"
-#include "ray.h"
-#include "vec3d.h"
 
 namespace bob {
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "vec.h"
+#include "base/vec.h"
 
 namespace bob {
 

@@ -1,7 +1,7 @@
 /// A camera for loops over many points.
 #pragma once
 
-#include "vec.h"
+#include "base/vec.h"
 
 namespace bob {
 

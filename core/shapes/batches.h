@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "thread_memory.h"
+#include "base/thread_memory.h"
 
 namespace bob {
 

@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "affine.h"
-#include "box.h"
-#include "bvh.h"
-#include "isa.h"
+#include "base/affine.h"
+#include "base/box.h"
+#include "base/bvh.h"
+#include "base/isa.h"
 #include "shapes/shape.h"
 
 namespace bob {

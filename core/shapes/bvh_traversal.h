@@ -3,9 +3,9 @@
 
 #include <limits>
 
-#include "bvh.h"
+#include "base/bvh.h"
+#include "base/simd.h"
 #include "shapes/shape.h"
-#include "simd.h"
 
 namespace bob::BOB_ISA {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "interruption.h"
+#include "base/interruption.h"
 
 namespace bob {
 

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "affine.h"
-#include "box.h"
+#include "base/affine.h"
+#include "base/box.h"
 
 namespace bob {
 

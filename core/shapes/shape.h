@@ -6,10 +6,10 @@
 #include <limits>
 #include <span>
 
-#include "affine.h"
-#include "box.h"
-#include "ray.h"
-#include "vec.h"
+#include "base/affine.h"
+#include "base/box.h"
+#include "base/ray.h"
+#include "base/vec.h"
 
 namespace bob {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "affine.h"
+#include "base/affine.h"
 #include "shapes/shape.h"
 
 namespace bob {

@@ -1,4 +1,4 @@
-#include "picture/adaptive.h"
+#include "sampling/adaptive.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/sha256.h"
 #include "check.h"
-#include "sha256.h"
 
 namespace {
 

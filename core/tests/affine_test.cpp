@@ -1,4 +1,4 @@
-#include "affine.h"
+#include "base/affine.h"
 
 #include "check.h"
 

@@ -6,9 +6,9 @@
 #include "check.h"
 #include "interrupted.h"
 #include "meshes.h"
-#include "shapes/brep.h"
-#include "shapes/implicit.h"
-#include "shapes/tube.h"
+#include "shapes/brep/brep.h"
+#include "shapes/implicit/implicit.h"
+#include "shapes/tube/tube.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "shapes/brep.h"
+#include "shapes/brep/brep.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "isa.h"
+#include "base/isa.h"
 
 namespace test {
 

@@ -2,6 +2,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "base/parallel.h"
 #include "check.h"
 #include "completion/conv3x3.h"
 #include "completion/filling.h"
@@ -10,7 +11,6 @@
 #include "completion/pyramid.h"
 #include "interrupted.h"
 #include "meshes.h"
-#include "parallel.h"
 
 using bob::Planes;
 using bob::Then;

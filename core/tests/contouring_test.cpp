@@ -1,12 +1,12 @@
 /// Dual contouring: closed meshes of any formula, the same on every instruction set up to rounding, and an end on demand.
-#include "shapes/contouring.h"
+#include "shapes/implicit/contouring.h"
 
 #include <map>
 #include <stdexcept>
 #include <utility>
 
+#include "base/interruption.h"
 #include "check.h"
-#include "interruption.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 /// How far formulas reach: bounds of their inside, and extents of their surface, against looking everywhere.
-#include "shapes/extent.h"
+#include "shapes/implicit/extent.h"
 
 #include "check.h"
 #include "formula/scratch.h"

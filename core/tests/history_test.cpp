@@ -1,4 +1,4 @@
-#include "picture/history.h"
+#include "reprojection/history.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
+#include "base/isa.h"
+#include "base/parallel.h"
 #include "check.h"
-#include "isa.h"
-#include "parallel.h"
-#include "picture/refresh.h"
+#include "sampling/refresh.h"
 
 namespace {
 

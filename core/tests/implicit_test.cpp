@@ -1,5 +1,5 @@
 /// Implicit surfaces met by many rays: their cells' codes, and that rays do not know of each other.
-#include "shapes/implicit.h"
+#include "shapes/implicit/implicit.h"
 
 #include <algorithm>
 #include <map>

@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/parallel.h"
 #include "check.h"
 #include "meshes.h"
-#include "parallel.h"
-#include "picture/order.h"
+#include "sampling/order.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 /// Work that is told to stop.
 #pragma once
 
-#include "interruption.h"
+#include "base/interruption.h"
 
 /// Runs work() in an Interruption that says no to the question after `answered`. Returns whether the work was stopped then,
 /// and asked no more.

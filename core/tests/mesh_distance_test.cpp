@@ -6,7 +6,7 @@
 
 #include "formulas.h"
 #include "meshes.h"
-#include "shapes/bounds.h"
+#include "shapes/implicit/bounds.h"
 
 namespace {
 

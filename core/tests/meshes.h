@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "check.h"
-#include "shapes/mesh.h"
+#include "shapes/mesh/mesh.h"
 
 namespace test {
 

@@ -1,4 +1,4 @@
-#include "shapes/normals.h"
+#include "shapes/mesh/normals.h"
 
 #include "check.h"
 #include "meshes.h"

@@ -1,4 +1,4 @@
-#include "picture/order.h"
+#include "sampling/order.h"
 
 #include <algorithm>
 #include <numeric>

@@ -1,4 +1,4 @@
-#include "shapes/painting.h"
+#include "shapes/implicit/painting.h"
 
 #include <array>
 #include <bit>
@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/parallel.h"
 #include "check.h"
 #include "formula/pruning.h"
 #include "formula/scratch.h"
-#include "parallel.h"
 
 namespace {
 

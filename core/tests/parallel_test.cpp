@@ -1,4 +1,4 @@
-#include "parallel.h"
+#include "base/parallel.h"
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,9 +11,9 @@
 #include <thread>
 #include <vector>
 
+#include "base/mutex.h"
 #include "check.h"
 #include "interrupted.h"
-#include "mutex.h"
 
 namespace {
 

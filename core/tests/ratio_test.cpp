@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/parallel.h"
 #include "check.h"
-#include "parallel.h"
 
 namespace {
 

@@ -3,10 +3,10 @@
 #include <cstring>
 #include <numeric>
 
+#include "base/parallel.h"
 #include "check.h"
 #include "meshes.h"
-#include "parallel.h"
-#include "shapes/mesh.h"
+#include "shapes/mesh/mesh.h"
 
 using bob::Vec3;
 

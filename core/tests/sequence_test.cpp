@@ -2,10 +2,10 @@
 #include <span>
 #include <string>
 
+#include "base/sha256.h"
 #include "check.h"
 #include "formula/vm.h"
 #include "modelling/script.h"
-#include "sha256.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "picture/squares.h"
+#include "sampling/squares.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/sha256.h"
 #include "check.h"
-#include "picture/order.h"
-#include "sha256.h"
+#include "sampling/order.h"
 
 namespace {
 

@@ -1,11 +1,11 @@
-#include "shapes/texture.h"
+#include "shapes/mesh/texture.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "base/color.h"
 #include "check.h"
-#include "color.h"
 
 namespace {
 

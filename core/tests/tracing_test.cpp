@@ -3,10 +3,10 @@
 #include <memory>
 #include <vector>
 
+#include "base/parallel.h"
 #include "check.h"
 #include "meshes.h"
-#include "parallel.h"
-#include "shapes/mesh.h"
+#include "shapes/mesh/mesh.h"
 #include "tracing/material.h"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "shapes/triangles.h"
+#include "shapes/mesh/triangles.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,9 +6,9 @@
 #include <limits>
 #include <vector>
 
+#include "base/parallel.h"
 #include "check.h"
 #include "meshes.h"
-#include "parallel.h"
 
 using bob::Hit;
 using bob::Ray;

@@ -6,8 +6,8 @@
 #include <random>
 #include <vector>
 
+#include "base/parallel.h"
 #include "check.h"
-#include "parallel.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "shapes/tube.h"
+#include "shapes/tube/tube.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,12 @@
 /// Rays that wait for each other in cells, and come to all of theirs in order.
-#include "shapes/visits.h"
+#include "shapes/implicit/visits.h"
 
 #include <map>
 #include <set>
 
+#include "base/interruption.h"
 #include "check.h"
 #include "formulas.h"
-#include "interruption.h"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "check.h"
-#include "shapes/vm_solid.h"
+#include "shapes/implicit/vm_solid.h"
 
 namespace {
 

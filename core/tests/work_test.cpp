@@ -1,11 +1,11 @@
-#include "work.h"
+#include "base/work.h"
 
 #include <vector>
 
 #include "check.h"
 #include "formula/expression.h"
 #include "interrupted.h"
-#include "shapes/cells.h"
+#include "shapes/implicit/cells.h"
 
 namespace {
 

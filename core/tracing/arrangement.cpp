@@ -11,8 +11,8 @@
 #include <unordered_map>
 #include <utility>
 
-#include "interruption.h"
-#include "parallel.h"
+#include "base/interruption.h"
+#include "base/parallel.h"
 #include "tracing/place_key.h"
 
 namespace bob {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "affine.h"
+#include "base/affine.h"
 #include "tracing/canonical.h"
 #include "tracing/scene.h"
 

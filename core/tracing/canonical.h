@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "affine.h"
-#include "sha256.h"
+#include "base/affine.h"
+#include "base/sha256.h"
 #include "tracing/material.h"
 
 namespace bob {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "color.h"
-#include "vec.h"
+#include "base/color.h"
+#include "base/vec.h"
 
 namespace bob {
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "affine.h"
+#include "base/affine.h"
 #include "shapes/shape.h"
 
 namespace bob {

@@ -6,9 +6,9 @@
 #include <unordered_set>
 #include <utility>
 
-#include "parallel.h"
-#include "shapes/texture.h"
-#include "thread_memory.h"
+#include "base/parallel.h"
+#include "base/thread_memory.h"
+#include "shapes/mesh/texture.h"
 #include "tracing/place_key.h"
 
 namespace bob {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "affine.h"
+#include "base/affine.h"
 #include "shapes/boxes.h"
 #include "shapes/shape.h"
 #include "tracing/material.h"

@@ -1,6 +1,6 @@
 #include "tracing/shade_kernels.h"
 
-#include "simd.h"
+#include "base/simd.h"
 
 namespace bob::BOB_ISA {
 namespace {

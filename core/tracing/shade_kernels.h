@@ -4,9 +4,9 @@
 
 #include <cstddef>
 
-#include "isa.h"
+#include "base/isa.h"
+#include "base/vec.h"
 #include "picture/eye.h"
-#include "vec.h"
 
 namespace bob {
 

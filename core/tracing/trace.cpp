@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "parallel.h"
-#include "thread_memory.h"
+#include "base/parallel.h"
+#include "base/thread_memory.h"
 #include "tracing/material.h"
 #include "tracing/shade_kernels.h"
 

@@ -1,5 +1,5 @@
 // @ts-check
-/** Samples outlive their frame: what a tracer's earlier pictures say about the next one, as core/picture/history.h has it. */
+/** Samples outlive their frame: what a tracer's earlier pictures say about the next one, as core/reprojection/history.h has it. */
 import { cameraValues } from "./camera.js";
 import { COLORED, tracedLayout, widthOf } from "./channels.js";
 import { addSamples, halves } from "./order.js";

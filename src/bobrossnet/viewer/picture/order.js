@@ -59,7 +59,7 @@ class OrderOfCore {
   }
 }
 
-/** Wherever pixels are needed most, as core/picture/adaptive.h has it. */
+/** Wherever pixels are needed most, as core/sampling/adaptive.h has it. */
 export class AdaptiveOrder extends OrderOfCore {
   /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] that is shown */
   constructor(core, { height, width, seed = 0 }, layout = GBUFFER) {
@@ -67,7 +67,7 @@ export class AdaptiveOrder extends OrderOfCore {
   }
 }
 
-/** Squares that differ, row by row, for rays that cost little, as core/picture/squares.h has it. */
+/** Squares that differ, row by row, for rays that cost little, as core/sampling/squares.h has it. */
 export class SquaresOrder extends OrderOfCore {
   /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] that is shown */
   constructor(core, { height, width }, layout = GBUFFER) {

@@ -1,0 +1,31 @@
+/// Axis-aligned boxes.
+#pragma once
+
+#include <limits>
+
+#include "base/vec.h"
+
+namespace bob {
+
+/// At first empty.
+struct Box {
+    static constexpr float infinity = std::numeric_limits<float>::infinity();
+
+    Vec3 low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+
+    void extend(Vec3 p) { low = min(low, p), high = max(high, p); }
+    void extend(const Box& box) { low = min(low, box.low), high = max(high, box.high); }
+
+    /// Half of its surface area, in proportion to which rays meet it; 0 for an empty one.
+    [[nodiscard]] float half_area() const {
+        const Vec3 size = high - low;
+        return size.x >= 0 ? size.x * size.y + size.y * size.z + size.z * size.x : 0;
+    }
+};
+
+/// A box in double precision, in the units of whatever is in it.
+struct Bounds {
+    double low[3], high[3];
+};
+
+}  // namespace bob

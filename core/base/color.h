@@ -1,0 +1,49 @@
+/// Colours: linear RGB in x, y and z, and sRGB's curve.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "base/vec.h"
+
+namespace bob {
+
+/// By Rec. 709's weights; exactly 1 for white, which the sum in float is not.
+inline float luminance(Vec3 rgb) { return static_cast<float>(0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z); }
+
+/// IEC 61966-2-1: from sRGB's values to linear ones, both 0..1, and back.
+inline float from_srgb(float value) {
+    return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
+}
+inline float to_srgb(float value) {
+    return value <= 0.0031308f ? value * 12.92f : 1.055f * std::pow(value, 1 / 2.4f) - 0.055f;
+}
+
+/// Linear light, 0..1, as a byte of sRGB: 255 to_srgb, rounded, without its power, which takes several times as long as all else
+/// that textures are halved by.
+class SrgbBytes {
+public:
+    SrgbBytes();
+
+    [[nodiscard]] std::uint8_t operator()(float linear) const {
+        std::uint8_t byte = byte_at_[std::min(static_cast<std::size_t>(linear * steps), steps - 1)];
+        while (least_[byte + 1u] <= linear) ++byte;
+        return byte;
+    }
+
+private:
+    static constexpr std::size_t steps = 4096;  // hardly one byte each, even where the curve is steepest
+
+    std::array<float, 257> least_{};             // of each byte, what it begins with, and beyond the last what nothing reaches
+    std::array<std::uint8_t, steps> byte_at_{};  // that each step begins with
+};
+
+/// Linear RGB of sRGB as "#rrggbb" or "#rgb"; nothing of another text.
+[[nodiscard]] std::optional<std::array<double, 3>> linear_color(std::string_view text);
+
+}  // namespace bob

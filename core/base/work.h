@@ -1,0 +1,59 @@
+/// Budgets of work, so that no file, however odd, builds for minutes.
+///
+/// Work is counted, never timed: every machine and every number of threads makes the same shape. A unit is about a
+/// nanosecond of one core, so that a budget can be read as a time.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "base/interruption.h"
+#include "base/parallel.h"
+
+namespace bob {
+
+class Work {
+public:
+    explicit Work(std::uint64_t budget = 0) : budget_(budget) {}
+
+    /// Counts, and is where the work can be interrupted.
+    void spend(std::uint64_t units) {
+        Interruption::check();
+        spent_ += units;
+    }
+    [[nodiscard]] bool is_spent() const { return spent_ >= budget_; }
+    [[nodiscard]] std::uint64_t spent() const { return spent_; }
+
+    /// Grants units beyond those that are spent.
+    void grant(std::uint64_t units) { budget_ = spent_ + units; }
+
+private:
+    std::uint64_t budget_, spent_ = 0;
+};
+
+/// Does a job that consists of parts which each can pause, on all threads, within one budget. What small parts leave over
+/// goes to large ones: in turns, half of what is left is shared evenly among the parts that are not done. Each has
+/// go_on(units), which works until it is done or has spent about as much; work(); and is_done().
+/// Returns whether all are done.
+template <class Part>
+bool do_in_turns(std::vector<Part>& parts, std::uint64_t budget) {
+    while (true) {
+        std::vector<Part*> open;
+        std::uint64_t spent = 0;
+        for (Part& part : parts) {
+            spent += part.work().spent();
+            if (!part.is_done()) open.push_back(&part);
+        }
+        if (open.empty()) return true;
+        const std::uint64_t left = budget - std::min(spent, budget);
+        if (left < budget / 64) return false;
+        const std::uint64_t share = std::max<std::uint64_t>(1, left / 2 / open.size());
+        parallel_for(open.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) open[i]->go_on(share);
+        });
+    }
+}
+
+}  // namespace bob

@@ -1,0 +1,213 @@
+#include "sampling/adaptive.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+#include <utility>
+
+namespace bob {
+namespace {
+
+/// Where rounds end, in ten-thousandths of the pixels: 8 of them to 5 %, 16 to 25 %, each a constant factor longer than
+/// the one before.
+constexpr std::uint32_t round_ends[] = {35,  51,  75,   110,  160,  234,  342,  500,  611,  748,  914,  1118,
+                                        1367, 1672, 2045, 2500, 2973, 3536, 4204, 5000, 5946, 7071, 8409, 10000};
+
+/// This share of a round, in percent, follows the lattice whatever it shows.
+constexpr std::uint32_t exploring = 5;
+
+/// What equal corners are worth, so that larger squares still come first.
+constexpr std::uint32_t floor = 1;
+
+/// Of the contrast around a pixel that was chosen and is not known yet, this much in percent is expected around its own
+/// children. So one round refines by several levels where much differs.
+constexpr std::uint32_t expected = 30;
+
+/// A pixel that differs by more from its corners is followed: this much of it, in percent, is expected beside it.
+constexpr std::uint32_t surprising = 32, beside_a_surprise = 20;
+
+/// So many pixels before its turn, what is known of a pixel is fetched from memory.
+constexpr std::size_t ahead = 8;
+
+/// The four pixels at a step along the axes, or along both.
+std::array<Pixel, 4> around(Pixel pixel, std::int32_t step, bool diagonal) {
+    const auto [row, column] = pixel;
+    const std::int32_t h = step;
+    if (diagonal) return {{{row - h, column - h}, {row - h, column + h}, {row + h, column - h}, {row + h, column + h}}};
+    return {{{row - h, column}, {row + h, column}, {row, column - h}, {row, column + h}}};
+}
+
+}  // namespace
+
+AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, Likeness likeness)
+    : RoundOrder(height, width), total_(height * width), likeness_(std::move(likeness)), lattice_(make_order("lattice", seed, height, width)), looks_(total_), where_(total_) {}
+
+AdaptiveOrder::Place AdaptiveOrder::place(Pixel pixel) {
+    const auto zeros = [](std::int32_t x) { return std::min(std::countr_zero(static_cast<std::uint32_t>(x)), Tile::bits); };
+    const int down = zeros(pixel.row - lattice_first), right = zeros(pixel.column - lattice_first);
+    return {std::min(down, right), down == right};
+}
+
+AdaptiveOrder::Children AdaptiveOrder::children(Pixel pixel) {
+    const Place at = place(pixel);
+    // It is a corner of the middles of the squares around it, or, if it is such a middle itself, of their sides.
+    const bool is_middle = at.diagonal && at.octave < Tile::bits;
+    const Place there{is_middle ? at.octave : at.octave - 1, !is_middle};
+    return {around(pixel, is_middle ? there.step() : at.step() / 2, there.diagonal), there};
+}
+
+std::span<const Pixel> AdaptiveOrder::next(const Layout& layout, const float* planes) {
+    read(layout, planes);
+    round_.clear();
+    if (decided_ == total_) return round_;
+    std::uint32_t end = 0;
+    while (end <= decided_) {
+        end = rounds_ < std::size(round_ends) ? static_cast<std::uint32_t>(std::uint64_t{total_} * round_ends[rounds_] / 10000)
+                                              : total_;
+        ++rounds_;
+    }
+    const std::uint32_t count = end - decided_;
+    follow_lattice(decided_ == 0 ? count : count * exploring / 100);
+    for (std::size_t q = queues; q-- > 1 && round_.size() < count;) {
+        // Children of what is taken may be put here as well.
+        Queue& queue = waiting_[q];
+        while (queue.taken < queue.pixels.size() && round_.size() < count) {
+            if (queue.taken + ahead < queue.pixels.size()) prefetch(queue.pixels[queue.taken + ahead]);
+            if (queue.taken + ahead / 2 < queue.pixels.size()) prefetch_children(pixel_at(queue.pixels[queue.taken + ahead / 2]));
+            const std::uint32_t index = queue.pixels[queue.taken++];
+            if (where_[index] != q) continue;  // chosen, or put elsewhere since
+            where_[index] = chosen;
+            const Pixel pixel = pixel_at(index);
+            round_.push_back(pixel);
+            const std::uint32_t around_it = looks_[index].contrast();
+            if (around_it > 0) look_around(pixel, nullptr, around_it * expected / 100);
+        }
+        if (queue.taken == queue.pixels.size()) queue = {};
+    }
+    follow_lattice(count);
+    decided_ = end;
+    return round_;
+}
+
+void AdaptiveOrder::follow_lattice(std::size_t until) {
+    while (round_.size() < until && lattice_done_ < total_) {
+        if (of_lattice_.empty()) {
+            of_lattice_.resize(std::min<std::size_t>(256, total_ - lattice_done_));
+            lattice_(lattice_done_, of_lattice_);
+            std::ranges::reverse(of_lattice_);
+        }
+        const Pixel pixel = of_lattice_.back();
+        of_lattice_.pop_back(), ++lattice_done_;
+        std::uint8_t& where = where_[index_of(pixel)];
+        if (where >= chosen) continue;
+        where = chosen;
+        round_.push_back(pixel);
+    }
+}
+
+void AdaptiveOrder::read(const Layout& layout, const float* planes) {
+    const LookReader look_at(layout, planes, total_);
+    surprises_.clear();
+    for (std::size_t k = 0; k < round_.size(); ++k) {
+        if (k + ahead < round_.size()) {
+            const std::uint32_t i = index_of(round_[k + ahead]);
+            look_at.prefetch(i);
+            prefetch(i);
+        }
+        const std::uint32_t i = index_of(round_[k]);
+        const Look look = look_at(i);
+        Look corners = looks_[i];
+        const bool has_corners = !corners.is_nothing();
+        corners.add(look);
+        surprises_.push_back(has_corners ? corners.contrast() : 0);
+        looks_[i] = look, where_[i] = traced;
+    }
+    for (std::size_t k = 0; k < round_.size(); ++k) {
+        if (k + ahead < round_.size()) prefetch_children(round_[k + ahead]);
+        const Look look = looks_[index_of(round_[k])];
+        look_around(round_[k], &look, 0);
+        if (surprises_[k] > surprising) look_beside(round_[k], surprises_[k]);
+    }
+}
+
+void AdaptiveOrder::prefetch(std::uint32_t index) const { __builtin_prefetch(&looks_[index]), __builtin_prefetch(&where_[index]); }
+
+void AdaptiveOrder::prefetch_children(Pixel pixel) const {
+    for (const Pixel child : children(pixel).pixels) {
+        if (is_inside(child)) prefetch(index_of(child));
+    }
+}
+
+void AdaptiveOrder::look_around(Pixel pixel, const Look* look, std::uint32_t least) {
+    const auto [pixels, place] = children(pixel);
+    if (place.octave < 0) return;  // all of them come before it
+    for (const Pixel child : pixels) {
+        if (!is_inside(child)) continue;
+        const std::uint32_t i = index_of(child);
+        if (where_[i] == traced) continue;
+        Look& known = looks_[i];
+        if (known.is_nothing()) {
+            add_corners(known, child, place);
+        } else if (look) {
+            known.add(*look);
+        }
+        if (where_[i] != chosen) wait(i, queue_of(std::max({least, known.contrast(), unlike_corners(child, place)}), place.octave_of_area()));
+    }
+}
+
+std::uint32_t AdaptiveOrder::unlike_corners(Pixel pixel, Place at) const {
+    if (!likeness_) return 0;
+    float nearest = 0;
+    for (const Pixel corner : around(pixel, at.step(), at.diagonal)) {
+        if (is_inside(corner) && where_[index_of(corner)] >= chosen) nearest = std::max(nearest, likeness_(pixel, corner));
+    }
+    return static_cast<std::uint32_t>(Look::most * (1 - nearest));
+}
+
+void AdaptiveOrder::look_beside(Pixel pixel, std::uint32_t contrast) {
+    const Place at = place(pixel);
+    const std::uint8_t queue = queue_of(contrast * beside_a_surprise / 100, 2 * at.octave);
+    for (const bool diagonal : {false, true}) {
+        for (const Pixel beside : around(pixel, at.step(), diagonal)) {
+            if (!is_inside(beside)) continue;
+            const std::uint32_t i = index_of(beside);
+            if (where_[i] < queue) wait(i, queue);
+        }
+    }
+}
+
+std::uint8_t AdaptiveOrder::queue_of(std::uint32_t contrast, int octave_of_area) {
+    static constexpr auto of_contrasts = [] {
+        std::array<std::uint8_t, Look::most + 1> result{};
+        for (std::uint32_t contrast = 0; contrast <= Look::most; ++contrast) {
+            const std::uint32_t worth = contrast + floor;
+            const int octave = std::bit_width(worth) - 1;
+            result[contrast] = static_cast<std::uint8_t>(8 * octave + static_cast<int>((worth << 3 >> octave) & 7));
+        }
+        return result;
+    }();
+    return static_cast<std::uint8_t>(of_contrasts[contrast] + 8 * octave_of_area);
+}
+
+void AdaptiveOrder::wait(std::uint32_t index, std::uint8_t queue) {
+    if (where_[index] == queue) return;
+    where_[index] = queue;
+    waiting_[queue].pixels.push_back(index);
+}
+
+void AdaptiveOrder::add_corners(Look& known, Pixel pixel, Place at) const {
+    for (const Pixel corner : around(pixel, at.step(), at.diagonal)) {
+        if (!is_inside(corner)) continue;
+        const std::uint32_t i = index_of(corner);
+        if (where_[i] == traced) known.add(looks_[i]);
+    }
+}
+
+std::size_t AdaptiveOrder::bytes() const {
+    std::size_t sum = looks_.capacity() * sizeof(Look) + where_.capacity() + (round_.capacity() + of_lattice_.capacity()) * sizeof(Pixel) +
+                      surprises_.capacity() * sizeof(surprises_[0]);
+    for (const auto& queue : waiting_) sum += queue.pixels.capacity() * sizeof(std::uint32_t);
+    return sum;
+}
+
+}  // namespace bob

@@ -1,0 +1,249 @@
+#include "sampling/refresh.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "sampling/order.h"
+
+namespace bob {
+namespace {
+
+/// What a pixel is worth where nothing differs, of 255: expected, and not.
+constexpr float least_expected = 0.5f, least_unknown = 16;
+
+/// What expected pixels are worth beside those of which nothing is: this share where they were seen at the pixel's centre, and
+/// as much more for each pixel beside it.
+constexpr float at_center = 0.4f, off_center_by_one = 2;
+
+/// Within so many pixels of a surprise, its share of it is expected.
+constexpr int reach = 2;
+constexpr float surprise_nearby = 0.5f;
+constexpr std::uint32_t surprising = 16;
+
+/// Of so many pixels one is few: where no more are wanted, one round has all of them.
+constexpr std::size_t few = 64;
+
+/// Worths are sorted by so many of their bits: by sixteenths of an octave.
+constexpr int dropped_bits = 19;
+std::uint32_t bin(float worth) { return std::bit_cast<std::uint32_t>(worth) >> dropped_bits; }
+
+constexpr auto least = [](std::uint8_t a, std::uint8_t b) { return a < b ? a : b; };
+constexpr auto most = [](std::uint8_t a, std::uint8_t b) { return a > b ? a : b; };
+
+/// Each place and the eight around it, of a plane of bytes.
+template <class Combine>
+void around_each(const std::vector<std::uint8_t>& from, std::vector<std::uint8_t>& to, std::vector<std::uint8_t>& row,
+                 std::uint32_t height, std::uint32_t width, Combine combine) {
+    row.resize(width);
+    std::uint8_t* __restrict const column = row.data();  // or every byte written might be one that is read
+    for (std::uint32_t r = 0; r < height; ++r) {
+        const std::uint8_t* __restrict const here = from.data() + std::size_t{r} * width;
+        const std::uint8_t* __restrict const above = r > 0 ? here - width : here;
+        const std::uint8_t* __restrict const below = r + 1 < height ? here + width : here;
+        for (std::uint32_t c = 0; c < width; ++c) column[c] = combine(combine(above[c], here[c]), below[c]);
+        std::uint8_t* __restrict const result = to.data() + std::size_t{r} * width;
+        result[0] = combine(column[0], column[width > 1 ? 1 : 0]);
+        for (std::uint32_t c = 1; c + 1 < width; ++c) result[c] = combine(combine(column[c - 1], column[c]), column[c + 1]);
+        if (width > 1) result[width - 1] = combine(column[width - 2], column[width - 1]);
+    }
+}
+
+/// Squares of two places a side.
+template <class Combine>
+void halve_each(const std::vector<std::uint8_t>& from, std::vector<std::uint8_t>& to, std::uint32_t height, std::uint32_t width,
+                Combine combine) {
+    const std::uint32_t across = (width + 1) / 2;
+    for (std::uint32_t r = 0; r < height; r += 2) {
+        const std::uint8_t* __restrict const upper = from.data() + std::size_t{r} * width;
+        const std::uint8_t* __restrict const lower = r + 1 < height ? upper + width : upper;
+        std::uint8_t* __restrict const result = to.data() + std::size_t{r / 2} * across;
+        for (std::uint32_t c = 0; c < width / 2; ++c) {
+            result[c] = combine(combine(upper[2 * c], upper[2 * c + 1]), combine(lower[2 * c], lower[2 * c + 1]));
+        }
+        if (width % 2) result[width / 2] = combine(upper[width - 1], lower[width - 1]);
+    }
+}
+
+}  // namespace
+
+RefreshOrder::RefreshOrder(std::uint32_t height, std::uint32_t width)
+    : height_(height), width_(width), noise_(), surprises_(std::size_t{height} * width), worth_(surprises_.size()) {
+    static_assert(std::tuple_size_v<decltype(noise_)> == Tile::area);
+    for (Looks& looks : looks_) {
+        looks.resize(height, width);
+        height = (height + 1) / 2, width = (width + 1) / 2;
+    }
+    begin(0);
+}
+
+void RefreshOrder::begin(std::uint64_t seed) {
+    const auto shift = static_cast<std::uint32_t>(seed * 0x9e3779b97f4a7c15 >> 40);
+    for (std::uint32_t rank = 0; rank < Tile::area; ++rank) {
+        const Tile::Place place = blue_noise_tile().places[rank];
+        const std::uint32_t row = (place.row + shift) % Tile::side, column = (place.column + (shift >> Tile::bits)) % Tile::side;
+        noise_[row * Tile::side + column] = (static_cast<float>(rank) + 0.5f) / static_cast<float>(Tile::area);
+    }
+    round_.clear();
+    std::ranges::fill(surprises_, std::uint8_t{0});
+}
+
+void RefreshOrder::Looks::resize(std::uint32_t new_height, std::uint32_t new_width) {
+    height = new_height, width = new_width;
+    for (Bytes* const plane : {&low[0], &low[1], &low[2], &high[0], &high[1], &high[2], &missed, &hit}) {
+        plane->resize(std::size_t{height} * width);
+    }
+}
+
+Look RefreshOrder::Looks::at(std::size_t i) const {
+    return {{low[0][i], low[1][i], low[2][i]}, {high[0][i], high[1][i], high[2][i]}, missed[i] != 0, hit[i] != 0};
+}
+
+void RefreshOrder::halve(const Looks& fine, Looks& coarse) {
+    for (std::size_t k = 0; k < 3; ++k) {
+        halve_each(fine.low[k], coarse.low[k], fine.height, fine.width, least);
+        halve_each(fine.high[k], coarse.high[k], fine.height, fine.width, most);
+    }
+    halve_each(fine.missed, coarse.missed, fine.height, fine.width, most);
+    halve_each(fine.hit, coarse.hit, fine.height, fine.width, most);
+}
+
+void RefreshOrder::look_around(const Looks& looks, Looks& around) {
+    around.resize(looks.height, looks.width);
+    for (std::size_t k = 0; k < 3; ++k) {
+        around_each(looks.low[k], around.low[k], row_, looks.height, looks.width, least);
+        around_each(looks.high[k], around.high[k], row_, looks.height, looks.width, most);
+    }
+    around_each(looks.missed, around.missed, row_, looks.height, looks.width, most);
+    around_each(looks.hit, around.hit, row_, looks.height, looks.width, most);
+}
+
+std::span<const Pixel> RefreshOrder::next(const Layout& layout, const float* traced, const float* picture, const float* off_center,
+                                          std::size_t wanted) {
+    compare(layout, picture);
+    look(layout, picture);
+    weigh(traced, off_center);
+    choose(wanted <= surprises_.size() / few ? wanted : (wanted + 1) / 2);
+    return round_;
+}
+
+void RefreshOrder::compare(const Layout& layout, const float* picture) {
+    const LookReader read(layout, picture, surprises_.size());
+    const auto height = static_cast<std::int32_t>(height_), width = static_cast<std::int32_t>(width_);
+    for (const Pixel pixel : round_) {
+        const std::size_t i = static_cast<std::size_t>(pixel.row) * width_ + static_cast<std::size_t>(pixel.column);
+        if (!looks_[0].is_known(i)) continue;
+        Look both = looks_[0].at(i);
+        both.add(read(i));
+        if (both.contrast() < surprising) continue;
+        const auto surprise = static_cast<std::uint8_t>(surprise_nearby * static_cast<float>(both.contrast()));
+        for (int row = std::max(0, pixel.row - reach); row <= std::min(height - 1, pixel.row + reach); ++row) {
+            for (int column = std::max(0, pixel.column - reach); column <= std::min(width - 1, pixel.column + reach); ++column) {
+                std::uint8_t& there = surprises_[static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column)];
+                there = most(there, surprise);
+            }
+        }
+    }
+}
+
+void RefreshOrder::look(const Layout& layout, const float* picture) {
+    Looks& looks = looks_[0];
+    std::uint8_t *const low[] = {looks.low[0].data(), looks.low[1].data(), looks.low[2].data()},
+                 *const high[] = {looks.high[0].data(), looks.high[1].data(), looks.high[2].data()};
+    LookReader(layout, picture, looks.size()).read_all(picture, low, high, looks.missed.data(), looks.hit.data());
+    for (std::size_t level = 1; level < levels; ++level) halve(looks_[level - 1], looks_[level]);
+}
+
+void RefreshOrder::contrast_around(const Looks& looks) {
+    look_around(looks, around_);
+    contrast_.resize(around_.size());
+    // As Look::contrast, of all places at once; bytes written might be any that are read, unless it is said.
+    const std::uint8_t *const low0 = around_.low[0].data(), *const low1 = around_.low[1].data(), *const low2 = around_.low[2].data(),
+                       *const high0 = around_.high[0].data(), *const high1 = around_.high[1].data(),
+                       *const high2 = around_.high[2].data(), *const missed = around_.missed.data(), *const hit = around_.hit.data();
+    std::uint8_t* __restrict const contrast = contrast_.data();
+    const auto range = [](std::uint8_t low, std::uint8_t high) { return static_cast<std::uint16_t>(high > low ? high - low : 0); };
+    for (std::size_t i = 0, size = around_.size(); i < size; ++i) {
+        const std::uint8_t shades = Look::contrast_of(range(low0[i], high0[i]), range(low1[i], high1[i]), range(low2[i], high2[i]));
+        contrast[i] = static_cast<std::uint8_t>(shades | (missed[i] & hit[i]));
+    }
+}
+
+void RefreshOrder::weigh(const float* traced, const float* off_center) {
+    // From the coarsest squares to those of two pixels: where nothing is known, the larger square says what to expect.
+    guesses_.assign(1, least_unknown), areas_.assign(1, 0.f);
+    std::uint32_t coarser_width = 1;
+    for (std::size_t level = levels - 1; level > 0; --level) {
+        contrast_around(looks_[level]);
+        coarser_guesses_.swap(guesses_), coarser_areas_.swap(areas_);
+        guesses_.resize(around_.size()), areas_.resize(around_.size());
+        const float area = 1 / static_cast<float>(std::uint32_t{1} << 2 * level);
+        const bool is_coarsest = level == levels - 1;
+        for (std::uint32_t row = 0, i = 0; row < around_.height; ++row) {
+            for (std::uint32_t column = 0; column < around_.width; ++column, ++i) {
+                const std::size_t coarser = is_coarsest ? 0 : std::size_t{row / 2} * coarser_width + column / 2;
+                const bool is_known = around_.is_known(i);
+                guesses_[i] = is_known ? least_unknown + static_cast<float>(contrast_[i]) : coarser_guesses_[coarser];
+                areas_[i] = is_known ? area : coarser_areas_[coarser];
+            }
+        }
+        coarser_width = around_.width;
+    }
+
+    contrast_around(looks_[0]);
+    row_guesses_.resize(width_ + 1), row_areas_.resize(width_ + 1);
+    for (std::uint32_t row = 0; row < height_; ++row) {
+        const std::size_t first = std::size_t{row} * width_, coarser = std::size_t{row / 2} * coarser_width;
+        for (std::uint32_t k = 0; 2 * k < width_; ++k) {
+            row_guesses_[2 * k] = row_guesses_[2 * k + 1] = guesses_[coarser + k];
+            row_areas_[2 * k] = row_areas_[2 * k + 1] = areas_[coarser + k];
+        }
+        for (std::uint32_t begin = 0; begin < width_; begin += Tile::side) {
+            const std::size_t from = first + begin;
+            const float *const guess = row_guesses_.data() + begin, *const area = row_areas_.data() + begin,
+                        *const noise = noise_.data() + std::size_t{row % Tile::side} * Tile::side, *const mask = traced + from,
+                        *const off = off_center + from;
+            const std::uint8_t *const missed = looks_[0].missed.data() + from, *const hit = looks_[0].hit.data() + from,
+                               *const contrast = contrast_.data() + from, *const surprise = surprises_.data() + from;
+            float* __restrict const worth = worth_.data() + from;
+            for (std::uint32_t k = 0, count = std::min(Tile::side, width_ - begin); k < count; ++k) {
+                const bool is_known = (missed[k] | hit[k]) != 0;
+                const float expected = least_expected + static_cast<float>(contrast[k]) * (at_center + off_center_by_one * off[k]);
+                const float surprised = static_cast<float>(surprise[k]), own = is_known ? expected : guess[k];
+                // The first pixel in an area is worth all of it, the second half of it, and so on: the noise numbers them.
+                const float shared = (own > surprised ? own : surprised) / ((is_known ? 1.f : area[k]) + noise[k]);
+                worth[k] = mask[k] != 0 ? 0.f : shared;
+            }
+        }
+    }
+}
+
+void RefreshOrder::choose(std::size_t count) {
+    histogram_.assign(bin(std::numeric_limits<float>::infinity()) + 1, 0);
+    for (const float worth : worth_) ++histogram_[bin(worth)];
+    histogram_[0] = 0;  // what was traced
+    std::uint32_t last = static_cast<std::uint32_t>(histogram_.size());
+    std::size_t above = 0;
+    while (last > 1 && above + histogram_[last - 1] <= count) above += histogram_[--last];
+    // All of the bins from `last` on, and as many of the one before as still fit, spread over the picture.
+    const std::size_t left = last > 1 ? count - above : 0, there = last > 1 ? histogram_[last - 1] : 0;
+    std::size_t met = 0, size = 0;
+    for (std::size_t k = histogram_.size(); k-- > last;) size += std::exchange(histogram_[k], static_cast<std::uint32_t>(size));
+    if (last > 1) histogram_[last - 1] = static_cast<std::uint32_t>(size);
+    round_.resize(size + left);
+    for (std::uint32_t row = 0, i = 0; row < height_; ++row) {
+        for (std::uint32_t column = 0; column < width_; ++column, ++i) {
+            const std::uint32_t in = bin(worth_[i]);
+            if (in + 1 < last || in == 0) continue;
+            if (in + 1 == last) {
+                ++met;
+                if (met * left / there == (met - 1) * left / there) continue;
+            }
+            round_[histogram_[in]++] = {static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)};
+        }
+    }
+}
+
+}  // namespace bob

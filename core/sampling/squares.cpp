@@ -1,0 +1,100 @@
+#include "sampling/squares.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "sampling/order.h"
+
+namespace bob {
+namespace {
+
+/// Which squares are divided, round by round. What comes to light in squares that hardly differ is followed before more of them.
+struct Division {
+    std::uint32_t side, contrast;
+};
+constexpr std::uint32_t strong = 64, visible = 24, faint = 8, any = 0;
+constexpr Division divisions[] = {
+    {8, strong}, {4, strong}, {2, strong}, {8, visible}, {4, visible}, {2, visible}, {8, faint}, {4, faint}, {2, faint},
+    {8, any},    {4, faint},  {2, faint},  {4, any},     {2, faint},   {2, any},
+};
+
+}  // namespace
+
+SquaresOrder::Squares::Squares(std::uint32_t side) : side(side), first(std::uint32_t{lattice_first} % side) {}
+
+SquaresOrder::SquaresOrder(std::uint32_t height, std::uint32_t width, const float* traced)
+    : RoundOrder(height, width), is_decided_(std::size_t{height} * width) {
+    if (traced) std::transform(traced, traced + is_decided_.size(), is_decided_.begin(), [](float mask) { return mask != 0; });
+}
+
+std::span<const Pixel> SquaresOrder::next(const Layout& layout, const float* planes) {
+    round_.clear();
+    if (rounds_ == 0) {
+        ++rounds_;
+        const Squares squares(divisions[0].side);
+        for (std::uint32_t row = squares.first; row < height_; row += squares.side) {
+            for (std::uint32_t column = squares.first; column < width_; column += squares.side) decide(row, column);
+        }
+    }
+    for (; round_.empty() && rounds_ <= std::size(divisions); ++rounds_) {
+        const Division& division = divisions[rounds_ - 1];
+        divide(Squares(division.side), division.contrast, layout, planes);
+    }
+    return round_;
+}
+
+void SquaresOrder::divide(const Squares& squares, std::uint32_t contrast, const Layout& layout, const float* planes) {
+    const LookReader look_at(layout, planes, is_decided_.size());
+    const std::uint32_t lines = squares.lines(height_), across = squares.lines(width_) + 1;
+    corners_above_.assign(across + 1, Look{}), corners_below_.assign(across + 1, Look{});
+    differs_.assign(across, 0), either_.resize(across);
+    for (std::uint32_t y = 0; y <= lines; ++y) {
+        differs_above_.swap(differs_);
+        compare(squares, y, contrast, look_at);
+        const std::uint32_t below = squares.first + y * squares.side, middle = below - squares.side / 2;  // or far outside
+        if (y > 0) {
+            std::ranges::transform(differs_above_, differs_, either_.begin(), [](std::uint8_t a, std::uint8_t b) { return a | b; });
+            decide_row(squares, below - squares.side, either_);
+        }
+        if (middle < height_) decide_row(squares, middle, differs_);
+    }
+}
+
+void SquaresOrder::compare(const Squares& squares, std::uint32_t y, std::uint32_t contrast, const LookReader& look_at) {
+    differs_.assign(squares.lines(width_) + 1, contrast == any);
+    if (contrast == any) return;
+    corners_above_.swap(corners_below_);
+    const std::uint32_t row = squares.first + y * squares.side;
+    for (std::size_t x = 0; x + 1 < differs_.size(); ++x) {
+        const std::size_t i = std::size_t{row} * width_ + squares.first + x * squares.side;
+        corners_below_[x + 1] = row < height_ && is_decided_[i] != 0 ? look_at(i) : Look{};
+    }
+    for (std::size_t x = 0; x < differs_.size(); ++x) {
+        Look square = corners_above_[x];
+        for (const Look& corner : {corners_above_[x + 1], corners_below_[x], corners_below_[x + 1]}) square.add(corner);
+        differs_[x] = square.contrast() >= contrast;
+    }
+}
+
+void SquaresOrder::decide_row(const Squares& squares, std::uint32_t row, const std::vector<std::uint8_t>& divided) {
+    for (std::uint32_t x = 0; x < divided.size(); ++x) {
+        const std::uint32_t right = squares.first + x * squares.side, left = right - squares.side, middle = right - squares.side / 2;
+        if (x > 0 && (divided[x - 1] | divided[x])) decide(row, left);
+        if (divided[x] && middle < width_) decide(row, middle);
+    }
+}
+
+void SquaresOrder::decide(std::uint32_t row, std::uint32_t column) {
+    std::uint8_t& is_decided = is_decided_[std::size_t{row} * width_ + column];
+    if (is_decided) return;
+    is_decided = 1;
+    round_.push_back({static_cast<std::int32_t>(row), static_cast<std::int32_t>(column)});
+}
+
+std::size_t SquaresOrder::bytes() const {
+    return is_decided_.capacity() + round_.capacity() * sizeof(Pixel) + (corners_above_.capacity() + corners_below_.capacity()) * sizeof(Look) +
+           differs_.capacity() + differs_above_.capacity() + either_.capacity();
+}
+
+}  // namespace bob

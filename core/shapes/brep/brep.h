@@ -1,0 +1,80 @@
+/// Boundary representations: trimmed NURBS surfaces, traced as one shape.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "nurbs/nurbs.h"
+#include "nurbs/trim.h"
+#include "shapes/brep/pieces.h"
+#include "shapes/shape.h"
+
+namespace bob {
+
+struct Face {
+    NurbsSurface surface;
+    std::vector<TrimLoop> loops;  // none: all of the surface
+    std::optional<Vec3> color = std::nullopt;  // linear RGB, 0..1; none: white
+};
+
+class Brep : public Shape {
+public:
+    /// The faces' control points are about 1 in size, which `sphere` was before; weights are above 0. Trimmed faces are seen
+    /// up to about `tolerance` beyond their trims where no other face is near, so that no gap is between edges that agree
+    /// up to it only.
+    explicit Brep(std::span<const Face> faces, double tolerance = 0, const Sphere& sphere = {});
+    Brep(Brep&&) = default;  // and no copies: pieces point to regions
+
+    /// Of control points of any size that are not homogeneous but have their weights behind them, (x, y, z, w) and, of
+    /// trims, (u, v, w). A single face ends at its trims, whatever the tolerance. Throws std::invalid_argument if the trims
+    /// leave nothing.
+    [[nodiscard]] static Brep of_weighted_points(std::vector<Face> faces, double tolerance);
+
+    [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
+    [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
+    [[nodiscard]] double overshoot() const override { return 2e-3; }
+    void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
+    void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
+
+    /// Whether any face has a colour.
+    [[nodiscard]] bool is_colored() const override { return !colors_.empty(); }
+    void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
+                std::span<Vec3> colors) const override;
+
+    /// The face, and its parameters.
+    [[nodiscard]] Place place(const Hit& hit) const override;
+    [[nodiscard]] std::size_t bytes() const override;
+
+    [[nodiscard]] const Pieces& pieces() const { return pieces_; }
+
+    /// The largest value over the faces of a convex function, at most `tolerance` too large; -inf where the trims leave
+    /// nothing.
+    [[nodiscard]] double maximum(const std::function<double(Vec3)>& convex, double tolerance) const;
+
+private:
+    /// Keeps the parts of patches that were looked at.
+    class Search {
+    public:
+        Search();
+        Search(Search&&) noexcept;
+        ~Search();
+
+        [[nodiscard]] double maximum(const Pieces& pieces, const std::function<double(Vec3)>& convex, double tolerance) const;
+
+    private:
+        struct Part;
+        struct Kept;
+
+        std::unique_ptr<Kept> kept_;
+    };
+
+    std::vector<std::unique_ptr<const TrimRegion>> regions_;
+    Pieces pieces_;
+    Search search_;
+    std::vector<Vec3> colors_;  // of the faces, if any has one
+};
+
+}  // namespace bob

@@ -1,0 +1,195 @@
+#include "shapes/implicit/bounds.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+#include "base/work.h"
+#include "formula/jumps.h"
+#include "formula/scratch.h"
+#include "formula/tape.h"
+
+namespace bob {
+namespace {
+
+/// A box is cut into 16 x 16 x 16 cells, and before that into blocks of 4 x 4 x 4 of them.
+constexpr int cuts = 16, block = 4;
+
+/// Units of work, for each box and instruction: where it is spent, the box is not made smaller.
+constexpr std::uint64_t budget = 1'200'000'000, budget_to_tighten = 100'000'000;
+
+/// Which cells of a box may hold f <= 0; it evaluates no more of them than an answer needs.
+class Inside {
+public:
+    /// `jumping`: the same without modulo, to take jumps out of; null where they are left in.
+    Inside(const Tape& tape, const Tape* jumping, const Bounds& box, Work& work)
+        : tape_(tape), jumping_(jumping), box_(box), work_(work), decisions_(tape.decisions().size()) {
+        std::vector<Index> blocks = all(cuts / block);
+        for (Index& at : blocks) at = {block * at[0], block * at[1], block * at[2]};
+        look(blocks, block, [&](const Index& corner, const Finding& found) {
+            if (found.maybe) return true;
+            for (const Index& at : all(block)) known({corner[0] + at[0], corner[1] + at[1], corner[2] + at[2]}) = Known::outside;
+            return true;
+        });
+    }
+
+    /// The box around the cells that may; nothing where there are none.
+    [[nodiscard]] std::optional<Bounds> hull() {
+        Bounds result{};
+        for (int axis = 0; axis < 3; ++axis) {
+            int first = 0, last = cuts - 1;
+            while (first < cuts && !any(axis, first)) ++first;
+            if (first == cuts) return std::nullopt;
+            while (!any(axis, last)) --last;
+            result.low[axis] = face(axis, first);
+            result.high[axis] = face(axis, last + 1);
+        }
+        return result;
+    }
+
+    /// Whether nothing is known of f in some cell that may.
+    [[nodiscard]] bool is_vague() {
+        bool vague = false;
+        look(all(cuts), 1, [&](const Index&, const Finding& found) {
+            vague = vague || (found.maybe && !found.bounded);
+            return !vague;
+        });
+        return vague;
+    }
+
+private:
+    using Index = std::array<int, 3>;
+    enum class Known : std::uint8_t { nothing, outside, maybe };
+    struct Finding {
+        bool maybe, bounded;
+    };
+
+    static std::vector<Index> all(int side) {
+        std::vector<Index> result;
+        for (int i = 0; i < side * side * side; ++i) result.push_back({i % side, i / side % side, i / (side * side)});
+        return result;
+    }
+
+    /// Whether any cell of a layer may.
+    bool any(int axis, int layer) {
+        std::vector<Index> unknown;
+        for (int i = 0; i < cuts * cuts; ++i) {
+            Index at;
+            at[static_cast<std::size_t>(axis)] = layer;
+            at[static_cast<std::size_t>((axis + 1) % 3)] = i % cuts;
+            at[static_cast<std::size_t>((axis + 2) % 3)] = i / cuts;
+            if (known(at) == Known::maybe) return true;
+            if (known(at) == Known::nothing) unknown.push_back(at);
+        }
+        bool found_one = false;
+        look(unknown, 1, [&](const Index& at, const Finding& found) {
+            const bool maybe = found.maybe && !(jumping_ && is_outside_beside_jumps(at));
+            known(at) = maybe ? Known::maybe : Known::outside;
+            found_one = found_one || maybe;
+            return !found_one;
+        });
+        return found_one;
+    }
+
+    /// Whether f is positive in a cell on each side of its jumps.
+    bool is_outside_beside_jumps(const Index& at) {
+        BoxBatch cell{};
+        for (int axis = 0; axis < 3; ++axis) {
+            const int k = at[static_cast<std::size_t>(axis)];
+            cell.low[axis][0] = static_cast<float>(face(axis, k));
+            cell.high[axis][0] = static_cast<float>(face(axis, k + 1));
+        }
+        const auto apart = with_jumps_outside(*jumping_, cell, work_);
+        return apart && apart->nodes().back().op == Op::constant && apart->nodes().back().value > 0;
+    }
+
+    /// f in parts of the box, `side` cells long; each is reported until `tell` returns false.
+    template <class Tell>
+    void look(const std::vector<Index>& corners, int side, Tell tell) {
+        const FormulaKernels& kernels = best_formula_kernels();
+        const auto lanes = static_cast<std::size_t>(kernels.lanes);
+        bool go_on = true;
+        for (std::size_t first = 0; first < corners.size() && go_on; first += lanes) {
+            BoxBatch boxes{};
+            for (std::size_t lane = 0; lane < lanes; ++lane) {
+                const Index& at = corners[std::min(first + lane, corners.size() - 1)];
+                for (int axis = 0; axis < 3; ++axis) {
+                    const int k = at[static_cast<std::size_t>(axis)];
+                    boxes.low[axis][lane] = static_cast<float>(face(axis, k));
+                    boxes.high[axis][lane] = static_cast<float>(face(axis, k + side));
+                }
+            }
+            if (work_.is_spent()) {  // then nothing is known of the rest
+                for (; first < corners.size() && go_on; ++first) go_on = tell(corners[first], Finding{true, false});
+                return;
+            }
+            work_.spend(lanes * tape_.code().count);
+            kernels.bounds(tape_.code(), boxes, decisions_.data(), scratch(tape_.code().registers));
+            for (std::size_t lane = 0; lane < lanes && first + lane < corners.size(); ++lane) {
+                const bool maybe = !(boxes.least[lane] > 0 || boxes.nowhere >> lane & 1);
+                go_on = tell(corners[first + lane], Finding{maybe, std::isfinite(boxes.least[lane])}) && go_on;
+            }
+        }
+    }
+
+    [[nodiscard]] double face(int axis, int k) const {
+        return box_.low[axis] + (box_.high[axis] - box_.low[axis]) * k / cuts;
+    }
+    Known& known(const Index& at) { return known_[static_cast<std::size_t>((at[2] * cuts + at[1]) * cuts + at[0])]; }
+
+    const Tape& tape_;
+    const Tape* jumping_;
+    Bounds box_;
+    Work& work_;
+    std::vector<Decision> decisions_;
+    std::array<Known, cuts * cuts * cuts> known_{};
+};
+
+/// A box made as small as can be seen; nothing where f is positive in all of it.
+std::optional<Bounds> shrunk(const Tape& tape, const Tape* jumping, Bounds box, Work& work) {
+    for (int round = 0; round < 100; ++round) {
+        const std::optional<Bounds> hull = Inside(tape, jumping, box, work).hull();
+        if (!hull) return std::nullopt;
+        double least_left = 1;
+        for (int axis = 0; axis < 3; ++axis) {
+            least_left = std::min(least_left, (hull->high[axis] - hull->low[axis]) / (box.high[axis] - box.low[axis]));
+        }
+        box = *hull;
+        if (least_left > 0.99) break;
+    }
+    return box;
+}
+
+}  // namespace
+
+std::optional<Bounds> find_bounds(const Expression& f) {
+    const Tape tape(f);
+    std::optional<Tape> jumping;
+    if (f.uses(Op::modulo) || std::any_of(tape.decisions().begin(), tape.decisions().end(), may_jump)) jumping.emplace(without_modulo(f));
+    // Cells with jumps in them hold more than the inside, however far out. To take jumps out takes long, and is done where it
+    // must be, and then to make the box smaller.
+    for (const bool without_jumps : {false, true}) {
+        if (without_jumps && !jumping) break;
+        const Tape* const taken_out = without_jumps ? &*jumping : nullptr;
+        Work work(budget);
+        // A formula that overflows far out gives no bound there; nearer, it may.
+        for (const double reach : {1e9, 1e6, 1e3, 30.}) {
+            const std::optional<Bounds> box = shrunk(tape, taken_out, {{-reach, -reach, -reach}, {reach, reach, reach}}, work);
+            if (!box) return std::nullopt;
+            bool open = false;
+            for (int axis = 0; axis < 3; ++axis) open = open || box->low[axis] <= -reach || box->high[axis] >= reach;
+            if (!open) {
+                Work more(budget_to_tighten);
+                return jumping && !without_jumps ? shrunk(tape, &*jumping, *box, more) : box;
+            }
+            if (work.is_spent()) throw std::invalid_argument("an expression whose bounds are found in a few seconds, got one that takes longer");
+            if (!Inside(tape, taken_out, *box, work).is_vague()) break;
+        }
+    }
+    throw std::invalid_argument("an expression that is bounded, got one whose inside reaches beyond 1e9 from the origin");
+}
+
+}  // namespace bob

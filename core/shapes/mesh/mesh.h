@@ -1,0 +1,117 @@
+/// Triangle meshes.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/mutex.h"
+#include "base/vec.h"
+#include "shapes/mesh/normals.h"
+#include "shapes/mesh/outline.h"
+#include "shapes/mesh/texture.h"
+#include "shapes/mesh/triangles.h"
+#include "shapes/shape.h"
+
+namespace bob {
+
+/// A hit's primitive is the triangle, its u and v the barycentric weights of the triangle's first and second corner.
+class Mesh : public Shape {
+public:
+    using Point = std::array<double, 3>;
+    using Uv = std::array<float, 2>;
+
+    /// Where a triangle's corners are on the texture, and how many texels lie side by side along a length of 1.
+    struct OnTexture {
+        std::array<Uv, 3> corner;
+        float texels;
+    };
+
+    /// What users have and the mesh does not copy. It is read until `prepare` is done, and by `bounds` and `radius`.
+    struct Arrays {
+        std::span<const Point> vertices;
+        std::span<const Triangle> triangles;  // at least one, of indices of vertices
+        std::span<const Vec3> normals;        // none, or one for each vertex
+        std::shared_ptr<const void> owner;    // keeps the arrays, if nobody else does
+        std::span<const Vec3> colors = {};    // linear RGB, none, or one for each vertex
+        std::span<const Vec3> face_colors = {};  // the same, or one for each triangle
+        std::span<const Uv> uv = {};             // none, or one for each vertex, and the texture: 0, 0 at its top left
+        std::shared_ptr<const Texture> texture = {};
+        std::span<const float> alphas = {};  // none, or how opaque each vertex is, 0..1
+        float alpha_cutoff = 0;              // where the texture's alpha times the vertices' is below it, there is no surface
+    };
+
+    /// Moved and scaled in double precision to the unit sphere, from the sphere about the centre of the box around the
+    /// vertices that triangles have, which reaches to the farthest of them, or from another.
+    explicit Mesh(Arrays arrays, const std::optional<Sphere>& sphere = std::nullopt);
+
+    [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
+    [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
+
+    [[nodiscard]] double overshoot() const override { return 1e-6; }
+    void prepare_places() const override;
+
+    /// Builds the hierarchy and the normals, which takes long.
+    void prepare() const override;
+    void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
+    void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
+
+    /// The products of what the arrays have: texture, colours of vertices, colours of faces.
+    [[nodiscard]] bool is_colored() const override { return !arrays_.colors.empty() || !arrays_.face_colors.empty() || arrays_.texture; }
+    void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,
+                std::span<Vec3> colors) const override;
+
+    /// The unit normals at the corners of its triangles, from which shading is interpolated.
+    [[nodiscard]] std::vector<CornerNormals> corner_normals() const;
+
+    /// 0 until it is prepared.
+    [[nodiscard]] std::size_t bytes() const override;
+    [[nodiscard]] const Picture* picture() const override { return arrays_.texture ? &arrays_.texture->picture() : nullptr; }
+    [[nodiscard]] std::size_t bvh_bytes() const;
+
+private:
+    struct Prepared {
+        std::vector<CornerNormals> normals;
+        std::vector<Vec3> face_normals;
+        TriangleBvh bvh;
+        // As the arrays have them: for each triangle, or for none.
+        std::vector<std::array<Vec3, 3>> corner_colors;
+        std::vector<Vec3> face_colors;
+        std::vector<OnTexture> on_texture;
+        std::unique_ptr<const Holes> holes;
+    };
+
+    [[nodiscard]] std::vector<Vec3> in_unit_sphere() const;
+    [[nodiscard]] std::vector<CornerNormals> corner_normals(std::span<const Vec3> points, std::span<const Vec3> face) const;
+    void prepare_colors(const std::vector<Vec3>& points, Prepared& prepared) const;
+    void prepare_holes(Prepared& prepared) const;
+
+    /// Of the vertices in use, where they are given: most meshes stand there, in scene after scene.
+    struct Extent {
+        Bounds bounds;
+        Sphere around;  // the centre of their box, and the distance to the farthest
+
+        Extent(const Arrays& arrays, const std::vector<bool>& used);
+        [[nodiscard]] Sphere sphere() const {
+            Sphere result = around;
+            if (!(around.radius > smallest_radius)) result.radius = Sphere{}.radius;
+            return result;
+        }
+    };
+
+    Mesh(const Arrays& arrays, std::vector<bool> used, const std::optional<Sphere>& sphere);
+    Mesh(const Arrays& arrays, std::vector<bool> used, const Extent& extent, const std::optional<Sphere>& sphere);
+
+    [[nodiscard]] Vec3 shading_normal(const Hit& hit, Vec3 ray_direction) const;
+
+    Arrays arrays_;
+    std::vector<bool> used_;  // whether a triangle has a vertex; empty if all are in one
+    Extent extent_;
+    mutable Outline outline_;
+    mutable Mutex preparing_;
+    mutable std::unique_ptr<const Prepared> prepared_;
+};
+
+}  // namespace bob

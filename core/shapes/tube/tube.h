@@ -1,0 +1,55 @@
+/// Tubes: what a ball of varying radius sweeps as it moves along a curve.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "base/bvh.h"
+#include "nurbs/nurbs.h"
+#include "shapes/shape.h"
+#include "shapes/tube/tube_pieces.h"
+
+namespace bob {
+
+/// A hit's primitive is the piece of the curve, its u the parameter 0..1 of the ball on that piece.
+class Tube : public Shape {
+public:
+    /// The curve gives the ball's centre and radius, (x, y, z, r), about 1 in size, which `sphere` was before; r is above
+    /// 0, as are weights. The ends are round.
+    explicit Tube(const NurbsCurve<4>& curve, const Sphere& sphere = {});
+    Tube(Tube&&) = default;
+
+    /// Of control points of any size that are not homogeneous but have their weights behind them, (x, y, z, r, w).
+    [[nodiscard]] static Tube of_weighted_points(NurbsCurve<4> curve);
+
+    [[nodiscard]] Bounds bounds(const AffineMap& map) const override;
+    [[nodiscard]] double radius(const AffineMap& map, const double center[3]) const override;
+    void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
+    void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
+
+    /// u is the parameter of the ball that was hit, v is 0.
+    [[nodiscard]] Place place(const Hit& hit) const override;
+    [[nodiscard]] std::size_t bytes() const override;
+
+    /// How many pieces the curve was cut into.
+    [[nodiscard]] std::size_t pieces() const { return pieces_.size(); }
+
+    /// The largest value over the balls of f(centre, radius), which is convex: at most 1e-3 of its range too large.
+    [[nodiscard]] double maximum(const std::function<double(Vec3, float)>& convex) const;
+
+private:
+    struct Parameters {
+        double low, high;
+    };
+
+    /// Adds the pieces of a Bezier curve.
+    void cut(const BezierCurve<4>& curve, int depth);
+    [[nodiscard]] Vec3 normal(const Ray& ray, const Hit& hit) const;
+
+    std::vector<TubePiece> pieces_;
+    std::vector<Parameters> parameters_;  // of the pieces, on the curve
+    std::vector<BvhNode> nodes_, packets_;
+};
+
+}  // namespace bob
