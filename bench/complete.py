@@ -31,9 +31,9 @@ from bobrossnet.completion.network import make_network
 from bobrossnet.completion.weights import find_weights, read_weights, shipped_names
 from bobrossnet.learn.checkpoint import load, save
 from bobrossnet.learn.networks import NETWORKS, learnt
-from bobrossnet.machine import extra_memory
 from bobrossnet.picture.channels import TRACED
 from bobrossnet.picture.order import FIXED_ORDERS
+from bobrossnet.support.machine import extra_memory
 
 THREADS = 2
 SIZES = ((240, 320), (480, 640), (720, 1280), (1080, 1920), (2160, 3840))

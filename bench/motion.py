@@ -19,7 +19,7 @@ from upscaling import edge_directed
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.motion import SHADED_ANEW
+from bobrossnet.frames.motion import SHADED_ANEW
 from bobrossnet.sdf import X, Y, Z, box, cylinder, sphere
 
 SIZE = (480, 640)

@@ -11,8 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import date
 from pathlib import Path
 
-from bobrossnet import _core, tables
-from bobrossnet.machine import processor
+from bobrossnet import _core
+from bobrossnet.support import tables
+from bobrossnet.support.machine import processor
 
 MODELS = Path(os.environ.get("BOBROSSNET_MODELS", Path(__file__).parents[2] / "shared" / "models"))
 

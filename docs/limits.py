@@ -17,7 +17,6 @@ from torch import Tensor, nn
 from torch.nn.functional import relu
 from work import MODELS, ROOT, Work
 
-from bobrossnet.atomic import write_whole
 from bobrossnet.learn import reference
 from bobrossnet.learn.config import TrainConfig
 from bobrossnet.learn.dataset.build import build
@@ -31,7 +30,8 @@ from bobrossnet.learn.networks import NETWORKS, Paper
 from bobrossnet.learn.networks.paper import pad, pool, shuffle, upsample
 from bobrossnet.learn.shape_files import shape_files
 from bobrossnet.learn.train import LOG, WEIGHTS, train
-from bobrossnet.tables import table
+from bobrossnet.support.atomic import write_whole
+from bobrossnet.support.tables import table
 
 MESHES = (
     "anatomy_bio animals architecture characters furniture_household math_shapes mechanical nature_food robots scans "

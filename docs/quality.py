@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from work import MODELS, ROOT, Work
 
 import bobrossnet as bob
-from bobrossnet.atomic import write_whole
 from bobrossnet.completion.filling import FILLINGS
 from bobrossnet.completion.weights import UNCERTAINTY, weights_path
 from bobrossnet.learn.evaluation.costs import Cost, cost_table, measure_costs
@@ -36,7 +35,8 @@ from bobrossnet.learn.evaluation.stability import Stability, measure_stability
 from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
 from bobrossnet.picture.files import side_by_side, to_8_bit, traced_on_green, write_picture
 from bobrossnet.picture.order import ADAPTIVE, DEFAULT_ORDER, FIXED_ORDERS
-from bobrossnet.tables import plus_minus, table
+from bobrossnet.support.atomic import write_whole
+from bobrossnet.support.tables import plus_minus, table
 
 UNIFORM = "uniform"  # the report's order
 LATTICE = "lattice"  # the best of those that do not depend on what is seen

@@ -22,7 +22,6 @@ from limits import section
 from work import MODELS, ROOT, Work
 
 import bobrossnet as bob
-from bobrossnet.atomic import write_whole
 from bobrossnet.learn import reference
 from bobrossnet.learn.config import TrainConfig
 from bobrossnet.learn.dataset.build import build
@@ -36,7 +35,8 @@ from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.figures import FIGURES, Sources, draw_figures
 from bobrossnet.learn.figures.losses import UNSEEN, loss_title
 from bobrossnet.learn.train import LOG, WEIGHTS, train
-from bobrossnet.tables import table
+from bobrossnet.support.atomic import write_whole
+from bobrossnet.support.tables import table
 
 NAME = "paper"  # of the network in evaluations
 SCAN = "scans/armadillo.ply"  # of the Stanford Computer Graphics Laboratory, as the report's dragon is; y is up

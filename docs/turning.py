@@ -13,8 +13,8 @@ from gallery import NURBS, NURBS_HELPERS, made
 from PIL import Image
 
 import bobrossnet as bob
-from bobrossnet.atomic import write_whole
 from bobrossnet.picture.files import U8, side_by_side, to_8_bit
+from bobrossnet.support.atomic import write_whole
 
 FRACTION = 0.05
 SIZE = (276, 276)  # three abreast are as wide as a README is shown: scaled, the traced pixels would shimmer

@@ -15,7 +15,7 @@ from datetime import date
 from pathlib import Path
 
 from bobrossnet import _core
-from bobrossnet.machine import processor
+from bobrossnet.support.machine import processor
 
 ROOT = Path(__file__).parent.parent
 MODELS = Path(os.environ.get("BOBROSSNET_MODELS", ROOT.parent / "shared" / "models"))

@@ -16,7 +16,7 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.cli import main
+from bobrossnet.command_line.cli import main
 
 
 def waves() -> bob.Mesh:

@@ -21,7 +21,7 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.cli import main
+from bobrossnet.command_line.cli import main
 from bobrossnet.page.files import page_files
 
 BROWSER = sys.platform == "emscripten"

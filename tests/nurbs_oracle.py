@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet import tables
+from bobrossnet.support import tables
 
 F64 = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
 
-COMMAND = [sys.executable, "-c", "import sys; from bobrossnet.cli import main; sys.exit(main())"]
+COMMAND = [sys.executable, "-c", "import sys; from bobrossnet.command_line.cli import main; sys.exit(main())"]
 """The command line of the package that this Python imports."""
 
 

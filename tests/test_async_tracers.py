@@ -522,7 +522,7 @@ def test_dask():
 
 def test_the_rate_is_that_of_all_calls():
     """Whatever calls wait for: here twice as many are under way as run."""
-    from bobrossnet.tracing.call_sizes import Turnover
+    from bobrossnet.frames.call_sizes import Turnover
 
     turnover, workers, in_flight, per_call, per_pixel = Turnover(), 4, 8, 0.002, 0.001
     free, now, calls = [0.0] * workers, 0.0, []

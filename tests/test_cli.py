@@ -14,7 +14,7 @@ from PIL import Image
 from processes import running
 
 import bobrossnet as bob
-from bobrossnet import cli
+from bobrossnet.command_line import cli
 from bobrossnet.picture.files import CAPTION_HEIGHT, GAP
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
@@ -22,7 +22,7 @@ TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
 
 def run(*arguments, timeout=60, cwd=None):
     """The installed command in a separate process."""
-    command = [sys.executable, "-m", "bobrossnet.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "bobrossnet.command_line.cli", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=timeout, cwd=cwd, check=False)
 
 
@@ -365,7 +365,16 @@ def test_stopping_a_long_render(stop, tmp_path):
     """72 million rays take fifteen seconds and more; on a busy machine, giving back their memory takes two."""
     out = tmp_path / "huge.png"
     out.write_bytes(b"what was here before")
-    command = [sys.executable, "-m", "bobrossnet.cli", "render", "--size", "12000x12000", "--fraction", "50%"]
+    command = [
+        sys.executable,
+        "-m",
+        "bobrossnet.command_line.cli",
+        "render",
+        "--size",
+        "12000x12000",
+        "--fraction",
+        "50%",
+    ]
     with running([*command, "-o", str(out)], stderr=subprocess.PIPE) as process:
         time.sleep(3)
         assert process.poll() is None
@@ -381,7 +390,7 @@ def test_stopping_a_long_render(stop, tmp_path):
 
 
 def test_a_reader_that_leaves_is_no_error(tmp_path):
-    command = f"{sys.executable} -m bobrossnet.cli info paper | true"
+    command = f"{sys.executable} -m bobrossnet.command_line.cli info paper | true"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
     assert done.stderr == ""
 
@@ -392,7 +401,7 @@ def test_a_reader_that_leaves_is_no_error(tmp_path):
 )
 def test_output_that_is_full_gets_one_line(arguments, unbuffered):
     with open("/dev/full", "w") as full:
-        command = [sys.executable, "-m", "bobrossnet.cli", *arguments.split()]
+        command = [sys.executable, "-m", "bobrossnet.command_line.cli", *arguments.split()]
         environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, env=environment, check=False)
     assert done.returncode == 2
@@ -411,7 +420,7 @@ def test_ctrl_c_while_it_starts_leaves_no_traceback(module, tmp_path):
         "sys.meta_path.insert(0, Finder())\n"
     )
     path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    command = [sys.executable, "-m", "bobrossnet.cli", "--version"]
+    command = [sys.executable, "-m", "bobrossnet.command_line.cli", "--version"]
     with running(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path}) as p:
         assert p.communicate(timeout=20) == ("", "")
     assert p.returncode == 130
@@ -473,7 +482,11 @@ def seconds(*arguments):
 def test_help_and_import_are_quick():
     """On slow machines, beside numpy's import, a half of it. The fastest of each: the others wait for other work."""
     runs = [
-        [seconds("-c", "import numpy"), seconds("-m", "bobrossnet.cli", "--help"), seconds("-c", "import bobrossnet")]
+        [
+            seconds("-c", "import numpy"),
+            seconds("-m", "bobrossnet.command_line.cli", "--help"),
+            seconds("-c", "import bobrossnet"),
+        ]
         for _ in range(8)
     ]
     numpy, help, package = (min(times) for times in zip(*runs, strict=True))

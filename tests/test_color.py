@@ -9,7 +9,7 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.color import from_srgb, luminance, to_srgb
-from bobrossnet.rendering import _at_edges
+from bobrossnet.pictures.rendering import _at_edges
 from bobrossnet.sdf import box, sphere
 
 SIZE = 90, 120
@@ -530,7 +530,7 @@ def test_rays_of_a_pixel_are_no_larger_picture(monkeypatch):
     tree = bob.happy_tree()
     whole = [bob.render(tree, size=(48, 40), samples=samples) for samples in (4, 64)]
     monkeypatch.setattr("bobrossnet.picture.order.MAX_PIXELS", 48 * 40)
-    monkeypatch.setattr("bobrossnet.rendering.BATCH", 7 * 64)
+    monkeypatch.setattr("bobrossnet.pictures.rendering.BATCH", 7 * 64)
     for samples, picture in zip((4, 64), whole, strict=True):
         banded = bob.render(tree, size=(48, 40), samples=samples)
         np.testing.assert_array_equal(banded.color, picture.color)

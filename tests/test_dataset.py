@@ -18,7 +18,6 @@ import pytest
 from processes import running
 
 import bobrossnet as bob
-from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn.dataset import Dataset, Plan, loader
 from bobrossnet.learn.dataset.build import build, views_of
 from bobrossnet.learn.dataset.loader import Batches
@@ -28,6 +27,7 @@ from bobrossnet.learn.shapes import KINDS, procedural_scene
 from bobrossnet.learn.shapes.colors import LOOKS, colored_scene, is_white, patterns, textured, white
 from bobrossnet.learn.shapes.textures import KINDS as TEXTURES
 from bobrossnet.learn.shapes.textures import SIDE, some_texture
+from bobrossnet.support.errors import InputError, InputWarning
 
 # ---- the plan -----------------------------------------------------------------------------------------------
 
@@ -231,7 +231,7 @@ def test_colored_views_half_of_them_in_perspective(tmp_path: Path) -> None:
 
 def test_a_build_that_was_killed_ends_with_the_same_bytes(built: Path, tmp_path: Path) -> None:
     path = tmp_path / "data"
-    command = [sys.executable, "-m", "bobrossnet.cli", "dataset", "build", str(path)]
+    command = [sys.executable, "-m", "bobrossnet.command_line.cli", "dataset", "build", str(path)]
     command += ["--shapes", "4", "--test-shapes", "1", "--seed", "3"]
     with running(command, stdout=subprocess.DEVNULL) as process:
         deadline = time.monotonic() + 60

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import bobrossnet as bob
-from bobrossnet.cli import main
-from bobrossnet.errors import InputError
+from bobrossnet.command_line.cli import main
 from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.plan import SIZES
 from bobrossnet.learn.dataset.statistics import (
@@ -24,6 +23,7 @@ from bobrossnet.learn.dataset.statistics import (
     pictures_of_files,
     population,
 )
+from bobrossnet.support.errors import InputError
 
 SIDE = 64
 ROWS, COLUMNS = np.mgrid[:SIDE, :SIDE].astype(np.float32)

@@ -43,7 +43,7 @@ def test_better_than_interpolation():
 
 
 @needs_models
-@pytest.mark.filterwarnings("ignore::bobrossnet.errors.InputWarning")
+@pytest.mark.filterwarnings("ignore::bobrossnet.support.errors.InputWarning")
 def test_better_than_interpolation_on_real_models():
     check(evaluate(scenes_of_folder(MODELS, 8)), uniform=-0.13, lattice=-0.3, adaptive=-0.45)
 

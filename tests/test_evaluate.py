@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 
 import bobrossnet as bob
-from bobrossnet import cli
 from bobrossnet.color import luminance, to_srgb
+from bobrossnet.command_line import cli
 from bobrossnet.completion.filling import delaunay_linear
 from bobrossnet.completion.network import load_network
 from bobrossnet.completion.weights import weights_path
-from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.loader import Batches
@@ -28,6 +27,7 @@ from bobrossnet.learn.evaluation.scenes import own_scenes, scenes_of_folder, wit
 from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.networks import NETWORKS, Paper
 from bobrossnet.metrics import flip
+from bobrossnet.support.errors import InputError, InputWarning
 
 NEAREST = ("nearest", "uniform")
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"

@@ -8,7 +8,7 @@ import OpenEXR
 import pytest
 
 import bobrossnet as bob
-from bobrossnet.cli import main
+from bobrossnet.command_line.cli import main
 from bobrossnet.completion.exr import completed_channels
 from bobrossnet.picture.exr import read_exr, write_exr
 

@@ -11,8 +11,7 @@ from PIL import Image
 from torch import nn
 
 import bobrossnet as bob
-from bobrossnet import cli
-from bobrossnet.errors import InputError
+from bobrossnet.command_line import cli
 from bobrossnet.learn import figures
 from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.plan import SIZES, STAGES
@@ -22,6 +21,7 @@ from bobrossnet.learn.figures.graph import INPUT, layers_of
 from bobrossnet.learn.figures.style import COLUMN, DPI, PAGE, new_figure, picture_grid, save, show_picture, style
 from bobrossnet.learn.networks import Paper
 from bobrossnet.picture.files import UNTRACED, to_8_bit
+from bobrossnet.support.errors import InputError
 
 
 def texts(file):

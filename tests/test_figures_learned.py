@@ -8,8 +8,7 @@ import pytest
 import torch
 
 import bobrossnet as bob
-from bobrossnet import cli
-from bobrossnet.errors import InputError
+from bobrossnet.command_line import cli
 from bobrossnet.learn import reference
 from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.plan import SIZES
@@ -21,6 +20,7 @@ from bobrossnet.learn.figures.stability import show_stability
 from bobrossnet.learn.figures.stages import complete_stages
 from bobrossnet.learn.figures.style import style
 from bobrossnet.learn.losses import LOSSES, OF_REPORT
+from bobrossnet.support.errors import InputError
 
 MEANS = {
     "mine raw": {0.01: 0.80, 0.05: 0.87, 0.25: 0.93, 0.5: 0.95, 0.75: 0.96, 1.0: 0.98},

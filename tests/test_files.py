@@ -23,8 +23,8 @@ from models import MODELS, needs_models
 
 from bobrossnet.adapters import beside
 from bobrossnet.adapters.files import MESH_ENDINGS, load, load_mesh
-from bobrossnet.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.support.errors import InputError, InputTypeError, InputWarning
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
@@ -148,7 +148,7 @@ def test_the_table_lists_the_broken_and_odd_files() -> None:
 
 @needs_models
 @pytest.mark.parametrize("name", BROKEN_ODD)
-@pytest.mark.filterwarnings("ignore::bobrossnet.errors.InputWarning")
+@pytest.mark.filterwarnings("ignore::bobrossnet.support.errors.InputWarning")
 def test_broken_and_odd(name: str, capfd: pytest.CaptureFixture[str]) -> None:
     start = time.thread_time()
     expected = BROKEN_ODD[name]
@@ -241,7 +241,7 @@ def test_nothing_and_nonsense(ending: str, tmp_path: Path) -> None:
 
 
 @needs_models
-@pytest.mark.filterwarnings("ignore::bobrossnet.errors.InputWarning")
+@pytest.mark.filterwarnings("ignore::bobrossnet.support.errors.InputWarning")
 @pytest.mark.parametrize(
     "name",
     [
@@ -784,7 +784,7 @@ def test_binary_stl_with_any_head(tmp_path: Path) -> None:
 def test_what_trimesh_logs_is_not_shown(tmp_path: Path) -> None:
     facet = "facet normal x 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
     (tmp_path / "a.stl").write_text(f"solid a\n{facet}endsolid\n")
-    command = [sys.executable, "-m", "bobrossnet.cli", "info", str(tmp_path / "a.stl")]
+    command = [sys.executable, "-m", "bobrossnet.command_line.cli", "info", str(tmp_path / "a.stl")]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "triangles  1" in done.stdout
     assert done.stderr == ""

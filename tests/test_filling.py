@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from bobrossnet.completion.filling import FILLINGS, delaunay_linear, nearest, pull_push, telea
-from bobrossnet.errors import InputError
 from bobrossnet.metrics import ssim
+from bobrossnet.support.errors import InputError
 
 every_filling = pytest.mark.parametrize("fill", FILLINGS.values(), ids=FILLINGS.keys())
 Filling = Callable[[Any, Any], np.ndarray]

@@ -7,7 +7,8 @@ import warnings
 import numpy as np
 
 import bobrossnet as bob
-from bobrossnet import cli, sdf
+from bobrossnet import sdf
+from bobrossnet.command_line import cli
 
 HOSTILE = {
     "None": None,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet.adapters.container import layout, sealed
-from bobrossnet.interrupts import heard
+from bobrossnet.support.interrupts import heard
 
 SWALLOWING = """
 import builtins

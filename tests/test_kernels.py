@@ -11,7 +11,7 @@ import pytest
 
 from bobrossnet import _core
 from bobrossnet.learn import networks
-from bobrossnet.machine import extra_memory
+from bobrossnet.support.machine import extra_memory
 
 OBJECTS = sorted((Path(__file__).parent.parent / "build/native").glob("CMakeFiles/kernels_*.dir/**/*.o"))
 

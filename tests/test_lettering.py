@@ -20,8 +20,8 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy.spatial import cKDTree
 
 import bobrossnet as bob
-from bobrossnet.errors import InputError
 from bobrossnet.sdf import SDF3, measure_text, text
+from bobrossnet.support.errors import InputError
 
 DEJAVU = f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans.ttf"
 

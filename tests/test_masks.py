@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 
 import bobrossnet as bob
-from bobrossnet.errors import InputError
 from bobrossnet.sdf import image, measure_image
+from bobrossnet.support.errors import InputError
 
 ROWS, COLUMNS = np.mgrid[:60, :80] + 0.5
 X, Y = COLUMNS - 40, 30 - ROWS  # of pixels' centres

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from nurbs_shapes import CIRCLE, CIRCLE_KNOTS, CIRCLE_WEIGHTS, cylinder, sphere, torus
 
 import bobrossnet as bob
-from bobrossnet import _core, cli
+from bobrossnet import _core
+from bobrossnet.command_line import cli
 from bobrossnet.sdf import d2, d3, write_binary_stl
 from bobrossnet.sdf.d3 import X, Y, Z
 from bobrossnet.shapes import mesh as mesh_module

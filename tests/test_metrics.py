@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
-from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.metrics import C1, flip, psnr, ssim
+from bobrossnet.support.errors import InputError, InputTypeError
 
 
 def pictures(size: tuple[int, int], noise: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bobrossnet as bob
-from bobrossnet.frame import Pace
+from bobrossnet.frames.frame import Pace
 
 SIZE = (96, 128)
 

@@ -15,8 +15,8 @@ import pytest
 from models import MODELS, needs_models
 
 import bobrossnet as bob
-from bobrossnet import cli
 from bobrossnet.adapters.files import INSTANCE_READERS, load_mesh
+from bobrossnet.command_line import cli
 from bobrossnet.shapes.nurbs import Face
 
 U, V = (x.ravel() for x in np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 7)))

@@ -391,7 +391,7 @@ def test_readers_stop_at_what_a_file_may_cost():
 
 NEVER_DONE = """
 import sys
-from bobrossnet import cli
+from bobrossnet.command_line import cli
 from bobrossnet.adapters import apart, opencascade
 opencascade.call_apart = lambda *_: apart.call_apart("signal", "pause")
 sys.exit(cli.main(["info", sys.argv[1]]))

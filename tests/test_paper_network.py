@@ -7,10 +7,10 @@ import torch
 from torch import nn
 
 from bobrossnet.completion.weights import DEFAULTS
-from bobrossnet.errors import InputError
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.networks import Paper
 from bobrossnet.learn.networks.paper import shuffle
+from bobrossnet.support.errors import InputError
 
 # SPEC.md's table: in, out, groups, parameters
 LAYERS = {

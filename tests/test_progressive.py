@@ -129,7 +129,7 @@ def clock(monkeypatch):
     clock = Clock()
     for module in ("progressive", "frame", "tracing.calls"):
         monkeypatch.setattr(import_module(f"bobrossnet.{module}"), "time", clock)
-    monkeypatch.setattr(import_module("bobrossnet.frame"), "complete", clock.complete)
+    monkeypatch.setattr(import_module("bobrossnet.frames.frame"), "complete", clock.complete)
     return clock
 
 
@@ -164,7 +164,7 @@ def test_predicting_errors_is_part_of_a_frame(clock, monkeypatch):
         clock.now += 5e-3
         return 1.0
 
-    monkeypatch.setattr(import_module("bobrossnet.frame"), "mean_error", mean_error)
+    monkeypatch.setattr(import_module("bobrossnet.frames.frame"), "mean_error", mean_error)
     *frames, last = bob.progressive(tracer=clock.tracer(0, 20e-6), size=SIZE, frame_ms=20, until=0.01)
     assert all(0.7 * 20 < 1000 * frame.seconds < 1.02 * 20 for frame in frames)
     assert last.fraction == 1

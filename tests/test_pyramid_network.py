@@ -9,10 +9,10 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from bobrossnet.completion.weights import DEFAULTS
-from bobrossnet.errors import InputError
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.networks import Pyramid
 from bobrossnet.learn.networks.pyramid import FEATURES, HANDED_ON, KNOWN, KNOWN_FINEST
+from bobrossnet.support.errors import InputError
 
 LEVELS = 6
 

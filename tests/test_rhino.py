@@ -452,7 +452,7 @@ def test_files_are_read_in_a_process_of_their_own(tmp_path, monkeypatch):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is only limited under Linux")
 def test_memory_is_limited():
-    code = "from bobrossnet.machine import limit_memory; limit_memory(2**28); bytearray(2**{})"
+    code = "from bobrossnet.support.machine import limit_memory; limit_memory(2**28); bytearray(2**{})"
     assert subprocess.run([sys.executable, "-c", code.format(26)]).returncode == 0
     done = subprocess.run([sys.executable, "-c", code.format(29)], capture_output=True, text=True)
     assert "MemoryError" in done.stderr

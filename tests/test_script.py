@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 import bobrossnet as bob
 from bobrossnet.adapters.script import read_script
 from bobrossnet.adapters.vm import read_vm
-from bobrossnet.errors import InputError
 from bobrossnet.sdf.d3 import SDF3
+from bobrossnet.support.errors import InputError
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.sdf"))

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 
 import bobrossnet as bob
 from bobrossnet import sdf
-from bobrossnet.errors import InputError, InputTypeError
 from bobrossnet.sdf import d2, d3, ease, solid
 from bobrossnet.sdf.d3 import SDF3, X, Y, Z
 from bobrossnet.sdf.words import WORDS, Word
+from bobrossnet.support.errors import InputError, InputTypeError
 
 ROOT_3 = np.sqrt(3)
 

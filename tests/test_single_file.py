@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import bobrossnet as bob
-from bobrossnet import cli
+from bobrossnet.command_line import cli
 from bobrossnet.page.export import export_file
 from bobrossnet.picture.files import color_to_8_bit
 

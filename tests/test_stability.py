@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import bobrossnet as bob
-from bobrossnet import cli
-from bobrossnet.errors import InputError, InputWarning
+from bobrossnet.command_line import cli
 from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.evaluation.scenes import own_scenes, scenes_of_dataset, scenes_of_folder
 from bobrossnet.learn.evaluation.stability import (
@@ -19,6 +18,7 @@ from bobrossnet.learn.evaluation.stability import (
     measure_stability,
     moving_flicker,
 )
+from bobrossnet.support.errors import InputError, InputWarning
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
 TOY = {"frames": 4, "size": (24, 32), "orbit_frames": 2}

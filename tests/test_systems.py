@@ -11,11 +11,11 @@ from systems import EXCLUSIVE, SIGBREAK
 
 import bobrossnet as bob
 from bobrossnet.adapters import beside
-from bobrossnet.errors import InputError
+from bobrossnet.support.errors import InputError
 
 ROOT = Path(__file__).parent.parent
 SYSTEMS = Path(__file__).parent / "systems.py"
-COMMAND = "import sys; from bobrossnet.cli import main; sys.exit(main(sys.argv[1:]))"
+COMMAND = "import sys; from bobrossnet.command_line.cli import main; sys.exit(main(sys.argv[1:]))"
 
 TEXTURED = """
 import numpy as np
@@ -47,7 +47,7 @@ def test_windows_runs_what_machines_must(tmp_path):
     code = f"""
 import runpy
 import bobrossnet as bob
-from bobrossnet.cli import main
+from bobrossnet.command_line.cli import main
 
 runpy.run_path({str(ROOT / "tests/installed.py")!r}, run_name="__main__")
 bob.save_scene(bob.sdf.sphere(1), "größe–∞.bob")
@@ -102,8 +102,8 @@ def test_windows_consoles_end_programs_by_a_signal_of_their_own(tmp_path):
 def test_windows_replaces_files_that_are_open_for_a_moment(tmp_path):
     code = """
 import threading
-from bobrossnet.atomic import write_whole
-from bobrossnet.errors import InputError
+from bobrossnet.support.atomic import write_whole
+from bobrossnet.support.errors import InputError
 
 write_whole("part.txt", b"old")
 reader = open("part.txt", "rb")
@@ -149,7 +149,7 @@ def test_windows_pools_are_smaller(tmp_path):
     code = """
 import os
 import bobrossnet as bob
-from bobrossnet.thumbnails import MAX_PROCESSES
+from bobrossnet.pictures.thumbnails import MAX_PROCESSES
 
 os.sched_getaffinity, os.cpu_count = None, lambda: 128
 print(MAX_PROCESSES, bob.thumbnails(".", "pictures"))
@@ -160,7 +160,7 @@ print(MAX_PROCESSES, bob.thumbnails(".", "pictures"))
 def test_windows_interrupts_no_process_that_its_console_has_interrupted(tmp_path):
     code = """
 from multiprocessing import Process
-from bobrossnet.interrupts import interrupt
+from bobrossnet.support.interrupts import interrupt
 
 interrupt(Process())
 """
@@ -170,7 +170,7 @@ interrupt(Process())
 def test_windows_outputs_lose_their_readers(tmp_path):
     code = """
 import errno, sys
-from bobrossnet import cli
+from bobrossnet.command_line import cli
 
 def lost(*_):
     raise OSError(errno.EINVAL, "Invalid argument")
@@ -219,7 +219,7 @@ def test_the_command_is_known_by_its_program(program):
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.argv[0] = "folder/{program}"
-from bobrossnet import starting
+from bobrossnet.command_line import starting
 print(signal.getsignal(signal.SIGINT) is starting._leave)
 """
     assert subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True).stdout == b"True\n"

@@ -15,7 +15,7 @@ import pytest
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.picture.channels import TRACED
-from bobrossnet.threads import Turns, lazy
+from bobrossnet.support.threads import Turns, lazy
 
 SIZE = (48, 64)
 

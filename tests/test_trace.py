@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from models import MODELS, needs_models
 
 import bobrossnet as bob
-from bobrossnet.errors import InputError
+from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.trace import tiled_pixels
 
 SIZE = (90, 120)

@@ -16,8 +16,7 @@ import pytest
 import torch
 from tensorboardX.proto.event_pb2 import Event
 
-from bobrossnet import cli
-from bobrossnet.errors import InputError
+from bobrossnet.command_line import cli
 from bobrossnet.learn import checkpoint, logs
 from bobrossnet.learn import train as training
 from bobrossnet.learn.config import OPTIMIZERS, TrainConfig, config_from_settings
@@ -25,6 +24,7 @@ from bobrossnet.learn.dataset import Dataset, Plan
 from bobrossnet.learn.dataset.plan import SIZES
 from bobrossnet.learn.muon import orthogonal
 from bobrossnet.learn.train import CHECKPOINT, CONFIG, LOG, WEIGHTS, follow, keep_known, keep_known_of_partial, train
+from bobrossnet.support.errors import InputError
 
 TOY = TrainConfig(epochs=2, batch=8, checkpoint_every=2, threads=1)
 STEPS = 4  # of an epoch: 29 samples, so that two processes have different shares of the last mini-batch

@@ -65,7 +65,7 @@ def test_it_is_where_the_picture_is_wrong(tree):
 
 
 @needs_models
-@pytest.mark.filterwarnings("ignore::bobrossnet.errors.InputWarning")
+@pytest.mark.filterwarnings("ignore::bobrossnet.support.errors.InputWarning")
 def test_it_is_calibrated_on_real_models():
     ratios = []
     for number, _, scene in each_scene(scenes_of_folder(MODELS, 14), stacklevel=1):

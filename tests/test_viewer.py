@@ -20,7 +20,8 @@ from PIL import Image
 from processes import COMMAND, running
 
 import bobrossnet as bob
-from bobrossnet import _core, cli
+from bobrossnet import _core
+from bobrossnet.command_line import cli
 from bobrossnet.page.export import export
 from bobrossnet.page.files import VIEWER, page_files
 from bobrossnet.page.look import attributes

@@ -13,7 +13,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 import bobrossnet
-from bobrossnet.cli import parser
+from bobrossnet.command_line.cli import parser
 from bobrossnet.page.export import export
 from bobrossnet.page.files import page_files
 

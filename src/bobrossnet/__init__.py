@@ -8,29 +8,28 @@
 
 from typing import Any
 
-from bobrossnet import starting  # noqa: F401  before all else
 from bobrossnet._core import thread_count
 from bobrossnet.adapters.container import save_scene
 from bobrossnet.adapters.files import load, load_mesh
+from bobrossnet.command_line import starting  # noqa: F401  before all else
 from bobrossnet.completion.complete import complete
 from bobrossnet.completion.uncertainty import uncertainty
-from bobrossnet.errors import InputError, InputTypeError, InputWarning
-from bobrossnet.filming import Film, orbit
-from bobrossnet.fitting import fitted
-from bobrossnet.frame import Frame
-from bobrossnet.machine import set_thread_count
+from bobrossnet.frames.frame import Frame
+from bobrossnet.frames.motion import View
+from bobrossnet.frames.progressive import progressive
 from bobrossnet.metrics import psnr, ssim
-from bobrossnet.motion import View
-from bobrossnet.notebooks import register, view
 from bobrossnet.onnx import export
+from bobrossnet.page.notebooks import register, view
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import pixel_order
-from bobrossnet.picture.rendered import Picture
 from bobrossnet.picture.samples import Samples
-from bobrossnet.progressive import progressive
-from bobrossnet.rendering import render
+from bobrossnet.pictures.filming import Film, orbit
+from bobrossnet.pictures.fitting import fitted
+from bobrossnet.pictures.rendered import Picture
+from bobrossnet.pictures.rendering import render
+from bobrossnet.pictures.thumbnails import thumbnails
 from bobrossnet.sdf.formula import implicit
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
@@ -38,7 +37,8 @@ from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve, nurbs_surface
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tree import happy_tree
 from bobrossnet.shapes.tube import Tube, nurbs_curve, polyline
-from bobrossnet.thumbnails import thumbnails
+from bobrossnet.support.errors import InputError, InputTypeError, InputWarning
+from bobrossnet.support.machine import set_thread_count
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import Hits, Scene

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, brief, check_number
+from bobrossnet.support.errors import InputError, InputTypeError, brief, check_number
 
 Color: TypeAlias = str | Sequence[float]
 """sRGB as "#rrggbb" or "#rgb", or three numbers of linear RGB, 0..1."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, shape_of
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_finite, shape_of
 
 WINDOW = 11  # pixels, Gaussian; the values of Wang et al. 2004, for pictures in 0..1
 SIGMA = 1.5

@@ -16,7 +16,7 @@ import bobrossnet as bob
 from bobrossnet.adapters import apart, opencascade, rhino
 from bobrossnet.completion.network import make_network
 from bobrossnet.completion.weights import read_weights
-from bobrossnet.errors import InputError, InputWarning
+from bobrossnet.support.errors import InputError, InputWarning
 
 LONGEST = 5.0
 """Seconds of the processor, for files of at most 64 KB."""

@@ -33,8 +33,8 @@ from contract import APART, LONGEST, MEMORY, BrokenPromise, Watch, kind_of, limi
 from mutate import mutant
 
 from bobrossnet.completion.weights import WEIGHTS
-from bobrossnet.machine import limit_memory
 from bobrossnet.page.files import READ_IN_PAGE, VIEWER
+from bobrossnet.support.machine import limit_memory
 
 HERE = Path(__file__).parent
 BUILD = HERE.parents[1] / "build/fuzz"

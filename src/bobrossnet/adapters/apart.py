@@ -20,8 +20,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from bobrossnet.errors import InputError
-from bobrossnet.machine import limit_memory, limit_processor, limits, set_limits, was_too_slow
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.machine import limit_memory, limit_processor, limits, set_limits, was_too_slow
 
 # Not multiprocessing, which would run the user's script a second time where it has no `if __name__ == "__main__"`.
 # Isolated (-I), so that only the parent's path decides what is imported.

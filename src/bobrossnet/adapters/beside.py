@@ -9,8 +9,8 @@ from __future__ import annotations
 import os
 from pathlib import Path, PurePath
 
-from bobrossnet.errors import InputError
-from bobrossnet.paths import MAX_BYTES
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.paths import MAX_BYTES
 
 
 def find_beside(model: Path, name: str) -> str:

@@ -18,16 +18,16 @@ from numpy.typing import NDArray
 
 from bobrossnet.adapters.json import numbers, read_json
 from bobrossnet.adapters.surface import Pictures
-from bobrossnet.atomic import check_writable, write_whole
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer
-from bobrossnet.paths import MAX_BYTES, path_of
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep
 from bobrossnet.shapes.picture import Picture
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.tube import Tube
-from bobrossnet.tensors import tensor_file
+from bobrossnet.support.atomic import check_writable, write_whole
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_integer
+from bobrossnet.support.paths import MAX_BYTES, path_of
+from bobrossnet.support.tensors import tensor_file
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import MAX_INSTANCES, Scene, SceneLike, as_scene

@@ -18,7 +18,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from bobrossnet import interrupts
 from bobrossnet.adapters.container import ENDING as SCENE_ENDING
 from bobrossnet.adapters.container import read_scene
 from bobrossnet.adapters.geomdl import read_geomdl
@@ -26,7 +25,6 @@ from bobrossnet.adapters.gismo import read_gismo
 from bobrossnet.adapters.gltf import read_glb, read_gltf
 from bobrossnet.adapters.grids import read_bpt, read_cpt
 from bobrossnet.adapters.joined import Joined, joined
-from bobrossnet.adapters.messages import name_of, one_line
 from bobrossnet.adapters.obj import read_obj
 from bobrossnet.adapters.opencascade import read_iges, read_step
 from bobrossnet.adapters.part import Part
@@ -36,11 +34,13 @@ from bobrossnet.adapters.script import read_script
 from bobrossnet.adapters.stl import read_off, read_stl
 from bobrossnet.adapters.threemf import read_3mf
 from bobrossnet.adapters.vm import read_vm
-from bobrossnet.errors import InputError, InputWarning, check_choice, each_of
-from bobrossnet.paths import check_file, is_path, path_of
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
+from bobrossnet.support import interrupts
+from bobrossnet.support.errors import InputError, InputWarning, check_choice, each_of
+from bobrossnet.support.messages import name_of, one_line
+from bobrossnet.support.paths import check_file, is_path, path_of
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.json import numbers, read_json
-from bobrossnet.adapters.messages import errors_at, warn_of
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_integer
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
 from bobrossnet.shapes.splines import MAX_DEGREE
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_integer
+from bobrossnet.support.messages import errors_at, warn_of
 from bobrossnet.tracing.instance import Instance
 
 WORDS: dict[type, str] = {dict: "an object", list: "a list", str: "a string"}

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.grids import numbers
-from bobrossnet.adapters.messages import errors_at, warn_of
 from bobrossnet.adapters.xml import read_xml
-from bobrossnet.errors import InputError
 from bobrossnet.shapes.nurbs import Brep, Face
 from bobrossnet.shapes.splines import MAX_DEGREE
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import errors_at, warn_of
 from bobrossnet.tracing.instance import Instance
 
 if TYPE_CHECKING:

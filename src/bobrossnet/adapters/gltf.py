@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from bobrossnet.adapters.beside import Beside
 from bobrossnet.adapters.gltf_surfaces import GltfSurfaces
 from bobrossnet.adapters.json import numbers, read_json
-from bobrossnet.adapters.messages import errors_at
 from bobrossnet.adapters.part import Part, counted, placed, trimesh_part
 from bobrossnet.adapters.surface import Surface
-from bobrossnet.errors import InputError, check_array, check_integer
-from bobrossnet.paths import MAX_BYTES
+from bobrossnet.support.errors import InputError, check_array, check_integer
+from bobrossnet.support.messages import errors_at
+from bobrossnet.support.paths import MAX_BYTES
 from bobrossnet.tracing.scene import MAX_INSTANCES
 
 Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])  # (x, y, z) → (x, -z, y)

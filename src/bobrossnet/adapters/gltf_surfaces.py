@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.adapters.messages import one_line, warn_of
 from bobrossnet.adapters.surface import Pictures, Surface, Texture, unit
-from bobrossnet.errors import InputError
 from bobrossnet.shapes.picture import Picture
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import one_line, warn_of
 from bobrossnet.tracing.material import Material
 
 WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.adapters.messages import errors_at
-from bobrossnet.errors import InputError
 from bobrossnet.shapes.nurbs import Brep, Face
 from bobrossnet.shapes.splines import MAX_DEGREE
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import errors_at
 from bobrossnet.tracing.instance import Instance
 
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.adapters.part import Part, concatenated, pieces, rows_of
 from bobrossnet.adapters.surface import Surface
-from bobrossnet.errors import InputError
 from bobrossnet.shapes.affine import MAX_COORDINATE
 from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.scene import MAX_INSTANCES
 

@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, InputTypeError
+from bobrossnet.support.errors import InputError, InputTypeError
 
 
 def _itself(value: dict[str, Any]) -> dict[str, Any]:

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, InputTypeError, check_integer
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import Size
 from bobrossnet.picture.samples import Samples
+from bobrossnet.support.errors import InputError, InputTypeError, check_integer
 
 F32 = NDArray[np.float32]
 

@@ -8,10 +8,10 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from bobrossnet.adapters.beside import Beside, find_beside
-from bobrossnet.adapters.messages import one_line, warn_of
 from bobrossnet.adapters.surface import Surface, Texture, Textures, path_of, unit
 from bobrossnet.color import from_srgb
-from bobrossnet.errors import InputError
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import one_line, warn_of
 from bobrossnet.tracing.material import Material
 
 OPTIONS = {b"-s": 3, b"-o": 3, b"-t": 3, b"-mm": 2}

@@ -15,12 +15,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.adapters.messages import one_line
 from bobrossnet.adapters.mtl import read_mtl
 from bobrossnet.adapters.part import Part, concatenated, fan, lines_of, of_triangles, pieces, rows_of
 from bobrossnet.adapters.surface import Surface
 from bobrossnet.color import from_srgb
-from bobrossnet.errors import InputError
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import one_line
 
 INDEX = re.compile(rb"[-+]?[0-9]+")
 LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]*)", re.MULTILINE)

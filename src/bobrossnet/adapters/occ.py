@@ -39,8 +39,8 @@ from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTo
 from bobrossnet.adapters.apart import limit
 from bobrossnet.adapters.beside import find_beside
 from bobrossnet.adapters.opencascade import Assembly, Body, Color, CurveData, FaceData, Placed
-from bobrossnet.errors import InputError
 from bobrossnet.shapes.splines import MAX_DEGREE
+from bobrossnet.support.errors import InputError
 
 # Assemblies of assemblies can repeat one part without end.
 MAX_INSTANCES = 100_000

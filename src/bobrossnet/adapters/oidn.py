@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, check_array
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.guides import Guides, check_guides
 from bobrossnet.picture.values import check_range
+from bobrossnet.support.errors import InputError, check_array
 
 F32 = NDArray[np.float32]
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.apart import call_apart, check_library
-from bobrossnet.adapters.messages import name_of, one_line, warn_of
-from bobrossnet.errors import InputError
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import name_of, one_line, warn_of
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
 

@@ -11,7 +11,7 @@ import base64
 import struct
 from typing import Any, NamedTuple
 
-from bobrossnet.errors import InputError
+from bobrossnet.support.errors import InputError
 
 OBJECT = 0x00027FFA
 CLASS_ID = 0x0002FFFB

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.surface import Surface
-from bobrossnet.errors import InputError
+from bobrossnet.support.errors import InputError
 
 # Instances can repeat one part without end; this many triangles and vertices still fit into a few GB.
 MAX_ITEMS = 100_000_000

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bobrossnet.adapters.part import PIECE, Part, concatenated, converted, fan, lines_of, of_triangles, pieces
 from bobrossnet.adapters.surface import Surface, texture_beside
 from bobrossnet.color import from_srgb
-from bobrossnet.errors import InputError
+from bobrossnet.support.errors import InputError
 
 TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",

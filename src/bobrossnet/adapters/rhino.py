@@ -16,15 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.adapters.apart import call_apart, check_library, limit
-from bobrossnet.adapters.messages import name_of, one_line, warn_of
 from bobrossnet.adapters.opennurbs import brep_loops
 from bobrossnet.color import from_srgb
-from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.shapes.affine import IDENTITY, Matrix
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.nurbs import Brep, Face, Loop, TrimCurve
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.shapes.splines import MAX_DEGREE
+from bobrossnet.support.errors import InputError, InputWarning
+from bobrossnet.support.messages import name_of, one_line, warn_of
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.material import Material
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError
 from bobrossnet.sdf.d3 import SDF3
+from bobrossnet.support.errors import InputError
 
 
 def read_script(path: Path) -> SDF3:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bobrossnet.adapters.part import Part, converted, trimesh_part
-from bobrossnet.errors import InputError
+from bobrossnet.support.errors import InputError
 
 
 def read_stl(file: Path) -> list[Part]:

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bobrossnet.adapters.beside import Beside
-from bobrossnet.adapters.messages import one_line, warn_of
-from bobrossnet.errors import InputError
 from bobrossnet.shapes.picture import Picture
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import one_line, warn_of
 from bobrossnet.tracing.instance import WHITE
 from bobrossnet.tracing.material import Material
 

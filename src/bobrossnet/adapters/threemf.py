@@ -15,12 +15,12 @@ from typing import IO, TYPE_CHECKING, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.adapters.messages import one_line, warn_of
 from bobrossnet.adapters.part import Part, counted, placed
 from bobrossnet.adapters.surface import Pictures, Surface, Texture
 from bobrossnet.adapters.xml import read_xml
 from bobrossnet.color import linear
-from bobrossnet.errors import InputError
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import one_line, warn_of
 
 if TYPE_CHECKING:
     from zipfile import ZipFile

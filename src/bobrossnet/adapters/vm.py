@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError
 from bobrossnet.shapes.implicit import Implicit
+from bobrossnet.support.errors import InputError
 
 
 def read_vm(path: Path) -> Implicit:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import IO
 
-from bobrossnet.errors import InputError
+from bobrossnet.support.errors import InputError
 
 CHUNK = 1 << 20
 MAX_TAG = 1 << 20  # bytes of a tag or a comment; real ones have a few hundred

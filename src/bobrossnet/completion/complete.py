@@ -9,8 +9,8 @@ from bobrossnet import _core
 from bobrossnet.completion.display import displayed, restored
 from bobrossnet.completion.guided import complete_guided
 from bobrossnet.completion.network import Network, NetworkLike, load_network
-from bobrossnet.errors import InputError, InputTypeError, check_choice
 from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.support.errors import InputError, InputTypeError, check_choice
 
 GUIDED = "guided"
 """The name of what completes along guides, without a network."""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, check_array, check_finite, shape_of
+from bobrossnet.support.errors import InputError, check_array, check_finite, shape_of
 
 
 def nearest(gray: Any, mask: Any) -> NDArray[np.float32]:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.completion.display import displayed
 from bobrossnet.completion.weights import read_weights, weights_path
-from bobrossnet.errors import InputError
 from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.support.errors import InputError
 
 
 @dataclass(frozen=True)

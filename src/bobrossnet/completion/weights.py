@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, brief
-from bobrossnet.paths import check_file, path_of
+from bobrossnet.support.errors import InputError, brief
+from bobrossnet.support.paths import check_file, path_of
 
 WEIGHTS = Path(__file__).parent.parent / "weights"
 """The folder of the shipped weights."""

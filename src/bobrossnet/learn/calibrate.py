@@ -22,14 +22,14 @@ from torch import Tensor, nn
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.atomic import check_writable
 from bobrossnet.completion.network import load_network
 from bobrossnet.completion.weights import FORMAT
-from bobrossnet.errors import check_integer
 from bobrossnet.learn.checkpoint import write_tensors
 from bobrossnet.learn.evaluation.scenes import Scenes, each_scene, own_scenes
 from bobrossnet.picture.order import ADAPTIVE
-from bobrossnet.progress import progress
+from bobrossnet.support.atomic import check_writable
+from bobrossnet.support.errors import check_integer
+from bobrossnet.support.progress import progress
 
 F32 = NDArray[np.float32]
 

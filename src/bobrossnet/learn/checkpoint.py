@@ -21,12 +21,12 @@ import safetensors
 import torch
 from torch import Tensor, nn
 
-from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.completion.weights import FORMAT, read_weights, weights_path
-from bobrossnet.errors import InputError, check_number
 from bobrossnet.learn.config import FREE, TrainConfig
 from bobrossnet.learn.networks import NETWORKS, Network
-from bobrossnet.tensors import tensor_file
+from bobrossnet.support.atomic import check_writable, write_whole
+from bobrossnet.support.errors import InputError, check_number
+from bobrossnet.support.tensors import tensor_file
 
 
 def save(path: str | os.PathLike[str], network: Network, metadata: Mapping[str, str] | None = None) -> None:

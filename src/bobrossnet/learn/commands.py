@@ -9,7 +9,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bobrossnet import arguments
+from bobrossnet.command_line import arguments
 
 
 def add_commands(commands: Any) -> None:
@@ -145,9 +145,9 @@ def _dataset_build(options: argparse.Namespace) -> None:
 
 
 def _dataset_compare(options: argparse.Namespace) -> None:
-    from bobrossnet.atomic import check_writable, write_whole
     from bobrossnet.learn.dataset import Dataset
     from bobrossnet.learn.dataset.statistics import compare_with_folder
+    from bobrossnet.support.atomic import check_writable, write_whole
 
     if options.markdown is not None:
         check_writable(options.markdown)
@@ -170,12 +170,12 @@ def _train(options: argparse.Namespace) -> None:
 
 
 def _evaluate(options: argparse.Namespace) -> None:
-    from bobrossnet.atomic import check_writable, write_whole
-    from bobrossnet.errors import InputError
     from bobrossnet.learn.evaluation.costs import cost_table, measure_costs
     from bobrossnet.learn.evaluation.evaluate import evaluate_dataset, evaluate_folder
     from bobrossnet.learn.evaluation.scenes import scenes_of_dataset, scenes_of_folder
     from bobrossnet.learn.evaluation.stability import measure_stability
+    from bobrossnet.support.atomic import check_writable, write_whole
+    from bobrossnet.support.errors import InputError
 
     for file in filter(None, (options.csv, options.markdown)):
         check_writable(file)

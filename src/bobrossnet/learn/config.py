@@ -10,13 +10,13 @@ from typing import Any
 import torch
 from torch import nn
 
-from bobrossnet.errors import InputError, InputTypeError, check_integer, check_number
 from bobrossnet.learn.dataset.loader import DRAWS, FRACTIONS
 from bobrossnet.learn.losses import LOSSES
 from bobrossnet.learn.muon import Muon
 from bobrossnet.learn.networks import learnt
 from bobrossnet.learn.networks.pyramid import FEATURES, HANDED_ON
 from bobrossnet.picture.order import ORDERS
+from bobrossnet.support.errors import InputError, InputTypeError, check_integer, check_number
 
 ACCELERATORS = ("auto", "cpu", "cuda")
 PRECISIONS = ("32-true", "bf16-mixed")

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import torch
 
-from bobrossnet.atomic import write_whole
 from bobrossnet.completion.weights import weights_path
 from bobrossnet.learn.checkpoint import load
+from bobrossnet.support.atomic import write_whole
 
 
 def onnx(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:

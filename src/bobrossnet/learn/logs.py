@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from tensorboardX import SummaryWriter
 
-from bobrossnet.atomic import write_whole
 from bobrossnet.learn.dataset.plan import STAGES
 from bobrossnet.picture.files import UNTRACED, to_8_bit
-from bobrossnet.threads import lazy
+from bobrossnet.support.atomic import write_whole
+from bobrossnet.support.threads import lazy
 
 Row = dict[str, float]
 """An epoch in numbers, by column of log.csv."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from bobrossnet.adapters import files
-from bobrossnet.errors import InputWarning, check_integer
+from bobrossnet.support.errors import InputWarning, check_integer
 
 Item = TypeVar("Item")
 

@@ -33,10 +33,7 @@ from lightning_fabric import Fabric
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from bobrossnet.atomic import write_whole
 from bobrossnet.completion.weights import weights_path
-from bobrossnet.errors import InputError
-from bobrossnet.interrupts import interrupt
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.config import OPTIMIZERS, TrainConfig
 from bobrossnet.learn.dataset.loader import Batch, Batches
@@ -45,7 +42,10 @@ from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.logs import SSIM_COLUMNS, Events, Row, epoch_line, panels, write_csv
 from bobrossnet.learn.losses import LOSSES, ssim
 from bobrossnet.learn.networks import NETWORKS, Network
-from bobrossnet.progress import progress
+from bobrossnet.support.atomic import write_whole
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.interrupts import interrupt
+from bobrossnet.support.progress import progress
 
 WEIGHTS, CHECKPOINT, CONFIG, LOG = "weights.safetensors", "checkpoint.safetensors", "config.json", "log.csv"
 PICTURES = 4  # validation patches shown at each stage

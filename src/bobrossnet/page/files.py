@@ -13,9 +13,9 @@ from urllib.parse import quote
 
 import bobrossnet as bob
 from bobrossnet.completion.weights import WEIGHTS
-from bobrossnet.errors import InputError
 from bobrossnet.page.joining import ENTRIES, Modules, joined
 from bobrossnet.page.look import written
+from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.scene import SceneLike
 
 VIEWER = Path(__file__).parent.parent / "viewer"

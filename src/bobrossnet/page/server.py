@@ -11,8 +11,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import unquote
 
-from bobrossnet.errors import InputError, check_integer
 from bobrossnet.page.files import TYPES, Files
+from bobrossnet.support.errors import InputError, check_integer
 
 HEADERS = {
     "Content-Security-Policy": "; ".join(

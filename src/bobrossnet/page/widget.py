@@ -9,15 +9,15 @@ import anywidget
 import traitlets
 
 from bobrossnet.adapters.container import packed
-from bobrossnet.errors import InputError
 from bobrossnet.page.export import single_file_parts
 from bobrossnet.page.files import VIEWER
 from bobrossnet.page.joining import BROUGHT, WIDGET, Modules, brought, joined
 from bobrossnet.page.look import css
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import Size
-from bobrossnet.picture.rendered import Picture
-from bobrossnet.rendering import Background, render
+from bobrossnet.pictures.rendered import Picture
+from bobrossnet.pictures.rendering import Background, render
+from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.scene import Scene
 
 NUMBERS = ("azimuth", "elevation", "roll", "zoom", "fov")

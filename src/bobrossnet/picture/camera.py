@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, check_number
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_finite, check_number
 
 MAX_ANGLE = 1e6
 """Degrees either way; there float32 still tells angles apart that differ by a sixteenth of a degree."""

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.atomic import check_writable, write_whole
-from bobrossnet.errors import InputError
-from bobrossnet.paths import check_file, path_of
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import Size, check_size
+from bobrossnet.support.atomic import check_writable, write_whole
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.paths import check_file, path_of
 
 F32 = NDArray[np.float32]
 Planes = dict[str, NDArray[Any]]

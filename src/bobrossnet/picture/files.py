@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.color import to_srgb
-from bobrossnet.errors import InputError
-from bobrossnet.paths import path_of
 from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.support.atomic import check_writable, write_whole
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.paths import path_of
 
 F32 = NDArray[np.float32]
 U8 = NDArray[np.uint8]

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from bobrossnet.color import luminance
-from bobrossnet.errors import InputError
 from bobrossnet.picture.channels import CHANNELS, GIVEN, Layout
 from bobrossnet.picture.guides import Guides, check_guides
 from bobrossnet.picture.order import Size, check_size, pixel_count
@@ -23,6 +22,7 @@ from bobrossnet.picture.values import (
     of_planes,
     values_shape,
 )
+from bobrossnet.support.errors import InputError
 
 
 class GBuffer(Channels):

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from bobrossnet.errors import InputError, InputTypeError, check_array, shape_of
 from bobrossnet.picture.channels import GUIDES, Layout
 from bobrossnet.picture.order import Size, check_size
 from bobrossnet.picture.values import F32, Channels, check_range, of_planes, values_shape
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, shape_of
 
 
 class Guides(Channels):

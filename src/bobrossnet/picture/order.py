@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, brief, check_array, check_choice, check_integer, check_number
+from bobrossnet.support.errors import (
+    InputError,
+    InputTypeError,
+    brief,
+    check_array,
+    check_choice,
+    check_integer,
+    check_number,
+)
 
 Size: TypeAlias = tuple[int, int]
 SizeLike: TypeAlias = Size | str

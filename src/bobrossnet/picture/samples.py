@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.color import LUMINANCE, luminance
-from bobrossnet.errors import InputError, check_array, shape_of
 from bobrossnet.picture.channels import CHANNELS, Layout
 from bobrossnet.picture.values import DERIVED, F32, Channels, check_range, layout_of, values_shape
+from bobrossnet.support.errors import InputError, check_array, shape_of
 
 
 class Samples(Channels):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
 from bobrossnet.picture.channels import CHANNELS, COLORED, GIVEN, Layout
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_finite
 
 F32 = NDArray[np.float32]
 

@@ -20,8 +20,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.atomic import check_writable
-from bobrossnet.errors import InputError, check_array
 from bobrossnet.sdf import d2, d3, ease
 from bobrossnet.sdf.custom import *  # noqa: F403
 from bobrossnet.sdf.d2 import *  # noqa: F403
@@ -31,6 +29,8 @@ from bobrossnet.sdf.lettering import *  # noqa: F403
 from bobrossnet.sdf.masks import *  # noqa: F403
 from bobrossnet.sdf.meshes import *  # noqa: F403
 from bobrossnet.sdf.meshes import Mesh
+from bobrossnet.support.atomic import check_writable
+from bobrossnet.support.errors import InputError, check_array
 
 pi = math.pi
 degrees = math.degrees

@@ -12,8 +12,8 @@ from fontTools.pens.basePen import BasePen
 from fontTools.pens.boundsPen import BoundsPen
 from fontTools.ttLib import TTFont, TTLibError
 
-from bobrossnet.errors import InputError
 from bobrossnet.sdf.outlines import Places
+from bobrossnet.support.errors import InputError
 
 
 @dataclass(frozen=True)

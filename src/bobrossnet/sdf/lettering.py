@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PIL import ImageFont
 
-from bobrossnet.errors import InputError, InputTypeError
-from bobrossnet.paths import check_file, is_path, path_of
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.outlines import Places, arcs_along, fitted_size, region
+from bobrossnet.support.errors import InputError, InputTypeError
+from bobrossnet.support.paths import check_file, is_path, path_of
 
 if TYPE_CHECKING:
     from bobrossnet.sdf.glyphs import Line

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from bobrossnet.errors import InputError, check_integer
-from bobrossnet.paths import check_file, is_path, path_of
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.outlines import Outline, Places, fitted_size, region
+from bobrossnet.support.errors import InputError, check_integer
+from bobrossnet.support.paths import check_file, is_path, path_of
 
 PIXELS = 2**22
 """As in fogleman/sdf."""

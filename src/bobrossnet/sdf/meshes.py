@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, check_number
 from bobrossnet.sdf.d3 import SDF3
 from bobrossnet.shapes import mesh as shapes
+from bobrossnet.support.errors import InputError, check_number
 
 
 class Mesh(shapes.Mesh):

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, check_number
 from bobrossnet.sdf.d2 import SDF2
+from bobrossnet.support.errors import InputError, check_number
 
 Places: TypeAlias = NDArray[np.complex128]
 """Places in the plane, x + i y: turning is multiplication."""

@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, check_array, check_integer, check_number, shape_of
-from bobrossnet.paths import path_of
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import FORMATS, check_picture_path, color_to_8_bit, to_8_bit, write_picture
 from bobrossnet.picture.order import SizeLike
@@ -18,6 +16,8 @@ from bobrossnet.shapes.affine import IDENTITY
 from bobrossnet.shapes.implicit import Implicit
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.shapes.mesh import Mesh, check_mesh_path
+from bobrossnet.support.errors import InputError, check_array, check_integer, check_number, shape_of
+from bobrossnet.support.paths import path_of
 from bobrossnet.tracing.trace import trace
 
 SAMPLES = 2**22

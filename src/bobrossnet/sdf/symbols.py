@@ -13,7 +13,7 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError
+from bobrossnet.support.errors import InputError, InputTypeError
 
 Number: TypeAlias = "Symbol | float"
 Rule: TypeAlias = Callable[..., Any]

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_array
 from bobrossnet.sdf.symbols import (
     Symbol,
     Symbols,
@@ -21,6 +20,7 @@ from bobrossnet.sdf.symbols import (
     substitute,
 )
 from bobrossnet.shapes.implicit import color_formula
+from bobrossnet.support.errors import InputError, InputTypeError, check_array
 
 Own = TypeVar("Own", bound="SDF")
 """The class of a shape, flat or solid."""

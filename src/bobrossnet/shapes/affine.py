@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, check_array, check_finite, check_number, shape_of
+from bobrossnet.support.errors import InputError, check_array, check_finite, check_number, shape_of
 
 Matrix: TypeAlias = NDArray[np.float64]
 Point: TypeAlias = NDArray[np.float64]

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.color import Color, linear
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, warn_coarse
 from bobrossnet.shapes.affine import check_size
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape, check_tensors
-from bobrossnet.threads import lazy
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_finite, warn_coarse
+from bobrossnet.support.threads import lazy
 
 MESHES = {"mesh_sizes": "uint32", "mesh_vertices": "float32", "mesh_triangles": "uint32"}
 """Arrays of formulas that have the distances of meshes, and their dtypes."""

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.color import from_srgb, to_srgb
-from bobrossnet.errors import InputError, InputTypeError, brief, check_array, check_finite, check_number
 from bobrossnet.shapes.affine import UPRIGHT, mapped
 from bobrossnet.shapes.picture import Picture, channels_of, picture_of
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
-from bobrossnet.threads import lazy
+from bobrossnet.support.atomic import check_writable, write_whole
+from bobrossnet.support.errors import InputError, InputTypeError, brief, check_array, check_finite, check_number
+from bobrossnet.support.threads import lazy
 
 FORMATS = (".stl", ".ply", ".obj", ".glb")
 """The endings of files that meshes are written to."""

@@ -12,15 +12,6 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.color import Color, linear
-from bobrossnet.errors import (
-    InputError,
-    InputTypeError,
-    check_array,
-    check_integer,
-    check_number,
-    shape_of,
-    warn_coarse,
-)
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape, check_tensors
 from bobrossnet.shapes.splines import (
@@ -35,7 +26,16 @@ from bobrossnet.shapes.splines import (
     place_in_errors,
     with_weights,
 )
-from bobrossnet.threads import lazy
+from bobrossnet.support.errors import (
+    InputError,
+    InputTypeError,
+    check_array,
+    check_integer,
+    check_number,
+    shape_of,
+    warn_coarse,
+)
+from bobrossnet.support.threads import lazy
 
 
 @dataclass(frozen=True, eq=False, init=False, slots=True)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputTypeError, check_array, shape_of
 from bobrossnet.shapes.shape import frozen
-from bobrossnet.threads import lazy
+from bobrossnet.support.errors import InputTypeError, check_array, shape_of
+from bobrossnet.support.threads import lazy
 
 
 class Picture:

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_number
 from bobrossnet.shapes.affine import IDENTITY, Matrix, Point
-from bobrossnet.threads import lazy
+from bobrossnet.support.errors import InputError, InputTypeError, check_number
+from bobrossnet.support.threads import lazy
 
 Number = TypeVar("Number", bound=np.generic)
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite
 from bobrossnet.shapes.affine import check_size
 from bobrossnet.shapes.shape import frozen
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_finite
 
 MAX_DEGREE = 9
 """As in the core."""

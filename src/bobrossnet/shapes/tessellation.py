@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.shapes.mesh import MAX_TRIANGLES, Mesh
 from bobrossnet.shapes.nurbs import Brep, Face, TrimCurve
 from bobrossnet.shapes.splines import Values, curve_derivatives
+from bobrossnet.support.errors import InputError, InputWarning
 
 I32 = NDArray[np.int32]
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, check_array, check_number, shape_of
 from bobrossnet.shapes.affine import MAX_COORDINATE
 from bobrossnet.shapes.mesh import MAX_TRIANGLES, Mesh
 from bobrossnet.shapes.shape import Shape, check_tensors, frozen
@@ -25,7 +24,8 @@ from bobrossnet.shapes.splines import (
     domain_of,
     with_weights,
 )
-from bobrossnet.threads import lazy
+from bobrossnet.support.errors import InputError, check_array, check_number, shape_of
+from bobrossnet.support.threads import lazy
 
 
 class Tube(Shape):

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from bobrossnet import _core
-from bobrossnet.errors import InputTypeError
 from bobrossnet.shapes.affine import IDENTITY, Matrix, check_map, rotation, scaling, translation
 from bobrossnet.shapes.shape import Shape
+from bobrossnet.support.errors import InputTypeError
 from bobrossnet.tracing.material import Material
 
 Z = (0.0, 0.0, 1.0)

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 
 from bobrossnet import _core
 from bobrossnet.color import Color, linear
-from bobrossnet.errors import InputError, check_number
+from bobrossnet.support.errors import InputError, check_number
 
 
 @dataclass(frozen=True, init=False)

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.errors import InputError, InputTypeError, check_array, check_finite, check_number, each_of
 from bobrossnet.shapes.affine import UPRIGHT, Point, mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
-from bobrossnet.threads import lazy
+from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_finite, check_number, each_of
+from bobrossnet.support.threads import lazy
 from bobrossnet.tracing.instance import Instance
 
 MAX_INSTANCES = 100_000

@@ -8,7 +8,6 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, InputTypeError, check_callable, check_flag, check_integer
 from bobrossnet.picture.camera import Camera, check_camera
 from bobrossnet.picture.channels import COLORED, TRACED, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
@@ -16,6 +15,7 @@ from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import Size, SizeLike, check_order, check_pixels, check_size, pixel_count
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence
+from bobrossnet.support.errors import InputError, InputTypeError, check_callable, check_flag, check_integer
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
 Tracer: TypeAlias = Callable[[NDArray[np.int32]], Samples]

@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.cluster import as_done, connected
-from bobrossnet.errors import InputError, InputWarning
 from bobrossnet.learn.dataset.plan import SHAPES, SIZES, TEST_SHAPES, Plan
 from bobrossnet.learn.dataset.store import PLANES, Dataset
 from bobrossnet.learn.shape_files import left_out, shape_files
 from bobrossnet.learn.shapes import procedural_scene
 from bobrossnet.learn.shapes.colors import colored_scene
-from bobrossnet.progress import progress
+from bobrossnet.support.cluster import as_done, connected
+from bobrossnet.support.errors import InputError, InputWarning
+from bobrossnet.support.progress import progress
 
 SOURCE = re.compile("(made|colored) ([0-9]+)")  # of what the package makes itself; every other is a file's path
 MADE = "made "  # a source's first word, before the seed of `procedural_scene`

@@ -19,11 +19,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from bobrossnet.errors import InputError, check_integer
 from bobrossnet.learn.dataset.plan import PATCH, PATCHES, SIZES, STAGES, Plan, random_generator
 from bobrossnet.learn.dataset.store import CHANNELS, Dataset, joined, part_of
 from bobrossnet.picture.order import FIXED_ORDERS
 from bobrossnet.picture.sequence import places_in_sequence
+from bobrossnet.support.errors import InputError, check_integer
 
 BLOCK = 64  # shapes read at a time: 176 MB, and 88 of places in adaptive orders
 AHEAD = 4  # mini-batches made ahead by each worker

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, check_integer
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import pixel_order
+from bobrossnet.support.errors import InputError, check_integer
 
 SHAPES = 479
 TEST_SHAPES = 10

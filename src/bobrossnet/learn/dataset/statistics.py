@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from scipy import ndimage, stats
 
 from bobrossnet.adapters.files import load
-from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import Plan
 from bobrossnet.learn.dataset.store import Dataset, part_of
 from bobrossnet.learn.shape_files import left_out, shape_files, spread
 from bobrossnet.picture.gbuffer import GBuffer
-from bobrossnet.tables import table
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.tables import table
 from bobrossnet.tracing.trace import trace
 
 SIZE = 256  # of the views that are measured, pixels

@@ -27,13 +27,13 @@ from zarr.codecs import BloscCodec, Crc32cCodec
 from zarr.core.buffer import Buffer
 from zarr.storage import LocalStore
 
-from bobrossnet.adapters.messages import one_line
-from bobrossnet.atomic import replace
-from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.plan import PATCH, SIZES, STAGES, Plan
 from bobrossnet.picture.channels import GIVEN
 from bobrossnet.picture.gbuffer import GBuffer
-from bobrossnet.threads import lazy
+from bobrossnet.support.atomic import replace
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import one_line
+from bobrossnet.support.threads import lazy
 
 BUILD = "bobrossnet dataset build"
 FORMAT = "bobrossnet-dataset-1"

@@ -12,7 +12,7 @@ from bobrossnet.completion.filling import FILLINGS
 from bobrossnet.completion.weights import weights_path
 from bobrossnet.learn import checkpoint
 from bobrossnet.learn.evaluation.methods import Weights, all_methods, kept, model_names
-from bobrossnet.tables import cell, table
+from bobrossnet.support.tables import cell, table
 
 SIZE = (480, 640)
 FRACTION = 0.05

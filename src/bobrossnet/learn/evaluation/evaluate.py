@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 import bobrossnet as bob
 from bobrossnet.adapters.files import ALL_ENDINGS
 from bobrossnet.completion.filling import FILLINGS
-from bobrossnet.errors import InputError, check_integer, check_number
 from bobrossnet.learn.dataset.plan import PATCHES, STAGES, Plan
 from bobrossnet.learn.dataset.store import Dataset, part_of
 from bobrossnet.learn.evaluation.methods import Method, Weights, all_methods, check_orders
@@ -29,7 +28,8 @@ from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
 from bobrossnet.learn.shape_files import spread
 from bobrossnet.metrics import WINDOW
 from bobrossnet.picture.order import ORDERS_BY_SIGHT, check_size
-from bobrossnet.progress import progress
+from bobrossnet.support.errors import InputError, check_integer, check_number
+from bobrossnet.support.progress import progress
 
 FRACTIONS = (0.01, 0.02, 0.05, 0.10, 0.25, 0.50, 0.75, 1.0)
 MODELS = ("default", "paper")  # what is shipped, and the report's network

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet.completion.uncertainty import mean_error
-from bobrossnet.errors import InputError, check_number
 from bobrossnet.learn.evaluation.methods import Weights, check_orders
 from bobrossnet.learn.evaluation.scenes import Scenes, each_scene
-from bobrossnet.progress import progress
-from bobrossnet.tables import table
+from bobrossnet.support.errors import InputError, check_number
+from bobrossnet.support.progress import progress
+from bobrossnet.support.tables import table
 
 LIMITS = (0.02, 0.01, 0.005, 0.002)
 """Mean absolute errors in gray at which pictures stop."""

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 import bobrossnet as bob
 from bobrossnet.completion.filling import FILLINGS, delaunay_linear
 from bobrossnet.completion.network import Network, load_network
-from bobrossnet.errors import InputError
 from bobrossnet.picture.order import check_order
+from bobrossnet.support.errors import InputError
 
 Weights: TypeAlias = str | os.PathLike[str]
 Method: TypeAlias = Callable[[bob.GBuffer], NDArray[np.float32]]

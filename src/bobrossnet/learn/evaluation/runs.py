@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import TypeAlias
 
-from bobrossnet.errors import InputError
 from bobrossnet.learn.evaluation.methods import repaints
+from bobrossnet.support.errors import InputError
 
 Run: TypeAlias = tuple[str, str]
 """The method's name and the order's."""

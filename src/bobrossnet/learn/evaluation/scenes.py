@@ -9,11 +9,11 @@ from functools import partial
 from typing import NamedTuple, TypeAlias
 
 import bobrossnet as bob
-from bobrossnet.errors import InputError
 from bobrossnet.learn.dataset.build import COLORED, MADE, scene_of
 from bobrossnet.learn.dataset.store import Dataset
 from bobrossnet.learn.shape_files import left_out, shape_files, spread
 from bobrossnet.learn.shapes.colors import is_white
+from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
 Scenes: TypeAlias = Mapping[str, Callable[[], SceneLike]]

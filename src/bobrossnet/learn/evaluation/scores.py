@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.color import luminance, to_srgb
-from bobrossnet.errors import InputError
 from bobrossnet.learn.evaluation.confidence import half_width, relative_change
 from bobrossnet.learn.evaluation.methods import is_kept
 from bobrossnet.learn.evaluation.runs import Run, find_run, label, orders_of, rivals
 from bobrossnet.metrics import flip, psnr, ssim
-from bobrossnet.tables import best_bold, plus_minus, table
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.tables import best_bold, plus_minus, table
 
 
 class Metric(NamedTuple):

@@ -29,13 +29,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bobrossnet as bob
-from bobrossnet.errors import InputError, check_array, check_integer
 from bobrossnet.learn.evaluation.confidence import relative_change
 from bobrossnet.learn.evaluation.methods import Weights, all_methods, check_orders, is_kept
 from bobrossnet.learn.evaluation.runs import Run, find_run, label, orders_of, rivals
 from bobrossnet.learn.evaluation.scenes import Scenes, each_scene
-from bobrossnet.progress import progress
-from bobrossnet.tables import best_bold, plus_minus, table
+from bobrossnet.support.errors import InputError, check_array, check_integer
+from bobrossnet.support.progress import progress
+from bobrossnet.support.tables import best_bold, plus_minus, table
 
 F64 = NDArray[np.float64]
 

@@ -6,9 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from bobrossnet.atomic import write_whole
 from bobrossnet.completion.network import load_network
-from bobrossnet.errors import InputError
 from bobrossnet.learn.figures.architecture import draw_full, draw_grouped, draw_unet
 from bobrossnet.learn.figures.convergence import draw_convergence
 from bobrossnet.learn.figures.figure import Draw, Drawing, LeftOutError, Sources
@@ -19,6 +17,8 @@ from bobrossnet.learn.figures.stability import draw_stability
 from bobrossnet.learn.figures.stages import draw_dense, draw_sparse
 from bobrossnet.learn.figures.style import figure_paths, save, style
 from bobrossnet.learn.figures.timing import draw_timing
+from bobrossnet.support.atomic import write_whole
+from bobrossnet.support.errors import InputError
 
 FIGURES: dict[str, Draw] = {
     "2.1": draw_convergence,

@@ -17,7 +17,6 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from bobrossnet.errors import check_integer
 from bobrossnet.learn.config import OPTIMIZERS, TrainConfig
 from bobrossnet.learn.dataset.loader import Batch, Batches
 from bobrossnet.learn.dataset.plan import PATCH, random_generator
@@ -29,7 +28,8 @@ from bobrossnet.learn.networks import NETWORKS, Network
 from bobrossnet.learn.train import follow
 from bobrossnet.picture.files import traced_on_green
 from bobrossnet.picture.gbuffer import GBuffer
-from bobrossnet.progress import Report, progress
+from bobrossnet.support.errors import check_integer
+from bobrossnet.support.progress import Report, progress
 
 SAMPLES = 50  # to train on, as in the report
 OTHERS = 100  # to measure on, of the validation split

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from matplotlib.transforms import Bbox
 
-from bobrossnet.errors import InputError
 from bobrossnet.learn import reference
 from bobrossnet.learn.evaluation import methods
 from bobrossnet.learn.evaluation.scores import Evaluation
 from bobrossnet.learn.figures.figure import Drawing, LeftOutError, Sources
 from bobrossnet.learn.figures.style import BLUE, GRAY, GREEN, ORANGE, PAGE, PURPLE, RED, SKY, new_figure
+from bobrossnet.support.errors import InputError
 
 Means = Mapping[str, Mapping[float, float]]
 """By method and share of traced pixels: mean SSIM."""

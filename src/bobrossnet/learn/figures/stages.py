@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet.completion.network import NetworkLike, load_network
-from bobrossnet.errors import InputError
 from bobrossnet.learn.evaluation.methods import own_output
 from bobrossnet.learn.figures.figure import Drawing, Sources
 from bobrossnet.learn.figures.style import picture_grid, show_picture
 from bobrossnet.picture.files import traced_on_green
+from bobrossnet.support.errors import InputError
 
 SPARSE = (0.01, 0.02, 0.05, 0.10)  # figure 6.3
 DENSE = (0.25, 0.50, 0.75, 1.0)  # figure 6.4

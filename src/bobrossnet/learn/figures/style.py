@@ -16,9 +16,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bobrossnet.atomic import check_writable, write_whole
 from bobrossnet.picture.files import to_8_bit
 from bobrossnet.picture.order import Size
+from bobrossnet.support.atomic import check_writable, write_whole
 
 COLUMN = 3.5  # inches wide: one column of a page
 PAGE = 7.16  # both columns and what is between them

@@ -13,8 +13,8 @@ from bobrossnet import _core
 from bobrossnet.completion.network import load_network
 from bobrossnet.learn.figures.figure import Drawing, Sources
 from bobrossnet.learn.figures.style import BLUE, COLUMN, GRAY, RED, new_figure
-from bobrossnet.machine import processor
 from bobrossnet.picture.order import Size
+from bobrossnet.support.machine import processor
 
 SIZES = ((240, 320), (360, 480), (480, 640), (600, 800), (720, 960), (768, 1024), (864, 1152), (960, 1280))
 RUNS = 11

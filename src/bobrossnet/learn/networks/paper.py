@@ -14,8 +14,8 @@ from torch import Tensor, nn
 from torch.nn import functional
 from torch.nn.functional import relu
 
-from bobrossnet.errors import InputError
 from bobrossnet.learn.networks.network import Network
+from bobrossnet.support.errors import InputError
 
 
 class Paper(Network):

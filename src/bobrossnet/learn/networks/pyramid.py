@@ -19,9 +19,9 @@ from torch import Tensor, nn
 from torch.nn import functional
 from torch.nn.functional import relu
 
-from bobrossnet.errors import InputError
 from bobrossnet.learn.networks.network import Network
 from bobrossnet.learn.networks.paper import pad
+from bobrossnet.support.errors import InputError
 
 FEATURES = "12,16,28,32,32,32"  # those of the default network, whose weight file doesn't say
 HANDED_ON = "6,8,8,8,8"

@@ -13,10 +13,10 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError
 from bobrossnet.learn.shapes import carved, implicit, splines
 from bobrossnet.learn.shapes.meshes import procedural_mesh
 from bobrossnet.shapes.affine import rotation, scaling, to_unit_sphere, translation
+from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.scene import Scene, SceneLike
 

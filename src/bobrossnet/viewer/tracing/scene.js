@@ -100,7 +100,7 @@ export function buildScene(core, { shapes: descriptions, instances }) {
   }
 }
 
-/** As bobrossnet.errors.warn_coarse. @param {string} what */
+/** As bobrossnet.support.errors.warn_coarse. @param {string} what */
 const coarse = (what) => `shape: its ${what} is too intricate to prepare in a few seconds: as exact, but tracing is slow`;
 
 /** @param {Core} core @param {ShapeDescription} description @param {OfPictures<number>} pictures @returns {Shape} */

@@ -7,7 +7,7 @@ from threading import Lock, RLock, get_ident
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
-from bobrossnet.errors import InputError
+from bobrossnet.support.errors import InputError
 
 __all__ = ["Turns", "lazy"]
 

@@ -12,9 +12,9 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import InputError, InputTypeError, check_integer
+from bobrossnet.frames.call_sizes import CallSizes, Turnover
 from bobrossnet.picture.samples import Samples
-from bobrossnet.tracing.call_sizes import CallSizes, Turnover
+from bobrossnet.support.errors import InputError, InputTypeError, check_integer
 from bobrossnet.tracing.trace import Tracer, check_samples
 
 MOST_IN_FLIGHT = 2**16

@@ -110,8 +110,8 @@ def add_up(parser: argparse.ArgumentParser) -> None:
 
 def size(text: str) -> tuple[int, int]:
     """(height, width) from WIDTHxHEIGHT."""
-    from bobrossnet.errors import InputError
     from bobrossnet.picture.order import check_size
+    from bobrossnet.support.errors import InputError
 
     try:
         return check_size(text)

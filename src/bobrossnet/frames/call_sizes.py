@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import check_integer
 from bobrossnet.picture.order import MAX_PIXELS
+from bobrossnet.support.errors import check_integer
 
 
 class CallSizes:

@@ -6,14 +6,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from bobrossnet.errors import InputError
-from bobrossnet.fitting import fitted
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import png, traced_on_green
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import SizeLike, check_size
-from bobrossnet.rendering import Background, render
+from bobrossnet.pictures.fitting import fitted
+from bobrossnet.pictures.rendering import Background, render
 from bobrossnet.shapes.shape import Shape
+from bobrossnet.support.errors import InputError
 from bobrossnet.tracing.instance import Instance
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 

@@ -6,7 +6,7 @@ import argparse
 import time
 from typing import Any
 
-from bobrossnet import arguments
+from bobrossnet.command_line import arguments
 
 
 def add(commands: Any) -> None:
@@ -37,9 +37,9 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Make the film, and print what was done in what time."""
     import bobrossnet as bob
-    from bobrossnet.filming import check_film_path
-    from bobrossnet.machine import limit_memory
-    from bobrossnet.progress import progress
+    from bobrossnet.pictures.filming import check_film_path
+    from bobrossnet.support.machine import limit_memory
+    from bobrossnet.support.progress import progress
 
     limit_memory()
     out = check_film_path(options.out)

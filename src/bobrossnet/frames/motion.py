@@ -11,18 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet import _core
-from bobrossnet.completion.choice import AUTO, Choice, choice_of
 from bobrossnet.completion.network import NetworkLike
-from bobrossnet.errors import InputError, InputTypeError, check_number
-from bobrossnet.frame import LATTICE, Frame, Pace, PartialPicture
+from bobrossnet.frames.calls import AsyncTracer, Calls, SamplesFuture
+from bobrossnet.frames.choice import AUTO, Choice, choice_of
+from bobrossnet.frames.frame import LATTICE, Frame, Pace, PartialPicture
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import untraced_planes
 from bobrossnet.picture.order import ADAPTIVE, SQUARES, SizeLike, check_order, check_size, pixel_count
 from bobrossnet.picture.samples import Samples
 from bobrossnet.picture.sequence import PixelSequence
-from bobrossnet.threads import Turns
-from bobrossnet.tracing.calls import AsyncTracer, Calls, SamplesFuture
+from bobrossnet.support.errors import InputError, InputTypeError, check_number
+from bobrossnet.support.threads import Turns
 from bobrossnet.tracing.scene import SceneLike, as_scene
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 
-from bobrossnet.completion.choice import choice_of
 from bobrossnet.completion.complete import GUIDED
 from bobrossnet.completion.network import NetworkLike
-from bobrossnet.errors import InputError, InputTypeError, check_number
-from bobrossnet.frame import Frame, Pace, PartialPicture
+from bobrossnet.frames.calls import AsyncTracer, Calls
+from bobrossnet.frames.choice import choice_of
+from bobrossnet.frames.frame import Frame, Pace, PartialPicture
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.guides import check_guides
 from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
-from bobrossnet.tracing.calls import AsyncTracer, Calls
+from bobrossnet.support.errors import InputError, InputTypeError, check_number
 from bobrossnet.tracing.scene import SceneLike
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 

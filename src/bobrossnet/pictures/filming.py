@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.atomic import check_writable, write_whole
-from bobrossnet.cluster import as_done, connected
 from bobrossnet.completion.network import Network, NetworkLike, load_network
-from bobrossnet.errors import InputError, InputTypeError, check_integer, check_number, each_of
 from bobrossnet.picture.camera import Camera, orbiting
 from bobrossnet.picture.files import before
 from bobrossnet.picture.order import SizeLike, check_size
-from bobrossnet.picture.rendered import Picture
-from bobrossnet.rendering import Background, check_picture, render
+from bobrossnet.pictures.rendered import Picture
+from bobrossnet.pictures.rendering import Background, check_picture, render
+from bobrossnet.support.atomic import check_writable, write_whole
+from bobrossnet.support.cluster import as_done, connected
+from bobrossnet.support.errors import InputError, InputTypeError, check_integer, check_number, each_of
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
 if TYPE_CHECKING:

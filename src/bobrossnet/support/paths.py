@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any, TypeGuard
 
-from bobrossnet.errors import InputError, InputTypeError
+from bobrossnet.support.errors import InputError, InputTypeError
 
 MAX_BYTES = 1 << 32
 """Of a file, and of all files that it names, together; the largest chunk that a GLB can have."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from bobrossnet.errors import InputError, InputWarning
+from bobrossnet.support.errors import InputError, InputWarning
 
 
 def one_line(text: object) -> str:

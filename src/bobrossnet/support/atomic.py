@@ -8,8 +8,8 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 
-from bobrossnet.errors import InputError
-from bobrossnet.paths import path_of
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.paths import path_of
 
 PATIENCE = 1.0
 """Seconds for which a program may have a file open that is replaced."""

@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 from bobrossnet._core import set_thread_count
 from bobrossnet.adapters.apart import be_apart
 from bobrossnet.adapters.files import check_up, load, shape_files
-from bobrossnet.adapters.messages import one_line
-from bobrossnet.cluster import as_done, connected
-from bobrossnet.errors import InputError, check_callable, check_integer
-from bobrossnet.fitting import fitted
-from bobrossnet.machine import MAX_PROCESSES, limit_memory
 from bobrossnet.picture.camera import Camera, orbiting
 from bobrossnet.picture.files import before, sheet
 from bobrossnet.picture.order import SizeLike, check_size
-from bobrossnet.picture.rendered import Picture
-from bobrossnet.rendering import Background, check_picture, render
+from bobrossnet.pictures.fitting import fitted
+from bobrossnet.pictures.rendered import Picture
+from bobrossnet.pictures.rendering import Background, check_picture, render
+from bobrossnet.support.cluster import as_done, connected
+from bobrossnet.support.errors import InputError, check_callable, check_integer
+from bobrossnet.support.machine import MAX_PROCESSES, limit_memory
+from bobrossnet.support.messages import one_line
 
 ENDING = ".png"
 

@@ -10,19 +10,19 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.completion.choice import Choice
 from bobrossnet.completion.complete import complete, completed_color
 from bobrossnet.completion.display import displayed
 from bobrossnet.completion.guided import complete_guided, shown_to_orders
 from bobrossnet.completion.network import Network
 from bobrossnet.completion.uncertainty import mean_error
+from bobrossnet.frames.calls import Calls
+from bobrossnet.frames.choice import Choice
 from bobrossnet.picture.channels import GIVEN, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import SQUARES, Size, pixel_order
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence, with_guesses
-from bobrossnet.tracing.calls import Calls
 from bobrossnet.tracing.trace import BATCH, SceneTracer
 
 LATTICE = 1 / 64

@@ -20,8 +20,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import quote
 
-from bobrossnet import __version__, starting
-from bobrossnet.arguments import (
+from bobrossnet import __version__
+from bobrossnet.command_line import complete, orbit, render, starting, thumbs
+from bobrossnet.command_line.arguments import (
     BLACK,
     add_background,
     add_files,
@@ -32,11 +33,10 @@ from bobrossnet.arguments import (
     scene_of,
     with_lists_joined,
 )
-from bobrossnet.commands import complete, orbit, render, thumbs
-from bobrossnet.interrupts import ENDING
 from bobrossnet.learn.commands import add_commands
-from bobrossnet.machine import limit_memory
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
+from bobrossnet.support.interrupts import ENDING
+from bobrossnet.support.machine import limit_memory
 
 if TYPE_CHECKING:
     import bobrossnet as bob
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     It is 0, the command's own, 2 after an error of one line on stderr, or 130 after Ctrl-C.
     """
-    from bobrossnet.errors import InputError
+    from bobrossnet.support.errors import InputError
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # so that any file's name can be printed
@@ -87,7 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    from bobrossnet.errors import InputWarning
+    from bobrossnet.support.errors import InputWarning
 
     try:
         options = parser().parse_args(with_lists_joined(sys.argv[1:] if arguments is None else arguments))
@@ -257,7 +257,7 @@ def _pack(options: argparse.Namespace) -> None:
 def _info(options: argparse.Namespace) -> None:
     import bobrossnet as bob
     from bobrossnet.completion.weights import find_weights, read_weights
-    from bobrossnet.upright import seems_to_lie
+    from bobrossnet.pictures.upright import seems_to_lie
 
     limit_memory()
     configuration = Path(options.file) / "config.json"
@@ -303,7 +303,7 @@ def _material(material: bob.Material) -> str:
 
 def _read_configuration(path: Path) -> dict[str, dict[str, Any]]:
     """What a training run wrote about itself."""
-    from bobrossnet.errors import InputError
+    from bobrossnet.support.errors import InputError
 
     try:
         parts = json.loads(path.read_bytes())

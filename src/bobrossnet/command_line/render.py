@@ -6,7 +6,7 @@ import argparse
 import time
 from typing import TYPE_CHECKING, Any
 
-from bobrossnet import arguments
+from bobrossnet.command_line import arguments
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
 
@@ -99,11 +99,8 @@ def _settle(options: argparse.Namespace, is_exr: bool) -> None:
 def run(options: argparse.Namespace) -> None:
     """Make the picture, and print what was done in what time."""
     import bobrossnet as bob
-    from bobrossnet.atomic import check_writable
     from bobrossnet.completion.exr import channels_of
     from bobrossnet.completion.network import load_network
-    from bobrossnet.fitting import fitted
-    from bobrossnet.machine import limit_memory
     from bobrossnet.picture.exr import ENDING, write_exr
     from bobrossnet.picture.files import (
         FORMATS,
@@ -113,8 +110,11 @@ def run(options: argparse.Namespace) -> None:
         traced_on_green,
         write_picture,
     )
-    from bobrossnet.progress import progress
-    from bobrossnet.rendering import check_picture, finished
+    from bobrossnet.pictures.fitting import fitted
+    from bobrossnet.pictures.rendering import check_picture, finished
+    from bobrossnet.support.atomic import check_writable
+    from bobrossnet.support.machine import limit_memory
+    from bobrossnet.support.progress import progress
 
     limit_memory()
     out = check_writable(options.out, "a picture", (*FORMATS, ENDING))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.color import to_srgb
 from bobrossnet.picture.files import png, to_8_bit, write_picture
-from bobrossnet.threads import lazy
+from bobrossnet.support.threads import lazy
 
 
 class Picture:

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.errors import check_number
 from bobrossnet.picture.camera import Camera, orbiting
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.shapes.affine import mapped
 from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.support.errors import check_number
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
 

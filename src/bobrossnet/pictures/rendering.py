@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from bobrossnet.color import Color, from_srgb, linear, to_srgb
 from bobrossnet.completion.complete import complete
 from bobrossnet.completion.network import NetworkLike
-from bobrossnet.errors import InputError, check_integer
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import SizeLike, check_size
-from bobrossnet.picture.rendered import Picture
+from bobrossnet.pictures.rendered import Picture
+from bobrossnet.support.errors import InputError, check_integer
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 from bobrossnet.tracing.trace import BATCH, SceneTracer, trace
 

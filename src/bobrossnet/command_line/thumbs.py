@@ -7,7 +7,7 @@ import sys
 import time
 from typing import Any
 
-from bobrossnet import arguments
+from bobrossnet.command_line import arguments
 
 
 def add(commands: Any) -> None:
@@ -36,11 +36,11 @@ def run(options: argparse.Namespace) -> int:
     """Make the pictures; print those files that have none, and how many there are. Returns the exit status."""
     import bobrossnet as bob
     from bobrossnet.adapters.files import shape_files
-    from bobrossnet.errors import InputError
-    from bobrossnet.machine import limit_memory
     from bobrossnet.picture.files import check_picture_path, write_picture
-    from bobrossnet.progress import progress
-    from bobrossnet.thumbnails import contact_sheet
+    from bobrossnet.pictures.thumbnails import contact_sheet
+    from bobrossnet.support.errors import InputError
+    from bobrossnet.support.machine import limit_memory
+    from bobrossnet.support.progress import progress
 
     limit_memory()
     sheet = None if options.sheet is None else check_picture_path(options.sheet)

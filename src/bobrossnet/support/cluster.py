@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import Any
 
-from bobrossnet.adapters.messages import one_line
-from bobrossnet.errors import InputError
+from bobrossnet.support.errors import InputError
+from bobrossnet.support.messages import one_line
 
 ANSWER_SECONDS = 10
 """How long a scheduler may take to answer: at a wrong address, waiting would never end."""

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from bobrossnet import _core
-from bobrossnet.errors import check_integer
+from bobrossnet.support.errors import check_integer
 
 MAX_PROCESSES = 61 if sys.platform == "win32" else 256
 """At once: Windows waits for at most 64 things, and Python's pools need three of them for themselves."""

@@ -6,7 +6,7 @@ import argparse
 import time
 from typing import Any
 
-from bobrossnet import arguments
+from bobrossnet.command_line import arguments
 
 WHAT = {
     "color": "of the picture",
@@ -35,10 +35,10 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Complete the file, and print what was done in what time."""
-    from bobrossnet.atomic import check_writable
     from bobrossnet.completion.exr import completed_channels
-    from bobrossnet.machine import limit_memory
     from bobrossnet.picture.exr import ENDING, read_exr, write_exr
+    from bobrossnet.support.atomic import check_writable
+    from bobrossnet.support.machine import limit_memory
 
     limit_memory()
     out = check_writable(options.out, "a picture", [ENDING])

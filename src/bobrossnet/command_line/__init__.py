@@ -1,0 +1,1 @@
+"""The command `bobrossnet`: its subcommands, their arguments, how it starts and ends."""

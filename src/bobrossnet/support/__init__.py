@@ -1,0 +1,1 @@
+"""What every part uses: errors, paths, files written whole, threads, interruptions, progress."""
