@@ -67,7 +67,7 @@ docs: $(VENV)/installed-test
 # The loaders of three.js that the viewer's page ships, from npm: joined to one file, without what they do not use of it.
 THREE := 0.187.0
 ESBUILD := 0.28.2
-VENDOR := src/bobrossnet/viewer/vendor/three
+VENDOR := viewer/vendor/three
 vendor:
 	rm -rf build/three $(VENDOR) && mkdir -p build/three $(VENDOR)
 	cp vendor/*.js build/three

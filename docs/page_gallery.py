@@ -1,4 +1,4 @@
-"""Writes what the viewer's page shows in its gallery, out of the gallery here: src/bobrossnet/viewer/gallery.
+"""Writes what the viewer's page shows in its gallery, out of the gallery here: viewer/gallery.
 
 python docs/page_gallery.py
 
@@ -15,7 +15,7 @@ from gallery import FORMULAS, NURBS, NURBS_HELPERS, ROOT, made
 
 import bobrossnet as bob
 
-FOLDER = ROOT / "src/bobrossnet/viewer/gallery"
+FOLDER = ROOT / "viewer/gallery"
 
 SCRIPTS = {
     "csg": "ball, box and cylinders",

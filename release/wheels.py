@@ -75,7 +75,7 @@ def build_wheel(platform: Platform, modules: Path, out: Path) -> Path:
 
 def build_sdist(modules: Path, out: Path) -> Path:
     """The source distribution, with the WebAssembly modules, which whoever installs it need not compile."""
-    viewer = ROOT / "src/bobrossnet/viewer"
+    viewer = ROOT / "viewer"
     before = set(viewer.glob("*.wasm"))  # of an editable install
     for module in modules.glob("*.wasm"):
         shutil.copy(module, viewer)

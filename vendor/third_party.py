@@ -16,7 +16,7 @@ import ziglang
 
 ROOT = Path(__file__).parent.parent
 NANOBIND, ZIG = Path(nanobind.__path__[0]), Path(ziglang.__path__[0])
-THREE = ROOT / "src/bobrossnet/viewer/vendor/three"
+THREE = ROOT / "viewer/vendor/three"
 LLVM = "Apache-2.0 WITH LLVM-exception"
 
 
