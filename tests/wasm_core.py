@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 import wasmtime
 
-import bobrossnet
 from bobrossnet import _core
 from bobrossnet.completion.weights import DEFAULTS
+from bobrossnet.page.files import VIEWER
 
-FOLDER = Path(bobrossnet.__file__).parent / "viewer"
+FOLDER = VIEWER
 
 MAKERS = ("Mesh", "Texture", "Picture", "Implicit", "Brep", "Tube", "Arrangement")
 

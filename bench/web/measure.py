@@ -28,10 +28,10 @@ from bobrossnet.completion.network import load_network
 from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.learn.checkpoint import save
 from bobrossnet.learn.networks import Pyramid
+from bobrossnet.page.files import VIEWER
 
 HERE = Path(__file__).parent
 PACKAGES = HERE.parents[1] / "build" / "web"
-VIEWER = Path(bob.__file__).parent / "viewer"
 
 
 LEAN = Pyramid(features="8,8,16,24,24,24", handed_on="4,6,6,6,6")

@@ -9,10 +9,8 @@ from collections.abc import Sequence
 
 from bobrossnet.adapters.files import KINDS
 from bobrossnet.picture.camera import Camera
+from bobrossnet.pictures.rendering import BLACK
 from bobrossnet.tracing.scene import Scene
-
-BLACK = "#000000"
-
 
 FILES = "; ".join(
     [*(f"{kind}, {' '.join(endings)}" for kind, endings in KINDS.items()), "by default the built-in scene"]

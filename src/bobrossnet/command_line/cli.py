@@ -1,4 +1,4 @@
-"""The command line: `bobrossnet view | mesh | pack | info`, and the commands of commands/ and learn/commands.py.
+"""The command line: `bobrossnet view | mesh | pack | info`, and the commands of this folder and of learn/commands.py.
 
 Nothing slow is imported up here, so that --help and mistakes are answered at once.
 """
@@ -23,7 +23,6 @@ from urllib.parse import quote
 from bobrossnet import __version__
 from bobrossnet.command_line import complete, orbit, render, starting, thumbs
 from bobrossnet.command_line.arguments import (
-    BLACK,
     add_background,
     add_files,
     add_fov,
@@ -34,6 +33,7 @@ from bobrossnet.command_line.arguments import (
     with_lists_joined,
 )
 from bobrossnet.learn.commands import add_commands
+from bobrossnet.pictures.rendering import BLACK
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.support.interrupts import ENDING
 from bobrossnet.support.machine import limit_memory

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from bobrossnet.command_line import arguments
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
+from bobrossnet.pictures.rendering import BLACK
 
 if TYPE_CHECKING:
     import bobrossnet as bob
@@ -74,7 +75,7 @@ def add(commands: Any) -> None:
     arguments.add_background(
         render,
         None,
-        f"transparent of files, #ffffff in formats that can't be; {arguments.BLACK} with an amount to trace",
+        f"transparent of files, #ffffff in formats that can't be; {BLACK} with an amount to trace",
     )
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from html import escape
 
-from bobrossnet.command_line.arguments import BLACK
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import color_to_8_bit
-from bobrossnet.pictures.rendering import Background, background_rows
+from bobrossnet.pictures.rendering import BLACK, Background, background_rows
 
 
 def attributes(fov: float, background: Background) -> dict[str, str]:

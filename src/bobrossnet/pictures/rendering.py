@@ -21,6 +21,9 @@ from bobrossnet.support.errors import InputError, check_integer
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 from bobrossnet.tracing.trace import BATCH, SceneTracer, trace
 
+BLACK = "#000000"
+"""The background of the page and of sparse pictures, unless another one is asked for."""
+
 Background: TypeAlias = Color | Sequence[Color] | None
 
 SEEN = Layout("mask,color,alpha")
