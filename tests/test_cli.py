@@ -22,7 +22,7 @@ TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
 
 def run(*arguments, timeout=60, cwd=None):
     """The installed command in a separate process."""
-    command = [sys.executable, "-m", "bobrossnet.command_line.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "bobrossnet", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=timeout, cwd=cwd, check=False)
 
 
@@ -390,7 +390,7 @@ def test_stopping_a_long_render(stop, tmp_path):
 
 
 def test_a_reader_that_leaves_is_no_error(tmp_path):
-    command = f"{sys.executable} -m bobrossnet.command_line.cli info paper | true"
+    command = f"{sys.executable} -m bobrossnet info paper | true"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
     assert done.stderr == ""
 
@@ -401,7 +401,7 @@ def test_a_reader_that_leaves_is_no_error(tmp_path):
 )
 def test_output_that_is_full_gets_one_line(arguments, unbuffered):
     with open("/dev/full", "w") as full:
-        command = [sys.executable, "-m", "bobrossnet.command_line.cli", *arguments.split()]
+        command = [sys.executable, "-m", "bobrossnet", *arguments.split()]
         environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, env=environment, check=False)
     assert done.returncode == 2
@@ -420,7 +420,7 @@ def test_ctrl_c_while_it_starts_leaves_no_traceback(module, tmp_path):
         "sys.meta_path.insert(0, Finder())\n"
     )
     path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    command = [sys.executable, "-m", "bobrossnet.command_line.cli", "--version"]
+    command = [sys.executable, "-m", "bobrossnet", "--version"]
     with running(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path}) as p:
         assert p.communicate(timeout=20) == ("", "")
     assert p.returncode == 130
@@ -484,7 +484,7 @@ def test_help_and_import_are_quick():
     runs = [
         [
             seconds("-c", "import numpy"),
-            seconds("-m", "bobrossnet.command_line.cli", "--help"),
+            seconds("-m", "bobrossnet", "--help"),
             seconds("-c", "import bobrossnet"),
         ]
         for _ in range(8)

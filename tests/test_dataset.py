@@ -231,7 +231,7 @@ def test_colored_views_half_of_them_in_perspective(tmp_path: Path) -> None:
 
 def test_a_build_that_was_killed_ends_with_the_same_bytes(built: Path, tmp_path: Path) -> None:
     path = tmp_path / "data"
-    command = [sys.executable, "-m", "bobrossnet.command_line.cli", "dataset", "build", str(path)]
+    command = [sys.executable, "-m", "bobrossnet", "dataset", "build", str(path)]
     command += ["--shapes", "4", "--test-shapes", "1", "--seed", "3"]
     with running(command, stdout=subprocess.DEVNULL) as process:
         deadline = time.monotonic() + 60

@@ -784,7 +784,7 @@ def test_binary_stl_with_any_head(tmp_path: Path) -> None:
 def test_what_trimesh_logs_is_not_shown(tmp_path: Path) -> None:
     facet = "facet normal x 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
     (tmp_path / "a.stl").write_text(f"solid a\n{facet}endsolid\n")
-    command = [sys.executable, "-m", "bobrossnet.command_line.cli", "info", str(tmp_path / "a.stl")]
+    command = [sys.executable, "-m", "bobrossnet", "info", str(tmp_path / "a.stl")]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "triangles  1" in done.stdout
     assert done.stderr == ""

@@ -84,6 +84,14 @@ def test_layers_of_the_package(folder):
     assert forbidden(used, PYTHON[folder] | {folder}) == []
 
 
+def test_nothing_imports_learn():
+    """It is reached by entry points, so that pictures never wait for torch."""
+    files = [file for file in PACKAGE.rglob("*.py") if "learn" not in file.relative_to(PACKAGE).parts]
+    assert files
+    learn = re.compile(r"^\s*(from|import) bobrossnet\.learn", re.MULTILINE)
+    assert [file.name for file in files if learn.search(file.read_text())] == []
+
+
 @pytest.mark.parametrize("folder", PAGE)
 def test_layers_of_the_page(folder):
     files = list((VIEWER / folder).glob("**/*.js"))

@@ -327,7 +327,7 @@ def test_files_last_as_long_as_their_context():
 @contextmanager
 def viewing(folder, *arguments):
     """The command at work, and the first line that it says."""
-    command = [sys.executable, "-m", "bobrossnet.command_line.cli", "view", *map(str, arguments)]
+    command = [sys.executable, "-m", "bobrossnet", "view", *map(str, arguments)]
     environment = {**os.environ, "TMPDIR": str(folder)}
     with running(command, stdout=PIPE, stderr=PIPE, env=environment, cwd=folder) as process:
         yield process, process.stdout.readline()
@@ -364,7 +364,7 @@ def test_a_closed_terminal_leaves_nothing(tmp_path):
 
 
 def test_nohup_is_heeded(tmp_path):
-    command = ["nohup", sys.executable, "-m", "bobrossnet.command_line.cli", "view", "--no-browser"]
+    command = ["nohup", sys.executable, "-m", "bobrossnet", "view", "--no-browser"]
     with running(command, stdout=PIPE, stderr=PIPE, stdin=PIPE, env={**os.environ, "TMPDIR": str(tmp_path)}) as process:
         assert process.stdout.readline().startswith("http://")
         process.send_signal(signal.SIGHUP)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from importlib.metadata import distribution
 
 
 def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
@@ -23,6 +24,5 @@ def export(model: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
     InputError
         If the weights can't be used or the file can't be written.
     """
-    from bobrossnet.learn.export import onnx  # and with it torch, which nothing else here waits for
-
-    onnx(model, path)
+    (point,) = distribution("bobrossnet").entry_points.select(group="bobrossnet.export", name="onnx")
+    point.load()(model, path)  # and with it torch, which nothing else here waits for

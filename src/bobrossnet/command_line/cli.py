@@ -16,6 +16,7 @@ import sys
 import time
 import warnings
 from collections.abc import Iterable, Sequence
+from importlib.metadata import distribution
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import quote
@@ -32,7 +33,6 @@ from bobrossnet.command_line.arguments import (
     scene_of,
     with_lists_joined,
 )
-from bobrossnet.learn.commands import add_commands
 from bobrossnet.pictures.rendering import BLACK
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.support.interrupts import ENDING
@@ -192,7 +192,8 @@ def parser() -> argparse.ArgumentParser:
         help="shapes, a scene, a .safetensors file, the name of shipped weights, or a folder",
     )
 
-    add_commands(commands)
+    for point in distribution("bobrossnet").entry_points.select(group="bobrossnet.commands"):
+        point.load()(commands)
     return made
 
 

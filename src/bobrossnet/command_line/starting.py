@@ -21,11 +21,9 @@ def _leave(*_: Any) -> NoReturn:
 
 
 def _is_command() -> bool:
-    """Whether this process was started as `bobrossnet` or `python -m bobrossnet.command_line.cli`."""
+    """Whether this process was started as `bobrossnet` or `python -m bobrossnet`."""
     program = os.path.basename(sys.argv[0] if sys.argv else "")
-    return program in ("bobrossnet", "bobrossnet.exe") or (
-        program == "-m" and "bobrossnet.command_line.cli" in sys.orig_argv
-    )
+    return program in ("bobrossnet", "bobrossnet.exe") or (program == "-m" and "bobrossnet" in sys.orig_argv)
 
 
 def done() -> None:
