@@ -4,7 +4,7 @@
 import {
   CoreError, brief, checkFields, checkFinite, checkInteger, checkList, checkNumber, placedErrors,
 } from "../core/errors.js";
-import { sha256 } from "../core/base/sha256.js";
+import { sha256 } from "../core/sha256.js";
 import { isSingular } from "../shapes/affine.js";
 import { checkNodes } from "../shapes/implicit.js";
 import { checkBrep, checkCoordinates, checkTube } from "../shapes/splines.js";

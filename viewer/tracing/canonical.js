@@ -4,7 +4,7 @@
  * that pictures do not depend on the order in a file. Scripts and .vm formulas count by their texts.
  */
 
-import { sha256 } from "../core/base/sha256.js";
+import { sha256 } from "../core/sha256.js";
 import { IDENTITY } from "../shapes/affine.js";
 import { OfPictures } from "../shapes/picture.js";
 import { WHITE, materialValues } from "./description.js";
