@@ -76,7 +76,7 @@ def core_tests(changed: Iterable[Path]) -> list[str] | None:
 def python_tests(changed: Iterable[Path]) -> list[Path]:
     tests = sorted((ROOT / "tests").glob("test_*.py"))
     chosen = [test for test in tests if test in changed]
-    for folder, suffixes in (("src", (".py", ".js")), ("bindings", (".cpp",))):
+    for folder, suffixes in (("src", (".py",)), ("viewer", (".js",)), ("bindings", (".cpp",))):
         for file in changed:
             if file.is_relative_to(ROOT / folder) and file.suffix in suffixes:
                 chosen += naming(tests, words(file))
