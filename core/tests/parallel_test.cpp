@@ -1,7 +1,9 @@
 #include "base/parallel.h"
 
+#ifndef _WIN32
 #include <sys/wait.h>
 #include <unistd.h>
+#endif
 
 #include <algorithm>
 #include <atomic>
@@ -108,6 +110,7 @@ TEST(a_mutex_is_held_once) {
     CHECK_EQ(sum, 40000);
 }
 
+#ifndef _WIN32  // which has no fork
 TEST(a_forked_process_takes_a_mutex_over) {
     bob::Mutex mutex;
     mutex.lock();
@@ -123,3 +126,4 @@ TEST(a_forked_process_takes_a_mutex_over) {
     mutex.unlock();
     CHECK(mutex.try_lock());
 }
+#endif
