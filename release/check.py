@@ -141,7 +141,7 @@ def smoke(command: Sequence[str | Path], variables: dict[str, str] | None = None
 
 
 def check_pictures(report: Report, platform: Platform, how: str, got: dict, source: dict, kinds: str = "") -> None:
-    """The same bits as the package that this machine's compiler built from source, at least for shapes of these kinds."""
+    """The same bits as the package that was built from source, for these kinds of shapes if any are given."""
     for isa, pictures in got["pictures"].items():
         other = [name for name, bits in pictures.items() if source["pictures"].get(isa, {}).get(name) != bits]
         answer = f"{len(pictures) - len(other)} of {len(pictures)} digests are the source build's"
@@ -224,7 +224,7 @@ def check_on_arm(report: Report, platform: Platform, wheel: Path, source: dict, 
     report.say(
         platform.tag, f"installed, qemu, Python {got['python']}", str(got["package"]), str(site) in str(got["package"])
     )
-    # Its one instruction set multiplies and adds in one rounding, as AVX2 does; triangles are hit in another order of sums.
+    # Its one instruction set multiplies and adds in one rounding, as AVX2 does, except for triangles.
     pictures = {"pictures": {"avx2": got["pictures"]["baseline"]}}
     check_pictures(report, platform, "qemu", pictures, source, "formula nurbs")
     check_core(report, platform, qemu, names)
