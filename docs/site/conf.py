@@ -33,6 +33,7 @@ include_patterns = [
     "docs/site/*.md",
     "src/bobrossnet/weights/*.md",
 ]
+exclude_patterns = [".venv", "build", "dist", "out"]  # which Sphinx would search, along their links
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 suppress_warnings = ["ref.python", "myst.header"]  # words for types in docstrings; parts of other documents
 
