@@ -140,9 +140,7 @@ def main():
     parser.add_argument("--validate-every", type=float, default=80)
     parser.add_argument("--finish", type=float, default=14, help="seconds kept for the last scores")
     parser.add_argument("--least", type=int, default=2000, help="views to begin with")
-    parser.add_argument(
-        "--refs", type=Path, default=HERE / "refs.npz", help="G-buffers to score: none if the file is missing"
-    )
+    parser.add_argument("--refs", type=Path, help="G-buffers to score, .npz; none if omitted")
     parser.add_argument("--limit-refs", type=int, default=1000)
     parser.add_argument("--held-out", type=int, default=HELD_OUT)
     parser.add_argument("--wide", default="32,48,64,64,64,64")
@@ -165,11 +163,10 @@ def main():
     delaunay = np.frombuffer(kept, np.float64).reshape(HELD_OUT, len(SETTINGS))
     context = multiprocessing.get_context("fork")
     next_shape, next_slot = context.Value("q", 0), context.Value("q", HELD_OUT)
-    try:
+    if options.refs:
         refs = np.load(options.refs)
         real = refs["views"][: options.limit_refs], refs["places"][: options.limit_refs]
-    except Exception:
-        traceback.print_exc(limit=2)
+    else:
         real = np.zeros((0, 4, SIZE, SIZE), np.float16), np.zeros((0, SIZE, SIZE), np.uint16)
     kept_too = mmap.mmap(-1, max(len(real[0]) * len(SETTINGS) * 3 * 8, 8))
     real_scores = np.frombuffer(kept_too, np.float64, len(real[0]) * len(SETTINGS) * 3).reshape(-1, len(SETTINGS), 3)
