@@ -1,7 +1,7 @@
 """Builds the wheels of all platforms on one Linux machine, by the clang of the wheel `ziglang`, and the sdist.
 
 `make wheels` runs it in an environment with release/requirements.txt, by Python 3.12 or later: its headers have the
-stable ABI. Objects stay in build/wheels/TAG. Two builds of one commit have the same bytes.
+stable ABI. Objects stay in build/wheels/TAG. Files have the time of the last commit.
 """
 
 from __future__ import annotations
