@@ -90,19 +90,17 @@ def test_networks_take_their_channels_out_of_any_layout(scene):
     network = load_network("paper")
     names = ("mask", "normal", "depth", "gray")
     planes = np.concatenate([gbuffer.planes[TRACED.places[name]] for name in names])
-    for run in (network.core, network.core.incremental()):
-        image = np.empty(SIZE, np.float32)
-        run(_core.Layout(",".join(names)), planes, image[None])
-        assert np.array_equal(image, network.predict(gbuffer))
+    image = np.empty(SIZE, np.float32)
+    network.core(_core.Layout(",".join(names)), planes, image[None])
+    assert np.array_equal(image, network.predict(gbuffer))
 
 
 def test_what_a_network_lacks_is_named(scene):
     network = load_network("default").core
     planes, output = np.zeros((2, *SIZE), np.float32), np.empty((1, *SIZE), np.float32)
     message = "^expected a G-buffer with the channel depth, got one with mask,gray$"
-    for run in (network, network.incremental()):
-        with pytest.raises(ValueError, match=message):
-            run(_core.Layout("mask,gray"), planes, output)
+    with pytest.raises(ValueError, match=message):
+        network(_core.Layout("mask,gray"), planes, output)
     with pytest.raises(ValueError, match=r"^expected a G-buffer with the channel gray, got one with mask,depth$"):
         _core.keep_known(_core.Layout("mask,depth"), planes, network.outputs, output)
 

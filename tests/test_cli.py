@@ -408,7 +408,7 @@ def test_output_that_is_full_gets_one_line(arguments, unbuffered):
     assert done.stderr == "bobrossnet: error: can't write the output: No space left on device\n"
 
 
-@pytest.mark.parametrize("module", ["numpy", "bobrossnet.adapters.files", "bobrossnet.learn.commands"])
+@pytest.mark.parametrize("module", ["numpy", "bobrossnet.adapters.files", "bobrossnet.command_line.arguments"])
 def test_ctrl_c_while_it_starts_leaves_no_traceback(module, tmp_path):
     """Sent by this module's import, into a process that would otherwise print its version."""
     (tmp_path / "sitecustomize.py").write_text(

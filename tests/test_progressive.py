@@ -127,8 +127,8 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch):
     clock = Clock()
-    for module in ("progressive", "frame", "tracing.calls"):
-        monkeypatch.setattr(import_module(f"bobrossnet.{module}"), "time", clock)
+    for module in ("progressive", "frame", "calls"):
+        monkeypatch.setattr(import_module(f"bobrossnet.frames.{module}"), "time", clock)
     monkeypatch.setattr(import_module("bobrossnet.frames.frame"), "complete", clock.complete)
     return clock
 

@@ -199,7 +199,7 @@ bob.save_scene(scene, "part.bob")
 print([frame.fraction for frame in bob.progressive(scene, size=(24, 32), frame_ms=20)][-1])
 print(bob.View(scene, size=(24, 32)).frame(ms=5).image.shape)
 print(bob.complete(bob.trace(scene, size=(24, 32), fraction=0.1)).shape)
-export_file(scene, "part", bob.paths.path_of("page.html"))
+export_file(scene, "part", bob.support.paths.path_of("page.html"))
 print(len(script(scene)) > 100_000)
 for made in bob.thumbnails(".", "pictures", size="16x16"):
     print(made.file.name, made.error)

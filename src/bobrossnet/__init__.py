@@ -8,10 +8,12 @@
 
 from typing import Any
 
+from bobrossnet.command_line import starting  # noqa: F401
+
+# isort: split
 from bobrossnet._core import thread_count
 from bobrossnet.adapters.container import save_scene
 from bobrossnet.adapters.files import load, load_mesh
-from bobrossnet.command_line import starting  # noqa: F401  before all else
 from bobrossnet.completion.complete import complete
 from bobrossnet.completion.uncertainty import uncertainty
 from bobrossnet.frames.frame import Frame

@@ -10,10 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.abc import MetaPathFinder
 from types import FrameType, ModuleType
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from multiprocessing.process import BaseProcess
+from typing import Any, Protocol
 
 ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
 """What ends a program from outside. A console that is closed sends SIGBREAK on Windows, SIGHUP elsewhere."""
@@ -21,7 +18,14 @@ ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if
 SIGNALS = [signal.SIGINT, *ENDING]
 
 
-def interrupt(process: BaseProcess) -> None:
+class Process(Protocol):
+    """What `multiprocessing` and `subprocess` start."""
+
+    @property
+    def pid(self) -> int | None: ...
+
+
+def interrupt(process: Process) -> None:
     """Interrupt a process that this one started, as Ctrl-C does. On Windows, Ctrl-C itself has reached it already."""
     if sys.platform != "win32" and process.pid is not None:
         os.kill(process.pid, signal.SIGINT)
