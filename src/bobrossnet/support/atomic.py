@@ -92,6 +92,7 @@ def replace(temporary: Path, place: Path) -> None:
 
 def _place(path: Path) -> Path:
     """Where the file really lies or is to lie."""
+    place = path  # a working folder that was removed has no real path
     try:
         place = Path(os.path.realpath(path))
         place.lstat()
