@@ -55,6 +55,7 @@ function(precompile_standard_headers parsed)
   add_custom_command(
     OUTPUT ${precompiled}
     COMMAND ${wasm_compiler} ${ARGN} ${exception_flags} -x c++-header ${CMAKE_BINARY_DIR}/wasm/headers.h -o ${precompiled}
+    DEPENDS ${CMAKE_BINARY_DIR}/wasm/headers.h
     COMMENT "Compiling the standard headers for WebAssembly"
     VERBATIM)
 endfunction()
