@@ -8,6 +8,7 @@
 
 from typing import Any
 
+# Before all else: a sub-interpreter is refused, and Ctrl-C ends the imports of the command quietly.
 from bobrossnet.command_line import starting  # noqa: F401
 
 # isort: split
