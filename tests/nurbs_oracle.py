@@ -143,6 +143,15 @@ class Surface:
             damping = np.where(better, damping / 10, np.minimum(np.maximum(damping, 1e-9) * 30, 1e12))
         return best
 
+    def distance(self, point: F64) -> float:
+        """From one point to the face, from the nearest place of a grid in every pair of spans: Newton's method ends at
+        kinks, which lie at knots."""
+        spans = [range(len(spans)) for spans in self.spans]
+        grid = np.stack(np.meshgrid(*spans, *2 * [np.linspace(0, 1, 33)], indexing="ij"), axis=-1).reshape(-1, 33**2, 4)
+        off = [np.linalg.norm(self.jets(places)[0] - point, axis=1) for places in grid]
+        starts = np.stack([places[distances.argmin()] for places, distances in zip(grid, off, strict=True)])
+        return float(self.distances(starts, np.broadcast_to(point, (len(starts), 3))).min())
+
 
 # ---- Faces -----------------------------------------------------------------------------------------------
 
@@ -290,6 +299,8 @@ def add_rays(report: Report, face: bob.Face, rng: Random, count: int, within: bo
     points = origin[hit] + hits.distance[hit, None] * direction[hit]
     starts = surface.places(hits.u[hit], hits.v[hit]), places[hit]
     off = np.minimum(*(surface.distances(start, points) for start in starts)) / radius
+    for i in np.flatnonzero(off > TOLERANCE):
+        off[i] = surface.distance(points[i]) / radius
 
     # Seen from its edge, a face has no width.
     passed = np.flatnonzero(~aside & ~within & ~(hits.distance < back + 10 * AIM * radius))
