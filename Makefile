@@ -4,12 +4,15 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find core bindings src viewer -type f ! -path '*/__pycache__/*' ! -name '*.wasm') CMakeLists.txt wasm.cmake pyproject.toml
 
-.PHONY: demo dev quick test docs bench bench-web report quality vendor npm types clean
+.PHONY: demo page dev quick test docs bench bench-web report quality vendor npm types clean
 
 # The built-in scene, completed from 5 % of its pixels.
-demo: $(VENV)/installed
+demo: $(VENV)/installed-native
 	@mkdir -p out
 	$(BIN)/bobrossnet render --fraction 5% --panels --out out/demo.png
+
+# The viewer's page, which takes another minute: then `bobrossnet view` shows it.
+page: $(VENV)/installed
 
 # For editing: the package as its sources are. Python's files need nothing after an edit; after one of C++, `make dev` compiles it.
 # WASM=ON also builds the page's modules.
@@ -96,11 +99,17 @@ $(BIN)/python:
 
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-# What builds the package stays in the environment: pip's own environment for a build has another path each time, for which all
-# would be compiled again. These are the build's requirements in pyproject.toml, and CMake with ninja.
+# The tools stay in the environment: pip's own environment for a build has another path each time, for which all would be
+# compiled again. These are the build's requirements in pyproject.toml, with CMake and ninja, and those of WebAssembly.
+requirements = sed -n '/^$(1)requires = \[/,/^\]/s/^  "\(.*\)",$$/\1/p' pyproject.toml > $@.txt
 $(VENV)/tools: $(BIN)/python pyproject.toml
-	@sed -n '/requires = \[/,/^\]/s/^  "\(.*\)",$$/\1/p' pyproject.toml > $@.txt
+	@$(call requirements,)
 	$(PIP) --requirement $@.txt cmake ninja
+	@touch $@
+
+$(VENV)/tools-wasm: $(VENV)/tools
+	@$(call requirements,build.)
+	$(PIP) --requirement $@.txt
 	@touch $@
 
 # Installs by pip's arguments $(2), with CMake's definitions $(1). One folder has all objects, whatever is installed.
@@ -110,19 +119,23 @@ SKBUILD_BUILD_DIR=$(NATIVE) SKBUILD_CMAKE_DEFINE="BOBROSSNET_WERROR=ON;$(1)" $(P
 endef
 
 # The stamps of what is installed: an editable package takes the place of the others, and they take its place.
-$(VENV)/installed: $(VENV)/tools $(SOURCES)
-	$(call install,BOBROSSNET_TESTS=OFF;BOBROSSNET_WASM=ON,.)
+$(VENV)/installed-native: $(VENV)/tools $(SOURCES)
+	$(call install,BOBROSSNET_TESTS=OFF;BOBROSSNET_WASM=OFF,.)
 	@touch $@ && rm -f $(VENV)/editable
 
-$(VENV)/installed-train: $(VENV)/tools $(SOURCES) constraints.txt
+$(VENV)/installed: $(VENV)/tools-wasm $(SOURCES)
+	$(call install,BOBROSSNET_TESTS=OFF;BOBROSSNET_WASM=ON,.)
+	@touch $@ $(VENV)/installed-native && rm -f $(VENV)/editable
+
+$(VENV)/installed-train: $(VENV)/tools-wasm $(SOURCES) constraints.txt
 	$(call install,BOBROSSNET_TESTS=OFF;BOBROSSNET_WASM=ON,'.[train]')
-	@touch $@ $(VENV)/installed && rm -f $(VENV)/editable
+	@touch $@ $(VENV)/installed $(VENV)/installed-native && rm -f $(VENV)/editable
 
-$(VENV)/installed-test: $(VENV)/tools $(SOURCES) constraints.txt
+$(VENV)/installed-test: $(VENV)/tools-wasm $(SOURCES) constraints.txt
 	$(call install,BOBROSSNET_TESTS=ON;BOBROSSNET_WASM=ON,'.[test]')
-	@touch $@ $(VENV)/installed $(VENV)/installed-train && rm -f $(VENV)/editable
+	@touch $@ $(VENV)/installed $(VENV)/installed-native $(VENV)/installed-train && rm -f $(VENV)/editable
 
-$(VENV)/editable: $(VENV)/tools CMakeLists.txt wasm.cmake pyproject.toml constraints.txt
+$(VENV)/editable: $(VENV)/tools$(if $(filter ON,$(WASM)),-wasm) CMakeLists.txt wasm.cmake pyproject.toml constraints.txt
 	$(call install,BOBROSSNET_TESTS=ON;BOBROSSNET_WASM=$(WASM),--editable '.[test]')
 	@touch $@ && rm -f $(VENV)/installed*
 

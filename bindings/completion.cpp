@@ -82,13 +82,11 @@ void interpolate_lattice(const bob::Layout& known, const ConstPlanes& planes, co
     });
 }
 
-using Plane = Array<const float, -1, -1>;
-
-void complete_along(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& completed, const Plane& known_guide,
-                    const Plane& guide, std::optional<float> unit, const Planes& output) {
+void complete_along(const bob::Layout& known, const ConstPlanes& planes, const bob::Layout& completed, const ConstPlane& known_guide,
+                    const ConstPlane& guide, std::optional<float> unit, const Planes& output) {
     check_planes(known, planes, completed, output);
     const std::size_t height = planes.shape(1), width = planes.shape(2);
-    for (const Plane& plane : {known_guide, guide}) {
+    for (const ConstPlane& plane : {known_guide, guide}) {
         expect(plane.shape(0) == height && plane.shape(1) == width, "guide: expected one number for each pixel");
     }
     expect(height > 0 && width > 0, "planes: expected at least one pixel");

@@ -3,8 +3,6 @@
 
 # Pythons of this machine that have the stable ABI of the wheels: the first one builds, each of them tries what was built.
 PYTHONS ?= $(wildcard $(foreach v,3.12 3.13 3.14,/usr/bin/python$(v) /usr/local/bin/python$(v) $(HOME)/.pyenv/versions/$(v).*/bin/python$(v)))
-# The WebAssembly modules, as an install from a clone builds them; MODULES=DIR has them already.
-MODULES ?= $(NATIVE)/wasm
 RELEASE := build/wheels/venv
 
 $(RELEASE)/tools: release/requirements.txt
@@ -13,10 +11,11 @@ $(RELEASE)/tools: release/requirements.txt
 	$(RELEASE)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	@touch $@
 
-# dist/*.whl and dist/*.tar.gz. TAG=win_amd64 builds one wheel alone.
+# dist/*.whl and dist/*.tar.gz. TAG=win_amd64 builds one wheel alone; MODULES=DIR has the WebAssembly modules already.
 TAG ?=
-wheels: $(VENV)/installed $(RELEASE)/tools
-	$(RELEASE)/bin/python release/wheels.py --modules $(MODULES) $(TAG)
+MODULES ?=
+wheels: $(RELEASE)/tools
+	$(RELEASE)/bin/python release/wheels.py $(addprefix --modules ,$(MODULES)) $(TAG)
 
 # Debian: musl, qemu-user, wine64. Without them, the lines of what was not run name them.
 check-wheels: $(VENV)/installed $(RELEASE)/tools

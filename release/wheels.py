@@ -16,6 +16,7 @@ import time
 from pathlib import Path
 
 import abi3info
+import nanobind
 import ziglang
 from platforms import PLATFORMS, STABLE_ABI, Platform
 
@@ -32,6 +33,15 @@ def environment() -> dict[str, str]:
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
         "SOURCE_DATE_EPOCH": os.environ.get("SOURCE_DATE_EPOCH") or commit.stdout.strip() or "1577836800",
     }
+
+
+def build_modules() -> Path:
+    """The folder of the WebAssembly modules, which all wheels share: compiled by the same zig as the wheels."""
+    folder, quiet = BUILD / "modules", {"stdout": subprocess.DEVNULL, "env": environment(), "check": True}
+    found = [f"-DPython_EXECUTABLE={sys.executable}", f"-Dnanobind_DIR={nanobind.cmake_dir()}"]
+    subprocess.run(["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", "-DSKBUILD=ON", *found], **quiet)
+    subprocess.run(["cmake", "--build", folder, "--target", "wasm"], **quiet)
+    return folder / "wasm"
 
 
 def windows_python() -> dict[str, Path]:
@@ -96,14 +106,14 @@ def main() -> None:
     parser.add_argument(
         "tags", nargs="*", help="platforms, such as win_amd64; if omitted, all, and the source distribution"
     )
-    parser.add_argument("--modules", type=Path, required=True, help="folder of the WebAssembly modules")
+    parser.add_argument("--modules", type=Path, help="folder of the WebAssembly modules; if omitted, they are built")
     parser.add_argument("--out", type=Path, default=ROOT / "dist")
     arguments = parser.parse_args()
-    modules, out = arguments.modules.resolve(), arguments.out.resolve()
     known = {platform.tag: platform for platform in PLATFORMS}
     for tag in arguments.tags:
         if tag not in known:
             parser.error(f"tags: expected one of {', '.join(known)}, got {tag}")
+    modules, out = (arguments.modules or build_modules()).resolve(), arguments.out.resolve()
     if not any(modules.glob("*.wasm")):
         parser.error(f"--modules: expected a folder of WebAssembly modules, got {modules}, which has none")
     for tag in arguments.tags or known:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import copy
+import struct
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -208,3 +210,15 @@ def test_turns_are_taken() -> None:
 
     assert at_once(run, run) == []
     assert most == 1
+
+
+def test_a_thread_that_never_traces_pays_a_kilobyte_at_most():
+    module = Path(_core.__file__).read_bytes()
+    if module[:5] != b"\x7fELF\x02":
+        pytest.skip("needs a module of 64-bit ELF")
+    (at,) = struct.unpack_from("<Q", module, 32)
+    size, count = struct.unpack_from("<HH", module, 54)
+    pt_tls = 7
+    segments = [struct.unpack_from("<IIQQQQQQ", module, at + i * size) for i in range(count)]
+    (thread_local,) = (segment[6] for segment in segments if segment[0] == pt_tls)
+    assert thread_local <= 1024, "thread-local memory: use thread_memory<T>(), which allocates on first use"

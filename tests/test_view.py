@@ -307,7 +307,7 @@ def test_mistakes_are_one_line(tmp_path, capsys, monkeypatch):
     assert "background: expected #rrggbb or 3 numbers, got 'red'" in said("--background", "red")
     assert "port: expected an integer in 0..65535, got -1" in said("--port", "-1", "--no-browser")
     monkeypatch.setattr("bobrossnet.page.files.VIEWER", tmp_path)
-    assert "viewer: expected core.wasm in the package, got none" in said("--no-browser")
+    assert "viewer: expected core.wasm in the package, got none; run `make page`" in said("--no-browser")
 
 
 def test_files_last_as_long_as_their_context():

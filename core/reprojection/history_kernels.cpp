@@ -1,19 +1,12 @@
 #include "reprojection/history_kernels.h"
 
-#include "base/simd.h"
+#include "base/vec_lanes.h"
 
 namespace bob::BOB_ISA {
 namespace {
 
 /// Surfaces that are seen more nearly edge-on are taken to be as steep as this.
 constexpr float least_normal_z = 0.3f;
-
-struct Vector3 {
-    F x, y, z;
-};
-
-inline F dot(const Vector3& a, const Vec3& b) { return a.x * constant(b.x) + a.y * constant(b.y) + a.z * constant(b.z); }
-inline F dot(const Vector3& a, const Vector3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 inline M load_integers(const std::int32_t* p) { return (M)load<F>(reinterpret_cast<const float*>(p)); }
 inline void store_integers(std::int32_t* p, M v) { store(reinterpret_cast<float*>(p), (F)v); }

@@ -1,15 +1,9 @@
 #include "tracing/shade_kernels.h"
 
-#include "base/simd.h"
+#include "base/vec_lanes.h"
 
 namespace bob::BOB_ISA {
 namespace {
-
-struct Vector3 {
-    F x, y, z;
-};
-
-inline F dot(const Vector3& a, const Vector3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 /// The light in the screen space of some columns of a row, as `Projection::turned` has it.
 inline Vector3 light_at(const Eye& eye, const Vector3& light, float row, F column) {

@@ -61,8 +61,8 @@ def check_built() -> None:
     """Raise InputError if the package was built without its WebAssembly modules."""
     if not (VIEWER / "core.wasm").is_file():
         raise InputError(
-            "viewer: expected core.wasm in the package, got none: it was built without ziglang, "
-            "which pip brings on most machines"
+            "viewer: expected core.wasm in the package, got none; run `make page` in the clone, which builds it, "
+            "or install a wheel"
         )
 
 
