@@ -1,0 +1,152 @@
+#include "frame/planner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "frame/errors.h"
+
+namespace bob {
+
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+/// Between two of the values that belong to ascending places; beyond them as at the last one.
+double interpolated(std::span<const double> places, std::span<const double> values, double at) {
+    const auto after = static_cast<std::size_t>(std::ranges::upper_bound(places, at) - places.begin());
+    if (after == 0) return values[0];
+    if (after == places.size()) return values.back();
+    const double weight = (at - places[after - 1]) / (places[after] - places[after - 1]);
+    return values[after - 1] + weight * (values[after] - values[after - 1]);
+}
+
+/// The same of errors by shares of a picture's pixels. Both are compared by their ratios, and nothing is left at all pixels.
+double error_at(std::span<const double> errors, double share) {
+    std::array<double, std::size(frame_errors::shares)> places, values;
+    const auto logarithm = [](double x) { return std::log(x); };
+    std::ranges::transform(frame_errors::shares, places.begin(), logarithm);
+    std::ranges::transform(errors, values.begin(), logarithm);
+    const double last = frame_errors::shares[places.size() - 1];
+    if (share > last) return errors.back() * (1 - share) / (1 - last);
+    return std::exp(interpolated(places, values, std::log(share)));
+}
+
+}  // namespace
+
+double expected_error(Mode mode, Completion completion, double share, double parallax) {
+    if (mode == Mode::whole || share >= 1) return 0;
+    if (mode == Mode::squares) return error_at(frame_errors::squares_filling, share);
+    if (mode == Mode::adaptive) {
+        if (completion == Completion::filling) return error_at(frame_errors::adaptive_filling, share);
+        return error_at(completion == Completion::small ? frame_errors::adaptive_small : frame_errors::adaptive_default, share);
+    }
+    std::array<double, std::size(frame_errors::parallaxes)> errors;
+    for (std::size_t i = 0; i < errors.size(); ++i) errors[i] = error_at(frame_errors::reproject[i], share);
+    return interpolated(frame_errors::parallaxes, errors, parallax);
+}
+
+double parallax(const Camera& before, const Camera& after, int height, int width) {
+    constexpr int places = 9;  // along each side
+    constexpr float far = 0.25f, near = 0.75f;
+    const Projection from(after, height, width), to(before, height, width);
+    std::array<float, places * places> moved;
+    for (int i = 0; i < places * places; ++i) {
+        const float row = static_cast<float>((height - 1) * (i / places)) / (places - 1);
+        const float column = static_cast<float>((width - 1) * (i % places)) / (places - 1);
+        const auto a = to.seen(from.point(row, column, far)), b = to.seen(from.point(row, column, near));
+        const float distance = std::hypot(a.row - b.row, a.column - b.column);
+        moved[static_cast<std::size_t>(i)] = std::isfinite(distance) ? distance : std::numeric_limits<float>::infinity();
+    }
+    std::ranges::nth_element(moved, moved.begin() + moved.size() / 2);
+    return static_cast<double>(moved[moved.size() / 2]) / height;
+}
+
+double FramePlanner::Once::seconds() const {
+    if (count_ == 0) return 0;
+    std::array<double, 5> sorted = last_;
+    const auto known = sorted.begin() + static_cast<std::ptrdiff_t>(std::min(count_, sorted.size()));
+    const auto middle = sorted.begin() + (known - sorted.begin() - 1) / 2;
+    std::nth_element(sorted.begin(), middle, known);
+    return *middle;
+}
+
+FramePlanner::FramePlanner(std::size_t pixels, std::span<const Completion> completions, bool completes_meanwhile)
+    : pixels_(static_cast<double>(pixels)), completions_(completions.begin(), completions.end()), completes_meanwhile_(completes_meanwhile) {
+    std::ranges::sort(completions_);
+}
+
+double FramePlanner::rate(Mode mode) const {
+    if (pace(mode).is_known()) return pace(mode).rate();
+    switch (mode) {
+    case Mode::whole: return rate(Mode::squares);
+    case Mode::reproject: return rate(Mode::adaptive);
+    default: return first_.rate();
+    }
+}
+
+double FramePlanner::for_completing(Completion completion) const {
+    const Once& measured = completing_[index(completion)];
+    if (measured.is_known()) return measured.seconds() * pixels_;
+    double slowest = 0;
+    for (std::size_t i = 0; i < completing_.size(); ++i) slowest = std::max(slowest, completing_[i].seconds() / relative_times[i]);
+    return slowest * relative_times[index(completion)] * pixels_;
+}
+
+double FramePlanner::for_tracing(Mode mode, Completion completion, double seconds) const {
+    if (mode == Mode::whole) return seconds;
+    const double completing = for_completing(completion);
+    return completes_meanwhile_ ? std::max(seconds, completing) : std::max(seconds - completing, least_tracing * completing);
+}
+
+Completion FramePlanner::completion(Mode mode, double known, double seconds, double threads) const {
+    if (mode == Mode::whole || mode == Mode::squares) return completions_.front();
+    Completion best = completions_.front();
+    double least = infinite;
+    for (const Completion each : completions_) {
+        const double completing = for_completing(each), left = completes_meanwhile_ ? seconds : seconds - completing;
+        if (completing > seconds) break;
+        const double more = std::isfinite(left) ? rate(mode) * left * threads / pixels_ : 0;
+        const double error = expected_error(Mode::adaptive, each, known + more);
+        if (error < least) least = error, best = each;
+    }
+    return best;
+}
+
+double FramePlanner::error(Mode mode, double seconds, double parallax, double threads) const {
+    const Completion completion = this->completion(mode, 0, seconds, threads);
+    const double completing = mode == Mode::whole ? 0 : for_completing(completion);
+    const double before = mode == Mode::reproject ? reprojecting_.seconds() * pixels_ : 0;
+    const double left = seconds - before - (completes_meanwhile_ ? 0 : completing);
+    const double share = rate(mode) * left * threads / pixels_;
+    if (left <= 0 || completing > seconds || (mode == Mode::whole && share < 1)) return infinite;
+    return expected_error(mode, completion, std::max(share, 1 / pixels_), parallax);
+}
+
+Mode FramePlanner::plan(double seconds, double parallax, double threads) {
+    const std::array<double, mode_names.size()> errors = {
+        error(Mode::whole, seconds, 0, threads), error(Mode::squares, seconds, 0, threads), error(Mode::adaptive, seconds, 0, threads),
+        std::isfinite(parallax) ? error(Mode::reproject, seconds, parallax, threads) : infinite};
+    const Mode chosen = least(errors);
+    for (std::size_t i = 0; i < paces_.size(); ++i) {
+        if (i != index(chosen)) paces_[i].doubt();
+    }
+    if (chosen != Mode::reproject) reprojecting_.doubt();
+    return last_ = chosen;
+}
+
+Mode FramePlanner::plan_pixels(std::size_t pixels, double parallax) {
+    const double share = static_cast<double>(pixels) / pixels_;
+    const Completion completion = this->completion(Mode::adaptive, share, infinite);
+    const double anew = expected_error(Mode::adaptive, completion, share);
+    return last_ = least({infinite, infinite, anew, std::isfinite(parallax) ? expected_error(Mode::reproject, completion, share, parallax) : infinite});
+}
+
+Mode FramePlanner::least(std::array<double, mode_names.size()> errors) const {
+    errors[index(last_)] *= hysteresis;
+    const auto found = std::ranges::min_element(errors);
+    return std::isfinite(*found) ? static_cast<Mode>(found - errors.begin()) : Mode::adaptive;
+}
+
+}  // namespace bob
