@@ -31,13 +31,22 @@ std::string name_of(bob::Completion completion) { return std::string(bob::comple
 
 void bind_frame(nb::module_& m) {
     m.def("parallax", &bob::parallax, "before"_a, "after"_a, "height"_a, "width"_a);
+    nb::class_<bob::FrameConstants>(m, "FrameConstants")
+        .def(nb::init<>())
+        .def_rw("hysteresis", &bob::FrameConstants::hysteresis)
+        .def_rw("least_tracing", &bob::FrameConstants::least_tracing)
+        .def_rw("untried", &bob::FrameConstants::untried)
+        .def_rw("doubt", &bob::FrameConstants::doubt)
+        .def_rw("floor", &bob::FrameConstants::floor)
+        .def_rw("fade", &bob::FrameConstants::fade)
+        .def_rw("growth", &bob::FrameConstants::growth);
     nb::class_<bob::FramePlanner>(m, "FramePlanner")
-        .def("__init__", [](bob::FramePlanner* self, std::size_t pixels, const std::vector<std::string>& completions) {
+        .def("__init__", [](bob::FramePlanner* self, std::size_t pixels, const std::vector<std::string>& completions, const bob::FrameConstants& constants) {
             std::vector<bob::Completion> all;
             for (const std::string& name : completions) all.push_back(completion(name));
             expect(!all.empty(), "completions: expected at least one");
-            new (self) bob::FramePlanner(pixels, all, false);
-        }, "pixels"_a, "completions"_a)
+            new (self) bob::FramePlanner(pixels, all, false, constants);
+        }, "pixels"_a, "completions"_a, "constants"_a = bob::FrameConstants())
         .def("traced", [](bob::FramePlanner& p, std::string_view name, double pixels, double seconds) { p.traced(mode(name), pixels, seconds); },
              "mode"_a, "pixels"_a, "seconds"_a)
         .def("traced_first", &bob::FramePlanner::traced_first, "pixels"_a, "seconds"_a)

@@ -1,6 +1,7 @@
 /// Meshes, scenes and pixel orders in the WebAssembly modules: convert and call. The modules of viewer/ check arguments, in
 /// better words; here only what would read or write out of bounds.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -14,11 +15,13 @@
 #include <utility>
 #include <vector>
 
+#include "frame/planner.h"
 #include "reprojection/history.h"
 #include "sampling/adaptive.h"
 #include "sampling/order.h"
 #include "sampling/refresh.h"
 #include "sampling/squares.h"
+#include "sampling/whole.h"
 #include "shapes/mesh/mesh.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
@@ -193,6 +196,9 @@ bob::RoundOrder* make_adaptive_order(std::uint32_t seed_low, std::uint32_t seed_
 EXPORT(make_squares_order) bob::RoundOrder* make_squares_order(std::uint32_t height, std::uint32_t width) {
     return attempt([&] { return new bob::SquaresOrder(height, width); });
 }
+EXPORT(make_whole_order) bob::RoundOrder* make_whole_order(std::uint32_t height, std::uint32_t width) {
+    return attempt([&] { return new bob::WholeOrder(height, width); });
+}
 EXPORT(free_round_order) void free_round_order(bob::RoundOrder* order) { delete order; }
 
 /// The next round's pixels, (n, 2), which stay until the next call; n is written to `count`. planes: (C, height, width) of the
@@ -253,4 +259,49 @@ const bob::Pixel* next_refresh(bob::RefreshOrder* order, bool is_colored, const 
         *count = static_cast<std::uint32_t>(round.size());
         return round.data();
     });
+}
+
+// ---- Frames ----------------------------------------------------------------------------------------------
+
+/// completes_meanwhile: as FramePlanner has it; with all networks, in its modes' and completions' numbers.
+EXPORT(make_planner) bob::FramePlanner* make_planner(bool completes_meanwhile) {
+    constexpr std::array all = {bob::Completion::filling, bob::Completion::small, bob::Completion::standard};
+    return attempt([&] { return new bob::FramePlanner(1, all, completes_meanwhile); });
+}
+EXPORT(free_planner) void free_planner(bob::FramePlanner* planner) { delete planner; }
+EXPORT(resize_planner) void resize_planner(bob::FramePlanner* planner, double pixels) { planner->resize(static_cast<std::size_t>(pixels)); }
+EXPORT(planner_traced) void planner_traced(bob::FramePlanner* planner, bob::Mode mode, double pixels, double seconds) {
+    planner->traced(mode, pixels, seconds);
+}
+EXPORT(planner_traced_first) void planner_traced_first(bob::FramePlanner* planner, double pixels, double seconds) {
+    planner->traced_first(pixels, seconds);
+}
+EXPORT(planner_completed)
+void planner_completed(bob::FramePlanner* planner, bob::Completion completion, double pixels, double seconds) {
+    planner->completed(completion, pixels, seconds);
+}
+EXPORT(planner_reprojected) void planner_reprojected(bob::FramePlanner* planner, double pixels, double seconds) {
+    planner->reprojected(pixels, seconds);
+}
+/// before: the camera of the last picture, or null where nothing can be reprojected.
+EXPORT(plan_frame)
+bob::Mode plan_frame(bob::FramePlanner* planner, const float* before, const float* camera, std::int32_t height, std::int32_t width,
+                     double seconds, double threads) {
+    const double parallax = before ? bob::parallax(camera_of(before), camera_of(camera), height, width) : std::numeric_limits<double>::infinity();
+    return planner->plan(seconds, parallax, threads);
+}
+EXPORT(frame_completion)
+bob::Completion frame_completion(const bob::FramePlanner* planner, bob::Mode mode, double known, double seconds, double threads) {
+    return planner->completion(mode, known, seconds, threads);
+}
+EXPORT(frame_tracing) double frame_tracing(const bob::FramePlanner* planner, bob::Mode mode, bob::Completion completion, double seconds) {
+    return planner->for_tracing(mode, completion, seconds);
+}
+/// Seconds.
+EXPORT(frame_completing) double frame_completing(const bob::FramePlanner* planner, bob::Completion completion) {
+    return planner->for_completing(completion);
+}
+/// How many pixels fit into a call of so many seconds.
+EXPORT(frame_pixels) double frame_pixels(const bob::FramePlanner* planner, bob::Mode mode, double seconds) {
+    return planner->pace(mode).pixels_in(seconds);
 }

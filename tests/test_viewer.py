@@ -1267,55 +1267,26 @@ def test_exported_page_needs_no_other_server(browser, viewer, tmp_path):
 
 
 SCHEDULED = """
-async ([address, pictures]) => {
+async (address) => {
   const { Schedule } = await import(new URL("workers/schedule.js", address).href);
-  const schedule = new Schedule({ azimuth: 0 }, false), batches = [], how = [];
+  const schedule = new Schedule({ azimuth: 0 }, true), batches = [];
   schedule.refines = false;
   schedule.show({ threads: 2, trace: (batch) => batches.push(batch), cancel() {} });
-  for (const { squares, others, first, carrying } of pictures) {
-    const batch = batches.at(-1), size = batch.height * batch.width;
-    const rate = batch.parts * (batch.squares ? squares : others);
-    const rays = Math.min(size, Math.ceil(rate * batch.milliseconds)), milliseconds = rays / rate;
-    schedule.traced({
-      batch, rays, milliseconds, reached: rays, cancelled: false, preparing: batch.carries ? carrying : 0,
-      first: batch.carries ? { rays: 0, milliseconds: 0 }
-        : { rays: size / 64, milliseconds: size / 64 / (batch.parts * first) },
-    });
-    schedule.completed({ batch, traced: rays, total: 5, model: "filling" });
+  for (const pixelMs of [0, 1e-4, 1e-4, 2e-4, 2e-4, 1e-4]) { // to complete a pixel
+    const batch = batches.at(-1), completing = pixelMs * batch.height * batch.width;
+    schedule.traced({ batch, rays: 1000, milliseconds: 20, reached: 1000, cancelled: false, completing });
+    schedule.completed({ batch, traced: 1000, total: completing, model: "filling" });
     schedule.change({ camera: { azimuth: batches.length } });
-    how.push(batches.at(-1).carries ? "carries" : batches.at(-1).squares ? "squares" : "adaptive");
   }
-  return how;
+  return batches.map(({ parts, height, milliseconds, completed }) => [parts, height, milliseconds, completed.length]);
 }"""
 
 
-def scheduled(page, viewer, count, **rates):
-    """How so many pictures of 640x480 begin after the first, 33 ms asked: rays a ms, of squares, others and of first
-    rounds, and ms to carry along what was seen."""
-    return page.tab.evaluate(SCHEDULED, [viewer.url, [rates] * count])
-
-
-def test_moving_pictures_are_divided_into_squares_where_rays_are_fast(page, viewer):
-    fast = scheduled(page, viewer, 40, squares=1500, others=150, first=1000, carrying=8)
-    assert set(fast[3:]) == {"squares"}
-    slow = scheduled(page, viewer, 40, squares=10, others=5, first=50, carrying=8)
-    assert set(slow) == {"carries"}
-    # The lattice, 4800 pixels, takes two thirds of the time: it is tried once.
-    assert scheduled(page, viewer, 20, squares=280, others=100, first=280, carrying=8).count("squares") == 1
-    # Or all of it, by the rays of the adaptive order.
-    assert scheduled(page, viewer, 20, squares=150, others=50, first=100, carrying=8).count("squares") == 1
-
-
-def test_moving_pictures_seldom_alternate(page, viewer):
-    """Of 26 ms, 8 to carry along and 18 for rays at 100 a ms: as much as 370 a ms of squares show."""
-    for squares in (250, 300, 350, 370, 390, 420, 500):
-        how = scheduled(page, viewer, 100, squares=squares, others=100, first=1000, carrying=8)
-        changes = sum(one != other for one, other in itertools.pairwise(how[20:]))
-        assert changes <= 8, (squares, how)
-
-
-def test_what_takes_too_long_to_carry_along_is_tried_again(page, viewer):
-    how = scheduled(page, viewer, 60, squares=180, others=50, first=500, carrying=30)
-    assert how[:2] == ["squares", "carries"]
-    assert 1 < how.count("carries") < 20
-    assert "carries" in how[10:]
+def test_moving_pictures_are_smaller_where_completing_takes_longer_than_their_time(page, viewer):
+    """Of 33 ms each; 640x480 pixels take 31 or 61 ms. All threads trace a scene's first picture, which then one completes."""
+    batches = page.tab.evaluate(SCHEDULED, viewer.url)
+    parts, heights, milliseconds, completed = map(list, zip(*batches, strict=True))
+    assert parts == [2, 1, 1, 1, 1, 1, 1]
+    assert heights == [480, 480, 480, 480, 320, 320, 384]
+    assert all(each == pytest.approx(0.8 * 33) for each in milliseconds)
+    assert completed == [0, 1, 1, 1, 1, 1, 1]

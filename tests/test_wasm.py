@@ -288,6 +288,39 @@ def test_a_camera_that_moved_expects_what_it_does_in_python(core, fov, baseline,
         np.testing.assert_array_equal(found, expected)
 
 
+def test_frames_are_planned_as_in_python(core):
+    modes, completions = ("whole", "squares", "adaptive", "reproject"), ("filling", "small", "default")
+    ours = _core.FramePlanner(640 * 480, [*completions])
+    theirs = core.made("make_planner", 0)
+    core.call("resize_planner", theirs, 640.0 * 480)
+    before, random = bob.Camera(), np.random.default_rng(3)
+    seen = set()
+    for _ in range(300):
+        camera = bob.Camera(azimuth=30 + 20 * random.random())
+        seconds, rate = random.choice([0.005, 0.02, 0.1]), 10 ** random.uniform(5, 7.5)
+        cameras = [each.core((0, 0, 0), 1) for each in (before, camera)]
+        parallax = _core.parallax(*cameras, 480, 640)
+        mode = ours.plan(seconds, parallax)
+        seen.add(mode)
+        found = core.call("plan_frame", theirs, placed(before), placed(camera), 480, 640, seconds, 1.0)
+        assert modes[found] == mode
+        m = modes.index(mode)
+        known = random.random() ** 3
+        completion = ours.completion(mode, known, seconds)
+        assert completions[core.call("frame_completion", theirs, m, known, seconds, 1.0)] == completion
+        c = completions.index(completion)
+        assert core.call("frame_tracing", theirs, m, c, seconds) == ours.for_tracing(mode, completion, seconds)
+        assert core.call("frame_pixels", theirs, m, seconds) == ours.pixels_in(mode, seconds)
+        ours.traced(mode, 3000, 3000 / rate), core.call("planner_traced", theirs, m, 3000.0, 3000 / rate)
+        ours.traced_first(3000, 2000 / rate), core.call("planner_traced_first", theirs, 3000.0, 2000 / rate)
+        ours.completed(completion, 640 * 480, 0.002 * (1 + c)), core.call("planner_completed", theirs, c, 640.0 * 480, 0.002 * (1 + c))
+        if mode == "reproject":
+            ours.reprojected(640 * 480, 0.004), core.call("planner_reprojected", theirs, 640.0 * 480, 0.004)
+    assert seen == set(modes)
+    assert core.call("frame_completing", theirs, 0) == ours.for_completing("filling")
+    core.call("free_planner", theirs)
+
+
 def test_languages_are_those_of_python(core):
     for function, python, text in (("run_script", lambda t: _core.run_script(t).expression, SCRIPT.encode()),
                                    ("parse_vm", _core.parse_vm, VM)):  # fmt: skip

@@ -69,21 +69,20 @@ double FramePlanner::Once::seconds() const {
     const auto known = sorted.begin() + static_cast<std::ptrdiff_t>(std::min(count_, sorted.size()));
     const auto middle = sorted.begin() + (known - sorted.begin() - 1) / 2;
     std::nth_element(sorted.begin(), middle, known);
-    return *middle;
+    return trust_.share() * *middle;
 }
 
-FramePlanner::FramePlanner(std::size_t pixels, std::span<const Completion> completions, bool completes_meanwhile)
-    : pixels_(static_cast<double>(pixels)), completions_(completions.begin(), completions.end()), completes_meanwhile_(completes_meanwhile) {
+FramePlanner::FramePlanner(std::size_t pixels, std::span<const Completion> completions, bool completes_meanwhile, const FrameConstants& constants)
+    : constants_(constants), pixels_(static_cast<double>(pixels)), completions_(completions.begin(), completions.end()), completes_meanwhile_(completes_meanwhile),
+      first_(constants) {
+    paces_.fill(Pace(constants));
     std::ranges::sort(completions_);
 }
 
 double FramePlanner::rate(Mode mode) const {
     if (pace(mode).is_known()) return pace(mode).rate();
-    switch (mode) {
-    case Mode::whole: return rate(Mode::squares);
-    case Mode::reproject: return rate(Mode::adaptive);
-    default: return first_.rate();
-    }
+    const double known = first_.is_known() ? first_.rate() : std::ranges::max(paces_, {}, &Pace::rate).rate();
+    return constants_.untried * known;
 }
 
 double FramePlanner::for_completing(Completion completion) const {
@@ -97,7 +96,7 @@ double FramePlanner::for_completing(Completion completion) const {
 double FramePlanner::for_tracing(Mode mode, Completion completion, double seconds) const {
     if (mode == Mode::whole) return seconds;
     const double completing = for_completing(completion);
-    return completes_meanwhile_ ? std::max(seconds, completing) : std::max(seconds - completing, least_tracing * completing);
+    return completes_meanwhile_ ? std::max(seconds, completing) : std::max(seconds - completing, constants_.least_tracing * completing);
 }
 
 Completion FramePlanner::completion(Mode mode, double known, double seconds, double threads) const {
@@ -132,7 +131,7 @@ Mode FramePlanner::plan(double seconds, double parallax, double threads) {
     for (std::size_t i = 0; i < paces_.size(); ++i) {
         if (i != index(chosen)) paces_[i].doubt();
     }
-    if (chosen != Mode::reproject) reprojecting_.doubt();
+    if (chosen != Mode::reproject) reprojecting_.doubt(constants_);
     return last_ = chosen;
 }
 
@@ -144,7 +143,7 @@ Mode FramePlanner::plan_pixels(std::size_t pixels, double parallax) {
 }
 
 Mode FramePlanner::least(std::array<double, mode_names.size()> errors) const {
-    errors[index(last_)] *= hysteresis;
+    errors[index(last_)] *= constants_.hysteresis;
     const auto found = std::ranges::min_element(errors);
     return std::isfinite(*found) ? static_cast<Mode>(found - errors.begin()) : Mode::adaptive;
 }

@@ -40,7 +40,7 @@ class FramePlanner {
 public:
     /// Of pictures of so many pixels. `completes_meanwhile`: whether another processor completes a picture while the next
     /// one is traced. `completions`: those that there are, in any order.
-    FramePlanner(std::size_t pixels, std::span<const Completion> completions, bool completes_meanwhile);
+    FramePlanner(std::size_t pixels, std::span<const Completion> completions, bool completes_meanwhile, const FrameConstants& constants = {});
 
     /// Pictures have so many pixels from now on. What was measured stays.
     void resize(std::size_t pixels) { pixels_ = static_cast<double>(pixels); }
@@ -72,27 +72,21 @@ public:
     [[nodiscard]] const Pace& pace(Mode mode) const { return paces_[index(mode)]; }
 
 private:
-    /// Times the error of the frame before's mode, against that of others: modes that take turns flicker.
-    static constexpr double hysteresis = 0.85;
-    /// Of the time for completing: every budget makes progress.
-    static constexpr double least_tracing = 0.25;
     /// How long completions take beside the slowest, before that is measured.
     static constexpr std::array<double, 3> relative_times = {0.3, 0.5, 1};
 
     /// What happens once a frame: a median, since one that is late must not make the next ones short.
     class Once {
     public:
-        void measured(double seconds) { last_[count_++ % last_.size()] = seconds; }
+        void measured(double seconds) { last_[count_++ % last_.size()] = seconds, trust_.measured(); }
         [[nodiscard]] bool is_known() const { return count_ > 0; }
         [[nodiscard]] double seconds() const;
-        void doubt() {
-            if (count_ == 0) return;
-            for (double& each : last_) each *= 1 - doubt_of_first / static_cast<double>(count_);
-        }
+        void doubt(const FrameConstants& constants) { trust_.doubt(constants); }
 
     private:
         std::array<double, 5> last_{};
         std::size_t count_ = 0;
+        Trust trust_;
     };
 
     template <class Enum>
@@ -104,6 +98,7 @@ private:
     [[nodiscard]] double error(Mode mode, double seconds, double parallax, double threads) const;
     [[nodiscard]] Mode least(std::array<double, mode_names.size()> errors) const;
 
+    FrameConstants constants_;
     double pixels_;
     std::vector<Completion> completions_;
     bool completes_meanwhile_;

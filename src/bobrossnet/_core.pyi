@@ -274,11 +274,24 @@ def parallax(before: Camera, after: Camera, height: int, width: int) -> float:
     """How far near things move past those half of all depth behind them, as a share of the picture's height: a median;
     infinite where most of the picture was behind the first camera."""
 
+class FrameConstants:
+    """Of the planner, as core/frame/pace.h explains them."""
+
+    hysteresis: float
+    least_tracing: float
+    untried: float
+    doubt: float
+    floor: float
+    fade: float
+    growth: float
+
+    def __init__(self) -> None: ...
+
 class FramePlanner:
     """How frames of so many pixels are made, by the error that is expected when their time is over. Modes: "whole",
     "squares", "adaptive", "reproject"; completions: "filling", "small", "default". It has no clock."""
 
-    def __init__(self, pixels: int, completions: list[str]) -> None: ...
+    def __init__(self, pixels: int, completions: list[str], constants: FrameConstants = ...) -> None: ...
     def traced(self, mode: str, pixels: float, seconds: float) -> None:
         """So many pixels were chosen and traced in so many seconds."""
     def traced_first(self, pixels: float, seconds: float) -> None:

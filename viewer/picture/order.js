@@ -146,6 +146,14 @@ export class PixelSequence {
   }
 }
 
+/** All pixels of a picture, in the sequence of the lattice, as core/sampling/whole.h has it. */
+export class WholeOrder extends OrderOfCore {
+  /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] that is shown */
+  constructor(core, { height, width }, layout = GBUFFER) {
+    super(core, core.made("make_whole_order", height, width), layout);
+  }
+}
+
 /**
  * Writes what pixels show to planes, (C, height, width) of the traced layout.
  *
