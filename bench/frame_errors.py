@@ -62,7 +62,7 @@ def parallax_of(step: float) -> float:
 
 
 def numbers(values: list[float]) -> str:
-    return "{" + ", ".join(f"{value:.3g}" for value in values) + "}"
+    return "{" + ", ".join(f"{value:#.3g}f" for value in values) + "}"
 
 
 def main() -> None:
@@ -100,13 +100,13 @@ def main() -> None:
             "",
             "namespace bob::frame_errors {",
             "",
-            f"constexpr double shares[] = {numbers(list(SHARES))};",
+            f"constexpr float shares[] = {numbers(list(SHARES))};",
             *(
-                f"constexpr double {mode}_{completion}[] = {numbers(row)};"
+                f"constexpr float {mode}_{completion}[] = {numbers(row)};"
                 for (mode, completion), row in zip(ANEW, anew.tolist(), strict=True)
             ),
-            f"constexpr double parallaxes[] = {numbers(parallaxes)};",
-            "constexpr double reproject[][std::size(shares)] = {",
+            f"constexpr float parallaxes[] = {numbers(parallaxes)};",
+            "constexpr float reproject[][std::size(shares)] = {",
             *(f"    {numbers(row)}," for row in moving.tolist()),
             "};",
             "",

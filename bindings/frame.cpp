@@ -47,9 +47,9 @@ void bind_frame(nb::module_& m) {
             expect(!all.empty(), "completions: expected at least one");
             new (self) bob::FramePlanner(pixels, all, false, constants);
         }, "pixels"_a, "completions"_a, "constants"_a = bob::FrameConstants())
-        .def("traced", [](bob::FramePlanner& p, std::string_view name, double pixels, double seconds) { p.traced(mode(name), pixels, seconds); },
-             "mode"_a, "pixels"_a, "seconds"_a)
-        .def("traced_first", &bob::FramePlanner::traced_first, "pixels"_a, "seconds"_a)
+        .def("traced", [](bob::FramePlanner& p, std::string_view name, double pixels, double seconds, bool is_first_round) {
+            p.traced(mode(name), pixels, seconds, is_first_round);
+        }, "mode"_a, "pixels"_a, "seconds"_a, "is_first_round"_a)
         .def("completed", [](bob::FramePlanner& p, std::string_view name, double pixels, double seconds) { p.completed(completion(name), pixels, seconds); },
              "completion"_a, "pixels"_a, "seconds"_a)
         .def("reprojected", &bob::FramePlanner::reprojected, "pixels"_a, "seconds"_a)

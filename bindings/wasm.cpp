@@ -177,18 +177,6 @@ bool trace(const bob::Scene* scene, const float* camera, std::int32_t height, st
 
 // ---- Pixel orders ----------------------------------------------------------------------------------------
 
-/// Writes the pixels from the start-th on, (count, 2), of an order; the seed in halves, since a page's numbers have 53 bits.
-EXPORT(pixel_order)
-bool pixel_order(const char* name, std::size_t name_size, std::uint32_t seed_low, std::uint32_t seed_high,
-                 std::uint32_t height, std::uint32_t width, std::uint32_t start, std::int32_t* pixels, std::uint32_t count) {
-    return attempt([&] {
-        expect(std::uint64_t{start} + count <= std::uint64_t{height} * width, "start: beyond the last pixel");
-        const bob::Order order = bob::make_order({name, name_size}, joined(seed_low, seed_high), height, width);
-        order(start, {reinterpret_cast<bob::Pixel*>(pixels), count});
-        return true;
-    });
-}
-
 EXPORT(make_adaptive_order)
 bob::RoundOrder* make_adaptive_order(std::uint32_t seed_low, std::uint32_t seed_high, std::uint32_t height, std::uint32_t width) {
     return attempt([&] { return new bob::AdaptiveOrder(joined(seed_low, seed_high), height, width); });
@@ -266,15 +254,12 @@ const bob::Pixel* next_refresh(bob::RefreshOrder* order, bool is_colored, const 
 /// completes_meanwhile: as FramePlanner has it; with all networks, in its modes' and completions' numbers.
 EXPORT(make_planner) bob::FramePlanner* make_planner(bool completes_meanwhile) {
     constexpr std::array all = {bob::Completion::filling, bob::Completion::small, bob::Completion::standard};
-    return attempt([&] { return new bob::FramePlanner(1, all, completes_meanwhile); });
+    return new bob::FramePlanner(1, all, completes_meanwhile);
 }
 EXPORT(free_planner) void free_planner(bob::FramePlanner* planner) { delete planner; }
-EXPORT(resize_planner) void resize_planner(bob::FramePlanner* planner, double pixels) { planner->resize(static_cast<std::size_t>(pixels)); }
-EXPORT(planner_traced) void planner_traced(bob::FramePlanner* planner, bob::Mode mode, double pixels, double seconds) {
-    planner->traced(mode, pixels, seconds);
-}
-EXPORT(planner_traced_first) void planner_traced_first(bob::FramePlanner* planner, double pixels, double seconds) {
-    planner->traced_first(pixels, seconds);
+EXPORT(planner_traced)
+void planner_traced(bob::FramePlanner* planner, bob::Mode mode, double pixels, double seconds, bool is_first_round) {
+    planner->traced(mode, pixels, seconds, is_first_round);
 }
 EXPORT(planner_completed)
 void planner_completed(bob::FramePlanner* planner, bob::Completion completion, double pixels, double seconds) {
@@ -283,10 +268,11 @@ void planner_completed(bob::FramePlanner* planner, bob::Completion completion, d
 EXPORT(planner_reprojected) void planner_reprojected(bob::FramePlanner* planner, double pixels, double seconds) {
     planner->reprojected(pixels, seconds);
 }
-/// before: the camera of the last picture, or null where nothing can be reprojected.
+/// Pictures have this size from now on. before: the camera of the last picture, or null where nothing can be reprojected.
 EXPORT(plan_frame)
 bob::Mode plan_frame(bob::FramePlanner* planner, const float* before, const float* camera, std::int32_t height, std::int32_t width,
                      double seconds, double threads) {
+    planner->resize(static_cast<std::size_t>(height) * static_cast<std::size_t>(width));
     const double parallax = before ? bob::parallax(camera_of(before), camera_of(camera), height, width) : std::numeric_limits<double>::infinity();
     return planner->plan(seconds, parallax, threads);
 }

@@ -107,8 +107,7 @@ async function compare({ file, height, width, cameras, step, before, times, leve
         const samples = scene.trace(slice, size, camera);
         order.add(slice, samples);
         if (!isExpected) whole.add(slice, samples);
-        planner.traced(mode, slice.length / 2, performance.now() - now);
-        if (mode !== "reproject" && order.rounds === 1) planner.tracedFirst(slice.length / 2, performance.now() - now);
+        planner.traced(mode, slice.length / 2, performance.now() - now, mode !== "reproject" && order.rounds === 1);
       }
       if (isExpected) whole.set(spare = history.picture(spare));
       image = order.done === pixels ? whole.plane("gray") : networks[models.indexOf(model)].complete(whole);
@@ -129,11 +128,11 @@ async function compare({ file, height, width, cameras, step, before, times, leve
     const exact = bytes(whole.plane("gray")), dense = Math.min(traced(scene, whole, camera), traced(scene, whole, camera));
     const completing = networks.map((network) => Math.min(complete(network), complete(network), complete(network)));
     const planner = new FramePlanner(core, false);
-    planner.resize({ height, width });
+    planner.plan(undefined, camera, { height, width }, 1, 1); // which says the size
     models.forEach((model, i) => planner.completed(model, height * width, completing[i]));
     for (const mode of ["adaptive", "squares"]) { // what scenes of pages know after a while
       const took = sequenced(camera, ORDERS[mode], 0.2 * height * width);
-      planner.traced(mode, SLICE * took.length, took.at(-1));
+      planner.traced(mode, SLICE * took.length, took.at(-1), false);
     }
     const shown = (path) => times.map((time) => moving(path, time, planner));
     const anew = shown([camera]);

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
-#include <vector>
 
 #include "frame/pace.h"
 #include "picture/camera.h"
@@ -28,7 +27,7 @@ constexpr std::array<std::string_view, 3> completion_names = {"filling", "small"
 
 /// What is expected of a picture: the mean of 1 - SSIM over the scenes that `bench/frame_errors.py` measures.
 /// `share`: of its pixels that are traced; `parallax`: since the last picture, where that is reprojected.
-[[nodiscard]] double expected_error(Mode mode, Completion completion, double share, double parallax = 0);
+[[nodiscard]] float expected_error(Mode mode, Completion completion, float share, float parallax = 0);
 
 /// How far near things move past those half of all depth behind them from one camera to another, as a share of the
 /// picture's height: a median over the picture; infinite where most of it was behind the first camera.
@@ -45,10 +44,12 @@ public:
     /// Pictures have so many pixels from now on. What was measured stays.
     void resize(std::size_t pixels) { pixels_ = static_cast<double>(pixels); }
 
-    /// So many pixels of a mode were traced in so many seconds, those included that choosing them took.
-    void traced(Mode mode, double pixels, double seconds) { paces_[index(mode)].measured(pixels, seconds); }
-    /// The same of pixels that lie all over the picture, whatever they show: of a first round.
-    void traced_first(double pixels, double seconds) { first_.measured(pixels, seconds); }
+    /// So many pixels of a mode were traced in so many seconds, those included that choosing them took. Those of a first round
+    /// lie all over the picture, whatever they show.
+    void traced(Mode mode, double pixels, double seconds, bool is_first_round) {
+        paces_[index(mode)].measured(pixels, seconds);
+        if (is_first_round) first_.measured(pixels, seconds);
+    }
     /// A picture of so many pixels was completed.
     void completed(Completion completion, double pixels, double seconds) { completing_[index(completion)].measured(seconds / pixels); }
     /// Earlier pictures were reprojected, which a frame of that mode begins with.
@@ -100,7 +101,7 @@ private:
 
     FrameConstants constants_;
     double pixels_;
-    std::vector<Completion> completions_;
+    std::array<bool, completion_names.size()> is_there_{};
     bool completes_meanwhile_;
     std::array<Pace, mode_names.size()> paces_;
     Pace first_;

@@ -15,7 +15,7 @@ public:
     std::span<const Pixel> next(const Layout&, const float*) override {
         if (!round_.empty()) return {};
         round_.resize(std::size_t{height_} * width_);
-        make_order("lattice", 0, height_, width_)(0, round_);
+        TiledOrder(lattice_tile(), 0, height_, width_)(0, round_);
         return round_;
     }
     [[nodiscard]] std::size_t bytes() const override { return round_.capacity() * sizeof(Pixel); }

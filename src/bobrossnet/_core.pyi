@@ -292,10 +292,9 @@ class FramePlanner:
     "squares", "adaptive", "reproject"; completions: "filling", "small", "default". It has no clock."""
 
     def __init__(self, pixels: int, completions: list[str], constants: FrameConstants = ...) -> None: ...
-    def traced(self, mode: str, pixels: float, seconds: float) -> None:
-        """So many pixels were chosen and traced in so many seconds."""
-    def traced_first(self, pixels: float, seconds: float) -> None:
-        """The same of pixels that lie all over the picture, whatever they show."""
+    def traced(self, mode: str, pixels: float, seconds: float, is_first_round: bool) -> None:
+        """So many pixels were chosen and traced in so many seconds; those of a first round lie all over the picture,
+        whatever they show."""
     def completed(self, completion: str, pixels: float, seconds: float) -> None: ...
     def reprojected(self, pixels: float, seconds: float) -> None: ...
     def plan(self, seconds: float, parallax: float) -> str:

@@ -26,19 +26,9 @@ export class FramePlanner {
     this.#handle = core.made("make_planner", Number(completesMeanwhile));
   }
 
-  /** @param {Size} size of the pictures from now on */
-  resize({ height, width }) {
-    this.#core.call("resize_planner", this.#handle, height * width);
-  }
-
-  /** Learns what tracing took. @param {Mode} mode @param {number} pixels @param {number} milliseconds */
-  traced(mode, pixels, milliseconds) {
-    this.#core.call("planner_traced", this.#handle, MODES.indexOf(mode), pixels, milliseconds / 1000);
-  }
-
-  /** Learns what a first round took, which lies all over the picture. @param {number} pixels @param {number} milliseconds */
-  tracedFirst(pixels, milliseconds) {
-    this.#core.call("planner_traced_first", this.#handle, pixels, milliseconds / 1000);
+  /** Learns what tracing took. @param {Mode} mode @param {number} pixels @param {number} milliseconds @param {boolean} isFirstRound */
+  traced(mode, pixels, milliseconds, isFirstRound) {
+    this.#core.call("planner_traced", this.#handle, MODES.indexOf(mode), pixels, milliseconds / 1000, Number(isFirstRound));
   }
 
   /** Learns what completing took. @param {Model} model @param {number} pixels @param {number} milliseconds */
@@ -52,7 +42,7 @@ export class FramePlanner {
   }
 
   /**
-   * How to make a picture.
+   * How to make a picture. What else it says is of that size.
    *
    * @param {Camera | undefined} before of the last picture, where that can be reprojected @param {Camera} camera @param {Size} size
    * @param {number} milliseconds @param {number} threads @returns {Mode}

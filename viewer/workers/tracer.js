@@ -188,7 +188,6 @@ async function lead(batch, ports) {
   const lent = threads > 1 ? batch.parts : 1; // and this one
   useThreads(scene.core, lent);
   const planning = /** @type {FramePlanner} */ (planner), { camera, parts, height, width } = batch, total = height * width;
-  planning.resize(batch);
   for (const { model, pixels, milliseconds } of batch.completed) planning.completed(model, pixels, milliseconds);
   const begin = performance.now(), of = view?.id === batch.view && !view.ended ? view : beginView(scene, planning, batch);
   const { sequence, size, mode } = of, known = Math.max(of.known, sequence.done / total);
@@ -196,7 +195,6 @@ async function lead(batch, ports) {
   const end = begin + planning.forTracing(mode, model, batch.milliseconds);
   /** @type {TracedSlice[]} */
   const slices = [];
-  const first = { rays: 0, milliseconds: 0 };
   let count = 0;
 
   const deal = () => {
@@ -216,11 +214,8 @@ async function lead(batch, ports) {
     sequence.add(slice.pixels, slice.samples);
     slices.push(slice);
     count += rays;
-    planning.traced(mode, rays, lent * (began === undefined ? slice.milliseconds : performance.now() - began));
-    if (mode !== "reproject" && sequence.rounds === 1) {
-      first.rays += rays;
-      first.milliseconds = performance.now() - begin;
-    }
+    const milliseconds = began === undefined ? slice.milliseconds : performance.now() - began;
+    planning.traced(mode, rays, lent * milliseconds, mode !== "reproject" && sequence.rounds === 1);
   };
 
   const others = ports.map((port) => ({ port, slices: 0 }));
@@ -259,7 +254,6 @@ async function lead(batch, ports) {
     const expected = of.expected?.picture(spare) ?? null;
     if (expected) spare = undefined;
     of.expected = null;
-    if (first.rays > 0) planning.tracedFirst(first.rays, parts * first.milliseconds);
     const pixels = joined(Int32Array, slices.map((slice) => slice.pixels));
     const samples = joined(Float32Array, slices.map((slice) => slice.samples));
     /** @type {Samples} */

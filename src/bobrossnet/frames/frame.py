@@ -199,9 +199,7 @@ class PartialPicture:
             scatter(samples, call.pixels, self.expected, self.layout)
         if self.calls.in_flight == 1:
             seconds = came - call.began + time.perf_counter() - taking
-            self.planner.core.traced(self.mode, call.asked, seconds)
-            if self.sequence.in_first_round:
-                self.planner.core.traced_first(call.asked, seconds)
+            self.planner.core.traced(self.mode, call.asked, seconds, self.sequence.in_first_round)
         return len(call.pixels)
 
     def _next(self, count: int) -> NDArray[np.int32]:
@@ -282,7 +280,7 @@ class PartialPicture:
             start = time.perf_counter()
             self.calls.tracer(pixels)
             if count > AHEAD[0]:
-                self.planner.core.traced_first(len(pixels), time.perf_counter() - start)
+                self.planner.core.traced(self.mode, len(pixels), time.perf_counter() - start, True)
 
     def warm_up(self, until: float = 0) -> None:
         """Complete it before anyone waits: the first run also allocates memory."""
