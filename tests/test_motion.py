@@ -200,7 +200,7 @@ def test_frames_with_time_for_a_dense_picture_carry_nothing_along(scene):
 
 
 def test_the_cheapest_network_that_is_as_good_completes(scene):
-    """The filling from a tenth of the pixels on, known or expected, where they were placed by need; else the default."""
+    """The filling from a tenth of the pixels on, known or expected, if they were placed by need; else the default."""
     names = {bob.completion.network.load_network(name): name for name in ("default", "filling", "small")}
     frames = list(bob.progressive(scene, size=SIZE, fraction=0.06, model="auto"))
     assert [names[frame.network] for frame in frames[:3]] == ["default", "filling", "filling"]

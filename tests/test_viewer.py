@@ -430,14 +430,14 @@ async ({ address, batches, height, width, pixels, samples }) => {
   worker.postMessage({ kind: "network", name: "filling", weights: await bytesOf("filling") });
   worker.postMessage({ kind: "connect", tracer: port2 }, [port2]);
   const result = [];
-  for (const [id, { count, sparse, expected }] of batches.entries()) {
-    const batch = { id, view: id, parts: 1, height, width, sparse }, picture = reply("picture");
+  for (const [id, { count, model: planned, expected }] of batches.entries()) {
+    const batch = { id, view: id, parts: 1, height, width }, picture = reply("picture");
     const values = {
       pixels: Int32Array.from(pixels.slice(0, 2 * count)), samples: Float32Array.from(samples.slice(0, 6 * count)),
     };
     const back = expected && new Promise((resolve) => (port1.onmessage = ({ data }) => resolve(data.length)));
     const planes = expected ? Float32Array.from(expected) : null;
-    port1.postMessage({ kind: "samples", batch, count, ...values, expected: planes }, planes ? [planes.buffer] : []);
+    port1.postMessage({ kind: "samples", batch, model: planned, ...values, expected: planes }, planes ? [planes.buffer] : []);
     const { model, traced } = (await picture).picture, buffers = reply("buffers");
     worker.postMessage({ kind: "buffers" });
     result.push([model, traced, [...(await buffers).buffers.image], await back]);
@@ -499,16 +499,17 @@ async ({ address, batches, height, width, isColored, isTransparent, helpers }) =
     const picture = new Promise((resolve, reject) => {
       leader.onmessage = ({ data }) => data.kind === "picture" ? resolve(data.picture) : reject(data.message);
     });
-    const batch = { id, view, parts: 1, height, width, sparse: "default" };
+    const batch = { id, view, parts: 1, height, width };
+    const model = view === 2 || to >= 0.05 * total ? "filling" : "default";
     tracer.postMessage({
-      kind: "samples", batch, isColored, count: to - from, pixels: pixels.slice(2 * from, 2 * to),
+      kind: "samples", batch, isColored, model, pixels: pixels.slice(2 * from, 2 * to),
       samples: samples.slice(components * from, components * to), expected: isExpected ? expected.slice() : null,
     });
-    const { bitmap, model } = await picture, context = new OffscreenCanvas(width, height).getContext("2d");
+    const { bitmap, model: used } = await picture, context = new OffscreenCanvas(width, height).getContext("2d");
     context.drawImage(bitmap, 0, 0);
     const buffers = new Promise((resolve) => (leader.onmessage = ({ data }) => resolve(data.buffers)));
     leader.postMessage({ kind: "buffers" });
-    result.push([model, await hash(context.getImageData(0, 0, width, height).data), await hash((await buffers).image)]);
+    result.push([used, await hash(context.getImageData(0, 0, width, height).data), await hash((await buffers).image)]);
   }
   for (const worker of [leader, ...others]) worker.terminate();
   return [result, asked];
@@ -558,8 +559,8 @@ def test_two_workers_complete_pictures_where_there_are_four_cores(browser, viewe
     page.close()
 
 
-def test_pictures_are_completed_by_the_cheapest_network_that_is_as_good(page, viewer):
-    """The filling where enough is known or expected, else what the batch names, or the default if that is missing."""
+def test_pictures_are_completed_by_the_network_that_was_planned(page, viewer):
+    """Or by the default if that is missing."""
     size, few = (60, 80), 96  # 2 % of the pixels
     full = bob.trace(bob.happy_tree(), size=size)
     pixels = bob.pixel_order(size, count=480)
@@ -569,11 +570,11 @@ def test_pictures_are_completed_by_the_cheapest_network_that_is_as_good(page, vi
     expected = full.stack() * (np.arange(80) < 40)  # the left half, a little darker
     expected[1] *= 0.9
     batches = [
-        {"count": few, "sparse": "default"},
-        {"count": 480, "sparse": "default"},
-        {"count": few, "sparse": "paper"},
-        {"count": few, "sparse": "default", "expected": expected.ravel().tolist()},
-        {"count": few, "sparse": "default"},
+        {"count": few, "model": "default"},
+        {"count": 480, "model": "filling"},
+        {"count": few, "model": "paper"},
+        {"count": few, "model": "filling", "expected": expected.ravel().tolist()},
+        {"count": few, "model": "default"},
     ]
     found = page.tab.evaluate(
         COMPLETE,
@@ -1283,7 +1284,7 @@ async (address) => {
 
 
 def test_moving_pictures_are_smaller_where_completing_takes_longer_than_their_time(page, viewer):
-    """Of 33 ms each; 640x480 pixels take 31 or 61 ms. All threads trace a scene's first picture, which then one completes."""
+    """Of 33 ms each; 640x480 pixels take 31 or 61 ms. All threads trace a scene's first picture, which one completes."""
     batches = page.tab.evaluate(SCHEDULED, viewer.url)
     parts, heights, milliseconds, completed = map(list, zip(*batches, strict=True))
     assert parts == [2, 1, 1, 1, 1, 1, 1]

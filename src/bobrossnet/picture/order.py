@@ -55,8 +55,8 @@ def pixel_order(
     ----------
     size : (height, width) or "WIDTHxHEIGHT"
     order : "uniform" or "lattice"
-        "uniform": at random, all sequences alike. "lattice": square lattices of a tile of 64 x 64 pixels, each half of the
-        next, so that gaps are smaller; the seed does not move them.
+        "uniform": at random, all sequences alike. "lattice": square lattices of a tile of 64 x 64 pixels, each half of
+        the next, so that gaps are smaller; the seed does not move them.
     seed : int, 0..2**64 - 1
     start, count : int
         Which part of the sequence; by default all.
