@@ -437,7 +437,8 @@ async ({ address, batches, height, width, pixels, samples }) => {
     };
     const back = expected && new Promise((resolve) => (port1.onmessage = ({ data }) => resolve(data.length)));
     const planes = expected ? Float32Array.from(expected) : null;
-    port1.postMessage({ kind: "samples", batch, model: planned, ...values, expected: planes }, planes ? [planes.buffer] : []);
+    const message = { kind: "samples", batch, model: planned, ...values, expected: planes };
+    port1.postMessage(message, planes ? [planes.buffer] : []);
     const { model, traced } = (await picture).picture, buffers = reply("buffers");
     worker.postMessage({ kind: "buffers" });
     result.push([model, traced, [...(await buffers).buffers.image], await back]);
