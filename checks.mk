@@ -36,7 +36,7 @@ define sanitized_module
 SKBUILD_BUILD_DIR=build/$(1) SKBUILD_CMAKE_DEFINE="BOBROSSNET_SANITIZE=$(2);BOBROSSNET_WASM=OFF" \
   $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade --target build/$(1)/site .
 endef
-sanitized = LD_PRELOAD="$(foreach l,$(1),$(shell $(CXX) -print-file-name=lib$(l).so))" PYTHONPATH=build/$(2)/site setarch -R $(BIN)/pytest -s
+sanitized = LD_PRELOAD="$(foreach l,$(1),$(shell $(CXX) -print-file-name=lib$(l).so))" PYTHONPATH=build/$(2)/site setarch -R $(BIN)/pytest -s -m "not measures"
 ON_THREADS := tests/test_complete.py tests/test_custom.py tests/test_implicit.py tests/test_kernels.py tests/test_nurbs_tracing.py \
   tests/test_progressive.py tests/test_scene.py tests/test_threads.py tests/test_trace.py
 IN_THE_CORE := $(ON_THREADS) tests/test_channels.py tests/test_container.py tests/test_files.py tests/test_formula.py tests/test_gbuffer.py \

@@ -57,5 +57,6 @@ void bind_language(nb::module_& m);
 void bind_modelling(nb::module_& m);
 void bind_nurbs(nb::module_& m);
 void bind_picture(nb::module_& m);
+void bind_frame(nb::module_& m);
 void bind_scene(nb::module_& m);
 void bind_shapes(nb::module_& m);

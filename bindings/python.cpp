@@ -32,6 +32,7 @@ NB_MODULE(_core, m) {
 
     bind_threads(m);
     bind_picture(m);
+    bind_frame(m);
     bind_shapes(m);
     bind_scene(m);
     bind_completion(m);

@@ -1,6 +1,7 @@
 /// Meshes, scenes and pixel orders in the WebAssembly modules: convert and call. The modules of viewer/ check arguments, in
 /// better words; here only what would read or write out of bounds.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -14,11 +15,13 @@
 #include <utility>
 #include <vector>
 
+#include "frame/planner.h"
 #include "reprojection/history.h"
 #include "sampling/adaptive.h"
 #include "sampling/order.h"
 #include "sampling/refresh.h"
 #include "sampling/squares.h"
+#include "sampling/whole.h"
 #include "shapes/mesh/mesh.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
@@ -174,24 +177,15 @@ bool trace(const bob::Scene* scene, const float* camera, std::int32_t height, st
 
 // ---- Pixel orders ----------------------------------------------------------------------------------------
 
-/// Writes the pixels from the start-th on, (count, 2), of an order; the seed in halves, since a page's numbers have 53 bits.
-EXPORT(pixel_order)
-bool pixel_order(const char* name, std::size_t name_size, std::uint32_t seed_low, std::uint32_t seed_high,
-                 std::uint32_t height, std::uint32_t width, std::uint32_t start, std::int32_t* pixels, std::uint32_t count) {
-    return attempt([&] {
-        expect(std::uint64_t{start} + count <= std::uint64_t{height} * width, "start: beyond the last pixel");
-        const bob::Order order = bob::make_order({name, name_size}, joined(seed_low, seed_high), height, width);
-        order(start, {reinterpret_cast<bob::Pixel*>(pixels), count});
-        return true;
-    });
-}
-
 EXPORT(make_adaptive_order)
 bob::RoundOrder* make_adaptive_order(std::uint32_t seed_low, std::uint32_t seed_high, std::uint32_t height, std::uint32_t width) {
     return attempt([&] { return new bob::AdaptiveOrder(joined(seed_low, seed_high), height, width); });
 }
 EXPORT(make_squares_order) bob::RoundOrder* make_squares_order(std::uint32_t height, std::uint32_t width) {
     return attempt([&] { return new bob::SquaresOrder(height, width); });
+}
+EXPORT(make_whole_order) bob::RoundOrder* make_whole_order(std::uint32_t height, std::uint32_t width) {
+    return attempt([&] { return new bob::WholeOrder(height, width); });
 }
 EXPORT(free_round_order) void free_round_order(bob::RoundOrder* order) { delete order; }
 
@@ -253,4 +247,47 @@ const bob::Pixel* next_refresh(bob::RefreshOrder* order, bool is_colored, const 
         *count = static_cast<std::uint32_t>(round.size());
         return round.data();
     });
+}
+
+// ---- Frames ----------------------------------------------------------------------------------------------
+
+/// completes_meanwhile: as FramePlanner has it; with all networks, in its modes' and completions' numbers.
+EXPORT(make_planner) bob::FramePlanner* make_planner(bool completes_meanwhile) {
+    constexpr std::array all = {bob::Completion::filling, bob::Completion::small, bob::Completion::standard};
+    return new bob::FramePlanner(1, all, completes_meanwhile);
+}
+EXPORT(free_planner) void free_planner(bob::FramePlanner* planner) { delete planner; }
+EXPORT(planner_traced)
+void planner_traced(bob::FramePlanner* planner, bob::Mode mode, double pixels, double seconds, bool is_first_round) {
+    planner->traced(mode, pixels, seconds, is_first_round);
+}
+EXPORT(planner_completed)
+void planner_completed(bob::FramePlanner* planner, bob::Completion completion, double pixels, double seconds) {
+    planner->completed(completion, pixels, seconds);
+}
+EXPORT(planner_reprojected) void planner_reprojected(bob::FramePlanner* planner, double pixels, double seconds) {
+    planner->reprojected(pixels, seconds);
+}
+/// Pictures have this size from now on. before: the camera of the last picture, or null where nothing can be reprojected.
+EXPORT(plan_frame)
+bob::Mode plan_frame(bob::FramePlanner* planner, const float* before, const float* camera, std::int32_t height, std::int32_t width,
+                     double seconds, double threads) {
+    planner->resize(static_cast<std::size_t>(height) * static_cast<std::size_t>(width));
+    const double parallax = before ? bob::parallax(camera_of(before), camera_of(camera), height, width) : std::numeric_limits<double>::infinity();
+    return planner->plan(seconds, parallax, threads);
+}
+EXPORT(frame_completion)
+bob::Completion frame_completion(const bob::FramePlanner* planner, bob::Mode mode, double known, double seconds, double threads) {
+    return planner->completion(mode, known, seconds, threads);
+}
+EXPORT(frame_tracing) double frame_tracing(const bob::FramePlanner* planner, bob::Mode mode, bob::Completion completion, double seconds) {
+    return planner->for_tracing(mode, completion, seconds);
+}
+/// Seconds.
+EXPORT(frame_completing) double frame_completing(const bob::FramePlanner* planner, bob::Completion completion) {
+    return planner->for_completing(completion);
+}
+/// How many pixels fit into a call of so many seconds.
+EXPORT(frame_pixels) double frame_pixels(const bob::FramePlanner* planner, bob::Mode mode, double seconds) {
+    return planner->pace(mode).pixels_in(seconds);
 }

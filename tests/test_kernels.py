@@ -50,6 +50,7 @@ def test_kernels_share_no_code():
         assert not [line for line in shared if "DW.ref.__gxx_personality" not in line], file
 
 
+@pytest.mark.measures
 @pytest.mark.parametrize("name", networks.NETWORKS)
 def test_a_4k_picture_needs_32_mb(name):
     """Beside its input and its output, of which the pages are touched before."""

@@ -269,6 +269,7 @@ def test_shapes_in_many_places_reach_as_far_as_in_one():
         assert bob.trace(many, size=SIZE) == bob.trace(apart, size=SIZE)
 
 
+@pytest.mark.measures
 @pytest.mark.parametrize("kind", ["mesh", "formula"])
 def test_100_000_places_are_a_matter_of_seconds(kind):
     shape = cube() if kind == "mesh" else bob.implicit(lambda x, y, z: abs(x**3) + y**4 + z**4 - 1)

@@ -22,6 +22,7 @@ CORE = {
     "reprojection": {"base", "picture"},
     "tracing": {"base", "picture", "shapes"},
     "completion": {"base", "picture", "sampling"},
+    "frame": {"picture"},
 }
 PYTHON = {
     "support": set(),

@@ -430,14 +430,15 @@ async ({ address, batches, height, width, pixels, samples }) => {
   worker.postMessage({ kind: "network", name: "filling", weights: await bytesOf("filling") });
   worker.postMessage({ kind: "connect", tracer: port2 }, [port2]);
   const result = [];
-  for (const [id, { count, sparse, expected }] of batches.entries()) {
-    const batch = { id, view: id, parts: 1, height, width, sparse }, picture = reply("picture");
+  for (const [id, { count, model: planned, expected }] of batches.entries()) {
+    const batch = { id, view: id, parts: 1, height, width }, picture = reply("picture");
     const values = {
       pixels: Int32Array.from(pixels.slice(0, 2 * count)), samples: Float32Array.from(samples.slice(0, 6 * count)),
     };
     const back = expected && new Promise((resolve) => (port1.onmessage = ({ data }) => resolve(data.length)));
     const planes = expected ? Float32Array.from(expected) : null;
-    port1.postMessage({ kind: "samples", batch, count, ...values, expected: planes }, planes ? [planes.buffer] : []);
+    const message = { kind: "samples", batch, model: planned, ...values, expected: planes };
+    port1.postMessage(message, planes ? [planes.buffer] : []);
     const { model, traced } = (await picture).picture, buffers = reply("buffers");
     worker.postMessage({ kind: "buffers" });
     result.push([model, traced, [...(await buffers).buffers.image], await back]);
@@ -499,16 +500,17 @@ async ({ address, batches, height, width, isColored, isTransparent, helpers }) =
     const picture = new Promise((resolve, reject) => {
       leader.onmessage = ({ data }) => data.kind === "picture" ? resolve(data.picture) : reject(data.message);
     });
-    const batch = { id, view, parts: 1, height, width, sparse: "default" };
+    const batch = { id, view, parts: 1, height, width };
+    const model = view === 2 || to >= 0.05 * total ? "filling" : "default";
     tracer.postMessage({
-      kind: "samples", batch, isColored, count: to - from, pixels: pixels.slice(2 * from, 2 * to),
+      kind: "samples", batch, isColored, model, pixels: pixels.slice(2 * from, 2 * to),
       samples: samples.slice(components * from, components * to), expected: isExpected ? expected.slice() : null,
     });
-    const { bitmap, model } = await picture, context = new OffscreenCanvas(width, height).getContext("2d");
+    const { bitmap, model: used } = await picture, context = new OffscreenCanvas(width, height).getContext("2d");
     context.drawImage(bitmap, 0, 0);
     const buffers = new Promise((resolve) => (leader.onmessage = ({ data }) => resolve(data.buffers)));
     leader.postMessage({ kind: "buffers" });
-    result.push([model, await hash(context.getImageData(0, 0, width, height).data), await hash((await buffers).image)]);
+    result.push([used, await hash(context.getImageData(0, 0, width, height).data), await hash((await buffers).image)]);
   }
   for (const worker of [leader, ...others]) worker.terminate();
   return [result, asked];
@@ -558,8 +560,8 @@ def test_two_workers_complete_pictures_where_there_are_four_cores(browser, viewe
     page.close()
 
 
-def test_pictures_are_completed_by_the_cheapest_network_that_is_as_good(page, viewer):
-    """The filling where enough is known or expected, else what the batch names, or the default if that is missing."""
+def test_pictures_are_completed_by_the_network_that_was_planned(page, viewer):
+    """Or by the default if that is missing."""
     size, few = (60, 80), 96  # 2 % of the pixels
     full = bob.trace(bob.happy_tree(), size=size)
     pixels = bob.pixel_order(size, count=480)
@@ -569,11 +571,11 @@ def test_pictures_are_completed_by_the_cheapest_network_that_is_as_good(page, vi
     expected = full.stack() * (np.arange(80) < 40)  # the left half, a little darker
     expected[1] *= 0.9
     batches = [
-        {"count": few, "sparse": "default"},
-        {"count": 480, "sparse": "default"},
-        {"count": few, "sparse": "paper"},
-        {"count": few, "sparse": "default", "expected": expected.ravel().tolist()},
-        {"count": few, "sparse": "default"},
+        {"count": few, "model": "default"},
+        {"count": 480, "model": "filling"},
+        {"count": few, "model": "paper"},
+        {"count": few, "model": "filling", "expected": expected.ravel().tolist()},
+        {"count": few, "model": "default"},
     ]
     found = page.tab.evaluate(
         COMPLETE,
@@ -1267,55 +1269,26 @@ def test_exported_page_needs_no_other_server(browser, viewer, tmp_path):
 
 
 SCHEDULED = """
-async ([address, pictures]) => {
+async (address) => {
   const { Schedule } = await import(new URL("workers/schedule.js", address).href);
-  const schedule = new Schedule({ azimuth: 0 }, false), batches = [], how = [];
+  const schedule = new Schedule({ azimuth: 0 }, true), batches = [];
   schedule.refines = false;
   schedule.show({ threads: 2, trace: (batch) => batches.push(batch), cancel() {} });
-  for (const { squares, others, first, carrying } of pictures) {
-    const batch = batches.at(-1), size = batch.height * batch.width;
-    const rate = batch.parts * (batch.squares ? squares : others);
-    const rays = Math.min(size, Math.ceil(rate * batch.milliseconds)), milliseconds = rays / rate;
-    schedule.traced({
-      batch, rays, milliseconds, reached: rays, cancelled: false, preparing: batch.carries ? carrying : 0,
-      first: batch.carries ? { rays: 0, milliseconds: 0 }
-        : { rays: size / 64, milliseconds: size / 64 / (batch.parts * first) },
-    });
-    schedule.completed({ batch, traced: rays, total: 5, model: "filling" });
+  for (const pixelMs of [0, 1e-4, 1e-4, 2e-4, 2e-4, 1e-4]) { // to complete a pixel
+    const batch = batches.at(-1), completing = pixelMs * batch.height * batch.width;
+    schedule.traced({ batch, rays: 1000, milliseconds: 20, reached: 1000, cancelled: false, completing });
+    schedule.completed({ batch, traced: 1000, total: completing, model: "filling" });
     schedule.change({ camera: { azimuth: batches.length } });
-    how.push(batches.at(-1).carries ? "carries" : batches.at(-1).squares ? "squares" : "adaptive");
   }
-  return how;
+  return batches.map(({ parts, height, milliseconds, completed }) => [parts, height, milliseconds, completed.length]);
 }"""
 
 
-def scheduled(page, viewer, count, **rates):
-    """How so many pictures of 640x480 begin after the first, 33 ms asked: rays a ms, of squares, others and of first
-    rounds, and ms to carry along what was seen."""
-    return page.tab.evaluate(SCHEDULED, [viewer.url, [rates] * count])
-
-
-def test_moving_pictures_are_divided_into_squares_where_rays_are_fast(page, viewer):
-    fast = scheduled(page, viewer, 40, squares=1500, others=150, first=1000, carrying=8)
-    assert set(fast[3:]) == {"squares"}
-    slow = scheduled(page, viewer, 40, squares=10, others=5, first=50, carrying=8)
-    assert set(slow) == {"carries"}
-    # The lattice, 4800 pixels, takes two thirds of the time: it is tried once.
-    assert scheduled(page, viewer, 20, squares=280, others=100, first=280, carrying=8).count("squares") == 1
-    # Or all of it, by the rays of the adaptive order.
-    assert scheduled(page, viewer, 20, squares=150, others=50, first=100, carrying=8).count("squares") == 1
-
-
-def test_moving_pictures_seldom_alternate(page, viewer):
-    """Of 26 ms, 8 to carry along and 18 for rays at 100 a ms: as much as 370 a ms of squares show."""
-    for squares in (250, 300, 350, 370, 390, 420, 500):
-        how = scheduled(page, viewer, 100, squares=squares, others=100, first=1000, carrying=8)
-        changes = sum(one != other for one, other in itertools.pairwise(how[20:]))
-        assert changes <= 8, (squares, how)
-
-
-def test_what_takes_too_long_to_carry_along_is_tried_again(page, viewer):
-    how = scheduled(page, viewer, 60, squares=180, others=50, first=500, carrying=30)
-    assert how[:2] == ["squares", "carries"]
-    assert 1 < how.count("carries") < 20
-    assert "carries" in how[10:]
+def test_moving_pictures_are_smaller_where_completing_takes_longer_than_their_time(page, viewer):
+    """Of 33 ms each; 640x480 pixels take 31 or 61 ms. All threads trace a scene's first picture, which one completes."""
+    batches = page.tab.evaluate(SCHEDULED, viewer.url)
+    parts, heights, milliseconds, completed = map(list, zip(*batches, strict=True))
+    assert parts == [2, 1, 1, 1, 1, 1, 1]
+    assert heights == [480, 480, 480, 480, 320, 320, 384]
+    assert all(each == pytest.approx(0.8 * 33) for each in milliseconds)
+    assert completed == [0, 1, 1, 1, 1, 1, 1]

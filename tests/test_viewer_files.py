@@ -29,7 +29,6 @@ import { loadCore } from "/core/load.js";
 import { Beside } from "/files/beside.js";
 import { readFile } from "/files/read.js";
 import { GBuffer } from "/picture/gbuffer.js";
-import { pixelOrder } from "/picture/order.js";
 import { buildScene } from "/tracing/scene.js";
 
 const core = loadCore("core", false);
@@ -39,7 +38,8 @@ onmessage = async ({ data: { file, name, beside, height, width, camera } }) => {
     const others = beside.map(([name, url]) => ({ name, arrayBuffer: async () => (await fetch(url)).arrayBuffer() }));
     const description = await readFile(instance, name, bytes, new Beside(others));
     const scene = buildScene(instance, description), gbuffer = new GBuffer(instance, height, width, scene.layout);
-    const pixels = pixelOrder(instance, "uniform", { height, width });
+    const at = (_, i) => i % 2 ? (i >> 1) % width : Math.floor((i >> 1) / width);
+    const pixels = Int32Array.from({ length: 2 * height * width }, at);
     gbuffer.add(pixels, scene.trace(pixels, { height, width }, camera));
     const planes = Array.from(gbuffer.planes), color = gbuffer.color && Array.from(gbuffer.color);
     gbuffer.free(), scene.free();

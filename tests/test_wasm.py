@@ -22,7 +22,7 @@ from bobrossnet.sdf.words import WORDS
 wasmtime = pytest.importorskip("wasmtime", reason="wasmtime, which runs WebAssembly, is not installed")
 
 from nurbs_shapes import cylinder  # noqa: E402
-from wasm_core import FOLDER, CoreError, WasmCore, recorded  # noqa: E402
+from wasm_core import FOLDER, CoreError, WasmCore, placed, recorded  # noqa: E402
 from word_scripts import COLORED, SCRIPTS  # noqa: E402
 
 pytestmark = pytest.mark.skipif(
@@ -158,15 +158,6 @@ def test_errors_are_predicted_as_in_python(core, baseline):
 # ---- Pixel orders ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("order", ["uniform", "r2", "lattice", "blue-noise"])
-def test_pixel_orders_are_those_of_python(core, order):
-    for size in ((1, 1), (5, 7), (130, 67)):
-        for seed in (0, 2**64 - 1):
-            start, count = size[1] // 3, size[0] * size[1] // 2
-            expected = bob.pixel_order(size, order=order, seed=seed, start=start, count=count)
-            np.testing.assert_array_equal(core.pixel_order(order, seed, size, start, count), expected)
-
-
 @pytest.mark.parametrize("size", [(1, 1), (5, 7), (130, 67), (240, 320)])
 def test_the_adaptive_order_is_that_of_python(core, size):
     traced = bob.trace(bob.happy_tree(), size=size).stack()
@@ -288,6 +279,41 @@ def test_a_camera_that_moved_expects_what_it_does_in_python(core, fov, baseline,
         np.testing.assert_array_equal(found, expected)
 
 
+def test_frames_are_planned_as_in_python(core):
+    modes, completions = ("whole", "squares", "adaptive", "reproject"), ("filling", "small", "default")
+    ours = _core.FramePlanner(640 * 480, [*completions])
+    theirs = core.made("make_planner", 0)
+    before, random = bob.Camera(), np.random.default_rng(3)
+    seen = set()
+    for _ in range(300):
+        camera = bob.Camera(azimuth=30 + 20 * random.random())
+        seconds, rate = random.choice([0.005, 0.02, 0.1]), 10 ** random.uniform(5, 7.5)
+        cameras = [each.core((0, 0, 0), 1) for each in (before, camera)]
+        parallax = _core.parallax(*cameras, 480, 640)
+        mode = ours.plan(seconds, parallax)
+        seen.add(mode)
+        found = core.call("plan_frame", theirs, placed(before), placed(camera), 480, 640, seconds, 1.0)
+        assert modes[found] == mode
+        m = modes.index(mode)
+        known = random.random() ** 3
+        completion = ours.completion(mode, known, seconds)
+        assert completions[core.call("frame_completion", theirs, m, known, seconds, 1.0)] == completion
+        c = completions.index(completion)
+        assert core.call("frame_tracing", theirs, m, c, seconds) == ours.for_tracing(mode, completion, seconds)
+        assert core.call("frame_pixels", theirs, m, seconds) == ours.pixels_in(mode, seconds)
+        is_first = int(random.integers(2))
+        ours.traced(mode, 3000, 3000 / rate, bool(is_first))
+        core.call("planner_traced", theirs, m, 3000.0, 3000 / rate, is_first)
+        ours.completed(completion, 640 * 480, 0.002 * (1 + c))
+        core.call("planner_completed", theirs, c, 640.0 * 480, 0.002 * (1 + c))
+        if mode == "reproject":
+            ours.reprojected(640 * 480, 0.004)
+            core.call("planner_reprojected", theirs, 640.0 * 480, 0.004)
+    assert seen == set(modes)
+    assert core.call("frame_completing", theirs, 0) == ours.for_completing("filling")
+    core.call("free_planner", theirs)
+
+
 def test_languages_are_those_of_python(core):
     for function, python, text in (("run_script", lambda t: _core.run_script(t).expression, SCRIPT.encode()),
                                    ("parse_vm", _core.parse_vm, VM)):  # fmt: skip
@@ -334,8 +360,6 @@ def test_errors_are_those_of_python_and_the_module_goes_on(core):
         core.network("paper", {})
     with pytest.raises(CoreError, match="expected weights of one of the networks filling, paper, pyramid, got 'x'"):
         core.network("x", {})
-    with pytest.raises(CoreError, match="order: expected one of"):
-        core.pixel_order("x", 0, (2, 2), 0, 1)
     with pytest.raises(CoreError, match="index out of range"):
         core.mesh(np.zeros((3, 3)), np.array([(0, 1, 3)], np.int32), None)
     assert core.made("run_script", b"sphere(1)")

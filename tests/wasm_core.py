@@ -126,11 +126,6 @@ class WasmCore:
 
     # ---- Scenes ------------------------------------------------------------------------------------------
 
-    def pixel_order(self, order, seed, size, start, count):
-        pixels = np.full((count, 2), -1, np.int32)
-        self.made("pixel_order", order, *halves(seed), *size, start, pixels, count)
-        return pixels
-
     def adaptive_order(self, seed, planes):
         """All pixels in this order, round by round."""
         return self._rounds(self.made("make_adaptive_order", *halves(seed), *planes.shape[1:]), planes)

@@ -3,7 +3,6 @@
  * along what the ones before have seen; and all pixels of a picture of half the resolution, or a quarter, and so on.
  */
 const SLICE = 1024; // pixels between two looks at the clock
-const LONGEST_CARRYING = 0.75; // as viewer/workers/schedule.js has it
 
 /** All pixels of a picture row by row, (H * W, 2). */
 function rows(height, width) {
@@ -38,14 +37,15 @@ const bytes = (image) => new Uint8Array(Uint8ClampedArray.from(image, (value) =>
 
 async function compare({ file, height, width, cameras, step, before, times, levels }) {
   const modules = ["core/load", "completion/network", "completion/weights", "files/read", "picture/gbuffer", "picture/history",
-                   "picture/order", "tracing/scene", "workers/plan"];
-  const [{ loadCore }, { DENSE, Network }, { readWeights }, { readFile }, { GBuffer }, { History },
-         { AdaptiveOrder, PixelSequence, SquaresOrder }, { buildScene }, { LATTICE, plan }] =
+                   "picture/order", "picture/planner", "tracing/scene"];
+  const [{ loadCore }, { Network }, { readWeights }, { readFile }, { GBuffer }, { History },
+         { AdaptiveOrder, PixelSequence, SquaresOrder, WholeOrder }, { FramePlanner }, { buildScene }] =
     await Promise.all(modules.map((module) => import(`./${module}.js`)));
   const core = await loadCore();
   const fetched = async (path) => (await fetch(path)).arrayBuffer();
   const scene = buildScene(core, await readFile(core, file, await fetched(file)));
-  const networks = await Promise.all(["filling", "default"].map(async (name) =>
+  const models = ["filling", "small", "default"];
+  const networks = await Promise.all(models.map(async (name) =>
     new Network(core, readWeights(await fetched(`weights/${name}.safetensors`)))));
   const whole = new GBuffer(core, height, width, scene.layout);
   const complete = (network) => {
@@ -81,40 +81,42 @@ async function compare({ file, height, width, cameras, step, before, times, leve
   };
   /**
    * The picture of the last of some cameras, each with so many milliseconds, the first but with all pixels unless it is the only
-   * one. As viewer/workers/tracer.js and completing.js do it, one after the other, where so many rays a millisecond fit into that time,
-   * in the order of squares and in the adaptive one; and the first round of squares takes so many milliseconds.
+   * one. As viewer/workers/tracer.js and completing.js do it, one after the other, with a planner that knows what completing takes, and what
+   * tracing took before.
    */
-  const moving = (cameras, time, completing, rates, lattice) => {
-    const history = new History(core, { height, width }, scene.layout), part = time - completing[0];
-    let view, image, spare, carrying = 0, carries = false, isExpected = false;
+  const moving = (cameras, time, planner) => {
+    const history = new History(core, { height, width }, scene.layout), size = { height, width }, pixels = height * width;
+    let view, image, spare, reprojecting = NaN;
     for (const [i, camera] of cameras.entries()) {
       const begin = performance.now(), isFirst = i === 0 && cameras.length > 1;
-      // As viewer/workers/schedule.js has it.
-      const first = LATTICE * height * width / lattice, { squares, adaptive: others } = rates;
-      const { isFast, showsMore } = plan(height * width, { squares, others, first }, part, 1, carrying, carries);
-      carries = showsMore && carrying <= LONGEST_CARRYING * time;
-      isExpected = Boolean(view) && carries && history.move(scene.handle, view.camera, view.order.planes, camera, i);
+      let mode = isFirst ? "whole" : planner.plan(view?.camera, camera, size, time, 1), known = 0;
+      if (mode === "reproject") {
+        known = history.move(scene.handle, view.camera, view.order.planes, camera, i) / pixels;
+        reprojecting = performance.now() - begin;
+        planner.reprojected(pixels, reprojecting);
+        if (known === 0) mode = "adaptive";
+      }
       view?.order.free();
-      if (isExpected) carrying = performance.now() - begin;
-      const rate = isFast && !isExpected ? rates.squares : rates.adaptive, isSparse = !isExpected && !isFast && rate * part < DENSE * height * width;
-      const end = begin + (isFirst ? Infinity : time - completing[isSparse ? 1 : 0]);
-      const order = sequence(isFast ? SquaresOrder : AdaptiveOrder, isExpected ? history : undefined);
+      const isExpected = mode === "reproject", order = sequence(ORDERS[mode], isExpected ? history : undefined);
+      const model = planner.completion(mode, known, time, 1), end = isFirst ? Infinity : begin + planner.forTracing(mode, model, time);
       view = { camera, order };
       whole.clear();
-      for (let now; order.done < height * width && (now = performance.now()) < end;) {
-        const wanted = Math.max(32, isFirst ? Infinity : Math.floor(rate * (end - now)));
-        const pixels = order.next(Math.min(order.available(wanted), wanted, SLICE));
-        const samples = scene.trace(pixels, { height, width }, camera);
-        order.add(pixels, samples);
-        if (!isExpected) whole.add(pixels, samples);
+      for (let now; order.done < pixels && (now = performance.now()) < end;) {
+        const wanted = isFirst ? SLICE : Math.max(32, Math.floor(planner.pixelsIn(mode, end - now)));
+        const slice = order.next(Math.min(order.available(wanted), wanted, SLICE));
+        const samples = scene.trace(slice, size, camera);
+        order.add(slice, samples);
+        if (!isExpected) whole.add(slice, samples);
+        planner.traced(mode, slice.length / 2, performance.now() - now, mode !== "reproject" && order.rounds === 1);
       }
       if (isExpected) whole.set(spare = history.picture(spare));
-      image = order.done === height * width ? whole.plane("gray") : networks[whole.traced < DENSE * height * width && !(isFast && !isExpected) ? 1 : 0].complete(whole);
+      image = order.done === pixels ? whole.plane("gray") : networks[models.indexOf(model)].complete(whole);
     }
     const last = bytes(image);
     view.order.free(), history.free();
-    return { image: last, carrying: isExpected ? carrying : NaN };
+    return { image: last, carrying: reprojecting };
   };
+  const ORDERS = { whole: WholeOrder, squares: SquaresOrder, adaptive: AdaptiveOrder, reproject: undefined };
   const orders = [SquaresOrder, AdaptiveOrder];
   for (let i = 0; i < 20; ++i) { // compiled by now
     for (const Order of orders) sequenced(cameras[0], Order, 0.2 * height * width);
@@ -124,13 +126,15 @@ async function compare({ file, height, width, cameras, step, before, times, leve
   for (const camera of cameras) {
     traced(scene, whole, camera);
     const exact = bytes(whole.plane("gray")), dense = Math.min(traced(scene, whole, camera), traced(scene, whole, camera));
-    const [squares, adaptive] = orders.map((Order) => sequenced(camera, Order));
-    // Rays a millisecond, of those that come first: they lie on surfaces.
-    const rateIn = (milliseconds, time) => SLICE * Math.max(1, milliseconds.filter((each) => each <= time).length) / time;
-    const lattice = squares[Math.ceil(height * width * LATTICE / SLICE) - 1];
     const completing = networks.map((network) => Math.min(complete(network), complete(network), complete(network)));
-    const shown = (path) => times.map((time) =>
-      moving(path, time, completing, { squares: rateIn(squares, time), adaptive: rateIn(adaptive, time) }, lattice));
+    const planner = new FramePlanner(core, false);
+    planner.plan(undefined, camera, { height, width }, 1, 1); // which says the size
+    models.forEach((model, i) => planner.completed(model, height * width, completing[i]));
+    for (const mode of ["adaptive", "squares"]) { // what scenes of pages know after a while
+      const took = sequenced(camera, ORDERS[mode], 0.2 * height * width);
+      planner.traced(mode, SLICE * took.length, took.at(-1), false);
+    }
+    const shown = (path) => times.map((time) => moving(path, time, planner));
     const anew = shown([camera]);
     const theirs = Array.from({ length: levels }, (_, level) => {
       const gbuffer = new GBuffer(core, height >> level, width >> level, scene.layout);
@@ -142,7 +146,7 @@ async function compare({ file, height, width, cameras, step, before, times, leve
     const inMotion = shown(Array.from({ length: before + 1 }, (_, i) => ({ ...camera, azimuth: camera.azimuth - step * (before - i) })));
     const deciding = Math.min(decided(camera), decided(camera), decided(camera));
     const images = (pictures) => pictures.map(({ image }) => image);
-    frames.push({ exact, dense, filling: completing[0], completing: completing[1], deciding, anew: images(anew), inMotion: images(inMotion), carrying: inMotion[0].carrying, theirs });
+    frames.push({ exact, dense, filling: completing[0], completing: completing[2], deciding, anew: images(anew), inMotion: images(inMotion), carrying: inMotion[0].carrying, theirs });
   }
   return frames;
 }

@@ -40,7 +40,7 @@ std::array<Pixel, 4> around(Pixel pixel, std::int32_t step, bool diagonal) {
 }  // namespace
 
 AdaptiveOrder::AdaptiveOrder(std::uint64_t seed, std::uint32_t height, std::uint32_t width, Likeness likeness)
-    : RoundOrder(height, width), total_(height * width), likeness_(std::move(likeness)), lattice_(make_order("lattice", seed, height, width)), looks_(total_), where_(total_) {}
+    : RoundOrder(height, width), total_(height * width), likeness_(std::move(likeness)), lattice_(lattice_tile(), seed, height, width), looks_(total_), where_(total_) {}
 
 AdaptiveOrder::Place AdaptiveOrder::place(Pixel pixel) {
     const auto zeros = [](std::int32_t x) { return std::min(std::countr_zero(static_cast<std::uint32_t>(x)), Tile::bits); };

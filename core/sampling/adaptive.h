@@ -92,7 +92,7 @@ private:
 
     std::uint32_t total_;
     Likeness likeness_;
-    Order lattice_;
+    TiledOrder lattice_;
     std::vector<Pixel> of_lattice_;  // its next pixels
     std::uint32_t lattice_done_ = 0;
     std::size_t rounds_ = 0;

@@ -55,20 +55,6 @@ Tile make_lattice_tile() {
     return tile;
 }
 
-Tile make_r2_tile() {
-    // In units of 2^-32: 1 / 1.32471795724474602596, the real root of x^3 = x + 1, and the square of that.
-    constexpr std::uint32_t row_step = 3242174889, column_step = 2447445414;
-    Tile tile{{}, true};
-    std::array<bool, Tile::area> seen{};
-    std::uint32_t row = 1u << 31, column = 1u << 31;
-    for (std::uint32_t count = 0; count < Tile::area; row += row_step, column += column_step) {
-        const std::uint32_t r = row >> (32 - Tile::bits), c = column >> (32 - Tile::bits);
-        if (std::exchange(seen[r * Tile::side + c], true)) continue;
-        tile.places[count++] = {static_cast<std::uint8_t>(r), static_cast<std::uint8_t>(c)};
-    }
-    return tile;
-}
-
 /// Chosen places of the tile, and how crowded each place is by them.
 ///
 /// Energies are integers, so that what was added is taken away exactly and every machine makes the same tile. They fall
@@ -188,11 +174,6 @@ const Tile& lattice_tile() {
     return tile;
 }
 
-const Tile& r2_tile() {
-    static const Tile tile = make_r2_tile();
-    return tile;
-}
-
 const Tile& blue_noise_tile() {
     static const Tile tile = make_blue_noise_tile();
     return tile;
@@ -257,10 +238,8 @@ const TiledOrder::Walk& TiledOrder::walk(Tile::Place place) const {
 
 Order make_order(std::string_view name, std::uint64_t seed, std::uint32_t height, std::uint32_t width) {
     if (name == "uniform") return UniformOrder(seed, height, width);
-    if (name == "r2") return TiledOrder(r2_tile(), seed, height, width);
     if (name == "lattice") return TiledOrder(lattice_tile(), seed, height, width);
-    if (name == "blue-noise") return TiledOrder(blue_noise_tile(), seed, height, width);
-    throw std::invalid_argument("order: expected one of uniform, r2, lattice, blue-noise");
+    throw std::invalid_argument("order: expected one of uniform, lattice");
 }
 
 }  // namespace bob

@@ -59,10 +59,6 @@ inline constexpr int lattice_first = 21;
 /// seed does not shift it, so that a completing network can know where its pixels are.
 const Tile& lattice_tile();
 
-/// Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018: steps by the reciprocals of the plastic number
-/// and of its square. A pixel's place is that of the first point in it.
-const Tile& r2_tile();
-
 /// Ulichney, "The void-and-cluster method for dither array generation", 1993: each further pixel is the one farthest from
 /// those before. Made when first asked for, in well under 0.3 s.
 const Tile& blue_noise_tile();
@@ -95,7 +91,7 @@ private:
 /// Writes the pixels that are traced as the start-th and after; from several threads at once.
 using Order = std::function<void(std::uint32_t start, std::span<Pixel> pixels)>;
 
-/// The order of a name: "uniform", "r2", "lattice" or "blue-noise". Throws std::invalid_argument if there is no such order.
+/// The order of a name: "uniform" or "lattice". Throws std::invalid_argument if there is no such order.
 [[nodiscard]] Order make_order(std::string_view name, std::uint64_t seed, std::uint32_t height, std::uint32_t width);
 
 }  // namespace bob

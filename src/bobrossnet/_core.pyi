@@ -270,6 +270,49 @@ class RefreshOrder:
     def next(self, layout: Layout, traced: F32, picture: F32, off_center: F32, wanted: int) -> I32:
         """The next round, (n, 2) rows and columns; traced and picture are planes (C, H, W)."""
 
+def parallax(before: Camera, after: Camera, height: int, width: int) -> float:
+    """How far near things move past those half of all depth behind them, as a share of the picture's height: a median;
+    infinite where most of the picture was behind the first camera."""
+
+class FrameConstants:
+    """Of the planner, as core/frame/pace.h explains them."""
+
+    hysteresis: float
+    least_tracing: float
+    untried: float
+    doubt: float
+    floor: float
+    fade: float
+    growth: float
+
+    def __init__(self) -> None: ...
+
+class FramePlanner:
+    """How frames of so many pixels are made, by the error that is expected when their time is over. Modes: "whole",
+    "squares", "adaptive", "reproject"; completions: "filling", "small", "default". It has no clock."""
+
+    def __init__(self, pixels: int, completions: list[str], constants: FrameConstants = ...) -> None: ...
+    def traced(self, mode: str, pixels: float, seconds: float, is_first_round: bool) -> None:
+        """So many pixels were chosen and traced in so many seconds; those of a first round lie all over the picture,
+        whatever they show."""
+    def completed(self, completion: str, pixels: float, seconds: float) -> None: ...
+    def reprojected(self, pixels: float, seconds: float) -> None: ...
+    def plan(self, seconds: float, parallax: float) -> str:
+        """How to make a picture in so many seconds; parallax: infinite where nothing can be reprojected."""
+    def plan_pixels(self, pixels: int, parallax: float) -> str:
+        """The same where a number of pixels is asked for."""
+    def completion(self, mode: str, known: float, seconds: float) -> str:
+        """What is to complete a picture of which this share is known when a frame of so many seconds is over, infinite
+        where it traces nothing further."""
+    def for_tracing(self, mode: str, completion: str, seconds: float) -> float:
+        """Seconds for tracing in a frame of so many."""
+    def for_completing(self, completion: str) -> float:
+        """Seconds; 0 where nothing was measured."""
+    def pixels_in(self, mode: str, seconds: float) -> float:
+        """How many pixels fit into a call of so many seconds; 0 if less than a call costs."""
+    def worthwhile(self, mode: str) -> float:
+        """How many pixels take as long as the call around them."""
+
 def scatter(layout: Layout, pixels: I32, samples: F32, planes: F32) -> None:
     """Writes samples (n, C) to their pixels in planes (C, H, W)."""
 

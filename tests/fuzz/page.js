@@ -5,10 +5,10 @@ import { compileCore } from "/core/compile.js";
 import { Network } from "/completion/network.js";
 import { readWeights } from "/completion/weights.js";
 import { readFile } from "/files/read.js";
-import { pixelOrder } from "/picture/order.js";
 import { buildScene } from "/tracing/scene.js";
 
 const SIZE = { height: 6, width: 8 };
+const PIXELS = Int32Array.from({ length: 2 * SIZE.height * SIZE.width }, (_, i) => i % 2 ? (i >> 1) % SIZE.width : Math.floor((i >> 1) / SIZE.width));
 const MANY = 1 << 28; // bytes of memory, which an instance never gives back
 const compiled = compileCore("core", false);
 /** @type {Core | null} */
@@ -24,7 +24,7 @@ onmessage = async ({ data: { name, content } }) => {
       new Network(core, readWeights(bytes)).free();
     } else {
       const scene = buildScene(core, await readFile(core, name, bytes));
-      scene.trace(pixelOrder(core, "uniform", SIZE), SIZE);
+      scene.trace(PIXELS, SIZE);
       scene.free();
     }
     answer.loads = true;

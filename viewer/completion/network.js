@@ -11,9 +11,6 @@ import { withWeights } from "./weights.js";
  * @typedef {import("../picture/gbuffer.js").GBuffer} GBuffer of the same core
  */
 
-/** Share of the pixels from which on the filling is as good as any network, be they traced or expected (docs/benchmarks.md). */
-export const DENSE = 0.05;
-
 export class Network {
   /** @param {Core} core @param {import("./weights.js").Weights} weights */
   constructor(core, weights) {

@@ -8,7 +8,7 @@ export class Statistics {
   fraction = 0;
   /** Milliseconds of the network, on `backend`. */
   completing = 0;
-  /** The network's name. @type {import("../workers/schedule.js").Model} */
+  /** The network's name. @type {import("../picture/planner.js").Model} */
   model = "default";
   /** @type {"wasm" | "gpu"} */
   backend = "wasm";

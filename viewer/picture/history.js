@@ -41,7 +41,7 @@ export class History {
    * @param {Camera} before which traced the one before @param {number} traced the address of that one's planes
    * @param {Camera} camera
    * @param {number} seed
-   * @returns {boolean} whether anything is expected: nothing after a jump
+   * @returns {number} at how many pixels a surface is expected: none after a jump
    */
   move(scene, before, traced, camera, seed) {
     const core = this.#core;
@@ -49,9 +49,8 @@ export class History {
     const [surfaces] = core.filled(new Int32Array(1), (address) => {
       core.made("expect_from_history", this.#handle, scene, cameraValues(camera), this.planes, this.#offCenter, address);
     });
-    if (surfaces === 0) return false;
     core.call("begin_refresh", this.#order, ...halves(seed));
-    return true;
+    return surfaces;
   }
 
   /** @type {RoundOrder["next"]} */

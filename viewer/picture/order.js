@@ -11,20 +11,6 @@ export function halves(seed) {
 }
 
 /**
- * Pixels in an order that does not depend on what they show.
- *
- * @param {import("../core/core.js").Core} core
- * @param {string} order its name, as in bobrossnet.pixel_order, but for "default"
- * @param {Which & {start?: number, count?: number}} which
- * @returns {Int32Array} (count, 2), row and column
- */
-export function pixelOrder(core, order, { height, width, seed = 0, start = 0, count = height * width - start }) {
-  return core.filled(new Int32Array(2 * count), (address) => {
-    core.made("pixel_order", order, ...halves(seed), height, width, start, address, count);
-  });
-}
-
-/**
  * What decides which pixels of a picture are traced next, round by round: what all pixels of the rounds before show.
  *
  * @typedef {object} RoundOrder
@@ -143,6 +129,14 @@ export class PixelSequence {
   free() {
     this.#order.end();
     this.#core.release(this.planes);
+  }
+}
+
+/** All pixels of a picture, in the sequence of the lattice, as core/sampling/whole.h has it. */
+export class WholeOrder extends OrderOfCore {
+  /** @param {import("../core/core.js").Core} core @param {Which} which @param {import("./channels.js").Layout} [layout] that is shown */
+  constructor(core, { height, width }, layout = GBUFFER) {
+    super(core, core.made("make_whole_order", height, width), layout);
   }
 }
 

@@ -7,15 +7,13 @@
  * @typedef {import("../completion/network.js").Band} Band
  * @typedef {import("../completion/network.js").Network} Network
  * @typedef {import("../picture/gbuffer.js").GBuffer} GBuffer
- * @typedef {import("./schedule.js").Model} Model
+ * @typedef {import("../picture/planner.js").Model} Model
  * @typedef {import("./tracer.js").Samples} Samples
  *
  * @typedef {{kind: "samples", part: Samples} | {kind: "complete", model: Model, band: Band}} Help
  *   from the one that leads: all that was traced of a view; "complete" is answered by the band's rows of the completed picture, (n, width), or
  *   by null where that network has not come yet. A first null says that it can help from now on
  */
-
-import { DENSE } from "../completion/network.js";
 
 /** The workers that help the one that leads. */
 export class Helpers {
@@ -28,20 +26,19 @@ export class Helpers {
   }
 
   /**
-   * Whether they save time in a view: not where so many pixels are traced that the filling completes it, nor where earlier views let
+   * Whether they save time in a view: not where the filling completes it, nor where earlier views let
    * expect it: these samples and planes take as long to copy as there is to gain.
    *
    * @param {Samples} part the view's first
    */
-  areWorth({ batch, count, expected }) {
-    return this.#ports.length > 0 && expected === null && count < DENSE * batch.height * batch.width;
+  areWorth({ model, expected }) {
+    return this.#ports.length > 0 && expected === null && model !== "filling";
   }
 
   /** Gives them what was traced. @param {Samples} part */
-  share({ count, pixels, samples, ...rest }) {
-    const components = samples.length / (pixels.length / 2);
+  share({ pixels, samples, ...rest }) {
     for (const port of this.#ports) {
-      const part = { ...rest, count, pixels: pixels.slice(0, 2 * count), samples: samples.slice(0, components * count) };
+      const part = { ...rest, pixels: pixels.slice(), samples: samples.slice() };
       port.postMessage({ kind: "samples", part }, [part.pixels.buffer, part.samples.buffer]);
     }
   }

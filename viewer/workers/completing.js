@@ -20,7 +20,7 @@
  *   what is painted; divider: 0..1 of the picture's width; isTransparent: whether it is where nothing is
  *
  * @typedef {import("./tracer.js").Batch} Batch
- * @typedef {import("./schedule.js").Model} Model the name of a network
+ * @typedef {import("../picture/planner.js").Model} Model the name of a network
  *
  * @typedef {{
  *   batch: Batch, bitmap: ImageBitmap, traced: number, completing: number, total: number,
@@ -38,11 +38,10 @@
  *   | {kind: "failed", message: string}} Reply
  */
 import { Completer } from "../completion/completer.js";
-import { DENSE } from "../completion/network.js";
 import { ErrorPredictor } from "../completion/predictor.js";
 import { readWeights } from "../completion/weights.js";
 import { Core } from "../core/core.js";
-import { COLORED, GBUFFER, tracedLayout, widthOf } from "../picture/channels.js";
+import { COLORED, GBUFFER } from "../picture/channels.js";
 import { GBuffer } from "../picture/gbuffer.js";
 import { paint } from "../picture/paint.js";
 import { Helpers } from "./bands.js";
@@ -107,7 +106,7 @@ const isOld = (batch) => view !== undefined && batch.id < view.batch.id;
 const shown = ({ gbuffer, expected }) => expected ?? gbuffer;
 
 /** Takes what was traced of the newest view. @param {Parts} parts @param {Samples} part @param {boolean} isShared @returns {View} */
-function taken({ core, standIn }, { batch, isColored, count, pixels, samples, expected }, isShared) {
+function taken({ core, standIn }, { batch, isColored, pixels, samples, expected }, isShared) {
   const { height, width } = batch, layout = isColored ? COLORED : GBUFFER;
   if (view?.gbuffer.height !== height || view.gbuffer.width !== width || view.gbuffer.layout !== layout) {
     view?.gbuffer.free(), view?.expected?.free(), view?.coverage?.free();
@@ -129,7 +128,7 @@ function taken({ core, standIn }, { batch, isColored, count, pixels, samples, ex
   view.batch = batch;
   view.isShared = isShared;
   for (const gbuffer of [view.gbuffer, view.expected]) {
-    gbuffer?.add(pixels.subarray(0, 2 * count), samples.subarray(0, widthOf(tracedLayout(layout)) * count));
+    gbuffer?.add(pixels, samples);
   }
   return view;
 }
@@ -158,7 +157,7 @@ async function gather(part, tracer) {
   const current = taken(parts, part, isShared);
   if (expected) tracer.postMessage(expected, [expected.buffer]);
 
-  const { traced } = current.gbuffer, wanted = shown(current).traced < DENSE * height * width ? batch.sparse : "filling";
+  const { traced } = current.gbuffer, wanted = part.model;
   current.model = completers.has(wanted) ? wanted : standIn;
   const completer = /** @type {Completer} */ (completers.get(current.model));
   const completing = performance.now();

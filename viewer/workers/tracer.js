@@ -9,20 +9,20 @@
  *
  * @typedef {import("../picture/camera.js").Size} Size
  * @typedef {import("../picture/camera.js").Camera} Camera
+ * @typedef {import("../picture/planner.js").Mode} Mode
+ * @typedef {import("../picture/planner.js").Model} Model
  *
  * @typedef {{
- *   id: number, view: number, parts: number, camera: Camera, height: number, width: number, to: number, milliseconds: number,
- *   carries: boolean, squares: boolean, sparse: import("./schedule.js").Model
+ *   id: number, view: number, parts: number, camera: Camera, height: number, width: number, milliseconds: number, completed: Completed[]
  * }} Batch
- *   What `parts` threads add to a view: the pixels of its sequence up to the place `to`, or as many as they trace in so many
- *   milliseconds. Batches of one view have one camera and size, and add to one picture, to which a view
- *   that `carries` brings along what those before have seen, and any other is traced in the order of squares or the adaptive one; `sparse`
- *   completes it while little of it is known.
+ *   What `parts` threads add to a view in so many milliseconds. Batches of one view have one camera and size, and add to one picture.
+ *   `completed`: what completing took since the batch before
+ * @typedef {{model: Model, pixels: number, milliseconds: number}} Completed
  *
- * @typedef {{kind: "samples", batch: Batch, isColored: boolean, count: number, pixels: Int32Array, samples: Float32Array,
+ * @typedef {{kind: "samples", batch: Batch, isColored: boolean, model: Model, pixels: Int32Array, samples: Float32Array,
  *   expected: Float32Array | null}} Samples
- *   to the completing worker, once for a batch: pixels (n, 2), row and column; samples (n, C), as Scene.trace returns them; of
- *   both the first `count` rows, since they are sent in the memory that they were written to; expected: with the first batch of a
+ *   to the completing worker, once for a batch: model: what is to complete the picture; pixels (n, 2), row and column; samples (n, C), as
+ *   Scene.trace returns them; expected: with the first batch of a
  *   view, what those before let expect, and over it the samples, (C, height, width) of what is shown; null where they say nothing. The array comes back
  *
  * @typedef {{camera: Camera, size: Size, pixels: Int32Array}} Slice from the tracer that leads to another: pixels (n, 2)
@@ -44,24 +44,21 @@
  *
  * @typedef {{kind: "opened", edition: number, warnings: string[]}
  *   | {kind: "failed", edition?: number, message: string, broken: boolean}
- *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, preparing: number, milliseconds: number,
- *      first: {rays: number, milliseconds: number}}} Reply
+ *   | {kind: "traced", batch: Batch, cancelled: boolean, reached: number, rays: number, milliseconds: number, completing: number}} Reply
  *   edition: of the scene that was to be opened; warnings: a line each; broken: the core is unusable; cancelled: no samples
  *   were sent, and the view has to begin again; reached: how many pixels of the view's sequence are traced; rays: by all
- *   tracers of the batch; preparing: milliseconds for what earlier views let expect, before those of tracing; first: of those,
- *   what the first round took: it lies all over the picture
+ *   tracers of the batch; completing: milliseconds that the quickest completion of its picture takes, 0 while nothing was measured
  */
 import { Core, sharedMemoryFor } from "../core/core.js";
 import { CoreError } from "../core/errors.js";
 import { COLORED } from "../picture/channels.js";
 import { History } from "../picture/history.js";
-import { AdaptiveOrder, PixelSequence, SquaresOrder } from "../picture/order.js";
+import { AdaptiveOrder, PixelSequence, SquaresOrder, WholeOrder } from "../picture/order.js";
+import { FramePlanner } from "../picture/planner.js";
 import { buildScene } from "../tracing/scene.js";
-import { Pace } from "./pace.js";
 
 const SLICE_MS = 5;
-const FIRST_SLICE = 32; // pixels, while nothing is known
-const GROWTH = 8; // times the largest slice so far, at most: a small slice says little about a large one
+const LEAST = 32; // pixels of a slice
 const AHEAD = 2; // slices that another tracer has, so that it need not wait while this one traces its own
 
 /** How many threads its core has. */
@@ -80,16 +77,18 @@ let leading;
 let scene;
 let edition = -1; // of the scene
 /**
- * What is traced of the view where this tracer leads, and what is expected of it that was not sent yet.
+ * What is traced of the view where this tracer leads, what is expected of it that was not sent yet, and of which share of its pixels
+ * something is.
  *
- * @type {{id: number, camera: Camera, size: Size, sequence: PixelSequence, expected: History | null, ended: boolean} | undefined}
+ * @type {{id: number, mode: Mode, camera: Camera, size: Size, sequence: PixelSequence, expected: History | null, known: number, ended: boolean} | undefined}
  */
 let view;
 /** What was sent to the completing worker as `expected`, and came back. @type {Float32Array | undefined} */
 let spare;
 /** What its earlier views have seen, of one size. @type {History | undefined} */
 let history;
-let pace = new Pace();
+/** Of the scene. @type {FramePlanner | undefined} */
+let planner;
 let cancelled = false;
 /** Ends the waiting for other tracers. */
 let wake = () => {};
@@ -118,7 +117,8 @@ async function open(request) {
     scene = built;
     edition = request.edition;
     forgetViews();
-    pace = new Pace();
+    planner?.free();
+    planner = new FramePlanner(core, navigator.hardwareConcurrency > 1);
     reply({ kind: "opened", edition, warnings: built.warnings });
   } catch (error) {
     const broken = !(error instanceof CoreError); // what the core does not report itself is fatal: mostly, it ran out of memory
@@ -148,18 +148,29 @@ function forgetViews() {
   view = history = undefined;
 }
 
-/** Begins the view of a batch, with what those before let expect. @param {import("../tracing/scene.js").Scene} scene @param {Batch} batch */
-function beginView(scene, { view: id, camera, height, width, carries, squares }) {
-  const size = { height, width };
+const ORDERS = { whole: WholeOrder, squares: SquaresOrder, adaptive: AdaptiveOrder };
+
+/**
+ * Begins the view of a batch, with what those before let expect.
+ *
+ * @param {import("../tracing/scene.js").Scene} scene @param {FramePlanner} planner @param {Batch} batch
+ */
+function beginView(scene, planner, { view: id, camera, height, width, milliseconds, parts }) {
+  const size = { height, width }, pixels = height * width;
   if (view?.size.height !== height || view.size.width !== width) forgetViews();
-  let expected = null;
-  if (view && carries) {
+  const before = view, mode = planner.plan(before?.camera, camera, size, milliseconds, parts);
+  let expected = null, known = 0;
+  if (before && mode === "reproject") {
+    const begin = performance.now();
     history ??= new History(scene.core, size, scene.layout);
-    if (history.move(scene.handle, view.camera, view.sequence.planes, camera, id)) expected = history;
+    known = history.move(scene.handle, before.camera, before.sequence.planes, camera, id) / pixels;
+    if (known > 0) expected = history;
+    planner.reprojected(pixels, performance.now() - begin);
   }
-  view?.sequence.free();
-  const order = expected ?? new (squares ? SquaresOrder : AdaptiveOrder)(scene.core, size, scene.layout);
-  return view = { id, camera, size, sequence: new PixelSequence(scene.core, size, scene.layout, order), expected, ended: false };
+  before?.sequence.free();
+  const own = mode === "reproject" ? "adaptive" : mode;
+  const sequence = new PixelSequence(scene.core, size, scene.layout, expected ?? new ORDERS[own](scene.core, size, scene.layout));
+  return view = { id, mode: expected ? mode : own, camera, size, sequence, expected, known, ended: false };
 }
 
 /** @param {Int32Array} pixels (n, 2) @param {Size} size @param {Camera} camera @returns {TracedSlice} */
@@ -176,36 +187,35 @@ async function lead(batch, ports) {
   if (!scene) throw new Error("lead: expected an open scene");
   const lent = threads > 1 ? batch.parts : 1; // and this one
   useThreads(scene.core, lent);
-  const asked = performance.now(), of = view?.id === batch.view && !view.ended ? view : beginView(scene, batch);
-  const begin = performance.now(), end = begin + batch.milliseconds;
-  const { sequence, size } = of, components = scene.sampleWidth, { camera, to, parts } = batch;
-  const most = to - sequence.done, all = { pixels: new Int32Array(2 * most), samples: new Float32Array(components * most) };
-  const first = { rays: 0, milliseconds: 0 };
-  let count = 0, largest = FIRST_SLICE / GROWTH;
+  const planning = /** @type {FramePlanner} */ (planner), { camera, parts, height, width } = batch, total = height * width;
+  for (const { model, pixels, milliseconds } of batch.completed) planning.completed(model, pixels, milliseconds);
+  const begin = performance.now(), of = view?.id === batch.view && !view.ended ? view : beginView(scene, planning, batch);
+  const { sequence, size, mode } = of, known = Math.max(of.known, sequence.done / total);
+  const model = planning.completion(mode, known, batch.milliseconds, parts);
+  const end = begin + planning.forTracing(mode, model, batch.milliseconds);
+  /** @type {TracedSlice[]} */
+  const slices = [];
+  let count = 0;
 
   const deal = () => {
-    const time = end - performance.now();
-    if (cancelled || time <= 0 || sequence.done === to) return;
-    const left = Math.min(sequence.available(to - sequence.done), to - sequence.done);
+    const time = end - performance.now(), isLate = time <= 0 && count > 0;
+    if (cancelled || isLate || sequence.done === total) return;
+    const wanted = Math.max(LEAST, planning.pixelsIn(mode, lent * Math.min(SLICE_MS, Math.max(time, 0))));
+    const left = sequence.available(Math.max(wanted, planning.pixelsIn(mode, parts * Math.max(time, 0))));
     if (left === 0) return;
-    const wanted = pace.known ? Math.min(lent * pace.rate * Math.min(SLICE_MS, time), GROWTH * largest) : FIRST_SLICE;
     // Towards the end of a round, after which all wait for each other, slices are smaller.
     const share = ports.length > 0 ? left / (AHEAD * parts) : left;
-    return sequence.next(Math.min(left, Math.ceil(Math.max(FIRST_SLICE, Math.min(wanted, share)))));
+    return sequence.next(Math.min(left, Math.ceil(Math.max(LEAST, Math.min(wanted, share)))));
   };
 
-  /** @param {TracedSlice} slice */
-  const keep = ({ pixels, samples, milliseconds }) => {
-    const rays = pixels.length / 2;
-    sequence.add(pixels, samples);
-    all.pixels.set(pixels, 2 * count), all.samples.set(samples, components * count);
+  /** @param {TracedSlice} slice @param {number} [began] when its pixels were decided */
+  const keep = (slice, began) => {
+    const rays = slice.pixels.length / 2;
+    sequence.add(slice.pixels, slice.samples);
+    slices.push(slice);
     count += rays;
-    largest = Math.max(largest, rays);
-    pace.measured(rays, lent * milliseconds);
-    if (!of.expected && sequence.rounds === 1) {
-      first.rays += rays;
-      first.milliseconds = performance.now() - begin;
-    }
+    const milliseconds = began === undefined ? slice.milliseconds : performance.now() - began;
+    planning.traced(mode, rays, lent * milliseconds, mode !== "reproject" && sequence.rounds === 1);
   };
 
   const others = ports.map((port) => ({ port, slices: 0 }));
@@ -226,9 +236,9 @@ async function lead(batch, ports) {
         other.port.postMessage({ camera, size, pixels }, [pixels.buffer]);
       }
     }
-    const pixels = deal();
+    const began = performance.now(), pixels = deal();
     if (pixels) {
-      keep(traceSlice(pixels, size, camera));
+      keep(traceSlice(pixels, size, camera), began);
       await messages();
     } else if (others.some(({ slices }) => slices > 0)) {
       await new Promise((resolve) => (wake = () => resolve(undefined)));
@@ -244,11 +254,26 @@ async function lead(batch, ports) {
     const expected = of.expected?.picture(spare) ?? null;
     if (expected) spare = undefined;
     of.expected = null;
+    const pixels = joined(Int32Array, slices.map((slice) => slice.pixels));
+    const samples = joined(Float32Array, slices.map((slice) => slice.samples));
     /** @type {Samples} */
-    const message = { kind: "samples", batch, isColored: scene.layout === COLORED, count, ...all, expected };
-    completing.postMessage(message, [all.pixels.buffer, all.samples.buffer, ...(expected ? [expected.buffer] : [])]);
+    const message = { kind: "samples", batch, isColored: scene.layout === COLORED, model, pixels, samples, expected };
+    completing.postMessage(message, [pixels.buffer, samples.buffer, ...(expected ? [expected.buffer] : [])]);
   }
-  reply({ kind: "traced", batch, cancelled, reached: sequence.done, rays: count, preparing: begin - asked, milliseconds, first });
+  reply({ kind: "traced", batch, cancelled, reached: sequence.done, rays: count, milliseconds, completing: planning.completing });
+}
+
+/**
+ * Arrays one after the other.
+ *
+ * @template {Int32Array | Float32Array} T
+ * @param {{new (length: number): T}} type @param {T[]} arrays @returns {T}
+ */
+function joined(type, arrays) {
+  const all = new type(arrays.reduce((length, array) => length + array.length, 0));
+  let at = 0;
+  for (const array of arrays) all.set(array, at), at += array.length;
+  return all;
 }
 
 /** @param {MessagePort | undefined} port to the tracer that leads now */

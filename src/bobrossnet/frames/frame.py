@@ -16,24 +16,17 @@ from bobrossnet.completion.guided import complete_guided, shown_to_orders
 from bobrossnet.completion.network import Network
 from bobrossnet.completion.uncertainty import mean_error
 from bobrossnet.frames.calls import Calls
-from bobrossnet.frames.choice import Choice
+from bobrossnet.frames.planner import Planner
 from bobrossnet.picture.channels import GIVEN, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
-from bobrossnet.picture.order import SQUARES, Size, pixel_order
+from bobrossnet.picture.order import Size, pixel_order
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence, with_guesses
 from bobrossnet.tracing.trace import BATCH, SceneTracer
 
-LATTICE = 1 / 64
-"""The share of the pixels that the order `SQUARES` begins with: rays are fast where they take half of a frame's time at
-most."""
-
 AHEAD = (32, 128, 1024)
 """Pixels of the core's calls before the first frame. The first one says nothing: what it needs comes into memory."""
-
-MIN_TRACING = 0.25
-"""Least time for tracing in a frame, as a share of the time for completing, so that every budget makes progress."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,14 +88,12 @@ class PartialPicture:
     layout : Layout, optional
         What it is to find; by default what its first samples have.
     sequence : Sequence
-    choice : Choice
-        What completes it.
-    pace : Pace
-        Learns what tracing and completing cost.
-    first_pace : Pace, optional
-        Learns what tracing the first round costs, which lies all over the picture.
-    squares_pace : Pace, optional
-        Learns what the order `SQUARES` costs, to which the picture turns where rays are fast.
+    planner : Planner
+        Says what completes it and how large calls are, and learns what all costs.
+    mode : str
+        How its pixels are chosen, as the planner has it.
+    turns : bool
+        Whether it turns to the order `SQUARES` after its first round where the planner expects more of that.
     expected : (C, H, W) float32 of the layout, optional
         What to show where nothing was traced yet and its mask is 1. What is traced is written over it.
     guides : Guides, optional
@@ -115,15 +106,16 @@ class PartialPicture:
         size: Size,
         layout: Layout | None,
         sequence: Sequence,
-        choice: Choice,
-        pace: Pace,
-        first_pace: Pace | None = None,
-        squares_pace: Pace | None = None,
+        planner: Planner,
+        mode: str,
+        *,
+        turns: bool = False,
         expected: NDArray[np.float32] | None = None,
         guides: Guides | None = None,
     ) -> None:
-        self.calls, self.sequence, self.choice, self.pace = calls, sequence, choice, pace
-        self.first_pace, self.squares_pace = first_pace, squares_pace
+        self.calls, self.sequence, self.planner, self.mode = calls, sequence, planner, mode
+        self._turns = turns
+        self._completion = ""  # what completes the frame
         self.expected = expected
         self.guides = guides
         self.layout, self._by_samples = layout or GIVEN, layout is None
@@ -140,6 +132,11 @@ class PartialPicture:
         # The core's tracer finds what displays show, and takes any number of pixels.
         self.is_display_referred = isinstance(calls.tracer, SceneTracer)
         self.sizes = None if self.is_display_referred else self.calls.sizes
+
+    @property
+    def _known(self) -> float:
+        """The share of the pixels that was traced, or is expected."""
+        return self.traced / self.total if self.expected is None else float(self.expected[0].mean())
 
     @property
     def _left(self) -> int:
@@ -202,9 +199,7 @@ class PartialPicture:
             scatter(samples, call.pixels, self.expected, self.layout)
         if self.calls.in_flight == 1:
             seconds = came - call.began + time.perf_counter() - taking
-            self.pace.measured(call.asked, seconds)
-            if self.first_pace is not None and self.sequence.in_first_round:
-                self.first_pace.measured(call.asked, seconds)
+            self.planner.core.traced(self.mode, call.asked, seconds, self.sequence.in_first_round)
         return len(call.pixels)
 
     def _next(self, count: int) -> NDArray[np.int32]:
@@ -225,15 +220,15 @@ class PartialPicture:
         return pixels
 
     def _turn_where_fast(self) -> None:
-        """Turn to the order of squares where rays are fast, if all before have to show which pixels come next."""
-        sequence, first, squares = self.sequence, self.first_pace, self.squares_pace
-        if not isinstance(sequence, PixelSequence) or not sequence.looks or sequence.order == SQUARES:
+        """Turn to the order of squares after the first round, if the planner expects more of that."""
+        sequence = self.sequence
+        if not (self._turns and sequence.in_first_round) or self._budget is None or self.calls.in_flight > 1:
             return
-        if first is None or squares is None or self._budget is None or self.calls.in_flight > 1:
-            return
-        if first.seconds(LATTICE * self.total) <= squares.left_of(self._budget) / 2:
+        assert isinstance(sequence, PixelSequence)
+        self._turns = False
+        if self.planner.core.plan(self._budget, inf) != "adaptive":
             sequence.turn_to_squares(self.planes[0])
-            self.pace = squares
+            self.mode = "squares"
 
     def _noisiest(self, count: int) -> NDArray[np.int32]:
         """The pixels of the largest variance, (count, 2)."""
@@ -278,19 +273,21 @@ class PartialPicture:
 
     def trace_ahead(self) -> None:
         """Learn what a first round takes the core before anyone waits: its first rays seem far slower than they are."""
-        if not isinstance(self.calls.tracer, SceneTracer) or self.first_pace is None:
+        if not isinstance(self.calls.tracer, SceneTracer):
             return
         for count in AHEAD:
             pixels = pixel_order(self.calls.tracer.size, count=min(count, self.total))
             start = time.perf_counter()
             self.calls.tracer(pixels)
             if count > AHEAD[0]:
-                self.first_pace.measured(len(pixels), time.perf_counter() - start)
+                self.planner.core.traced(self.mode, len(pixels), time.perf_counter() - start, True)
 
     def warm_up(self, until: float = 0) -> None:
         """Complete it before anyone waits: the first run also allocates memory."""
-        for _ in range(3):
-            self._frame(0, until)
+        for completion in self.planner.networks:
+            self._completion = completion
+            for _ in range(3):
+                self._frame(0, until)
         self._is_shared = False
 
     def frame(self, start: float, count: int | None, budget: float, until: float = 0) -> Frame:
@@ -310,6 +307,11 @@ class PartialPicture:
         self._own_planes()
         self._again = until > 0
         self._budget = budget if count is None else None
+        known, core = self._known, self.planner.core
+        if count is None:
+            self._completion = core.completion(self.mode, known, budget)
+        else:
+            self._completion = core.completion(self.mode, min(1, known + count / self.total), inf)
         done = 0
         if self.calls.in_flight == 1:
             done = self._trace_for(start, budget) if count is None else self._trace_share(count)
@@ -326,21 +328,21 @@ class PartialPicture:
 
     def _deadline(self, start: float, budget: float) -> float:
         """Until when a frame may trace, so that there is time to complete the picture."""
-        return start + self.pace.left_of(budget)
+        return start + self.planner.core.for_tracing(self.mode, self._completion, budget)
 
     def _trace_for(self, start: float, budget: float) -> int:
         """Trace as many pixels as leave time to complete the picture, one call after the other."""
-        deadline = self._deadline(start, budget)
+        deadline, core = self._deadline(start, budget), self.planner.core
         done = 0
         while self._open and self.calls.in_flight == 1:
             called = time.perf_counter()
             remaining = deadline - called
             last_call = remaining < 0.15 * budget
-            wanted = self._call(self.pace.pixels_in(remaining if last_call else remaining / 2))
+            wanted = self._call(int(core.pixels_in(self.mode, remaining if last_call else remaining / 2)))
             if wanted == 0:
                 if done:
                     break
-                wanted = self._call(self.pace.worthwhile(), at_least=True)
+                wanted = self._call(int(core.worthwhile(self.mode)), at_least=True)
             count = self._trace(wanted)
             done += count
             if last_call and count == wanted:
@@ -373,7 +375,8 @@ class PartialPicture:
         if count is not None:
             return -(-count // self.calls.in_flight)
         # It comes within half a frame; frames are never shorter than completing.
-        return self.calls.turnover.pixels_in(max(budget, self.pace.to_complete) / 2, self.calls.in_flight)
+        seconds = max(budget, self.planner.core.for_completing(self._completion))
+        return self.calls.turnover.pixels_in(seconds / 2, self.calls.in_flight)
 
     def _call(self, count: int, at_least: bool = False) -> int:
         """How many pixels a call is to have that has time for so many: as many or fewer, but a call's own number at
@@ -384,84 +387,14 @@ class PartialPicture:
         traced = time.perf_counter()
         gbuffer, self._is_shared = self._gbuffer(self.planes.view()), True
         shown = gbuffer if self.expected is None else self._gbuffer(self.expected.copy())
-        is_guided, network = self.guides is not None, self.choice.of(shown)
+        is_guided, network = self.guides is not None, self.planner.networks[self._completion]
         image = complete_guided(shown, "gray") if is_guided else complete(shown, model=network)
         is_all = self._open == 0 and not self.calls.under_way
         self.finished = is_all or (until > 0 and mean_error(gbuffer, network) <= until)
         now = time.perf_counter()
-        self.pace.completed.append(now - traced)
-        del self.pace.completed[:-8]
+        if not is_all:
+            self.planner.core.completed(self._completion, self.total, now - traced)
         return Frame(image, gbuffer, self.traced / self.total, now - start, network, shown, is_guided)
 
     def _gbuffer(self, planes: NDArray[np.float32]) -> GBuffer:
         return GBuffer.from_stack(planes, self.layout, self.guides, self.is_display_referred)
-
-
-class Pace:
-    """How many pixels a call of the tracer can take in a given time, and how long completing takes, as measured.
-
-    A call costs something, however few its pixels, and something for each: a line through the last calls, fitted with
-    weights that fade. Within a frame each call is given half of the time that remains, so that an error of the
-    estimate shrinks from call to call before it can overrun the frame, and so that the calls' sizes differ enough for
-    the fit.
-    """
-
-    FIRST = 32  # pixels of the first call, when nothing is known: 1 ms of a tracer of 30,000 rays a second
-    GROWTH = 8  # a call has at most this many times the pixels of the largest: small calls say little about a large one
-    FADE = 0.8  # weight of the call before, against this one
-
-    def __init__(self, completed: list[float] | None = None) -> None:
-        self.sums = np.zeros(5)  # of 1, n, t, n * n and n * t
-        self.largest = 0
-        self.completed = [] if completed is None else completed
-        """Seconds, of the last frames; those that are completed alike may have one list."""
-
-    @property
-    def to_complete(self) -> float:
-        """Seconds: the second longest of the last eight, as one outlier should not make all frames short."""
-        return sorted(self.completed[-8:])[-2] if len(self.completed) > 1 else sum(self.completed)
-
-    def left_of(self, budget: float) -> float:
-        """Seconds for tracing in a frame of so many."""
-        return max(budget - self.to_complete, MIN_TRACING * self.to_complete)
-
-    def measured(self, pixels: int, seconds: float) -> None:
-        self.sums = self.FADE * self.sums + (1, pixels, seconds, pixels**2, pixels * seconds)
-        self.largest = max(self.largest, pixels)
-
-    def pixels_in(self, seconds: float) -> int:
-        """How many pixels fit into a call of so many seconds; 0 if less than a call costs."""
-        if not self.largest:
-            return self.FIRST
-        per_call, per_pixel = self._costs()
-        return int(max(0, min((seconds - per_call) / per_pixel, self.GROWTH * self.largest)))
-
-    def seconds(self, pixels: float) -> float:
-        """How long a call of so many pixels takes; infinite where nothing is known."""
-        if not self.largest:
-            return inf
-        per_call, per_pixel = self._costs()
-        return per_call + per_pixel * pixels
-
-    def most_seconds(self, pixels: float) -> float:
-        """How long so many pixels take at most, if they are no fewer than in the calls so far; infinite where nothing
-        is known."""
-        return pixels * float(self.sums[2] / self.sums[1]) if self.largest else inf
-
-    def fade(self, share: float) -> None:
-        """Take all calls so far for faster, by this share."""
-        self.sums *= (1, 1, share, 1, share)
-
-    def worthwhile(self) -> int:
-        """How many pixels take as long as the call around them: with fewer, most of the time is lost."""
-        per_call, per_pixel = self._costs()
-        return int(max(1, min(per_call / per_pixel, self.GROWTH * self.largest)))
-
-    def _costs(self) -> tuple[float, float]:
-        """Seconds for a call and for each of its pixels."""
-        weight, n, t, nn, nt = map(float, self.sums)
-        spread = weight * nn - n * n
-        per_pixel = (weight * nt - n * t) / spread if spread > 1e-6 * n * n else t / n
-        per_pixel = max(per_pixel, 1e-10)
-        per_call = (t - per_pixel * n) / weight
-        return (per_call, per_pixel) if per_call >= 0 else (0.0, t / n)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import partial
+from math import inf
 from typing import NamedTuple, NoReturn, TypeAlias
 
 import numpy as np
@@ -13,12 +14,12 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.frames.calls import AsyncTracer, Calls, SamplesFuture
-from bobrossnet.frames.choice import AUTO, Choice, choice_of
-from bobrossnet.frames.frame import LATTICE, Frame, Pace, PartialPicture
+from bobrossnet.frames.frame import Frame, PartialPicture
+from bobrossnet.frames.planner import AUTO, ORDER_OF, Planner
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import untraced_planes
-from bobrossnet.picture.order import ADAPTIVE, SQUARES, SizeLike, check_order, check_size, pixel_count
+from bobrossnet.picture.order import ADAPTIVE, SizeLike, check_order, check_size, pixel_count
 from bobrossnet.picture.samples import Samples
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.support.errors import InputError, InputTypeError, check_number
@@ -35,29 +36,6 @@ SHADED_ANEW = Layout(_core.remembered_layout(False).names)
 
 COLORED_ANEW = Layout(_core.remembered_layout(True).names)
 """The same of scenes that have colours."""
-
-WORTH = 2 / 3
-"""Of a pixel in the order `squares` beside one that was placed by need."""
-
-CARRIED, NEW = 0.016, 2.6
-"""A picture that carries along what others have seen shows as much as one in the order `squares` of this share of the
-pixels, and so many times its new pixels: on an orbit of 2° a picture."""
-
-STICKY = 0.85
-"""What is new after what was carried along, or the reverse, must be so much better: else both would alternate."""
-
-LONGEST_CARRYING = 0.75
-"""Carrying along takes so much of the time at most, unless a new picture would have a share below `SPARSE`."""
-
-SPARSE, DENSE = 0.01, 0.08
-
-TURN = 0.07
-"""Where nearer and farther things move past each other by this share of the picture's height, on an orbit of 8.6°, what
-was seen says less than new pixels do, if there are `SPARSE` to `DENSE` of the pixels."""
-
-FADE, SQUARES_FADE, FIRST_FADE, FIRST = 0.97, 0.99, 0.8, 3
-"""What carrying along and squares took counts so much less with each picture that is made in another way, so that what
-was slow is tried again; squares soon, while so few pictures were made of them."""
 
 
 class View:
@@ -117,22 +95,17 @@ class View:
         self._layout: Layout | None = None  # of a tracer of one's own: known once it was called
         if self._scene is not None:
             self._layout = COLORED_ANEW if self._scene.is_colored else SHADED_ANEW
-        self._choice = choice_of(model)
+        self._planner = Planner(self.size, model)
         check_order(ADAPTIVE, seed)
         self._seed = int(seed)
-        self._pace, self._first_pace, self._squares_pace = Pace(), Pace(), Pace()
-        self._carrying_pace = Pace(self._squares_pace.completed)
-        self._carrying = 0.0  # seconds before the first ray
-        self._squares = 0  # pictures so far
         self._history: _core.History | None = None
         self._order = _core.RefreshOrder(*self.size)
         self._moves = 0
         self._seen = self._seen_by(Camera())
         self._calls = Calls(self._seen.tracer if tracer is None else tracer)  # type: ignore[arg-type]
-        self._picture = self._unknown(ADAPTIVE)
+        self._picture = self._unknown("adaptive")
         self._picture.trace_ahead()
         self._picture.warm_up()
-        self._unknown(SQUARES).warm_up()
         self._turns = Turns("View")
 
     def frame(self, camera: Camera | None = None, *, ms: float | None = None, fraction: float | None = None) -> Frame:
@@ -198,56 +171,18 @@ class View:
 
     def _begin_anew(self) -> None:
         self._history = None
-        self._picture = self._unknown(ADAPTIVE)
-
-    def _plan(self, budget: float) -> _Plan:
-        """How to begin a picture for which there are so many seconds."""
-        total, squares = self._picture.total, self._squares_pace
-        part, is_known = squares.left_of(budget), squares.largest > 0
-        # As the first round of another order, that of squares seems slower than it is: it is tried once.
-        is_fast = self._first_pace.seconds(LATTICE * total) <= part * (0.5 if is_known else 2)
-        if is_fast:
-            new = part / squares.most_seconds(total) if is_known else 1
-        else:
-            new = self._pace.left_of(budget) / self._pace.most_seconds(total) / WORTH
-        pace = self._carrying_pace if self._carrying_pace.largest else self._pace
-        carried = CARRIED + NEW * max(0, pace.left_of(budget) - self._carrying) / pace.most_seconds(total)
-        carries = carried * STICKY > new if self._picture.expected is None else carried > new * STICKY
-        carries = carries and (self._carrying <= LONGEST_CARRYING * budget or new < SPARSE)
-        if carries:
-            self._pace.fade(FADE)
-        else:
-            self._carrying *= FADE
-        if is_fast and not carries:
-            self._squares += 1
-        else:
-            squares.fade(SQUARES_FADE if self._squares >= FIRST else FIRST_FADE)
-            self._first_pace.fade(SQUARES_FADE)
-        return _Plan(SQUARES if is_fast else ADAPTIVE, carries)
+        self._picture = self._unknown("adaptive")
 
     def _move(self, camera: Camera, count: int | None, budget: float) -> None:
         self._picture.take_what_came()
-        seen = self._seen_by(camera)
-        if count is None:
-            plan = self._plan(budget)
-        else:
-            is_enough = SPARSE <= count / self._picture.total < DENSE
-            plan = _Plan(ADAPTIVE, carries=not is_enough or self._turn(seen) < TURN)
+        seen, planner = self._seen_by(camera), self._planner.core
+        parallax = _core.parallax(self._seen.in_core, seen.in_core, *self.size) if self._picture.traced else inf
+        mode = planner.plan(budget, parallax) if count is None else planner.plan_pixels(count, parallax)
         self._layout = self._picture.layout
         self._moves += 1
-        expecting = self._expecting(seen) if plan.carries else None
+        expecting = self._expecting(seen) if mode == "reproject" else None
         self._seen = seen
-        self._picture = expecting or self._unknown(plan.order)
-
-    def _turn(self, seen: _Seen) -> float:
-        """By which share of the picture's height near things move past those half of all depth behind them, from the
-        last camera to this one: a median, infinite where most were behind the last camera."""
-        rows, columns = (np.linspace(0, count - 1, 9, dtype=np.float32) for count in self.size)
-        places = np.stack(np.meshgrid(rows, columns, [0.25, 0.75], indexing="ij"), -1).astype(np.float32).reshape(-1, 3)
-        before = self._seen.in_core.seen(*self.size, seen.in_core.points(*self.size, places))
-        far, near = before[:, :2].reshape(-1, 2, 2).transpose(1, 0, 2)
-        apart = np.hypot(*(near - far).T)
-        return float(np.median(np.where(np.isnan(apart), np.inf, apart))) / self.size[0]
+        self._picture = expecting or self._unknown("adaptive" if mode == "reproject" else mode)
 
     def _expecting(self, seen: _Seen) -> PartialPicture | None:
         """A picture with what earlier ones let expect; None where that is nothing."""
@@ -268,20 +203,15 @@ class View:
         self._order.begin((self._seed + self._moves) % 2**64)
         sequence = _Refreshing(self._order, expected, off_center)
         self._calls.turn_to(seen.tracer)
-        self._carrying = time.perf_counter() - start
-        return PartialPicture(
-            self._calls, self.size, layout, sequence, self._choice, self._carrying_pace, expected=expected
-        )
+        self._planner.core.reprojected(expected[0].size, time.perf_counter() - start)
+        return PartialPicture(self._calls, self.size, layout, sequence, self._planner, "reproject", expected=expected)
 
-    def _unknown(self, order: str) -> PartialPicture:
+    def _unknown(self, mode: str) -> PartialPicture:
         """A picture of which nothing is expected."""
         self._calls.turn_to(self._seen.tracer)
-        sequence, choice, pace = PixelSequence(self.size, order, self._seed), self._choice, self._pace
-        if order == SQUARES:
-            # What the other takes longer is worth more in rays, however few there are.
-            choice, pace = Choice(choice.dense, choice.dense), self._squares_pace
+        sequence = PixelSequence(self.size, ORDER_OF[mode], self._seed)
         return PartialPicture(
-            self._calls, self.size, self._layout, sequence, choice, pace, self._first_pace, self._squares_pace
+            self._calls, self.size, self._layout, sequence, self._planner, mode, turns=mode == "adaptive"
         )
 
     def _seen_by(self, camera: Camera) -> _Seen:
@@ -290,13 +220,6 @@ class View:
             return _Seen(camera, tracer, tracer.camera_in_core)
         assert self._tracer is not None
         return _Seen(camera, partial(self._tracer, camera), camera.core((0, 0, 0), 1))
-
-
-class _Plan(NamedTuple):
-    """How a picture begins."""
-
-    order: str  # of its pixels, where it carries nothing along
-    carries: bool  # what earlier ones have seen
 
 
 class _Seen(NamedTuple):

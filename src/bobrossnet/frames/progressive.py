@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from bobrossnet.completion.complete import GUIDED
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.frames.calls import AsyncTracer, Calls
-from bobrossnet.frames.choice import choice_of
-from bobrossnet.frames.frame import Frame, Pace, PartialPicture
+from bobrossnet.frames.frame import Frame, PartialPicture
+from bobrossnet.frames.planner import Planner
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.guides import check_guides
 from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
@@ -104,18 +104,17 @@ def progressive(
     if frame_ms is not None and fraction is not None:
         raise InputError("progressive: expected frame_ms or fraction, got both")
     layout = tracer.layout if isinstance(tracer, SceneTracer) else None
-    choice = choice_of("default" if name == GUIDED and guides is not None else model, order)
+    planner = Planner(size, "default" if name == GUIDED and guides is not None else model, order)
     count = None if fraction is None else pixel_count(fraction, size)
     at_first = count if first is None else pixel_count(first, size, "first")
     sequence = PixelSequence(size, order, seed, guides)
     if at_first == size[0] * size[1]:  # nothing to choose, and no round to wait for
         sequence = PixelSequence(size, "lattice", seed)
-    pace = Pace()
-    squares_pace = Pace(pace.completed) if order == "default" and guides is None else None
-    picture = PartialPicture(Calls(tracer), size, layout, sequence, choice, pace, Pace(), squares_pace, guides=guides)
+    turns = order == "default" and guides is None and at_first is None
+    picture = PartialPicture(Calls(tracer), size, layout, sequence, planner, "adaptive", turns=turns, guides=guides)
     until = check_number("until", until, 0)
     budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
-    if squares_pace is not None and count is None:
+    if turns:
         picture.trace_ahead()
     picture.warm_up(until)
     return _frames(picture, at_first, count, budget, until)

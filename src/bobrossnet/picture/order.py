@@ -25,7 +25,7 @@ SizeLike: TypeAlias = Size | str
 MAX_PIXELS = 2**28
 """An image of 16384 x 16384: its five float32 arrays take 5.4 GB."""
 
-FIXED_ORDERS = ("uniform", "r2", "lattice", "blue-noise")
+FIXED_ORDERS = ("uniform", "lattice")
 """Functions of the seed and the size."""
 
 ADAPTIVE = "adaptive"
@@ -54,11 +54,9 @@ def pixel_order(
     Parameters
     ----------
     size : (height, width) or "WIDTHxHEIGHT"
-    order : "uniform", "r2", "lattice" or "blue-noise"
-        "uniform": at random, all sequences alike. The others keep the pixels apart, so that gaps are smaller; they
-        repeat a tile of 64 x 64 pixels. "r2": Roberts' sequence (2018), by the plastic number. "lattice": square
-        lattices, each half of the next; the seed does not move them. "blue-noise": irregular and even, Ulichney's
-        void-and-cluster method (1993).
+    order : "uniform" or "lattice"
+        "uniform": at random, all sequences alike. "lattice": square lattices of a tile of 64 x 64 pixels, each half of
+        the next, so that gaps are smaller; the seed does not move them.
     seed : int, 0..2**64 - 1
     start, count : int
         Which part of the sequence; by default all.

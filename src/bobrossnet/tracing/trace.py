@@ -110,7 +110,7 @@ def trace(
         (480, 640) and "640x480" are the same.
     fraction : float in (0, 1]
         Share of the pixels; 1 traces them all.
-    order : "uniform", "r2", "lattice", "blue-noise", "adaptive", "squares" or "default"
+    order : "uniform", "lattice", "adaptive", "squares" or "default"
         Which pixels. "adaptive", the default, goes where they are needed: in rounds, 8 to 5 % and 16 to 25 % of the
         pixels, along silhouettes and creases that the rounds before have found, and a share of them everywhere else.
         "squares", for rays that cost little, begins with every eighth pixel of every eighth row and divides the squares

@@ -1,0 +1,180 @@
+"""What each constant of the planner of frames is worth: orbits without it.
+
+Pictures are real, and times are simulated, so that every run gives the same numbers: rays, completing and reprojecting
+take what is said here, and five times as long when they run first.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from motion import scenes
+from report import table
+
+import bobrossnet as bob
+from bobrossnet import _core
+from bobrossnet.frames import frame as frames
+from bobrossnet.frames import motion
+
+SIZE = (240, 320)
+FRAMES = 50
+SETTLED = 15
+"""Frames before those that are compared."""
+BUDGETS_MS = (3, 6, 12)
+STEP = 2.0
+"""Degrees a frame."""
+SPEEDS = {"fast": 20e-9, "medium": 200e-9, "slow": 3e-6}
+"""Seconds of a ray of a whole picture."""
+DEARER = {"whole": 1.0, "squares": 1.3, "adaptive": 2.5, "reproject": 2.5}
+"""What rays of each mode take beside these."""
+PER_CALL = 50e-6
+COMPLETING = {"filling": 4e-9, "default": 13e-9}
+"""Seconds a pixel."""
+REPROJECTING = 12e-9
+COLD = 5
+NOISE = 0.15
+WITHOUT = {
+    "as it is": {},
+    "hysteresis 1": {"hysteresis": 1.0},
+    "least_tracing 0.02": {"least_tracing": 0.02},
+    "untried 1": {"untried": 1.0},
+    "doubt 0": {"doubt": 0.0},
+    "floor 0": {"floor": 0.0},
+    "fade 0": {"fade": 0.0},
+    "growth 1e9": {"growth": 1e9},
+}
+
+
+class Clock:
+    """Seconds that pass as work is done, with noise; more at the first time of each kind."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self._seen: dict[str, int] = {}
+        self._random = np.random.default_rng(1)
+
+    def perf_counter(self) -> float:
+        return self.now
+
+    def work(self, kind: str, seconds: float) -> None:
+        times = self._seen[kind] = self._seen.get(kind, 0) + 1
+        self.now += seconds * (COLD if times == 1 else 1) * float(np.exp(NOISE * self._random.normal()))
+
+
+@contextmanager
+def simulated(clock: Clock, view_of: Any, ray: float) -> Iterator[None]:
+    """What frames do takes the clock's time."""
+    complete, history, trace = frames.complete, _core.History, bob.SceneTracer.__call__
+
+    def timed_complete(shown: bob.GBuffer, model: Any) -> Any:
+        if not shown.mask.all():
+            name = next(name for name, network in view_of().networks.items() if network is model)
+            clock.work(name, COMPLETING[name] * shown.mask.size)
+        return complete(shown, model=model)
+
+    def timed_trace(self: bob.SceneTracer, pixels: Any) -> bob.Samples:
+        mode = view_of().mode
+        clock.work(mode, PER_CALL + DEARER[mode] * ray * len(pixels))
+        return trace(self, pixels)
+
+    class TimedHistory(history):  # type: ignore[misc, valid-type]
+        def expect(self, camera: Any, planes: Any, *more: Any) -> int:
+            clock.work("reprojecting", REPROJECTING * planes[0].size)
+            return int(super().expect(camera, planes, *more))
+
+    frames.complete, _core.History = timed_complete, TimedHistory  # type: ignore[assignment, misc]
+    bob.SceneTracer.__call__ = timed_trace  # type: ignore[method-assign]
+    frames.time = motion.time = SimpleNamespace(perf_counter=clock.perf_counter)  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        frames.complete, _core.History, bob.SceneTracer.__call__ = complete, history, trace  # type: ignore[misc, method-assign]
+        frames.time = motion.time = time
+
+
+@dataclass
+class Orbit:
+    """1 - SSIM, flicker in gray levels, the share of frames that are over a tenth late, and how often modes changed."""
+
+    error: float
+    flicker: float
+    late: float
+    changes: float
+
+
+def orbit(scene: bob.Scene, truth: list[Any], ms: float, ray: float, constants: dict[str, float]) -> Orbit:
+    chosen = _core.FrameConstants()
+    for name, value in constants.items():
+        setattr(chosen, name, value)
+    clock = Clock()
+    held: dict[str, Any] = {}
+
+    def state() -> Any:
+        view = held.get("view")
+        picture = getattr(view, "_picture", None)
+        return SimpleNamespace(networks=held["networks"], mode=picture.mode if picture else "adaptive")
+
+    planner = motion.Planner
+
+    class Tried(planner):  # type: ignore[misc, valid-type]
+        def __init__(self, size: Any, model: Any, order: str = "adaptive") -> None:
+            super().__init__(size, model, order)
+            held["networks"] = self.networks
+            self.core = _core.FramePlanner(size[0] * size[1], list(self.networks), chosen)
+
+    motion.Planner = Tried  # type: ignore[misc]
+    try:
+        with simulated(clock, state, ray):
+            held["view"] = view = bob.View(scene, size=SIZE)
+            error, flicker, late, modes, before = [], [], [], [], None
+            for k, exact in enumerate(truth):
+                start = clock.now
+                image = view.frame(bob.Camera(azimuth=30 + STEP * k), ms=ms).image
+                if k >= SETTLED:
+                    error.append(1 - bob.ssim(image, exact))
+                    late.append(clock.now - start > 1.1 * ms / 1000)
+                    modes.append(view._picture.mode)
+                    assert before is not None
+                    flicker.append(255 * np.abs(image - before - (exact - truth[k - 1])).mean())
+                before = image
+    finally:
+        motion.Planner = planner  # type: ignore[misc]
+    changes = sum(a != b for a, b in itertools.pairwise(modes))
+    return Orbit(float(np.mean(error)), float(np.mean(flicker)), float(np.mean(late)), changes)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.parse_args()
+    rows: dict[str, list[Orbit]] = {name: [] for name in WITHOUT}
+    for scene in scenes().values():
+        truth = [bob.trace(scene, bob.Camera(azimuth=30 + STEP * k), size=SIZE).gray for k in range(FRAMES)]
+        for ray in SPEEDS.values():
+            for ms in BUDGETS_MS:
+                for name, constants in WITHOUT.items():
+                    rows[name].append(orbit(scene, truth, ms, ray, constants))
+    table(
+        ["constants", "1 - SSIM", "flicker", "late", "changes of mode"],
+        [
+            [
+                name,
+                *(
+                    f"{np.mean([getattr(o, column) for o in orbits]):.{digits}f}"
+                    for column, digits in (("error", 4), ("flicker", 3), ("late", 3), ("changes", 2))
+                ),
+            ]
+            for name, orbits in rows.items()
+        ],
+    )
+
+
+if __name__ == "__main__":
+    main()

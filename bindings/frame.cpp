@@ -1,0 +1,70 @@
+/// How frames are made.
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bindings.h"
+#include "frame/planner.h"
+
+using namespace nb::literals;
+
+namespace {
+
+template <class Enum, std::size_t N>
+Enum named(const std::array<std::string_view, N>& names, std::string_view name) {
+    const auto found = std::ranges::find(names, name);
+    expect(found != names.end(), "expected a name that the planner knows");
+    return static_cast<Enum>(found - names.begin());
+}
+bob::Mode mode(std::string_view name) { return named<bob::Mode>(bob::mode_names, name); }
+bob::Completion completion(std::string_view name) { return named<bob::Completion>(bob::completion_names, name); }
+std::string name_of(bob::Mode mode) { return std::string(bob::mode_names[static_cast<std::size_t>(mode)]); }
+std::string name_of(bob::Completion completion) { return std::string(bob::completion_names[static_cast<std::size_t>(completion)]); }
+
+}  // namespace
+
+void bind_frame(nb::module_& m) {
+    m.def("parallax", &bob::parallax, "before"_a, "after"_a, "height"_a, "width"_a);
+    nb::class_<bob::FrameConstants>(m, "FrameConstants")
+        .def(nb::init<>())
+        .def_rw("hysteresis", &bob::FrameConstants::hysteresis)
+        .def_rw("least_tracing", &bob::FrameConstants::least_tracing)
+        .def_rw("untried", &bob::FrameConstants::untried)
+        .def_rw("doubt", &bob::FrameConstants::doubt)
+        .def_rw("floor", &bob::FrameConstants::floor)
+        .def_rw("fade", &bob::FrameConstants::fade)
+        .def_rw("growth", &bob::FrameConstants::growth);
+    nb::class_<bob::FramePlanner>(m, "FramePlanner")
+        .def("__init__", [](bob::FramePlanner* self, std::size_t pixels, const std::vector<std::string>& completions, const bob::FrameConstants& constants) {
+            std::vector<bob::Completion> all;
+            for (const std::string& name : completions) all.push_back(completion(name));
+            expect(!all.empty(), "completions: expected at least one");
+            new (self) bob::FramePlanner(pixels, all, false, constants);
+        }, "pixels"_a, "completions"_a, "constants"_a = bob::FrameConstants())
+        .def("traced", [](bob::FramePlanner& p, std::string_view name, double pixels, double seconds, bool is_first_round) {
+            p.traced(mode(name), pixels, seconds, is_first_round);
+        }, "mode"_a, "pixels"_a, "seconds"_a, "is_first_round"_a)
+        .def("completed", [](bob::FramePlanner& p, std::string_view name, double pixels, double seconds) { p.completed(completion(name), pixels, seconds); },
+             "completion"_a, "pixels"_a, "seconds"_a)
+        .def("reprojected", &bob::FramePlanner::reprojected, "pixels"_a, "seconds"_a)
+        .def("plan", [](bob::FramePlanner& p, double seconds, double parallax) { return name_of(p.plan(seconds, parallax)); },
+             "seconds"_a, "parallax"_a)
+        .def("plan_pixels", [](bob::FramePlanner& p, std::size_t pixels, double parallax) { return name_of(p.plan_pixels(pixels, parallax)); },
+             "pixels"_a, "parallax"_a)
+        .def("completion", [](const bob::FramePlanner& p, std::string_view name, double known, double seconds) {
+            return name_of(p.completion(mode(name), known, seconds));
+        }, "mode"_a, "known"_a, "seconds"_a)
+        .def("for_tracing", [](const bob::FramePlanner& p, std::string_view name, std::string_view by, double seconds) {
+            return p.for_tracing(mode(name), completion(by), seconds);
+        }, "mode"_a, "completion"_a, "seconds"_a)
+        .def("for_completing", [](const bob::FramePlanner& p, std::string_view name) { return p.for_completing(completion(name)); }, "completion"_a)
+        .def("pixels_in", [](const bob::FramePlanner& p, std::string_view name, double seconds) { return p.pace(mode(name)).pixels_in(seconds); },
+             "mode"_a, "seconds"_a)
+        .def("worthwhile", [](const bob::FramePlanner& p, std::string_view name) { return p.pace(mode(name)).worthwhile(); }, "mode"_a);
+}
