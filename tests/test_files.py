@@ -781,6 +781,7 @@ def test_binary_stl_with_any_head(tmp_path: Path) -> None:
         assert len(load_mesh(tmp_path / "a.stl").triangles) == 1
 
 
+@pytest.mark.measures
 def test_what_trimesh_logs_is_not_shown(tmp_path: Path) -> None:
     facet = "facet normal x 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
     (tmp_path / "a.stl").write_text(f"solid a\n{facet}endsolid\n")
