@@ -70,8 +70,7 @@ def progressive(
         In which order the pixels are traced, as in `trace`; where `frame_ms` has time for many rays, "default" is
         "adaptive" in its first round alone, and then divides squares whose pixels differ, row by row, which is faster.
     model : str or path
-        As in `complete`; or "auto", for each frame the cheapest that is as good: the default, and from 5 % of adaptive
-        pixels on the filling.
+        As in `complete`; or "auto", for each frame the default or the filling, whichever leaves less error in its time.
 
     Yields
     ------
