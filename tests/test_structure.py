@@ -29,7 +29,7 @@ PYTHON = {
     "shapes": {"support"},
     "tracing": {"picture", "shapes", "support"},
     "completion": {"picture", "support"},
-    "frames": {"completion", "picture", "support", "tracing"},
+    "frames": {"completion", "picture", "pictures", "support", "tracing"},
     "sdf": {"adapters", "picture", "shapes", "support", "tracing"},  # for the language's word that reads a file
     "adapters": {"picture", "sdf", "shapes", "support", "tracing"},
     "pictures": {"adapters", "completion", "picture", "shapes", "support", "tracing"},

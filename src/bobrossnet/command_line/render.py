@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from bobrossnet.command_line import arguments
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
-from bobrossnet.pictures.rendering import BLACK
 
 if TYPE_CHECKING:
     import bobrossnet as bob
@@ -27,9 +26,8 @@ def add(commands: Any) -> None:
     render = commands.add_parser(
         "render",
         help="make a picture of shapes",
-        description="Make a picture of shapes. Of files it is one to look at: exact, with smooth edges, filled by what "
-        "is seen, transparent around it. --fraction, --error and --panels are for what was traced and completed: "
-        "pixels' centres, in the bounding sphere, on black.",
+        description="Make a picture of shapes. Of files it is exact and filled by what is seen. With --fraction or "
+        "--error some pixels are traced, in the bounding sphere, and the others completed; --panels compares these.",
     )
     render.set_defaults(run=run)
     arguments.add_files(render)
@@ -70,30 +68,31 @@ def add(commands: Any) -> None:
         render,
         None,
         "of an exact picture: rays at most for each pixel along edges, 4 or 16; 1 goes through pixels' centres",
-        "4 of files, 1 with an amount to trace",
+        "4",
     )
     arguments.add_background(
         render,
         None,
-        f"transparent of files, #ffffff in formats that can't be; {BLACK} with an amount to trace",
+        "transparent, #ffffff in formats that can't be",
     )
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
 
 
 def _settle(options: argparse.Namespace, is_exr: bool) -> None:
-    """Choose what was left open: by whether a picture to look at is asked for, or what was traced and completed."""
+    """Choose what was left open."""
     from bobrossnet.picture.files import is_opaque
 
-    to_look_at = bool(options.files) and options.fraction is None and options.error is None and not options.panels
+    is_whole = bool(options.files) and options.fraction is None and options.error is None and not options.panels
+    is_seen = not options.panels and not is_exr
     if options.fraction is None:
-        options.fraction = 1.0 if to_look_at else FRACTION
+        options.fraction = 1.0 if is_whole else FRACTION
     if options.samples is None:
-        options.samples = 4 if to_look_at and not is_exr else 1
+        options.samples = 4 if is_seen else 1
     if options.fit is None:
         home = Camera()
         placed = any(getattr(options, name) != getattr(home, name) for name in ("zoom", "pan", "position"))
-        options.fit = "silhouette" if to_look_at and not placed else "sphere"
-    if options.background is None and to_look_at and not is_exr:
+        options.fit = "silhouette" if is_whole and not placed else "sphere"
+    if options.background is None and is_seen:
         options.background = "#ffffff" if is_opaque(options.out) else "transparent"
 
 
@@ -107,7 +106,6 @@ def run(options: argparse.Namespace) -> None:
         FORMATS,
         color_to_8_bit,
         side_by_side,
-        to_8_bit,
         traced_on_green,
         write_picture,
     )
@@ -172,9 +170,7 @@ def run(options: argparse.Namespace) -> None:
         full, full_ms = (part, trace_ms) if exact else timed_trace("tracing the reference", 1.0)
         quality = f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
         print(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
-        completed, reference = to_8_bit(image), to_8_bit(full.gray)
-        if scene.is_colored:
-            completed, reference = (color_to_8_bit(bob.complete(g, model, channel="color")) for g in (part, full))
+        completed, reference = (color_to_8_bit(bob.complete(g, model, channel="color")) for g in (part, full))
         picture = side_by_side(
             [
                 (traced_on_green(part), f"traced: {100 * part.fraction:.4g} %, {rays:,} rays, {trace_ms:.1f} ms"),
@@ -182,14 +178,12 @@ def run(options: argparse.Namespace) -> None:
                 (reference, f"reference: {width * height:,} rays, {full_ms:.1f} ms"),
             ]
         )
-    elif scene.is_colored or options.background is not None or options.samples > 1:
+    elif not is_exr:
         start = time.perf_counter()
         picture = finished(part, scene, camera, samples=options.samples, background=background, model=model).rgba
-        picture = picture if background is None else picture[..., :3]
+        picture = picture if background is None else picture[..., :3]  # opaque
         if exact and options.samples > 1:
             print(f"edges      smoothed in {1000 * (time.perf_counter() - start):.1f} ms")
-    else:
-        picture = to_8_bit(image)
     if scene.unresolved_rays:
         print(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
     if is_exr:

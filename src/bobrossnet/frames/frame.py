@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from dataclasses import dataclass, field
 from math import inf
@@ -23,6 +24,8 @@ from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import SQUARES, Size, pixel_order
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence, with_guesses
+from bobrossnet.pictures.rendered import Picture
+from bobrossnet.pictures.rendering import Background, picture_of
 from bobrossnet.tracing.trace import BATCH, SceneTracer
 
 LATTICE = 1 / 64
@@ -36,9 +39,9 @@ MIN_TRACING = 0.25
 """Least time for tracing in a frame, as a share of the time for completing, so that every budget makes progress."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Frame:
-    """One step of a converging picture."""
+    """One step of a converging picture. In a notebook it shows itself; `save` writes it."""
 
     image: NDArray[np.float32]
     """(H, W): traced pixels as traced, the others completed; in 0..1 unless more was traced."""
@@ -61,6 +64,33 @@ class Frame:
         if self.is_guided:
             return complete_guided(self.shown, "color")
         return self.shown.color.copy() if self.shown.mask.all() else completed_color(self.shown, self.image)
+
+    @property
+    def alpha(self) -> NDArray[np.float32]:
+        """(H, W), how much of each pixel is covered, completed; 1 where light comes from behind all surfaces. Each use
+        computes it anew."""
+        missed = (self.shown.mask > 0) & (self.shown.depth == 0)
+        if (self.shown.gray[missed] > 0).any():
+            return np.ones_like(self.image)
+        if self.is_guided:
+            assert self.shown.guides is not None
+            return self.shown.guides.hit
+        return complete(self.shown, self.network, channel="alpha")
+
+    def picture(self, background: Background = None) -> Picture:
+        """The frame as people see it, on a background as `render` takes it: the same look as the final picture's."""
+        return picture_of(self.color, self.alpha, background)
+
+    def save(self, path: str | os.PathLike[str], background: Background = None) -> None:
+        """Write the frame's picture; the format follows the ending, as of `Picture.save`."""
+        self.picture(background).save(path)
+
+    def _repr_png_(self) -> bytes:
+        return self.picture()._repr_png_()
+
+    def __repr__(self) -> str:
+        height, width = self.image.shape
+        return f"Frame({height} x {width}, {100 * self.fraction:.4g} % traced, {1000 * self.seconds:.3g} ms)"
 
     @property
     def error(self) -> float:

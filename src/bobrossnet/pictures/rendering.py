@@ -112,6 +112,12 @@ def finished(
     color, alpha = complete(gbuffer, model, channel="color"), complete(gbuffer, model, channel="alpha")
     if gbuffer.mask.all() and samples >= 4:
         _smooth_edges(scene, camera, color, alpha, isqrt(samples))
+    return picture_of(color, alpha, background)
+
+
+def picture_of(color: NDArray[np.float32], alpha: NDArray[np.float32], background: Background = None) -> Picture:
+    """The picture that people see of light, (H, W, 3), and coverage, (H, W), before a background: the one look of all
+    doors, whatever was traced or completed."""
     behind = background_rows(background, len(alpha))
     if behind is None:
         return Picture(color, alpha)
