@@ -21,6 +21,7 @@ CORE = {
     "sampling": {"base", "picture"},
     "reprojection": {"base", "picture"},
     "tracing": {"base", "picture", "shapes"},
+    "light": {"base", "picture", "shapes", "tracing"},
     "completion": {"base", "picture", "sampling"},
 }
 PYTHON = {

@@ -75,6 +75,7 @@ def add(commands: Any) -> None:
         None,
         "transparent, #ffffff in formats that can't be",
     )
+    arguments.add_light(render)
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
 
 
@@ -138,6 +139,7 @@ def run(options: argparse.Namespace) -> None:
     height, width = options.size
 
     view: dict[str, Any] = {"size": options.size, "order": options.order, "seed": options.seed}
+    view |= {"light": options.light, "ground": options.ground}
 
     def timed_trace(what: str, fraction: float) -> tuple[bob.GBuffer, float]:
         start = time.perf_counter()
@@ -182,7 +184,7 @@ def run(options: argparse.Namespace) -> None:
         start = time.perf_counter()
         picture = finished(part, scene, camera, samples=options.samples, background=background, model=model).rgba
         picture = picture if background is None else picture[..., :3]  # opaque
-        if exact and options.samples > 1:
+        if exact and options.samples > 1 and part.guides is None:
             print(f"edges      smoothed in {1000 * (time.perf_counter() - start):.1f} ms")
     if scene.unresolved_rays:
         print(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")

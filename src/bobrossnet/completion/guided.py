@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.color import luminance
-from bobrossnet.picture.channels import GIVEN
+from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
-from bobrossnet.picture.transfer import transfer_of
 
-LEAST_ALBEDO = np.float32(0.02)
-"""By less than this light is not divided, as in core/completion/guided.cpp."""
+LOST = ("mask", "shadow", "variance")
+SHADOWS = Layout("mask,gray,variance")
+"""Shadows on the ground, in gray's place."""
 
 
 def complete_guided(gbuffer: GBuffer, channel: str) -> NDArray[np.float32]:
@@ -40,14 +40,15 @@ def complete_guided(gbuffer: GBuffer, channel: str) -> NDArray[np.float32]:
     return np.where(exact, gbuffer.gray, gray)
 
 
-def shown_to_orders(gbuffer: GBuffer) -> GBuffer:
-    """What pixel orders are to go by where guides are known: the light that is completed, and not what it falls on.
-
-    Beside light the guides' normals, along which it bends. Where albedo or coverage ends, the guides tell.
-    """
+def guided_alpha(gbuffer: GBuffer) -> NDArray[np.float32]:
+    """Alpha of a G-buffer with guides, (H, W): how much of each pixel surfaces cover, and shadows on the ground, which
+    are completed along it."""
     assert gbuffer.guides is not None
-    mask, albedo = gbuffer.mask, gbuffer.guides.albedo
-    light = np.where(mask > 0, gbuffer.gray / np.maximum(luminance(albedo), LEAST_ALBEDO), 0)
-    planes = np.stack([mask, light, 0.5 * mask, *np.moveaxis(gbuffer.guides.normal * mask[..., None], -1, 0)])
-    transfer = transfer_of(planes, GIVEN)
-    return GBuffer.from_stack(planes if transfer is None else transfer.planes(planes, GIVEN))
+    alpha, ground = gbuffer.guides.hit, gbuffer.guides.ground
+    if ground is None or "shadow" not in gbuffer.layout.places:
+        return alpha
+    lost = GBuffer.from_stack(np.concatenate([gbuffer.planes[gbuffer.layout.places[name]] for name in LOST]), SHADOWS)
+    output = np.empty((1, *gbuffer.size), np.float32)
+    _core.complete_guided(SHADOWS.core, lost.planes, ground.layout.core, ground.planes, _core.Layout("gray"), output)
+    whole: NDArray[np.float32] = np.minimum(alpha + output[0], 1)
+    return whole

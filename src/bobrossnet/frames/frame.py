@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.completion.complete import complete, completed_color
 from bobrossnet.completion.display import displayed
-from bobrossnet.completion.guided import complete_guided, shown_to_orders
+from bobrossnet.completion.guided import complete_guided, guided_alpha
 from bobrossnet.completion.network import Network
 from bobrossnet.completion.uncertainty import mean_error
 from bobrossnet.frames.calls import Calls
@@ -21,6 +21,7 @@ from bobrossnet.frames.choice import Choice
 from bobrossnet.picture.channels import GIVEN, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
+from bobrossnet.picture.light_shown import shown_to_orders
 from bobrossnet.picture.order import SQUARES, Size, pixel_order
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence, with_guesses
@@ -73,8 +74,7 @@ class Frame:
         if (self.shown.gray[missed] > 0).any():
             return np.ones_like(self.image)
         if self.is_guided:
-            assert self.shown.guides is not None
-            return self.shown.guides.hit
+            return guided_alpha(self.shown)
         return complete(self.shown, self.network, channel="alpha")
 
     def picture(self, background: Background = None) -> Picture:
@@ -282,7 +282,7 @@ class PartialPicture:
             self._passes = np.ones(self.planes.shape[1:], np.int32)
         passes = self._passes[row, column][:, None]
         values = samples.in_layout(self.layout)
-        for name in ("gray", "color", "variance"):
+        for name in ("gray", "color", "shadow", "variance"):
             if name in self.layout.places:
                 before = self.planes[self.layout.places[name], row, column].T
                 # Variances are of means: of the sum of independent ones, by its count squared.

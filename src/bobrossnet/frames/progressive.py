@@ -15,6 +15,8 @@ from bobrossnet.picture.guides import check_guides
 from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.support.errors import InputError, InputTypeError, check_number
+from bobrossnet.tracing.light import LightLike
+from bobrossnet.tracing.lit import lit_tracer
 from bobrossnet.tracing.scene import SceneLike
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 
@@ -32,6 +34,8 @@ def progressive(
     order: str = "default",
     seed: int = 0,
     model: NetworkLike = "default",
+    light: LightLike = None,
+    ground: bool | None = None,
 ) -> Iterator[Frame]:
     """Trace step by step, with a complete picture after each step, until every pixel is exact.
 
@@ -73,6 +77,9 @@ def progressive(
         As in `complete`; or "auto", for each frame the cheapest that is as good: the default, and from 5 % of adaptive
         pixels on the filling.
 
+    light, ground
+        As in `render`. A pixel that is traced has 16 paths of light; with `until`, pixels are traced again.
+
     Yields
     ------
     Frame
@@ -96,10 +103,15 @@ def progressive(
             raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
     size = _size_of(tracer, size)
     guides, name = None, model if isinstance(model, str) else None
+    of_headlight = False
     if tracer is None:
         assert scene is not None
-        tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
-    elif name == GUIDED or (name == "default" and not isinstance(tracer, SceneTracer)):
+        camera = Camera() if camera is None else camera
+        lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
+        tracer, of_headlight = lit or SceneTracer(scene, camera, size), lit is None
+    elif light is not None or ground is not None:
+        raise InputError("light: expected none beside a tracer, which has its own")
+    if not of_headlight and (name == GUIDED or (name == "default" and not isinstance(tracer, SceneTracer))):
         guides = check_guides(tracer.guides(), size) if hasattr(tracer, "guides") else None
     if frame_ms is not None and fraction is not None:
         raise InputError("progressive: expected frame_ms or fraction, got both")

@@ -38,8 +38,10 @@ class Guides(Channels):
         If the shapes differ, or a value is not finite or out of range.
     """
 
-    __slots__ = ("layout", "planes")
+    __slots__ = ("ground", "layout", "planes")
 
+    ground: Guides | None
+    """Of the ground that shows the surfaces' shadows; its mask is the share of a pixel that shows it."""
     layout: Layout
     """mask, which says where surfaces are, depth, normal and albedo."""
     planes: F32
@@ -53,7 +55,7 @@ class Guides(Channels):
         dimensions = 2 if first in ("depth", "hit") else 3
         array = check_array(first, given[first], (None,) * dimensions)
         size = check_size(array.shape[:2])
-        self.layout = GUIDES
+        self.layout, self.ground = GUIDES, None
         if hit is None:
             hit = np.ones(size) if depth is None else np.isfinite(array) & (array != 0)
         empty = check_array("hit", hit, size, hint=f"to match {first}") == 0
@@ -76,15 +78,15 @@ class Guides(Channels):
         self.planes.flags.writeable = False
 
     @classmethod
-    def from_planes(cls, planes: F32) -> Guides:
+    def from_planes(cls, planes: F32, ground: Guides | None = None) -> Guides:
         """Guides that take over planes as `planes` has them, unchecked and without a copy."""
         guides = object.__new__(cls)
-        guides.layout, guides.planes = GUIDES, planes
+        guides.layout, guides.planes, guides.ground = GUIDES, planes, ground
         planes.flags.writeable = False
         return guides
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Guides.from_planes, (np.array(self.planes),)
+        return Guides.from_planes, (np.array(self.planes), self.ground)
 
     @property
     def hit(self) -> F32:
@@ -101,7 +103,7 @@ class Guides(Channels):
         return of_planes(self.planes, self.layout, name)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Guides) and np.array_equal(self.planes, other.planes)
+        return isinstance(other, Guides) and np.array_equal(self.planes, other.planes) and self.ground == other.ground
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -14,8 +14,9 @@ from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.shapes.affine import mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.support.errors import check_number
+from bobrossnet.tracing.pixels import tiled_pixels
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
-from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
+from bobrossnet.tracing.trace import SceneTracer
 
 LOOKS = 2
 """Pictures that are traced of shapes other than meshes: one of all of them, and one of the silhouette alone."""

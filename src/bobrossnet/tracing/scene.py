@@ -48,10 +48,16 @@ class Scene:
     ----------
     shapes : Shape, Instance, Scene, or an iterable of these
         A bare shape is placed by its own coordinates, in white.
+    light : str, path, Light, Sky or several, optional
+        As in `render`: what lights it unless another light is asked for. Scene files don't hold it.
+    ground : bool, optional
+        Likewise.
 
     Attributes
     ----------
     instances : tuple of Instance
+    light, ground
+        As they were given.
     center : (3,) float64
     radius : float, above 0
 
@@ -61,7 +67,8 @@ class Scene:
         If there is no shape, if there are more than `MAX_INSTANCES`, or if all of it lies in one point.
     """
 
-    def __init__(self, shapes: SceneLike) -> None:
+    def __init__(self, shapes: SceneLike, *, light: Any = None, ground: bool | None = None) -> None:
+        self.light, self.ground = light, ground
         self.instances = tuple(islice(_instances(shapes), MAX_INSTANCES + 1))
         if not self.instances:
             raise InputError("shapes: expected at least one shape, got none")
@@ -81,7 +88,7 @@ class Scene:
         self.radius = self._arrangement.radius
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Scene, (self.instances,)  # what is in the core can't be copied
+        return _made_again, (self.instances, self.light, self.ground)  # what is in the core can't be copied
 
     def __repr__(self) -> str:
         return f"Scene({self.describe()}, radius {self.radius:.6g})"
@@ -117,7 +124,8 @@ class Scene:
 
     def turned_upright(self) -> Scene:
         """The same scene with what is stored as y up, the habit of games and films, turned to z up."""
-        return Scene(instance.transformed(UPRIGHT) for instance in self.instances)
+        instances = (instance.transformed(UPRIGHT) for instance in self.instances)
+        return Scene(instances, light=self.light, ground=self.ground)
 
     def mesh(self, step: float | None = None) -> Mesh:
         """All shapes as one mesh, each in its place, without normals. What overlaps stays so. If anything is not
@@ -194,6 +202,10 @@ class Scene:
         u, v = np.empty(len(origins)), np.empty(len(origins))
         self.core.closest_hits(origin.astype(np.float32), direction.astype(np.float32), t, found, primitive, u, v)
         return Hits(np.where(found >= 0, (start + t) * self.radius, np.inf), found, primitive, u, v)
+
+
+def _made_again(instances: tuple[Instance, ...], light: Any, ground: bool | None) -> Scene:
+    return Scene(instances, light=light, ground=ground)
 
 
 SceneLike: TypeAlias = Scene | Instance | Shape | Iterable[Any]

@@ -1,0 +1,151 @@
+"""Tracing light: many paths for a pixel, first hits for all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet.picture.camera import Camera, check_camera
+from bobrossnet.picture.channels import Layout
+from bobrossnet.picture.guides import Guides
+from bobrossnet.picture.order import SizeLike, check_pixels, check_size
+from bobrossnet.picture.samples import Samples
+from bobrossnet.support.errors import InputError, InputTypeError, check_flag, check_integer
+from bobrossnet.tracing.light import BOUNCES, STUDIO, Light, LightLike, Sky, lighting, lights_of
+from bobrossnet.tracing.pixels import tiled_pixels
+from bobrossnet.tracing.scene import SceneLike, as_scene
+
+LIT = Layout("mask,gray,depth,normal,color,albedo,shadow,variance")
+"""What light is, at a pixel."""
+
+PATHS = 16
+"""Of a pixel, each time it is traced."""
+
+MAX_PATHS = 4096
+
+EDGE_RAYS = 4
+"""Rays of first hits at edges, down and across a pixel."""
+
+UNLIKE_DEPTH = 0.02
+"""Of neighbours' depths: from so much on there is an edge between them."""
+
+UNLIKE_NORMAL = 0.3
+"""Likewise of their normals and albedos."""
+
+
+class LitTracer:
+    """Light in a scene as a `Tracer`: each call adds paths to its pixels, other ones each time.
+
+    Parameters
+    ----------
+    scene : Scene, Shape, Instance or iterable of these
+    camera : Camera
+    size : (height, width) or "WIDTHxHEIGHT"
+    light : as of `render`, but for the headlight
+    ground : bool
+        Whether the scene stands on a plane that catches shadows.
+    paths : int, 1..4096
+        Of each pixel of a call.
+    bounces : int, 1..8
+        Surfaces that a path meets, mirrors not counted: 1 is the light that comes from lights straight away.
+    seed : int, 0..2**64 - 1
+    """
+
+    def __init__(
+        self,
+        scene: SceneLike,
+        camera: Camera,
+        size: SizeLike,
+        light: LightLike,
+        *,
+        ground: bool = False,
+        paths: int = PATHS,
+        bounces: int = BOUNCES,
+        seed: int = 0,
+    ) -> None:
+        check_camera(camera)
+        self.size = check_size(size)
+        self.scene, self.camera = as_scene(scene), camera
+        self.lights: list[Light | Sky] = lights_of(light, camera) or []
+        self.paths = check_integer("paths", paths, 1, MAX_PATHS)
+        self.seed = check_integer("seed", seed, 0, 2**64 - 1)
+        self._core = lighting(self.scene, self.lights, ground=check_flag("ground", ground), bounces=bounces)
+        self._has_ground = ground
+        self._camera = camera.core(self.scene.center, self.scene.radius)
+        self._drawn = np.zeros(self.size, np.uint32)
+
+    def __call__(self, pixels: NDArray[np.int32]) -> Samples:
+        """The means of paths through each pixel, which go on where those of earlier calls ended."""
+        pixels = check_pixels(pixels)
+        rows, columns = pixels.T
+        values = np.empty((len(pixels), LIT.width), np.float32)
+        self._core.trace(
+            self._camera, *self.size, pixels, self._drawn[rows, columns], self.paths, self.seed, LIT.core, values
+        )
+        self._drawn[rows, columns] += np.uint32(self.paths)
+        return Samples.from_values(values, LIT)
+
+    def guides(self) -> Guides:
+        """First surfaces at all pixels, as means over 4 x 4 rays at edges; and the ground's."""
+        pixels = tiled_pixels(self.size)
+        values = self._guides(pixels, 1)
+        planes = np.empty((values.shape[1], *self.size), np.float32)
+        planes[:, pixels[:, 0], pixels[:, 1]] = values.T
+        edges = np.argwhere(_are_edges(planes)).astype(np.int32, order="C")
+        if len(edges):
+            planes[:, edges[:, 0], edges[:, 1]] = self._guides(edges, EDGE_RAYS).T
+        ground = None
+        if self._has_ground:
+            share, depth = planes[7:]
+            flat = np.zeros((2, *self.size), np.float32)
+            ground = Guides.from_planes(np.stack([share, depth, *flat, share, share, share]))
+        planes[4:7] *= planes[0]  # light over a pixel is that of its covered part
+        return Guides.from_planes(np.ascontiguousarray(planes[:7]), ground)
+
+    def _guides(self, pixels: NDArray[np.int32], side: int) -> NDArray[np.float32]:
+        values = np.empty((len(pixels), 9), np.float32)
+        self._core.guides(self._camera, *self.size, pixels, side, values)
+        return values
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise InputTypeError("LitTracer: expected to stay where it was made; make another of the same scene")
+
+
+def lit_tracer(
+    scene: SceneLike,
+    camera: Camera,
+    size: SizeLike,
+    light: LightLike,
+    ground: bool | None,
+    *,
+    paths: int = PATHS,
+    seed: int = 0,
+) -> LitTracer | None:
+    """The tracer of what lights a scene, as asked for or else as the scene has it; None of the headlight."""
+    scene = as_scene(scene)
+    chosen = scene.light if light is None else light
+    if lights_of(chosen, camera) is None:
+        if ground:
+            raise InputError("ground: expected none under the headlight, which casts no shadows; light='studio' does")
+        return None
+    stands = scene.ground if ground is None else ground
+    if stands is None:
+        stands = isinstance(chosen, str) and chosen == STUDIO
+    return LitTracer(scene, camera, size, chosen, ground=stands, paths=paths, seed=seed)
+
+
+def _are_edges(planes: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """(H, W): where a neighbour above, below or beside shows another surface."""
+    mask, depth, surface, share = planes[0], planes[1], planes[2:7], planes[7]
+    edges = np.zeros(mask.shape, np.bool_)
+    for first, second in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
+        unlike = np.abs(depth[first] - depth[second]) > UNLIKE_DEPTH
+        for plane in surface:
+            unlike |= np.abs(plane[first] - plane[second]) > UNLIKE_NORMAL
+        unlike &= (mask[first] > 0) & (mask[second] > 0)
+        unlike |= (mask[first] != mask[second]) | (share[first] != share[second])
+        edges[first] |= unlike
+        edges[second] |= unlike
+    return edges
