@@ -33,20 +33,20 @@ void init_lights(bob::Lights* self, const std::vector<bob::DiscLight>& discs, co
 }
 
 void trace(const bob::Lighting& lighting, const bob::Camera& camera, int height, int width, const Pixels& pixels, const Array<const std::uint32_t, -1>& first,
-           std::uint32_t count, std::uint64_t seed, const bob::Layout& layout, const Samples& samples) {
+           std::uint32_t count, std::uint64_t seed, bool apart, const bob::Layout& layout, const Samples& samples) {
     check_pixels(pixels, height, width);
     check_width(layout, pixels.shape(0), samples);
     expect(first.shape(0) == pixels.shape(0), "first: expected one for each pixel");
     expect(count >= 1, "count: expected at least 1");
     interruptible([&] {
-        lighting.trace(camera, height, width, items<bob::Pixel>(pixels), {items<std::uint32_t>(first), count, seed}, layout, samples.data());
+        lighting.trace(camera, height, width, items<bob::Pixel>(pixels), {items<std::uint32_t>(first), count, seed, apart}, layout, samples.data());
     });
 }
 
-void guides(const bob::Lighting& lighting, const bob::Camera& camera, int height, int width, const Pixels& pixels, int side, const Samples& values) {
+void guides(const bob::Lighting& lighting, const bob::Camera& camera, int height, int width, const Pixels& pixels, const Samples& values) {
     check_pixels(pixels, height, width);
     expect(values.shape(0) == pixels.shape(0) && values.shape(1) == bob::Lighting::guide_width, "guides: expected 9 numbers for each pixel");
-    interruptible([&] { lighting.guides(camera, height, width, items<bob::Pixel>(pixels), side, values.data()); });
+    interruptible([&] { lighting.guides(camera, height, width, items<bob::Pixel>(pixels), values.data()); });
 }
 
 }  // namespace
@@ -62,7 +62,7 @@ void bind_light(nb::module_& m) {
         .def("__init__", &init_lights, "discs"_a, "top"_a, "bottom"_a, "environment"_a.none(), "turn"_a, "ground"_a.none(), "bounces"_a);
     nb::class_<bob::Lighting>(m, "Lighting")
         .def(nb::init<const bob::Scene&, bob::Lights>(), "scene"_a, "lights"_a, nb::keep_alive<1, 2>())
-        .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "first"_a.noconvert(), "count"_a, "seed"_a, "layout"_a,
+        .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "first"_a.noconvert(), "count"_a, "seed"_a, "apart"_a, "layout"_a,
              "samples"_a.noconvert())
-        .def("guides", &guides, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "side"_a, "values"_a.noconvert());
+        .def("guides", &guides, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "values"_a.noconvert());
 }

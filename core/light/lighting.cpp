@@ -98,7 +98,9 @@ void Lighting::meet(std::span<const Ray> rays, std::span<const float> widths, st
     hits.resize(inner.size());
     scene_.closest_hits(inner, hits);
     for (std::size_t j = 0; j < inner.size(); ++j) {
-        if (hits[j].instance != no_instance) met[number[j]].kind = Met::surface;
+        if (hits[j].instance == no_instance) continue;
+        Met& m = met[number[j]];
+        m.kind = Met::surface, m.instance = hits[j].instance, m.material = &scene_[m.instance].material;
     }
     if (lights_.has_ground()) {
         std::size_t j = 0;
@@ -131,7 +133,7 @@ void Lighting::meet(std::span<const Ray> rays, std::span<const float> widths, st
     for (std::size_t j = 0; j < wanted; ++j) {
         Met& m = met[number[j]];
         const Ray& ray = inner[j];
-        m.instance = hits[j].instance, m.start = errors_[m.instance], m.material = &scene_[m.instance].material;
+        m.start = errors_[m.instance];
         m.point = ray.origin + hits[j].t * ray.direction;
         m.face = faces[j], m.normal = normals[j], m.color = product(m.material->base_color(), colors[j]);
         // Of a face without an area, and of a formula without a slope, the ray's own direction.
@@ -252,6 +254,7 @@ private:
                 continue;
             }
             if (path.to_ground && surface == 1) to.shadow += luminance(lights_.sky.radiance(rays_[i].direction)) / lighting_.ground_light_;
+            if (met[i].material->emits()) arrive(path, Material::rounded(met[i].material->emissive));
             if (path.left > 0 && surface < most_surfaces) shade(path, met[i], rays_[i].direction, surface);
         }
         rays_.swap(next_rays_), paths_.swap(next_paths_), widths_.swap(next_widths_), wants_.swap(next_wants_);
@@ -289,9 +292,6 @@ private:
     /// Sends light from all lights to a surface, and its path on.
     void shade(const Path& path, const Met& met, Vec3 direction, int surface) {
         Arrived& to = arrived[path.slot];
-        if (met.kind == Met::surface && met.material->emits()) {
-            arrive(path, Material::rounded(met.material->emissive));
-        }
         const Across across(met.normal);
         Vec3 eye = across.to(-normalized(direction));
         eye.z = std::max(eye.z, 1e-3f), eye = normalized(eye);
@@ -420,7 +420,8 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
             for (std::uint32_t k = 0; k < count; ++k) {
                 const PixelSequence sequence(draws.seed, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(column), draws.first[i] + k);
                 const auto [down, right, u, v] = sequence(0);
-                paths.add(static_cast<float>(row) + down - 0.5f, static_cast<float>(column) + right - 0.5f, sequence);
+                const float off = draws.apart ? 1.f : 0.f;
+                paths.add(static_cast<float>(row) + off * (down - 0.5f), static_cast<float>(column) + off * (right - 0.5f), sequence);
             }
         }
         paths.go();
@@ -464,48 +465,31 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
     });
 }
 
-void Lighting::guides(const Camera& camera, int height, int width, std::span<const Pixel> pixels, int side, float* values) const {
+void Lighting::guides(const Camera& camera, int height, int width, std::span<const Pixel> pixels, float* values) const {
     const Projection projection(camera, height, width);
-    const auto rays_each = static_cast<std::size_t>(side * side);
-    parallel_for(pixels.size(), std::max<std::size_t>(1, paths_at_once / rays_each), [&](std::size_t begin, std::size_t end) {
-        struct Place {
-            float row, column;
-            std::size_t pixel;
-        };
-        std::vector<Place> places;
+    parallel_for(pixels.size(), paths_at_once, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::size_t> number;
         std::vector<Ray> rays;
         std::vector<float> widths;
         Memory memory;
         std::fill(values + begin * guide_width, values + end * guide_width, 0.f);
         for (std::size_t i = begin; i < end; ++i) {
-            for (int k = 0; k < side * side; ++k) {
-                const auto within = [&](int at) { return (static_cast<float>(at) + 0.5f) / static_cast<float>(side) - 0.5f; };
-                const Place place{static_cast<float>(pixels[i].row) + within(k / side), static_cast<float>(pixels[i].column) + within(k % side), i};
-                Ray ray;
-                if (!sees(projection, place.row, place.column, ray)) continue;
-                places.push_back(place), rays.push_back(ray), widths.push_back(projection.pixel_width(0.5f) / length(ray.direction));
-            }
+            Ray ray;
+            if (!sees(projection, static_cast<float>(pixels[i].row), static_cast<float>(pixels[i].column), ray)) continue;
+            number.push_back(i), rays.push_back(ray), widths.push_back(projection.pixel_width(0.5f) / length(ray.direction));
         }
         const std::vector<std::uint8_t> wants(rays.size(), 1);
         meet(rays, widths, wants, memory);
         for (std::size_t j = 0; j < rays.size(); ++j) {
             const Met& met = memory.met[j];
-            float* const to = values + places[j].pixel * guide_width;
-            if (met.kind == Met::sky) continue;
-            if (met.kind == Met::ground) {
-                to[7] += 1, to[8] += projection.unbounded_depth(met.point);
-                continue;
-            }
-            Vec3 normal = projection.on_screen(met.normal, places[j].row, places[j].column);
+            float* const to = values + number[j] * guide_width;
+            if (met.kind == Met::ground) to[7] = 1, to[8] = projection.unbounded_depth(met.point);
+            if (met.kind != Met::surface) continue;
+            const Pixel pixel = pixels[number[j]];
+            Vec3 normal = projection.on_screen(met.normal, static_cast<float>(pixel.row), static_cast<float>(pixel.column));
             normal.z = std::max(normal.z, 0.f), normal = normalized(normal);
-            const float more[] = {1, projection.depth(met.point), normal.x, normal.y, met.color.x, met.color.y, met.color.z};
-            for (std::size_t k = 0; k < std::size(more); ++k) to[k] += more[k];
-        }
-        for (std::size_t i = begin; i < end; ++i) {
-            float* const to = values + i * guide_width;
-            for (std::size_t k = 1; k < 7 && to[0] > 0; ++k) to[k] /= to[0];
-            if (to[7] > 0) to[8] /= to[7];
-            to[0] /= static_cast<float>(rays_each), to[7] /= static_cast<float>(rays_each);
+            const float found[] = {1, projection.depth(met.point), normal.x, normal.y, met.color.x, met.color.y, met.color.z};
+            std::copy(std::begin(found), std::end(found), to);
         }
     });
 }

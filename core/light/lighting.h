@@ -19,6 +19,7 @@ struct Draws {
     std::span<const std::uint32_t> first;  // of each pixel: how many it had before
     std::uint32_t count;                   // at least 1
     std::uint64_t seed;                    // of the picture
+    bool apart = false;                    // each through a place of its own in the pixel, rather than all through its centre
 };
 
 class Lighting {
@@ -26,15 +27,15 @@ public:
     /// The scene is in the unit sphere, and lives longer.
     Lighting(const Scene& scene, Lights lights);
 
-    /// Writes the means of `draws.count` paths through each pixel, each through a place of its own in the pixel. `samples` is (n,
+    /// Writes the means of `draws.count` paths through each pixel. `samples` is (n,
     /// layout.width()) of the channels mask, gray, depth, normal, color, albedo, shadow and variance; gray and color are of any range.
     /// A pixel's sample does not depend on the thread that traces it, nor on the other pixels. Throws std::invalid_argument if there is
     /// another channel.
     void trace(const Camera& camera, int height, int width, std::span<const Pixel> pixels, const Draws& draws, const Layout& layout, float* samples) const;
 
-    /// Writes what is first met without its light, as means over side x side rays through each pixel: of the scene mask, depth, normal and
-    /// albedo, of the ground mask and depth, which goes on below 0 behind the unit sphere: nine numbers a pixel.
-    void guides(const Camera& camera, int height, int width, std::span<const Pixel> pixels, int side, float* values) const;
+    /// Writes what is first met through each pixel's centre, without its light: of the scene mask, depth, normal and albedo, of the ground
+    /// mask and depth, which goes on below 0 behind the unit sphere: nine numbers a pixel.
+    void guides(const Camera& camera, int height, int width, std::span<const Pixel> pixels, float* values) const;
     static constexpr std::size_t guide_width = 9;
 
 private:

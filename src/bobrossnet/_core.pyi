@@ -205,12 +205,13 @@ class Lighting:
         first: U32,
         count: int,
         seed: int,
+        apart: bool,
         layout: Layout,
         samples: F32,
     ) -> None:
         """Writes samples (n, C), means of `count` paths from the one numbered `first` (n,) on."""
 
-    def guides(self, camera: Camera, height: int, width: int, pixels: I32, side: int, values: F32) -> None:
+    def guides(self, camera: Camera, height: int, width: int, pixels: I32, values: F32) -> None:
         """Writes (n, 9): mask, depth, normal and albedo of the scene, mask and depth of the ground."""
 
 class Scene:

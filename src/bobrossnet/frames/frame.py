@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.completion.complete import complete, completed_color
 from bobrossnet.completion.display import displayed
-from bobrossnet.completion.guided import complete_guided, guided_alpha
+from bobrossnet.completion.guided import complete_guided, guided_alpha, smoothed
 from bobrossnet.completion.network import Network
 from bobrossnet.completion.uncertainty import mean_error
 from bobrossnet.frames.calls import Calls
@@ -79,6 +79,8 @@ class Frame:
 
     def picture(self, background: Background = None) -> Picture:
         """The frame as people see it, on a background as `render` takes it: the same look as the final picture's."""
+        if self.is_guided and self.shown.guides is not None and self.shown.guides.edges is not None:
+            return picture_of(*smoothed(self.shown, self.color), background)
         return picture_of(self.color, self.alpha, background)
 
     def save(self, path: str | os.PathLike[str], background: Background = None) -> None:

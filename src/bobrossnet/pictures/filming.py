@@ -22,8 +22,8 @@ from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import Background, check_picture, render
 from bobrossnet.support.atomic import check_writable, write_whole
 from bobrossnet.support.cluster import as_done, connected
-from bobrossnet.support.errors import InputError, InputTypeError, check_integer, check_number, each_of
-from bobrossnet.tracing.light import LightLike
+from bobrossnet.support.errors import InputError, InputTypeError, check_flag, check_integer, check_number, each_of
+from bobrossnet.tracing.light import LightLike, check_light
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
 if TYPE_CHECKING:
@@ -89,8 +89,8 @@ class Film:
             "background": background,
             "fraction": fraction,
             "model": load_network(model) if scheduler is None else _by_name(model),
-            "light": light,
-            "ground": ground,
+            "light": check_light(light),
+            "ground": ground if ground is None else check_flag("ground", ground),
         }
         self._scheduler = scheduler
 

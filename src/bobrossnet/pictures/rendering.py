@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.color import Color, from_srgb, linear, to_srgb
 from bobrossnet.completion.complete import complete
+from bobrossnet.completion.guided import smoothed
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
@@ -127,7 +128,10 @@ def finished(
     gbuffer: GBuffer, scene: Scene, camera: Camera, *, samples: int, background: Background, model: NetworkLike
 ) -> Picture:
     """The picture of what was traced of a scene with a camera; the arguments are those of `render`."""
-    color, alpha = complete(gbuffer, model, channel="color"), complete(gbuffer, model, channel="alpha")
+    color = complete(gbuffer, model, channel="color")
+    if samples >= 4 and gbuffer.guides is not None and gbuffer.guides.edges is not None:
+        return picture_of(*smoothed(gbuffer, color), background)
+    alpha = complete(gbuffer, model, channel="alpha")
     if gbuffer.mask.all() and samples >= 4 and gbuffer.guides is None:
         _smooth_edges(scene, camera, color, alpha, isqrt(samples))
     return picture_of(color, alpha, background)

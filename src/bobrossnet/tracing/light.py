@@ -15,16 +15,7 @@ from bobrossnet import _core
 from bobrossnet.color import Color, linear
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.environment import read_environment
-from bobrossnet.support.errors import (
-    InputError,
-    InputTypeError,
-    brief,
-    check_array,
-    check_finite,
-    check_integer,
-    check_number,
-)
-from bobrossnet.tracing.scene import Scene
+from bobrossnet.support.errors import InputError, InputTypeError, brief, check_array, check_finite, check_number
 
 HEADLIGHT, STUDIO = "headlight", "studio"
 
@@ -141,7 +132,7 @@ class Sky:
         object.__setattr__(self, "intensity", check_number("intensity", intensity, 0, MAX_INTENSITY))
 
 
-LightLike: TypeAlias = str | os.PathLike[str] | Light | Sky | Iterable["Light | Sky"] | None
+LightLike: TypeAlias = str | os.PathLike[str] | Light | Sky | Iterable[Light | Sky] | None
 """`"headlight"`, `"studio"`, a light, a sky, several lights and at most one sky, or the path of an environment."""
 
 
@@ -166,10 +157,18 @@ def _toward(azimuth: float, elevation: float) -> tuple[float, float, float]:
 
 def lights_of(light: LightLike, camera: Camera) -> list[Light | Sky] | None:
     """The lights that are meant; None of the headlight."""
-    if light is None or (isinstance(light, str) and light == HEADLIGHT):
+    chosen = check_light(light)
+    if chosen is None or isinstance(chosen, str):
+        return studio(camera) if chosen == STUDIO else None
+    return chosen
+
+
+def check_light(light: LightLike) -> str | list[Light | Sky] | None:
+    """Return the name of the headlight or the studio, or the lights that a user gave; environments are read here."""
+    if light is None:
         return None
-    if isinstance(light, str) and light == STUDIO:
-        return studio(camera)
+    if isinstance(light, str) and light in (HEADLIGHT, STUDIO):
+        return light
     if isinstance(light, str | os.PathLike):
         if isinstance(light, str) and "." not in light:
             known = f"{HEADLIGHT}, {STUDIO} or the path of an environment"
@@ -189,23 +188,3 @@ def lights_of(light: LightLike, camera: Camera) -> list[Light | Sky] | None:
     if len(several) > MAX_LIGHTS:
         raise InputError(f"light: expected at most {MAX_LIGHTS}, got {len(several)}")
     return several
-
-
-def lighting(
-    scene: Scene, lights: list[Light | Sky], *, ground: bool = False, bounces: int = BOUNCES
-) -> _core.Lighting:
-    """The lights in the core, in a scene."""
-    sky = next((light for light in lights if isinstance(light, Sky)), Sky((0.0, 0.0, 0.0)))
-    top, bottom = (tuple(sky.intensity * c for c in color) for color in (sky.top, sky.bottom))
-    environment = None if sky.image is None else _core.environment(sky.image)
-    level = float((scene.boxes[:, 0, 2].min() - scene.center[2]) / scene.radius) if ground else None
-    in_core = _core.Lights(
-        [light.core() for light in lights if isinstance(light, Light)],
-        top,  # type: ignore[arg-type]
-        bottom,  # type: ignore[arg-type]
-        environment,
-        math.radians(sky.turn),
-        level,
-        check_integer("bounces", bounces, 1, MAX_BOUNCES),
-    )
-    return _core.Lighting(scene.core, in_core)

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.picture.camera import Camera, check_camera
 from bobrossnet.picture.channels import Layout
-from bobrossnet.picture.guides import Guides
-from bobrossnet.picture.order import SizeLike, check_pixels, check_size
+from bobrossnet.picture.guides import Edges, Guides
+from bobrossnet.picture.order import Size, SizeLike, check_pixels, check_size
 from bobrossnet.picture.samples import Samples
 from bobrossnet.support.errors import InputError, InputTypeError, check_flag, check_integer
-from bobrossnet.tracing.light import BOUNCES, STUDIO, Light, LightLike, Sky, lighting, lights_of
+from bobrossnet.tracing.light import BOUNCES, MAX_BOUNCES, STUDIO, Light, LightLike, Sky, lights_of
 from bobrossnet.tracing.pixels import tiled_pixels
-from bobrossnet.tracing.scene import SceneLike, as_scene
+from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
 LIT = Layout("mask,gray,depth,normal,color,albedo,shadow,variance")
 """What light is, at a pixel."""
@@ -24,6 +26,9 @@ PATHS = 16
 """Of a pixel, each time it is traced."""
 
 MAX_PATHS = 4096
+
+HITS = 9
+"""Numbers of a first hit: mask, depth, normal and albedo, and mask and depth of the ground."""
 
 EDGE_RAYS = 4
 """Rays of first hits at edges, down and across a pixel."""
@@ -51,6 +56,9 @@ class LitTracer:
     bounces : int, 1..8
         Surfaces that a path meets, mirrors not counted: 1 is the light that comes from lights straight away.
     seed : int, 0..2**64 - 1
+    apart : bool
+        Whether each path goes through a place of its own in its pixel, rather than through the centre. Pixels are then
+        means over all that they show, and need as many paths for it.
     """
 
     def __init__(
@@ -64,6 +72,7 @@ class LitTracer:
         paths: int = PATHS,
         bounces: int = BOUNCES,
         seed: int = 0,
+        apart: bool = False,
     ) -> None:
         check_camera(camera)
         self.size = check_size(size)
@@ -72,7 +81,7 @@ class LitTracer:
         self.paths = check_integer("paths", paths, 1, MAX_PATHS)
         self.seed = check_integer("seed", seed, 0, 2**64 - 1)
         self._core = lighting(self.scene, self.lights, ground=check_flag("ground", ground), bounces=bounces)
-        self._has_ground = ground
+        self._has_ground, self._apart = ground, check_flag("apart", apart)
         self._camera = camera.core(self.scene.center, self.scene.radius)
         self._drawn = np.zeros(self.size, np.uint32)
 
@@ -82,35 +91,81 @@ class LitTracer:
         rows, columns = pixels.T
         values = np.empty((len(pixels), LIT.width), np.float32)
         self._core.trace(
-            self._camera, *self.size, pixels, self._drawn[rows, columns], self.paths, self.seed, LIT.core, values
+            self._camera,
+            *self.size,
+            pixels,
+            self._drawn[rows, columns],
+            self.paths,
+            self.seed,
+            self._apart,
+            LIT.core,
+            values,
         )
         self._drawn[rows, columns] += np.uint32(self.paths)
         return Samples.from_values(values, LIT)
 
     def guides(self) -> Guides:
-        """First surfaces at all pixels, as means over 4 x 4 rays at edges; and the ground's."""
+        """First surfaces at all pixels' centres, with those within pixels at edges; or means over pixels, if paths are
+        apart."""
         pixels = tiled_pixels(self.size)
-        values = self._guides(pixels, 1)
-        planes = np.empty((values.shape[1], *self.size), np.float32)
-        planes[:, pixels[:, 0], pixels[:, 1]] = values.T
-        edges = np.argwhere(_are_edges(planes)).astype(np.int32, order="C")
-        if len(edges):
-            planes[:, edges[:, 0], edges[:, 1]] = self._guides(edges, EDGE_RAYS).T
+        planes = np.empty((HITS, *self.size), np.float32)
+        planes[:, pixels[:, 0], pixels[:, 1]] = self._first_hits(pixels, self.size).T
+        at_edges = np.argwhere(_are_edges(planes)).astype(np.int32, order="C")
+        edges = self._edges(at_edges) if len(at_edges) else None
+        if self._apart and edges is not None:
+            planes[:, at_edges[:, 0], at_edges[:, 1]] = _means(edges).T
+            edges = None
         ground = None
         if self._has_ground:
             share, depth = planes[7:]
             flat = np.zeros((2, *self.size), np.float32)
             ground = Guides.from_planes(np.stack([share, depth, *flat, share, share, share]))
         planes[4:7] *= planes[0]  # light over a pixel is that of its covered part
-        return Guides.from_planes(np.ascontiguousarray(planes[:7]), ground)
+        return Guides.from_planes(np.ascontiguousarray(planes[:7]), ground, edges)
 
-    def _guides(self, pixels: NDArray[np.int32], side: int) -> NDArray[np.float32]:
-        values = np.empty((len(pixels), 9), np.float32)
-        self._core.guides(self._camera, *self.size, pixels, side, values)
+    def _edges(self, pixels: NDArray[np.int32]) -> Edges:
+        """What is seen within some pixels, through the centres of those of a larger picture."""
+        within = np.argwhere(np.ones((EDGE_RAYS, EDGE_RAYS))).astype(np.int32)
+        finer = (EDGE_RAYS * pixels[:, None] + within).reshape(-1, 2)
+        larger = EDGE_RAYS * self.size[0], EDGE_RAYS * self.size[1]
+        hits = self._first_hits(np.ascontiguousarray(finer), larger).reshape(len(pixels), -1, HITS)
+        return Edges(pixels, hits[..., :7], hits[..., 7] > 0)
+
+    def _first_hits(self, pixels: NDArray[np.int32], size: Size) -> NDArray[np.float32]:
+        values = np.empty((len(pixels), HITS), np.float32)
+        self._core.guides(self._camera, *size, pixels, values)
         return values
 
     def __reduce__(self) -> tuple[Any, ...]:
         raise InputTypeError("LitTracer: expected to stay where it was made; make another of the same scene")
+
+
+def lighting(
+    scene: Scene, lights: list[Light | Sky], *, ground: bool = False, bounces: int = BOUNCES
+) -> _core.Lighting:
+    """The lights in the core, in a scene."""
+    sky = next((light for light in lights if isinstance(light, Sky)), Sky((0.0, 0.0, 0.0)))
+    top, bottom = (tuple(sky.intensity * c for c in color) for color in (sky.top, sky.bottom))
+    environment = None if sky.image is None else _core.environment(sky.image)
+    level = float((scene.boxes[:, 0, 2].min() - scene.center[2]) / scene.radius) if ground else None
+    in_core = _core.Lights(
+        [light.core() for light in lights if isinstance(light, Light)],
+        top,  # type: ignore[arg-type]
+        bottom,  # type: ignore[arg-type]
+        environment,
+        math.radians(sky.turn),
+        level,
+        check_integer("bounces", bounces, 1, MAX_BOUNCES),
+    )
+    return _core.Lighting(scene.core, in_core)
+
+
+def _means(edges: Edges) -> NDArray[np.float32]:
+    """(n, HITS): first hits over whole pixels, depth, normal and albedo over what of them is covered."""
+    hits = edges.surfaces[..., :1]
+    covered = hits.mean(1)
+    of_surface = (edges.surfaces[..., 1:] * hits).mean(1) / np.maximum(covered, 1 / hits.shape[1])
+    return np.concatenate([covered, of_surface, edges.ground.mean(1)[:, None], np.zeros_like(covered)], -1)
 
 
 def lit_tracer(
@@ -126,6 +181,7 @@ def lit_tracer(
     """The tracer of what lights a scene, as asked for or else as the scene has it; None of the headlight."""
     scene = as_scene(scene)
     chosen = scene.light if light is None else light
+    ground = ground if ground is None else check_flag("ground", ground)
     if lights_of(chosen, camera) is None:
         if ground:
             raise InputError("ground: expected none under the headlight, which casts no shadows; light='studio' does")

@@ -15,9 +15,18 @@ from bobrossnet import _core
 from bobrossnet.shapes.affine import UPRIGHT, Point, mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
-from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_finite, check_number, each_of
+from bobrossnet.support.errors import (
+    InputError,
+    InputTypeError,
+    check_array,
+    check_finite,
+    check_flag,
+    check_number,
+    each_of,
+)
 from bobrossnet.support.threads import lazy
 from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.light import LightLike, check_light
 
 MAX_INSTANCES = 100_000
 """In a scene: as many as a file can hold and a page read, and as are placed in seconds."""
@@ -57,7 +66,7 @@ class Scene:
     ----------
     instances : tuple of Instance
     light, ground
-        As they were given.
+        As they were given; of environments what they hold.
     center : (3,) float64
     radius : float, above 0
 
@@ -67,8 +76,9 @@ class Scene:
         If there is no shape, if there are more than `MAX_INSTANCES`, or if all of it lies in one point.
     """
 
-    def __init__(self, shapes: SceneLike, *, light: Any = None, ground: bool | None = None) -> None:
-        self.light, self.ground = light, ground
+    def __init__(self, shapes: SceneLike, *, light: LightLike = None, ground: bool | None = None) -> None:
+        self.light = check_light(light)
+        self.ground = ground if ground is None else check_flag("ground", ground)
         self.instances = tuple(islice(_instances(shapes), MAX_INSTANCES + 1))
         if not self.instances:
             raise InputError("shapes: expected at least one shape, got none")
@@ -204,7 +214,7 @@ class Scene:
         return Hits(np.where(found >= 0, (start + t) * self.radius, np.inf), found, primitive, u, v)
 
 
-def _made_again(instances: tuple[Instance, ...], light: Any, ground: bool | None) -> Scene:
+def _made_again(instances: tuple[Instance, ...], light: LightLike, ground: bool | None) -> Scene:
     return Scene(instances, light=light, ground=ground)
 
 

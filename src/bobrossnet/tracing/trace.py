@@ -156,6 +156,7 @@ def trace(
     check_order(order, seed)
     check_callable("progress", progress)
     guides = check_flag("guides", guides)
+    pixel_count(fraction, check_size(size))
     lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
     if lit is not None:
         return traced_light(lit, fraction, order, seed, progress)
@@ -179,19 +180,28 @@ def trace(
 def traced_light(
     tracer: LitTracer, fraction: float, order: str, seed: int, progress: Callable[[float], None] | None
 ) -> GBuffer:
-    """The G-buffer of a share of the pixels, each traced once, with guides of all."""
-    guides, count = tracer.guides(), pixel_count(fraction, tracer.size)
-    planes = untraced_planes(tracer.size, LIT)
-    sequence = PixelSequence(tracer.size, order if count < planes[0].size else "lattice", seed, guides)
+    """The G-buffer of a share of the pixels, each traced once, with guides of all.
+
+    Those that show nothing cost nothing: the share is of the others, as far as the guides tell them apart.
+    """
+    guides, planes = tracer.guides(), untraced_planes(tracer.size, LIT)
+    shows = guides.hit > 0 if guides.ground is None else (guides.hit > 0) | (guides.ground.hit > 0)
+    count = max(1, round(fraction * np.count_nonzero(shows)))
+    if fraction == 1:
+        shows, count = np.ones_like(shows), shows.size
+    sequence = PixelSequence(tracer.size, order if fraction < 1 else "lattice", seed, guides)
     done = 0
     while done < count:
         shown = GBuffer.from_stack(planes.view(), LIT, guides, is_display_referred=False)
         shown = shown_to_orders(shown) if sequence.looks else shown
-        pixels = sequence.next(min(LIT_BATCH, count - done), shown.planes, shown.layout)
+        wanted = min(LIT_BATCH, count - done, planes[0].size - sequence.done)
+        if wanted == 0:  # only what shows nothing is left
+            break
+        pixels = sequence.next(wanted, shown.planes, shown.layout)
         scatter(tracer(pixels), pixels, planes, LIT)
-        done += len(pixels)
+        done += np.count_nonzero(shows[pixels[:, 0], pixels[:, 1]])
         if progress is not None:
-            progress(done / count)
+            progress(min(1, done / count))
     return GBuffer.from_stack(planes, LIT, guides, is_display_referred=False)
 
 
