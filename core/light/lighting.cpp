@@ -202,7 +202,9 @@ struct Arrived {
 /// Paths of one thread, on their way together.
 class Lighting::Paths {
 public:
-    Paths(const Lighting& lighting, const Projection& projection) : lighting_(lighting), lights_(lighting.lights_), projection_(projection) {}
+    /// Rays see textures as wide as their share of a pixel.
+    Paths(const Lighting& lighting, const Projection& projection, float share)
+        : lighting_(lighting), lights_(lighting.lights_), projection_(projection), width_(share * projection.pixel_width(0.5f)) {}
 
     std::vector<Arrived> arrived;
 
@@ -217,7 +219,7 @@ public:
         sequences_.push_back(sequence), places_.push_back({row, column});
         Ray ray;
         if (!lighting_.sees(projection_, row, column, ray)) return;
-        rays_.push_back(ray), widths_.push_back(projection_.pixel_width(0.5f) / length(ray.direction)), wants_.push_back(1);
+        rays_.push_back(ray), widths_.push_back(width_ / length(ray.direction)), wants_.push_back(1);
         Path path;
         path.slot = slot, path.left = lights_.bounces;
         paths_.push_back(path);
@@ -334,7 +336,7 @@ private:
         on.throughput = product(path.throughput, drawn.weight), on.density = drawn.density;
         if (!drawn.is_mirrored) --on.left;
         next_rays_.push_back({origin, toward}), next_paths_.push_back(on), next_wants_.push_back(on.left > 0);
-        next_widths_.push_back(drawn.is_mirrored ? projection_.pixel_width(0.5f) : 0.05f);
+        next_widths_.push_back(drawn.is_mirrored ? width_ : 0.05f);
         to.is_uncertain = true;
     }
 
@@ -388,6 +390,7 @@ private:
     const Lighting& lighting_;
     const Lights& lights_;
     const Projection& projection_;
+    float width_;  // of a ray through a pixel
     Memory memory_;
     std::vector<PixelSequence> sequences_;
     std::vector<InPicture> places_;
@@ -413,7 +416,7 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
     };
     const std::size_t piece = std::max<std::size_t>(1, paths_at_once / count);
     parallel_for(pixels.size(), piece, [&](std::size_t begin, std::size_t end) {
-        Paths paths(*this, projection);
+        Paths paths(*this, projection, draws.apart ? 0.25f : 1.f);
         paths.begin((end - begin) * count);
         for (std::size_t i = begin; i < end; ++i) {
             const auto [row, column] = pixels[i];

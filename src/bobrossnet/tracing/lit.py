@@ -33,11 +33,8 @@ HITS = 9
 EDGE_RAYS = 4
 """Rays of first hits at edges, down and across a pixel."""
 
-UNLIKE_DEPTH = 0.02
-"""Of neighbours' depths: from so much on there is an edge between them."""
-
-UNLIKE_NORMAL = 0.3
-"""Likewise of their normals and albedos."""
+UNLIKE_DEPTH, UNLIKE_NORMAL, UNLIKE_ALBEDO = 0.02, 0.3, 0.1
+"""From such differences between neighbours on, there is an edge between them."""
 
 
 class LitTracer:
@@ -198,8 +195,8 @@ def _are_edges(planes: NDArray[np.float32]) -> NDArray[np.bool_]:
     edges = np.zeros(mask.shape, np.bool_)
     for first, second in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
         unlike = np.abs(depth[first] - depth[second]) > UNLIKE_DEPTH
-        for plane in surface:
-            unlike |= np.abs(plane[first] - plane[second]) > UNLIKE_NORMAL
+        for plane, most in zip(surface, (UNLIKE_NORMAL, UNLIKE_NORMAL, *3 * [UNLIKE_ALBEDO]), strict=True):
+            unlike |= np.abs(plane[first] - plane[second]) > most
         unlike &= (mask[first] > 0) & (mask[second] > 0)
         unlike |= (mask[first] != mask[second]) | (share[first] != share[second])
         edges[first] |= unlike
