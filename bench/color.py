@@ -21,8 +21,9 @@ from bobrossnet.learn.evaluation.scenes import Scenes, own_scenes, scenes_of_fol
 from bobrossnet.picture.order import ADAPTIVE
 from bobrossnet.sdf import X, Y, Z, box, cylinder, sphere
 from bobrossnet.shapes.mesh import Mesh
+from bobrossnet.tracing.pixels import tiled_pixels
 from bobrossnet.tracing.scene import as_scene
-from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
+from bobrossnet.tracing.trace import SceneTracer
 
 RUNS = 21
 FRACTIONS = (0.01, 0.02, 0.05, 0.1)

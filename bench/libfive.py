@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from report import heading, in_turn, median_ratio, spread, table
 
 import bobrossnet as bob
-from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
+from bobrossnet.tracing.pixels import tiled_pixels
+from bobrossnet.tracing.trace import SceneTracer
 
 SIZE = 512
 RUNS = 7

@@ -10,7 +10,8 @@ from functools import partial
 from report import heading, in_turn, median_ratio, table
 
 import bobrossnet as bob
-from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
+from bobrossnet.tracing.pixels import tiled_pixels
+from bobrossnet.tracing.trace import SceneTracer
 
 SIZE = (512, 512)
 RUNS = 9

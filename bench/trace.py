@@ -21,7 +21,8 @@ from sparse import SHARES, SIZE, on_one_thread, sparse_table
 import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.sdf import X, Y, Z, box, cylinder, sphere
-from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
+from bobrossnet.tracing.pixels import tiled_pixels
+from bobrossnet.tracing.trace import SceneTracer
 
 FILES = (
     "scans/stanford_bunny.ply",

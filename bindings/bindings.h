@@ -54,6 +54,7 @@ void check_width(const bob::Layout& layout, std::size_t count, const Samples& sa
 void bind_completion(nb::module_& m);
 void bind_formula(nb::module_& m);
 void bind_language(nb::module_& m);
+void bind_light(nb::module_& m);
 void bind_modelling(nb::module_& m);
 void bind_nurbs(nb::module_& m);
 void bind_picture(nb::module_& m);

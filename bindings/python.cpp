@@ -35,6 +35,7 @@ NB_MODULE(_core, m) {
     bind_frame(m);
     bind_shapes(m);
     bind_scene(m);
+    bind_light(m);
     bind_completion(m);
 
     bind_formula(m);

@@ -15,7 +15,7 @@ from processes import running
 
 import bobrossnet as bob
 from bobrossnet.command_line import cli
-from bobrossnet.picture.files import CAPTION_HEIGHT, GAP
+from bobrossnet.picture.files import CAPTION_HEIGHT, GAP, color_to_8_bit
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
 
@@ -24,6 +24,10 @@ def run(*arguments, timeout=60, cwd=None):
     """The installed command in a separate process."""
     command = [sys.executable, "-m", "bobrossnet", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=timeout, cwd=cwd, check=False)
+
+
+CENTRES = ["--samples", "1", "--background", "#000000"]
+"""One ray through each pixel's centre, and nothing but light in the file."""
 
 
 def pixels(file):
@@ -40,13 +44,13 @@ def leave_signals_alone():
 
 def test_render_the_built_in_scene(tmp_path):
     out = tmp_path / "out.png"
-    done = run("render", "--size", "100x60", "--fraction", "5%", "-o", out)
+    done = run("render", "--size", "100x60", "--fraction", "5%", *CENTRES, "-o", out)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     assert "5 % of 100x60: 300 rays in" in done.stdout
     image = pixels(out)
     part = bob.trace(bob.happy_tree(), size=(60, 100), fraction=0.05)
-    assert np.array_equal(image, np.rint(bob.complete(part) * 255))
+    assert np.array_equal(image[..., 0], color_to_8_bit(bob.complete(part)))
 
 
 def test_out_png_here_is_the_default(tmp_path):
@@ -56,14 +60,16 @@ def test_out_png_here_is_the_default(tmp_path):
 
 def test_the_whole_picture_is_exact(tmp_path):
     out = tmp_path / "full.png"
-    assert cli.main(["render", "--size", "96x64", "--fraction", "100%", "--azimuth", "70", "-o", str(out)]) == 0
+    assert (
+        cli.main(["render", "--size", "96x64", "--fraction", "100%", *CENTRES, "--azimuth", "70", "-o", str(out)]) == 0
+    )
     full = bob.trace(bob.happy_tree(), bob.Camera(azimuth=70), size=(64, 96))
-    assert np.array_equal(pixels(out), np.rint(full.gray * 255))
+    assert np.array_equal(pixels(out)[..., 0], color_to_8_bit(full.gray))
 
 
 def test_perspective(tmp_path):
     out = tmp_path / "near.png"
-    options = ["--size", "96x64", "--fraction", "100%", "-o", str(out)]
+    options = ["--size", "96x64", "--fraction", "100%", *CENTRES, "-o", str(out)]
     stands = bob.Camera(position=(-1.2, -1, 0.3), target=(0, 0, 0.8), fov=70, roll=5)
     for camera, given in (
         (bob.Camera(azimuth=70, fov=35, pan=(0.1, -0.2)), ["--azimuth", "70", "--fov", "35", "--pan", "0.1,-0.2"]),
@@ -72,7 +78,7 @@ def test_perspective(tmp_path):
     ):
         assert cli.main(["render", *options, *given]) == 0
         full = bob.trace(bob.happy_tree(), camera, size=(64, 96))
-        assert np.array_equal(pixels(out), np.rint(full.gray * 255))
+        assert np.array_equal(pixels(out)[..., 0], color_to_8_bit(full.gray))
 
 
 def test_panels(tmp_path, capsys):
@@ -83,8 +89,8 @@ def test_panels(tmp_path, capsys):
     traced, completed, reference = (image[:240, i * (320 + GAP) :][:, :320] for i in range(3))
     full = bob.trace(bob.happy_tree(), size=(240, 320))
     part = full.sample(0.05)
-    assert np.array_equal(reference[..., 0], np.rint(full.gray * 255))
-    assert np.array_equal(completed[..., 1], np.rint(bob.complete(part) * 255))
+    assert np.array_equal(reference[..., 0], color_to_8_bit(full.gray))
+    assert np.array_equal(completed[..., 1], color_to_8_bit(bob.complete(part)))
     green = traced[..., 1] != traced[..., 0]
     assert np.array_equal(green, part.mask == 0)
     printed = capsys.readouterr().out
@@ -98,13 +104,13 @@ def test_several_files_and_up(tmp_path):
         (tmp_path / name).write_text(TRIANGLE.replace("v 0", f"v {i}"))
     out = tmp_path / "out.png"
     files = [str(tmp_path / "a.obj"), str(tmp_path / "b.obj")]
-    arguments = ["render", *files, "--size", "40x40", "--fraction", "1", "-o", str(out)]
+    arguments = ["render", *files, "--size", "40x40", "--fraction", "1", *CENTRES, "-o", str(out)]
     assert cli.main(arguments) == 0
     upright = bob.trace(bob.load(files), size=(40, 40))
-    assert np.array_equal(pixels(out), np.rint(upright.gray * 255))
+    assert np.array_equal(pixels(out)[..., 0], color_to_8_bit(upright.gray))
     assert cli.main([*arguments, "--up", "y"]) == 0
     turned = bob.trace(bob.load(files, up="y"), size=(40, 40))
-    assert np.array_equal(pixels(out), np.rint(turned.gray * 255))
+    assert np.array_equal(pixels(out)[..., 0], color_to_8_bit(turned.gray))
     assert turned != upright
 
 
@@ -124,11 +130,11 @@ BALL = "sphere(1) - box(1.2)\n"
 @pytest.mark.parametrize("name", ["colonnade", "hi", "prospero", "quarter", "tanglecube"])
 def test_formulas(name, tmp_path, capsys):
     file, out = MODELS / f"implicit/{name}.vm", tmp_path / "out.png"
-    assert cli.main(["render", str(file), "--size", "160x120", "--fraction", "100%", "-o", str(out)]) == 0
+    assert cli.main(["render", str(file), "--size", "160x120", "--fraction", "100%", *CENTRES, "-o", str(out)]) == 0
     shape = bob.load(file).instances[0].shape
     printed = capsys.readouterr().out
     assert f"scene      1 shape, {shape.cells:,} cells, loaded and built in " in printed
-    assert np.array_equal(pixels(out), np.rint(bob.trace(shape, size=(120, 160)).gray * 255))
+    assert np.array_equal(pixels(out)[..., 0], color_to_8_bit(bob.trace(shape, size=(120, 160)).gray))
     unresolved = f"unresolved {shape.unresolved_rays:,} rays" if shape.unresolved_rays else "scene"
     assert unresolved in printed
     assert ("unresolved" in printed) == (shape.unresolved_rays > 0)
@@ -143,7 +149,7 @@ def test_shape_scripts(name, tmp_path, capsys):
     file, out = Path(__file__).parents[1] / f"examples/{name}.sdf", tmp_path / "out.png"
     assert cli.main(["render", str(file), "--size", "80x60", "--fraction", "2%", "-o", str(out)]) == 0
     assert " cells, loaded and built in " in capsys.readouterr().out
-    assert pixels(out).shape == (60, 80)
+    assert pixels(out).shape == (60, 80, 4)
     assert cli.main(["info", str(file)]) == 0
     assert f"implicit, '{name}.sdf'" in capsys.readouterr().out
 
@@ -219,9 +225,9 @@ def test_pack_then_render_and_info(tmp_path, capsys):
     files, scene, out = [str(tmp_path / "a.obj"), str(tmp_path / "b.obj")], tmp_path / "s.bob", tmp_path / "out.png"
     assert cli.main(["pack", str(scene), *files, "--up", "y"]) == 0
     assert f"wrote {scene}: 2 shapes, 2 triangles" in capsys.readouterr().out
-    assert cli.main(["render", str(scene), "--size", "40x40", "--fraction", "1", "-o", str(out)]) == 0
+    assert cli.main(["render", str(scene), "--size", "40x40", "--fraction", "1", *CENTRES, "-o", str(out)]) == 0
     turned = bob.trace(bob.load(files).turned_upright(), size=(40, 40))
-    assert np.array_equal(pixels(out), np.rint(turned.gray * 255))
+    assert np.array_equal(pixels(out)[..., 0], color_to_8_bit(turned.gray))
     bob.save_scene(bob.Instance(bob.load_mesh(files[0]), material=bob.Material("#ff0000"), name="a\nsail"), scene)
     capsys.readouterr()
     assert cli.main(["info", str(scene)]) == 0
@@ -440,7 +446,7 @@ def test_a_link_is_written_through(tmp_path):
         (tmp_path / name).symlink_to(aim)
         assert cli.main(["render", "--size", "16x16", "-o", str(tmp_path / name)]) == 0
         assert os.readlink(tmp_path / name) == aim
-        assert pixels(tmp_path / aim).shape == (16, 16)
+        assert pixels(tmp_path / aim).shape == (16, 16, 4)
     assert sorted(file.name for file in target.parent.iterdir()) == ["other.png", "picture.png"]
 
 

@@ -107,7 +107,7 @@ def pixels(page):
 
 
 def expected(scene, camera=None):
-    return to_8_bit(bob.trace(scene, camera, size=(HEIGHT, WIDTH)).gray)
+    return color_to_8_bit(bob.trace(scene, camera, size=(HEIGHT, WIDTH)).gray)
 
 
 def assert_shows(page, gray):
@@ -370,7 +370,7 @@ def test_backgrounds_are_seen_where_nothing_is(shown, folder):
     found = exact(page)
     assert (found[..., 3] != to_8_bit(full.alpha)).mean() < 0.002
     covered = found[..., 3] > 0
-    assert (np.abs(found[..., 0].astype(int) - to_8_bit(full.gray))[covered] > 1).mean() < 0.002
+    assert (np.abs(found[..., 0].astype(int) - color_to_8_bit(full.gray))[covered] > 1).mean() < 0.002
     seen = page.screenshot(clip={"x": 0, "y": 0, "width": WIDTH, "height": HEIGHT})
     picture = np.asarray(Image.open(BytesIO(seen)).convert("RGB")).astype(int)
     np.testing.assert_allclose(picture[[0, -1], 0], [(255, 255, 255), (255, 0, 0)], atol=3)

@@ -21,6 +21,7 @@ import bobrossnet as bob
 from bobrossnet import InputError
 from bobrossnet.command_line import cli
 from bobrossnet.completion.network import load_network
+from bobrossnet.picture.files import color_to_8_bit
 from bobrossnet.pictures.thumbnails import Style, Thumbnail, _made, contact_sheet
 from bobrossnet.pictures.upright import seems_to_lie
 from bobrossnet.sdf import box, sphere
@@ -273,14 +274,31 @@ def test_render_makes_a_picture_to_look_at_of_files(tmp_path: Path) -> None:
 def test_an_amount_to_trace_is_of_pixel_centres(amount: list[str], tmp_path: Path) -> None:
     ROD.save(tmp_path / "rod.ply")
     out = tmp_path / "rod.png"
-    assert cli.main(["render", str(tmp_path / "rod.ply"), "--size", "48x96", *amount, "-o", str(out)]) == 0
+    assert (
+        cli.main(
+            [
+                "render",
+                str(tmp_path / "rod.ply"),
+                "--size",
+                "48x96",
+                *amount,
+                "--samples",
+                "1",
+                "--background",
+                "#000",
+                "-o",
+                str(out),
+            ]
+        )
+        == 0
+    )
     rod = bob.load(tmp_path / "rod.ply")
     if amount[0] == "--error":
         *_, frame = bob.progressive(rod, size="48x96", fraction=0.01, until=0.01)
         gray = frame.image
     else:
         gray = bob.complete(bob.trace(rod, size="48x96", fraction=float(amount[1][:-1]) / 100))
-    assert np.array_equal(np.asarray(opened(out)), np.rint(gray * 255))
+    assert np.array_equal(np.asarray(opened(out))[..., 0], color_to_8_bit(gray))
 
 
 def test_render_fits_on_the_command_line(tmp_path: Path) -> None:

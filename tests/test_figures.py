@@ -20,7 +20,7 @@ from bobrossnet.learn.figures.convergence import FRACTIONS
 from bobrossnet.learn.figures.graph import INPUT, layers_of
 from bobrossnet.learn.figures.style import COLUMN, DPI, PAGE, new_figure, picture_grid, save, show_picture, style
 from bobrossnet.learn.networks import Paper
-from bobrossnet.picture.files import UNTRACED, to_8_bit
+from bobrossnet.picture.files import UNTRACED, color_to_8_bit, to_8_bit
 from bobrossnet.support.errors import InputError
 
 
@@ -63,7 +63,7 @@ def test_convergence_shows_what_is_traced():
     for picture, fraction in zip(pictures, FRACTIONS, strict=True):
         green = (picture == UNTRACED).all(-1)
         assert np.count_nonzero(~green) == max(1, round(fraction * 48 * 48))
-        np.testing.assert_array_equal(picture[~green][:, 0], to_8_bit(full.gray)[~green])
+        np.testing.assert_array_equal(picture[~green][:, 0], color_to_8_bit(full.gray)[~green])
 
 
 def test_samples_are_the_data_sets(data):

@@ -108,10 +108,12 @@ class Calls:
         )
         yield "Implicit", bob.Implicit, {"expression": ball.expression, "bounds": ((-2, -2, -2), (2, 2, 2))}
         yield "Instance", bob.Instance, {"shape": mesh}
+        yield "Light", bob.Light, {"direction": (0, 0, 1), "angle": 5, "color": "#fff", "intensity": 1}
         yield "Material", bob.Material, {"color": "#fff"}
         yield "Mesh", bob.Mesh, {"vertices": mesh.vertices, "triangles": mesh.triangles}
         yield "Samples", bob.Samples, {"gray": [0.5, 0.5]}
         yield "Scene", bob.Scene, {"shapes": mesh}
+        yield "Sky", bob.Sky, {"top": "#fff", "bottom": "#000"}
         yield "SceneTracer", bob.SceneTracer, {"scene": scene, "camera": camera, "size": (8, 8)}
         yield "SDF3", sdf.SDF3, {"function": lambda p: p[:, 0]}
         yield "SDF2", sdf.SDF2, {"function": lambda p: p[:, 0]}

@@ -17,7 +17,7 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.page.look import css
-from bobrossnet.picture.files import to_8_bit
+from bobrossnet.picture.files import color_to_8_bit, to_8_bit
 
 widget = pytest.importorskip("bobrossnet.page.widget", reason="anywidget is not installed")
 
@@ -115,7 +115,7 @@ def assert_shows(found, camera):
     wanted = bob.trace(ball(), camera, size=found.shape[:2])
     covered = wanted.alpha > 0
     assert (found[..., 3] != to_8_bit(wanted.alpha)).mean() < 0.003
-    assert (np.abs(found[..., 0].astype(int) - to_8_bit(wanted.gray))[covered] > 1).mean() < 0.003
+    assert (np.abs(found[..., 0].astype(int) - color_to_8_bit(wanted.gray))[covered] > 1).mean() < 0.003
 
 
 def test_the_widget_shows_its_state_and_tells_its_camera(browser):

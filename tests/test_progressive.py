@@ -1,10 +1,12 @@
 """Progressive pictures: complete from the first frame, exact in the last, on time."""
 
+import re
 from importlib import import_module
 from itertools import islice
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet import _core
@@ -221,3 +223,25 @@ def test_what_a_tracer_raises_comes_through():
 
     with pytest.raises(ZeroDivisionError, match="mine"):
         next(bob.progressive(tracer=tracer, size=SIZE))
+
+
+def test_frames_show_and_save_themselves_as_the_final_picture_looks(tmp_path):
+    """Traced pixels have the tone of `render`; a notebook shows a picture, not arrays."""
+    tree = bob.happy_tree()
+    exact = bob.render(tree, size=SIZE, samples=1)
+    *_, last = bob.progressive(tree, size=SIZE, fraction=0.5)
+    assert np.array_equal(last.picture().rgba, exact.rgba)
+    last.save(tmp_path / "last.png", "#fff")
+    with Image.open(tmp_path / "last.png") as image:
+        white = np.asarray(bob.render(tree, size=SIZE, samples=1, background="#fff"))
+        assert np.array_equal(np.asarray(image.convert("RGBA")), white)
+    assert last._repr_png_().startswith(b"\x89PNG")
+    assert re.fullmatch(r"Frame\(\d+ x \d+, 100 % traced, [\d.e+]+ ms\)", repr(last))
+
+
+def test_frames_of_lit_backgrounds_are_opaque():
+    def sunset(pixels):
+        return bob.Samples(gray=np.full(len(pixels), 0.5), hit=np.zeros(len(pixels), bool))
+
+    *_, last = bob.progressive(tracer=sunset, size=SIZE, fraction=1)
+    assert (last.picture().rgba == (188, 188, 188, 255)).all()

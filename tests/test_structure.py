@@ -21,6 +21,7 @@ CORE = {
     "sampling": {"base", "picture"},
     "reprojection": {"base", "picture"},
     "tracing": {"base", "picture", "shapes"},
+    "light": {"base", "picture", "shapes", "tracing"},
     "completion": {"base", "picture", "sampling"},
     "frame": {"picture"},
 }
@@ -30,7 +31,7 @@ PYTHON = {
     "shapes": {"support"},
     "tracing": {"picture", "shapes", "support"},
     "completion": {"picture", "support"},
-    "frames": {"completion", "picture", "support", "tracing"},
+    "frames": {"completion", "picture", "pictures", "support", "tracing"},
     "sdf": {"adapters", "picture", "shapes", "support", "tracing"},  # for the language's word that reads a file
     "adapters": {"picture", "sdf", "shapes", "support", "tracing"},
     "pictures": {"adapters", "completion", "picture", "shapes", "support", "tracing"},

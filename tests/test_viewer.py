@@ -119,7 +119,7 @@ def page(shared):
 
 def expected(scene, camera=None):
     seen = bob.trace(scene, camera, size=(HEIGHT, WIDTH))
-    return color_to_8_bit(seen.color) if "color" in seen.channels else to_8_bit(seen.gray)
+    return color_to_8_bit(seen.color if "color" in seen.channels else seen.gray)
 
 
 def assert_equal_pictures(found, expected, pixels=0.002):
@@ -274,7 +274,7 @@ def test_moving_pictures_are_completed_from_few_pixels(page):
     """)
     mask, image = np.array(first["mask"]), np.array(first["image"], np.float32).reshape(HEIGHT, WIDTH)
     assert mask.sum() / mask.size == pytest.approx(page.tab.evaluate("() => bobrossnet.statistics.fraction"))
-    assert_equal_pictures(page.pixels(), to_8_bit(image), pixels=0)
+    assert_equal_pictures(page.pixels(), color_to_8_bit(image), pixels=0)
 
 
 def test_movement_ends_what_is_traced_at_rest(browser, viewer):
@@ -556,7 +556,7 @@ def test_two_workers_complete_pictures_where_there_are_four_cores(browser, viewe
     files = page.tab.evaluate("() => workers.map(({ file }) => file)")
     assert sum("completing" in file for file in files) == completing
     csg = bob.trace(bob.load(VIEWER / "gallery" / "csg.sdf"), page.camera(), size=(201, 300))
-    assert_equal_pictures(page.exact(), to_8_bit(csg.gray))
+    assert_equal_pictures(page.exact(), color_to_8_bit(csg.gray))
     page.close()
 
 
@@ -659,7 +659,7 @@ def test_others_go_on_where_a_worker_ends(browser, viewer, role):
         role,
     )
     expected = bob.trace(bob.load(viewer.files["gallery/vase.sdf"]), size=(480, 640))
-    assert_equal_pictures(page.exact(), to_8_bit(expected.gray))
+    assert_equal_pictures(page.exact(), color_to_8_bit(expected.gray))
     page.close()
 
 
@@ -673,7 +673,7 @@ def test_workers_share_a_scene_where_they_may_share_memory(browser, viewer, scri
     assert files.count("tracer.js") in (tracers, tracers + 1)
     assert files.count("thread.js") in (lenders, 2 * lenders)
     gear = bob.trace(bob.load(viewer.files["gallery/gear.sdf"]), page.camera(), size=(201, 300))
-    assert_equal_pictures(page.exact(), to_8_bit(gear.gray))
+    assert_equal_pictures(page.exact(), color_to_8_bit(gear.gray))
     page.close()
 
 
@@ -692,7 +692,7 @@ def test_a_page_says_so_where_a_lent_thread_ends(browser, viewer):
     page.wait_until(lambda: "it ended" in page.text("body"))
     page.choose("gyroid.bob")
     gyroid = bob.trace(bob.load(VIEWER / "gallery" / "gyroid.bob"), size=(201, 300))
-    assert_equal_pictures(page.exact(), to_8_bit(gyroid.gray))
+    assert_equal_pictures(page.exact(), color_to_8_bit(gyroid.gray))
     page.close()
 
 
@@ -1285,7 +1285,7 @@ async (address) => {
 
 
 def test_moving_pictures_are_smaller_where_completing_takes_longer_than_their_time(page, viewer):
-    """Of 33 ms each; 640x480 pixels take 31 or 61 ms. All threads trace a scene's first picture, which one completes."""
+    """Of 33 ms each; 640x480 pixels take 31 or 61 ms. All threads trace the first picture, and one completes it."""
     batches = page.tab.evaluate(SCHEDULED, viewer.url)
     parts, heights, milliseconds, completed = map(list, zip(*batches, strict=True))
     assert parts == [2, 1, 1, 1, 1, 1, 1]

@@ -59,8 +59,10 @@ public:
 
     /// The ray through a pixel's centre, from where the camera stands, or from just before it enters the unit sphere if that
     /// is later; false where it passes the sphere by.
-    [[nodiscard]] bool ray(Pixel pixel, Ray& ray) const {
-        const float row = static_cast<float>(pixel.row), column = static_cast<float>(pixel.column);
+    [[nodiscard]] bool ray(Pixel pixel, Ray& ray) const { return this->ray(static_cast<float>(pixel.row), static_cast<float>(pixel.column), ray); }
+
+    /// The same through any place in the picture.
+    [[nodiscard]] bool ray(float row, float column, Ray& ray) const {
         if (in_perspective_) return ray_from_eye(direction(row, column), ray);
         const float x = x_of(column), y = y_of(row);
         const float z2 = 1 - x * x - y * y;
@@ -68,6 +70,13 @@ public:
         const float z = std::sqrt(std::max(0.f, z2)) + start_margin;
         ray = {x * right_ + y * up_ + z * toward_, -toward_};
         return true;
+    }
+
+    /// The line of sight through a place in the picture, in front of the camera, wherever the scene is: from the eye, or from a plane
+    /// before the unit sphere.
+    [[nodiscard]] Ray line(float row, float column) const {
+        if (in_perspective_) return {rounded(eye_), rounded(direction(row, column))};
+        return {x_of(column) * right_ + y_of(row) * up_ + 2 * toward_, -toward_};
     }
 
     /// Where a point of the scene is seen.
@@ -103,6 +112,13 @@ public:
             return static_cast<float>(std::clamp(nearness, 0., 1.));
         }
         return std::clamp(0.5f + 0.5f * bob::dot(point, toward_), 0.f, 1.f);
+    }
+
+    /// The same of points at any distance, above 1 before the unit sphere and below 0 behind it.
+    [[nodiscard]] float unbounded_depth(Vec3 point) const {
+        if (!in_perspective_) return 0.5f + 0.5f * bob::dot(point, toward_);
+        const Axis from_eye = {point.x - eye_[0], point.y - eye_[1], point.z - eye_[2]};
+        return static_cast<float>(1 - (std::sqrt(dot(from_eye, from_eye)) - nearest_) / range_);
     }
 
     /// A direction of the scene in the screen space of a place in the picture: x right, y up, z towards the camera along the

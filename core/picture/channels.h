@@ -45,10 +45,13 @@ inline constexpr Channel alpha{"alpha", 1, 0, 1};
 /// Which of the scene's instances was hit: its place in the canonical order.
 inline constexpr Channel instance{"instance", 1, 0, 100000};
 
+/// How much light the ground lacks that a scene casts its shadow on, of the share of a pixel that shows it.
+inline constexpr Channel shadow{"shadow", 1, 0, 1, 0, true};
+
 /// How uncertain the gray is, of tracers that draw at random: the variance of its mean; 0 where it is exact.
 inline constexpr Channel variance{"variance", 1, 0, std::numeric_limits<float>::infinity(), 0, true};
 
-inline constexpr Channel all[] = {mask, gray, depth, normal, color, albedo, alpha, instance, variance};
+inline constexpr Channel all[] = {mask, gray, depth, normal, color, albedo, alpha, instance, shadow, variance};
 
 }  // namespace channels
 

@@ -68,6 +68,13 @@ public:
     /// The shading normal at each hit: unit length, turned to the side that the ray came from.
     virtual void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const = 0;
 
+    /// The surface's own normal at each hit, where shading has another: unit length, turned likewise.
+    virtual void face_normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const { this->normals(rays, hits, normals); }
+
+    /// How far the point of a hit lies from the surface at most, in the coordinates of rays: a ray that starts so far above it does not
+    /// meet it again. Of rays whose origins are within a few sizes.
+    [[nodiscard]] virtual float hit_error() const { return 1e-5f; }
+
     /// Whether it has colours of its own; else it is white.
     [[nodiscard]] virtual bool is_colored() const { return false; }
 

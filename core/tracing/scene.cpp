@@ -266,6 +266,17 @@ void Scene::normals_and_colors(std::span<const Ray> rays, std::span<const SceneH
     });
 }
 
+void Scene::face_normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const {
+    std::fill(normals.begin(), normals.end(), Vec3{});
+    for_each_group(instances_, rays, hits, [&](const Instance& instance, std::span<const Entrance> hit_rays, Batch& batch) {
+        const std::size_t count = hit_rays.size();
+        const std::span<Vec3> vectors{batch.vectors.data(), count};
+        instance.shape->face_normals({batch.rays.data(), count}, {batch.hits.data(), count}, vectors);
+        const bool moved = !stands_as_it_is(instance);
+        for (std::size_t j = 0; j < count; ++j) normals[hit_rays[j].ray] = moved ? instance.to_shape.normal_back(vectors[j]) : vectors[j];
+    });
+}
+
 bool Scene::is_colored() const {
     return has_colored_shapes_ || std::ranges::any_of(instances_, [](const Instance& i) { return !i.material.is_white(); });
 }

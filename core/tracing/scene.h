@@ -50,6 +50,9 @@ public:
     void normals_and_colors(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<const float> widths,
                             std::span<Vec3> normals, std::span<Vec3> colors) const;
 
+    /// The surfaces' own normals at each hit, likewise, where shading has others.
+    void face_normals(std::span<const Ray> rays, std::span<const SceneHit> hits, std::span<Vec3> normals) const;
+
     /// Whether any shape has colours of its own.
     [[nodiscard]] bool has_colored_shapes() const { return has_colored_shapes_; }
     /// Whether any surface is not white, so that pictures have colours.

@@ -90,6 +90,7 @@ Write writer_of(const Channel& channel) {
         {channels::normal, write_all<[](const Surface& s, float* to) { to[0] = s.normal.x, to[1] = s.normal.y; }>},
         {channels::albedo, write_all<[](const Surface& s, float* to) { put(s.color, to); }>},
         {channels::alpha, write_all<[](const Surface&, float* to) { *to = 1; }>},
+        {channels::shadow, write_all<[](const Surface&, float* to) { *to = 0; }>},
         {channels::variance, write_all<[](const Surface&, float* to) { *to = 0; }>},
         {channels::instance, write_all<[](const Surface& s, float* to) { *to = static_cast<float>(s.instance); }>},
     };

@@ -43,6 +43,7 @@ from bobrossnet.shapes.tube import Tube, nurbs_curve, polyline
 from bobrossnet.support.errors import InputError, InputTypeError, InputWarning
 from bobrossnet.support.machine import set_thread_count
 from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.light import Light, Sky
 from bobrossnet.tracing.material import Material
 from bobrossnet.tracing.scene import Hits, Scene
 from bobrossnet.tracing.trace import SceneTracer, trace
@@ -61,6 +62,7 @@ __all__ = [
     "InputTypeError",
     "InputWarning",
     "Instance",
+    "Light",
     "Material",
     "Mesh",
     "Picture",
@@ -68,6 +70,7 @@ __all__ = [
     "Scene",
     "SceneTracer",
     "Shape",
+    "Sky",
     "TrimCurve",
     "Tube",
     "View",

@@ -170,6 +170,50 @@ class Arrangement:
         """As rays meet it, in the unit sphere, and in the canonical order by the digests of the shapes, one for each
         place; in the given one without."""
 
+class DiscLight:
+    """`height` is that of its cap of the unit sphere, `color` what a white, rough surface that faces it reflects."""
+
+    def __init__(
+        self, direction: tuple[float, float, float], height: float, color: tuple[float, float, float]
+    ) -> None: ...
+
+class Environment: ...
+
+def environment(texels: F32) -> Environment:
+    """Of (H, W, 3), equirectangular. ValueError if it is too large."""
+
+class Lights:
+    def __init__(
+        self,
+        discs: list[DiscLight],
+        top: tuple[float, float, float],
+        bottom: tuple[float, float, float],
+        environment: Environment | None,
+        turn: float,
+        ground: float | None,
+        bounces: int,
+    ) -> None: ...
+
+class Lighting:
+    def __init__(self, scene: Scene, lights: Lights) -> None: ...
+    def trace(
+        self,
+        camera: Camera,
+        height: int,
+        width: int,
+        pixels: I32,
+        first: U32,
+        count: int,
+        seed: int,
+        apart: bool,
+        layout: Layout,
+        samples: F32,
+    ) -> None:
+        """Writes samples (n, C), means of `count` paths from the one numbered `first` (n,) on."""
+
+    def guides(self, camera: Camera, height: int, width: int, pixels: I32, values: F32) -> None:
+        """Writes (n, 9): mask, depth, normal and albedo of the scene, mask and depth of the ground."""
+
 class Scene:
     """Where instances coincide, the first is seen. Their numbers are those that they have in the arrangement."""
 

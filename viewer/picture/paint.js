@@ -17,9 +17,9 @@ function pack(red, green, blue) {
 /** Rounds as numpy does, halves to even, and clamps. */
 const byte = new Uint8ClampedArray(1);
 
-/** @param {number} gray 0..1 */
-function shade(gray) {
-  byte[0] = 255 * gray;
+/** A value of a map, such as an error. @param {number} value 0..1 */
+function level(value) {
+  byte[0] = 255 * value;
   return (0xff000000 | byte[0] * 0x010101) >>> 0;
 }
 
@@ -30,7 +30,10 @@ const SRGB = Uint8ClampedArray.from({ length: 2 ** 14 + 1 }, (_, i) => {
 });
 
 /** @param {number} value linear, 0..1, by rounding perhaps more */
-const encode = (value) => SRGB[Math.min(2 ** 14, Math.round(2 ** 14 * value))];
+const encode = (value) => SRGB[Math.max(0, Math.min(2 ** 14, Math.round(2 ** 14 * value)))];
+
+/** The one tone of all pictures, white or coloured. @param {number} gray linear, 0..1 */
+const shade = (gray) => (0xff000000 | encode(gray) * 0x010101) >>> 0;
 
 /**
  * How to show pixel i of linear RGB, (3, height, width).
@@ -45,10 +48,7 @@ function tint(color, size, i, coverage = 1) {
 
 /** @param {Float32Array} grays @param {Uint32Array} pixels */
 function shadeAll(grays, pixels) {
-  for (let i = 0; i < pixels.length; ++i) {
-    byte[0] = 255 * grays[i];
-    pixels[i] = 0xff000000 | byte[0] * 0x010101;
-  }
+  for (let i = 0; i < pixels.length; ++i) pixels[i] = 0xff000000 | encode(grays[i]) * 0x010101;
 }
 
 /** @param {Float32Array} color @param {Uint32Array} pixels */
@@ -88,11 +88,11 @@ export function paint(look, painted) {
   const { mode, divider, mask, gray, image, first, expected, exact, color, completedColor, alpha } = look, { height, width } = painted;
   const pixels = new Uint32Array(painted.data.buffer);
   if (mode === "difference" && exact) {
-    for (let i = 0; i < pixels.length; ++i) pixels[i] = shade(ERROR_GAIN * Math.abs(first[i] - image[i]));
+    for (let i = 0; i < pixels.length; ++i) pixels[i] = level(ERROR_GAIN * Math.abs(first[i] - image[i]));
     return;
   }
   if (mode === "uncertain" && expected) {
-    for (let i = 0; i < pixels.length; ++i) pixels[i] = shade(ERROR_GAIN * expected[i]);
+    for (let i = 0; i < pixels.length; ++i) pixels[i] = level(ERROR_GAIN * expected[i]);
     return;
   }
   if (alpha) coverAll(image, completedColor, alpha, pixels);

@@ -181,7 +181,7 @@ std::vector<Vec3> Mesh::in_unit_sphere() const {
 
 std::vector<CornerNormals> Mesh::corner_normals() const {
     const std::vector<Vec3> points = in_unit_sphere();
-    return corner_normals(points, face_normals(points, arrays_.triangles));
+    return corner_normals(points, bob::face_normals(points, arrays_.triangles));
 }
 
 std::vector<CornerNormals> Mesh::corner_normals(std::span<const Vec3> points, std::span<const Vec3> face) const {
@@ -195,7 +195,7 @@ void Mesh::prepare() const {
     const std::span<const Triangle> triangles = arrays_.triangles;
     const std::vector<Vec3> points = in_unit_sphere();
     auto prepared = std::make_unique<Prepared>();
-    prepared->face_normals = face_normals(points, triangles);
+    prepared->face_normals = bob::face_normals(points, triangles);
     prepared->normals = corner_normals(points, prepared->face_normals);
     prepared->bvh = build_triangle_bvh(points, triangles);
     prepare_colors(points, *prepared);
@@ -290,6 +290,13 @@ void Mesh::normals(std::span<const Ray> rays, std::span<const Hit> hits, std::sp
             __builtin_prefetch(&prepared_->face_normals[next]);
         }
         normals[i] = shading_normal(hits[i], rays[i].direction);
+    }
+}
+
+void Mesh::face_normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const {
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        const Vec3 face = prepared_->face_normals[hits[i].primitive];
+        normals[i] = dot(face, rays[i].direction) > 0 ? -face : face;
     }
 }
 

@@ -58,6 +58,8 @@ public:
     void closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
     void normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
 
+    void face_normals(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Vec3> normals) const override;
+
     /// The products of what the arrays have: texture, colours of vertices, colours of faces.
     [[nodiscard]] bool is_colored() const override { return !arrays_.colors.empty() || !arrays_.face_colors.empty() || arrays_.texture; }
     void colors(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const float> widths,

@@ -95,6 +95,22 @@ def add_background(parser: argparse.ArgumentParser, default: str | None, told: s
     )
 
 
+def add_light(parser: argparse.ArgumentParser) -> None:
+    """Add --light and --ground."""
+    parser.add_argument(
+        "--light",
+        default="headlight",
+        metavar="LIGHT",
+        help="headlight, studio, or an equirectangular environment, .hdr, .exr or a picture (default: headlight)",
+    )
+    parser.add_argument(
+        "--ground",
+        action=argparse.BooleanOptionalAction,
+        default=None,
+        help="whether what is lit casts shadows on a plane below it (default: in the studio)",
+    )
+
+
 def add_scheduler(parser: argparse.ArgumentParser) -> None:
     """Add --scheduler, of a cluster to render on."""
     parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler's, to render on its cluster")

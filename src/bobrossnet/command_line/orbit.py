@@ -31,6 +31,7 @@ def add(commands: Any) -> None:
     )
     arguments.add_samples(orbit, 4, "with --fraction 100%%: rays at most for each pixel along edges, 1, 4 or 16")
     arguments.add_background(orbit, "#ffffff")
+    arguments.add_light(orbit)
     arguments.add_scheduler(orbit)
 
 
@@ -54,6 +55,8 @@ def run(options: argparse.Namespace) -> None:
         background=arguments.background(options.background),
         fraction=options.fraction,
         model=options.model,
+        light=options.light,
+        ground=options.ground,
         scheduler=options.scheduler,
     )
     start = time.perf_counter()

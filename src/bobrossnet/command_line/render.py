@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from bobrossnet.command_line import arguments
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
-from bobrossnet.pictures.rendering import BLACK
 
 if TYPE_CHECKING:
     import bobrossnet as bob
@@ -27,9 +26,8 @@ def add(commands: Any) -> None:
     render = commands.add_parser(
         "render",
         help="make a picture of shapes",
-        description="Make a picture of shapes. Of files it is one to look at: exact, with smooth edges, filled by what "
-        "is seen, transparent around it. --fraction, --error and --panels are for what was traced and completed: "
-        "pixels' centres, in the bounding sphere, on black.",
+        description="Make a picture of shapes. Of files it is exact and filled by what is seen. With --fraction or "
+        "--error some pixels are traced, in the bounding sphere, and the others completed; --panels compares these.",
     )
     render.set_defaults(run=run)
     arguments.add_files(render)
@@ -70,48 +68,50 @@ def add(commands: Any) -> None:
         render,
         None,
         "of an exact picture: rays at most for each pixel along edges, 4 or 16; 1 goes through pixels' centres",
-        "4 of files, 1 with an amount to trace",
+        "4",
     )
     arguments.add_background(
         render,
         None,
-        f"transparent of files, #ffffff in formats that can't be; {BLACK} with an amount to trace",
+        "transparent, #ffffff in formats that can't be",
     )
+    arguments.add_light(render)
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
 
 
 def _settle(options: argparse.Namespace, is_exr: bool) -> None:
-    """Choose what was left open: by whether a picture to look at is asked for, or what was traced and completed."""
+    """Choose what was left open."""
     from bobrossnet.picture.files import is_opaque
 
-    to_look_at = bool(options.files) and options.fraction is None and options.error is None and not options.panels
+    is_whole = bool(options.files) and options.fraction is None and options.error is None and not options.panels
+    is_seen = not options.panels and not is_exr
     if options.fraction is None:
-        options.fraction = 1.0 if to_look_at else FRACTION
+        options.fraction = 1.0 if is_whole else FRACTION
     if options.samples is None:
-        options.samples = 4 if to_look_at and not is_exr else 1
+        options.samples = 4 if is_seen else 1
     if options.fit is None:
         home = Camera()
         placed = any(getattr(options, name) != getattr(home, name) for name in ("zoom", "pan", "position"))
-        options.fit = "silhouette" if to_look_at and not placed else "sphere"
-    if options.background is None and to_look_at and not is_exr:
+        options.fit = "silhouette" if is_whole and not placed else "sphere"
+    if options.background is None and is_seen:
         options.background = "#ffffff" if is_opaque(options.out) else "transparent"
 
 
 def run(options: argparse.Namespace) -> None:
     """Make the picture, and print what was done in what time."""
     import bobrossnet as bob
+    from bobrossnet.completion.complete import GUIDED
     from bobrossnet.completion.exr import channels_of
-    from bobrossnet.completion.network import load_network
+    from bobrossnet.completion.network import NetworkLike, load_network
     from bobrossnet.picture.exr import ENDING, write_exr
     from bobrossnet.picture.files import (
         FORMATS,
         color_to_8_bit,
         side_by_side,
-        to_8_bit,
         traced_on_green,
         write_picture,
     )
-    from bobrossnet.pictures.fitting import fitted
+    from bobrossnet.pictures.fitting import fitted, margin_of
     from bobrossnet.pictures.rendering import check_picture, finished
     from bobrossnet.support.atomic import check_writable
     from bobrossnet.support.machine import limit_memory
@@ -130,16 +130,17 @@ def run(options: argparse.Namespace) -> None:
     orbit = options.azimuth, options.elevation, options.roll, options.zoom
     place = {"position": options.position, "target": options.target}
     camera = bob.Camera(*orbit, fov=options.fov, pan=options.pan, **place)
-    model = load_network(options.model)
+    model: NetworkLike = load_network(options.model)
     start = time.perf_counter()
     scene = arguments.scene_of(options)
     scene.core  # noqa: B018  built here, so that its time is not taken for the rays'
     if options.fit == "silhouette":
-        camera = fitted(scene, camera, size=options.size)
+        camera = fitted(scene, camera, size=options.size, margin=margin_of(scene, options.light, options.ground))
     ready_ms = 1000 * (time.perf_counter() - start)
     height, width = options.size
 
     view: dict[str, Any] = {"size": options.size, "order": options.order, "seed": options.seed}
+    view |= {"light": options.light, "ground": options.ground}
 
     def timed_trace(what: str, fraction: float) -> tuple[bob.GBuffer, float]:
         start = time.perf_counter()
@@ -156,6 +157,7 @@ def run(options: argparse.Namespace) -> None:
                 report(frame.fraction)
         part, trace_ms = frame.gbuffer, 1000 * (time.perf_counter() - start)
     exact = part.fraction == 1
+    model = model if part.guides is None else GUIDED
     if height * width <= LARGE and not exact:
         bob.complete(part, model=model)  # the first run fetches memory
     start = time.perf_counter()
@@ -164,7 +166,8 @@ def run(options: argparse.Namespace) -> None:
 
     rays = int(part.mask.sum())
     print(f"scene      {scene.describe()}, loaded and built in {ready_ms:.0f} ms")
-    print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {rays:,} rays in {trace_ms:.1f} ms")
+    what = f"{rays:,} rays" if part.guides is None else f"{rays:,} pixels' light and all first hits"
+    print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {what} in {trace_ms:.1f} ms")
     expected = f", expected error {frame.error:.2g} of gray 0..1" if options.error is not None else ""
     if not exact:
         print(f"completed  in {complete_ms:.1f} ms{expected}")
@@ -172,9 +175,7 @@ def run(options: argparse.Namespace) -> None:
         full, full_ms = (part, trace_ms) if exact else timed_trace("tracing the reference", 1.0)
         quality = f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
         print(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
-        completed, reference = to_8_bit(image), to_8_bit(full.gray)
-        if scene.is_colored:
-            completed, reference = (color_to_8_bit(bob.complete(g, model, channel="color")) for g in (part, full))
+        completed, reference = (color_to_8_bit(bob.complete(g, model, channel="color")) for g in (part, full))
         picture = side_by_side(
             [
                 (traced_on_green(part), f"traced: {100 * part.fraction:.4g} %, {rays:,} rays, {trace_ms:.1f} ms"),
@@ -182,14 +183,12 @@ def run(options: argparse.Namespace) -> None:
                 (reference, f"reference: {width * height:,} rays, {full_ms:.1f} ms"),
             ]
         )
-    elif scene.is_colored or options.background is not None or options.samples > 1:
+    elif not is_exr:
         start = time.perf_counter()
         picture = finished(part, scene, camera, samples=options.samples, background=background, model=model).rgba
-        picture = picture if background is None else picture[..., :3]
-        if exact and options.samples > 1:
+        picture = picture if background is None else picture[..., :3]  # opaque
+        if exact and options.samples > 1 and part.guides is None:
             print(f"edges      smoothed in {1000 * (time.perf_counter() - start):.1f} ms")
-    else:
-        picture = to_8_bit(image)
     if scene.unresolved_rays:
         print(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
     if is_exr:

@@ -26,6 +26,7 @@ def add(commands: Any) -> None:
     arguments.add_up(thumbs)
     arguments.add_samples(thumbs, 4, "rays at most for each pixel along edges, 1, 4 or 16")
     arguments.add_background(thumbs, "transparent")
+    arguments.add_light(thumbs)
     thumbs.add_argument("--anew", action="store_true", help="make all of them, also those that are there")
     thumbs.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each core)")
     arguments.add_scheduler(thumbs)
@@ -56,6 +57,8 @@ def run(options: argparse.Namespace) -> int:
             samples=options.samples,
             background=arguments.background(options.background),
             up=options.up,
+            light=options.light,
+            ground=options.ground,
             anew=options.anew,
             workers=options.workers,
             scheduler=options.scheduler,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bobrossnet import _core
 from bobrossnet.completion.display import displayed, restored
-from bobrossnet.completion.guided import complete_guided
+from bobrossnet.completion.guided import complete_guided, guided_alpha
 from bobrossnet.completion.network import Network, NetworkLike, load_network
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.support.errors import InputError, InputTypeError, check_choice
@@ -60,6 +60,8 @@ def complete(gbuffer: GBuffer, model: NetworkLike = "default", *, channel: str =
     check_choice("channel", channel, ("gray", "color", "albedo", "alpha"))
     if channel in ("gray", "color") and follows_guides(gbuffer, model):
         return complete_guided(gbuffer, channel)
+    if channel == "alpha" and "shadow" in gbuffer.layout.places and follows_guides(gbuffer, model):
+        return guided_alpha(gbuffer)
     network = load_network(model)
     if gbuffer.mask.all():
         return gbuffer.channel(channel).copy()

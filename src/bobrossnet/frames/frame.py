@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from dataclasses import dataclass, field
 from math import inf
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from bobrossnet.completion.complete import complete, completed_color
 from bobrossnet.completion.display import displayed
-from bobrossnet.completion.guided import complete_guided, shown_to_orders
+from bobrossnet.completion.guided import complete_guided, guided_alpha, smoothed
 from bobrossnet.completion.network import Network
 from bobrossnet.completion.uncertainty import mean_error
 from bobrossnet.frames.calls import Calls
@@ -20,18 +21,21 @@ from bobrossnet.frames.planner import Planner
 from bobrossnet.picture.channels import GIVEN, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
+from bobrossnet.picture.light_shown import shown_to_orders
 from bobrossnet.picture.order import Size, pixel_order
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence, with_guesses
+from bobrossnet.pictures.rendered import Picture
+from bobrossnet.pictures.rendering import Background, picture_of
 from bobrossnet.tracing.trace import BATCH, SceneTracer
 
 AHEAD = (32, 128, 1024)
 """Pixels of the core's calls before the first frame. The first one says nothing: what it needs comes into memory."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Frame:
-    """One step of a converging picture."""
+    """One step of a converging picture. In a notebook it shows itself; `save` writes it."""
 
     image: NDArray[np.float32]
     """(H, W): traced pixels as traced, the others completed; in 0..1 unless more was traced."""
@@ -54,6 +58,34 @@ class Frame:
         if self.is_guided:
             return complete_guided(self.shown, "color")
         return self.shown.color.copy() if self.shown.mask.all() else completed_color(self.shown, self.image)
+
+    @property
+    def alpha(self) -> NDArray[np.float32]:
+        """(H, W), how much of each pixel is covered, completed; 1 where light comes from behind all surfaces. Each use
+        computes it anew."""
+        missed = (self.shown.mask > 0) & (self.shown.depth == 0)
+        if (self.shown.gray[missed] > 0).any():
+            return np.ones_like(self.image)
+        if self.is_guided:
+            return guided_alpha(self.shown)
+        return complete(self.shown, self.network, channel="alpha")
+
+    def picture(self, background: Background = None) -> Picture:
+        """The frame as people see it, on a background as `render` takes it: the same look as the final picture's."""
+        if self.is_guided and self.shown.guides is not None and self.shown.guides.edges is not None:
+            return picture_of(*smoothed(self.shown, self.color), background)
+        return picture_of(self.color, self.alpha, background)
+
+    def save(self, path: str | os.PathLike[str], background: Background = None) -> None:
+        """Write the frame's picture; the format follows the ending, as of `Picture.save`."""
+        self.picture(background).save(path)
+
+    def _repr_png_(self) -> bytes:
+        return self.picture()._repr_png_()
+
+    def __repr__(self) -> str:
+        height, width = self.image.shape
+        return f"Frame({height} x {width}, {100 * self.fraction:.4g} % traced, {1000 * self.seconds:.3g} ms)"
 
     @property
     def error(self) -> float:
@@ -247,7 +279,7 @@ class PartialPicture:
             self._passes = np.ones(self.planes.shape[1:], np.int32)
         passes = self._passes[row, column][:, None]
         values = samples.in_layout(self.layout)
-        for name in ("gray", "color", "variance"):
+        for name in ("gray", "color", "shadow", "variance"):
             if name in self.layout.places:
                 before = self.planes[self.layout.places[name], row, column].T
                 # Variances are of means: of the sum of independent ones, by its count squared.

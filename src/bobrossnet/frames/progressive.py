@@ -15,6 +15,8 @@ from bobrossnet.picture.guides import check_guides
 from bobrossnet.picture.order import Size, SizeLike, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.support.errors import InputError, InputTypeError, check_number
+from bobrossnet.tracing.light import LightLike
+from bobrossnet.tracing.lit import lit_tracer
 from bobrossnet.tracing.scene import SceneLike
 from bobrossnet.tracing.trace import SceneTracer, Tracer
 
@@ -32,6 +34,8 @@ def progressive(
     order: str = "default",
     seed: int = 0,
     model: NetworkLike = "default",
+    light: LightLike = None,
+    ground: bool | None = None,
 ) -> Iterator[Frame]:
     """Trace step by step, with a complete picture after each step, until every pixel is exact.
 
@@ -71,6 +75,9 @@ def progressive(
         "adaptive" in its first round alone, and then divides squares whose pixels differ, row by row, which is faster.
     model : str or path
         As in `complete`; or "auto", for each frame the default or the filling, whichever leaves less error in its time.
+        Light is completed along first hits instead.
+    light, ground
+        As in `render`. A pixel that is traced has 16 paths of light; with `until`, pixels are traced again.
 
     Yields
     ------
@@ -95,10 +102,16 @@ def progressive(
             raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
     size = _size_of(tracer, size)
     guides, name = None, model if isinstance(model, str) else None
+    lit = None
     if tracer is None:
         assert scene is not None
-        tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
-    elif name == GUIDED or (name == "default" and not isinstance(tracer, SceneTracer)):
+        camera = Camera() if camera is None else camera
+        lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
+        tracer = lit or SceneTracer(scene, camera, size)
+    elif light is not None or ground is not None:
+        raise InputError("light: expected none beside a tracer, which has its own")
+    follows = name == GUIDED or (name == "default" and not isinstance(tracer, SceneTracer))
+    if lit is not None or (scene is None and follows):
         guides = check_guides(tracer.guides(), size) if hasattr(tracer, "guides") else None
     if frame_ms is not None and fraction is not None:
         raise InputError("progressive: expected frame_ms or fraction, got both")

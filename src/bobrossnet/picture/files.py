@@ -42,19 +42,22 @@ CAPTION_HEIGHT = 26
 GAP = 4
 
 
-def to_8_bit(gray: F32) -> U8:
-    """(H, W) float32 in 0..1 to (H, W) uint8; gray is display-referred, so that there is no gamma to apply."""
-    return np.rint(np.clip(gray, 0, 1) * 255).astype(np.uint8)
+def to_8_bit(values: F32) -> U8:
+    """Values in 0..1 to uint8, without a curve: maps of errors, coverage, and what is sRGB already."""
+    return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
 
 
 def color_to_8_bit(color: F32) -> U8:
-    """Linear RGB, (H, W, 3) float32 in 0..1, to sRGB, (H, W, 3) uint8."""
+    """Light as displays show it: linear gray, (H, W), or RGB, (H, W, 3), to sRGB of the same shape, uint8.
+
+    The one tone of all pictures, exact or completed, white or coloured; brighter than 1 is white.
+    """
     return to_8_bit(to_srgb(color))
 
 
 def traced_on_green(gbuffer: GBuffer) -> U8:
     """The traced pixels, and green where none was: (H, W, 3) uint8."""
-    shown = color_to_8_bit(gbuffer.color) if "color" in gbuffer.channels else to_8_bit(gbuffer.gray)[..., None]
+    shown = color_to_8_bit(gbuffer.color if "color" in gbuffer.channels else gbuffer.gray[..., None])
     return np.where(gbuffer.mask[..., None] > 0, shown, np.array(UNTRACED, np.uint8))
 
 

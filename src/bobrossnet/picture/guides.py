@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bobrossnet.picture.channels import GUIDES, Layout
 from bobrossnet.picture.order import Size, check_size
 from bobrossnet.picture.values import F32, Channels, check_range, of_planes, values_shape
 from bobrossnet.support.errors import InputError, InputTypeError, check_array, shape_of
+
+
+class Edges(NamedTuple):
+    """First hits within pixels that show more than one surface."""
+
+    pixels: NDArray[np.int32]
+    """(n, 2), rows and columns."""
+    surfaces: F32
+    """(n, k, C) of k rays each, in the layout of guides."""
+    ground: NDArray[np.bool_]
+    """(n, k), whether they show the ground."""
 
 
 class Guides(Channels):
@@ -38,8 +50,13 @@ class Guides(Channels):
         If the shapes differ, or a value is not finite or out of range.
     """
 
-    __slots__ = ("layout", "planes")
+    __slots__ = ("edges", "ground", "layout", "planes")
 
+    edges: Edges | None
+    """What is known within pixels at edges, where the others are of pixels' centres."""
+
+    ground: Guides | None
+    """Of the ground that shows the surfaces' shadows; its mask is the share of a pixel that shows it."""
     layout: Layout
     """mask, which says where surfaces are, depth, normal and albedo."""
     planes: F32
@@ -53,7 +70,7 @@ class Guides(Channels):
         dimensions = 2 if first in ("depth", "hit") else 3
         array = check_array(first, given[first], (None,) * dimensions)
         size = check_size(array.shape[:2])
-        self.layout = GUIDES
+        self.layout, self.ground, self.edges = GUIDES, None, None
         if hit is None:
             hit = np.ones(size) if depth is None else np.isfinite(array) & (array != 0)
         empty = check_array("hit", hit, size, hint=f"to match {first}") == 0
@@ -76,15 +93,15 @@ class Guides(Channels):
         self.planes.flags.writeable = False
 
     @classmethod
-    def from_planes(cls, planes: F32) -> Guides:
+    def from_planes(cls, planes: F32, ground: Guides | None = None, edges: Edges | None = None) -> Guides:
         """Guides that take over planes as `planes` has them, unchecked and without a copy."""
         guides = object.__new__(cls)
-        guides.layout, guides.planes = GUIDES, planes
+        guides.layout, guides.planes, guides.ground, guides.edges = GUIDES, planes, ground, edges
         planes.flags.writeable = False
         return guides
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Guides.from_planes, (np.array(self.planes),)
+        return Guides.from_planes, (np.array(self.planes), self.ground, self.edges)
 
     @property
     def hit(self) -> F32:
@@ -101,7 +118,7 @@ class Guides(Channels):
         return of_planes(self.planes, self.layout, name)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Guides) and np.array_equal(self.planes, other.planes)
+        return isinstance(other, Guides) and np.array_equal(self.planes, other.planes) and self.ground == other.ground
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -22,7 +22,8 @@ from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import Background, check_picture, render
 from bobrossnet.support.atomic import check_writable, write_whole
 from bobrossnet.support.cluster import as_done, connected
-from bobrossnet.support.errors import InputError, InputTypeError, check_integer, check_number, each_of
+from bobrossnet.support.errors import InputError, InputTypeError, check_flag, check_integer, check_number, each_of
+from bobrossnet.tracing.light import LightLike, check_light
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ class Film:
     scene : Scene, Shape, Instance or iterable of these
     cameras : iterable of Camera
         One for each picture.
-    size, samples, background, fraction, model
+    size, samples, background, fraction, model, light, ground
         As in `render`.
     scheduler : address of a Dask scheduler, optional
         Its workers, which have this package, make the pictures.
@@ -69,6 +70,8 @@ class Film:
         background: Background = None,
         fraction: float = 1.0,
         model: NetworkLike = "default",
+        light: LightLike = None,
+        ground: bool | None = None,
         scheduler: str | None = None,
     ) -> None:
         self.scene = as_scene(scene)
@@ -86,6 +89,8 @@ class Film:
             "background": background,
             "fraction": fraction,
             "model": load_network(model) if scheduler is None else _by_name(model),
+            "light": check_light(light),
+            "ground": ground if ground is None else check_flag("ground", ground),
         }
         self._scheduler = scheduler
 
@@ -160,6 +165,8 @@ def orbit(
     background: Background = None,
     fraction: float = 1.0,
     model: NetworkLike = "default",
+    light: LightLike = None,
+    ground: bool | None = None,
     scheduler: str | None = None,
 ) -> Film:
     """A film of one turn around a scene, anticlockwise seen from above.
@@ -171,7 +178,7 @@ def orbit(
         The first; it orbits.
     frames : int, 1..10000
         Pictures of the turn.
-    size, samples, background, fraction, model
+    size, samples, background, fraction, model, light, ground
         As in `render`.
     scheduler
         As of `Film`.
@@ -197,7 +204,7 @@ def orbit(
     cameras = [replace(first, azimuth=first.azimuth + 360 * i / frames) for i in range(frames)]
     return Film(
         scene, cameras, size=size, samples=samples, background=background, fraction=fraction, model=model,
-        scheduler=scheduler,
+        light=light, ground=ground, scheduler=scheduler,
     )  # fmt: skip
 
 

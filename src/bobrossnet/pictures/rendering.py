@@ -10,16 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.color import Color, from_srgb, linear, to_srgb
-from bobrossnet.completion.complete import complete
+from bobrossnet.completion.complete import GUIDED, complete
+from bobrossnet.completion.guided import smoothed
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.gbuffer import GBuffer
-from bobrossnet.picture.order import SizeLike, check_size
+from bobrossnet.picture.order import DEFAULT_ORDER, SizeLike, check_size
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.support.errors import InputError, check_integer
+from bobrossnet.tracing.light import HEADLIGHT, LightLike
+from bobrossnet.tracing.lit import lit_tracer
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
-from bobrossnet.tracing.trace import BATCH, SceneTracer, trace
+from bobrossnet.tracing.trace import BATCH, SceneTracer, trace, traced_light
 
 BLACK = "#000000"
 """The background of the page and of sparse pictures, unless another one is asked for."""
@@ -30,6 +33,9 @@ SEEN = Layout("mask,color,alpha")
 """What smooth edges are made of."""
 
 MOST_SAMPLES = 64
+
+PATHS_OF_SAMPLE = 4
+"""Of light: they are also those that smooth edges."""
 
 MOST_ACROSS = 2**31 - 1
 """Rays in a row or a column of the picture: the core counts them in int32."""
@@ -48,6 +54,8 @@ def render(
     background: Background = None,
     fraction: float = 1.0,
     model: NetworkLike = "default",
+    light: LightLike = None,
+    ground: bool | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Picture:
     """Make a picture: every pixel traced, with more rays along edges, or some traced and the others completed.
@@ -65,7 +73,14 @@ def render(
     fraction : float in (0, 1]
         Share of the pixels to trace; the others are completed.
     model : str, path or Network
-        As in `complete`.
+        As in `complete`, but for light, which is completed along first hits.
+    light : "headlight", "studio", Light, Sky, several of them, or path of an environment, optional
+        By default the scene's own, else the headlight, which casts no shadows. "studio" is a soft key light from the
+        upper left of the camera under a gentle sky. Each pixel then has four paths of light for each of `samples`, of
+        which the noise is taken out along first hits.
+    ground : bool, optional
+        Whether what is lit stands on a plane through its lowest point that shows its shadows, and nothing else. By
+        default the scene's own, else under "studio" alone.
     progress : callable, optional
         Called now and then with the share of the first rays that are traced, 0..1.
 
@@ -90,7 +105,11 @@ def render(
     scene = as_scene(scene)
     camera = Camera() if camera is None else camera
     check_picture(samples, background, size)
-    gbuffer = trace(scene, camera, size=size, fraction=fraction, progress=progress)
+    lit = lit_tracer(scene, camera, size, light, ground, paths=PATHS_OF_SAMPLE * samples)
+    if lit is not None:
+        gbuffer = traced_light(lit, fraction, DEFAULT_ORDER, 0, progress)
+    else:
+        gbuffer = trace(scene, camera, size=size, fraction=fraction, light=HEADLIGHT, progress=progress)
     return finished(gbuffer, scene, camera, samples=samples, background=background, model=model)
 
 
@@ -109,9 +128,19 @@ def finished(
     gbuffer: GBuffer, scene: Scene, camera: Camera, *, samples: int, background: Background, model: NetworkLike
 ) -> Picture:
     """The picture of what was traced of a scene with a camera; the arguments are those of `render`."""
-    color, alpha = complete(gbuffer, model, channel="color"), complete(gbuffer, model, channel="alpha")
-    if gbuffer.mask.all() and samples >= 4:
+    model = GUIDED if "shadow" in gbuffer.layout.places else model
+    color = complete(gbuffer, model, channel="color")
+    if samples >= 4 and gbuffer.guides is not None and gbuffer.guides.edges is not None:
+        return picture_of(*smoothed(gbuffer, color), background)
+    alpha = complete(gbuffer, model, channel="alpha")
+    if gbuffer.mask.all() and samples >= 4 and gbuffer.guides is None:
         _smooth_edges(scene, camera, color, alpha, isqrt(samples))
+    return picture_of(color, alpha, background)
+
+
+def picture_of(color: NDArray[np.float32], alpha: NDArray[np.float32], background: Background = None) -> Picture:
+    """The picture that people see of light, (H, W, 3), and coverage, (H, W), before a background: the one look of all
+    doors, whatever was traced or completed."""
     behind = background_rows(background, len(alpha))
     if behind is None:
         return Picture(color, alpha)

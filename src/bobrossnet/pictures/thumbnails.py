@@ -19,13 +19,14 @@ from bobrossnet.adapters.files import check_up, load, shape_files
 from bobrossnet.picture.camera import Camera, orbiting
 from bobrossnet.picture.files import before, sheet
 from bobrossnet.picture.order import SizeLike, check_size
-from bobrossnet.pictures.fitting import fitted
+from bobrossnet.pictures.fitting import fitted, margin_of
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import Background, check_picture, render
 from bobrossnet.support.cluster import as_done, connected
 from bobrossnet.support.errors import InputError, check_callable, check_integer
 from bobrossnet.support.machine import MAX_PROCESSES, limit_memory
 from bobrossnet.support.messages import one_line
+from bobrossnet.tracing.light import LightLike
 
 ENDING = ".png"
 
@@ -50,13 +51,24 @@ class Style(NamedTuple):
     samples: int
     background: Background
     up: str
+    light: LightLike = None
+    ground: bool | None = None
 
 
 def thumbnail(source: str | os.PathLike[str], style: Style) -> Picture:
     """The picture of a file, which its silhouette fills."""
     scene = load(source, up=style.up)
-    camera = fitted(scene, style.camera, size=style.size)
-    return render(scene, camera, size=style.size, samples=style.samples, background=style.background)
+    margin = margin_of(scene, style.light, style.ground)
+    camera = fitted(scene, style.camera, size=style.size, margin=margin)
+    return render(
+        scene,
+        camera,
+        size=style.size,
+        samples=style.samples,
+        background=style.background,
+        light=style.light,
+        ground=style.ground,
+    )
 
 
 def thumbnails(
@@ -68,6 +80,8 @@ def thumbnails(
     samples: int = 4,
     background: Background = None,
     up: str = "z",
+    light: LightLike = None,
+    ground: bool | None = None,
     anew: bool = False,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -81,7 +95,7 @@ def thumbnails(
     out : folder
         Where the pictures are written, in the same folders as the files, under their whole names and .png behind. It
         is made if it is not there.
-    size, samples, background
+    size, samples, background, light, ground
         As in `render`.
     camera : Camera, optional
         One that orbits; its zoom and pan become those at which the silhouette fills the picture.
@@ -117,7 +131,7 @@ def thumbnails(
     check_picture(samples, background, size)
     check_up(up)
     check_callable("progress", progress)
-    style = Style(check_size(size), orbiting(camera), samples, background, up)
+    style = Style(check_size(size), orbiting(camera), samples, background, up, light, ground)
     count = check_integer("workers", min(_cores(), MAX_PROCESSES) if workers is None else workers, 1, MAX_PROCESSES)
     files = shape_files(source)
     folder = Path(source) if Path(source).is_dir() else Path(source).parent

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.files import FORMATS, check_picture_path, color_to_8_bit, to_8_bit, write_picture
+from bobrossnet.picture.files import FORMATS, check_picture_path, color_to_8_bit, write_picture
 from bobrossnet.picture.order import SizeLike
 from bobrossnet.sdf import words
 from bobrossnet.shapes.affine import IDENTITY
@@ -78,7 +78,7 @@ class Solid(words.SDF, Implicit):
         elif ending in FORMATS:
             path = check_picture_path(path)
             seen = trace(self._in(bounds), camera, size=size)
-            write_picture(path, color_to_8_bit(seen.color) if self.is_colored else to_8_bit(seen.gray))
+            write_picture(path, color_to_8_bit(seen.color if self.is_colored else seen.gray))
         else:
             endings = " ".join([*MESH_FORMATS, *FORMATS])
             raise InputError(f"{path}: expected the ending of a mesh or a picture ({endings}), got {ending or 'none'}")

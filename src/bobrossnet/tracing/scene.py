@@ -15,9 +15,18 @@ from bobrossnet import _core
 from bobrossnet.shapes.affine import UPRIGHT, Point, mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.shapes.shape import Shape
-from bobrossnet.support.errors import InputError, InputTypeError, check_array, check_finite, check_number, each_of
+from bobrossnet.support.errors import (
+    InputError,
+    InputTypeError,
+    check_array,
+    check_finite,
+    check_flag,
+    check_number,
+    each_of,
+)
 from bobrossnet.support.threads import lazy
 from bobrossnet.tracing.instance import Instance
+from bobrossnet.tracing.light import LightLike, check_light
 
 MAX_INSTANCES = 100_000
 """In a scene: as many as a file can hold and a page read, and as are placed in seconds."""
@@ -48,10 +57,16 @@ class Scene:
     ----------
     shapes : Shape, Instance, Scene, or an iterable of these
         A bare shape is placed by its own coordinates, in white.
+    light : str, path, Light, Sky or several, optional
+        As in `render`: what lights it unless another light is asked for. Scene files don't hold it.
+    ground : bool, optional
+        Likewise.
 
     Attributes
     ----------
     instances : tuple of Instance
+    light, ground
+        As they were given; of environments what they hold.
     center : (3,) float64
     radius : float, above 0
 
@@ -61,7 +76,9 @@ class Scene:
         If there is no shape, if there are more than `MAX_INSTANCES`, or if all of it lies in one point.
     """
 
-    def __init__(self, shapes: SceneLike) -> None:
+    def __init__(self, shapes: SceneLike, *, light: LightLike = None, ground: bool | None = None) -> None:
+        self.light = check_light(light)
+        self.ground = ground if ground is None else check_flag("ground", ground)
         self.instances = tuple(islice(_instances(shapes), MAX_INSTANCES + 1))
         if not self.instances:
             raise InputError("shapes: expected at least one shape, got none")
@@ -81,7 +98,7 @@ class Scene:
         self.radius = self._arrangement.radius
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Scene, (self.instances,)  # what is in the core can't be copied
+        return _made_again, (self.instances, self.light, self.ground)  # what is in the core can't be copied
 
     def __repr__(self) -> str:
         return f"Scene({self.describe()}, radius {self.radius:.6g})"
@@ -117,7 +134,8 @@ class Scene:
 
     def turned_upright(self) -> Scene:
         """The same scene with what is stored as y up, the habit of games and films, turned to z up."""
-        return Scene(instance.transformed(UPRIGHT) for instance in self.instances)
+        instances = (instance.transformed(UPRIGHT) for instance in self.instances)
+        return Scene(instances, light=self.light, ground=self.ground)
 
     def mesh(self, step: float | None = None) -> Mesh:
         """All shapes as one mesh, each in its place, without normals. What overlaps stays so. If anything is not
@@ -194,6 +212,10 @@ class Scene:
         u, v = np.empty(len(origins)), np.empty(len(origins))
         self.core.closest_hits(origin.astype(np.float32), direction.astype(np.float32), t, found, primitive, u, v)
         return Hits(np.where(found >= 0, (start + t) * self.radius, np.inf), found, primitive, u, v)
+
+
+def _made_again(instances: tuple[Instance, ...], light: LightLike, ground: bool | None) -> Scene:
+    return Scene(instances, light=light, ground=ground)
 
 
 SceneLike: TypeAlias = Scene | Instance | Shape | Iterable[Any]

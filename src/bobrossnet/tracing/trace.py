@@ -12,14 +12,21 @@ from bobrossnet.picture.camera import Camera, check_camera
 from bobrossnet.picture.channels import COLORED, TRACED, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
+from bobrossnet.picture.light_shown import shown_to_orders
 from bobrossnet.picture.order import Size, SizeLike, check_order, check_pixels, check_size, pixel_count
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.support.errors import InputError, InputTypeError, check_callable, check_flag, check_integer
+from bobrossnet.tracing.light import LightLike
+from bobrossnet.tracing.lit import LIT, LitTracer, lit_tracer
+from bobrossnet.tracing.pixels import tiled_pixels
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
 Tracer: TypeAlias = Callable[[NDArray[np.int32]], Samples]
 """From pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds."""
+
+LIT_BATCH = 2**12
+"""The same of pixels with light."""
 
 BATCH = 2**17
 """Pixels handed to the tracer at once: a few hundredths of a second of work, and a few MB."""
@@ -98,6 +105,8 @@ def trace(
     order: str = "default",
     seed: int = 0,
     guides: bool = False,
+    light: LightLike = None,
+    ground: bool | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> GBuffer:
     """Trace a share of an image's pixels, one ray through the centre of each.
@@ -120,6 +129,9 @@ def trace(
     guides : bool
         Find the first surface at all pixels as well, which `complete` then follows. For materials whose light takes
         longer than rays; the core's own do not.
+    light, ground
+        As in `render`. Under anything but the headlight a pixel's color is the mean of 16 paths of light, gray its
+        luminance, both of any range, with a variance; the G-buffer has guides, and of a ground its `shadow`.
     progress : callable, optional
         Called now and then with the share of the work done, 0..1.
 
@@ -140,10 +152,15 @@ def trace(
     >>> int(part.mask.sum())
     960
     """
-    tracer = SceneTracer(scene, Camera() if camera is None else camera, size)
+    camera = Camera() if camera is None else camera
     check_order(order, seed)
     check_callable("progress", progress)
     guides = check_flag("guides", guides)
+    pixel_count(fraction, check_size(size))
+    lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
+    if lit is not None:
+        return traced_light(lit, fraction, order, seed, progress)
+    tracer = SceneTracer(scene, camera, size)
     count = pixel_count(fraction, tracer.size)
     planes = untraced_planes(tracer.size, tracer.layout)
     sequence = PixelSequence(tracer.size, order, seed) if count < planes[0].size else None
@@ -160,27 +177,40 @@ def trace(
     return GBuffer.from_stack(planes, tracer.layout, tracer.guides() if guides else None)
 
 
+def traced_light(
+    tracer: LitTracer, fraction: float, order: str, seed: int, progress: Callable[[float], None] | None
+) -> GBuffer:
+    """The G-buffer of a share of the pixels, each traced once, with guides of all.
+
+    Those that show nothing cost nothing: the share is of the others, as far as the guides tell them apart.
+    """
+    guides, planes = tracer.guides(), untraced_planes(tracer.size, LIT)
+    shows = guides.hit > 0 if guides.ground is None else (guides.hit > 0) | (guides.ground.hit > 0)
+    count = max(1, round(fraction * np.count_nonzero(shows)))
+    if fraction == 1:
+        shows, count = np.ones_like(shows), shows.size
+    sequence = PixelSequence(tracer.size, order if fraction < 1 else "lattice", seed, guides)
+    done = 0
+    while done < count:
+        shown = GBuffer.from_stack(planes.view(), LIT, guides, is_display_referred=False)
+        shown = shown_to_orders(shown) if sequence.looks else shown
+        wanted = min(LIT_BATCH, count - done, planes[0].size - sequence.done)
+        if wanted == 0:  # only what shows nothing is left
+            break
+        pixels = sequence.next(wanted, shown.planes, shown.layout)
+        scatter(tracer(pixels), pixels, planes, LIT)
+        done += int(np.count_nonzero(shows[pixels[:, 0], pixels[:, 1]]))
+        if progress is not None:
+            progress(min(1, done / count))
+    return GBuffer.from_stack(planes, LIT, guides, is_display_referred=False)
+
+
 def _band(size: Size, done: int) -> NDArray[np.int32]:
     """The next rows of an image of which all pixels are traced, in tiles, which is faster; `done` pixels are above."""
     height, width = size
     top = done // width
     band = max(8, BATCH // width // 8 * 8)
     return tiled_pixels((min(band, height - top), width), top)
-
-
-def tiled_pixels(size: Size, top: int = 0) -> NDArray[np.int32]:
-    """All pixels of as many rows from `top` on, (H * W, 2) int32, in 8x8 tiles: neighbours one after the other visit
-    the same parts of a BVH."""
-    height, width = size
-    inside = np.arange(8, dtype=np.int32)
-    rows = np.arange(top, top + height, 8, dtype=np.int32)[:, None, None, None] + inside[:, None]
-    columns = np.arange(0, width, 8, dtype=np.int32)[None, :, None, None] + inside
-    tiles = np.empty((-(-height // 8), -(-width // 8), 8, 8, 2), np.int32)  # (tile row, tile column, row, column, 2)
-    tiles[..., 0], tiles[..., 1] = rows, columns
-    pixels = tiles.reshape(-1, 2)
-    if height % 8 == 0 and width % 8 == 0:
-        return pixels
-    return pixels[(pixels[:, 0] < top + height) & (pixels[:, 1] < width)]
 
 
 def check_samples(samples: Any, count: int) -> Samples:

@@ -1,0 +1,150 @@
+"""Light from few paths: some pixels with many each, completed along first hits, against all pixels with few, denoised.
+
+python bench/light.py [--paths 1 2 4 16] [--scenes tree bunny] [--lights sky studio]
+
+Every contender has as many paths for each pixel that shows a surface, and the same first hits. The truth has 512.
+"""
+
+import argparse
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import bobrossnet as bob
+from bobrossnet.color import luminance
+from bobrossnet.completion.guided import complete_guided, smoothed
+from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.picture.order import Size
+from bobrossnet.tracing.light import LightLike
+from bobrossnet.tracing.lit import LitTracer
+from bobrossnet.tracing.trace import traced_light
+
+F32 = NDArray[np.float32]
+MODELS = Path(__file__).parents[2] / "shared/models"
+SCENES = {
+    "tree": None,
+    "bunny": "scans/stanford_bunny.ply",
+    "truck": "loader_originals/glb_material/CesiumMilkTruck.glb",
+    "rocker arm": "mechanical/rocker_arm.ply",
+    "lamp": "furniture_household/barn_lamp.ply",
+    "house": "architecture/scene_house.ply",
+}
+SIZE = (288, 384)
+SHARES = {1: 0.08, 2: 0.12, 4: 0.2, 8: 0.3, 16: 0.5}
+"""Of the pixels, by how many paths there are for a pixel of the picture."""
+
+LIGHTS: dict[str, tuple[LightLike, int]] = {"sky": ([bob.Sky()], 1), "studio": ("studio", 2)}
+"""And surfaces that a path meets: the first is ambient occlusion."""
+
+
+def seen(
+    scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 0, size: Size = SIZE, apart: bool = False
+) -> LitTracer:
+    """The tracer of so many paths a pixel."""
+    lights, bounces = LIGHTS[light]
+    return LitTracer(scene, camera, size, lights, paths=paths, bounces=bounces, seed=seed, apart=apart)
+
+
+def shown(gray: F32) -> F32:
+    """As displays show it: errors count as people see them."""
+    displayed: F32 = np.clip(gray, 0, 1) ** np.float32(1 / 2.2)
+    return displayed
+
+
+def ours(scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 1) -> F32:
+    """A share of the pixels, completed along first hits."""
+    share = SHARES[paths]
+    part = traced_light(seen(scene, camera, light, round(paths / share), seed), share, "default", seed, None)
+    return luminance(smoothed(part, complete_guided(part, "color"))[0])
+
+
+def whole(scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 1) -> GBuffer:
+    """All pixels, each of them with paths through all of it."""
+    return traced_light(seen(scene, camera, light, paths, seed, apart=True), 1.0, "lattice", seed, None)
+
+
+def along_guides(part: GBuffer) -> F32:
+    """All pixels along the same guides, as a noisy picture is completed."""
+    return complete_guided(part, "gray")
+
+
+def bilateral(part: GBuffer, reach: int = 6, sigmas: tuple[float, float, float] = (0.15, 0.01, 3.5)) -> F32:
+    """A plain cross-bilateral filter of 13 x 13 pixels: by normal, depth and distance."""
+    guides = part.guides
+    assert guides is not None
+    gray, divisor = part.gray, np.maximum(luminance(guides.albedo), 0.02)
+    light, (of_normal, of_depth, of_place) = gray / divisor, sigmas
+    features = np.concatenate(
+        [guides.normal / of_normal, guides.depth[..., None] / of_depth, guides.hit[..., None] / 0.3], -1
+    )
+    height, width = gray.shape
+    pad = [(reach, reach), (reach, reach)]
+    padded, lights, hits = np.pad(features, [*pad, (0, 0)]), np.pad(light, pad), np.pad(guides.hit, pad)
+    total, weights = np.zeros_like(gray), np.zeros_like(gray)
+    for down in range(2 * reach + 1):
+        for right in range(2 * reach + 1):
+            there = np.s_[down : down + height, right : right + width]
+            apart = ((padded[there] - features) ** 2).sum(-1)
+            far = ((down - reach) ** 2 + (right - reach) ** 2) / of_place**2
+            weight = np.exp(-0.5 * (apart + far)) * (hits[there] > 0)
+            total += weight * lights[there]
+            weights += weight
+    filtered: F32 = np.where(guides.hit > 0, total / np.maximum(weights, 1e-6), 0) * divisor
+    return filtered
+
+
+def denoised(part: GBuffer) -> F32:
+    from bobrossnet.adapters import oidn
+
+    return luminance(oidn.denoise(part))
+
+
+def half_resolution(scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 1) -> F32:
+    """A quarter of the pixels with four times the paths, enlarged by light along the same guides."""
+    part = traced_light(
+        seen(scene, camera, light, 4 * paths, seed, (SIZE[0] // 2, SIZE[1] // 2)), 1.0, "lattice", seed, None
+    )
+    fine = seen(scene, camera, light, 1, apart=True).guides()
+    planes = np.zeros((part.layout.width, *SIZE), np.float32)
+    planes[:, ::2, ::2] = part.planes
+    return complete_guided(GBuffer.from_stack(planes, part.layout, fine, False), "gray")
+
+
+def scores(image: F32, truth: F32) -> tuple[float, float]:
+    a, b = shown(image).astype(np.float32), shown(truth).astype(np.float32)
+    return bob.ssim(a, b), float(np.abs(a - b).mean())
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--paths", type=int, nargs="+", default=[1, 2, 4, 16])
+    parser.add_argument("--scenes", nargs="+", default=list(SCENES))
+    parser.add_argument("--lights", nargs="+", default=list(LIGHTS))
+    parser.add_argument("--truth", type=int, default=512)
+    options = parser.parse_args()
+    names = ["ours", "all + our fit", "all + OIDN", "all + bilateral", "half + our fit"]
+    print("SSIM (mean absolute error in 1/255) as displays show it, 384x288\n")
+    print("| light | scene | paths | " + " | ".join(names) + " |\n|---|---|---|" + "---|" * len(names))
+    for light in options.lights:
+        for name in options.scenes:
+            file = SCENES[name]
+            scene = bob.Scene(bob.happy_tree() if file is None else bob.load(MODELS / file))
+            camera = bob.fitted(scene, bob.Camera(), size=SIZE)
+            camera = replace(camera, zoom=0.9 * camera.zoom)
+            truth = whole(scene, camera, light, options.truth, seed=99).gray
+            for paths in options.paths:
+                part = whole(scene, camera, light, paths)
+                images = [ours(scene, camera, light, paths), along_guides(part), denoised(part), bilateral(part)]
+                images.append(half_resolution(scene, camera, light, paths))
+                found = [scores(image, truth) for image in images]
+                cells = " | ".join(f"{ssim:.3f} ({255 * error:.2f})" for ssim, error in found)
+                print(f"| {light} | {name} | {paths} | {cells} |", flush=True)
+
+
+if __name__ == "__main__":
+    start = time.perf_counter()
+    main()
+    print(f"\n{time.perf_counter() - start:.0f} s")

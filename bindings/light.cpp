@@ -1,0 +1,68 @@
+/// Light: discs, skies, and what they do in a scene.
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "bindings.h"
+#include "light/lighting.h"
+
+using namespace nb::literals;
+
+namespace {
+
+bob::Vec3 vector_of(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+
+std::shared_ptr<bob::Environment> environment(const Array<const float, -1, -1, 3>& texels) {
+    const std::span<const bob::Vec3> values{reinterpret_cast<const bob::Vec3*>(texels.data()), texels.shape(0) * texels.shape(1)};
+    const int height = static_cast<int>(texels.shape(0)), width = static_cast<int>(texels.shape(1));
+    return without_gil([&] { return std::make_shared<bob::Environment>(values, height, width); });
+}
+
+void init_lights(bob::Lights* self, const std::vector<bob::DiscLight>& discs, const std::array<float, 3>& top, const std::array<float, 3>& bottom,
+                 std::shared_ptr<bob::Environment> environment, float turn, std::optional<float> ground, int bounces) {
+    new (self) bob::Lights{discs, {vector_of(top), vector_of(bottom), std::move(environment), std::cos(turn), std::sin(turn)},
+                           ground.value_or(-std::numeric_limits<float>::infinity()), bounces};
+}
+
+void trace(const bob::Lighting& lighting, const bob::Camera& camera, int height, int width, const Pixels& pixels, const Array<const std::uint32_t, -1>& first,
+           std::uint32_t count, std::uint64_t seed, bool apart, const bob::Layout& layout, const Samples& samples) {
+    check_pixels(pixels, height, width);
+    check_width(layout, pixels.shape(0), samples);
+    expect(first.shape(0) == pixels.shape(0), "first: expected one for each pixel");
+    expect(count >= 1, "count: expected at least 1");
+    interruptible([&] {
+        lighting.trace(camera, height, width, items<bob::Pixel>(pixels), {items<std::uint32_t>(first), count, seed, apart}, layout, samples.data());
+    });
+}
+
+void guides(const bob::Lighting& lighting, const bob::Camera& camera, int height, int width, const Pixels& pixels, const Samples& values) {
+    check_pixels(pixels, height, width);
+    expect(values.shape(0) == pixels.shape(0) && values.shape(1) == bob::Lighting::guide_width, "guides: expected 9 numbers for each pixel");
+    interruptible([&] { lighting.guides(camera, height, width, items<bob::Pixel>(pixels), values.data()); });
+}
+
+}  // namespace
+
+void bind_light(nb::module_& m) {
+    nb::class_<bob::DiscLight>(m, "DiscLight")
+        .def("__init__", [](bob::DiscLight* self, const std::array<float, 3>& direction, float height, const std::array<float, 3>& color) {
+            new (self) bob::DiscLight{vector_of(direction), height, vector_of(color)};
+        }, "direction"_a, "height"_a, "color"_a);
+    nb::class_<bob::Environment>(m, "Environment");
+    m.def("environment", &environment, "texels"_a.noconvert());
+    nb::class_<bob::Lights>(m, "Lights")
+        .def("__init__", &init_lights, "discs"_a, "top"_a, "bottom"_a, "environment"_a.none(), "turn"_a, "ground"_a.none(), "bounces"_a);
+    nb::class_<bob::Lighting>(m, "Lighting")
+        .def(nb::init<const bob::Scene&, bob::Lights>(), "scene"_a, "lights"_a, nb::keep_alive<1, 2>())
+        .def("trace", &trace, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "first"_a.noconvert(), "count"_a, "seed"_a, "apart"_a, "layout"_a,
+             "samples"_a.noconvert())
+        .def("guides", &guides, "camera"_a, "height"_a, "width"_a, "pixels"_a.noconvert(), "values"_a.noconvert());
+}

@@ -1,0 +1,500 @@
+#include "light/lighting.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "base/color.h"
+#include "base/parallel.h"
+#include "base/thread_memory.h"
+#include "light/directions.h"
+#include "light/reflection.h"
+#include "light/sobol.h"
+
+namespace bob {
+namespace {
+
+/// Paths that are traced together: enough for shapes that sort their rays, few enough for a thread's cache.
+constexpr std::size_t paths_at_once = 4096;
+
+/// Surfaces that a path meets at most, mirrors counted.
+constexpr int most_surfaces = 8;
+
+/// More than what rounding moves a point of the unit sphere by, from the numbers of its ray on.
+constexpr float rounding = 0x1p-21f;
+
+/// Variances are of so many means of a pixel's samples, each over a run of its sequence.
+constexpr std::uint32_t most_runs = 4;
+
+/// A path's own groups of its sequence, for each surface: a direction, and one for each light.
+constexpr std::uint32_t groups_of_surface = 64;
+
+Vec3 product(Vec3 a, Vec3 b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+
+/// What the ground reflects once paths have left the scene; to the eye it only shows shadows.
+const Material& ground_material() {
+    static const Material material = [] {
+        Material gray;
+        for (double& c : gray.color) c = 0.5;
+        gray.ambient = 0, gray.diffuse = 1, gray.specular = 0;
+        return gray;
+    }();
+    return material;
+}
+
+/// Where a ray enters a sphere somewhat larger than the scene's, at least 0; below 0 where it passes by.
+float entry(const Ray& ray) {
+    constexpr double squared_radius = 1.02;
+    double along = 0, squared = 0, from_centre = 0;
+    for (int k = 0; k < 3; ++k) {
+        along -= static_cast<double>(ray.origin[k]) * static_cast<double>(ray.direction[k]);
+        squared += static_cast<double>(ray.direction[k]) * static_cast<double>(ray.direction[k]);
+        from_centre += static_cast<double>(ray.origin[k]) * static_cast<double>(ray.origin[k]);
+    }
+    if (from_centre <= squared_radius) return 0;
+    const double inside = along * along - squared * (from_centre - squared_radius);
+    if (along <= 0 || inside < 0) return -1;
+    return static_cast<float>((along - std::sqrt(inside)) / squared);
+}
+
+/// Of the densities of two ways to draw the same direction: the share of the first.
+float share_of(float own, float other) { return std::isinf(own) ? 1 : own / (own + other); }
+
+}  // namespace
+
+/// What a ray meets.
+struct Lighting::Met {
+    enum Kind : std::uint8_t { sky, ground, surface };
+
+    Kind kind = sky;
+    std::uint32_t instance = no_instance;
+    float start = 0;               // how far above the surface rays start
+    Vec3 point, normal, face;      // the normals turned to the ray
+    Vec3 color;                    // of the shape and its material together
+    const Material* material = nullptr;
+};
+
+struct Lighting::Memory {
+    std::vector<Ray> inner;
+    std::vector<std::uint32_t> number;  // of the ray that each inner one is of
+    std::vector<float> entered, inner_widths;
+    std::vector<SceneHit> hits;
+    std::vector<Vec3> normals, faces, colors;
+    std::vector<Met> met;
+};
+
+void Lighting::meet(std::span<const Ray> rays, std::span<const float> widths, std::span<const std::uint8_t> wants, Memory& memory) const {
+    auto& [inner, number, entered, inner_widths, hits, normals, faces, colors, met] = memory;
+    inner.clear(), number.clear(), entered.clear();
+    met.assign(rays.size(), {});
+    for (std::uint32_t i = 0; i < rays.size(); ++i) {
+        const float start = entry(rays[i]);
+        if (start >= 0) inner.push_back({rays[i].origin + start * rays[i].direction, rays[i].direction}), number.push_back(i), entered.push_back(start);
+    }
+    hits.resize(inner.size());
+    scene_.closest_hits(inner, hits);
+    for (std::size_t j = 0; j < inner.size(); ++j) {
+        if (hits[j].instance == no_instance) continue;
+        Met& m = met[number[j]];
+        m.kind = Met::surface, m.instance = hits[j].instance, m.material = &scene_[m.instance].material;
+    }
+    if (lights_.has_ground()) {
+        std::size_t j = 0;
+        for (std::uint32_t i = 0; i < rays.size(); ++i) {
+            while (j < number.size() && number[j] < i) ++j;
+            const bool is_inner = j < number.size() && number[j] == i;
+            const auto& [origin, direction] = rays[i];
+            if (!(direction.z < 0) || !(origin.z > lights_.ground)) continue;
+            const float t = (lights_.ground - origin.z) / direction.z;
+            if (is_inner && !(t < entered[j] + hits[j].t)) continue;
+            Vec3 point = origin + t * direction;
+            if (!std::isfinite(point.x) || !std::isfinite(point.y)) continue;  // of the horizon
+            point.z = lights_.ground;
+            met[i] = {Met::ground, no_instance, rounding, point, {0, 0, 1}, {0, 0, 1}, ground_material().base_color(), &ground_material()};
+            if (is_inner) hits[j].instance = no_instance;
+        }
+    }
+    std::size_t wanted = 0;
+    inner_widths.resize(inner.size());
+    for (std::size_t j = 0; j < inner.size(); ++j) {
+        if (hits[j].instance == no_instance || !wants[number[j]]) continue;
+        inner[wanted] = inner[j], number[wanted] = number[j], hits[wanted] = hits[j], inner_widths[wanted] = widths[number[j]];
+        ++wanted;
+    }
+    normals.resize(wanted), faces.resize(wanted), colors.resize(wanted);
+    const std::span<const Ray> some{inner.data(), wanted};
+    const std::span<const SceneHit> found{hits.data(), wanted};
+    scene_.normals_and_colors(some, found, {inner_widths.data(), wanted}, normals, colors);
+    scene_.face_normals(some, found, faces);
+    for (std::size_t j = 0; j < wanted; ++j) {
+        Met& m = met[number[j]];
+        const Ray& ray = inner[j];
+        m.start = errors_[m.instance];
+        m.point = ray.origin + hits[j].t * ray.direction;
+        m.face = faces[j], m.normal = normals[j], m.color = product(m.material->base_color(), colors[j]);
+        // Of a face without an area, and of a formula without a slope, the ray's own direction.
+        if (dot(m.face, m.face) == 0) m.face = -normalized(ray.direction);
+        if (dot(m.normal, m.normal) == 0) m.normal = m.face;
+    }
+}
+
+bool Lighting::sees(const Projection& projection, float row, float column, Ray& ray) const {
+    const bool is_inner = projection.ray(row, column, ray);
+    if (!lights_.has_ground()) return is_inner;
+    const Ray line = projection.line(row, column);
+    if (is_inner && (ray.origin.z > lights_.ground || !(line.origin.z > lights_.ground))) return true;
+    ray = line;  // which meets the ground before it could enter the scene, or passes the scene by
+    return true;
+}
+
+Lighting::Lighting(const Scene& scene, Lights lights) : scene_(scene), lights_(std::move(lights)) {
+    for (std::uint32_t k = 0; k < scene.size(); ++k) {
+        const Instance& instance = scene[k];
+        const double least = singular_values(instance.to_shape)[2];
+        errors_.push_back(static_cast<float>(std::min(1., static_cast<double>(instance.shape->hit_error()) / least)) + rounding);
+    }
+    const Sky& sky = lights_.sky;
+    double sum = 0, weights = 0;
+    constexpr int rows = 256, columns = 512;
+    for (int row = 0; row < rows; ++row) {
+        const double z = (row + 0.5) / rows, ring = std::sqrt(1 - z * z);
+        for (int column = 0; column < columns; ++column) {
+            const double angle = 2 * 3.14159265358979323846 * (column + 0.5) / columns;
+            const Vec3 toward{static_cast<float>(ring * std::cos(angle)), static_cast<float>(ring * std::sin(angle)), static_cast<float>(z)};
+            sum += z * static_cast<double>(luminance(sky.radiance(toward))), weights += z;
+            if (!sky.environment) break;  // alike all around
+        }
+    }
+    ground_light_ = static_cast<float>(sum / weights);
+    for (const DiscLight& disc : lights_.discs) ground_light_ += luminance(disc.color) * std::max(0.f, disc.direction.z);
+}
+
+namespace {
+
+struct Path {
+    Vec3 throughput{1, 1, 1};
+    float density = 0;  // of its last direction, to be compared with those of lights; infinite where only this way leads to them
+    std::uint32_t slot = 0;
+    std::int32_t left = 0;  // surfaces that it may still be shaded at
+    bool to_ground = false; // rather than to the eye: what it brings takes from the shadow there
+};
+
+/// Light on its way, which arrives unless something is between.
+struct Sent {
+    Vec3 light;
+    std::uint32_t slot;
+    enum To : std::uint8_t { surface, surface_beside_ground, ground } to;
+};
+
+/// What came of one path.
+struct Arrived {
+    Vec3 color, albedo, normal;
+    float shadow = 0, depth = 0;
+    bool is_hit = false, is_uncertain = false;
+};
+
+}  // namespace
+
+/// Paths of one thread, on their way together.
+class Lighting::Paths {
+public:
+    /// Rays see textures as wide as their share of a pixel.
+    Paths(const Lighting& lighting, const Projection& projection, float share)
+        : lighting_(lighting), lights_(lighting.lights_), projection_(projection), width_(share * projection.pixel_width(0.5f)) {}
+
+    std::vector<Arrived> arrived;
+
+    void begin(std::size_t count) {
+        arrived.assign(count, {}), sequences_.clear(), places_.clear();
+        rays_.clear(), paths_.clear(), widths_.clear(), wants_.clear();
+    }
+
+    /// From a place in the picture, for the next slot.
+    void add(float row, float column, const PixelSequence& sequence) {
+        const auto slot = static_cast<std::uint32_t>(sequences_.size());
+        sequences_.push_back(sequence), places_.push_back({row, column});
+        Ray ray;
+        if (!lighting_.sees(projection_, row, column, ray)) return;
+        rays_.push_back(ray), widths_.push_back(width_ / length(ray.direction)), wants_.push_back(1);
+        Path path;
+        path.slot = slot, path.left = lights_.bounces;
+        paths_.push_back(path);
+    }
+
+    void go() {
+        for (int surface = 0; !paths_.empty() && surface < most_surfaces + 1; ++surface) {
+            lighting_.meet(rays_, widths_, wants_, memory_);
+            send(surface);
+            receive();
+        }
+    }
+
+private:
+    struct InPicture {
+        float row, column;
+    };
+
+    /// Adds the light of paths that left, and sends the others on.
+    void send(int surface) {
+        next_rays_.clear(), next_paths_.clear(), next_widths_.clear(), next_wants_.clear();
+        light_rays_.clear(), sent_.clear();
+        const std::vector<Met>& met = memory_.met;
+        for (std::size_t i = 0; i < paths_.size(); ++i) {
+            const Path& path = paths_[i];
+            Arrived& to = arrived[path.slot];
+            if (surface == 0) {
+                if (met[i].kind == Met::surface) note(to, met[i], path.slot);
+                if (met[i].kind == Met::ground) shade_ground(path, met[i]);
+                if (met[i].kind != Met::surface) continue;
+            } else if (met[i].kind == Met::sky) {
+                // Of the ground's own sky, only what lies before it counts.
+                if (!path.to_ground || surface > 1) arrive(path, escaped(rays_[i].direction, path.density));
+                continue;
+            }
+            if (path.to_ground && surface == 1) to.shadow += luminance(lights_.sky.radiance(rays_[i].direction)) / lighting_.ground_light_;
+            if (met[i].material->emits()) arrive(path, Material::rounded(met[i].material->emissive));
+            if (path.left > 0 && surface < most_surfaces) shade(path, met[i], rays_[i].direction, surface);
+        }
+        rays_.swap(next_rays_), paths_.swap(next_paths_), widths_.swap(next_widths_), wants_.swap(next_wants_);
+    }
+
+    /// Adds light at the end of a path.
+    void arrive(const Path& path, Vec3 light) { arrive(path.slot, product(path.throughput, light), path.to_ground); }
+    void arrive(std::uint32_t slot, Vec3 light, bool to_ground) {
+        Arrived& to = arrived[slot];
+        if (to_ground) {
+            to.shadow -= luminance(light) / lighting_.ground_light_;
+        } else {
+            to.color = to.color + light;
+        }
+    }
+
+    void note(Arrived& to, const Met& met, std::uint32_t slot) const {
+        const auto [row, column] = places_[slot];
+        to.is_hit = true, to.albedo = met.color, to.depth = projection_.depth(met.point);
+        to.normal = projection_.on_screen(met.normal, row, column);
+    }
+
+    /// Light that a direction shows, where no surface is; of lights that are also drawn by themselves, this way's share.
+    [[nodiscard]] Vec3 escaped(Vec3 toward, float density) const {
+        const Sky& sky = lights_.sky;
+        Vec3 light = sky.radiance(toward);
+        if (sky.environment) light = share_of(density, sky.environment->density(sky.in_environment(toward))) * light;
+        for (const DiscLight& disc : lights_.discs) {
+            if (disc.height > 0 && disc.covers(toward)) light = light + share_of(density, density_of(disc)) * disc.radiance();
+        }
+        return light;
+    }
+    static float density_of(const DiscLight& disc) { return 1 / (2 * pi * disc.height); }
+
+    /// Sends light from all lights to a surface, and its path on.
+    void shade(const Path& path, const Met& met, Vec3 direction, int surface) {
+        Arrived& to = arrived[path.slot];
+        const Across across(met.normal);
+        Vec3 eye = across.to(-normalized(direction));
+        eye.z = std::max(eye.z, 1e-3f), eye = normalized(eye);
+        const Reflection reflection(*met.material, met.color, eye);
+        const Vec3 origin = met.point + met.start * met.face;
+        const PixelSequence& sequence = sequences_[path.slot];
+        const std::uint32_t group = 1 + static_cast<std::uint32_t>(surface) * groups_of_surface;
+
+        const auto send_light = [&](Vec3 toward, Vec3 radiance_over_density, float density, bool is_point) {
+            const Vec3 own = across.to(toward);
+            if (!(own.z > 0) || !(dot(toward, met.face) > 0)) return;
+            const float share = is_point ? 1 : share_of(density, reflection.density(own));
+            const Vec3 light = share * product(path.throughput, product(reflection(own), radiance_over_density));
+            if (!(luminance(light) > 0)) return;
+            light_rays_.push_back({origin, toward}), sent_.push_back({light, path.slot, path.to_ground ? Sent::surface_beside_ground : Sent::surface});
+        };
+        std::uint32_t number = 0;
+        for (const DiscLight& disc : lights_.discs) {
+            const auto [u, v, w, x] = sequence(group + ++number % (groups_of_surface - 1));
+            if (disc.height > 0) {
+                send_light(Across(disc.direction).from(in_cap(disc.height, u, v)), (1 / density_of(disc)) * disc.radiance(), density_of(disc), false);
+            } else {
+                send_light(disc.direction, pi * disc.color, 0, true);
+            }
+        }
+        const auto [choice, u, v, other] = sequence(group);
+        if (const Environment* const environment = lights_.sky.environment.get()) {
+            const auto [a, b, c, d] = sequence(group + groups_of_surface - 1);
+            const auto [drawn, density] = environment->draw(a, b);
+            const Vec3 toward = lights_.sky.from_environment(drawn);
+            if (density > 0) send_light(toward, (1 / density) * lights_.sky.radiance(toward), density, false);
+        }
+
+        auto drawn = reflection.draw(choice, u, v);
+        if (!(drawn.toward.z > 0) || !(luminance(drawn.weight) > 0)) return;
+        Vec3 toward = across.from(drawn.toward);
+        // Shading normals lean: what would go into the surface is turned back at it.
+        if (const float along = dot(toward, met.face); along <= 0) toward = toward - 2 * along * met.face;
+        Path on = path;
+        on.throughput = product(path.throughput, drawn.weight), on.density = drawn.density;
+        if (!drawn.is_mirrored) --on.left;
+        next_rays_.push_back({origin, toward}), next_paths_.push_back(on), next_wants_.push_back(on.left > 0);
+        next_widths_.push_back(drawn.is_mirrored ? width_ : 0.05f);
+        to.is_uncertain = true;
+    }
+
+    /// What the ground lacks, of what it would have with nothing on it.
+    void shade_ground(const Path& path, const Met& met) {
+        if (!(lighting_.ground_light_ > 0)) return;
+        const Vec3 origin = met.point + met.start * met.face;
+        const PixelSequence& sequence = sequences_[path.slot];
+        const auto send_light = [&](Vec3 toward, float light) {
+            const float lost = light / lighting_.ground_light_;
+            const Ray ray{origin, toward};
+            if (!(lost > 0) || !(toward.z > 0) || entry(ray) < 0) return;
+            light_rays_.push_back(ray), sent_.push_back({{lost, lost, lost}, path.slot, Sent::ground});
+            arrived[path.slot].is_uncertain = true;
+        };
+        std::uint32_t number = 0;
+        for (const DiscLight& disc : lights_.discs) {
+            const auto [u, v, w, x] = sequence(1 + ++number % (groups_of_surface - 1));
+            const Vec3 toward = disc.height > 0 ? Across(disc.direction).from(in_cap(disc.height, u, v)) : disc.direction;
+            // The disc's own mean over the cap is its colour times the cosine, but for its part below the horizon.
+            send_light(toward, luminance(disc.color) * toward.z * (disc.height > 0 ? 2 / (2 - disc.height) : 1));
+        }
+        const auto [choice, u, v, other] = sequence(1);
+        // What hides the sky shines itself: the path goes on there.
+        const Ray ray{origin, cosine_weighted(u, v)};
+        if (!(ray.direction.z > 0) || entry(ray) < 0) return;
+        Path on = path;
+        on.density = std::numeric_limits<float>::infinity(), on.to_ground = true;
+        next_wants_.push_back(--on.left > 0);
+        next_rays_.push_back(ray), next_paths_.push_back(on), next_widths_.push_back(0.05f);
+        arrived[path.slot].is_uncertain = true;
+    }
+
+    /// Lets light arrive that nothing holds up.
+    void receive() {
+        if (light_rays_.empty()) return;
+        const std::vector<float> widths(light_rays_.size());
+        const std::vector<std::uint8_t> wants(light_rays_.size());
+        lighting_.meet(light_rays_, widths, wants, memory_);
+        for (std::size_t i = 0; i < sent_.size(); ++i) {
+            const bool is_free = memory_.met[i].kind == Met::sky;
+            const auto& [light, slot, to] = sent_[i];
+            if (to == Sent::ground) {
+                if (!is_free) arrived[slot].shadow += light.x;
+            } else if (is_free) {
+                arrive(slot, light, to == Sent::surface_beside_ground);
+            }
+        }
+    }
+
+    const Lighting& lighting_;
+    const Lights& lights_;
+    const Projection& projection_;
+    float width_;  // of a ray through a pixel
+    Memory memory_;
+    std::vector<PixelSequence> sequences_;
+    std::vector<InPicture> places_;
+    std::vector<Ray> rays_, next_rays_, light_rays_;
+    std::vector<Path> paths_, next_paths_;
+    std::vector<float> widths_, next_widths_;
+    std::vector<std::uint8_t> wants_, next_wants_;
+    std::vector<Sent> sent_;
+};
+
+void Lighting::trace(const Camera& camera, int height, int width, std::span<const Pixel> pixels, const Draws& draws, const Layout& layout, float* samples) const {
+    for (const Channel& channel : layout) {
+        constexpr Channel written[] = {channels::mask, channels::gray, channels::depth, channels::normal, channels::color, channels::albedo, channels::shadow, channels::variance};
+        if (std::find(std::begin(written), std::end(written), channel) == std::end(written)) {
+            throw std::invalid_argument("light has no channel " + std::string(channel.name));
+        }
+    }
+    const Projection projection(camera, height, width);
+    const auto components = static_cast<std::size_t>(layout.width());
+    const std::uint32_t count = draws.count, runs = std::min(count, most_runs);
+    const auto put = [&](float* sample, const Channel& channel, std::initializer_list<float> values) {
+        if (const int place = layout.place(channel); place >= 0) std::copy(values.begin(), values.end(), sample + place);
+    };
+    const std::size_t piece = std::max<std::size_t>(1, paths_at_once / count);
+    parallel_for(pixels.size(), piece, [&](std::size_t begin, std::size_t end) {
+        Paths paths(*this, projection, draws.apart ? 0.25f : 1.f);
+        paths.begin((end - begin) * count);
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto [row, column] = pixels[i];
+            for (std::uint32_t k = 0; k < count; ++k) {
+                const PixelSequence sequence(draws.seed, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(column), draws.first[i] + k);
+                const auto [down, right, u, v] = sequence(0);
+                const float off = draws.apart ? 1.f : 0.f;
+                paths.add(static_cast<float>(row) + off * (down - 0.5f), static_cast<float>(column) + off * (right - 0.5f), sequence);
+            }
+        }
+        paths.go();
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::span<const Arrived> own{&paths.arrived[(i - begin) * count], count};
+            Vec3 color, albedo, normal;
+            float shadow = 0, depth = 0;
+            std::array<double, most_runs> run{};
+            std::uint32_t hits = 0;
+            bool is_uncertain = false;
+            for (std::uint32_t k = 0; k < count; ++k) {
+                const Arrived& arrived = own[k];
+                color = color + arrived.color, shadow += arrived.shadow;
+                if (arrived.is_hit) ++hits, albedo = albedo + arrived.albedo, normal = normal + arrived.normal, depth += arrived.depth;
+                run[std::size_t{k} * runs / count] += static_cast<double>(luminance(arrived.color) + arrived.shadow);
+                is_uncertain = is_uncertain || arrived.is_uncertain;
+            }
+            const float share = 1 / static_cast<float>(count), of_hits = hits ? 1 / static_cast<float>(hits) : 0;
+            color = share * color, shadow *= share;
+            const double mean = static_cast<double>(luminance(color)) + static_cast<double>(shadow);
+            double variance = 0;
+            for (std::uint32_t r = 0; runs > 1 && r < runs; ++r) {
+                const std::uint32_t from = (r * count + runs - 1) / runs, to = ((r + 1) * count + runs - 1) / runs;
+                const double off = run[r] / (to - from) - mean;
+                variance += off * off / (runs * (runs - 1.));
+            }
+            // So many paths of one outcome may yet be followed by another: by the rule of succession.
+            const double unseen = (hits ? static_cast<double>(luminance(color)) : 1.) / (count + 2.);
+            if (is_uncertain) variance = std::max(variance, unseen * unseen);
+            float* const sample = samples + i * components;
+            normal = normalized(normal);
+            put(sample, channels::mask, {hits ? 1.f : 0.f});
+            put(sample, channels::gray, {luminance(color)});
+            put(sample, channels::depth, {of_hits * depth});
+            put(sample, channels::normal, {normal.x, normal.y});
+            put(sample, channels::color, {color.x, color.y, color.z});
+            put(sample, channels::albedo, {of_hits * albedo.x, of_hits * albedo.y, of_hits * albedo.z});
+            put(sample, channels::shadow, {std::clamp(shadow, 0.f, 1.f)});
+            put(sample, channels::variance, {static_cast<float>(variance)});
+        }
+    });
+}
+
+void Lighting::guides(const Camera& camera, int height, int width, std::span<const Pixel> pixels, float* values) const {
+    const Projection projection(camera, height, width);
+    parallel_for(pixels.size(), paths_at_once, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::size_t> number;
+        std::vector<Ray> rays;
+        std::vector<float> widths;
+        Memory memory;
+        std::fill(values + begin * guide_width, values + end * guide_width, 0.f);
+        for (std::size_t i = begin; i < end; ++i) {
+            Ray ray;
+            if (!sees(projection, static_cast<float>(pixels[i].row), static_cast<float>(pixels[i].column), ray)) continue;
+            number.push_back(i), rays.push_back(ray), widths.push_back(projection.pixel_width(0.5f) / length(ray.direction));
+        }
+        const std::vector<std::uint8_t> wants(rays.size(), 1);
+        meet(rays, widths, wants, memory);
+        for (std::size_t j = 0; j < rays.size(); ++j) {
+            const Met& met = memory.met[j];
+            float* const to = values + number[j] * guide_width;
+            if (met.kind == Met::ground) to[7] = 1, to[8] = projection.unbounded_depth(met.point);
+            if (met.kind != Met::surface) continue;
+            const Pixel pixel = pixels[number[j]];
+            Vec3 normal = projection.on_screen(met.normal, static_cast<float>(pixel.row), static_cast<float>(pixel.column));
+            normal.z = std::max(normal.z, 0.f), normal = normalized(normal);
+            const float found[] = {1, projection.depth(met.point), normal.x, normal.y, met.color.x, met.color.y, met.color.z};
+            std::copy(std::begin(found), std::end(found), to);
+        }
+    });
+}
+
+}  // namespace bob

@@ -1,0 +1,58 @@
+/// Light in a scene: paths from the camera to the lights, some for each pixel.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "light/lights.h"
+#include "picture/camera.h"
+#include "picture/channels.h"
+#include "picture/gbuffer.h"
+#include "tracing/scene.h"
+
+namespace bob {
+
+/// Which samples of a pixel's sequence are drawn.
+struct Draws {
+    std::span<const std::uint32_t> first;  // of each pixel: how many it had before
+    std::uint32_t count;                   // at least 1
+    std::uint64_t seed;                    // of the picture
+    bool apart = false;                    // each through a place of its own in the pixel, rather than all through its centre
+};
+
+class Lighting {
+public:
+    /// The scene is in the unit sphere, and lives longer.
+    Lighting(const Scene& scene, Lights lights);
+
+    /// Writes the means of `draws.count` paths through each pixel. `samples` is (n,
+    /// layout.width()) of the channels mask, gray, depth, normal, color, albedo, shadow and variance; gray and color are of any range.
+    /// A pixel's sample does not depend on the thread that traces it, nor on the other pixels. Throws std::invalid_argument if there is
+    /// another channel.
+    void trace(const Camera& camera, int height, int width, std::span<const Pixel> pixels, const Draws& draws, const Layout& layout, float* samples) const;
+
+    /// Writes what is first met through each pixel's centre, without its light: of the scene mask, depth, normal and albedo, of the ground
+    /// mask and depth, which goes on below 0 behind the unit sphere: nine numbers a pixel.
+    void guides(const Camera& camera, int height, int width, std::span<const Pixel> pixels, float* values) const;
+    static constexpr std::size_t guide_width = 9;
+
+private:
+    struct Met;
+    struct Memory;
+    class Paths;
+
+    /// The ray through a place in the picture; false where it can meet nothing.
+    bool sees(const Projection& projection, float row, float column, Ray& ray) const;
+
+    /// What rays meet first; of those that don't want surfaces, only whether there is one.
+    void meet(std::span<const Ray> rays, std::span<const float> widths, std::span<const std::uint8_t> wants, Memory& memory) const;
+
+    const Scene& scene_;
+    Lights lights_;
+    std::vector<float> errors_;  // of each instance: how far above its surfaces rays start
+    float ground_light_;         // what a white, rough ground reflects with nothing on it, a luminance
+};
+
+}  // namespace bob

@@ -1,0 +1,105 @@
+/// Owen-scrambled Sobol sequences: the low-discrepancy numbers that light is sampled by.
+///
+/// A pixel's sequence is a function of its seed and of whole numbers alone, so that it is the same on every machine and for any
+/// number of threads; any part of it can be computed on its own. After Burley, "Practical Hash-based Owen Scrambling" (JCGT 2020),
+/// with the permutation of Laine and Karras as Vegdahl improved it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace bob {
+
+/// Of a word, so that near words have unlike hashes (the finaliser of MurmurHash3).
+constexpr std::uint32_t hashed(std::uint32_t x) {
+    x = (x ^ x >> 16) * 0x85ebca6b;
+    x = (x ^ x >> 13) * 0xc2b2ae35;
+    return x ^ x >> 16;
+}
+
+/// Of one after the other.
+constexpr std::uint32_t hashed(std::uint32_t seed, std::uint32_t next) { return hashed(seed * 0x9e3779b1u ^ hashed(next + 0x7f4a7c15u)); }
+
+constexpr std::uint32_t reversed_bits(std::uint32_t x) {
+    x = (x >> 1 & 0x55555555) | (x & 0x55555555) << 1;
+    x = (x >> 2 & 0x33333333) | (x & 0x33333333) << 2;
+    x = (x >> 4 & 0x0f0f0f0f) | (x & 0x0f0f0f0f) << 4;
+    x = (x >> 8 & 0x00ff00ff) | (x & 0x00ff00ff) << 8;
+    return x >> 16 | x << 16;
+}
+
+/// Owen's nested uniform scrambling in base 2: each bit is flipped or not, by the bits above it and the seed.
+constexpr std::uint32_t owen_scrambled(std::uint32_t x, std::uint32_t seed) {
+    x = reversed_bits(x);
+    x ^= x * 0x3d20adea;
+    x += seed;
+    x *= (seed >> 16) | 1;
+    x ^= x * 0x05526c56;
+    x ^= x * 0x53a22864;
+    return reversed_bits(x);
+}
+
+/// The first four dimensions of Sobol's sequence, by the direction numbers of Joe and Kuo.
+class Sobol {
+public:
+    static constexpr int dimensions = 4;
+
+    /// The point of a number, in steps of 2^-32.
+    static constexpr std::uint32_t point(std::uint32_t number, int dimension) {
+        std::uint32_t x = 0;
+        const auto& column = columns[static_cast<std::size_t>(dimension)];
+        for (std::size_t bit = 0; number; number >>= 1, ++bit) x ^= number & 1 ? column[bit] : 0;
+        return x;
+    }
+
+private:
+    using Columns = std::array<std::array<std::uint32_t, 32>, dimensions>;
+    static constexpr Columns columns = [] {
+        Columns v{};
+        // Of each dimension but the first: the degree of its primitive polynomial, its inner coefficients, its first numbers.
+        struct Primitive {
+            std::size_t degree;
+            std::uint32_t inner;
+            std::array<std::uint32_t, 3> first;
+        };
+        constexpr Primitive primitives[] = {{1, 0, {1, 0, 0}}, {2, 1, {1, 3, 0}}, {3, 1, {1, 3, 1}}};
+        for (std::size_t bit = 0; bit < 32; ++bit) v[0][bit] = 1u << (31 - bit);
+        for (std::size_t d = 1; d < dimensions; ++d) {
+            const auto& [degree, inner, first] = primitives[d - 1];
+            for (std::size_t bit = 0; bit < 32; ++bit) {
+                if (bit < degree) {
+                    v[d][bit] = first[bit] << (31 - bit);
+                    continue;
+                }
+                std::uint32_t x = v[d][bit - degree] ^ v[d][bit - degree] >> degree;
+                for (std::size_t k = 1; k < degree; ++k) x ^= inner >> (degree - 1 - k) & 1 ? v[d][bit - k] : 0;
+                v[d][bit] = x;
+            }
+        }
+        return v;
+    }();
+};
+
+/// Numbers in 0..1, below 1, of a pixel's samples.
+class PixelSequence {
+public:
+    /// Of a sample of a pixel, by the picture's seed.
+    PixelSequence(std::uint64_t seed, std::uint32_t row, std::uint32_t column, std::uint32_t sample)
+        : seed_(hashed(hashed(hashed(static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)), row), column)), sample_(sample) {}
+
+    /// Four of them, stratified together over a pixel's samples; groups are independent of each other.
+    [[nodiscard]] std::array<float, Sobol::dimensions> operator()(std::uint32_t group) const {
+        const std::uint32_t seed = hashed(seed_, group), number = owen_scrambled(sample_, seed);
+        std::array<float, Sobol::dimensions> result;
+        for (int d = 0; d < Sobol::dimensions; ++d) {
+            const std::uint32_t x = owen_scrambled(Sobol::point(number, d), hashed(seed, static_cast<std::uint32_t>(d)));
+            result[static_cast<std::size_t>(d)] = static_cast<float>(x >> 8) * 0x1p-24f;
+        }
+        return result;
+    }
+
+private:
+    std::uint32_t seed_, sample_;
+};
+
+}  // namespace bob

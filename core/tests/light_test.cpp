@@ -1,0 +1,150 @@
+/// Light: its sequences, its directions, and what surfaces make of them.
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+#include "base/color.h"
+#include "check.h"
+#include "light/environment.h"
+#include "light/facets.h"
+#include "light/lights.h"
+#include "light/reflection.h"
+#include "light/sobol.h"
+
+using namespace bob;
+
+TEST(sobol_begins_as_published) {
+    // Joe and Kuo's table, new-joe-kuo-6.21201: the first points after 0, in eighths.
+    const std::uint32_t expected[8][4] = {{0, 0, 0, 0}, {4, 4, 4, 4}, {2, 6, 6, 6}, {6, 2, 2, 2}, {1, 5, 3, 1}, {5, 1, 7, 5}, {3, 3, 5, 7}, {7, 7, 1, 3}};
+    for (std::uint32_t i = 0; i < 8; ++i) {
+        for (int d = 0; d < 4; ++d) CHECK_EQ(Sobol::point(i, d) >> 29, expected[i][d]);
+    }
+}
+
+TEST(any_two_to_the_n_samples_of_a_pixel_are_stratified) {
+    // The first two dimensions are a (0, 2)-sequence, which Owen's scrambling keeps: each elementary box has one of 16 points.
+    for (std::uint32_t seed = 0; seed < 20; ++seed) {
+        for (const std::uint32_t first : {0u, 16u, 48u}) {
+            for (int across = 0; across <= 4; ++across) {
+                std::array<int, 16> boxes{};
+                for (std::uint32_t k = 0; k < 16; ++k) {
+                    const auto [x, y, z, w] = PixelSequence(seed, seed + 1, 2 * seed, first + k)(seed % 3);
+                    const auto column = static_cast<unsigned>(x * static_cast<float>(1 << across));
+                    const auto row = static_cast<unsigned>(y * static_cast<float>(1 << (4 - across)));
+                    ++boxes[row << across | column];
+                }
+                for (const int count : boxes) CHECK_EQ(count, 1);
+            }
+        }
+    }
+}
+
+TEST(sequences_are_the_same_on_every_machine) {
+    // Whole numbers alone make them.
+    std::uint32_t hash = 0;
+    for (std::uint32_t k = 0; k < 100; ++k) {
+        for (const float x : PixelSequence(1, 2, 3, k)(k % 5)) hash = hashed(hash, static_cast<std::uint32_t>(x * 0x1p24f));
+    }
+    CHECK_EQ(hash, 2667749471u);
+}
+
+TEST(directions_have_their_densities) {
+    constexpr int side = 64;
+    double cosine = 0, cap = 0;
+    for (int i = 0; i < side * side; ++i) {
+        const float u = (static_cast<float>(i / side) + 0.5f) / side, v = (static_cast<float>(i % side) + 0.5f) / side;
+        cosine += static_cast<double>(cosine_weighted(u, v).z) / (side * side);
+        const Vec3 in = in_cap(0.25f, u, v);
+        CHECK(in.z >= 0.7499f);
+        cap += static_cast<double>(in.z) / (side * side);
+    }
+    CHECK(std::fabs(cosine - 2. / 3) < 1e-3);  // the mean of z under cos / pi
+    CHECK(std::fabs(cap - 0.875) < 1e-3);
+}
+
+TEST(discs_cover_what_is_drawn_from_them) {
+    test::Random random(7);
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3 direction = normalized({random(-1, 1), random(-1, 1), random(-1, 1)});
+        const DiscLight disc{direction, random(1e-6f, 1), {1, 1, 1}};
+        CHECK(disc.covers(Across(direction).from(in_cap(0.999f * disc.height, random(), random()))));
+        CHECK(!disc.covers(Across(direction).from(in_cap(0.f, 0, 0) + Vec3{2 * std::sqrt(2 * disc.height) + 0.01f, 0, 0})));
+    }
+}
+
+TEST(white_surfaces_reflect_all_of_a_white_world) {
+    for (const double metallic : {0., 1.}) {
+        for (const double roughness : {0., 0.1, 0.3, 0.6, 1.}) {
+            Material material;
+            material.metallic = metallic, material.roughness = roughness;
+            for (const float height : {0.15f, 0.5f, 1.f}) {
+                const Reflection reflection(material, {1, 1, 1}, {std::sqrt(1 - height * height), 0, height});
+                Vec3 sum;
+                constexpr std::uint32_t count = 4096;
+                for (std::uint32_t k = 0; k < count; ++k) {
+                    const auto [choice, u, v, other] = PixelSequence(0, 0, 0, k)(0);
+                    const auto drawn = reflection.draw(choice, u, v);
+                    if (drawn.toward.z > 0) sum = sum + drawn.weight;
+                }
+                CHECK(std::fabs(luminance(sum) / count - 1) < 0.02f);
+            }
+        }
+    }
+}
+
+TEST(drawn_directions_have_the_density_that_is_said) {
+    Material material;
+    material.metallic = 0.3, material.roughness = 0.5;
+    const Reflection reflection(material, {0.8f, 0.5f, 0.3f}, normalized({0.6f, 0.1f, 0.7f}));
+    // The mean of 1 / density is the solid angle of what may be drawn: the hemisphere.
+    double sum = 0, all = 0;
+    constexpr std::uint32_t count = 1 << 16;
+    for (std::uint32_t k = 0; k < count; ++k) {
+        const auto [choice, u, v, other] = PixelSequence(3, 0, 0, k)(0);
+        const auto drawn = reflection.draw(choice, u, v);
+        if (drawn.toward.z > 0) sum += 1 / static_cast<double>(drawn.density) / count;
+        const Vec3 even = in_cap(1, u, v);
+        all += static_cast<double>(reflection.density(even)) * 2 * static_cast<double>(pi) / count;
+    }
+    CHECK(std::fabs(sum / (2 * static_cast<double>(pi)) - 1) < 0.02);
+    CHECK(all > 0.97);  // what is mirrored below the horizon is lost
+    CHECK(all < 1.005);
+}
+
+TEST(environments_draw_by_their_brightness) {
+    std::vector<Vec3> texels(16 * 32, Vec3{0.01f, 0.01f, 0.01f});
+    texels[5 * 32 + 7] = {50, 40, 30};
+    const Environment environment(texels, 16, 32);
+    double sum = 0, light = 0;
+    int bright = 0;
+    constexpr std::uint32_t count = 1 << 14;
+    for (std::uint32_t k = 0; k < count; ++k) {
+        const auto [u, v, w, x] = PixelSequence(0, 0, 0, k)(0);
+        const auto [toward, density] = environment.draw(u, v);
+        CHECK(std::fabs(length(toward) - 1) < 1e-5f);
+        CHECK(density > 0);
+        sum += 1 / static_cast<double>(density) / count;
+        light += static_cast<double>(environment.radiance(toward).x) / static_cast<double>(density) / count;
+        bright += environment.radiance(toward).x > 1;
+    }
+    CHECK(std::fabs(sum / (4 * static_cast<double>(pi)) - 1) < 0.02);  // the sphere
+    const double solid = static_cast<double>(pi) / 16 * 2 * static_cast<double>(pi) / 32 * std::sin(5.5 * static_cast<double>(pi) / 16);
+    CHECK(std::fabs(light / (0.01 * 4 * static_cast<double>(pi) + 49.99 * solid) - 1) < 0.02);
+    CHECK(bright > static_cast<int>(count) / 3);
+}
+
+TEST(environments_may_be_black_and_not_too_large) {
+    const Environment black(std::vector<Vec3>(8), 2, 4);
+    CHECK_EQ(black.draw(0.5f, 0.5f).density, 0.f);
+    CHECK_EQ(black.density({0, 0, 1}), 0.f);
+    const Vec3 texel;
+    bool is_refused = false;
+    try {
+        const Environment large(std::span(&texel, Environment::most_texels + 1), 1, 1);
+    } catch (const std::invalid_argument&) {
+        is_refused = true;
+    }
+    CHECK(is_refused);
+}

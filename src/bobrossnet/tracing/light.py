@@ -1,0 +1,190 @@
+"""Lights: what a scene is lit by, instead of the headlight."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet import _core
+from bobrossnet.color import Color, linear
+from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.environment import read_environment
+from bobrossnet.support.errors import InputError, InputTypeError, brief, check_array, check_finite, check_number
+
+HEADLIGHT, STUDIO = "headlight", "studio"
+
+MAX_INTENSITY = 1e6
+"""Of lights: products of them and of colours stay far from what float32 holds."""
+
+MAX_LIGHTS = 32
+"""In a scene: each of them takes a ray at every surface that a path meets."""
+
+BOUNCES, MAX_BOUNCES = 2, 8
+
+
+@dataclass(frozen=True, init=False)
+class Light:
+    """A disc far away, such as the sun or a soft box: its shadows are as soft as it is wide.
+
+    Parameters
+    ----------
+    direction : (x, y, z)
+        Towards the light, in the scene's coordinates; of any length but zero.
+    angle : float in 0..180
+        Of the whole disc in degrees, seen from the scene: 0.5 is the sun, and 0 makes sharp shadows.
+    color : like a material's
+        What a white, rough surface that faces the light looks like.
+    intensity : float, at least 0
+        By which the colour is multiplied.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range or not a number.
+
+    Examples
+    --------
+    >>> import bobrossnet as bob
+    >>> sun = bob.Light(direction=(1, -1, 2), angle=0.5, color="#fff4e0")
+    >>> bob.render(bob.happy_tree(), size="160x120", light=[sun, bob.Sky("#456")]).size
+    (120, 160)
+    """
+
+    direction: tuple[float, float, float]
+    """Of length 1."""
+    angle: float
+    color: tuple[float, float, float]
+    """Linear RGB, 0..1."""
+    intensity: float
+
+    def __init__(self, direction: Any, *, angle: float = 2.0, color: Color = (1.0, 1.0, 1.0), intensity: float = 1.0):
+        toward = check_finite("direction", check_array("direction", direction, (3,)).astype(np.float64))
+        largest = np.abs(toward).max()
+        if not largest > 0:
+            raise InputError("direction: expected a length above 0, got (0, 0, 0)")
+        toward = toward / largest
+        x, y, z = (float(c) for c in toward / np.linalg.norm(toward))
+        object.__setattr__(self, "direction", (x, y, z))
+        object.__setattr__(self, "angle", check_number("angle", angle, 0, 180))
+        object.__setattr__(self, "color", linear("color", color))
+        object.__setattr__(self, "intensity", check_number("intensity", intensity, 0, MAX_INTENSITY))
+
+    def core(self) -> _core.DiscLight:
+        """The light in the core."""
+        half = math.radians(self.angle) / 2
+        red, green, blue = (self.intensity * c for c in self.color)
+        return _core.DiscLight(self.direction, 2 * math.sin(half / 2) ** 2, (red, green, blue))
+
+
+@dataclass(frozen=True, init=False)
+class Sky:
+    """Light from all around: one colour, two, or a picture of an environment.
+
+    Parameters
+    ----------
+    top : like a material's color
+        From straight above, and from everywhere if there is no `bottom`: what a white, rough surface under it alone
+        looks like.
+    bottom : like a material's color, optional
+        From straight below; between both, the colour goes along with the height.
+    image : path, or (H, W, 3) numbers of at least 0, optional
+        An equirectangular environment, .hdr, .exr, or a picture in sRGB, of linear radiance: its rows go from straight
+        up to straight down, and its middle is what one sees looking along -x. It is multiplied by `top`.
+    turn : float
+        By which the image is turned about z, in degrees, anticlockwise seen from above.
+    intensity : float, at least 0
+        By which all of it is multiplied.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range or not a number, or the image can't be read or has more than 8192 x 4096 pixels.
+    """
+
+    top: tuple[float, float, float]
+    """Linear RGB, 0..1."""
+    bottom: tuple[float, float, float]
+    image: NDArray[np.float32] | None = field(repr=False, compare=False)
+    turn: float
+    intensity: float
+
+    def __init__(
+        self,
+        top: Color = (1.0, 1.0, 1.0),
+        bottom: Color | None = None,
+        *,
+        image: str | os.PathLike[str] | Any = None,
+        turn: float = 0.0,
+        intensity: float = 1.0,
+    ) -> None:
+        if image is not None and bottom is not None:
+            raise InputError("bottom: expected none beside an image, which is all around")
+        object.__setattr__(self, "top", linear("top", top))
+        object.__setattr__(self, "bottom", self.top if bottom is None else linear("bottom", bottom))
+        object.__setattr__(self, "image", None if image is None else read_environment(image))
+        object.__setattr__(self, "turn", check_number("turn", turn, -1e6, 1e6))
+        object.__setattr__(self, "intensity", check_number("intensity", intensity, 0, MAX_INTENSITY))
+
+
+LightLike: TypeAlias = str | os.PathLike[str] | Light | Sky | Iterable[Light | Sky] | None
+"""`"headlight"`, `"studio"`, a light, a sky, several lights and at most one sky, or the path of an environment."""
+
+
+def studio(camera: Camera) -> list[Light | Sky]:
+    """A soft key light from the upper left of the camera, a rim light from behind, and a gentle sky."""
+    azimuth = camera.azimuth
+    if camera.position is not None:
+        target = (0.0, 0.0, 0.0) if camera.target is None else camera.target
+        x, y, _ = (p - t for p, t in zip(camera.position, target, strict=True))
+        azimuth = math.degrees(math.atan2(y, x))
+    return [
+        Light(_toward(azimuth - 55, 48), angle=24, color=(1.0, 0.97, 0.93), intensity=0.66),
+        Light(_toward(azimuth + 145, 30), angle=30, color=(0.93, 0.96, 1.0), intensity=0.22),
+        Sky((0.96, 0.98, 1.0), (0.62, 0.60, 0.58), intensity=0.32),
+    ]
+
+
+def _toward(azimuth: float, elevation: float) -> tuple[float, float, float]:
+    a, e = math.radians(azimuth), math.radians(elevation)
+    return math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)
+
+
+def lights_of(light: LightLike, camera: Camera) -> list[Light | Sky] | None:
+    """The lights that are meant; None of the headlight."""
+    chosen = check_light(light)
+    if chosen is None or isinstance(chosen, str):
+        return studio(camera) if chosen == STUDIO else None
+    return chosen
+
+
+def check_light(light: LightLike) -> str | list[Light | Sky] | None:
+    """Return the name of the headlight or the studio, or the lights that a user gave; environments are read here."""
+    if light is None:
+        return None
+    if isinstance(light, str) and light in (HEADLIGHT, STUDIO):
+        return light
+    if isinstance(light, str | os.PathLike):
+        if isinstance(light, str) and "." not in light:
+            known = f"{HEADLIGHT}, {STUDIO} or the path of an environment"
+            raise InputError(f"light: expected {known}, got {brief(light, of_type=False)}")
+        return [Sky(image=light)]
+    if isinstance(light, Light | Sky):
+        return [light]
+    try:
+        several = list(light)
+    except TypeError:
+        raise InputTypeError(f"light: expected a Light, a Sky or several, got {type(light).__name__}") from None
+    for one in several:
+        if not isinstance(one, Light | Sky):
+            raise InputTypeError(f"light: expected a Light, a Sky or several, got {type(one).__name__} among them")
+    if sum(isinstance(one, Sky) for one in several) > 1:
+        raise InputError("light: expected at most one Sky, got several")
+    if len(several) > MAX_LIGHTS:
+        raise InputError(f"light: expected at most {MAX_LIGHTS}, got {len(several)}")
+    return several

@@ -1,0 +1,221 @@
+"""Tracing light: many paths for a pixel, first hits for all."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bobrossnet import _core
+from bobrossnet.picture.camera import Camera, check_camera
+from bobrossnet.picture.channels import Layout
+from bobrossnet.picture.guides import Edges, Guides
+from bobrossnet.picture.order import Size, SizeLike, check_pixels, check_size
+from bobrossnet.picture.samples import Samples
+from bobrossnet.support.errors import InputError, InputTypeError, check_flag, check_integer
+from bobrossnet.tracing.light import (
+    BOUNCES,
+    HEADLIGHT,
+    MAX_BOUNCES,
+    STUDIO,
+    Light,
+    LightLike,
+    Sky,
+    check_light,
+    lights_of,
+)
+from bobrossnet.tracing.pixels import tiled_pixels
+from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
+
+LIT = Layout("mask,gray,depth,normal,color,albedo,shadow,variance")
+"""What light is, at a pixel."""
+
+PATHS = 16
+"""Of a pixel, each time it is traced."""
+
+MAX_PATHS = 4096
+
+HITS = 9
+"""Numbers of a first hit: mask, depth, normal and albedo, and mask and depth of the ground."""
+
+EDGE_RAYS = 4
+"""Rays of first hits at edges, down and across a pixel."""
+
+UNLIKE_DEPTH, UNLIKE_NORMAL, UNLIKE_ALBEDO = 0.02, 0.3, 0.1
+"""From such differences between neighbours on, there is an edge between them."""
+
+
+class LitTracer:
+    """Light in a scene as a `Tracer`: each call adds paths to its pixels, other ones each time.
+
+    Parameters
+    ----------
+    scene : Scene, Shape, Instance or iterable of these
+    camera : Camera
+    size : (height, width) or "WIDTHxHEIGHT"
+    light : as of `render`, but for the headlight
+    ground : bool
+        Whether the scene stands on a plane that catches shadows.
+    paths : int, 1..4096
+        Of each pixel of a call.
+    bounces : int, 1..8
+        Surfaces that a path meets, mirrors not counted: 1 is the light that comes from lights straight away.
+    seed : int, 0..2**64 - 1
+    apart : bool
+        Whether each path goes through a place of its own in its pixel, rather than through the centre. Pixels are then
+        means over all that they show, and need as many paths for it.
+    """
+
+    def __init__(
+        self,
+        scene: SceneLike,
+        camera: Camera,
+        size: SizeLike,
+        light: LightLike,
+        *,
+        ground: bool = False,
+        paths: int = PATHS,
+        bounces: int = BOUNCES,
+        seed: int = 0,
+        apart: bool = False,
+    ) -> None:
+        check_camera(camera)
+        self.size = check_size(size)
+        self.scene, self.camera = as_scene(scene), camera
+        self.lights: list[Light | Sky] = lights_of(light, camera) or []
+        self.paths = check_integer("paths", paths, 1, MAX_PATHS)
+        self.seed = check_integer("seed", seed, 0, 2**64 - 1)
+        self._core = lighting(self.scene, self.lights, ground=check_flag("ground", ground), bounces=bounces)
+        self._has_ground, self._apart = ground, check_flag("apart", apart)
+        self._camera = camera.core(self.scene.center, self.scene.radius)
+        self._drawn = np.zeros(self.size, np.uint32)
+
+    def __call__(self, pixels: NDArray[np.int32]) -> Samples:
+        """The means of paths through each pixel, which go on where those of earlier calls ended."""
+        pixels = check_pixels(pixels)
+        rows, columns = pixels.T
+        values = np.empty((len(pixels), LIT.width), np.float32)
+        self._core.trace(
+            self._camera,
+            *self.size,
+            pixels,
+            self._drawn[rows, columns],
+            self.paths,
+            self.seed,
+            self._apart,
+            LIT.core,
+            values,
+        )
+        self._drawn[rows, columns] += np.uint32(self.paths)
+        return Samples.from_values(values, LIT)
+
+    def guides(self) -> Guides:
+        """First surfaces at all pixels' centres, with those within pixels at edges; or means over pixels, if paths are
+        apart."""
+        pixels = tiled_pixels(self.size)
+        planes = np.empty((HITS, *self.size), np.float32)
+        planes[:, pixels[:, 0], pixels[:, 1]] = self._first_hits(pixels, self.size).T
+        at_edges = np.argwhere(_are_edges(planes)).astype(np.int32, order="C")
+        edges = self._edges(at_edges) if len(at_edges) else None
+        if self._apart and edges is not None:
+            planes[:, at_edges[:, 0], at_edges[:, 1]] = _means(edges).T
+            edges = None
+        ground = None
+        if self._has_ground:
+            share, depth = planes[7:]
+            flat = np.zeros((2, *self.size), np.float32)
+            ground = Guides.from_planes(np.stack([share, depth, *flat, share, share, share]))
+        planes[4:7] *= planes[0]  # light over a pixel is that of its covered part
+        return Guides.from_planes(np.ascontiguousarray(planes[:7]), ground, edges)
+
+    def _edges(self, pixels: NDArray[np.int32]) -> Edges:
+        """What is seen within some pixels, through the centres of those of a larger picture."""
+        within = np.argwhere(np.ones((EDGE_RAYS, EDGE_RAYS))).astype(np.int32)
+        finer = (EDGE_RAYS * pixels[:, None] + within).reshape(-1, 2)
+        larger = EDGE_RAYS * self.size[0], EDGE_RAYS * self.size[1]
+        hits = self._first_hits(np.ascontiguousarray(finer), larger).reshape(len(pixels), -1, HITS)
+        return Edges(pixels, hits[..., :7], hits[..., 7] > 0)
+
+    def _first_hits(self, pixels: NDArray[np.int32], size: Size) -> NDArray[np.float32]:
+        values = np.empty((len(pixels), HITS), np.float32)
+        self._core.guides(self._camera, *size, pixels, values)
+        return values
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise InputTypeError("LitTracer: expected to stay where it was made; make another of the same scene")
+
+
+def lighting(
+    scene: Scene, lights: list[Light | Sky], *, ground: bool = False, bounces: int = BOUNCES
+) -> _core.Lighting:
+    """The lights in the core, in a scene."""
+    sky = next((light for light in lights if isinstance(light, Sky)), Sky((0.0, 0.0, 0.0)))
+    top, bottom = (tuple(sky.intensity * c for c in color) for color in (sky.top, sky.bottom))
+    environment = None if sky.image is None else _core.environment(sky.image)
+    level = float((scene.boxes[:, 0, 2].min() - scene.center[2]) / scene.radius) if ground else None
+    in_core = _core.Lights(
+        [light.core() for light in lights if isinstance(light, Light)],
+        top,  # type: ignore[arg-type]
+        bottom,  # type: ignore[arg-type]
+        environment,
+        math.radians(sky.turn),
+        level,
+        check_integer("bounces", bounces, 1, MAX_BOUNCES),
+    )
+    return _core.Lighting(scene.core, in_core)
+
+
+def _means(edges: Edges) -> NDArray[np.float32]:
+    """(n, HITS): first hits over whole pixels, depth, normal and albedo over what of them is covered."""
+    hits = edges.surfaces[..., :1]
+    covered = hits.mean(1)
+    of_surface = (edges.surfaces[..., 1:] * hits).mean(1) / np.maximum(covered, 1 / hits.shape[1])
+    return np.concatenate([covered, of_surface, edges.ground.mean(1)[:, None], np.zeros_like(covered)], -1)
+
+
+def lit_tracer(
+    scene: SceneLike,
+    camera: Camera,
+    size: SizeLike,
+    light: LightLike,
+    ground: bool | None,
+    *,
+    paths: int = PATHS,
+    seed: int = 0,
+) -> LitTracer | None:
+    """The tracer of what lights a scene, as asked for or else as the scene has it; None of the headlight."""
+    scene = as_scene(scene)
+    chosen = check_light(scene.light if light is None else light)
+    stands = shows_shadows(scene, chosen, ground)
+    if chosen is None or chosen == HEADLIGHT:
+        return None
+    return LitTracer(scene, camera, size, chosen, ground=stands, paths=paths, seed=seed)
+
+
+def shows_shadows(scene: Scene, light: LightLike, ground: bool | None) -> bool:
+    """Whether a scene stands on a ground: as asked for, else as the scene has it, else in the studio."""
+    light = scene.light if light is None else light
+    asked = ground if ground is None else check_flag("ground", ground)
+    if light is None or (isinstance(light, str) and light == HEADLIGHT):
+        if asked:
+            raise InputError("ground: expected none under the headlight, which casts no shadows; light='studio' does")
+        return False
+    stands = scene.ground if asked is None else asked
+    return (isinstance(light, str) and light == STUDIO) if stands is None else stands
+
+
+def _are_edges(planes: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """(H, W): where a neighbour above, below or beside shows another surface."""
+    mask, depth, surface, share = planes[0], planes[1], planes[2:7], planes[7]
+    edges = np.zeros(mask.shape, np.bool_)
+    for first, second in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
+        unlike = np.abs(depth[first] - depth[second]) > UNLIKE_DEPTH
+        for plane, most in zip(surface, (UNLIKE_NORMAL, UNLIKE_NORMAL, *3 * [UNLIKE_ALBEDO]), strict=True):
+            unlike |= np.abs(plane[first] - plane[second]) > most
+        unlike &= (mask[first] > 0) & (mask[second] > 0)
+        unlike |= (mask[first] != mask[second]) | (share[first] != share[second])
+        edges[first] |= unlike
+        edges[second] |= unlike
+    return edges

@@ -1,0 +1,447 @@
+"""Light: worked values, shadows, skies, and what a scene's own light does."""
+
+import math
+
+import numpy as np
+import nurbs_shapes as nurbs
+import pytest
+from PIL import Image
+
+import bobrossnet as bob
+from bobrossnet.command_line import cli
+from bobrossnet.completion.complete import complete
+from bobrossnet.picture.environment import read_hdr
+from bobrossnet.tracing.lit import LitTracer
+from bobrossnet.tracing.pixels import tiled_pixels
+
+SIZE = (48, 64)
+WHITE = bob.Material("#fff", ambient=0, diffuse=1, specular=0)  # rough, and reflects all light
+ABOVE = bob.Camera(elevation=90, azimuth=0)
+
+
+def square(side=2.0, z=0.0):
+    h = side / 2
+    return bob.Mesh([(-h, -h, z), (h, -h, z), (h, h, z), (-h, h, z)], [(0, 1, 2), (0, 2, 3)])
+
+
+def white(shape):
+    return bob.Instance(shape, material=WHITE)
+
+
+def sphere_mesh(subdivisions=3):
+    import trimesh
+
+    ball = trimesh.creation.icosphere(subdivisions)
+    return bob.Mesh(ball.vertices, ball.faces)
+
+
+def lit(scene, light, camera=ABOVE, size=SIZE, paths=64, **options):
+    """Samples of all pixels of a scene, (H, W, C), by their names."""
+    tracer = LitTracer(scene, camera, size, light, paths=paths, **options)
+    pixels = tiled_pixels(size)
+    samples = tracer(pixels)
+    found = {}
+    for name in ("gray", "color", "shadow", "variance"):
+        values = samples.channel(name)
+        planes = np.empty((*size, *values.shape[1:]), np.float32)
+        planes[pixels[:, 0], pixels[:, 1]] = values
+        found[name] = planes
+    found["hit"] = complete(bob.trace(scene, camera, size=size), channel="alpha") > 0
+    return found
+
+
+def inner(mask, margin=2):
+    """Pixels whose neighbours are of the mask as well."""
+    kept = mask.copy()
+    for _ in range(margin):
+        padded = np.pad(kept, 1)
+        kept = kept & padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
+    return kept
+
+
+# ---- Worked values ---------------------------------------------------------------------------------------
+
+
+def test_a_plane_is_not_occluded_at_all():
+    """Under a white sky a white, rough plane is exactly as bright: no ray meets the surface that it started on."""
+    seen = lit(white(square()), bob.Sky())
+    assert inner(seen["hit"]).sum() > 100
+    np.testing.assert_allclose(seen["gray"][inner(seen["hit"])], 1, rtol=1e-5)
+
+
+def test_a_plane_is_as_bright_as_its_light_says():
+    """A light's colour is that of a white surface that faces it; others have its cosine."""
+    for angle, tolerance in ((0, 1e-5), (30, 2e-3), (90, 6e-3)):
+        for elevation in (90, 60, 46):
+            e = math.radians(elevation)
+            sun = bob.Light((math.cos(e), 0, math.sin(e)), angle=angle, color=(0.5, 0.25, 1.0), intensity=0.8)
+            seen = lit(white(square()), sun, paths=64)
+            color = seen["color"][inner(seen["hit"])].mean(0)
+            np.testing.assert_allclose(color, 0.8 * math.sin(e) * np.array([0.5, 0.25, 1.0]), rtol=tolerance)
+
+
+def test_a_sky_of_two_colours_is_what_its_integral_says():
+    """Of L = b + (t - b) (1 + z) / 2 a surface of normal n receives pi ((t + b) / 2 + (t - b) n_z / 3)."""
+    seen = lit(white(square()), bob.Sky((0.9, 0.9, 0.9), (0.3, 0.3, 0.3)), paths=256)
+    assert seen["gray"][inner(seen["hit"])].mean() == pytest.approx(0.6 + 0.2, abs=1e-3)
+
+
+def test_a_sphere_shades_the_plane_below_it_as_its_solid_angle_says():
+    """A sphere of radius 1 on a plane hides 1 / d^3 of the sky's light, at a distance d of its centre."""
+    ball = bob.implicit(lambda x, y, z: x**2 + y**2 + (z - 1) ** 2 - 1, bounds=((-1, -1, 0), (1, 1, 2)))
+    black = bob.Material("#000", ambient=0, diffuse=0, specular=0)
+    scene = bob.Scene([white(square(16)), bob.Instance(ball, material=black)])
+    camera = bob.Camera(elevation=90, azimuth=0, zoom=2.2)
+    seen = lit(scene, bob.Sky(), camera, (64, 64), paths=256, bounces=1)
+    full = bob.trace(scene, camera, size=(64, 64))
+    x, y, z = np.moveaxis(world_points(scene, camera, full), -1, 0)
+    on_plane = inner(np.abs(z) < 1e-3) & (x**2 + y**2 < 9)
+    expected = (1 - (x**2 + y**2 + 1) ** -1.5)[on_plane]
+    assert on_plane.sum() > 300
+    error = seen["gray"][on_plane] - expected
+    assert np.abs(error).mean() < 0.008
+    assert abs(error.mean()) < 0.002
+
+
+def test_an_edge_of_90_degrees_hides_what_its_integral_says():
+    """An endless wall of height H hides (1 - x / sqrt(x^2 + H^2)) / 2 of the sky's light, at a distance x."""
+    wall = bob.Mesh([(0, -200, 0), (0, 200, 0), (0, 200, 2), (0, -200, 2)], [(0, 1, 2), (0, 2, 3)])
+    floor = bob.Mesh([(-20, -200, 0), (20, -200, 0), (20, 200, 0), (-20, 200, 0)], [(0, 1, 2), (0, 2, 3)])
+    black = bob.Material("#000", ambient=0, diffuse=0, specular=0)
+    scene = bob.Scene([white(floor), bob.Instance(wall, material=black)])
+    camera = bob.Camera(elevation=90, azimuth=0, zoom=scene.radius / 6)
+    seen = lit(scene, bob.Sky(), camera, (48, 48), paths=256, bounces=1)
+    rows = np.arange(48)
+    x = np.abs((rows - 23.5) * 12 / 48)  # azimuth 0 looks with +x down
+    expected = 1 - 0.5 * (1 - x / np.sqrt(x**2 + 4))
+    np.testing.assert_allclose(seen["gray"].mean(1), expected, atol=0.006)
+
+
+def test_a_penumbra_is_as_wide_as_the_light_says():
+    """Under a half plane at a height h and a disc of angle a above, it grows from none to all over 2 h tan(a / 2)."""
+    shade = bob.Mesh([(0, -9, 1), (9, -9, 1), (9, 9, 1), (0, 9, 1)], [(0, 1, 2), (0, 2, 3)])
+    scene = bob.Scene([white(square(18)), white(shade)])
+    # From the edge's open side: a slanted look under the half plane.
+    look = bob.Camera(azimuth=180, elevation=45, zoom=scene.radius / 1.5)
+    angle = 20
+    seen = lit(scene, bob.Light((0, 0, 1), angle=angle), look, (96, 96), paths=256, bounces=1)
+    full = bob.trace(scene, look, size=(96, 96))
+    origins = world_points(scene, look, full)
+    on_floor = np.isclose(origins[..., 2], 0, atol=1e-3)
+    x, gray = origins[..., 0][on_floor], seen["gray"][on_floor]
+    half = math.tan(math.radians(angle / 2))
+    assert gray[x < -half - 0.05] == pytest.approx(1, abs=0.01)
+    assert gray[x > half + 0.05].max() < 0.01
+    # The share of a disc beyond a chord, which projection hardly changes.
+    s = np.clip(x / half, -1, 1)
+    expected = (np.arccos(s) - s * np.sqrt(1 - s**2)) / math.pi
+    assert np.abs(gray - expected).mean() < 0.012
+
+
+def world_points(scene, camera, full):
+    """(H, W, 3), of an orthographic camera: where what each pixel shows is."""
+    height, width = full.size
+    a, e = math.radians(camera.azimuth), math.radians(camera.elevation)
+    right = np.array([-math.sin(a), math.cos(a), 0])
+    up = np.array([-math.sin(e) * math.cos(a), -math.sin(e) * math.sin(a), math.cos(e)])
+    toward = np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
+    pixel = 2 / (camera.zoom * min(height, width))
+    across = (np.arange(width) + 0.5 - width / 2) * pixel
+    above = (height / 2 - 0.5 - np.arange(height)) * pixel
+    z = 2 * full.depth - 1
+    local = across[None, :, None] * right + above[:, None, None] * up + z[..., None] * toward
+    return scene.center + scene.radius * local
+
+
+# ---- Surfaces that rays start on -------------------------------------------------------------------------
+
+
+ROUND = {
+    "mesh": lambda: sphere_mesh(3),
+    "implicit": lambda: bob.implicit(lambda x, y, z: x**2 + y**2 + z**2 - 1, bounds=((-1, -1, -1), (1, 1, 1))),
+    "nurbs": nurbs.sphere,
+    "tube": lambda: bob.polyline([(-1, 0, 0), (1, 0, 0)], radius=0.5),
+}
+
+
+@pytest.mark.parametrize("kind", ROUND)
+@pytest.mark.parametrize("scale", [1, 1e-3, 1e4])
+def test_convex_shapes_do_not_shade_themselves(kind, scale):
+    """Rays start just above the surface, for every kind of shape, and at any size in a scene: nothing is hidden."""
+    placed = white(ROUND[kind]()).scale(scale)
+    seen = lit(placed, bob.Sky(), bob.Camera(), (24, 32), paths=32)
+    gray = seen["gray"][inner(seen["hit"])]
+    assert len(gray) > 40
+    assert gray == pytest.approx(1, abs=1e-5)
+
+
+def test_small_and_flattened_instances_do_not_shade_themselves():
+    big = bob.Mesh([(-50, 0, -60), (50, 0, -60), (0, 0, -61)], [(0, 1, 2)])
+    for ball in (sphere_mesh(2), nurbs.sphere()):
+        thing = white(ball).scale((1, 1, 0.02)).rotate(0.3, (1, 2, 3))
+        scene = bob.Scene([thing, big])
+        camera = bob.Camera(position=(30, 0, 0), target=(0, 0, 0), fov=5)
+        seen = lit(scene, bob.Sky(), camera, (24, 24), paths=16)
+        gray = seen["gray"][inner(seen["hit"], 1)]
+        assert len(gray) > 10
+        assert np.abs(gray - 1).max() < 1e-3
+
+
+# ---- Materials -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("metallic", [0, 1])
+@pytest.mark.parametrize("roughness", [0, 0.2, 0.5, 1])
+def test_white_surfaces_in_a_white_world_are_white(metallic, roughness):
+    """The furnace: of the same light from everywhere all is reflected."""
+    material = bob.Material("#fff", metallic=metallic, roughness=roughness)
+    ball = bob.Instance(nurbs.sphere(), material=material)
+    seen = lit(ball, bob.Sky(), bob.Camera(), (24, 32), paths=128)
+    gray = seen["gray"][inner(seen["hit"])]
+    assert gray.mean() == pytest.approx(1, abs=0.02)
+    assert gray.max() < 1.1
+    assert gray.min() > 0.9
+
+
+def test_a_mirror_shows_what_is_around():
+    """A smooth metal ball shows the sky's top at its top, and a coloured wall where that is."""
+    chrome = bob.Instance(nurbs.sphere(), material=bob.Material("#fff", metallic=1, roughness=0))
+    seen = lit(chrome, bob.Sky("#fff", "#000"), bob.Camera(elevation=0), (33, 33), paths=64)
+    middle = seen["gray"][:, 16]
+    heights = (16 - np.arange(33)) * 2 / 33
+    at = np.abs(heights) < 0.9
+    # The mirrored direction of a normal of height h, seen from the side, rises by 2 h sqrt(1 - h^2).
+    expected = 0.5 + heights[at] * np.sqrt(1 - heights[at] ** 2)
+    np.testing.assert_allclose(middle[at], expected, atol=0.04)
+
+
+def test_light_comes_back_from_other_surfaces_only_if_it_may():
+    red = bob.Instance(bob.Mesh([(0, -5, 0), (0, 5, 0), (0, 5, 5), (0, -5, 5)], [(0, 1, 2), (0, 2, 3)]),
+                       material=bob.Material("#f00", ambient=0, diffuse=1, specular=0))  # fmt: skip
+    scene = bob.Scene([white(square(10)), red])
+    shades = []
+    for bounces in (1, 2):
+        seen = lit(scene, bob.Light((1, 0, 0.2), angle=1), bob.Camera(elevation=90), bounces=bounces)
+        color = seen["color"][seen["color"][..., 0] > 0].reshape(-1, 3).mean(0)
+        shades.append(color[0] / color[1])
+    assert shades[0] == pytest.approx(1, abs=0.05)
+    assert shades[1] > 1.05
+
+
+def test_lamps_light_other_surfaces():
+    lamp = bob.Instance(square(4, 3), material=bob.Material("#000", emissive="#fff"))
+    seen = lit([white(square(4)), lamp], [], bob.Camera(elevation=20), bounces=1)
+    assert 0.1 < np.median(seen["gray"][(seen["gray"] > 0) & (seen["gray"] < 1)]) < 0.9
+
+
+# ---- Environments ----------------------------------------------------------------------------------------
+
+
+def sun_map(height=32, width=64):
+    texels = np.full((height, width, 3), 0.1, np.float32)
+    texels[6, 40] = (900, 800, 700)
+    return texels
+
+
+def test_an_environment_is_what_its_sum_says():
+    """A plane receives a bright texel's radiance times solid angle times cosine, with little noise."""
+    texels = sun_map()
+    polar = (6.5) * math.pi / 32
+    solid = (math.pi / 32) * (2 * math.pi / 64) * math.sin(polar)
+    expected = 0.1 + (800 - 0.1) * solid * math.cos(polar) / math.pi
+    seen = lit(white(square()), bob.Sky(image=texels), paths=64)
+    green = seen["color"][..., 1][inner(seen["hit"])]
+    assert green.mean() == pytest.approx(expected, rel=0.03)
+    assert green.std() < 0.1 * expected
+
+
+def test_an_environment_is_seen_where_it_is():
+    """The middle of the picture is what one sees along -x; columns go clockwise, to +y... from there."""
+    texels = np.zeros((16, 32, 3), np.float32)
+    texels[:, 12:20, 0] = 1  # -x
+    texels[:, 20:28, 1] = 1  # a quarter clockwise from above: +y
+    texels[:3] = (0, 0, 1)
+    for turn, red, green in ((0, (-1, 0, 0), (0, 1, 0)), (90, (0, -1, 0), (-1, 0, 0))):
+        colors = {}
+        for toward in (red, green, (0, 0, 1)):
+            normal = np.array(toward, float)
+            across = np.array([0, 0, 1.0]) if abs(normal[2]) < 0.5 else np.array([1.0, 0, 0])
+            u = np.cross(across, normal)
+            v = np.cross(normal, u)
+            sheet = bob.Mesh([-u - v, u - v, u + v, -u + v], [(0, 1, 2), (0, 2, 3)])
+            camera = bob.Camera(position=tuple(5 * normal), target=(0, 0, 0), fov=20, up=tuple(across))
+            seen = lit(white(sheet), bob.Sky(image=texels, turn=turn), camera, (16, 16), paths=64)
+            colors[toward] = seen["color"][8, 8].argmax()
+        assert colors == {red: 0, green: 1, (0, 0, 1): 2}
+
+
+@pytest.mark.parametrize("runs", [True, False])
+def test_radiance_files_are_read(runs):
+    rng = np.random.default_rng(0)
+    width = 12 if runs else 5
+    rgbe = rng.integers(0, 256, (3, width, 4), np.uint8)
+    rgbe[..., 3] = rng.integers(120, 140, (3, width))
+    rgbe[1, :, 0] = 7
+    data = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 3 +X %d\n" % width
+    for row in rgbe:
+        if not runs:
+            data += row.tobytes()
+            continue
+        data += bytes((2, 2, 0, width))
+        for component in row.T:
+            same = (component == component[0]).all()
+            data += bytes((128 + width, component[0])) if same else bytes((width,)) + component.tobytes()
+    wanted = rgbe[..., :3] * np.exp2(rgbe[..., 3:].astype(float) - 136)
+    np.testing.assert_allclose(read_hdr(data), wanted, rtol=1e-6)
+    for cut in (1, 20, len(data) - 40, len(data) - 1):
+        with pytest.raises(bob.InputError, match="image: "):
+            read_hdr(data[:cut])
+
+
+# ---- The ground ------------------------------------------------------------------------------------------
+
+
+def test_the_ground_shows_shadows_and_nothing_else():
+    picture = bob.render(white(sphere_mesh()), bob.Camera(zoom=0.5), size=(96, 128), light="studio", samples=2)
+    alpha, color = picture.alpha, picture.color
+    hit = bob.trace(sphere_mesh(), bob.Camera(zoom=0.5), size=(96, 128)).alpha > 0
+    away = ~inner(~hit, 1) == False  # noqa: E712
+    shadow = away & (alpha > 0.3)
+    assert shadow.sum() > 50
+    assert color[away].max() < 0.02
+    assert alpha[:10].max() < 0.05  # the sky, and the ground far from the ball
+    assert alpha[inner(hit)].min() > 0.99
+
+
+def test_what_floats_high_has_no_shadow_without_a_ground():
+    picture = bob.render(white(sphere_mesh()), size=(48, 64), light="studio", ground=False, samples=1)
+    hit = bob.trace(sphere_mesh(), size=(48, 64)).alpha > 0
+    assert picture.alpha[inner(~hit, 1)].max() == 0
+
+
+# ---- Doors -----------------------------------------------------------------------------------------------
+
+
+def test_without_lights_nothing_changes():
+    tree = bob.happy_tree()
+    plain = bob.trace(tree, size=SIZE)
+    assert bob.trace(tree, size=SIZE, light="headlight") == plain
+    assert bob.trace(bob.Scene(tree, light="studio"), size=SIZE, light="headlight") == plain
+    assert np.array_equal(bob.render(tree, size=SIZE).rgba, bob.render(tree, size=SIZE, light="headlight").rgba)
+
+
+def test_a_scene_carries_its_light():
+    sun = bob.Light((1, 1, 2), angle=3)
+    scene = bob.Scene(bob.happy_tree(), light=[sun, bob.Sky("#888")], ground=True)
+    by_scene = bob.trace(scene, size=SIZE, fraction=0.2)
+    given = bob.trace(bob.happy_tree(), size=SIZE, fraction=0.2, light=[sun, bob.Sky("#888")], ground=True)
+    assert by_scene == given
+    assert by_scene.channel("shadow").max() > 0.2
+
+
+def test_traced_light_is_the_first_of_progressive_and_of_any_number_of_threads():
+    scene = bob.Scene(bob.happy_tree())
+    parts = []
+    count = bob.thread_count()
+    try:
+        for threads in (1, 3):
+            bob.set_thread_count(threads)
+            parts.append(bob.trace(scene, size=SIZE, fraction=0.3, light="studio"))
+    finally:
+        bob.set_thread_count(count)
+    assert parts[0] == parts[1]
+    other = bob.trace(scene, size=SIZE, fraction=0.3, light="studio", seed=1)
+    assert not np.array_equal(other.planes, parts[0].planes)
+
+
+def test_passes_go_on_until_the_error_is_small():
+    """Pixels are traced again once all were, with other paths each time; the picture converges."""
+    ball = bob.Scene([white(square(6)), white(sphere_mesh()).translate((0, 0, 1))])
+    camera = bob.Camera(elevation=40)
+    light = [bob.Light((1, 1, 2), angle=10), bob.Sky(intensity=0.3)]
+    frames = []
+    for frame in bob.progressive(ball, camera, size=SIZE, fraction=0.5, until=1e-9, light=light):
+        frames.append(frame)
+        if len(frames) == 8:
+            break
+    truth = lit(ball, light, camera, paths=1024)["gray"]
+    errors = [np.abs(frame.image - truth).mean() for frame in (frames[0], frames[7])]
+    assert errors[1] < errors[0]
+    assert errors[1] < 0.01
+
+
+def test_the_picture_of_a_few_pixels_is_near_the_whole_one():
+    tree = bob.Scene(bob.happy_tree())
+    whole = bob.render(tree, size=(120, 160), light="studio", samples=4)
+    part = bob.render(tree, size=(120, 160), light="studio", samples=4, fraction=0.1)
+    assert np.abs(part.color - whole.color).mean() < 0.015
+    assert np.abs(part.alpha - whole.alpha).mean() < 0.02
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: bob.Light((0, 0, math.nan)), "direction: expected finite"),
+        (lambda: bob.Light((0, 0, 0)), "direction: expected a length above 0"),
+        (lambda: bob.Light((0, 0, 1), angle=181), "angle: expected"),
+        (lambda: bob.Light((0, 0, 1), intensity=math.inf), "intensity: expected"),
+        (lambda: bob.Sky(image=np.full((2, 4, 3), np.nan)), "image: expected"),
+        (lambda: bob.Sky(image=np.full((2, 4, 3), -1.0)), "image: expected"),
+        (
+            lambda: bob.Sky(image=np.broadcast_to(np.float32(1), (8000, 16000, 3))),
+            "image: expected an environment of at most",
+        ),
+        (lambda: bob.Sky("#fff", "#000", image=np.ones((2, 4, 3))), "bottom: expected none"),
+        (lambda: bob.render(bob.happy_tree(), light="moonshine"), "light: expected headlight, studio or the path"),
+        (lambda: bob.render(bob.happy_tree(), light="no.hdr"), "no.hdr: can't read it"),
+        (lambda: bob.render(bob.happy_tree(), light=5), "light: expected a Light, a Sky or several, got int"),
+        (lambda: bob.render(bob.happy_tree(), light=[bob.Sky(), bob.Sky()]), "light: expected at most one Sky"),
+        (lambda: bob.render(bob.happy_tree(), light=40 * [bob.Light((0, 0, 1))]), "light: expected at most 32, got 40"),
+        (lambda: bob.render(bob.happy_tree(), ground=True), "ground: expected none under the headlight"),
+    ],
+)
+def test_bad_lights_are_named(make, message):
+    with pytest.raises(bob.InputError) as error:
+        make()
+    assert str(error.value).startswith(message)
+
+
+def test_extreme_scenes_end():
+    """Black and blinding skies, inside-out and open meshes, a camera within a mirror box, a thousand nested balls."""
+    ball = sphere_mesh(1)
+    inside_out = bob.Mesh(ball.vertices, ball.triangles[:, ::-1])
+    mirror = bob.Material("#fff", metallic=1, roughness=0)
+    within = bob.Camera(position=(0.1, 0, 0), target=(1, 0, 0), fov=90)
+    nested = [bob.Instance(ball, material=mirror).scale(1 - i / 1001) for i in range(1000)]
+    for scene, light, camera in (
+        (ball, bob.Sky("#000"), bob.Camera()),
+        (ball, bob.Sky(image=np.zeros((4, 8, 3))), bob.Camera()),
+        (ball, bob.Sky("#fff", intensity=1e6), bob.Camera()),
+        (inside_out, "studio", bob.Camera()),
+        (bob.Mesh(ball.vertices, ball.triangles[:9]), "studio", bob.Camera()),
+        (bob.Instance(ball, material=mirror), "studio", within),
+        (nested, "studio", bob.Camera()),
+        (ball, bob.Light((0, 0, 1), angle=180), bob.Camera(elevation=-30)),
+    ):
+        picture = bob.render(scene, camera, size=(24, 32), light=light, samples=1)
+        assert np.isfinite(picture.color).all()
+        assert np.isfinite(picture.alpha).all()
+
+
+def test_the_command_line_lights_scenes(tmp_path, capsys):
+    """With any share of the pixels light is completed along first hits, whatever network there is."""
+    sphere_mesh(2).save(tmp_path / "ball.ply")
+    pictures = []
+    for i, amount in enumerate(([], ["--fraction", "30%"], ["--error", "0.05"])):
+        out = tmp_path / f"{i}.png"
+        options = ["--size", "64x48", "--light", "studio", "--fit", "sphere", "-o", str(out)]
+        assert cli.main(["render", str(tmp_path / "ball.ply"), *options, *amount]) == 0
+        assert "pixels' light and all first hits" in capsys.readouterr().out
+        with Image.open(out) as image:
+            pictures.append(np.asarray(image).astype(int))
+    covered = pictures[0][..., 3] == 255
+    for picture, most in zip(pictures[1:], (5, 255 * 0.05), strict=True):
+        assert np.abs(picture - pictures[0])[..., 3].mean() < most
+        assert np.abs(picture - pictures[0])[covered].mean() < most
+    assert cli.main(["render", "--light", "moonshine"]) == 2
+    assert "light: expected headlight, studio" in capsys.readouterr().err
