@@ -122,7 +122,7 @@ def progressive(
     sequence = PixelSequence(size, order, seed, guides)
     if at_first == size[0] * size[1]:  # nothing to choose, and no round to wait for
         sequence = PixelSequence(size, "lattice", seed)
-    turns = order == "default" and guides is None and at_first is None
+    turns = order == "default" and guides is None and count is None
     picture = PartialPicture(Calls(tracer), size, layout, sequence, planner, "adaptive", turns=turns, guides=guides)
     until = check_number("until", until, 0)
     budget = check_number("frame_ms", 33 if frame_ms is None else frame_ms, 0, above=True) / 1000
