@@ -20,7 +20,7 @@ from report import table
 
 import bobrossnet as bob
 from bobrossnet import _core
-from bobrossnet.frames import frame, motion
+from bobrossnet.frames import calls, frame, motion
 from bobrossnet.frames.planner import Planner
 
 SIZE = (240, 320)
@@ -49,6 +49,7 @@ WITHOUT: dict[str, dict[str, float]] = {
     "doubt 0": {"doubt": 0.0},
     "floor 0": {"floor": 0.0},
     "fade 0": {"fade": 0.0},
+    "margin 1": {"margin": 1.0},
     "growth 1e9": {"growth": 1e9},
 }
 
@@ -108,6 +109,7 @@ def simulated(clock: Clock, view_of: Any, ray: float) -> Iterator[None]:
         (frame, "complete", timed_complete),
         (frame, "time", timer),
         (motion, "time", timer),
+        (calls, "time", timer),
         (_core, "History", TimedHistory),
         (bob.SceneTracer, "__call__", timed_trace),
     ):

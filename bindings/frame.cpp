@@ -35,6 +35,7 @@ void bind_frame(nb::module_& m) {
         .def(nb::init<>())
         .def_rw("hysteresis", &bob::FrameConstants::hysteresis)
         .def_rw("least_tracing", &bob::FrameConstants::least_tracing)
+        .def_rw("margin", &bob::FrameConstants::margin)
         .def_rw("untried", &bob::FrameConstants::untried)
         .def_rw("doubt", &bob::FrameConstants::doubt)
         .def_rw("floor", &bob::FrameConstants::floor)

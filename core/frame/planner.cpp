@@ -123,7 +123,7 @@ double FramePlanner::error(Mode mode, double seconds, double parallax, double th
     const double before = mode == Mode::reproject ? reprojecting_.seconds() * pixels_ : 0;
     const double left = seconds - before - (completes_meanwhile_ ? 0 : completing);
     const double share = rate(mode) * left * threads / pixels_;
-    if (left <= 0 || completing > seconds || (mode == Mode::whole && share < 1)) return infinite;
+    if (left <= 0 || completing > seconds || (mode == Mode::whole && share < constants_.margin)) return infinite;
     return expected_error(mode, completion, static_cast<float>(std::max(share, 1 / pixels_)), static_cast<float>(parallax));
 }
 

@@ -323,6 +323,7 @@ class FrameConstants:
 
     hysteresis: float
     least_tracing: float
+    margin: float
     untried: float
     doubt: float
     floor: float
