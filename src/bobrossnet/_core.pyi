@@ -244,9 +244,10 @@ class AdaptiveOrder(RoundOrder):
     ) -> None: ...
 
 class SquaresOrder(RoundOrder):
-    """Squares that differ, row by row; of a picture whose pixels with a mask, (H, W), are traced already."""
+    """Squares that differ, row by row; of a picture whose pixels with a mask, (H, W), are traced already. By priority,
+    large ones first."""
 
-    def __init__(self, height: int, width: int, traced: F32 | None = None) -> None: ...
+    def __init__(self, height: int, width: int, traced: F32 | None = None, by_priority: bool = False) -> None: ...
 
 class History:
     """What earlier pictures say about the next one."""
