@@ -185,6 +185,18 @@ class Scene:
     @property
     def bytes(self) -> int: ...
 
+class PictureTracing:
+    """The pixels of an order, or "tiles" for all of them, from rays to planes (C, H, W) that are 0 at first."""
+
+    def __init__(
+        self, scene: Scene, camera: Camera, height: int, width: int, layout: Layout, order: str, seed: int
+    ) -> None: ...
+    def trace(self, count: int, planes: F32) -> None:
+        """Goes on until so many pixels are traced."""
+
+    @property
+    def done(self) -> int: ...
+
 class Layout:
     """Channels one after the other, by their names with commas between them; ValueError of one that there is not."""
 

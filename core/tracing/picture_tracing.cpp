@@ -1,0 +1,73 @@
+#include "tracing/picture_tracing.h"
+
+#include <algorithm>
+
+#include "base/parallel.h"
+#include "sampling/adaptive.h"
+#include "sampling/squares.h"
+#include "tracing/trace.h"
+
+namespace bob {
+namespace {
+
+/// Null of an order that has no rounds.
+std::unique_ptr<RoundOrder> make_rounds(std::string_view order, std::uint64_t seed, std::uint32_t height, std::uint32_t width) {
+    if (order == "adaptive") return std::make_unique<AdaptiveOrder>(seed, height, width);
+    if (order == "squares") return std::make_unique<SquaresOrder>(height, width);
+    if (order == "priority") return std::make_unique<SquaresOrder>(height, width, nullptr, SquaresOrder::First::priority);
+    return nullptr;
+}
+
+}  // namespace
+
+PictureTracing::PictureTracing(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout,
+                               std::string_view order, std::uint64_t seed)
+    : scene_(scene), camera_(camera), height_(height), width_(width), layout_(layout) {
+    const auto rows = static_cast<std::uint32_t>(height), columns = static_cast<std::uint32_t>(width);
+    rounds_ = make_rounds(order, seed, rows, columns);
+    if (!rounds_ && order != "tiles") order_ = make_order(order, seed, rows, columns);
+}
+
+void PictureTracing::trace(std::size_t count, float* planes) {
+    while (done_ < count) {
+        const std::span<const Pixel> pixels = next(count - done_, planes);
+        trace_into(scene_, camera_, height_, width_, pixels, layout_, planes);
+        done_ += pixels.size();
+    }
+}
+
+std::span<const Pixel> PictureTracing::next(std::size_t count, const float* planes) {
+    if (rounds_) {
+        if (round_.empty()) round_ = rounds_->next(layout_, planes);
+        const std::span<const Pixel> pixels = round_.first(std::min(count, round_.size()));
+        round_ = round_.subspan(pixels.size());
+        return pixels;
+    }
+    count = std::min(count, piece);
+    if (!order_) {
+        next_tiles(count);
+        return pixels_;
+    }
+    pixels_.resize(count);
+    parallel_for(count, 8192, [&](std::size_t begin, std::size_t end) {
+        order_(static_cast<std::uint32_t>(done_ + begin), std::span(pixels_).subspan(begin, end - begin));
+    });
+    return pixels_;
+}
+
+void PictureTracing::next_tiles(std::size_t count) {
+    constexpr int side = 8;
+    const int top = static_cast<int>(done_ / static_cast<std::size_t>(width_));
+    const int rows = std::max(side, static_cast<int>(count / static_cast<std::size_t>(width_)) / side * side);
+    const int bottom = std::min(height_, top + rows);
+    pixels_.clear();
+    for (int y = top; y < bottom; y += side) {
+        for (int x = 0; x < width_; x += side) {
+            for (int row = y; row < std::min(bottom, y + side); ++row) {
+                for (int column = x; column < std::min(width_, x + side); ++column) pixels_.push_back({row, column});
+            }
+        }
+    }
+}
+
+}  // namespace bob
