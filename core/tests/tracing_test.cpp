@@ -279,29 +279,31 @@ TEST(a_picture_is_traced_as_its_rounds_are_one_by_one) {
     const auto sphere = test::sphere(6, 1);
     const bob::Scene scene = scene_of(sphere.vertices, sphere.triangles);
     constexpr int height = 90, width = 121;
-    constexpr std::size_t pixels = height * width, wanted = pixels / 9;
+    constexpr std::size_t pixels = height * width;
     const bob::Layout& layout = bob::gbuffer_layout();
-    std::vector<float> expected(5 * pixels);
-    bob::SquaresOrder order(height, width, nullptr, bob::SquaresOrder::First::priority);
-    for (std::size_t done = 0; done < wanted;) {
-        auto round = order.next(layout, expected.data());
-        round = round.first(std::min(round.size(), wanted - done));
-        std::vector<float> samples(5 * round.size());
-        bob::trace(scene, {}, height, width, round, layout, samples.data());
-        bob::scatter(layout, round, samples.data(), 5, expected.data(), height, width);
-        done += round.size();
-    }
-    for (const int threads : {1, 3}) {
-        const int before = bob::thread_count();
-        bob::set_thread_count(threads);
-        for (const std::size_t step : {wanted, std::size_t{57}}) {
-            bob::PictureTracing picture(scene, {}, height, width, layout, "priority", 3);
-            std::vector<float> planes(5 * pixels);
-            while (picture.done() < wanted) picture.trace(std::min(picture.done() + step, wanted), planes.data());
-            CHECK_EQ(picture.done(), wanted);
-            CHECK(planes == expected);
+    for (const std::size_t wanted : {pixels / 9, pixels / 10 * 9}) {
+        std::vector<float> expected(5 * pixels);
+        bob::SquaresOrder order(height, width, nullptr, bob::SquaresOrder::First::priority);
+        for (std::size_t done = 0; done < wanted;) {
+            auto round = order.next(layout, expected.data());
+            round = round.first(std::min(round.size(), wanted - done));
+            std::vector<float> samples(5 * round.size());
+            bob::trace(scene, {}, height, width, round, layout, samples.data());
+            bob::scatter(layout, round, samples.data(), 5, expected.data(), height, width);
+            done += round.size();
         }
-        bob::set_thread_count(before);
+        for (const int threads : {1, 3}) {
+            const int before = bob::thread_count();
+            bob::set_thread_count(threads);
+            for (const std::size_t step : {wanted, std::size_t{97}}) {
+                bob::PictureTracing picture(scene, {}, height, width, layout, "priority", 3);
+                std::vector<float> planes(5 * pixels);
+                while (picture.done() < wanted) picture.trace(std::min(picture.done() + step, wanted), planes.data());
+                CHECK_EQ(picture.done(), wanted);
+                CHECK(planes == expected);
+            }
+            bob::set_thread_count(before);
+        }
     }
 }
 

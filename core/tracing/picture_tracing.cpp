@@ -18,6 +18,10 @@ std::unique_ptr<RoundOrder> make_rounds(std::string_view order, std::uint64_t se
     return nullptr;
 }
 
+/// Of more than this share of the pixels, in percent, rays in rounds take longer than all of them in tiles: of 640x480, 60 % take .9 to
+/// 1.3 of the time of all and 95 % take 1.25 to 1.5, so 1 to 1.3, by what deciding takes. With fewer, formulas take longer so.
+constexpr std::size_t dear_share = 60;
+
 }  // namespace
 
 PictureTracing::PictureTracing(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout,
@@ -29,11 +33,29 @@ PictureTracing::PictureTracing(const Scene& scene, const Camera& camera, int hei
 }
 
 void PictureTracing::trace(std::size_t count, float* planes) {
+    if (rounds_ && done_ == 0 && 100 * count > dear_share * rounds_->height() * rounds_->width()) trace_all(count, planes);
     while (done_ < count) {
         const std::span<const Pixel> pixels = next(count - done_, planes);
         trace_into(scene_, camera_, height_, width_, pixels, layout_, planes);
         done_ += pixels.size();
     }
+}
+
+void PictureTracing::trace_all(std::size_t count, float* planes) {
+    const auto width = static_cast<std::size_t>(width_), pixels = static_cast<std::size_t>(height_) * width;
+    PictureTracing(scene_, camera_, height_, width_, layout_, "tiles", 0).trace(pixels, planes);
+    std::vector<std::uint8_t> is_kept(pixels);
+    while (done_ < count) {
+        const std::span<const Pixel> round = next(count - done_, planes);
+        for (const auto [row, column] : round) is_kept[static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)] = 1;
+        done_ += round.size();
+    }
+    const auto components = static_cast<std::size_t>(layout_.width());
+    parallel_for(pixels, 16384, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = 0; k < components; ++k) {
+            for (std::size_t i = begin; i < end; ++i) planes[k * pixels + i] = is_kept[i] ? planes[k * pixels + i] : 0.f;
+        }
+    });
 }
 
 std::span<const Pixel> PictureTracing::next(std::size_t count, const float* planes) {

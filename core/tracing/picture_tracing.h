@@ -39,6 +39,8 @@ public:
     [[nodiscard]] const Layout& layout() const { return layout_; }
 
 private:
+    /// The same from none on, where that is faster: of all pixels, those that would not have been traced are cleared.
+    void trace_all(std::size_t count, float* planes);
     /// The next pixels, at most so many, but of tiles.
     std::span<const Pixel> next(std::size_t count, const float* planes);
     void next_tiles(std::size_t count);
