@@ -38,6 +38,7 @@ test: $(VENV)/installed-test $(VENV)/chromium clang types
 
 bench: $(VENV)/installed-test
 	$(BIN)/python bench/trace.py
+	$(BIN)/python bench/price.py
 	$(BIN)/python bench/implicit.py
 	$(BIN)/python bench/libfive.py
 	$(BIN)/python bench/nurbs.py

@@ -203,10 +203,11 @@ void bind_picture(nb::module_& m) {
     nb::class_<bob::AdaptiveOrder, bob::RoundOrder>(m, "AdaptiveOrder")
         .def("__init__", &init_adaptive_order, "seed"_a, "height"_a, "width"_a, "guides_layout"_a = nb::none(), "guides"_a.noconvert() = nb::none());
     nb::class_<bob::SquaresOrder, bob::RoundOrder>(m, "SquaresOrder")
-        .def("__init__", [](bob::SquaresOrder* self, std::uint32_t height, std::uint32_t width, const std::optional<ConstPlane>& traced) {
+        .def("__init__", [](bob::SquaresOrder* self, std::uint32_t height, std::uint32_t width, const std::optional<ConstPlane>& traced, bool by_priority) {
             if (traced) check_plane(*traced, height, width);
-            new (self) bob::SquaresOrder(height, width, traced ? traced->data() : nullptr);
-        }, "height"_a, "width"_a, "traced"_a.noconvert() = nb::none());
+            using First = bob::SquaresOrder::First;
+            new (self) bob::SquaresOrder(height, width, traced ? traced->data() : nullptr, by_priority ? First::priority : First::contrast);
+        }, "height"_a, "width"_a, "traced"_a.noconvert() = nb::none(), "by_priority"_a = false);
     m.def("scatter", &scatter, "layout"_a, "pixels"_a.noconvert(), "samples"_a.noconvert(), "planes"_a.noconvert());
 
     nb::class_<bob::History>(m, "History")

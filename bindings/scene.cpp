@@ -23,6 +23,7 @@
 #include "bindings.h"
 #include "tracing/arrangement.h"
 #include "tracing/canonical.h"
+#include "tracing/picture_tracing.h"
 #include "tracing/trace.h"
 
 using namespace nb::literals;
@@ -154,6 +155,21 @@ void trace(const bob::Scene& scene, const bob::Camera& camera, int height, int w
     });
 }
 
+void init_picture_tracing(bob::PictureTracing* self, const bob::Scene& scene, const bob::Camera& camera, int height, int width,
+                          const bob::Layout& layout, std::string_view order, std::uint64_t seed) {
+    without_gil([&] { new (self) bob::PictureTracing(scene, camera, height, width, layout, order, seed); });
+}
+
+void trace_picture(bob::PictureTracing& tracing, std::size_t count, const Planes& planes) {
+    const std::size_t height = planes.shape(1), width = planes.shape(2);
+    expect(planes.shape(0) == static_cast<std::size_t>(tracing.layout().width()) && height == static_cast<std::size_t>(tracing.height()) &&
+               width == static_cast<std::size_t>(tracing.width()),
+           "planes: expected one for each component, of the right size");
+    expect(count <= height * width, "count: expected at most all pixels");
+    const InUse in_use(&tracing);
+    interruptible([&] { tracing.trace(count, planes.data()); });
+}
+
 }  // namespace
 
 void bind_scene(nb::module_& m) {
@@ -192,4 +208,10 @@ void bind_scene(nb::module_& m) {
              "samples"_a.noconvert())
         .def_prop_ro("to_shapes", &to_shapes, nb::rv_policy::move)
         .def_prop_ro("bytes", [](const bob::Scene& scene) { return without_gil([&] { return scene.bytes(); }); });
+
+    nb::class_<bob::PictureTracing>(m, "PictureTracing")
+        .def("__init__", &init_picture_tracing, "scene"_a, "camera"_a, "height"_a, "width"_a, "layout"_a, "order"_a, "seed"_a,
+             nb::keep_alive<1, 2>())
+        .def("trace", &trace_picture, "count"_a, "planes"_a.noconvert())
+        .def_prop_ro("done", &bob::PictureTracing::done);
 }

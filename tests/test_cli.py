@@ -288,7 +288,7 @@ def test_evaluate(tmp_path, capsys, monkeypatch):
         (["render", "--fraction", "nan"], "--fraction"),
         (
             ["render", "--order", "spiral"],
-            "order: expected one of uniform, lattice, adaptive, squares, default, got 'spiral'",
+            "order: expected one of uniform, lattice, adaptive, squares, priority, default, got 'spiral'",
         ),
         (["render", "--seed", "-1"], "seed: expected an integer in 0.."),
         (["render", "--azimuth", "east"], "--azimuth"),

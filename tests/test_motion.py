@@ -27,7 +27,7 @@ def test_a_camera_that_stands_still_ends_exact(scene):
     for k in range(4):
         frame = view.frame(fraction=0.25)
         assert frame.fraction == pytest.approx((k + 1) / 4, abs=1e-3)
-        assert frame.gbuffer.stack().tobytes() == full.sample(frame.fraction).stack().tobytes()
+        assert frame.gbuffer.stack().tobytes() == full.sample(frame.fraction, order="adaptive").stack().tobytes()
     assert np.array_equal(frame.image, full.gray)
     assert np.array_equal(view.frame(fraction=0.1).image, full.gray)
 
@@ -133,7 +133,7 @@ def test_a_tracer_of_ones_own(scene):
     assert bob.ssim(frame.image, full.gray) > anew
     view.forget()
     again = view.frame(fraction=0.05)
-    assert np.array_equal(again.image, bob.complete(full.sample(0.05)))
+    assert np.array_equal(again.image, bob.complete(full.sample(0.05, order="adaptive")))
 
 
 def test_frames_keep_what_they_were(scene):

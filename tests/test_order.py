@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage, stats
 
 import bobrossnet as bob
-from bobrossnet.picture.order import DEFAULT_ORDER, FIXED_ORDERS
+from bobrossnet.picture.order import FIXED_ORDERS, TRACED_ORDER
 
 EVERY_ORDER = pytest.mark.parametrize("order", FIXED_ORDERS)
 
@@ -85,7 +85,7 @@ def test_sizes_are_written_width_first():
 
 def test_the_default_is_one_of_them(tree):
     part = bob.trace(tree, size=(70, 90), fraction=0.1)
-    assert part == bob.trace(tree, size=(70, 90), fraction=0.1, order=DEFAULT_ORDER)
+    assert part == bob.trace(tree, size=(70, 90), fraction=0.1, order=TRACED_ORDER)
     assert part != bob.trace(tree, size=(70, 90), fraction=0.1, order="lattice")
 
 
@@ -154,7 +154,7 @@ def test_uniform_spreads_like_chance(seed, fraction):
         ({"size": (2**20, 2**20)}, "size: expected at most"),
         (
             {"size": (4, 4), "order": "spiral"},
-            "order: expected one of uniform, lattice, adaptive, squares, default, got 'spiral'",
+            "order: expected one of uniform, lattice, adaptive, squares, priority, default, got 'spiral'",
         ),
         ({"size": (4, 4), "seed": -1}, "seed"),
         ({"size": (4, 4), "seed": 0.5}, "seed: expected an integer"),

@@ -61,6 +61,10 @@ private:
     /// Looks anew at those of which this pixel is a corner: they have seen what it shows, or, before that is known, differ
     /// at least by so much.
     void look_around(Pixel pixel, const Look* look, std::uint32_t least);
+    template <class AddCorners>
+    void look_at(std::uint32_t index, Place at, const Look* look, std::uint32_t least, AddCorners add_corners);
+    /// From the index of a pixel that lies so in the lattice to those of its corners.
+    [[nodiscard]] std::array<std::uint32_t, 4> distances_around(Place at) const;
     /// Looks at the pixels around one that differs by so much from its corners, as if they were of its own level: what
     /// passes there may go on into a larger square without being seen at any corner of that.
     void look_beside(Pixel pixel, std::uint32_t contrast);
@@ -68,7 +72,7 @@ private:
     static std::uint8_t queue_of(std::uint32_t contrast, int octave_of_area);
     /// Puts an open pixel into a queue.
     void wait(std::uint32_t index, std::uint8_t queue);
-    void add_corners(Look& known, Pixel pixel, Place at) const;
+    void add_corner(Look& known, std::uint32_t index) const;
     /// How much the surface of a pixel is unlike those of all corners that are traced or were chosen.
     [[nodiscard]] std::uint32_t unlike_corners(Pixel pixel, Place at) const;
     void prefetch(std::uint32_t index) const;
@@ -81,6 +85,10 @@ private:
     }
     [[nodiscard]] bool is_inside(Pixel pixel) const {
         return static_cast<std::uint32_t>(pixel.row) < height_ && static_cast<std::uint32_t>(pixel.column) < width_;
+    }
+    /// And so far from the picture's borders.
+    [[nodiscard]] bool is_inside(Pixel pixel, std::int32_t by) const {
+        return is_inside({pixel.row - by, pixel.column - by}) && is_inside({pixel.row + by, pixel.column + by});
     }
 
     /// Pixels that wait, the first come first.

@@ -1,7 +1,6 @@
 #include "sampling/squares.h"
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
 #include "sampling/order.h"
@@ -9,22 +8,29 @@
 namespace bob {
 namespace {
 
-/// Which squares are divided, round by round. What comes to light in squares that hardly differ is followed before more of them.
-struct Division {
-    std::uint32_t side, contrast;
-};
 constexpr std::uint32_t strong = 64, visible = 24, faint = 8, any = 0;
-constexpr Division divisions[] = {
+
+}  // namespace
+
+// What comes to light in squares that hardly differ is followed before more of them.
+constexpr SquaresOrder::Division SquaresOrder::by_contrast[] = {
     {8, strong}, {4, strong}, {2, strong}, {8, visible}, {4, visible}, {2, visible}, {8, faint}, {4, faint}, {2, faint},
     {8, any},    {4, faint},  {2, faint},  {4, any},     {2, faint},   {2, any},
 };
 
-}  // namespace
+// Each pass asks for half the contrast of the one before, and for 1.5 to 6 times as much in squares of half the side. At 5 %, over 28
+// models, 1 - SSIM is .0109 so and .0147 by contrast; with 32 first .0111, with one contrast for all of 8, 4 and 2 pixels .0120.
+constexpr SquaresOrder::Division SquaresOrder::by_priority[] = {
+    {16, 8}, {8, 48}, {4, 96}, {2, 160}, {16, 4}, {8, 24}, {4, 48}, {2, 96}, {16, 1}, {8, 12}, {4, 32}, {2, 48},
+    {16, any}, {8, 6}, {4, 16}, {2, 24}, {8, any}, {4, faint}, {2, faint}, {4, any}, {2, any},
+};
 
 SquaresOrder::Squares::Squares(std::uint32_t side) : side(side), first(std::uint32_t{lattice_first} % side) {}
 
-SquaresOrder::SquaresOrder(std::uint32_t height, std::uint32_t width, const float* traced)
+SquaresOrder::SquaresOrder(std::uint32_t height, std::uint32_t width, const float* traced, First first)
     : RoundOrder(height, width), is_decided_(std::size_t{height} * width) {
+    if (first == First::contrast) divisions_ = by_contrast;
+    else divisions_ = by_priority;
     if (traced) std::transform(traced, traced + is_decided_.size(), is_decided_.begin(), [](float mask) { return mask != 0; });
 }
 
@@ -32,13 +38,13 @@ std::span<const Pixel> SquaresOrder::next(const Layout& layout, const float* pla
     round_.clear();
     if (rounds_ == 0) {
         ++rounds_;
-        const Squares squares(divisions[0].side);
+        const Squares squares(divisions_[0].side);
         for (std::uint32_t row = squares.first; row < height_; row += squares.side) {
             for (std::uint32_t column = squares.first; column < width_; column += squares.side) decide(row, column);
         }
     }
-    for (; round_.empty() && rounds_ <= std::size(divisions); ++rounds_) {
-        const Division& division = divisions[rounds_ - 1];
+    for (; round_.empty() && rounds_ <= divisions_.size(); ++rounds_) {
+        const Division& division = divisions_[rounds_ - 1];
         divide(Squares(division.side), division.contrast, layout, planes);
     }
     return round_;

@@ -14,14 +14,18 @@
 namespace bob {
 
 /// The first round is every eighth pixel of every eighth row, the corners of squares. Further rounds divide squares into four: first
-/// those of which what is known differs most, from the largest to the smallest, then those that differ less, then all others. The
+/// those of which what is known differs most, from the largest to the smallest, then those that differ less, then all others. By
+/// priority, the first round is every 16th pixel of every 16th row, and smaller squares must differ more to be divided as early. The
 /// pixels of a round lie row by row, and one pass over the picture decides on them: where rays cost little, so many more of them
 /// fit into a time than of an `AdaptiveOrder` that they show more, though each of these is worth more. Where time ends within
 /// a round, the picture is finer above than below. (Akimoto et al., "Pixel-Selected Ray Tracing", 1991.)
 class SquaresOrder final : public RoundOrder {
 public:
+    /// Which squares are divided first: those that differ most, or those of the largest difference times area.
+    enum class First { contrast, priority };
+
     /// Of a picture of which the pixels whose mask is not 0, (height, width), are traced already; of none where that is null.
-    SquaresOrder(std::uint32_t height, std::uint32_t width, const float* traced = nullptr);
+    SquaresOrder(std::uint32_t height, std::uint32_t width, const float* traced = nullptr, First first = First::contrast);
 
     std::span<const Pixel> next(const Layout& layout, const float* planes) override;
 
@@ -48,6 +52,13 @@ private:
 
     void decide(std::uint32_t row, std::uint32_t column);
 
+    /// Which squares a round divides.
+    struct Division {
+        std::uint32_t side, contrast;
+    };
+    static const Division by_contrast[], by_priority[];
+
+    std::span<const Division> divisions_;  // the first pixels are the corners of the first one's
     std::size_t rounds_ = 0;
     std::vector<std::uint8_t> is_decided_;  // of each pixel
     std::vector<Pixel> round_;

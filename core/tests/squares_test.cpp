@@ -17,10 +17,11 @@ namespace {
 using Scene = std::function<float(int, int)>;
 
 /// Its rounds, of a picture in which only what was traced is known.
-std::vector<std::vector<bob::Pixel>> rounds_of(int height, int width, const Scene& scene, float untraced = 0) {
+std::vector<std::vector<bob::Pixel>> rounds_of(int height, int width, const Scene& scene, float untraced = 0,
+                                               bob::SquaresOrder::First first = bob::SquaresOrder::First::contrast) {
     const auto n = static_cast<std::size_t>(height * width);
     std::vector<float> planes(5 * n, untraced);
-    bob::SquaresOrder order(static_cast<std::uint32_t>(height), static_cast<std::uint32_t>(width));
+    bob::SquaresOrder order(static_cast<std::uint32_t>(height), static_cast<std::uint32_t>(width), nullptr, first);
     std::vector<std::vector<bob::Pixel>> result;
     while (true) {
         const auto round = order.next(bob::gbuffer_layout(), planes.data());
@@ -43,12 +44,14 @@ bool is_before(bob::Pixel a, bob::Pixel b) { return std::pair(a.row, a.column) <
 TEST(squares_visit_every_pixel_once) {
     for (const auto& [height, width] : {std::pair{1, 1}, {1, 50}, {5, 5}, {6, 9}, {64, 64}, {65, 130}, {37, 3}}) {
         for (const Scene& scene : {Scene(pattern), Scene([](int, int) { return 0.f; })}) {
-            std::vector<int> seen(static_cast<std::size_t>(height * width));
-            for (const auto& round : rounds_of(height, width, scene)) {
-                CHECK(std::ranges::is_sorted(round, is_before));
-                for (const auto [row, column] : round) ++seen[static_cast<std::size_t>(row * width + column)];
+            for (const auto first : {bob::SquaresOrder::First::contrast, bob::SquaresOrder::First::priority}) {
+                std::vector<int> seen(static_cast<std::size_t>(height * width));
+                for (const auto& round : rounds_of(height, width, scene, 0, first)) {
+                    CHECK(std::ranges::is_sorted(round, is_before));
+                    for (const auto [row, column] : round) ++seen[static_cast<std::size_t>(row * width + column)];
+                }
+                CHECK_EQ(std::ranges::count(seen, 1), static_cast<std::ptrdiff_t>(seen.size()));
             }
-            CHECK_EQ(std::ranges::count(seen, 1), static_cast<std::ptrdiff_t>(seen.size()));
         }
     }
 }
@@ -95,6 +98,28 @@ TEST(squares_are_divided_along_edges_the_clearest_first) {
     CHECK(of_silhouette > 200 && of_step > 200 && elsewhere > 40'000);
 }
 
+TEST(by_priority_large_squares_come_before_small_ones_that_differ_as_much) {
+    // A gentle slope on the left, a step of gray on the right.
+    const auto rounds = rounds_of(256, 256, [](int, int column) {
+        return column < 128 ? 0.2f + 0.003f * static_cast<float>(column) : column < 192 ? 0.3f : 0.5f;
+    }, 0, bob::SquaresOrder::First::priority);
+    CHECK_EQ(rounds[0].size(), std::size_t{256});  // every 16th pixel and row
+    const auto between_columns = [&](std::size_t begin, std::size_t end, int left, int right) {
+        std::ptrdiff_t count = 0;
+        for (std::size_t k = begin; k < end; ++k) {
+            count += std::ranges::count_if(rounds[k], [&](bob::Pixel p) { return p.column >= left && p.column < right; });
+        }
+        return count;
+    };
+    // Squares of 16 divide at both, those of 8 at the step alone: there the slope differs by 6 of 255.
+    CHECK_LT(250, between_columns(1, 2, 8, 120));
+    CHECK_LT(20, between_columns(1, 2, 176, 208));
+    CHECK_EQ(between_columns(2, 3, 8, 112), 0);
+    CHECK_LT(40, between_columns(2, 3, 184, 200));
+    CHECK_EQ(between_columns(3, 4, 8, 112), 0);  // then those of 4, when 48 suffice
+    CHECK_LT(40, between_columns(3, 4, 188, 196));
+}
+
 TEST(what_was_not_traced_is_not_read) {
     const auto rounds = rounds_of(100, 150, pattern), with_others = rounds_of(100, 150, pattern, 0.7f);
     CHECK_EQ(rounds.size(), with_others.size());
@@ -104,12 +129,15 @@ TEST(what_was_not_traced_is_not_read) {
 }
 
 TEST(squares_are_the_same_everywhere) {
-    bob::Sha256 digest;
-    for (const auto& round : rounds_of(100, 150, pattern)) {
-        for (const auto [row, column] : round) {
-            const std::byte bytes[] = {static_cast<std::byte>(row), static_cast<std::byte>(column)};
-            digest.update(bytes);
+    for (const auto& [first, expected] : {std::pair{bob::SquaresOrder::First::contrast, 13242}, {bob::SquaresOrder::First::priority, 41130}}) {
+        bob::Sha256 digest;
+        for (const auto& round : rounds_of(100, 150, pattern, 0, first)) {
+            for (const auto [row, column] : round) {
+                const std::byte bytes[] = {static_cast<std::byte>(row), static_cast<std::byte>(column)};
+                digest.update(bytes);
+            }
         }
+        const auto bytes = digest.digest();
+        CHECK_EQ(bytes[0] * 256 + bytes[1], expected);
     }
-    CHECK_EQ(digest.digest()[0] * 256 + digest.digest()[1], 13242);
 }

@@ -1,13 +1,18 @@
 #include "tracing/trace.h"
 
+#include <algorithm>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "base/parallel.h"
 #include "check.h"
 #include "meshes.h"
+#include "picture/gbuffer.h"
+#include "sampling/squares.h"
 #include "shapes/mesh/mesh.h"
 #include "tracing/material.h"
+#include "tracing/picture_tracing.h"
 
 namespace {
 
@@ -267,5 +272,51 @@ TEST(samples_do_not_depend_on_the_order_of_pixels) {
             CHECK_EQ(samples[5 * i + 2], rows.depth[at]);
             CHECK_EQ(samples[5 * i + 3], rows.normal[2 * at]);
         }
+    }
+}
+
+TEST(a_picture_is_traced_as_its_rounds_are_one_by_one) {
+    const auto sphere = test::sphere(6, 1);
+    const bob::Scene scene = scene_of(sphere.vertices, sphere.triangles);
+    constexpr int height = 90, width = 121;
+    constexpr std::size_t pixels = height * width;
+    const bob::Layout& layout = bob::gbuffer_layout();
+    for (const std::size_t wanted : {pixels / 9, pixels / 10 * 9}) {
+        std::vector<float> expected(5 * pixels);
+        bob::SquaresOrder order(height, width, nullptr, bob::SquaresOrder::First::priority);
+        for (std::size_t done = 0; done < wanted;) {
+            auto round = order.next(layout, expected.data());
+            round = round.first(std::min(round.size(), wanted - done));
+            std::vector<float> samples(5 * round.size());
+            bob::trace(scene, {}, height, width, round, layout, samples.data());
+            bob::scatter(layout, round, samples.data(), 5, expected.data(), height, width);
+            done += round.size();
+        }
+        for (const int threads : {1, 3}) {
+            const int before = bob::thread_count();
+            bob::set_thread_count(threads);
+            for (const std::size_t step : {wanted, std::size_t{97}}) {
+                bob::PictureTracing picture(scene, {}, height, width, layout, "priority", 3);
+                std::vector<float> planes(5 * pixels);
+                while (picture.done() < wanted) picture.trace(std::min(picture.done() + step, wanted), planes.data());
+                CHECK_EQ(picture.done(), wanted);
+                CHECK(planes == expected);
+            }
+            bob::set_thread_count(before);
+        }
+    }
+}
+
+TEST(a_picture_of_tiles_has_all_pixels) {
+    const auto sphere = test::sphere(5, 1);
+    const bob::Scene scene = scene_of(sphere.vertices, sphere.triangles);
+    for (const auto& [height, width] : {std::pair{1, 1}, {13, 30}, {64, 40}}) {
+        const auto pixels = static_cast<std::size_t>(height * width);
+        const auto all = render(scene, {}, height, width);
+        bob::PictureTracing picture(scene, {}, height, width, bob::gbuffer_layout(), "tiles", 0);
+        std::vector<float> planes(5 * pixels);
+        for (std::size_t count = 1; picture.done() < pixels; count = picture.done() + 1) picture.trace(count, planes.data());
+        CHECK_EQ(std::count(planes.begin(), planes.begin() + static_cast<std::ptrdiff_t>(pixels), 1.f), static_cast<std::ptrdiff_t>(pixels));
+        CHECK(std::equal(all.gray.begin(), all.gray.end(), planes.begin() + static_cast<std::ptrdiff_t>(pixels)));
     }
 }

@@ -164,43 +164,43 @@ std::span<const Numbered> by_tiles(std::span<const Pixel> pixels, int height, in
     return by_tile;
 }
 
-}  // namespace
-
-void trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
-           const Layout& layout, float* samples) {
-    const Projection projection(camera, height, width);
-    std::vector<std::pair<std::size_t, Write>> writers;
-    for (const Channel& channel : layout) {
-        if (channel == channels::gray || channel == channels::color) continue;
-        writers.emplace_back(static_cast<std::size_t>(layout.place(channel)), writer_of(channel));
+/// Traces pixels, batch by batch, to samples.
+class Tracing {
+public:
+    Tracing(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout)
+        : scene_(scene), projection_(camera, height, width), gray_(layout.place(channels::gray)), color_(layout.place(channels::color)),
+          missed_(layout.missed()) {
+        for (const Channel& channel : layout) {
+            if (channel == channels::gray || channel == channels::color) continue;
+            writers_.emplace_back(static_cast<std::size_t>(layout.place(channel)), writer_of(channel));
+        }
     }
-    const int gray = layout.place(channels::gray), color = layout.place(channels::color);
-    const std::vector<float> missed = layout.missed();
-    const std::size_t components = missed.size();
-    const std::span<const Numbered> order = by_tiles(pixels, height, width);
-    constexpr std::size_t ahead = 16;  // samples, which are rarely in the cache where pixels are sorted
-    parallel_for(pixels.size(), batch_size(pixels.size()), [&](std::size_t begin, std::size_t end) {
-        Batch& batch = Batch::of_this_thread(end - begin);
+
+    [[nodiscard]] std::size_t components() const { return missed_.size(); }
+
+    /// Writes the samples of a batch, each in its place by its number.
+    void operator()(std::span<const Numbered> pixels, float* samples) const {
+        constexpr std::size_t ahead = 16;  // samples, which are rarely in the cache where pixels are sorted
+        Batch& batch = Batch::of_this_thread(pixels.size());
         std::size_t count = 0, found = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-            if (i + ahead < end) __builtin_prefetch(samples + order[i + ahead].number * components, 1);
-            const auto& [pixel, number] = order[i];
-            for (std::size_t k = 0; k < components; ++k) samples[number * components + k] = missed[k];
-            if (projection.ray(pixel, batch.rays[count])) batch.pixels[count++] = order[i];
+        for (std::size_t i = 0; i < pixels.size(); ++i) {
+            if (i + ahead < pixels.size()) __builtin_prefetch(samples + pixels[i + ahead].number * components(), 1);
+            std::copy(missed_.begin(), missed_.end(), samples + pixels[i].number * components());
+            if (projection_.ray(pixels[i].pixel, batch.rays[count])) batch.pixels[count++] = pixels[i];
         }
         const std::span<const Ray> rays{batch.rays.data(), count};
-        scene.closest_hits(rays, {batch.hits.data(), count});
         const std::span<const SceneHit> hits{batch.hits.data(), count};
         const std::span<Vec3> normals{batch.normals.data(), count};
-        if (!scene.has_colored_shapes()) {
-            scene.normals(rays, hits, normals);
+        scene_.closest_hits(rays, {batch.hits.data(), count});
+        if (!scene_.has_colored_shapes()) {
+            scene_.normals(rays, hits, normals);
         } else {
             for (std::size_t j = 0; j < count; ++j) {
                 if (batch.hits[j].instance == no_instance) continue;
-                const float depth = projection.depth(rays[j].origin + batch.hits[j].t * rays[j].direction);
-                batch.widths[j] = projection.pixel_width(depth) / length(rays[j].direction);
+                const float depth = projection_.depth(rays[j].origin + batch.hits[j].t * rays[j].direction);
+                batch.widths[j] = projection_.pixel_width(depth) / length(rays[j].direction);
             }
-            scene.normals_and_colors(rays, hits, {batch.widths.data(), count}, normals, {batch.colors.data(), count});
+            scene_.normals_and_colors(rays, hits, {batch.widths.data(), count}, normals, {batch.colors.data(), count});
         }
         for (std::size_t j = 0; j < count; ++j) {
             const SceneHit& hit = batch.hits[j];
@@ -208,19 +208,58 @@ void trace(const Scene& scene, const Camera& camera, int height, int width, std:
             const Vec3 point = rays[j].origin + hit.t * rays[j].direction;
             const auto& [at, number] = batch.pixels[j];
             const auto row = static_cast<float>(at.row), column = static_cast<float>(at.column);
-            const Vec3 normal = facing_normal(projection.on_screen(batch.normals[j], row, column));
+            const Vec3 normal = facing_normal(projection_.on_screen(batch.normals[j], row, column));
             const Light* light = &Light::of_the_camera();
-            if (projection.in_perspective()) {
-                batch.lights[found] = light_at(projection, row, column);
+            if (projection_.in_perspective()) {
+                batch.lights[found] = light_at(projection_, row, column);
                 light = &batch.lights[found];
             }
-            const Material& material = scene[hit.instance].material;
-            const Vec3 own = scene.has_colored_shapes() ? product(material.base_color(), batch.colors[j]) : material.base_color();
-            batch.surfaces[found] = {normal, projection.depth(point), hit.instance, own, &material, light};
+            const Material& material = scene_[hit.instance].material;
+            const Vec3 own = scene_.has_colored_shapes() ? product(material.base_color(), batch.colors[j]) : material.base_color();
+            batch.surfaces[found] = {normal, projection_.depth(point), hit.instance, own, &material, light};
             batch.sample[found++] = number;
         }
-        for (const auto& [place, write] : writers) write(batch, found, samples, components, place);
-        write_shades(batch, found, samples, components, gray, color);
+        for (const auto& [place, write] : writers_) write(batch, found, samples, components(), place);
+        write_shades(batch, found, samples, components(), gray_, color_);
+    }
+
+private:
+    const Scene& scene_;
+    Projection projection_;
+    std::vector<std::pair<std::size_t, Write>> writers_;
+    int gray_, color_;  // places in a sample, or below 0
+    std::vector<float> missed_;
+};
+
+}  // namespace
+
+void trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
+           const Layout& layout, float* samples) {
+    const Tracing tracing(scene, camera, height, width, layout);
+    const std::span<const Numbered> order = by_tiles(pixels, height, width);
+    parallel_for(pixels.size(), batch_size(pixels.size()), [&](std::size_t begin, std::size_t end) {
+        tracing(order.subspan(begin, end - begin), samples);
+    });
+}
+
+void trace_into(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
+                const Layout& layout, float* planes) {
+    const Tracing tracing(scene, camera, height, width, layout);
+    const std::span<const Numbered> order = by_tiles(pixels, height, width);
+    parallel_for(pixels.size(), batch_size(pixels.size()), [&](std::size_t begin, std::size_t end) {
+        struct Memory {
+            std::vector<Numbered> numbered;
+            std::vector<Pixel> pixels;
+            std::vector<float> samples;
+        };
+        auto& [numbered, batch, samples] = thread_memory<Memory>();
+        numbered.clear(), batch.clear(), samples.resize((end - begin) * tracing.components());
+        for (std::size_t i = begin; i < end; ++i) {
+            numbered.push_back({order[i].pixel, static_cast<std::uint32_t>(i - begin)});
+            batch.push_back(order[i].pixel);
+        }
+        tracing(numbered, samples.data());
+        scatter(layout, batch, samples.data(), tracing.components(), planes, static_cast<std::size_t>(height), static_cast<std::size_t>(width));
     });
 }
 

@@ -19,6 +19,10 @@ namespace bob {
 void trace(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
            const Layout& layout, float* samples);
 
+/// Traces pixels into planes, (layout.width(), height, width): each thread scatters its own rays, while they are in its cache.
+void trace_into(const Scene& scene, const Camera& camera, int height, int width, std::span<const Pixel> pixels,
+                const Layout& layout, float* planes);
+
 /// Shades rows of a picture anew, for a camera, of which another one has seen the surfaces: writes gray, of the normal and the instance,
 /// wherever the planes, (layout.width(), height, width), hold a hit, and 0 elsewhere. A layout with color has albedo as well, which
 /// is shaded then; without it, shapes are taken to have no colours of their own.

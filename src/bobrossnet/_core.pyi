@@ -229,6 +229,18 @@ class Scene:
     @property
     def bytes(self) -> int: ...
 
+class PictureTracing:
+    """The pixels of an order, or "tiles" for all of them, from rays to planes (C, H, W) that are 0 at first."""
+
+    def __init__(
+        self, scene: Scene, camera: Camera, height: int, width: int, layout: Layout, order: str, seed: int
+    ) -> None: ...
+    def trace(self, count: int, planes: F32) -> None:
+        """Goes on until so many pixels are traced."""
+
+    @property
+    def done(self) -> int: ...
+
 class Layout:
     """Channels one after the other, by their names with commas between them; ValueError of one that there is not."""
 
@@ -288,9 +300,10 @@ class AdaptiveOrder(RoundOrder):
     ) -> None: ...
 
 class SquaresOrder(RoundOrder):
-    """Squares that differ, row by row; of a picture whose pixels with a mask, (H, W), are traced already."""
+    """Squares that differ, row by row; of a picture whose pixels with a mask, (H, W), are traced already. By priority,
+    large ones first."""
 
-    def __init__(self, height: int, width: int, traced: F32 | None = None) -> None: ...
+    def __init__(self, height: int, width: int, traced: F32 | None = None, by_priority: bool = False) -> None: ...
 
 class History:
     """What earlier pictures say about the next one."""

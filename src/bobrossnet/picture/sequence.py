@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bobrossnet import _core
 from bobrossnet.picture.channels import Layout
 from bobrossnet.picture.guides import Guides
-from bobrossnet.picture.order import ADAPTIVE, SQUARES, Size, check_order, pixel_order
+from bobrossnet.picture.order import ADAPTIVE, PRIORITY, SQUARES, Size, check_order, pixel_order
 
 
 class PixelSequence:
@@ -37,8 +37,8 @@ class PixelSequence:
         if self.order == ADAPTIVE:
             known = () if guides is None else (guides.layout.core, guides.planes)
             self._rounds = _core.AdaptiveOrder(self.seed, *size, *known)
-        elif self.order == SQUARES:
-            self._rounds = _core.SquaresOrder(*size)
+        elif self.order in (SQUARES, PRIORITY):
+            self._rounds = _core.SquaresOrder(*size, by_priority=self.order == PRIORITY)
         self._round = np.empty((0, 2), np.int32)  # what is left of it
         self._begun = 0  # rounds
 

@@ -8,18 +8,18 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bobrossnet import _core
 from bobrossnet.picture.camera import Camera, check_camera
 from bobrossnet.picture.channels import COLORED, TRACED, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.light_shown import shown_to_orders
-from bobrossnet.picture.order import Size, SizeLike, check_order, check_pixels, check_size, pixel_count
+from bobrossnet.picture.order import TRACED_ORDER, SizeLike, check_order, check_pixels, check_size, pixel_count
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.support.errors import InputError, InputTypeError, check_callable, check_flag, check_integer
 from bobrossnet.tracing.light import LightLike
 from bobrossnet.tracing.lit import LIT, LitTracer, lit_tracer
-from bobrossnet.tracing.pixels import tiled_pixels
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
 Tracer: TypeAlias = Callable[[NDArray[np.int32]], Samples]
@@ -84,16 +84,19 @@ class SceneTracer:
             raise InputError(str(error)) from None
         return Samples.from_values(values, self.layout)
 
+    def picture(self, order: str, seed: int = 0, layout: Layout | None = None) -> _core.PictureTracing:
+        """The core's own loop over the pixels of an order."""
+        return _core.PictureTracing(
+            self._core, self.camera_in_core, *self.size, (layout or self.layout).core, order, seed
+        )
+
     def guides(self) -> Guides:
         """What `Guides` are of all pixels: the first surfaces, without their light."""
-        layout = Layout("mask,depth,normal,albedo")
-        pixels = tiled_pixels(self.size)
-        values = np.empty((len(pixels), layout.width), np.float32)
-        self._core.trace(self.camera_in_core, *self.size, pixels, layout.core, values)
-        planes = np.empty((layout.width, *self.size), np.float32)
-        planes[:, pixels[:, 0], pixels[:, 1]] = values.T
-        mask, depth, x, y, *albedo = planes
-        return Guides(depth, np.stack([x, y], -1), np.stack(albedo, -1), mask)
+        layout = Layout("mask,depth,normal,albedo,alpha")
+        planes = untraced_planes(self.size, layout)
+        self.picture("tiles", layout=layout).trace(planes[0].size, planes)
+        _, depth, x, y, *albedo, hit = planes
+        return Guides(depth, np.stack([x, y], -1), np.stack(albedo, -1), hit)
 
 
 def trace(
@@ -119,12 +122,13 @@ def trace(
         (480, 640) and "640x480" are the same.
     fraction : float in (0, 1]
         Share of the pixels; 1 traces them all.
-    order : "uniform", "lattice", "adaptive", "squares" or "default"
-        Which pixels. "adaptive", the default, goes where they are needed: in rounds, 8 to 5 % and 16 to 25 % of the
-        pixels, along silhouettes and creases that the rounds before have found, and a share of them everywhere else.
-        "squares", for rays that cost little, begins with every eighth pixel of every eighth row and divides the squares
-        between these whose pixels differ, row by row: as many rays show less, but are there sooner. With the others
-        they are the first ones of `pixel_order(size, order=order, seed=seed)`.
+    order : "uniform", "lattice", "adaptive", "squares", "priority" or "default"
+        Which pixels. Three go where they are needed, along silhouettes and creases. "priority", the default, begins
+        with every 16th pixel of every 16th row and divides the squares between these whose pixels differ, those of the
+        largest difference times area first. "squares" begins with every 8th and divides those that differ most.
+        "adaptive", for dear rays, chooses pixel by pixel, in rounds, 8 to 5 % and 16 to 25 % of the pixels: as many
+        show more, but deciding takes longer. With the others they are the first ones of
+        `pixel_order(size, order=order, seed=seed)`.
     seed : int, 0..2**64 - 1
     guides : bool
         Find the first surface at all pixels as well, which `complete` then follows. For materials whose light takes
@@ -160,20 +164,16 @@ def trace(
     lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
     if lit is not None:
         return traced_light(lit, fraction, order, seed, progress)
-    tracer = SceneTracer(scene, camera, size)
+    tracer, order = SceneTracer(scene, camera, size), check_order(order, seed, TRACED_ORDER)
     count = pixel_count(fraction, tracer.size)
     planes = untraced_planes(tracer.size, tracer.layout)
-    sequence = PixelSequence(tracer.size, order, seed) if count < planes[0].size else None
-    done = 0
-    while done < count:
-        if sequence is not None:
-            pixels = sequence.next(min(BATCH, count - done), planes, tracer.layout)
-        else:
-            pixels = _band(tracer.size, done)
-        scatter(tracer(pixels), pixels, planes, tracer.layout)
-        done += len(pixels)
+    if count == planes[0].size:
+        order = "tiles"  # neighbours one after the other visit the same parts of a BVH
+    picture = tracer.picture(order, seed)
+    while picture.done < count:
+        picture.trace(count if progress is None else min(picture.done + BATCH, count), planes)
         if progress is not None:
-            progress(done / count)
+            progress(picture.done / count)
     return GBuffer.from_stack(planes, tracer.layout, tracer.guides() if guides else None)
 
 
@@ -203,14 +203,6 @@ def traced_light(
         if progress is not None:
             progress(min(1, done / count))
     return GBuffer.from_stack(planes, LIT, guides, is_display_referred=False)
-
-
-def _band(size: Size, done: int) -> NDArray[np.int32]:
-    """The next rows of an image of which all pixels are traced, in tiles, which is faster; `done` pixels are above."""
-    height, width = size
-    top = done // width
-    band = max(8, BATCH // width // 8 * 8)
-    return tiled_pixels((min(band, height - top), width), top)
 
 
 def check_samples(samples: Any, count: int) -> Samples:

@@ -1,0 +1,95 @@
+#include "tracing/picture_tracing.h"
+
+#include <algorithm>
+
+#include "base/parallel.h"
+#include "sampling/adaptive.h"
+#include "sampling/squares.h"
+#include "tracing/trace.h"
+
+namespace bob {
+namespace {
+
+/// Null of an order that has no rounds.
+std::unique_ptr<RoundOrder> make_rounds(std::string_view order, std::uint64_t seed, std::uint32_t height, std::uint32_t width) {
+    if (order == "adaptive") return std::make_unique<AdaptiveOrder>(seed, height, width);
+    if (order == "squares") return std::make_unique<SquaresOrder>(height, width);
+    if (order == "priority") return std::make_unique<SquaresOrder>(height, width, nullptr, SquaresOrder::First::priority);
+    return nullptr;
+}
+
+/// Of more than this share of the pixels, in percent, rays in rounds take longer than all of them in tiles: of 640x480, 60 % take .9 to
+/// 1.3 of the time of all and 95 % take 1.25 to 1.5, so 1 to 1.3, by what deciding takes. With fewer, formulas take longer so.
+constexpr std::size_t dear_share = 60;
+
+}  // namespace
+
+PictureTracing::PictureTracing(const Scene& scene, const Camera& camera, int height, int width, const Layout& layout,
+                               std::string_view order, std::uint64_t seed)
+    : scene_(scene), camera_(camera), height_(height), width_(width), layout_(layout) {
+    const auto rows = static_cast<std::uint32_t>(height), columns = static_cast<std::uint32_t>(width);
+    rounds_ = make_rounds(order, seed, rows, columns);
+    if (!rounds_ && order != "tiles") order_ = make_order(order, seed, rows, columns);
+}
+
+void PictureTracing::trace(std::size_t count, float* planes) {
+    if (rounds_ && done_ == 0 && 100 * count > dear_share * rounds_->height() * rounds_->width()) trace_all(count, planes);
+    while (done_ < count) {
+        const std::span<const Pixel> pixels = next(count - done_, planes);
+        trace_into(scene_, camera_, height_, width_, pixels, layout_, planes);
+        done_ += pixels.size();
+    }
+}
+
+void PictureTracing::trace_all(std::size_t count, float* planes) {
+    const auto width = static_cast<std::size_t>(width_), pixels = static_cast<std::size_t>(height_) * width;
+    PictureTracing(scene_, camera_, height_, width_, layout_, "tiles", 0).trace(pixels, planes);
+    std::vector<std::uint8_t> is_kept(pixels);
+    while (done_ < count) {
+        const std::span<const Pixel> round = next(count - done_, planes);
+        for (const auto [row, column] : round) is_kept[static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)] = 1;
+        done_ += round.size();
+    }
+    const auto components = static_cast<std::size_t>(layout_.width());
+    parallel_for(pixels, 16384, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = 0; k < components; ++k) {
+            for (std::size_t i = begin; i < end; ++i) planes[k * pixels + i] = is_kept[i] ? planes[k * pixels + i] : 0.f;
+        }
+    });
+}
+
+std::span<const Pixel> PictureTracing::next(std::size_t count, const float* planes) {
+    if (rounds_) {
+        if (round_.empty()) round_ = rounds_->next(layout_, planes);
+        const std::span<const Pixel> pixels = round_.first(std::min(count, round_.size()));
+        round_ = round_.subspan(pixels.size());
+        return pixels;
+    }
+    count = std::min(count, piece);
+    if (!order_) {
+        next_tiles(count);
+        return pixels_;
+    }
+    pixels_.resize(count);
+    parallel_for(count, 8192, [&](std::size_t begin, std::size_t end) {
+        order_(static_cast<std::uint32_t>(done_ + begin), std::span(pixels_).subspan(begin, end - begin));
+    });
+    return pixels_;
+}
+
+void PictureTracing::next_tiles(std::size_t count) {
+    constexpr int side = 8;
+    const int top = static_cast<int>(done_ / static_cast<std::size_t>(width_));
+    const int rows = std::max(side, static_cast<int>(count / static_cast<std::size_t>(width_)) / side * side);
+    const int bottom = std::min(height_, top + rows);
+    pixels_.clear();
+    for (int y = top; y < bottom; y += side) {
+        for (int x = 0; x < width_; x += side) {
+            for (int row = y; row < std::min(bottom, y + side); ++row) {
+                for (int column = x; column < std::min(width_, x + side); ++column) pixels_.push_back({row, column});
+            }
+        }
+    }
+}
+
+}  // namespace bob
