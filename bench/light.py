@@ -11,14 +11,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 import bobrossnet as bob
 from bobrossnet.color import luminance
 from bobrossnet.completion.guided import complete_guided, smoothed
 from bobrossnet.picture.gbuffer import GBuffer
+from bobrossnet.picture.order import Size
+from bobrossnet.tracing.light import LightLike
 from bobrossnet.tracing.lit import LitTracer
 from bobrossnet.tracing.trace import traced_light
 
+F32 = NDArray[np.float32]
 MODELS = Path(__file__).parents[2] / "shared/models"
 SCENES = {
     "tree": None,
@@ -32,42 +36,46 @@ SIZE = (288, 384)
 SHARES = {1: 0.08, 2: 0.12, 4: 0.2, 8: 0.3, 16: 0.5}
 """Of the pixels, by how many paths there are for a pixel of the picture."""
 
-LIGHTS = {"sky": ([bob.Sky()], 1), "studio": ("studio", 2)}
+LIGHTS: dict[str, tuple[LightLike, int]] = {"sky": ([bob.Sky()], 1), "studio": ("studio", 2)}
 """And surfaces that a path meets: the first is ambient occlusion."""
 
 
-def seen(scene, camera, light, paths, seed=0, size=SIZE, apart=False):
+def seen(
+    scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 0, size: Size = SIZE, apart: bool = False
+) -> LitTracer:
     """The tracer of so many paths a pixel."""
     lights, bounces = LIGHTS[light]
     return LitTracer(scene, camera, size, lights, paths=paths, bounces=bounces, seed=seed, apart=apart)
 
 
-def shown(gray):
+def shown(gray: F32) -> F32:
     """As displays show it: errors count as people see them."""
-    return np.clip(gray, 0, 1) ** (1 / 2.2)
+    displayed: F32 = np.clip(gray, 0, 1) ** np.float32(1 / 2.2)
+    return displayed
 
 
-def ours(scene, camera, light, paths, seed=1):
+def ours(scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 1) -> F32:
     """A share of the pixels, completed along first hits."""
     share = SHARES[paths]
     part = traced_light(seen(scene, camera, light, round(paths / share), seed), share, "default", seed, None)
     return luminance(smoothed(part, complete_guided(part, "color"))[0])
 
 
-def whole(scene, camera, light, paths, seed=1):
+def whole(scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 1) -> GBuffer:
     """All pixels, each of them with paths through all of it."""
     return traced_light(seen(scene, camera, light, paths, seed, apart=True), 1.0, "lattice", seed, None)
 
 
-def along_guides(part: GBuffer):
+def along_guides(part: GBuffer) -> F32:
     """All pixels along the same guides, as a noisy picture is completed."""
     return complete_guided(part, "gray")
 
 
-def bilateral(part: GBuffer, reach=6, sigmas=(0.15, 0.01, 3.5)):
+def bilateral(part: GBuffer, reach: int = 6, sigmas: tuple[float, float, float] = (0.15, 0.01, 3.5)) -> F32:
     """A plain cross-bilateral filter of 13 x 13 pixels: by normal, depth and distance."""
     guides = part.guides
-    gray, divisor = part.gray, np.maximum(guides.albedo @ np.float32([0.2126, 0.7152, 0.0722]), 0.02)
+    assert guides is not None
+    gray, divisor = part.gray, np.maximum(luminance(guides.albedo), 0.02)
     light, (of_normal, of_depth, of_place) = gray / divisor, sigmas
     features = np.concatenate(
         [guides.normal / of_normal, guides.depth[..., None] / of_depth, guides.hit[..., None] / 0.3], -1
@@ -84,16 +92,17 @@ def bilateral(part: GBuffer, reach=6, sigmas=(0.15, 0.01, 3.5)):
             weight = np.exp(-0.5 * (apart + far)) * (hits[there] > 0)
             total += weight * lights[there]
             weights += weight
-    return np.where(guides.hit > 0, total / np.maximum(weights, 1e-6), 0) * divisor
+    filtered: F32 = np.where(guides.hit > 0, total / np.maximum(weights, 1e-6), 0) * divisor
+    return filtered
 
 
-def denoised(part: GBuffer):
+def denoised(part: GBuffer) -> F32:
     from bobrossnet.adapters import oidn
 
-    return oidn.denoise(part) @ np.float32([0.2126, 0.7152, 0.0722])
+    return luminance(oidn.denoise(part))
 
 
-def half_resolution(scene, camera, light, paths, seed=1):
+def half_resolution(scene: bob.Scene, camera: bob.Camera, light: str, paths: int, seed: int = 1) -> F32:
     """A quarter of the pixels with four times the paths, enlarged by light along the same guides."""
     part = traced_light(
         seen(scene, camera, light, 4 * paths, seed, (SIZE[0] // 2, SIZE[1] // 2)), 1.0, "lattice", seed, None
@@ -104,12 +113,12 @@ def half_resolution(scene, camera, light, paths, seed=1):
     return complete_guided(GBuffer.from_stack(planes, part.layout, fine, False), "gray")
 
 
-def scores(image, truth):
+def scores(image: F32, truth: F32) -> tuple[float, float]:
     a, b = shown(image).astype(np.float32), shown(truth).astype(np.float32)
     return bob.ssim(a, b), float(np.abs(a - b).mean())
 
 
-def main():
+def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--paths", type=int, nargs="+", default=[1, 2, 4, 16])
     parser.add_argument("--scenes", nargs="+", default=list(SCENES))

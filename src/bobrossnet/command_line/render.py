@@ -100,8 +100,9 @@ def _settle(options: argparse.Namespace, is_exr: bool) -> None:
 def run(options: argparse.Namespace) -> None:
     """Make the picture, and print what was done in what time."""
     import bobrossnet as bob
+    from bobrossnet.completion.complete import GUIDED
     from bobrossnet.completion.exr import channels_of
-    from bobrossnet.completion.network import load_network
+    from bobrossnet.completion.network import NetworkLike, load_network
     from bobrossnet.picture.exr import ENDING, write_exr
     from bobrossnet.picture.files import (
         FORMATS,
@@ -110,7 +111,7 @@ def run(options: argparse.Namespace) -> None:
         traced_on_green,
         write_picture,
     )
-    from bobrossnet.pictures.fitting import fitted
+    from bobrossnet.pictures.fitting import fitted, margin_of
     from bobrossnet.pictures.rendering import check_picture, finished
     from bobrossnet.support.atomic import check_writable
     from bobrossnet.support.machine import limit_memory
@@ -129,12 +130,12 @@ def run(options: argparse.Namespace) -> None:
     orbit = options.azimuth, options.elevation, options.roll, options.zoom
     place = {"position": options.position, "target": options.target}
     camera = bob.Camera(*orbit, fov=options.fov, pan=options.pan, **place)
-    model = load_network(options.model)
+    model: NetworkLike = load_network(options.model)
     start = time.perf_counter()
     scene = arguments.scene_of(options)
     scene.core  # noqa: B018  built here, so that its time is not taken for the rays'
     if options.fit == "silhouette":
-        camera = fitted(scene, camera, size=options.size)
+        camera = fitted(scene, camera, size=options.size, margin=margin_of(scene, options.light, options.ground))
     ready_ms = 1000 * (time.perf_counter() - start)
     height, width = options.size
 
@@ -156,6 +157,7 @@ def run(options: argparse.Namespace) -> None:
                 report(frame.fraction)
         part, trace_ms = frame.gbuffer, 1000 * (time.perf_counter() - start)
     exact = part.fraction == 1
+    model = model if part.guides is None else GUIDED
     if height * width <= LARGE and not exact:
         bob.complete(part, model=model)  # the first run fetches memory
     start = time.perf_counter()
@@ -164,7 +166,8 @@ def run(options: argparse.Namespace) -> None:
 
     rays = int(part.mask.sum())
     print(f"scene      {scene.describe()}, loaded and built in {ready_ms:.0f} ms")
-    print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {rays:,} rays in {trace_ms:.1f} ms")
+    what = f"{rays:,} rays" if part.guides is None else f"{rays:,} pixels' light and all first hits"
+    print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {what} in {trace_ms:.1f} ms")
     expected = f", expected error {frame.error:.2g} of gray 0..1" if options.error is not None else ""
     if not exact:
         print(f"completed  in {complete_ms:.1f} ms{expected}")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bobrossnet.color import from_srgb
 from bobrossnet.completion.complete import complete
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.picture.exr import ExrFile, Planes
@@ -49,10 +48,8 @@ def _completed(values: NDArray[np.float32], gbuffer: GBuffer, model: NetworkLike
 def channels_of(gbuffer: GBuffer, image: NDArray[np.float32], model: NetworkLike) -> Planes:
     """What the core's tracer found as channels of a file: colours in linear light, completed, and what was traced, as
     CONVENTIONS.md has it. `image` is the completed gray."""
-    if "color" in gbuffer.layout.places:
-        color = complete(gbuffer, model, channel="color")
-    else:
-        color = np.repeat(from_srgb(image)[..., None], 3, axis=-1)  # which shows as the gray that 8-bit files have
+    is_colored = "color" in gbuffer.layout.places
+    color = complete(gbuffer, model, channel="color") if is_colored else np.repeat(image[..., None], 3, axis=-1)
     planes = {"mask": gbuffer.mask, "depth": gbuffer.depth, "gray": gbuffer.gray}
     planes["A"] = complete(gbuffer, model, channel="alpha")
     planes |= {name: color[..., i] for i, name in enumerate("RGB")}

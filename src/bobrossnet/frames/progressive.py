@@ -75,8 +75,7 @@ def progressive(
         "adaptive" in its first round alone, and then divides squares whose pixels differ, row by row, which is faster.
     model : str or path
         As in `complete`; or "auto", for each frame the cheapest that is as good: the default, and from 5 % of adaptive
-        pixels on the filling.
-
+        pixels on the filling. Light is completed along first hits instead.
     light, ground
         As in `render`. A pixel that is traced has 16 paths of light; with `until`, pixels are traced again.
 
@@ -103,15 +102,16 @@ def progressive(
             raise InputTypeError(f"tracer: expected a callable, got {type(tracer).__name__}")
     size = _size_of(tracer, size)
     guides, name = None, model if isinstance(model, str) else None
-    of_headlight = False
+    lit = None
     if tracer is None:
         assert scene is not None
         camera = Camera() if camera is None else camera
         lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
-        tracer, of_headlight = lit or SceneTracer(scene, camera, size), lit is None
+        tracer = lit or SceneTracer(scene, camera, size)
     elif light is not None or ground is not None:
         raise InputError("light: expected none beside a tracer, which has its own")
-    if not of_headlight and (name == GUIDED or (name == "default" and not isinstance(tracer, SceneTracer))):
+    follows = name == GUIDED or (name == "default" and not isinstance(tracer, SceneTracer))
+    if lit is not None or (scene is None and follows):
         guides = check_guides(tracer.guides(), size) if hasattr(tracer, "guides") else None
     if frame_ms is not None and fraction is not None:
         raise InputError("progressive: expected frame_ms or fraction, got both")

@@ -10,7 +10,7 @@ from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.files import png, traced_on_green
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.order import SizeLike, check_size
-from bobrossnet.pictures.fitting import fitted
+from bobrossnet.pictures.fitting import fitted, margin_of
 from bobrossnet.pictures.rendering import Background, render
 from bobrossnet.shapes.shape import Shape
 from bobrossnet.support.errors import InputError
@@ -22,7 +22,9 @@ SIZE = (256, 256)
 
 def _drawn(scene: SceneLike) -> bytes:
     """A small picture that the silhouette fills."""
-    return render(scene, fitted(scene, size=SIZE), size=SIZE)._repr_png_()
+    scene = as_scene(scene)
+    camera = fitted(scene, size=SIZE, margin=margin_of(scene, None, None))
+    return render(scene, camera, size=SIZE)._repr_png_()
 
 
 def _traced(gbuffer: GBuffer) -> bytes:

@@ -14,9 +14,14 @@ from bobrossnet.picture.order import SizeLike, check_size
 from bobrossnet.shapes.affine import mapped
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.support.errors import check_number
+from bobrossnet.tracing.light import LightLike
+from bobrossnet.tracing.lit import shows_shadows
 from bobrossnet.tracing.pixels import tiled_pixels
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 from bobrossnet.tracing.trace import SceneTracer
+
+MARGIN, MARGIN_WITH_SHADOWS = 0.05, 0.13
+"""What stays free at each border, as a share of the picture: shadows fall beside a silhouette."""
 
 LOOKS = 2
 """Pictures that are traced of shapes other than meshes: one of all of them, and one of the silhouette alone."""
@@ -31,8 +36,13 @@ MAX_VERTICES = 4_000_000
 """Of meshes that are projected; of more, pictures are traced as well."""
 
 
+def margin_of(scene: Scene, light: LightLike, ground: bool | None) -> float:
+    """What should stay free around a scene's silhouette in this light."""
+    return MARGIN_WITH_SHADOWS if shows_shadows(scene, light, ground) else MARGIN
+
+
 def fitted(
-    scene: SceneLike, camera: Camera | None = None, *, size: SizeLike = (480, 640), margin: float = 0.05
+    scene: SceneLike, camera: Camera | None = None, *, size: SizeLike = (480, 640), margin: float = MARGIN
 ) -> Camera:
     """The camera with the zoom and pan at which the silhouette fills the picture.
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bobrossnet.color import Color, from_srgb, linear, to_srgb
-from bobrossnet.completion.complete import complete
+from bobrossnet.completion.complete import GUIDED, complete
 from bobrossnet.completion.guided import smoothed
 from bobrossnet.completion.network import NetworkLike
 from bobrossnet.picture.camera import Camera
@@ -73,7 +73,7 @@ def render(
     fraction : float in (0, 1]
         Share of the pixels to trace; the others are completed.
     model : str, path or Network
-        As in `complete`.
+        As in `complete`, but for light, which is completed along first hits.
     light : "headlight", "studio", Light, Sky, several of them, or path of an environment, optional
         By default the scene's own, else the headlight, which casts no shadows. "studio" is a soft key light from the
         upper left of the camera under a gentle sky. Each pixel then has four paths of light for each of `samples`, of
@@ -128,6 +128,7 @@ def finished(
     gbuffer: GBuffer, scene: Scene, camera: Camera, *, samples: int, background: Background, model: NetworkLike
 ) -> Picture:
     """The picture of what was traced of a scene with a camera; the arguments are those of `render`."""
+    model = GUIDED if "shadow" in gbuffer.layout.places else model
     color = complete(gbuffer, model, channel="color")
     if samples >= 4 and gbuffer.guides is not None and gbuffer.guides.edges is not None:
         return picture_of(*smoothed(gbuffer, color), background)

@@ -19,7 +19,7 @@ from bobrossnet.adapters.files import check_up, load, shape_files
 from bobrossnet.picture.camera import Camera, orbiting
 from bobrossnet.picture.files import before, sheet
 from bobrossnet.picture.order import SizeLike, check_size
-from bobrossnet.pictures.fitting import fitted
+from bobrossnet.pictures.fitting import fitted, margin_of
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import Background, check_picture, render
 from bobrossnet.support.cluster import as_done, connected
@@ -58,7 +58,8 @@ class Style(NamedTuple):
 def thumbnail(source: str | os.PathLike[str], style: Style) -> Picture:
     """The picture of a file, which its silhouette fills."""
     scene = load(source, up=style.up)
-    camera = fitted(scene, style.camera, size=style.size)
+    margin = margin_of(scene, style.light, style.ground)
+    camera = fitted(scene, style.camera, size=style.size, margin=margin)
     return render(
         scene,
         camera,

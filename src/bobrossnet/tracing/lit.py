@@ -15,7 +15,17 @@ from bobrossnet.picture.guides import Edges, Guides
 from bobrossnet.picture.order import Size, SizeLike, check_pixels, check_size
 from bobrossnet.picture.samples import Samples
 from bobrossnet.support.errors import InputError, InputTypeError, check_flag, check_integer
-from bobrossnet.tracing.light import BOUNCES, MAX_BOUNCES, STUDIO, Light, LightLike, Sky, lights_of
+from bobrossnet.tracing.light import (
+    BOUNCES,
+    HEADLIGHT,
+    MAX_BOUNCES,
+    STUDIO,
+    Light,
+    LightLike,
+    Sky,
+    check_light,
+    lights_of,
+)
 from bobrossnet.tracing.pixels import tiled_pixels
 from bobrossnet.tracing.scene import Scene, SceneLike, as_scene
 
@@ -177,16 +187,23 @@ def lit_tracer(
 ) -> LitTracer | None:
     """The tracer of what lights a scene, as asked for or else as the scene has it; None of the headlight."""
     scene = as_scene(scene)
-    chosen = scene.light if light is None else light
-    ground = ground if ground is None else check_flag("ground", ground)
-    if lights_of(chosen, camera) is None:
-        if ground:
-            raise InputError("ground: expected none under the headlight, which casts no shadows; light='studio' does")
+    chosen = check_light(scene.light if light is None else light)
+    stands = shows_shadows(scene, chosen, ground)
+    if chosen is None or chosen == HEADLIGHT:
         return None
-    stands = scene.ground if ground is None else ground
-    if stands is None:
-        stands = isinstance(chosen, str) and chosen == STUDIO
     return LitTracer(scene, camera, size, chosen, ground=stands, paths=paths, seed=seed)
+
+
+def shows_shadows(scene: Scene, light: LightLike, ground: bool | None) -> bool:
+    """Whether a scene stands on a ground: as asked for, else as the scene has it, else in the studio."""
+    light = scene.light if light is None else light
+    asked = ground if ground is None else check_flag("ground", ground)
+    if light is None or (isinstance(light, str) and light == HEADLIGHT):
+        if asked:
+            raise InputError("ground: expected none under the headlight, which casts no shadows; light='studio' does")
+        return False
+    stands = scene.ground if asked is None else asked
+    return (isinstance(light, str) and light == STUDIO) if stands is None else stands
 
 
 def _are_edges(planes: NDArray[np.float32]) -> NDArray[np.bool_]:

@@ -199,7 +199,7 @@ def traced_light(
             break
         pixels = sequence.next(wanted, shown.planes, shown.layout)
         scatter(tracer(pixels), pixels, planes, LIT)
-        done += np.count_nonzero(shows[pixels[:, 0], pixels[:, 1]])
+        done += int(np.count_nonzero(shows[pixels[:, 0], pixels[:, 1]]))
         if progress is not None:
             progress(min(1, done / count))
     return GBuffer.from_stack(planes, LIT, guides, is_display_referred=False)
