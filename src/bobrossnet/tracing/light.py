@@ -1,4 +1,4 @@
-"""Lights: what a scene is lit by, instead of the headlight."""
+"""Lights of a scene, instead of the headlight."""
 
 from __future__ import annotations
 
