@@ -31,7 +31,7 @@ SCALES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
 """Sides of the smaller pictures."""
 BUDGETS = (0.1, 0.2, 0.3, 0.5)
 """Shares of the time of all pixels at which errors are compared."""
-ORDERS = ("default", "adaptive", "squares", "lattice")
+ORDERS = ("priority", "adaptive", "squares", "lattice")
 SMALLER = "smaller picture"
 Times: TypeAlias = dict[str, float]
 QUICK = ("tanglecube", "CSG", "ducky", "happy tree", "barkour_body")
@@ -119,10 +119,10 @@ def milliseconds(
 
 
 def whole_row(name: str, threads: int, ways: Sequence[Point], ms: Times) -> list[str]:
-    """What the default call costs, and its errors."""
+    """What a call in the order "priority" costs, and its errors."""
     row = [name, str(threads), f"{ms['all']:.1f}"]
     for point in ways:
-        if point.way == "default" and point.share in (0.05, 0.25):
+        if point.way == "priority" and point.share in (0.05, 0.25):
             took = ms[point.name]
             row += [f"{took:.1f}", f"{took / ms['all']:.2f}", f"{point.ssim:.4f}", f"{point.flip:.4f}"]
     return row
@@ -158,9 +158,9 @@ def main() -> None:
             for budget in BUDGETS:
                 errors = errors_at(budget * ms["all"], ways, ms)
                 cells.append(" / ".join("–" if e == 1 else f"{1e3 * e:.2f}" for e in errors.values()))
-                if errors["default"] < 1:  # there is a picture by then
-                    orders = min(errors[way] for way in ORDERS if way != "default")
-                    ahead[count].append((1 - errors["default"] / orders, 1 - errors["default"] / errors[SMALLER]))
+                if errors["priority"] < 1:  # there is a picture by then
+                    orders = min(errors[way] for way in ORDERS if way != "priority")
+                    ahead[count].append((1 - errors["priority"] / orders, 1 - errors["priority"] / errors[SMALLER]))
             equal_rows[count].append([name, f"{ms['all']:.1f}", *cells])
     kind = "the process' own time" if options.cpu else "wall time"
     heading(f"A picture's price, 640x480, bob.trace and bob.complete: milliseconds, {kind}, medians")
@@ -174,7 +174,7 @@ def main() -> None:
         table(["scene", "all pixels, ms", *(f"{budget:.0%} of that" for budget in BUDGETS)], equal_rows[count])
         of_orders, of_smaller = (f"{statistics.median(each):.0%}" for each in zip(*ahead[count], strict=True))
         print(
-            f"\nIn the median cell, the default's is {of_orders} below the orders', {of_smaller} below the smaller's."
+            f"\nIn the median cell, that of priority is {of_orders} below the orders', {of_smaller} below the smaller's."
         )
 
 

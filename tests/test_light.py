@@ -445,3 +445,30 @@ def test_the_command_line_lights_scenes(tmp_path, capsys):
         assert np.abs(picture - pictures[0])[covered].mean() < most
     assert cli.main(["render", "--light", "moonshine"]) == 2
     assert "light: expected headlight, studio" in capsys.readouterr().err
+
+
+def test_damaged_radiance_files_are_refused_in_a_line():
+    """Random bytes in a file of runs: read, or refused, and never anything else."""
+    rng = np.random.default_rng(1)
+    row = bytes((2, 2, 0, 16)) + 4 * (bytes((128 + 16, 130)))
+    good = b"#?RADIANCE\n\n-Y 4 +X 16\n" + 4 * row
+    assert read_hdr(good).shape == (4, 16, 3)
+    refused = []
+    for _ in range(2000):
+        data = bytearray(good)
+        for _ in range(rng.integers(1, 4)):
+            data[rng.integers(len(data))] = rng.integers(256)
+        try:
+            read_hdr(bytes(data[: rng.integers(1, len(data) + 1)]))
+        except bob.InputError as error:
+            refused.append(str(error))
+    assert len(refused) > 1000
+    assert not any("\n" in message for message in refused)
+
+
+def test_skies_are_equal_if_their_pictures_are():
+    ones, twos = np.ones((2, 4, 3)), np.full((2, 4, 3), 2.0)
+    assert bob.Sky(image=ones) == bob.Sky(image=ones.copy())
+    assert bob.Sky(image=ones) != bob.Sky(image=twos)
+    assert bob.Sky(image=ones) != bob.Sky()
+    assert bob.Light((0, 0, 2)) == bob.Light((0, 0, 1))

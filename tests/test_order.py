@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage, stats
 
 import bobrossnet as bob
-from bobrossnet.picture.order import FIXED_ORDERS, TRACED_ORDER
+from bobrossnet.picture.order import DEFAULT_ORDER, FIXED_ORDERS
 
 EVERY_ORDER = pytest.mark.parametrize("order", FIXED_ORDERS)
 
@@ -85,7 +85,7 @@ def test_sizes_are_written_width_first():
 
 def test_the_default_is_one_of_them(tree):
     part = bob.trace(tree, size=(70, 90), fraction=0.1)
-    assert part == bob.trace(tree, size=(70, 90), fraction=0.1, order=TRACED_ORDER)
+    assert part == bob.trace(tree, size=(70, 90), fraction=0.1, order=DEFAULT_ORDER)
     assert part != bob.trace(tree, size=(70, 90), fraction=0.1, order="lattice")
 
 

@@ -9,8 +9,7 @@
 
 namespace bob {
 
-/// An equirectangular picture: its rows go from straight up to straight down, its columns clockwise seen from above; its middle is what
-/// one sees looking along -x.
+/// An equirectangular picture. Rows go from straight up to straight down, columns clockwise seen from above; the middle lies along -x.
 class Environment {
 public:
     /// texels: (height, width), linear RGB of at least 0, finite. Throws std::invalid_argument if it is larger than `most_texels`.
@@ -38,8 +37,8 @@ private:
 
     int height_, width_;
     std::vector<Vec3> texels_;
-    // By which directions are drawn: means of luminance over 3 x 3 texels, since light is interpolated between them, times what a texel
-    // covers of the sphere; and sums of these up to the end of each row, and within each row.
+    // A texel's weight is the mean luminance of 3 x 3 texels, since light is interpolated, times its solid angle. The sums reach to
+    // the end of each row, and within each row.
     std::vector<float> weights_, rows_, columns_;
 };
 

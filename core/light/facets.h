@@ -1,4 +1,4 @@
-/// Rough mirrors: microfacets by Trowbridge and Reitz, with Smith's masking, and how much of all light they reflect.
+/// Microfacets by Trowbridge and Reitz with Smith's masking, and their albedo.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ public:
     }
     /// Which share of the facets is seen from a direction of that height.
     [[nodiscard]] float masking(float z) const { return 1 / (1 + hidden(z)); }
-    /// By how much more than the product of both shares are seen and lit together, since both are of the same heights.
+    /// Facets seen and lit at once, relative to the product of both shares: height-correlated masking.
     [[nodiscard]] float joint(float eye, float light) const { return (1 + hidden(eye)) * (1 + hidden(light)) / (1 + hidden(eye) + hidden(light)); }
 
     /// A visible facet: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps" (2023).
@@ -41,8 +41,7 @@ private:
     float alpha_;
 };
 
-/// Which share of white light from everywhere facets reflect towards a direction: f0 times the first, and the second, by Schlick's
-/// Fresnel. Integrated once, and interpolated.
+/// The facets' directional albedo under Schlick's Fresnel: f0 times the first share, plus the second. Integrated once, interpolated.
 class FacetAlbedo {
 public:
     struct Shares {

@@ -27,15 +27,15 @@ constexpr int most_surfaces = 8;
 /// More than what rounding moves a point of the unit sphere by, from the numbers of its ray on.
 constexpr float rounding = 0x1p-21f;
 
-/// Variances are of so many means of a pixel's samples, each over a run of its sequence.
+/// The variance is estimated from the means of this many runs of a pixel's samples.
 constexpr std::uint32_t most_runs = 4;
 
-/// A path's own groups of its sequence, for each surface: a direction, and one for each light.
+/// Groups of the sequence for each surface of a path: one for its direction, and one for each light.
 constexpr std::uint32_t groups_of_surface = 64;
 
 Vec3 product(Vec3 a, Vec3 b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 
-/// What the ground reflects once paths have left the scene; to the eye it only shows shadows.
+/// The ground reflects half of the light to other surfaces. To the eye it only shows shadows.
 const Material& ground_material() {
     static const Material material = [] {
         Material gray;
@@ -66,7 +66,7 @@ float share_of(float own, float other) { return std::isinf(own) ? 1 : own / (own
 
 }  // namespace
 
-/// What a ray meets.
+/// The end of a ray.
 struct Lighting::Met {
     enum Kind : std::uint8_t { sky, ground, surface };
 
@@ -177,7 +177,7 @@ namespace {
 
 struct Path {
     Vec3 throughput{1, 1, 1};
-    float density = 0;  // of its last direction, to be compared with those of lights; infinite where only this way leads to them
+    float density = 0;  // of its last direction, for the balance heuristic; infinite if no light is drawn there
     std::uint32_t slot = 0;
     std::int32_t left = 0;  // surfaces that it may still be shaded at
     bool to_ground = false; // rather than to the eye: what it brings takes from the shadow there
@@ -190,7 +190,7 @@ struct Sent {
     enum To : std::uint8_t { surface, surface_beside_ground, ground } to;
 };
 
-/// What came of one path.
+/// The sum of one path.
 struct Arrived {
     Vec3 color, albedo, normal;
     float shadow = 0, depth = 0;
@@ -340,7 +340,7 @@ private:
         to.is_uncertain = true;
     }
 
-    /// What the ground lacks, of what it would have with nothing on it.
+    /// Samples the share of its light that the ground lacks.
     void shade_ground(const Path& path, const Met& met) {
         if (!(lighting_.ground_light_ > 0)) return;
         const Vec3 origin = met.point + met.start * met.face;
@@ -451,9 +451,10 @@ void Lighting::trace(const Camera& camera, int height, int width, std::span<cons
                 const double off = run[r] / (to - from) - mean;
                 variance += off * off / (runs * (runs - 1.));
             }
-            // So many paths of one outcome may yet be followed by another: by the rule of succession.
+            // After n equal outcomes another one is still possible: the rule of succession bounds the variance from below. All of it
+            // makes shadows on the ground a sixth worse (tree, bunny, studio, 10 %); none of it takes few equal samples for exact.
             const double unseen = (hits ? static_cast<double>(luminance(color)) : 1.) / (count + 2.);
-            if (is_uncertain) variance = std::max(variance, unseen * unseen);
+            if (is_uncertain) variance = std::max(variance, 0.1 * unseen * unseen);
             float* const sample = samples + i * components;
             normal = normalized(normal);
             put(sample, channels::mask, {hits ? 1.f : 0.f});

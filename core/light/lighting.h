@@ -14,7 +14,7 @@
 
 namespace bob {
 
-/// Which samples of a pixel's sequence are drawn.
+/// A run of each pixel's sequence.
 struct Draws {
     std::span<const std::uint32_t> first;  // of each pixel: how many it had before
     std::uint32_t count;                   // at least 1
@@ -33,8 +33,8 @@ public:
     /// another channel.
     void trace(const Camera& camera, int height, int width, std::span<const Pixel> pixels, const Draws& draws, const Layout& layout, float* samples) const;
 
-    /// Writes what is first met through each pixel's centre, without its light: of the scene mask, depth, normal and albedo, of the ground
-    /// mask and depth, which goes on below 0 behind the unit sphere: nine numbers a pixel.
+    /// Writes the first hit through each pixel's centre, without its light, as nine numbers: mask, depth, normal and albedo of the scene,
+    /// mask and depth of the ground. The ground's depth goes on below 0 behind the unit sphere.
     void guides(const Camera& camera, int height, int width, std::span<const Pixel> pixels, float* values) const;
     static constexpr std::size_t guide_width = 9;
 
@@ -46,13 +46,13 @@ private:
     /// The ray through a place in the picture; false where it can meet nothing.
     bool sees(const Projection& projection, float row, float column, Ray& ray) const;
 
-    /// What rays meet first; of those that don't want surfaces, only whether there is one.
+    /// Finds the first surface, the ground or the sky of each ray. Rays that don't want surfaces only learn whether there is one.
     void meet(std::span<const Ray> rays, std::span<const float> widths, std::span<const std::uint8_t> wants, Memory& memory) const;
 
     const Scene& scene_;
     Lights lights_;
     std::vector<float> errors_;  // of each instance: how far above its surfaces rays start
-    float ground_light_;         // what a white, rough ground reflects with nothing on it, a luminance
+    float ground_light_;         // luminance of a white, rough, empty ground
 };
 
 }  // namespace bob

@@ -1,4 +1,4 @@
-/// What a scene is lit by: discs far away, and a sky around all of it. CONVENTIONS.md has the units.
+/// The lights of a scene: discs far away, and a sky around it. CONVENTIONS.md has the units.
 #pragma once
 
 #include <cmath>
@@ -26,8 +26,7 @@ struct DiscLight {
     }
 };
 
-/// Light from everywhere: from the bottom's colour straight below, linearly in height, to the top's; or an environment's, times
-/// the top's colour.
+/// Light from all directions: linear in height from the bottom's colour to the top's, or an environment times the top's colour.
 struct Sky {
     Vec3 top, bottom;  // linear RGB of a white, rough surface under it alone
     std::shared_ptr<const Environment> environment = {};
@@ -49,7 +48,7 @@ struct Sky {
 struct Lights {
     std::vector<DiscLight> discs;
     Sky sky;
-    /// Of a plane that catches shadows, z in the scene's coordinates; none if it is not finite.
+    /// Height of a plane that catches shadows, in the scene's coordinates; there is none if it is not finite.
     float ground = -std::numeric_limits<float>::infinity();
     int bounces = 2;  // surfaces that a path of light meets, mirrors not counted
 

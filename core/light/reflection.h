@@ -1,4 +1,4 @@
-/// How a lit surface reflects: a rough body under microfacets, for light from any direction. CONVENTIONS.md has the formulas.
+/// Reflection at a lit surface: a rough body under microfacets. CONVENTIONS.md has the formulas.
 #pragma once
 
 #include <algorithm>
@@ -31,7 +31,7 @@ public:
         return (1 - share_) * toward.z / pi + share_ * facets_.density(normalized(eye_ + toward), eye_);
     }
 
-    /// A direction drawn in proportion to what is reflected, nearly, and what it reflects over its density: none if its z is at most 0.
+    /// A direction drawn nearly in proportion to the reflected light, and its reflectance over its density. None if z is at most 0.
     struct Drawn {
         Vec3 toward, weight;
         float density;
@@ -44,7 +44,7 @@ public:
             drawn.toward = 2 * dot(eye_, half) * half - eye_;
             if (!(drawn.toward.z > 0)) return drawn;
             if (is_smooth_) {
-                // The body's share of such directions is next to nothing, and densities are too large for products of floats.
+                // The body's share of such directions is negligible, and products of such densities overflow.
                 drawn.weight = facets_.joint(eye_.z, drawn.toward.z) * facets_.masking(drawn.toward.z) / share_ * tint(dot(eye_, half));
                 drawn.density = share_ * facets_.density(half, eye_), drawn.is_mirrored = true;
                 return drawn;
@@ -80,7 +80,7 @@ private:
         const auto [of_f0, of_white] = FacetAlbedo::at(roughness, eye.z);
         float facets = 0, body = 0;
         for (int k = 0; k < 3; ++k) {
-            // Nothing is as dark as 2 % but what shall not shine at all: then it does not at grazing angles either.
+            // Below 2 %, f0 means that the surface does not shine at all, not even at grazing angles.
             grazing_[k] = std::min(1.f, 50 * f0_[k]);
             const float once = f0_[k] * of_f0 + grazing_[k] * of_white;
             between_[k] = 1 + f0_[k] * (1 / (of_f0 + of_white) - 1);

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bobrossnet.command_line import arguments
 from bobrossnet.picture.camera import Camera
-from bobrossnet.picture.order import ORDERS, TRACED_ORDER
+from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
 
 if TYPE_CHECKING:
     import bobrossnet as bob
@@ -43,7 +43,7 @@ def add(commands: Any) -> None:
     render.add_argument(
         "--order",
         default="default",
-        help=f"sequence of the pixels, one of {', '.join(ORDERS)} (default: {TRACED_ORDER})",
+        help=f"sequence of the pixels, one of {', '.join(ORDERS)} (default: {DEFAULT_ORDER})",
     )
     render.add_argument("--seed", type=int, default=0, help="of the order (default: 0)")
     arguments.add_orbit(render)

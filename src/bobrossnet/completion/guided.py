@@ -50,8 +50,7 @@ def complete_guided(gbuffer: GBuffer, channel: str) -> NDArray[np.float32]:
 
 
 def guided_alpha(gbuffer: GBuffer) -> NDArray[np.float32]:
-    """Alpha of a G-buffer with guides, (H, W): how much of each pixel surfaces cover, and shadows on the ground, which
-    are completed along it."""
+    """Alpha of a G-buffer with guides, (H, W): coverage by surfaces, plus the completed shadows on the ground."""
     assert gbuffer.guides is not None
     alpha, ground = gbuffer.guides.hit, gbuffer.guides.ground
     if ground is None or "shadow" not in gbuffer.layout.places:
@@ -64,10 +63,10 @@ def guided_alpha(gbuffer: GBuffer) -> NDArray[np.float32]:
 
 
 def smoothed(gbuffer: GBuffer, color: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """The colour and alpha of whole pixels, of those of pixels' centres, (H, W, 3), completed along guides.
+    """Colour and alpha of whole pixels, from the completed colour of pixels' centres, (H, W, 3).
 
-    Light changes little within a pixel, while surfaces end: what each ray within a pixel at an edge meets has the light
-    of the neighbour whose surface is most like it, times its own albedo.
+    Light changes little within a pixel, while surfaces end. Each first hit within a pixel at an edge takes the light
+    of the neighbour with the most similar surface, times its own albedo.
     """
     assert gbuffer.guides is not None
     guides, alpha = gbuffer.guides, guided_alpha(gbuffer)

@@ -30,7 +30,7 @@ def read_environment(image: str | os.PathLike[str] | Any) -> NDArray[np.float32]
     if not isinstance(image, str | os.PathLike):
         array = check_array("image", image, (None, None, 3))
         _check_size("image", array.shape[0], array.shape[1])
-        return np.ascontiguousarray(check_range("color", array.astype(np.float32), "image"))
+        return _frozen(check_range("color", array.astype(np.float32), "image"))
     path = path_of(image)
     try:
         if path.suffix.lower() == ".hdr":
@@ -43,7 +43,13 @@ def read_environment(image: str | os.PathLike[str] | Any) -> NDArray[np.float32]
         raise InputError(f"{path}: can't read it: {error.strerror or error}") from None
     if not np.isfinite(texels).all() or texels.min() < 0:
         raise InputError(f"{path}: expected radiance that is finite and at least 0")
-    return np.ascontiguousarray(texels, np.float32)
+    return _frozen(texels)
+
+
+def _frozen(texels: NDArray[Any]) -> NDArray[np.float32]:
+    held = np.array(texels, np.float32, order="C")
+    held.flags.writeable = False
+    return held
 
 
 def _check_size(name: str, height: int, width: int) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from bobrossnet.color import luminance
 from bobrossnet.picture.channels import CHANNELS, GIVEN, Layout
 from bobrossnet.picture.guides import Guides, check_guides
-from bobrossnet.picture.order import TRACED_ORDER, Size, check_order, check_size, pixel_count
+from bobrossnet.picture.order import Size, check_order, check_size, pixel_count
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.picture.transfer import Transfer, transfer_of
 from bobrossnet.picture.values import (
@@ -188,7 +188,7 @@ class GBuffer(Channels):
         order, seed
             As in `trace`.
         """
-        order, count = check_order(order, seed, TRACED_ORDER), pixel_count(fraction, self.size)
+        order, count = check_order(order, seed), pixel_count(fraction, self.size)
         sequence = PixelSequence(self.size, order, seed)
         planes = np.zeros_like(self.planes)
         while sequence.done < count:

@@ -14,9 +14,9 @@ LEAST_ALBEDO = np.float32(0.02)
 
 
 def shown_to_orders(gbuffer: GBuffer) -> GBuffer:
-    """What pixel orders are to go by where guides are known: the light that is completed, and not what it falls on.
+    """The picture that pixel orders follow where guides are known: demodulated light, and the guides' normals.
 
-    Beside light the guides' normals, along which it bends. Where albedo or coverage ends, the guides tell.
+    Edges of albedo and coverage need no samples, since guides have them.
     """
     assert gbuffer.guides is not None
     mask, albedo = gbuffer.mask, gbuffer.guides.albedo

@@ -43,11 +43,7 @@ ORDERS_BY_SIGHT = (ADAPTIVE, SQUARES, PRIORITY)
 ORDERS = (*FIXED_ORDERS, *ORDERS_BY_SIGHT)
 
 DEFAULT_ORDER = ADAPTIVE
-"""What the name "default" means where rays are dear, or someone else's."""
-
-TRACED_ORDER = PRIORITY
-"""What it means for whole pictures of the core's own tracer: with as many pixels 1 - SSIM is a quarter larger than with
-`ADAPTIVE`, in as many milliseconds it is smaller (docs/benchmarks.md)."""
+"""What the name "default" means."""
 
 
 def pixel_order(
@@ -118,11 +114,11 @@ def check_pixels(pixels: Any) -> NDArray[np.int32]:
     return np.ascontiguousarray(array, np.int32)
 
 
-def check_order(order: Any, seed: Any, default: str = DEFAULT_ORDER) -> str:
-    """Return the name of an order, `default` of "default"; raise InputError unless it is known and `seed` usable."""
+def check_order(order: Any, seed: Any) -> str:
+    """Return the name of an order, also of "default"; raise InputError unless it is known and `seed` usable."""
     check_choice("order", order, (*ORDERS, "default"))
     check_integer("seed", seed, 0, 2**64 - 1)
-    return default if order == "default" else str(order)
+    return DEFAULT_ORDER if order == "default" else str(order)
 
 
 def pixel_count(fraction: Any, size: Size, name: str = "fraction") -> int:

@@ -1,4 +1,4 @@
-"""Lights: what a scene is lit by, instead of the headlight."""
+"""Lights of a scene, instead of the headlight."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Light:
         return _core.DiscLight(self.direction, 2 * math.sin(half / 2) ** 2, (red, green, blue))
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(frozen=True, init=False, eq=False)
 class Sky:
     """Light from all around: one colour, two, or a picture of an environment.
 
@@ -110,7 +110,8 @@ class Sky:
     top: tuple[float, float, float]
     """Linear RGB, 0..1."""
     bottom: tuple[float, float, float]
-    image: NDArray[np.float32] | None = field(repr=False, compare=False)
+    image: NDArray[np.float32] | None = field(repr=False)
+    """(H, W, 3), read-only."""
     turn: float
     intensity: float
 
@@ -130,6 +131,15 @@ class Sky:
         object.__setattr__(self, "image", None if image is None else read_environment(image))
         object.__setattr__(self, "turn", check_number("turn", turn, -1e6, 1e6))
         object.__setattr__(self, "intensity", check_number("intensity", intensity, 0, MAX_INTENSITY))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Sky) or (self.image is None) != (other.image is None):
+            return False
+        numbers = (self.top, self.bottom, self.turn, self.intensity)
+        same = numbers == (other.top, other.bottom, other.turn, other.intensity)
+        return same and (self.image is None or np.array_equal(self.image, np.asarray(other.image)))
+
+    __hash__ = None  # type: ignore[assignment]
 
 
 LightLike: TypeAlias = str | os.PathLike[str] | Light | Sky | Iterable[Light | Sky] | None

@@ -93,7 +93,7 @@ class LitTracer:
         self._drawn = np.zeros(self.size, np.uint32)
 
     def __call__(self, pixels: NDArray[np.int32]) -> Samples:
-        """The means of paths through each pixel, which go on where those of earlier calls ended."""
+        """The means of paths through each pixel. Later calls go on with each pixel's sequence."""
         pixels = check_pixels(pixels)
         rows, columns = pixels.T
         values = np.empty((len(pixels), LIT.width), np.float32)
@@ -131,7 +131,7 @@ class LitTracer:
         return Guides.from_planes(np.ascontiguousarray(planes[:7]), ground, edges)
 
     def _edges(self, pixels: NDArray[np.int32]) -> Edges:
-        """What is seen within some pixels, through the centres of those of a larger picture."""
+        """First hits within some pixels, through the centres of a larger picture's pixels."""
         within = np.argwhere(np.ones((EDGE_RAYS, EDGE_RAYS))).astype(np.int32)
         finer = (EDGE_RAYS * pixels[:, None] + within).reshape(-1, 2)
         larger = EDGE_RAYS * self.size[0], EDGE_RAYS * self.size[1]
@@ -185,7 +185,7 @@ def lit_tracer(
     paths: int = PATHS,
     seed: int = 0,
 ) -> LitTracer | None:
-    """The tracer of what lights a scene, as asked for or else as the scene has it; None of the headlight."""
+    """The tracer of a scene's light: the one asked for, else the scene's own. None of the headlight."""
     scene = as_scene(scene)
     chosen = check_light(scene.light if light is None else light)
     stands = shows_shadows(scene, chosen, ground)

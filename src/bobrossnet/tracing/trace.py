@@ -14,7 +14,7 @@ from bobrossnet.picture.channels import COLORED, TRACED, Layout
 from bobrossnet.picture.gbuffer import GBuffer, untraced_planes
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.light_shown import shown_to_orders
-from bobrossnet.picture.order import TRACED_ORDER, SizeLike, check_order, check_pixels, check_size, pixel_count
+from bobrossnet.picture.order import SizeLike, check_order, check_pixels, check_size, pixel_count
 from bobrossnet.picture.samples import Samples, scatter
 from bobrossnet.picture.sequence import PixelSequence
 from bobrossnet.support.errors import InputError, InputTypeError, check_callable, check_flag, check_integer
@@ -123,12 +123,11 @@ def trace(
     fraction : float in (0, 1]
         Share of the pixels; 1 traces them all.
     order : "uniform", "lattice", "adaptive", "squares", "priority" or "default"
-        Which pixels. Three go where they are needed, along silhouettes and creases. "priority", the default, begins
-        with every 16th pixel of every 16th row and divides the squares between these whose pixels differ, those of the
-        largest difference times area first. "squares" begins with every 8th and divides those that differ most.
-        "adaptive", for dear rays, chooses pixel by pixel, in rounds, 8 to 5 % and 16 to 25 % of the pixels: as many
-        show more, but deciding takes longer. With the others they are the first ones of
-        `pixel_order(size, order=order, seed=seed)`.
+        Which pixels. Three go where they are needed, along silhouettes and creases. "adaptive", the default, chooses
+        pixel by pixel, in rounds, 8 to 5 % and 16 to 25 % of the pixels. "priority" begins with every 16th pixel of
+        every 16th row and divides the squares between these whose pixels differ, those of the largest difference times
+        area first: as many pixels show less, but are there sooner. "squares" begins with every 8th and divides those
+        that differ most. With the others they are the first ones of `pixel_order(size, order=order, seed=seed)`.
     seed : int, 0..2**64 - 1
     guides : bool
         Find the first surface at all pixels as well, which `complete` then follows. For materials whose light takes
@@ -157,14 +156,14 @@ def trace(
     960
     """
     camera = Camera() if camera is None else camera
-    check_order(order, seed)
+    order = check_order(order, seed)
     check_callable("progress", progress)
     guides = check_flag("guides", guides)
     pixel_count(fraction, check_size(size))
     lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
     if lit is not None:
         return traced_light(lit, fraction, order, seed, progress)
-    tracer, order = SceneTracer(scene, camera, size), check_order(order, seed, TRACED_ORDER)
+    tracer = SceneTracer(scene, camera, size)
     count = pixel_count(fraction, tracer.size)
     planes = untraced_planes(tracer.size, tracer.layout)
     if count == planes[0].size:
