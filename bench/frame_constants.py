@@ -43,8 +43,6 @@ COLD = 5
 NOISE = 0.15
 WITHOUT: dict[str, dict[str, float]] = {
     "as it is": {},
-    "hysteresis 1": {"hysteresis": 1.0},
-    "least_tracing 0.02": {"least_tracing": 0.02},
     "untried 1": {"untried": 1.0},
     "doubt 0": {"doubt": 0.0},
     "floor 0": {"floor": 0.0},

@@ -173,9 +173,7 @@ def main() -> None:
         heading(f"1000 (1 − SSIM) after as many milliseconds, threads: {count}, {names}")
         table(["scene", "all pixels, ms", *(f"{budget:.0%} of that" for budget in BUDGETS)], equal_rows[count])
         of_orders, of_smaller = (f"{statistics.median(each):.0%}" for each in zip(*ahead[count], strict=True))
-        print(
-            f"\nIn the median cell, that of priority is {of_orders} below the orders', {of_smaller} below the smaller's."
-        )
+        print(f"\nIn the median cell, priority's is {of_orders} below the orders', {of_smaller} below the smaller's.")
 
 
 if __name__ == "__main__":

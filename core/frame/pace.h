@@ -9,8 +9,6 @@ namespace bob {
 
 /// What `bench/frame_constants.py` shows to be worth having: docs/frame.md has each one's evidence.
 struct FrameConstants {
-    double hysteresis = 0.85;     ///< times the error of the frame before's mode, against that of others: modes that take turns flicker
-    double least_tracing = 0.25;  ///< of the time for completing, so that every budget makes progress
     double margin = 1.25;         ///< times the pixels of a whole picture there has to be time for: one that is cut off is worse than squares
     double untried = 2;           ///< by which a mode that was never tried is taken for faster than a first round
     double doubt = 0.2;           ///< by which what was measured once is taken for faster with each frame that does not use it

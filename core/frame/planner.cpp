@@ -42,6 +42,12 @@ double median(std::span<const double> values) {
     return values[0];
 }
 
+/// The mode of the least error; adaptive where all would be late.
+Mode least(const std::array<double, mode_names.size()>& errors) {
+    const auto found = std::ranges::min_element(errors);
+    return std::isfinite(*found) ? static_cast<Mode>(found - errors.begin()) : Mode::adaptive;
+}
+
 }  // namespace
 
 float expected_error(Mode mode, Completion completion, float share, float parallax) {
@@ -98,7 +104,7 @@ double FramePlanner::for_completing(Completion completion) const {
 double FramePlanner::for_tracing(Mode mode, Completion completion, double seconds) const {
     if (mode == Mode::whole) return seconds;
     const double completing = for_completing(completion);
-    return completes_meanwhile_ ? std::max(seconds, completing) : std::max(seconds - completing, constants_.least_tracing * completing);
+    return completes_meanwhile_ ? std::max(seconds, completing) : std::max(seconds - completing, 0.);
 }
 
 Completion FramePlanner::completion(Mode mode, double known, double seconds, double threads) const {
@@ -136,20 +142,14 @@ Mode FramePlanner::plan(double seconds, double parallax, double threads) {
         if (i != index(chosen)) paces_[i].doubt();
     }
     if (chosen != Mode::reproject) reprojecting_.doubt(constants_);
-    return last_ = chosen;
+    return chosen;
 }
 
-Mode FramePlanner::plan_pixels(std::size_t pixels, double parallax) {
+Mode FramePlanner::plan_pixels(std::size_t pixels, double parallax) const {
     const auto share = static_cast<float>(static_cast<double>(pixels) / pixels_), moved = static_cast<float>(parallax);
     const Completion completion = this->completion(Mode::adaptive, share, infinite);
     const double anew = expected_error(Mode::adaptive, completion, share);
-    return last_ = least({infinite, infinite, anew, std::isfinite(moved) ? expected_error(Mode::reproject, completion, share, moved) : infinite});
-}
-
-Mode FramePlanner::least(std::array<double, mode_names.size()> errors) const {
-    errors[index(last_)] *= constants_.hysteresis;
-    const auto found = std::ranges::min_element(errors);
-    return std::isfinite(*found) ? static_cast<Mode>(found - errors.begin()) : Mode::adaptive;
+    return least({infinite, infinite, anew, std::isfinite(moved) ? expected_error(Mode::reproject, completion, share, moved) : infinite});
 }
 
 }  // namespace bob

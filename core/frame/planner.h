@@ -59,7 +59,7 @@ public:
     /// `threads`: by which the seconds of what was traced are divided, where these are of one of several.
     [[nodiscard]] Mode plan(double seconds, double parallax, double threads = 1);
     /// The same where a number of pixels is asked for, whatever time they take: adaptive, or reproject.
-    [[nodiscard]] Mode plan_pixels(std::size_t pixels, double parallax);
+    [[nodiscard]] Mode plan_pixels(std::size_t pixels, double parallax) const;
 
     /// What is to complete a picture of which this share is known, traced or expected, when a frame of so many seconds is over;
     /// infinite where it traces nothing further.
@@ -97,7 +97,6 @@ private:
     [[nodiscard]] double rate(Mode mode) const;
     /// Expected when a frame is over; infinite where it would be late.
     [[nodiscard]] double error(Mode mode, double seconds, double parallax, double threads) const;
-    [[nodiscard]] Mode least(std::array<double, mode_names.size()> errors) const;
 
     FrameConstants constants_;
     double pixels_;
@@ -107,7 +106,6 @@ private:
     Pace first_;
     std::array<Once, completion_names.size()> completing_;  // a pixel
     Once reprojecting_;                                     // a pixel
-    Mode last_ = Mode::adaptive;
 };
 
 }  // namespace bob

@@ -334,8 +334,6 @@ def parallax(before: Camera, after: Camera, height: int, width: int) -> float:
 class FrameConstants:
     """Of the planner, as core/frame/pace.h explains them."""
 
-    hysteresis: float
-    least_tracing: float
     margin: float
     untried: float
     doubt: float
