@@ -20,7 +20,7 @@ CORE = {
     "picture": {"base"},
     "sampling": {"base", "picture"},
     "reprojection": {"base", "picture"},
-    "tracing": {"base", "picture", "shapes"},
+    "tracing": {"base", "picture", "sampling", "shapes"},
     "light": {"base", "picture", "shapes", "tracing"},
     "completion": {"base", "picture", "sampling"},
     "frame": {"picture"},

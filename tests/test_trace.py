@@ -9,7 +9,7 @@ from models import MODELS, needs_models
 
 import bobrossnet as bob
 from bobrossnet.support.errors import InputError
-from bobrossnet.tracing.trace import tiled_pixels
+from bobrossnet.tracing.pixels import tiled_pixels
 
 SIZE = (90, 120)
 
