@@ -1,4 +1,4 @@
-/// How many pixels take how long, as measured.
+/// Models of durations, fitted to measurements.
 #pragma once
 
 #include <algorithm>
@@ -7,18 +7,18 @@
 
 namespace bob {
 
-/// What `bench/frame_constants.py` shows to be worth having: docs/frame.md has each one's evidence.
+/// Constants of the planner. Evidence: `bench/frame_constants.py`, in docs/frame.md.
 struct FrameConstants {
-    double margin = 1.25;         ///< times the pixels of a whole picture there has to be time for: one that is cut off is worse than squares
-    double untried = 2;           ///< by which a mode that was never tried is taken for faster than a first round
-    double doubt = 0.2;           ///< by which what was measured once is taken for faster with each frame that does not use it
-    double floor = 0.1;           ///< of the time that was measured, at which doubt ends
-    double fade = 0.8;            ///< weight of the calls before, against the last one
-    double growth = 8;            ///< times the pixels of the largest call: small calls say little about a large one
+    double margin = 1.25;         ///< spare time for a whole picture, as a factor: one that is cut off is worse than squares
+    double untried = 2;           ///< assumed speed of an untried mode, over that of a first round
+    double doubt = 0.2;           ///< loss of trust in a first measurement, per frame without a new one
+    double floor = 0.1;           ///< least trust
+    double fade = 0.8;            ///< weight of earlier calls, against 1 for the last one
+    double growth = 8;            ///< limit of a call's pixels, over the largest call so far: small calls say little about large ones
 };
 
-/// How far a measurement is still believed. With each frame that does not use what was measured, it is taken for faster, so that
-/// what was slow is tried again: soon the first time, since the first use of code is slow, and then half as soon each time.
+/// Trust in a measured time. It falls with each frame without a new measurement, so that a slow mode is tried again: soon the first
+/// time, because code is slow when it runs first, and half as soon each further time.
 class Trust {
 public:
     void measured() {
@@ -26,7 +26,7 @@ public:
         share_ = 1;
     }
     void doubt(const FrameConstants& c) { share_ = std::max(share_ * (1 - c.doubt / (1 << tries_)), c.floor); }
-    /// Of the time that was measured.
+    /// The believed share of the measured time.
     [[nodiscard]] double share() const { return share_; }
 
 private:
@@ -35,8 +35,8 @@ private:
     int tries_ = 0;
 };
 
-/// A call costs something, however few its pixels, and something for each pixel: a line through the last calls, fitted
-/// with weights that fade. While it is uncertain, calls grow step by step and so differ enough for the fit.
+/// The time of a call of the tracer: a constant, and a time for each pixel. Both are fitted to the last calls, with weights that
+/// fade. The first calls grow step by step, so that their sizes differ enough for the fit.
 class Pace {
 public:
     explicit Pace(const FrameConstants& constants = {}) : constants_(constants) {}
@@ -50,21 +50,21 @@ public:
 
     [[nodiscard]] bool is_known() const { return largest_ > 0; }
 
-    /// How many pixels fit into a call of so many seconds; 0 if less than a call costs.
+    /// The pixels of a call that takes `seconds`; 0 if the constant alone takes longer.
     [[nodiscard]] double pixels_in(double seconds) const {
         if (!is_known()) return first_call;
         const Costs costs = fitted();
         return std::max(0., std::min((seconds - costs.call) / costs.pixel, constants_.growth * largest_));
     }
 
-    /// How many pixels take as long as the call around them: with fewer, most of the time is lost.
+    /// The pixels that take as long as the constant: with fewer, most of the time is lost.
     [[nodiscard]] double worthwhile() const {
         if (!is_known()) return first_call;
         const Costs costs = fitted();
         return std::max(1., std::min(costs.call / costs.pixel, constants_.growth * largest_));
     }
 
-    /// Pixels a second, of calls like those so far; 0 where nothing is known.
+    /// Pixels a second of calls like the last ones; 0 before the first measurement.
     [[nodiscard]] double rate() const { return is_known() ? sums_[1] / std::max(trust_.share() * sums_[2], least_seconds) : 0; }
 
     void doubt() { trust_.doubt(constants_); }

@@ -1,4 +1,4 @@
-/// How a frame is made: which pixels are traced in its time, and which network completes it.
+/// The planner of frames: it chooses which pixels are traced and which network completes them.
 #pragma once
 
 #include <array>
@@ -12,71 +12,70 @@
 
 namespace bob {
 
-/// How the pixels of a picture are chosen.
+/// Ways to choose the pixels of a picture.
 enum class Mode : std::uint8_t {
-    whole,      ///< all of them, which need no completing
-    squares,    ///< `SquaresOrder`, for rays that cost little
-    adaptive,   ///< `AdaptiveOrder`
-    reproject,  ///< `RefreshOrder`, over what earlier pictures let expect
+    whole,      ///< all of them; nothing is completed
+    squares,    ///< by `SquaresOrder`, for fast rays
+    adaptive,   ///< by `AdaptiveOrder`
+    reproject,  ///< by `RefreshOrder`, over reprojected samples of earlier pictures
 };
 constexpr std::array<std::string_view, 4> mode_names = {"whole", "squares", "adaptive", "reproject"};
 
-/// What completes a picture, from the quickest to the slowest.
+/// Networks that complete pictures, the fastest first.
 enum class Completion : std::uint8_t { filling, small, standard };
 constexpr std::array<std::string_view, 3> completion_names = {"filling", "small", "default"};
 
-/// What is expected of a picture: the mean of 1 - SSIM over the scenes that `bench/frame_errors.py` measures.
-/// `share`: of its pixels that are traced; `parallax`: since the last picture, where that is reprojected.
+/// The expected error of a picture: the mean of 1 - SSIM over the scenes that `bench/frame_errors.py` measures.
+/// `share`: traced pixels over all pixels; `parallax`: since the last picture, for reprojection.
 [[nodiscard]] float expected_error(Mode mode, Completion completion, float share, float parallax = 0);
 
-/// How far near things move past those half of all depth behind them from one camera to another, as a share of the
-/// picture's height: a median over the picture; infinite where most of it was behind the first camera.
+/// The parallax between two cameras: how far a near point moves past a point behind it by half of the depth range, over the
+/// picture's height. It is the median over the picture, and infinite if most of it was behind the first camera.
 [[nodiscard]] double parallax(const Camera& before, const Camera& after, int height, int width);
 
-/// Decides how frames are made, by one criterion: the error that is expected when a frame's time is over. It has no clock:
-/// hosts say what everything took.
+/// Plans frames by one criterion: the expected error when the frame's time is over. It has no clock; hosts report
+/// durations.
 class FramePlanner {
 public:
-    /// Of pictures of so many pixels. `completes_meanwhile`: whether another processor completes a picture while the next
-    /// one is traced. `completions`: those that there are, in any order.
+    /// `pixels`: of a picture. `completions`: the available networks, in any order. `completes_meanwhile`: whether another
+    /// processor completes a picture while the next one is traced.
     FramePlanner(std::size_t pixels, std::span<const Completion> completions, bool completes_meanwhile, const FrameConstants& constants = {});
 
-    /// Pictures have so many pixels from now on. What was measured stays.
+    /// Changes the size of the pictures. Measurements stay.
     void resize(std::size_t pixels) { pixels_ = static_cast<double>(pixels); }
 
-    /// So many pixels of a mode were traced in so many seconds, those included that choosing them took. Those of a first round
-    /// lie all over the picture, whatever they show.
+    /// Reports the time for choosing and tracing pixels. Those of a first round lie all over the picture.
     void traced(Mode mode, double pixels, double seconds, bool is_first_round) {
         paces_[index(mode)].measured(pixels, seconds);
         if (is_first_round) first_.measured(pixels, seconds);
     }
-    /// A picture of so many pixels was completed.
+    /// Reports the time for completing a picture.
     void completed(Completion completion, double pixels, double seconds) { completing_[index(completion)].measured(seconds / pixels); }
-    /// Earlier pictures were reprojected, which a frame of that mode begins with.
+    /// Reports the time for reprojecting earlier pictures, before the first ray.
     void reprojected(double pixels, double seconds) { reprojecting_.measured(seconds / pixels); }
 
-    /// How to make a picture in so many seconds. `parallax`: since the last one; infinite where nothing can be reprojected.
-    /// `threads`: by which the seconds of what was traced are divided, where these are of one of several.
+    /// The mode of the least expected error after `seconds`. `parallax`: since the last picture; infinite if nothing can be
+    /// reprojected. `threads`: how many trace, if reported times are of one thread.
     [[nodiscard]] Mode plan(double seconds, double parallax, double threads = 1);
-    /// The same where a number of pixels is asked for, whatever time they take: adaptive, or reproject.
+    /// The same for a number of pixels, however long they take: adaptive or reproject.
     [[nodiscard]] Mode plan_pixels(std::size_t pixels, double parallax) const;
 
-    /// What is to complete a picture of which this share is known, traced or expected, when a frame of so many seconds is over;
-    /// infinite where it traces nothing further.
+    /// The network that completes a picture after `seconds`, or now if they are infinite. `known`: the share of its pixels that
+    /// are traced or reprojected.
     [[nodiscard]] Completion completion(Mode mode, double known, double seconds, double threads = 1) const;
 
-    /// Seconds for tracing in a frame of so many.
+    /// The share of a frame's seconds that is for tracing.
     [[nodiscard]] double for_tracing(Mode mode, Completion completion, double seconds) const;
-    /// Seconds that completing takes; 0 where nothing was measured.
+    /// Seconds to complete a picture; 0 before the first measurement.
     [[nodiscard]] double for_completing(Completion completion) const;
     /// For calls of the tracer.
     [[nodiscard]] const Pace& pace(Mode mode) const { return paces_[index(mode)]; }
 
 private:
-    /// How long completions take beside the slowest, before that is measured.
+    /// Times of the networks over that of the slowest, before they are measured.
     static constexpr std::array<double, 3> relative_times = {0.3, 0.5, 1};
 
-    /// What happens once a frame: a median, since one that is late must not make the next ones short.
+    /// A duration that is measured once a frame: a median, because one late frame must not shorten the next ones.
     class Once {
     public:
         void measured(double seconds) { last_[count_++ % last_.size()] = seconds, trust_.measured(); }
