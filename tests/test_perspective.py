@@ -11,7 +11,8 @@ from nurbs_shapes import sphere as nurbs_sphere
 from nurbs_shapes import torus
 
 import bobrossnet as bob
-from bobrossnet.tracing.trace import SceneTracer, tiled_pixels
+from bobrossnet.tracing.pixels import tiled_pixels
+from bobrossnet.tracing.trace import SceneTracer
 
 SIZE = (90, 120)
 LIGHT = np.array([-0.3, 0.4, 1]) / np.linalg.norm([-0.3, 0.4, 1])
