@@ -33,6 +33,7 @@ void bind_frame(nb::module_& m) {
     m.def("parallax", &bob::parallax, "before"_a, "after"_a, "height"_a, "width"_a);
     nb::class_<bob::FrameConstants>(m, "FrameConstants")
         .def(nb::init<>())
+        .def_rw("least_tracing", &bob::FrameConstants::least_tracing)
         .def_rw("margin", &bob::FrameConstants::margin)
         .def_rw("untried", &bob::FrameConstants::untried)
         .def_rw("doubt", &bob::FrameConstants::doubt)

@@ -41,7 +41,6 @@ from bobrossnet.support.tables import plus_minus, table
 UNIFORM = "uniform"  # the report's order
 LATTICE = "lattice"  # the best of those that do not depend on what is seen
 ORDERS = (*FIXED_ORDERS, ADAPTIVE)
-COMPARED = (UNIFORM, LATTICE, ADAPTIVE)  # in which all networks and linear filling are measured
 REPORT = "paper"  # its network
 LINEAR = "delaunay-linear"
 PACKAGES = ("bobrossnet", "numpy", "scipy", "torch")
@@ -242,8 +241,8 @@ def measure_quality(folder: Path, name: str, scenes: Scenes, weights: str, scale
     others = [filling for filling in FILLINGS if filling != LINEAR]
     parts = [
         recall(*content(weights), ORDERS, partial(network, [weights])),
-        recall(*content(REPORT), COMPARED, partial(network, [REPORT])),
-        recall(LINEAR, "", COMPARED, partial(fill, fillings=[LINEAR])),
+        recall(*content(REPORT), ORDERS, partial(network, [REPORT])),
+        recall(LINEAR, "", ORDERS, partial(fill, fillings=[LINEAR])),
         recall("fillings", " ".join(others), [UNIFORM], partial(fill, fillings=others)),
     ]
     return reduce(Evaluation.beside, parts)
@@ -289,7 +288,7 @@ def known_errors(folder: Path, scenes: Scenes, weights: str, scale: Scale) -> Kn
     name, version = content(weights)
     version += sha256(UNCERTAINTY.read_bytes()).hexdigest()
     measure = partial(measure_known_error, scenes, weights, size=(scale.size, scale.size))
-    result: KnownError = recalled(KnownError, folder, "known-error", scenes, name, version, COMPARED, measure)
+    result: KnownError = recalled(KnownError, folder, "known-error", scenes, name, version, ORDERS, measure)
     return result
 
 
@@ -298,9 +297,9 @@ def steadiness(folder: Path, name: str, scenes: Scenes, weights: str, scale: Sca
     measure = partial(measure_stability, scenes, frames=scale.frames, repainting=False, size=(scale.size // 2,) * 2)
     recall = partial(recalled, Stability, folder, f"stability-{name}", scenes)
     parts = [
-        recall(*content(weights), COMPARED, partial(measure, [weights], fillings=[])),
-        recall(*content(REPORT), COMPARED, partial(measure, [REPORT], fillings=[])),
-        recall("fillings", " ".join(STEADY_FILLINGS), COMPARED, partial(measure, [], fillings=STEADY_FILLINGS)),
+        recall(*content(weights), ORDERS, partial(measure, [weights], fillings=[])),
+        recall(*content(REPORT), ORDERS, partial(measure, [REPORT], fillings=[])),
+        recall("fillings", " ".join(STEADY_FILLINGS), ORDERS, partial(measure, [], fillings=STEADY_FILLINGS)),
     ]
     return reduce(Stability.beside, parts)
 
@@ -373,7 +372,7 @@ def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[s
         return [f"{plus_minus(100 * change[0], 100 * change[1], 1)} {met(change, 0)}" for change in changes]
 
     beside_report, beside_flicker = [], []
-    for order in COMPARED:
+    for order in ORDERS:
         for metric, error in ERRORS.items():
             changes = result.change_of_error((ours, order), (report, order), metric).tolist()
             beside_report.append([f"{error}, {order}", *cells(changes[: len(stages)])])
@@ -396,7 +395,7 @@ def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[s
 
 def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
     """All scores of a set of pictures."""
-    compared = [(ours, order) for order in COMPARED]
+    compared = [(ours, order) for order in ORDERS]
     return [
         f"## {title}",
         f"{len(result.pictures)} pictures of {len(set(result.shapes))} shapes.",
@@ -507,7 +506,7 @@ def in_colors(results: Mapping[str, Evaluation | Mapping[str, Any]], scale: Scal
 
 def is_kept_or_filled(run: Run, ours: str) -> bool:
     """Whether a run is of those whose rays are compared: in an order that all are measured with."""
-    return run[1] in COMPARED and run[0] in (ours, kept(REPORT), LINEAR)
+    return run[1] in ORDERS and run[0] in (ours, kept(REPORT), LINEAR)
 
 
 def rays_to(result: Evaluation, run: Run, good: float) -> str:
@@ -522,7 +521,7 @@ def rays_to(result: Evaluation, run: Run, good: float) -> str:
 def steadiness_of(result: Stability, ours: str) -> list[str]:
     """The flicker of everything, and the change of that of ours."""
     parts = [result.caption(), result.table()]
-    for order in COMPARED:
+    for order in ORDERS:
         parts += [
             f"Change of flicker to that of {label(result.frames, (ours, order))}, in percent:",
             result.change_table((ours, order)),
@@ -539,11 +538,9 @@ def percent(fraction: float) -> str:
 
 def looks(result: Evaluation, ours: str) -> dict[Run, dict[str, Any]]:
     """How lines of runs are drawn, in the order of the legend."""
-    styles = dict(zip([order for order in ORDERS if order not in COMPARED], ("--", "-."), strict=True))
     shown = {
         (ours, ADAPTIVE): {"color": BLUE, "linestyle": "-", "marker": "s"},
         (ours, LATTICE): {"color": BLUE, "linestyle": "-", "marker": "o"},
-        **{(ours, order): {"color": BLUE, "linestyle": line, "linewidth": 0.8} for order, line in styles.items()},
         (ours, UNIFORM): {"color": BLUE, "linestyle": ":", "marker": "o", "markerfacecolor": "white"},
         (kept(REPORT), LATTICE): {"color": RED, "linestyle": "-"},
         (kept(REPORT), UNIFORM): {"color": RED, "linestyle": ":"},
@@ -586,9 +583,9 @@ def draw_costs(path: Path, result: Evaluation, costs: Mapping[str, Cost]) -> Non
         figure = new_figure(PAGE / 1.6, 2.8)
         axes = figure.subplots()
         for method, cost in costs.items():
-            means = [result.mean((method, order))[at] for order in COMPARED if (method, order) in result.scores]
+            means = [result.mean((method, order))[at] for order in ORDERS if (method, order) in result.scores]
             axes.plot([cost.milliseconds] * len(means), means, color=BLUE, linewidth=0.6)
-            for mean, order, face in zip(means, COMPARED, ("white", BLUE, ORANGE), strict=False):
+            for mean, order, face in zip(means, ORDERS, ("white", BLUE, ORANGE), strict=False):
                 name = f"order {order}" if method == LINEAR else None
                 axes.plot(cost.milliseconds, mean, "o", color=BLUE, markerfacecolor=face, label=name)
             axes.annotate(method, (cost.milliseconds, means[0]), (5, -2), textcoords="offset points", fontsize=6)

@@ -462,7 +462,7 @@ NAN = math.nan
         (
             "order",
             ["uniform"],
-            r"order: expected one of uniform, lattice, adaptive, squares, or several joined by \+",
+            r"order: expected one of uniform, lattice, adaptive, squares, priority, or several joined by \+",
         ),
         ("optimizer", None, "optimizer: expected one of adadelta, adamw, muon, got None"),
         ("fractions", "all", "fractions: expected one of stages, log-uniform, sparse, got 'all'"),

@@ -38,7 +38,8 @@ onmessage = async ({ data: { file, name, beside, height, width, camera } }) => {
     const others = beside.map(([name, url]) => ({ name, arrayBuffer: async () => (await fetch(url)).arrayBuffer() }));
     const description = await readFile(instance, name, bytes, new Beside(others));
     const scene = buildScene(instance, description), gbuffer = new GBuffer(instance, height, width, scene.layout);
-    const at = (_, i) => i % 2 ? (i >> 1) % width : Math.floor((i >> 1) / width);
+    const place = (i) => (7919 * (i >> 1)) % (height * width); // far apart
+    const at = (_, i) => i % 2 ? place(i) % width : Math.floor(place(i) / width);
     const pixels = Int32Array.from({ length: 2 * height * width }, at);
     gbuffer.add(pixels, scene.trace(pixels, { height, width }, camera));
     const planes = Array.from(gbuffer.planes), color = gbuffer.color && Array.from(gbuffer.color);

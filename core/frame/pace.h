@@ -9,6 +9,7 @@ namespace bob {
 
 /// Constants of the planner. Evidence: `bench/frame_constants.py`, in docs/frame.md.
 struct FrameConstants {
+    double least_tracing = 0.25;  ///< least time for tracing, over that for completing: every budget makes progress
     double margin = 1.25;         ///< spare time for a whole picture, as a factor: one that is cut off is worse than squares
     double untried = 2;           ///< assumed speed of an untried mode, over that of a first round
     double doubt = 0.2;           ///< loss of trust in a first measurement, per frame without a new one

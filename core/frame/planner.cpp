@@ -104,7 +104,7 @@ double FramePlanner::for_completing(Completion completion) const {
 double FramePlanner::for_tracing(Mode mode, Completion completion, double seconds) const {
     if (mode == Mode::whole) return seconds;
     const double completing = for_completing(completion);
-    return completes_meanwhile_ ? std::max(seconds, completing) : std::max(seconds - completing, 0.);
+    return completes_meanwhile_ ? std::max(seconds, completing) : std::max(seconds - completing, constants_.least_tracing * completing);
 }
 
 Completion FramePlanner::completion(Mode mode, double known, double seconds, double threads) const {

@@ -180,7 +180,7 @@ TEST(completions_that_are_too_slow_give_way) {
     CHECK(planner.completion(Mode::adaptive, 0.01, 0.005) == Completion::filling);  // late, and the quickest
     CHECK(planner.completion(Mode::squares, 0.01, never) == Completion::filling);
     CHECK(planner.for_tracing(Mode::adaptive, Completion::small, 0.033) > 0.0129);
-    CHECK(planner.for_tracing(Mode::adaptive, Completion::small, 0.01) == 0);
+    CHECK(planner.for_tracing(Mode::adaptive, Completion::small, 0.01) > 0.0049);  // every budget makes progress
     CHECK(planner.for_tracing(Mode::whole, Completion::small, 0.033) == 0.033);
     FramePlanner beside = planner_of(true);
     beside.completed(Completion::standard, pixels, 0.05);

@@ -334,6 +334,7 @@ def parallax(before: Camera, after: Camera, height: int, width: int) -> float:
 class FrameConstants:
     """Of the planner, as core/frame/pace.h explains them."""
 
+    least_tracing: float
     margin: float
     untried: float
     doubt: float
