@@ -21,10 +21,7 @@ std::array<float, 3> corner_angles(std::span<const Vec3> vertices, const Triangl
     Vec3 edge[3];  // from each corner to the next
     for (std::size_t c = 0; c < 3; ++c) edge[c] = normalized(vertices[t[(c + 1) % 3]] - vertices[t[c]]);
     std::array<float, 3> angles;
-    // In double precision: libraries' acos of floats differ in the last bit between systems.
-    for (std::size_t c = 0; c < 3; ++c) {
-        angles[c] = static_cast<float>(std::acos(double{std::clamp(-dot(edge[c], edge[(c + 2) % 3]), -1.f, 1.f)}));
-    }
+    for (std::size_t c = 0; c < 3; ++c) angles[c] = std::acos(std::clamp(-dot(edge[c], edge[(c + 2) % 3]), -1.f, 1.f));
     return angles;
 }
 
