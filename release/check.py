@@ -243,7 +243,7 @@ def check_on_arm(report: Report, platform: Platform, wheel: Path, source: dict, 
     report.say(
         platform.tag, f"installed, qemu, Python {got['python']}", str(got["package"]), str(site) in str(got["package"])
     )
-    # Its one instruction set multiplies and adds in one rounding, as AVX2 does. Meshes weigh normals by their library's acos.
+    # Its one instruction set multiplies and adds in one rounding, as AVX2 does. Libraries' acos weigh meshes' normals.
     exact = {name: bits for name, bits in got["pictures"]["baseline"].items() if name.startswith(("formula", "nurbs"))}
     pictures = {"pictures": {"avx2": exact}}
     check_pictures(report, platform.tag, "qemu", pictures, source)

@@ -114,7 +114,7 @@ def evaluation(quality, change):
     def scores(values):
         return np.stack([1 - values, -10 * np.log10(values), values], -1)
 
-    orders = quality.COMPARED
+    orders = quality.ORDERS
     runs = {("ours kept", order): scores(change * errors) for order in orders}
     runs |= {(method, order): scores(errors) for method in ("delaunay-linear", "paper kept") for order in orders}
     return Evaluation(("view 0",) * 3, ("a", "b", "c"), (0.01, 0.25), runs)
@@ -129,7 +129,7 @@ def test_what_is_asked_for_in_color(quality):
 
 
 def steady(quality, change):
-    runs = [(method, order) for method in ("ours kept", "delaunay-linear", "paper kept") for order in quality.COMPARED]
+    runs = [(method, order) for method in ("ours kept", "delaunay-linear", "paper kept") for order in quality.ORDERS]
     factor = {run: change if run[0] == "ours kept" else 1 for run in runs}
     frames = np.array([[[np.nan, np.nan, 0.5], [0.6, 0.1, 0]]] * 3)
     return Stability(
