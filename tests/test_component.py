@@ -39,16 +39,6 @@ window.Worker = class extends Worker {
 """
 
 
-SLOW_RAYS = """
-window.Worker = class extends Worker {
-  set onmessage(receive) {
-    super.onmessage = (event) => {
-      if (event.data.kind === "traced") event.data.milliseconds *= 100, event.data.first.milliseconds *= 100;
-      receive(event);
-    };
-  }
-};
-"""
 """Tracers seem to take 100 times as long."""
 
 
@@ -220,60 +210,6 @@ def test_the_package_may_be_on_another_server(browser, folder, tmp_path):
         page.goto(here)
         assert_shows(page, expected(bob.load(tmp_path / "wedge.stl")))
         page.context.close()
-
-
-def test_networks_come_when_pictures_of_meshes_are_sparse(shown):
-    """Else they never do (test_npm.py)."""
-    page = shown('src="wedge.glb" picture-size="640x480"', SLOW_RAYS)
-    exact(page)
-    page.evaluate("""async () => {
-      const view = document.querySelector("bob-view"), { schedule, statistics } = view.viewing;
-      // At each place nothing is expected that the one before has shown; other networks have time on busy machines.
-      schedule.budget = 100;
-      const isDense = () => statistics.model === "filling" || statistics.fraction === 1;
-      for (let azimuth = 0; azimuth < 4000 && isDense(); azimuth += 100) {
-        const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
-        view.camera = { azimuth };
-        await next;
-      }
-    }""")
-    asked = page.evaluate("() => performance.getEntriesByType('resource').map(({ name }) => name.split('/').pop())")
-    assert asked.index("filling.safetensors") < max(
-        asked.index(name) for name in ("small.safetensors", "default.safetensors") if name in asked
-    )
-    assert told(page, "error") == []
-
-
-@pytest.mark.parametrize("script", [SLOW_RAYS, ""], ids=["slow", "fast"])
-def test_moving_pictures_carry_along_what_was_seen_where_rays_are_slow(shown, script):
-    """Where they are fast, a new picture is dense, and as good."""
-    page = shown('src="wedge.glb" picture-size="640x480"', script)
-    exact(page)
-    traced, known = page.evaluate(
-        """async (slow) => {
-      const view = document.querySelector("bob-view"), { viewing } = view;
-      viewing.schedule.refines = false;
-      viewing.schedule.budget *= slow ? 6 : 1;  // so that what was seen is brought along in time by busy machines too
-      for (let azimuth = 0; azimuth < 20; azimuth += 2) {
-        const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
-        view.camera = { azimuth };
-        await next;
-      }
-      const { planes, known, height, width } = await viewing.buffers(), size = height * width;
-      return [planes, known].map((of) => of.subarray(0, size).reduce((sum, mask) => sum + mask, 0) / size);
-    }""",
-        script != "",
-    )
-    if script:
-        assert 0 < traced < 0.05
-        assert known > 0.25
-    else:
-        assert traced > 0.05
-        assert known == traced
-    assert told(page, "error") == []
-
-
-# ---- Cameras ---------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
