@@ -13,12 +13,12 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Between two of the values that belong to ascending places; beyond them as at the last one.
+/// Linear between values at ascending places: constant before the first one, and on along the last segment.
 float interpolated(std::span<const float> places, std::span<const float> values, float at) {
     std::size_t after = 0;
     while (after < places.size() && places[after] <= at) ++after;
     if (after == 0) return values[0];
-    if (after == places.size()) return values.back();
+    after = std::min(after, places.size() - 1);
     const float weight = (at - places[after - 1]) / (places[after] - places[after - 1]);
     return values[after - 1] + weight * (values[after] - values[after - 1]);
 }
