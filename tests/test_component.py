@@ -39,7 +39,32 @@ window.Worker = class extends Worker {
 """
 
 
-"""Tracers seem to take 100 times as long."""
+SLOW_RAYS = """
+{
+  const slow = new Blob([`
+    const { Instance } = WebAssembly;
+    let times = 1;
+    new BroadcastChannel("rays").onmessage = ({ data }) => (times = data);
+    WebAssembly.Instance = function (...given) {
+      const { exports } = new Instance(...given), trace = (...values) => {
+        const begin = performance.now(), result = exports.trace(...values), took = performance.now() - begin;
+        while (performance.now() < begin + times * took);
+        return result;
+      };
+      return { exports: { ...exports, trace } };
+    };
+  `], { type: "text/javascript" }), address = URL.createObjectURL(slow);
+  window.Worker = class extends Worker {
+    constructor(url, options) {
+      const of = `import ${JSON.stringify(address)}; import ${JSON.stringify(url)};`;
+      const isTracer = String(url).endsWith("/tracer.js");
+      super(isTracer ? URL.createObjectURL(new Blob([of], { type: "text/javascript" })) : url, options);
+    }
+  };
+}
+window.slowRays = (times) => new BroadcastChannel("rays").postMessage(times);
+"""
+"""`slowRays(times)` lets rays of tracers take so many times as long."""
 
 
 @pytest.fixture(scope="module")
@@ -212,6 +237,60 @@ def test_the_package_may_be_on_another_server(browser, folder, tmp_path):
         page.context.close()
 
 
+def test_networks_come_when_pictures_of_meshes_are_sparse(shown):
+    """Else they never do (test_npm.py)."""
+    page = shown('src="wedge.glb" picture-size="640x480"', SLOW_RAYS)
+    exact(page)
+    page.evaluate("""async () => {
+      slowRays(100);
+      const view = document.querySelector("bob-view"), { statistics } = view.viewing;
+      // At each place nothing is expected that the one before has shown.
+      for (let azimuth = 0; statistics.model === "filling" || statistics.fraction === 1; azimuth += 100) {
+        const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
+        view.camera = { azimuth };
+        await next;
+      }
+    }""")
+    asked = page.evaluate("() => performance.getEntriesByType('resource').map(({ name }) => name.split('/').pop())")
+    assert asked.index("filling.safetensors") < max(
+        asked.index(name) for name in ("small.safetensors", "default.safetensors") if name in asked
+    )
+    assert told(page, "error") == []
+
+
+@pytest.mark.parametrize("script", [SLOW_RAYS, ""], ids=["slow", "fast"])
+def test_moving_pictures_carry_along_what_was_seen_where_rays_are_slow(shown, script):
+    """Where they are fast, a new picture is dense, and as good."""
+    page = shown('src="wedge.glb" picture-size="640x480"', script)
+    exact(page)
+    traced, known = page.evaluate(
+        """async (slow) => {
+      const view = document.querySelector("bob-view"), { viewing } = view;
+      if (slow) slowRays(100);
+      viewing.schedule.refines = false;
+      viewing.schedule.budget *= slow ? 6 : 1;  // so that what was seen is brought along in time by busy machines too
+      for (let azimuth = 0; azimuth < 20; azimuth += 2) {
+        const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
+        view.camera = { azimuth };
+        await next;
+      }
+      const { planes, known, height, width } = await viewing.buffers(), size = height * width;
+      return [planes, known].map((of) => of.subarray(0, size).reduce((sum, mask) => sum + mask, 0) / size);
+    }""",
+        script != "",
+    )
+    if script:
+        assert 0 < traced < 0.05
+        assert known > 0.25
+    else:
+        assert traced > 0.05
+        assert known == traced
+    assert told(page, "error") == []
+
+
+# ---- Cameras ---------------------------------------------------------------------------------------------
+
+
 @pytest.mark.parametrize(
     ("words", "camera"),
     [
@@ -302,7 +381,7 @@ def test_a_poster_is_there_until_the_first_picture(shown, folder):
 def test_backgrounds_are_seen_where_nothing_is(shown, folder):
     """Behind pictures that are exact, and through those that are completed."""
     scene = bob.load(folder / "gear.sdf")
-    page = shown('src="gear.sdf" background="linear-gradient(#fff, #f00)"')
+    page = shown('src="gear.sdf" background="linear-gradient(#fff, #f00)"', SLOW_RAYS)
     full = bob.trace(scene, size=(HEIGHT, WIDTH))
     found = exact(page)
     assert (found[..., 3] != to_8_bit(full.alpha)).mean() < 0.002
@@ -312,15 +391,19 @@ def test_backgrounds_are_seen_where_nothing_is(shown, folder):
     picture = np.asarray(Image.open(BytesIO(seen)).convert("RGB")).astype(int)
     np.testing.assert_allclose(picture[[0, -1], 0], [(255, 255, 255), (255, 0, 0)], atol=3)
     page.evaluate("""async () => {
-      const view = document.querySelector("bob-view"), { schedule } = view.viewing;
+      const view = document.querySelector("bob-view"), { viewing } = view, { schedule } = viewing;
       schedule.refines = false;
-      // Until silhouettes are not all traced, however fast the machine.
-      for (let i = 0, share = NaN; !(share > 0.03 && share < 0.09) && i < 60; ++i) {
+      slowRays(10); // so that not all is traced in a moment
+      // Until silhouettes are not all traced, however fast the machine, and nothing is reprojected, however slow.
+      for (let i = 0, share = NaN, reprojects = true; !(share > 0.03 && share < 0.09 && !reprojects) && i < 60; ++i) {
         if (share) schedule.budget *= share < 0.06 ? 1.2 : 0.8;
         const next = new Promise((shown) => view.addEventListener("progress", shown, { once: true }));
         view.camera = { azimuth: 40 + 50 * i };
         await next;
-        share = view.viewing.statistics.fraction;
+        share = viewing.statistics.fraction;
+        const { planes, known, height, width } = await viewing.buffers(), size = height * width;
+        const [traced, shown] = [planes, known].map((of) => of.subarray(0, size).reduce((sum, mask) => sum + mask, 0));
+        reprojects = shown > traced;
       }
     }""")
     buffers = page.evaluate("""async () => {
