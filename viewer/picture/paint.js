@@ -48,7 +48,7 @@ function tint(color, size, i, coverage = 1) {
 
 /** @param {Float32Array} grays @param {Uint32Array} pixels */
 function shadeAll(grays, pixels) {
-  for (let i = 0; i < pixels.length; ++i) pixels[i] = 0xff000000 | encode(grays[i]) * 0x010101;
+  for (let i = 0; i < pixels.length; ++i) pixels[i] = shade(grays[i]);
 }
 
 /** @param {Float32Array} color @param {Uint32Array} pixels */

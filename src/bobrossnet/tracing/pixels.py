@@ -8,16 +8,15 @@ from numpy.typing import NDArray
 from bobrossnet.picture.order import Size
 
 
-def tiled_pixels(size: Size, top: int = 0) -> NDArray[np.int32]:
-    """All pixels of as many rows from `top` on, (H * W, 2) int32, in 8x8 tiles: neighbours one after the other visit
-    the same parts of a BVH."""
+def tiled_pixels(size: Size) -> NDArray[np.int32]:
+    """All pixels, (H * W, 2) int32, in 8x8 tiles: successive neighbours visit the same parts of a BVH."""
     height, width = size
     inside = np.arange(8, dtype=np.int32)
-    rows = np.arange(top, top + height, 8, dtype=np.int32)[:, None, None, None] + inside[:, None]
+    rows = np.arange(0, height, 8, dtype=np.int32)[:, None, None, None] + inside[:, None]
     columns = np.arange(0, width, 8, dtype=np.int32)[None, :, None, None] + inside
     tiles = np.empty((-(-height // 8), -(-width // 8), 8, 8, 2), np.int32)  # (tile row, tile column, row, column, 2)
     tiles[..., 0], tiles[..., 1] = rows, columns
     pixels = tiles.reshape(-1, 2)
     if height % 8 == 0 and width % 8 == 0:
         return pixels
-    return pixels[(pixels[:, 0] < top + height) & (pixels[:, 1] < width)]
+    return pixels[(pixels[:, 0] < height) & (pixels[:, 1] < width)]

@@ -25,11 +25,11 @@ from bobrossnet.tracing.scene import SceneLike, as_scene
 Tracer: TypeAlias = Callable[[NDArray[np.int32]], Samples]
 """From pixels, (n, 2) int32 rows and columns, to what one ray through each of their centres finds."""
 
-LIT_BATCH = 2**12
-"""The same of pixels with light."""
-
 BATCH = 2**17
 """Pixels handed to the tracer at once: a few hundredths of a second of work, and a few MB."""
+
+LIT_BATCH = 2**12
+"""The same of pixels with light."""
 
 
 class SceneTracer:
@@ -159,12 +159,12 @@ def trace(
     order = check_order(order, seed)
     check_callable("progress", progress)
     guides = check_flag("guides", guides)
-    pixel_count(fraction, check_size(size))
+    size = check_size(size)
+    count = pixel_count(fraction, size)
     lit = lit_tracer(scene, camera, size, light, ground, seed=seed)
     if lit is not None:
         return traced_light(lit, fraction, order, seed, progress)
     tracer = SceneTracer(scene, camera, size)
-    count = pixel_count(fraction, tracer.size)
     planes = untraced_planes(tracer.size, tracer.layout)
     if count == planes[0].size:
         order = "tiles"  # neighbours one after the other visit the same parts of a BVH
