@@ -6,7 +6,6 @@ import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PIL import ImageFont
 
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.outlines import Places, arcs_along, fitted_size, region
@@ -108,6 +107,8 @@ def _line(name: str, font_name: str | os.PathLike[str], text: str) -> Line:
         raise InputTypeError(f"{name}: text: expected a string, got {type(text).__name__}")
     if not text.isprintable():
         raise InputError(f"{name}: text: expected one line of letters, got {text!r}; make each line a shape of its own")
+    from PIL import ImageFont  # which imports wait for, text or not
+
     try:
         if os.path.exists(font):  # else a name that Pillow knows
             check_file(font)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from bobrossnet.sdf.d2 import SDF2
 from bobrossnet.sdf.outlines import Outline, Places, fitted_size, region
 from bobrossnet.support.errors import InputError, check_integer
 from bobrossnet.support.paths import check_file, is_path, path_of
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 PIXELS = 2**22
 """As in fogleman/sdf."""
@@ -94,8 +96,10 @@ def image(path_or_array: Any, width: float | None = None, height: float | None =
     return region(outlines, "image")
 
 
-def _opened(name: str, thing: Any) -> Image.Image:
+def _opened(name: str, thing: Any) -> Image:
     """A picture as gray levels: of mode L, or F in 0..255."""
+    from PIL import Image  # which imports wait for, pictures or not
+
     if isinstance(thing, Image.Image):
         return thing.convert("L")
     if is_path(thing):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -27,6 +26,8 @@ def connected(scheduler: str | None) -> Iterator[Any]:
     InputError
         If there is no scheduler at the address, or no Dask here.
     """
+    import asyncio  # takes a tenth of all imports together
+
     try:
         from distributed import Client, LocalCluster
     except ModuleNotFoundError:
