@@ -11,12 +11,12 @@ import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from motion import scenes
-from report import table
+from report import replaced, table
 
 import bobrossnet as bob
 from bobrossnet import _core
@@ -66,19 +66,6 @@ class Clock:
     def work(self, kind: str, seconds: float) -> None:
         times = self._seen[kind] = self._seen.get(kind, 0) + 1
         self.now += seconds * (COLD if times == 1 else 1) * float(np.exp(NOISE * self._random.normal()))
-
-
-@contextmanager
-def replaced(*changes: tuple[ModuleType | type, str, Any]) -> Iterator[None]:
-    """Attributes that are others for a while."""
-    before = [(where, name, getattr(where, name)) for where, name, _ in changes]
-    for where, name, value in changes:
-        setattr(where, name, value)
-    try:
-        yield
-    finally:
-        for where, name, value in before:
-            setattr(where, name, value)
 
 
 @contextmanager

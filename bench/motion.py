@@ -9,21 +9,25 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from report import MODELS, heading, table
+from report import MODELS, heading, replaced, table
 from upscaling import edge_directed
 
 import bobrossnet as bob
 from bobrossnet import _core
+from bobrossnet.frames import calls, frame, motion
 from bobrossnet.frames.motion import SHADED_ANEW
 from bobrossnet.sdf import X, Y, Z, box, cylinder, sphere
 
 SIZE = (480, 640)
 Mask = NDArray[np.bool_]
+Clock = Callable[[], float]
 MESHES = (
     "scans/igea.ply",
     "mechanical/differential_ring_gear.ply",
@@ -126,34 +130,38 @@ def costs(scene: bob.Scene) -> dict[str, float]:
     return {name: statistics.median(each) for name, each in times.items()}
 
 
-def smaller(scene: bob.Scene, camera: bob.Camera, exact: NDArray[np.float32]) -> list[tuple[float, float, float]]:
+def smaller(
+    scene: bob.Scene, camera: bob.Camera, exact: NDArray[np.float32], clock: Clock
+) -> list[tuple[float, float, float]]:
     """Of pictures of all, half, a quarter … of the resolution: milliseconds to trace them, and SSIM when they are
     enlarged, bilinearly and along edges, which takes no time here."""
     found = []
     for level in range(LEVELS):
         times = []
         for _ in range(3):
-            start = time.perf_counter()
+            start = clock()
             image = bob.trace(scene, camera, size=(SIZE[0] >> level, SIZE[1] >> level)).gray
-            times.append(1000 * (time.perf_counter() - start))
+            times.append(1000 * (clock() - start))
         bilinear = np.asarray(Image.fromarray(image).resize(SIZE[::-1], Image.Resampling.BILINEAR))
         along_edges = edge_directed(image, *SIZE) if level else image
         found.append((statistics.median(times), bob.ssim(bilinear, exact), bob.ssim(along_edges, exact)))
     return found
 
 
-def in_time(scene: bob.Scene, camera: bob.Camera, exact: NDArray[np.float32], ms: float) -> tuple[float, float, float]:
+def in_time(
+    scene: bob.Scene, camera: bob.Camera, exact: NDArray[np.float32], ms: float, clock: Clock
+) -> tuple[float, float, float]:
     """At the end of an orbit of pictures of so many milliseconds: SSIM, what they took, and the share of the pixels."""
     view, frames = bob.View(scene, size=SIZE), []
     for k in range(ORBIT):
         before = bob.Camera(azimuth=camera.azimuth - STEPS[0] * (ORBIT - 1 - k), elevation=camera.elevation)
-        start = time.perf_counter()
+        start = clock()
         frame = view.frame(before, ms=ms)
-        frames.append((1000 * (time.perf_counter() - start), frame.fraction))
+        frames.append((1000 * (clock() - start), frame.fraction))
     return bob.ssim(frame.image, exact), *np.median(frames[ORBIT // 2 :], 0)
 
 
-def beside_smaller_pictures(shown: dict[str, bob.Scene]) -> None:
+def beside_smaller_pictures(shown: dict[str, bob.Scene], clock: Clock) -> None:
     heading(f"SSIM by the ms of a frame: orbits of {STEPS[0]}° a frame, and smaller pictures; means of {VIEWS} views")
     rows = []
     for name, scene in shown.items():
@@ -162,9 +170,9 @@ def beside_smaller_pictures(shown: dict[str, bob.Scene]) -> None:
         for i in range(VIEWS):
             camera = bob.Camera(azimuth=30 + 360 * i / VIEWS, elevation=20)
             exact = bob.trace(scene, camera, size=SIZE).gray
-            levels = smaller(scene, camera, exact)
+            levels = smaller(scene, camera, exact, clock)
             for k, ms in enumerate(TIMES_MS):
-                scores[0, k, i], *took[:, k, i] = in_time(scene, camera, exact, ms)
+                scores[0, k, i], *took[:, k, i] = in_time(scene, camera, exact, ms, clock)
                 scores[1:, k, i] = next((found[1:] for found in levels if found[0] <= ms), (np.nan, np.nan))
         means = scores.mean(-1)
         for way, mean in zip(("bob.View", "half resolution", "half, along edges"), means, strict=True):
@@ -176,10 +184,16 @@ def beside_smaller_pictures(shown: dict[str, bob.Scene]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; by default all")
-    parts = parser.parse_args().parts or PARTS
-    shown = scenes()
-    if "times" in parts:
-        beside_smaller_pictures(shown | {"gear": bob.load(GEAR)})
+    parser.add_argument("--cpu", action="store_true", help="times are the process' own on one thread, on busy machines")
+    options = parser.parse_args()
+    parts, shown = options.parts or PARTS, scenes()
+    if "times" in parts and not options.cpu:
+        beside_smaller_pictures(shown | {"gear": bob.load(GEAR)}, time.perf_counter)
+    elif "times" in parts:
+        bob.set_thread_count(1)
+        timer = SimpleNamespace(perf_counter=time.process_time)
+        with replaced(*((module, "time", timer) for module in (calls, frame, motion))):
+            beside_smaller_pictures(shown | {"gear": bob.load(GEAR)}, time.process_time)
     if "costs" in parts:
         print_costs(shown)
     if "orbits" in parts:

@@ -7,9 +7,12 @@ import platform
 import statistics
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from datetime import date
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 from bobrossnet import _core
 from bobrossnet.support import tables
@@ -72,3 +75,16 @@ def heading(title: str) -> None:
 def table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table in Markdown."""
     print(tables.table(columns, rows, left=True), flush=True)
+
+
+@contextmanager
+def replaced(*changes: tuple[ModuleType | type, str, Any]) -> Iterator[None]:
+    """Attributes that are others for a while."""
+    before = [(where, name, getattr(where, name)) for where, name, _ in changes]
+    for where, name, value in changes:
+        setattr(where, name, value)
+    try:
+        yield
+    finally:
+        for where, name, value in before:
+            setattr(where, name, value)
