@@ -18,7 +18,7 @@ from bobrossnet.frames.motion import View
 
 HEADER = Path(__file__).parents[1] / "core/frame/errors.h"
 SHARES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)
-STEPS = (0.5, 2.0, 4.0, 10.0)
+STEPS = (0.5, 2.0, 4.0, 10.0, 30.0, 90.0)
 """Degrees between two pictures of an orbit."""
 VIEWS = 2
 ANEW = (("squares", "filling"), ("adaptive", "filling"), ("adaptive", "small"), ("adaptive", "default"))

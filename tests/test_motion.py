@@ -64,7 +64,7 @@ def test_what_is_carried_along_is_shaded_anew():
     view = bob.View(ball, size=SIZE)
     while view.frame(bob.Camera(azimuth=0), fraction=1).fraction < 1:
         pass
-    frame = view.frame(bob.Camera(azimuth=40), fraction=0.005)
+    frame = view.frame(bob.Camera(azimuth=40), fraction=0.001)  # with more, a new picture shows more
     full = bob.trace(ball, bob.Camera(azimuth=40), size=SIZE)
     seen_before = np.zeros(SIZE, bool)
     seen_before[20:76, 60:84] = True  # well inside what both cameras see; a ball looks the same from everywhere

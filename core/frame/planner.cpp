@@ -13,12 +13,12 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Linear between values at ascending places: constant before the first one, and on along the last segment.
+/// Linear between values at ascending places, and constant beyond them.
 float interpolated(std::span<const float> places, std::span<const float> values, float at) {
     std::size_t after = 0;
     while (after < places.size() && places[after] <= at) ++after;
     if (after == 0) return values[0];
-    after = std::min(after, places.size() - 1);
+    if (after == places.size()) return values.back();
     const float weight = (at - places[after - 1]) / (places[after] - places[after - 1]);
     return values[after - 1] + weight * (values[after] - values[after - 1]);
 }
