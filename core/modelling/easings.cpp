@@ -171,8 +171,8 @@ void add_easings(std::vector<Word>& words) {
     easing("out_sine", ease<out_sine>, "Slows down like a swing to its turning point.");
     easing("in_out_sine", ease<in_out_sine>, "Half a swing, from one turning point to the other.");
     easing("in_expo", ease<in_expo>, "Doubles every tenth of the way.");
-    easing("out_expo", ease<out_expo>, "Halves what is left every tenth of the way.");
-    easing("in_out_expo", ease<in_out_expo>, "Doubles every twentieth of the way, then halves what is left.");
+    easing("out_expo", ease<out_expo>, "Halves the rest every tenth of the way.");
+    easing("in_out_expo", ease<in_out_expo>, "Doubles every twentieth of the way, then halves the rest.");
     easing("in_circ", ease<in_circ>, "Speeds up: a quarter of a circle, level at the start.");
     easing("out_circ", ease<out_circ>, "Slows down: a quarter of a circle, level at the end.");
     easing("in_out_circ", ease<in_out_circ>, "Two quarters of circles, level at both ends.");

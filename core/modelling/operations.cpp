@@ -424,9 +424,9 @@ void add_operations_in(std::vector<Word>& words) {
     const Parameter a = required("a", Type::sdf), bs = several("bs", Type::sdf), k = optional("k", number);
     const Parameter other = required("other", Type::sdf), r = required("r", number);
 
-    operation("union", {a, bs, k}, unite<n>, "What is in any of the shapes; k rounds the edges where they meet.");
+    operation("union", {a, bs, k}, unite<n>, "All points in any of the shapes; k rounds the edges where they meet.");
     operation("difference", {a, bs, k}, subtract<n>, "The first shape without the others; k rounds the cuts' edges.");
-    operation("intersection", {a, bs, k}, intersect<n>, "What is in all of the shapes; k rounds the edges.");
+    operation("intersection", {a, bs, k}, intersect<n>, "All points in every one of the shapes; k rounds the edges.");
     operation("blend", {a, bs, with_default("k", number, 0.5)}, blend<n>,
               "A mean of the shapes' distances, the next one counting k, those before it 1 - k.");
     operation("negate", {other}, negate<n>, "Inside out.");
@@ -437,8 +437,8 @@ void add_operations_in(std::vector<Word>& words) {
               {other, required("spacing", Type::size), optional("count", Type::numbers),
                with_default("padding", Type::numbers, 0.0)},
               repeat<n>,
-              "Copies at a spacing, 0 for none along an axis: without end, or count of them on each side; padding is how "
-              "many neighbours on each side may reach into a cell.");
+              "Copies at a spacing (0: no copies along that axis), endless or count on each side; padding is the number of "
+              "neighbours on each side that may reach into a cell.");
     operation("translate", {other, required("offset", Type::vector)}, translate<n>, "Moved by an offset.");
     operation("scale", {other, required("factor", Type::size)}, scale<n>,
               "Larger by a factor, or one for each axis; then distances are approximate.");
@@ -460,9 +460,9 @@ void add_operations_3d(std::vector<Word>& words) {
     operation("rotate", {other, required("angle", number), with_default("vector", vector, z_axis)}, rotate_3d,
               "Turned around a vector by an angle in radians.");
     operation("rotate_to", {other, required("a", vector), required("b", vector)}, rotate_to,
-              "Turned by the angle between two vectors: what pointed along b points along a.");
+              "Turned by the angle between two vectors, from b to a.");
     operation("orient", {other, required("axis", vector)}, orient,
-              "Turned by the angle between z and an axis: what pointed along the axis points up.");
+              "Turned by the angle between z and an axis, from the axis to z.");
     operation("circular_array", {other, required("count", Type::integer), with_default("offset", number, 0.0)},
               circular_array_3d, "Copies in a circle around the z axis, each moved outwards by an offset.");
     operation("twist", {other, k}, twist, "Turned around the z axis by k radians for each unit of height.");
@@ -483,7 +483,7 @@ void add_operations_3d(std::vector<Word>& words) {
               transition_radial, "From shape f0 within radius r0 around the z axis to shape f1 beyond r1, eased.");
     operation("wrap_around", {other, required("x0", number), required("x1", number), optional("r", number), e},
               wrap_around,
-              "What lies along x from x0 to x1, laid around the z axis at radius r, by default the one that it fits once.");
+              "The part along x from x0 to x1, wrapped around the z axis at radius r; by default it fits once.");
     words.push_back({"slice", Word::Kind::operation, 3, 2, {other}, "The section in the plane z = 0.", slice});
 }
 

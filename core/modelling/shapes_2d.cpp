@@ -149,7 +149,7 @@ void add_shapes_2d(std::vector<Word>& words) {
     shape("slab",
           {optional("x0", number), optional("y0", number), optional("x1", number), optional("y1", number),
            optional("k", number)},
-          slab<2>, "What lies between lines across the axes, of which any may be left out; k rounds its corners.");
+          slab<2>, "The region between lines across the axes; each line is optional, and k rounds the corners.");
     shape("rectangle",
           {with_default("size", Type::size, 1.0), center, optional("a", Type::vector), optional("b", Type::vector)},
           box<2>, "A rectangle of given sides around a center, or from corner a to corner b.");
@@ -163,7 +163,7 @@ void add_shapes_2d(std::vector<Word>& words) {
     shape("polygon", {required("points", Type::points)}, polygon,
           "A polygon from its corners in order; where it crosses itself, even-odd.");
     shape("vesica", {r, required("d", number)}, vesica,
-          "What two disks of radius r share whose centers are d to the left and right of the origin.");
+          "The intersection of two disks of radius r with centers d to the left and right of the origin.");
 }
 
 }  // namespace bob

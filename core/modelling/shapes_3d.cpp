@@ -214,7 +214,7 @@ void add_shapes_3d(std::vector<Word>& words) {
           {optional("x0", number), optional("y0", number), optional("z0", number), optional("x1", number),
            optional("y1", number), optional("z1", number), optional("k", number)},
           slab<3>,
-          "What lies between planes across the axes, of which any may be left out; k rounds its edges.");
+          "The region between planes across the axes; each plane is optional, and k rounds the edges.");
     shape("box",
           {with_default("size", Type::size, 1.0), center, optional("a", Type::vector), optional("b", Type::vector)},
           box<3>, "A box of given sides around a center, or from corner a to corner b.");
