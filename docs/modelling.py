@@ -24,27 +24,29 @@ for it runs with the first line `from bobrossnet.sdf import *`.
 `f.save("part.stl")` writes triangles with sharp edges; `f.save("part.png", camera=bob.Camera(azimuth=30))`
 draws a picture without triangles. `bob.trace(f)` traces a shape like any other.
 
-`a | b`, `a & b` and `a - b` are union, intersection and difference. `b.k(0.1)` rounds the edge of the next operation on b
-with this radius: `a - b.k(0.1)`. The shape b itself does not change; no shape ever does. Angles are in radians; `degrees` and
-`radians` convert. X, Y, Z, UP and ORIGIN are vectors. A number in place of a vector applies to all axes. An easing may be
-any function of t made of operators and numpy's functions.
+`a | b`, `a & b` and `a - b` are union, intersection and difference. `b.k(0.1)` rounds the edge of the next operation
+on b with this radius: `a - b.k(0.1)`. The shape b itself does not change; no shape ever does. Angles are in radians;
+`degrees` and `radians` convert. X, Y, Z, UP and ORIGIN are vectors. A number in place of a vector applies to all
+axes. An easing may be any function of t made of operators and numpy's functions.
 
-`f.color("#c33")` colours a shape: "#rrggbb", three numbers in 0..1 of linear light, or in Python a function of points
-(n, 2 or 3) that returns (n, 3). Unions show the colour of the visible surface, and k blends colours as it blends shapes.
-A cut has the tool's colour if the tool has one: `part - hole.color("#c33")` is a white part with red holes,
-`part.color("#c33") - hole` is red throughout. In an intersection, a shape without a colour takes the other's; elsewhere it is
-white.
+`f.color("#c33")` colours a shape: "#rrggbb", a CSS color name, three numbers in 0..1 of linear light, or in Python a
+function of points (n, 2 or 3) that returns (n, 3). Unions show the colour of the visible surface, and k blends
+colours as it blends shapes. A cut has the tool's colour if the tool has one: `part - hole.color("#c33")` is a white
+part with red holes, `part.color("#c33") - hole` is red throughout. In an intersection, a shape without a colour takes
+the other's; elsewhere it is white.
 
-A name that exists in two and in three dimensions means the 3D form, except for an operation on a flat shape; `d2`
-and `d3` contain both: `d2.slab(x0=0)`. To define your own shapes and operations, decorate functions with `@sdf2`, `@sdf3`,
-`@op2`, `@op3`, `@op23` and `@op32` (`help("bobrossnet.sdf.custom")`).
+A name that exists in two and in three dimensions means the 3D form, except for an operation on a flat shape; `d2` and
+`d3` contain both: `d2.slab(x0=0)`. To define your own shapes and operations, decorate functions with `@sdf2`,
+`@sdf3`, `@op2`, `@op3`, `@op23` and `@op32` (`help("bobrossnet.sdf.custom")`).
 
 Every value equals fogleman/sdf's, with these exceptions:
 
 - `rounded_rectangle` respects its center.
-- Places where a formula there divides 0 by 0, such as repeated corners of a polygon or the centre of an ellipsoid, have a value.
+- Places where a formula there divides 0 by 0, such as repeated corners of a polygon or the centre of an ellipsoid,
+  have a value.
 - k applies when shapes are joined, not when they are evaluated.
-- Text and pictures have outlines instead of pixels, and meshes have distances from their triangles instead of a grid's.
+- Text and pictures have outlines instead of pixels, and meshes have distances from their triangles instead of a
+  grid's.
 
 This list is made by docs/modelling.py from the table in core/modelling.
 """
@@ -61,16 +63,18 @@ TEXT_AND_PICTURES = """## Text and pictures
 These are flat shapes around the origin, by default of height 1. They exist in Python only: scripts and the page
 read neither fonts nor pictures, but show them in `.bob` files. Text needs fontTools: `pip install '.[text]'`.
 
-Letters are outlines of lines and arcs that follow the font's curves, TrueType or CFF, to 3e-5 of the font's
-size; overlapping contours are united. Spacing follows the letters' widths and the font's `kern` table. There are no ligatures,
-and joining scripts are not shaped. The width spans from the start of the first letter to the end of the last one's advance, spaces
-included; the height from the lowest to the highest point, as in Pillow.
+Letters are outlines of lines and arcs that follow the font's curves, TrueType or CFF, to 3e-5 of the font's size;
+overlapping contours are united. Spacing follows the letters' widths and the font's `kern` table. There are no
+ligatures, and joining scripts are not shaped. The width spans from the start of the first letter to the end of the
+last one's advance, spaces included; the height from the lowest to the highest point, as in Pillow.
 
 A picture's outline follows half of white, between pixels as well, simplified by at most a quarter of a pixel;
-pictures with more than `pixels` pixels are reduced first. White regions end at the frame, with corners cut by half a pixel.
+pictures with more than `pixels` pixels are reduced first. White regions end at the frame, with corners cut by half a
+pixel.
 
-Distances from these outlines are exact. A dozen letters are ready in half a second. More than about fifty letters, or an
-intricate picture, take seconds to prepare and trace slowly: make one shape per line of text, and put them into one scene.
+Distances from these outlines are exact. A dozen letters are ready in half a second. More than about fifty letters, or
+an intricate picture, take seconds to prepare and trace slowly: make one shape per line of text, and put them into one
+scene.
 """
 
 MESHES = """## Meshes
@@ -84,8 +88,8 @@ MESHES = """## Meshes
 These exist in Python only: scripts and the page read no meshes for their formulas, but show them in `.bob` files.
 
 A mesh's solid can be cut, rounded, hollowed, bent, coloured and repeated like any other. Its distances are exact
-everywhere: from the triangles, with corners rounded to 1e-7 of the mesh's size. There is no grid:
-`voxel_size` and `half_width` change nothing. Colours, textures and normals of the mesh are left out, so facets are visible.
+everywhere: from the triangles, with corners rounded to 1e-7 of the mesh's size. There is no grid: `voxel_size` and
+`half_width` change nothing. Colours, textures and normals of the mesh are left out, so facets are visible.
 
 The mesh must be closed: every edge lies in equally many triangles in both directions, after vertices with
 equal coordinates are merged. Otherwise the error counts the open edges, or the edges between triangles of opposite

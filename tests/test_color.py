@@ -69,8 +69,8 @@ def test_metallic_or_roughness_chooses_the_model():
         ({"metallic": 2}, r"metallic: expected a number in \[0, 1\], got 2"),
         ({"roughness": -1}, r"roughness: expected a number in \[0, 1\], got -1"),
         ({"metallic": 1, "shininess": 5}, "material: expected metallic and roughness, or ambient, .+, got both"),
-        ({"emissive": "red"}, "emissive: expected #rrggbb or 3 numbers, got 'red'"),
-        ({"color": "#abcd"}, "color: expected #rrggbb or 3 numbers, got '#abcd'"),
+        ({"emissive": "red"}, "emissive: expected #rrggbb, a CSS name or 3 numbers, got 'red'"),
+        ({"color": "#abcd"}, "color: expected #rrggbb, a CSS name or 3 numbers, got '#abcd'"),
     ],
 )
 def test_wrong_materials_are_refused(arguments, message):
@@ -487,9 +487,9 @@ def test_pictures_show_and_write_themselves(scene, tmp_path):
     ("arguments", "message"),
     [
         ({"samples": 0}, "samples: expected an integer in 1..64, got 0"),
-        ({"background": "white"}, "background: expected #rrggbb or 3 numbers, got 'white'"),
-        ({"background": 3}, "background: expected #rrggbb or 3 numbers, got 3"),
-        ({"background": ("#fff", "x")}, "background: expected #rrggbb or 3 numbers, got 'x'"),
+        ({"background": "white"}, "background: expected #rrggbb, a CSS name or 3 numbers, got 'white'"),
+        ({"background": 3}, "background: expected #rrggbb, a CSS name or 3 numbers, got 3"),
+        ({"background": ("#fff", "x")}, "background: expected #rrggbb, a CSS name or 3 numbers, got 'x'"),
     ],
 )
 def test_wrong_pictures_are_refused(scene, arguments, message):

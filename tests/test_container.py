@@ -188,7 +188,7 @@ def test_the_file_that_the_next_test_spoils_is_whole(tmp_path):
         (instance(transform=np.diag([1, 1, 0, 1]).tolist()), TENSORS, "instances[1]: transform: expected a map that"),
         (instance(material=None), TENSORS, "instances[1].material: expected an object of color, ambient"),
         (material(color=[1, 1, 7]), TENSORS, "instances[1]: color: expected a number in [0, 1], got 7"),
-        (material(color=3), TENSORS, "instances[1]: color: expected #rrggbb or 3 numbers, got 3"),
+        (material(color=3), TENSORS, "instances[1]: color: expected #rrggbb, a CSS name or 3 numbers, got 3"),
         (material(ambient=-1), TENSORS, "instances[1]: ambient: expected a number in [0, 1], got -1"),
         (material(shininess=10**400), TENSORS, "instances[1]: shininess: expected a number in [0, 10000], got inf"),
         (material(gloss=1), TENSORS, "instances[1].material: expected an object of color"),

@@ -41,7 +41,7 @@ def test_faces_take_colors_as_materials_do():
         bob.nurbs_surface(face.control_points, KNOTS, KNOTS, color="#393").faces[0].color == bob.Material("#393").color
     )
     for color, message in (
-        ("red", "color: expected #rrggbb or 3 numbers, got 'red'"),
+        ("rot", "color: expected #rrggbb, a CSS name or 3 numbers, got 'rot'"),
         ((2, 0, 0), "color: expected a"),
     ):
         with pytest.raises(bob.InputError, match=f"^{message}"):

@@ -106,12 +106,12 @@ def test_nan_is_black():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: sphere(1).color("red"), 'color: c: expected #rrggbb or 3 numbers, got "red"'),
-        (lambda: sphere(1).color("#12345"), 'color: c: expected #rrggbb or 3 numbers, got "#12345"'),
+        (lambda: sphere(1).color("rot"), 'color: c: expected #rrggbb, a CSS name or 3 numbers, got "rot"'),
+        (lambda: sphere(1).color("#12345"), 'color: c: expected #rrggbb, a CSS name or 3 numbers, got "#12345"'),
         (lambda: sphere(1).color((1, 2, 0)), r"color: c: expected numbers in 0..1, got \(1, 2, 0\)"),
         (lambda: sphere(1).color((np.nan, 0, 0)), "color: c: expected finite numbers"),
-        (lambda: sphere(1).color(3), "color: c: expected #rrggbb or 3 numbers, got a number"),
-        (lambda: sphere(1).color(), "color: c: expected #rrggbb or 3 numbers, got nothing"),
+        (lambda: sphere(1).color(3), "color: c: expected #rrggbb, a CSS name or 3 numbers, got a number"),
+        (lambda: sphere(1).color(), "color: c: expected #rrggbb, a CSS name or 3 numbers, got nothing"),
         (lambda: sphere(1).color(lambda p: p[:, 0]), "color: c: expected a function that returns red, green and blue"),
         (lambda: sphere(1).color(lambda p: p > 0), "color: c: .+ got a condition"),
         (
@@ -119,7 +119,10 @@ def test_nan_is_black():
             "color: expected a function that returns red",
         ),
         (lambda: bob.implicit(lambda x, y, z: x, color=lambda x: x), "color: expected a formula, got TypeError"),
-        (lambda: bob.implicit(lambda x, y, z: x, color="#12"), "color: expected #rrggbb or 3 numbers, got '#12'"),
+        (
+            lambda: bob.implicit(lambda x, y, z: x, color="#12"),
+            "color: expected #rrggbb, a CSS name or 3 numbers, got '#12'",
+        ),
         (lambda: bob.Implicit(sphere(1).expression, color=(0, 0, -1)), r"color: expected a number in \[0, 1\], got -1"),
         (
             lambda: bob.Implicit(sphere(1).expression, color=lambda x, y, z: x),
@@ -356,8 +359,10 @@ def test_scripts_make_the_colors_that_python_makes(tmp_path):
     exec("from bobrossnet.sdf import *\n" + PROGRAM, names)
     assert shape.color_formula == names["f"].color_formula
     assert shape.digest == names["f"].digest
-    (tmp_path / "a.sdf").write_text("sphere(1).color('blue')")
-    with pytest.raises(bob.InputError, match=r"a.sdf: line 1, column 11: color: c: expected #rrggbb or 3 numbers"):
+    (tmp_path / "a.sdf").write_text("sphere(1).color('blau')")
+    with pytest.raises(
+        bob.InputError, match=r"a.sdf: line 1, column 11: color: c: expected #rrggbb, a CSS name or 3 numbers"
+    ):
         bob.load(tmp_path / "a.sdf")
 
 

@@ -418,10 +418,10 @@ SINGULAR = np.diag([1.0, 0, 1, 1])
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: bob.Material("red"), "color: expected #rrggbb or 3 numbers, got 'red'"),
+        (lambda: bob.Material("rot"), "color: expected #rrggbb, a CSS name or 3 numbers, got 'rot'"),
         (lambda: bob.Material("#12345"), "color: expected #rrggbb"),
-        (lambda: bob.Material((1, 1)), "color: expected #rrggbb or 3 numbers, got (1, 1)"),
-        (lambda: bob.Material(7), "color: expected #rrggbb or 3 numbers, got 7"),
+        (lambda: bob.Material((1, 1)), "color: expected #rrggbb, a CSS name or 3 numbers, got (1, 1)"),
+        (lambda: bob.Material(7), "color: expected #rrggbb, a CSS name or 3 numbers, got 7"),
         (lambda: bob.Material((1, 1, 2)), "color: expected a number in [0, 1], got 2"),
         (lambda: bob.Material((1, 1, float("nan"))), "color: expected a number in [0, 1], got nan"),
         (lambda: bob.Material(ambient=-1), "ambient: expected a number in [0, 1], got -1"),

@@ -304,7 +304,7 @@ def test_mistakes_are_one_line(tmp_path, capsys, monkeypatch):
     assert "file: can't write the page there: " in said("--export", tmp_path / "file")
     assert "missing.ply: expected a file" in said("missing.ply")
     assert "fov: expected degrees in [0.1, 175]" in said("--fov", "190", "--export", tmp_path / "a")
-    assert "background: expected #rrggbb or 3 numbers, got 'red'" in said("--background", "red")
+    assert "background: expected #rrggbb, a CSS name or 3 numbers, got 'rot'" in said("--background", "rot")
     assert "port: expected an integer in 0..65535, got -1" in said("--port", "-1", "--no-browser")
     monkeypatch.setattr("bobrossnet.page.files.VIEWER", tmp_path)
     assert "viewer: expected core.wasm in the package, got none; run `make page`" in said("--no-browser")

@@ -43,7 +43,7 @@ private:
     std::array<std::uint8_t, steps> byte_at_{};  // that each step begins with
 };
 
-/// Linear RGB of sRGB as "#rrggbb" or "#rgb"; nothing of another text.
+/// Linear RGB of "#rrggbb", "#rgb" or a CSS color name; no value for any other text.
 [[nodiscard]] std::optional<std::array<double, 3>> linear_color(std::string_view text);
 
 }  // namespace bob

@@ -445,7 +445,7 @@ void add_operations_in(std::vector<Word>& words) {
     operation("elongate", {other, required("size", Type::size)}, elongate<n>,
               "Cut through the middle and pulled apart by size on each side of each axis.");
     operation("color", {other, required("c", Type::color)}, color,
-              "The whole shape in a colour: \"#rrggbb\", or three numbers of linear light in 0..1.");
+              "The whole shape in a colour: \"#rrggbb\", a CSS color name, or three numbers of linear light in 0..1.");
 }
 
 void add_operations_3d(std::vector<Word>& words) {

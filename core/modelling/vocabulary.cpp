@@ -77,7 +77,7 @@ std::string expected(Type type, int dimensions) {
         case Type::numbers: return "a number or a list of numbers";
         case Type::points: return "a list of " + d + "points";
         case Type::easing: return "an easing function";
-        case Type::color: return "#rrggbb or 3 numbers";
+        case Type::color: return "#rrggbb, a CSS name or 3 numbers";
         case Type::sdf: return "a " + d + "shape";
     }
     return "";
@@ -352,7 +352,7 @@ std::shared_ptr<const ColorFormula> Arguments::color(std::string_view name) cons
     if (const Color* color = std::get_if<Color>(&object.value)) return color->formula;
     if (const std::string* string = std::get_if<std::string>(&object.value)) {
         const auto rgb = linear_color(*string);
-        if (!rgb) reject(name, "#rrggbb or 3 numbers");
+        if (!rgb) reject(name, "#rrggbb, a CSS name or 3 numbers");
         return std::make_shared<const ColorFormula>(*rgb);
     }
     const Vector<3> rgb = vector<3>(name);

@@ -24,6 +24,7 @@ from bobrossnet.metrics import psnr, ssim
 from bobrossnet.onnx import export
 from bobrossnet.page.notebooks import register, view
 from bobrossnet.picture.camera import Camera
+from bobrossnet.picture.files import save
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.picture.guides import Guides
 from bobrossnet.picture.order import pixel_order
@@ -89,6 +90,7 @@ __all__ = [
     "progressive",
     "psnr",
     "render",
+    "save",
     "save_scene",
     "set_thread_count",
     "ssim",

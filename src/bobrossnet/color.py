@@ -12,7 +12,7 @@ from bobrossnet import _core
 from bobrossnet.support.errors import InputError, InputTypeError, brief, check_number
 
 Color: TypeAlias = str | Sequence[float]
-"""sRGB as "#rrggbb" or "#rgb", or three numbers of linear RGB, 0..1."""
+"""sRGB as "#rrggbb", "#rgb" or a CSS color name, or three numbers of linear RGB, 0..1."""
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Of red, green and blue in linear light, by Rec. 709."""
@@ -44,10 +44,12 @@ def linear(name: str, color: Color) -> tuple[float, float, float]:
     if isinstance(color, str):
         rgb = _core.linear_color(color) if color.isascii() else None
         if rgb is None:
-            raise InputError(f"{name}: expected #rrggbb or 3 numbers, got {brief(color, of_type=False)}")
+            raise InputError(f"{name}: expected #rrggbb, a CSS name or 3 numbers, got {brief(color, of_type=False)}")
         return rgb[0], rgb[1], rgb[2]
     try:
         red, green, blue = color
     except Exception:
-        raise InputTypeError(f"{name}: expected #rrggbb or 3 numbers, got {brief(color, of_type=False)}") from None
+        raise InputTypeError(
+            f"{name}: expected #rrggbb, a CSS name or 3 numbers, got {brief(color, of_type=False)}"
+        ) from None
     return check_number(name, red, 0, 1), check_number(name, green, 0, 1), check_number(name, blue, 0, 1)

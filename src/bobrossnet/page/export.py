@@ -12,12 +12,13 @@ from pathlib import Path
 
 from bobrossnet.adapters.container import packed
 from bobrossnet.completion.weights import WEIGHTS
-from bobrossnet.page.files import VIEWER, Files, check_built
+from bobrossnet.page.files import Files, check_built
 from bobrossnet.page.joining import BROUGHT, SINGLE, Modules, brought, joined
 from bobrossnet.page.look import written
 from bobrossnet.shapes.mesh import Mesh
 from bobrossnet.support.atomic import check_writable, write_whole
 from bobrossnet.support.errors import InputError
+from bobrossnet.support.paths import VIEWER
 from bobrossnet.tracing.scene import SceneLike, as_scene
 
 NETWORKS = ("default", "filling", "small", "uncertainty")

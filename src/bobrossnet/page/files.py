@@ -16,17 +16,9 @@ from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.page.joining import ENTRIES, Modules, joined
 from bobrossnet.page.look import written
 from bobrossnet.support.errors import InputError
+from bobrossnet.support.paths import VIEWER
 from bobrossnet.tracing.scene import SceneLike
 
-
-def _viewer() -> Path:
-    """The folder of the page: in the package, or beside src where the package is editable."""
-    package = Path(__file__).parents[1]
-    installed = package / "viewer"
-    return installed if (installed / "index.html").is_file() else package.parents[1] / "viewer"
-
-
-VIEWER = _viewer()
 GALLERY = "gallery/index.json"
 TREE = "gallery/happy_tree.bob"
 

@@ -13,8 +13,9 @@ from pathlib import Path
 from bobrossnet import __version__
 from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.page.export import NETWORKS, export
-from bobrossnet.page.files import VIEWER, check_built
+from bobrossnet.page.files import check_built
 from bobrossnet.page.joining import COMPONENT, WORKERS, Modules, joined
+from bobrossnet.support.paths import VIEWER
 
 NAME = "bob-view"
 

@@ -10,7 +10,6 @@ import traitlets
 
 from bobrossnet.adapters.container import packed
 from bobrossnet.page.export import single_file_parts
-from bobrossnet.page.files import VIEWER
 from bobrossnet.page.joining import BROUGHT, WIDGET, Modules, brought, joined
 from bobrossnet.page.look import css
 from bobrossnet.picture.camera import Camera
@@ -18,6 +17,7 @@ from bobrossnet.picture.order import Size
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import Background, render
 from bobrossnet.support.errors import InputError
+from bobrossnet.support.paths import VIEWER
 from bobrossnet.tracing.scene import Scene
 
 NUMBERS = ("azimuth", "elevation", "roll", "zoom", "fov")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from bobrossnet.color import to_srgb
 from bobrossnet.picture.gbuffer import GBuffer
 from bobrossnet.support.atomic import check_writable, write_whole
-from bobrossnet.support.errors import InputError
+from bobrossnet.support.errors import InputError, check_array, check_finite, shape_of
 from bobrossnet.support.paths import path_of
 
 F32 = NDArray[np.float32]
@@ -117,6 +118,29 @@ def check_picture_path(path: str | os.PathLike[str]) -> Path:
 def is_opaque(path: str | os.PathLike[str]) -> bool:
     """Whether a picture's ending is that of a format without transparency."""
     return FORMATS.get(path_of(path).suffix.lower()) in OPAQUE
+
+
+def save(image: Any, path: str | os.PathLike[str]) -> None:
+    """Write an array of light as a picture.
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, 3) floats, or (H, W), (H, W, 3) or (H, W, 4) uint8
+        Linear gray or linear RGB, such as what `complete` returns; values beyond 1 are white. uint8 is sRGB and written
+        as it is.
+    path : str or path
+        Its ending names the format: .png, .jpg, .webp, .avif, .bmp or .tif.
+
+    Raises
+    ------
+    InputError
+        If the array has another shape or NaN in it, or the path can't be written.
+    """
+    array = check_array("image", image, (None, None) if len(shape_of(image)) == 2 else (None, None, None))
+    channels = (3, 4) if array.dtype == np.uint8 else (3,)
+    if 0 in array.shape or (array.ndim == 3 and array.shape[2] not in channels):
+        raise InputError(f"image: expected shape (height, width) or (height, width, 3), got {array.shape}")
+    write_picture(path, array if array.dtype == np.uint8 else color_to_8_bit(check_finite("image", array)))
 
 
 def write_picture(path: str | os.PathLike[str], image: U8) -> None:

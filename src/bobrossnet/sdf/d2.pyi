@@ -96,7 +96,7 @@ class SDF2(Flat):
         """Cut through the middle and pulled apart by size on each side of each axis."""
 
     def color(self, c: Color) -> SDF2:
-        """The whole shape in a colour: "#rrggbb", or three numbers of linear light in 0..1."""
+        """The whole shape in a colour: "#rrggbb", a CSS color name, or three numbers of linear light in 0..1."""
 
     def rotate(self, angle: float) -> SDF2:
         """Turned around the origin by an angle in radians, clockwise."""
@@ -187,7 +187,7 @@ def elongate(other: SDF2, size: Size) -> SDF2:
     """Cut through the middle and pulled apart by size on each side of each axis."""
 
 def color(other: SDF2, c: Color) -> SDF2:
-    """The whole shape in a colour: "#rrggbb", or three numbers of linear light in 0..1."""
+    """The whole shape in a colour: "#rrggbb", a CSS color name, or three numbers of linear light in 0..1."""
 
 def rotate(other: SDF2, angle: float) -> SDF2:
     """Turned around the origin by an angle in radians, clockwise."""

@@ -114,7 +114,7 @@ class SDF3(Solid):
         """Cut through the middle and pulled apart by size on each side of each axis."""
 
     def color(self, c: Color) -> SDF3:
-        """The whole shape in a colour: "#rrggbb", or three numbers of linear light in 0..1."""
+        """The whole shape in a colour: "#rrggbb", a CSS color name, or three numbers of linear light in 0..1."""
 
     def rotate(self, angle: float, vector: Vector = ...) -> SDF3:
         """Turned around a vector by an angle in radians."""
@@ -255,7 +255,7 @@ def elongate(other: SDF3, size: Size) -> SDF3:
     """Cut through the middle and pulled apart by size on each side of each axis."""
 
 def color(other: SDF3, c: Color) -> SDF3:
-    """The whole shape in a colour: "#rrggbb", or three numbers of linear light in 0..1."""
+    """The whole shape in a colour: "#rrggbb", a CSS color name, or three numbers of linear light in 0..1."""
 
 def rotate(other: SDF3, angle: float, vector: Vector = ...) -> SDF3:
     """Turned around a vector by an angle in radians."""

@@ -8,6 +8,10 @@ from typing import Any, TypeGuard
 
 from bobrossnet.support.errors import InputError, InputTypeError
 
+PACKAGE = Path(__file__).parents[1]
+VIEWER = (PACKAGE if (PACKAGE / "viewer/index.html").is_file() else PACKAGE.parents[1]) / "viewer"
+"""The folder of the page and its gallery: in the package, or beside src where the package is editable."""
+
 MAX_BYTES = 1 << 32
 """Of a file, and of all files that it names, together; the largest chunk that a GLB can have."""
 
@@ -18,7 +22,7 @@ def is_path(value: Any) -> TypeGuard[str | bytes | os.PathLike[Any]]:
 
 
 def path_of(value: Any, name: str = "path") -> Path:
-    """Return a path from a str, bytes or path."""
+    """Return a path from a str, bytes or path. `~` is the home folder, unless there is a file of the literal name."""
     if not is_path(value):
         raise InputTypeError(f"{name}: expected a file name, got {type(value).__name__}")
     try:
@@ -26,6 +30,8 @@ def path_of(value: Any, name: str = "path") -> Path:
         os.fsencode(path)
     except (TypeError, ValueError):  # half of a character, or a path object that is none
         raise InputError(f"{name}: expected a file name, got {value!a:.100}") from None
+    if path.startswith("~") and not os.path.lexists(path):
+        path = os.path.expanduser(path)
     return Path(path)
 
 

@@ -17,8 +17,8 @@ class Material:
     Parameters
     ----------
     color : 3 numbers in 0..1, or str
-        Linear RGB; or sRGB as "#rrggbb" or "#rgb", which is converted to linear. A shape's own colours are
-        multiplied by it.
+        Linear RGB; or sRGB as "#rrggbb", "#rgb" or a CSS color name, which is converted to linear. A shape's own
+        colours are multiplied by it.
     ambient, diffuse, specular : float in 0..1
         Of Blinn-Phong: how much there is of each term.
     shininess : float in 0..10000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
 
@@ -55,8 +55,8 @@ class Scene:
 
     Parameters
     ----------
-    shapes : Shape, Instance, Scene, or an iterable of these
-        A bare shape is placed by its own coordinates, in white.
+    shapes : Shape, Instance, Scene, path, mesh of trimesh, or an iterable of these
+        A bare shape is placed by its own coordinates, in white. Paths are read by `load`.
     light : str, path, Light, Sky or several, optional
         As in `render`: what lights it unless another light is asked for. Scene files don't hold it.
     ground : bool, optional
@@ -218,7 +218,10 @@ def _made_again(instances: tuple[Instance, ...], light: LightLike, ground: bool 
     return Scene(instances, light=light, ground=ground)
 
 
-SceneLike: TypeAlias = Scene | Instance | Shape | Iterable[Any]
+SceneLike: TypeAlias = Scene | Instance | Shape | str | os.PathLike[Any] | Iterable[Any]
+
+READERS: list[Callable[[Any], SceneLike | None]] = []
+"""Each returns the shapes of a foreign value, or None. `adapters` adds its own: nothing here depends on files."""
 """A scene, an instance, a shape, or an iterable of these."""
 
 
@@ -234,13 +237,10 @@ def _instances(shapes: SceneLike, among: str = "") -> Iterator[Instance]:
         yield Instance(shapes)
     elif isinstance(shapes, Scene):
         yield from shapes.instances
-    elif isinstance(shapes, Iterable) and not isinstance(shapes, str | bytes | os.PathLike):
+    elif (read := next((found for read in READERS if (found := read(shapes)) is not None), None)) is not None:
+        yield from _instances(read)
+    elif isinstance(shapes, Iterable):
         for shape in each_of("shapes", shapes, "a shape or several"):
             yield from _instances(shape, " among them")
     else:
-        hint = ""
-        if isinstance(shapes, str | os.PathLike):
-            hint = "; bobrossnet.load reads files"
-        elif hasattr(shapes, "vertices") and hasattr(shapes, "faces"):
-            hint = "; bobrossnet.Mesh(mesh.vertices, mesh.faces) makes one"
-        raise InputTypeError(f"shapes: expected a shape or several, got {type(shapes).__name__}{among}{hint}")
+        raise InputTypeError(f"shapes: expected a shape or several, got {type(shapes).__name__}{among}")

@@ -205,7 +205,9 @@ def traced_light(
 
 
 def check_samples(samples: Any, count: int) -> Samples:
-    """Return what a user's tracer returned, if it is `count` samples."""
+    """Return what a user's tracer returned, if it is `count` samples; an array is gray or colour."""
+    if isinstance(samples, np.ndarray):
+        samples = Samples(samples) if samples.ndim == 1 else Samples(color=samples)
     if not isinstance(samples, Samples):
         raise InputTypeError(f"tracer: expected it to return bobrossnet.Samples, got {type(samples).__name__}")
     if len(samples) != count:
