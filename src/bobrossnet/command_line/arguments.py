@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import re
+import shutil
+import sys
+import tempfile
 from collections.abc import Sequence
 
-from bobrossnet.adapters.files import KINDS
+from bobrossnet.adapters.files import ALL_ENDINGS, KINDS
 from bobrossnet.picture.camera import Camera
 from bobrossnet.pictures.rendering import BLACK
 from bobrossnet.tracing.scene import Scene
@@ -19,14 +23,30 @@ FILES = "; ".join(
 
 def add_files(parser: argparse.ArgumentParser) -> None:
     """Add the shape files that a command is about."""
-    parser.add_argument("files", nargs="*", metavar="FILE", help=FILES)
+    parser.add_argument("files", nargs="*", metavar="FILE", help=f"{FILES}; sample:NAME; - reads standard input")
+    parser.add_argument("--format", metavar="ENDING", help="of standard input, such as stl")
 
 
 def scene_of(options: argparse.Namespace) -> Scene:
     """The scene of the files that were named, turned as was asked for."""
     import bobrossnet as bob
 
-    return bob.load(options.files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
+    with tempfile.TemporaryDirectory(prefix="bobrossnet-") as folder:
+        files = [_of_standard_input(options.format, folder) if file == "-" else file for file in options.files]
+        return bob.load(files or bob.Instance(bob.happy_tree(), name="happy tree"), up=options.up)
+
+
+def _of_standard_input(ending: str | None, folder: str) -> str:
+    """A file with the bytes of standard input."""
+    from bobrossnet.support.errors import InputError
+
+    known = f".{(ending or '').lower().lstrip('.')}"
+    if known not in ALL_ENDINGS:
+        raise InputError(f"--format: expected standard input's, one of {' '.join(ALL_ENDINGS)}, got {ending or 'none'}")
+    file = os.path.join(folder, f"standard input{known}")
+    with open(file, "wb") as copy:
+        shutil.copyfileobj(sys.stdin.buffer, copy)
+    return file
 
 
 def add_size(parser: argparse.ArgumentParser, default: tuple[int, int] = (480, 640)) -> None:

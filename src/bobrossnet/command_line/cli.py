@@ -1,4 +1,4 @@
-"""The command line: `bobrossnet view | mesh | pack | info`, and the commands of this folder and of learn/commands.py.
+"""The command line: `bobrossnet view | mesh | pack`, and the commands of this folder and of learn/commands.py.
 
 Nothing slow is imported up here, so that --help and mistakes are answered at once.
 """
@@ -9,20 +9,19 @@ import argparse
 import contextlib
 import errno
 import io
-import json
 import os
 import signal
 import sys
 import time
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from importlib.metadata import distribution
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 from urllib.parse import quote
 
 from bobrossnet import __version__
-from bobrossnet.command_line import complete, orbit, render, starting, thumbs
+from bobrossnet.command_line import complete, info, orbit, render, starting, thumbs
 from bobrossnet.command_line.arguments import (
     add_background,
     add_files,
@@ -37,9 +36,6 @@ from bobrossnet.pictures.rendering import BLACK
 from bobrossnet.shapes.mesh import FORMATS as MESH_FORMATS
 from bobrossnet.support.interrupts import ENDING
 from bobrossnet.support.machine import limit_memory
-
-if TYPE_CHECKING:
-    import bobrossnet as bob
 
 USAGE_ERROR = 2
 
@@ -93,7 +89,13 @@ def _run(arguments: Sequence[str] | None) -> int:
         options = parser().parse_args(with_lists_joined(sys.argv[1:] if arguments is None else arguments))
         with warnings.catch_warnings():
             warnings.simplefilter("always", InputWarning)
-            warnings.showwarning = _print_warning
+            options.warnings = []
+
+            def show(message: Warning | str, *_: Any, **__: Any) -> None:
+                options.warnings.append(str(message))
+                print(f"bobrossnet: warning: {message}", file=sys.stderr)
+
+            warnings.showwarning = show
             status: int = options.run(options) or 0
     except SystemExit:  # after --help and --version
         _flush_output()
@@ -180,17 +182,7 @@ def parser() -> argparse.ArgumentParser:
     add_files(pack)
     add_up(pack)
 
-    info = commands.add_parser(
-        "info",
-        help="tell what is in a shape file, a scene, a weight file or a training's folder",
-        description="Tell what is in a shape file, a scene, a weight file or a training's folder.",
-    )
-    info.set_defaults(run=_info)
-    info.add_argument(
-        "file",
-        metavar="FILE",
-        help="shapes, a scene, a .safetensors file, the name of shipped weights, or a folder",
-    )
+    info.add(commands)
 
     for point in distribution("bobrossnet").entry_points.select(group="bobrossnet.commands"):
         point.load()(commands)
@@ -253,87 +245,6 @@ def _pack(options: argparse.Namespace) -> None:
     scene = scene_of(options)
     bob.save_scene(scene, out)
     print(f"wrote {out}: {scene.describe()}")
-
-
-def _info(options: argparse.Namespace) -> None:
-    import bobrossnet as bob
-    from bobrossnet.completion.weights import find_weights, read_weights
-    from bobrossnet.pictures.upright import seems_to_lie
-
-    limit_memory()
-    configuration = Path(options.file) / "config.json"
-    if os.path.isfile(configuration):  # also of a name too long, which has none
-        _print_configuration(_read_configuration(configuration))
-        return
-    weights = find_weights(options.file)
-    if weights is not None:
-        metadata, tensors = read_weights(weights)
-        training = metadata.pop("training", "{}")
-        _print_table({"file": weights, **metadata, "parameters": f"{sum(t.size for t in tensors.values()):,}"})
-        _print_table({name: f"{tensor.shape}" for name, tensor in sorted(tensors.items())}, indent="  ")
-        _print_configuration({"training": json.loads(training)})
-        return
-    scene = bob.load(options.file)
-    _print_table(
-        {
-            "file": options.file,
-            "scene": scene.describe(),
-            "sphere": f"{_vector(scene.center)}, radius {scene.radius:.6g}",
-            **({"up": "z; it seems to lie, --up y would turn it upright"} if seems_to_lie(scene) else {}),
-        }
-    )
-    for instance, (low, high) in zip(scene.instances, scene.boxes, strict=True):
-        print()
-        _print_table(
-            {
-                "shape": instance.shape.kind + (f", {instance.name!r}" if instance.name else ""),
-                **instance.shape.describe(),
-                "bounds": f"{_vector(low)} .. {_vector(high)}",
-                "material": _material(instance.material),
-            },
-            indent="  ",
-        )
-
-
-def _material(material: bob.Material) -> str:
-    names = ("ambient", "diffuse", "specular", "shininess") if material.roughness is None else ("metallic", "roughness")
-    numbers = ", ".join(f"{name} {getattr(material, name):.6g}" for name in names)
-    emissive = f", emissive {_vector(material.emissive)}" if any(material.emissive) else ""
-    return f"linear RGB {_vector(material.color)}, {numbers}{emissive}"
-
-
-def _read_configuration(path: Path) -> dict[str, dict[str, Any]]:
-    """What a training run wrote about itself."""
-    from bobrossnet.support.errors import InputError
-
-    try:
-        parts = json.loads(path.read_bytes())
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: expected a training's configuration, can't read it: {error}") from error
-    if not (isinstance(parts, dict) and all(isinstance(fields, dict) for fields in parts.values())):
-        raise InputError(f"{path}: expected a training's configuration, got other JSON")
-    return parts
-
-
-def _print_configuration(parts: dict[str, dict[str, Any]]) -> None:
-    for name, fields in parts.items():
-        if fields:
-            print(name)
-            _print_table(fields, indent="  ")
-
-
-def _vector(numbers: Iterable[float]) -> str:
-    return "(" + ", ".join(f"{x:.6g}" for x in numbers) + ")"
-
-
-def _print_table(rows: dict[str, Any], indent: str = "") -> None:
-    width = max(map(len, rows), default=0)
-    for name, value in rows.items():
-        print(f"{indent}{name:{width}}  {value}")
-
-
-def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    print(f"bobrossnet: warning: {message}", file=sys.stderr)
 
 
 def _fail(message: str) -> int:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bobrossnet.command_line import arguments
+from bobrossnet.command_line.report import STANDARD_OUTPUT, Report, add_report, plural
 from bobrossnet.picture.camera import Camera
 from bobrossnet.picture.order import DEFAULT_ORDER, ORDERS
 
@@ -63,7 +66,9 @@ def add(commands: Any) -> None:
     )
     arguments.add_up(render)
     arguments.add_model(render)
-    render.add_argument("-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png")
+    render.add_argument(
+        "-o", "--out", default="out.png", metavar="PICTURE", help="default: out.png; - writes a PNG to standard output"
+    )
     arguments.add_samples(
         render,
         None,
@@ -77,6 +82,7 @@ def add(commands: Any) -> None:
     )
     arguments.add_light(render)
     render.add_argument("--panels", action="store_true", help="traced pixels on green | completed | reference")
+    add_report(render)
 
 
 def _settle(options: argparse.Namespace, is_exr: bool) -> None:
@@ -107,6 +113,7 @@ def run(options: argparse.Namespace) -> None:
     from bobrossnet.picture.files import (
         FORMATS,
         color_to_8_bit,
+        png,
         side_by_side,
         traced_on_green,
         write_picture,
@@ -118,7 +125,9 @@ def run(options: argparse.Namespace) -> None:
     from bobrossnet.support.progress import progress
 
     limit_memory()
-    out = check_writable(options.out, "a picture", (*FORMATS, ENDING))
+    told = Report(options)
+    to_stdout = options.out == STANDARD_OUTPUT
+    out = Path(".png") if to_stdout else check_writable(options.out, "a picture", (*FORMATS, ENDING))
     is_exr = out.suffix.lower() == ENDING
     _settle(options, is_exr)
     if is_exr and (options.panels or options.background is not None or options.samples > 1):
@@ -144,17 +153,17 @@ def run(options: argparse.Namespace) -> None:
 
     def timed_trace(what: str, fraction: float) -> tuple[bob.GBuffer, float]:
         start = time.perf_counter()
-        with progress(what) as report:
-            gbuffer = bob.trace(scene, camera, fraction=fraction, progress=report, **view)
+        with progress(what) as show:
+            gbuffer = bob.trace(scene, camera, fraction=fraction, progress=show, **view)
         return gbuffer, 1000 * (time.perf_counter() - start)
 
     if options.error is None:
         part, trace_ms = timed_trace("tracing", options.fraction)
     else:
         start = time.perf_counter()
-        with progress("tracing") as report:
+        with progress("tracing") as show:
             for frame in bob.progressive(scene, camera, fraction=STEP, until=options.error, model=model, **view):
-                report(frame.fraction)
+                show(frame.fraction)
         part, trace_ms = frame.gbuffer, 1000 * (time.perf_counter() - start)
     exact = part.fraction == 1
     model = model if part.guides is None else GUIDED
@@ -165,16 +174,16 @@ def run(options: argparse.Namespace) -> None:
     complete_ms = 1000 * (time.perf_counter() - start)
 
     rays = int(part.mask.sum())
-    print(f"scene      {scene.describe()}, loaded and built in {ready_ms:.0f} ms")
+    told.line(f"scene      {scene.describe()}, loaded and built in {ready_ms:.0f} ms")
     what = f"{rays:,} rays" if part.guides is None else f"{rays:,} pixels' light and all first hits"
-    print(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {what} in {trace_ms:.1f} ms")
+    told.line(f"traced     {100 * part.fraction:.4g} % of {width}x{height}: {what} in {trace_ms:.1f} ms")
     expected = f", expected error {frame.error:.2g} of gray 0..1" if options.error is not None else ""
     if not exact:
-        print(f"completed  in {complete_ms:.1f} ms{expected}")
+        told.line(f"completed  in {complete_ms:.1f} ms{expected}")
     if options.panels:
         full, full_ms = (part, trace_ms) if exact else timed_trace("tracing the reference", 1.0)
         quality = f"SSIM {bob.ssim(image, full.gray):.4f}" if min(options.size) >= 11 else "too small for SSIM"
-        print(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
+        told.line(f"reference  {width * height:,} rays in {full_ms:.1f} ms; completed against it: {quality}")
         completed, reference = (color_to_8_bit(bob.complete(g, model, channel="color")) for g in (part, full))
         picture = side_by_side(
             [
@@ -188,11 +197,28 @@ def run(options: argparse.Namespace) -> None:
         picture = finished(part, scene, camera, samples=options.samples, background=background, model=model).rgba
         picture = picture if background is None else picture[..., :3]  # opaque
         if exact and options.samples > 1 and part.guides is None:
-            print(f"edges      smoothed in {1000 * (time.perf_counter() - start):.1f} ms")
+            told.line(f"edges      smoothed in {1000 * (time.perf_counter() - start):.1f} ms")
     if scene.unresolved_rays:
-        print(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
+        told.line(f"unresolved {scene.unresolved_rays:,} rays passed places where a sheet thinner than 1e-6 could hide")
     if is_exr:
         write_exr(out, channels_of(part, image, model))
+    elif to_stdout:
+        sys.stdout.buffer.write(png(picture))
     else:
         write_picture(out, picture)
-    print(f"wrote      {out}")
+    told.line(f"wrote      {'standard output' if to_stdout else out}")
+    told.fields |= {
+        "picture": options.out,
+        "size": [width, height],
+        "scene": plural(scene.counts()),
+        "fraction": part.fraction,
+        "rays": rays,
+        "unresolved_rays": scene.unresolved_rays,
+        "expected_error": None if options.error is None else frame.error,
+        "camera": {
+            name: getattr(camera, name)
+            for name in ("azimuth", "elevation", "roll", "zoom", "fov", "pan", "position", "target")
+        },
+        "milliseconds": {"load": ready_ms, "trace": trace_ms, "complete": 0 if exact else complete_ms},
+    }
+    told.end()

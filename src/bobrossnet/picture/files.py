@@ -103,11 +103,7 @@ def before(color: str, rgba: U8) -> U8:
 
 def png(image: U8) -> bytes:
     """A picture's file, as notebooks show it."""
-    from PIL import Image
-
-    content = io.BytesIO()
-    Image.fromarray(image).save(content, "PNG", compress_level=PNG_LEVEL)
-    return content.getvalue()
+    return encoded(image, "PNG", "picture")
 
 
 def check_picture_path(path: str | os.PathLike[str]) -> Path:
@@ -146,15 +142,19 @@ def save(image: Any, path: str | os.PathLike[str]) -> None:
 def write_picture(path: str | os.PathLike[str], image: U8) -> None:
     """Write (H, W), (H, W, 3) or (H, W, 4) uint8 in the format that the ending says, whole or not at all; before black
     where that has no transparency."""
+    path = check_picture_path(path)
+    write_whole(path, encoded(image, FORMATS[path.suffix.lower()], str(path)))
+
+
+def encoded(image: U8, kind: str, name: str) -> bytes:
+    """The bytes of a picture's file; `kind` is one of `FORMATS`, `name` is for errors."""
     from PIL import Image
 
-    path = check_picture_path(path)
     content = io.BytesIO()
-    kind = FORMATS[path.suffix.lower()]
     has_alpha = image.ndim == 3 and image.shape[2] == 4
-    picture = Image.fromarray(before("black", image) if has_alpha and is_opaque(path) else image)
+    picture = Image.fromarray(before("black", image) if has_alpha and kind in OPAQUE else image)
     try:
         picture.save(content, kind, **({"compress_level": PNG_LEVEL} if kind == "PNG" else {}))
     except (OSError, ValueError, KeyError) as error:  # WebP's 16383 pixels a side, or a Pillow without AVIF
-        raise InputError(f"{path}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}") from error
-    write_whole(path, content.getvalue())
+        raise InputError(f"{name}: can't write {image.shape[1]} x {image.shape[0]} pixels: {error}") from error
+    return content.getvalue()
