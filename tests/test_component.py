@@ -10,8 +10,8 @@ from PIL import Image
 
 import bobrossnet as bob
 from bobrossnet.page.export import export
-from bobrossnet.page.files import VIEWER
 from bobrossnet.picture.files import color_to_8_bit, to_8_bit
+from bobrossnet.support.paths import VIEWER
 
 WIDTH, HEIGHT = 128, 96
 

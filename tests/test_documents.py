@@ -127,12 +127,14 @@ def test_examples_of_meshes_run(tmp_path, monkeypatch, capsys):
 
 def test_examples_of_pictures_run(tmp_path, monkeypatch):
     """With a mesh for the CAD part, and small."""
-    pictures, films, notebook = python_in("docs/pictures.md")
+    pictures, sheets, films, notebook = python_in("docs/pictures.md")
     monkeypatch.chdir(tmp_path)
     bob.happy_tree().save("part.ply")
     names = {}
     exec(pictures.replace("part.step", "part.ply").replace("1280x960", "64x48"), names)
     assert (tmp_path / "part.png").exists()
+    exec(sheets, names)
+    assert (tmp_path / "sheet.png").exists()
     films = films.replace("camera, background", 'camera, frames=3, size="64x48", background').replace(
         "640x480", "64x48"
     )

@@ -118,6 +118,8 @@ class Calls:
         yield "SDF3", sdf.SDF3, {"function": lambda p: p[:, 0]}
         yield "SDF2", sdf.SDF2, {"function": lambda p: p[:, 0]}
         yield "View", bob.View, {"scene": scene, "size": (8, 8)}
+        yield "save", bob.save, {"image": gray, "path": self.folder / "gray.png"}
+        yield "sheet", bob.sheet, {"scene": mesh, "views": ["top"], "size": (240, 240), "title": "a", "unit": "mm"}
         yield "complete", bob.complete, {"gbuffer": part, "model": "filling", "channel": "gray"}
         yield "fitted", bob.fitted, {"scene": scene, "camera": camera, "size": (8, 8)}
         yield "happy_tree", bob.happy_tree, {}

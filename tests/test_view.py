@@ -22,9 +22,10 @@ import bobrossnet as bob
 from bobrossnet.adapters.files import ALL_ENDINGS
 from bobrossnet.command_line import cli
 from bobrossnet.page.export import export
-from bobrossnet.page.files import GALLERY, READ_IN_PAGE, TYPES, VIEWER, page_files
+from bobrossnet.page.files import GALLERY, READ_IN_PAGE, TYPES, page_files
 from bobrossnet.page.server import Server, own_hosts
 from bobrossnet.picture.channels import CHANNELS, TRACED
+from bobrossnet.support.paths import VIEWER
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"
 

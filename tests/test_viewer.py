@@ -23,10 +23,11 @@ import bobrossnet as bob
 from bobrossnet import _core
 from bobrossnet.command_line import cli
 from bobrossnet.page.export import export
-from bobrossnet.page.files import VIEWER, page_files
+from bobrossnet.page.files import page_files
 from bobrossnet.page.look import attributes
 from bobrossnet.page.server import Server
 from bobrossnet.picture.files import UNTRACED, color_to_8_bit, to_8_bit
+from bobrossnet.support.paths import VIEWER
 
 WIDTH, HEIGHT = 128, 96
 SIZE = f"?size={WIDTH}x{HEIGHT}"

@@ -17,8 +17,9 @@ from textures import OTHERS, shared_scene
 
 import bobrossnet as bob
 from bobrossnet.adapters.container import layout, sealed
-from bobrossnet.page.files import READ_IN_PAGE, VIEWER
+from bobrossnet.page.files import READ_IN_PAGE
 from bobrossnet.picture.channels import COLORED
+from bobrossnet.support.paths import VIEWER
 
 SIZE = (48, 64)
 CAMERA = bob.Camera()

@@ -10,7 +10,7 @@ import wasmtime
 
 from bobrossnet import _core
 from bobrossnet.completion.weights import DEFAULTS
-from bobrossnet.page.files import VIEWER
+from bobrossnet.support.paths import VIEWER
 
 FOLDER = VIEWER
 

@@ -28,7 +28,7 @@ from bobrossnet.completion.network import load_network
 from bobrossnet.completion.weights import WEIGHTS
 from bobrossnet.learn.checkpoint import save
 from bobrossnet.learn.networks import Pyramid
-from bobrossnet.page.files import VIEWER
+from bobrossnet.support.paths import VIEWER
 
 HERE = Path(__file__).parent
 PACKAGES = HERE.parents[1] / "build" / "web"

@@ -28,8 +28,9 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
 import bobrossnet as bob
-from bobrossnet.page.files import GALLERY, READ_IN_PAGE, VIEWER, page_files
+from bobrossnet.page.files import GALLERY, READ_IN_PAGE, page_files
 from bobrossnet.page.server import Server
+from bobrossnet.support.paths import VIEWER
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))

@@ -33,6 +33,7 @@ from bobrossnet.pictures.filming import Film, orbit
 from bobrossnet.pictures.fitting import fitted
 from bobrossnet.pictures.rendered import Picture
 from bobrossnet.pictures.rendering import render
+from bobrossnet.pictures.sheets import sheet
 from bobrossnet.pictures.thumbnails import thumbnails
 from bobrossnet.sdf.formula import implicit
 from bobrossnet.shapes.implicit import Implicit
@@ -93,6 +94,7 @@ __all__ = [
     "save",
     "save_scene",
     "set_thread_count",
+    "sheet",
     "ssim",
     "thread_count",
     "thumbnails",

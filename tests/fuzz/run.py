@@ -33,8 +33,9 @@ from contract import APART, LONGEST, MEMORY, BrokenPromise, Watch, kind_of, limi
 from mutate import mutant
 
 from bobrossnet.completion.weights import WEIGHTS
-from bobrossnet.page.files import READ_IN_PAGE, VIEWER
+from bobrossnet.page.files import READ_IN_PAGE
 from bobrossnet.support.machine import limit_memory
+from bobrossnet.support.paths import VIEWER
 
 HERE = Path(__file__).parent
 BUILD = HERE.parents[1] / "build/fuzz"

@@ -124,9 +124,8 @@ def load(source: Source | Iterable[Source], *, up: str = "z") -> Scene:
         If a part of a file was left out or is not shown as it is.
     """
     check_up(up)
-    if is_path(source) or isinstance(source, Shape | Instance | Scene) or is_foreign(source):
-        source = (source,)
-    each = each_of("source", source, "a path, a shape or several")
+    is_one = is_path(source) or isinstance(source, Shape | Instance | Scene) or is_foreign(source)
+    each = [source] if is_one else each_of("source", source, "a path, a shape or several")
     items = [_loaded(item) if is_path(item) else item for item in each]
     only = items[0] if len(items) == 1 else None
     scene = only if isinstance(only, Scene) else Scene(items)  # which is measured already

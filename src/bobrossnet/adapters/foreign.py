@@ -27,7 +27,7 @@ def _is_mesh(value: Any) -> bool:
 
 
 def _mesh(mesh: Any) -> Mesh:
-    visual = getattr(mesh, "visual", None)
+    visual: Any = getattr(mesh, "visual", None)
     kind = getattr(visual, "kind", None)
     surface: dict[str, Any] = {}
     if kind == "vertex":

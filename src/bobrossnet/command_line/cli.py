@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 from urllib.parse import quote
 
 from bobrossnet import __version__
-from bobrossnet.command_line import complete, info, orbit, render, starting, thumbs
+from bobrossnet.command_line import complete, info, orbit, render, sheet, starting, thumbs
 from bobrossnet.command_line.arguments import (
     add_background,
     add_files,
@@ -137,6 +137,7 @@ def parser() -> argparse.ArgumentParser:
     commands = made.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
 
     render.add(commands)
+    sheet.add(commands)
     orbit.add(commands)
     thumbs.add(commands)
     complete.add(commands)
