@@ -31,7 +31,7 @@ from bobrossnet.learn.evaluation.methods import kept
 from bobrossnet.learn.evaluation.runs import Run, label
 from bobrossnet.learn.evaluation.scenes import Scenes, own_scenes, scenes_of_folder, with_colors
 from bobrossnet.learn.evaluation.scores import METRICS, Evaluation
-from bobrossnet.learn.evaluation.stability import Stability, measure_stability
+from bobrossnet.learn.evaluation.stability import LEVELS, Stability, measure_stability
 from bobrossnet.learn.figures.style import BLUE, GREEN, ORANGE, PAGE, RED, new_figure, save, style
 from bobrossnet.picture.files import side_by_side, to_8_bit, traced_on_green, write_picture
 from bobrossnet.picture.order import ADAPTIVE, DEFAULT_ORDER, FIXED_ORDERS
@@ -51,7 +51,7 @@ SHOWN_OF_FAILURES = (0.05, 0.25)
 COST_AT = 0.05  # the share for which quality stands beside milliseconds
 PANELS = (
     f"From the left: the pixels traced in order {DEFAULT_ORDER}; {LINEAR}, {REPORT} (the report's network) and ours, "
-    f"each from as many pixels in order {UNIFORM}; ours from the pixels at the left; all pixels. Numbers are SSIM."
+    f"from the same number of {UNIFORM} pixels; ours from the {DEFAULT_ORDER} ones; all pixels. Numbers are SSIM."
 )
 CREDITS = "The world of blocks is *Lost Empire* from Morgan McGuire's Computer Graphics Archive, CC BY 3.0."
 ERRORS = {"ssim": "1 - SSIM", "psnr": "mean squared error", "flip": "FLIP"}
@@ -65,6 +65,9 @@ share of traced pixels."""
 WORSE = 0.005  # of SSIM, by which a single picture may be worse
 FOVS = (0, 35, 60)  # degrees in which perspective is compared; 0 is orthographic
 GOOD = (0.95, 0.99)  # SSIM that takes so many rays
+
+KNOWN_BELOW, KNOWN_CLOSE = 0.9, 0.8
+"""Shares of pictures that are to have a true error below the expected one, and within a factor of two of it."""
 
 IN_COLOR = -0.2
 """Change of FLIP from linear filling of each component that is to be reached in colour, at every share of `SHOWN`."""
@@ -194,15 +197,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
             if result:
                 draw_curves(pictures / f"curves-{name}", result, ours)
         draw_costs(pictures / "costs", real or own, costs)
-    tried = ROOT / "docs" / "quality" / "tried.md"
     parts = [
         "# How good the pictures are",
-        "Networks and fillings, with each pixel order and at every share of traced pixels, on the same pictures: real "
-        "shapes, which nothing was trained on, and shapes that the package makes itself, which are in no data set. "
-        "Networks' pictures are those of `complete`: traced pixels are kept, and where traced pixels of the lattice "
-        "agree, what lies between them is interpolated. Rows are named by method and order; the default order is "
-        f"**{DEFAULT_ORDER}**. Intervals are 95 % confidence intervals for other shapes of the same kind. "
-        f"`make quality{' SCALE=small' * small}` wrote this page.",
+        "Networks and fillings on the same pictures, in each pixel order and at every share of traced pixels. "
+        f"`make quality{' SCALE=small' * small}` wrote this page; [tried.md](tried.md) lists the experiments.",
+        "- **Shapes**: the real ones were never trained on; our own, made by the package, are in no data set.",
+        "- **Completed pictures** keep the traced pixels. Where traced pixels of the lattice agree, `complete` "
+        "interpolates between them.",
+        f"- **Rows** are named by method and pixel order. The default order is {DEFAULT_ORDER}.",
+        "- **Intervals** are 95 % confidence intervals for other shapes of the same kind.",
         *work.circumstances(PACKAGES),
         *targets(real or own, next(iter(steady)), next(iter(steady.values())), ours),
         *(quality("Real shapes", "real", real, ours) if real else []),
@@ -210,20 +213,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
         *in_perspective(by_fov, scale, ours),
         *in_colors({"real shapes that have colours": of_files, "our own shapes": in_color}, scale, ours),
         "## Known error",
-        f"{len(known.shapes)} pictures of {scale.size}x{scale.size} pixels, traced a hundredth after the other until "
-        "the expected error (`frame.error`, the mean of `uncertainty`, in gray of 0 to 1) is below a limit: how many "
-        "pixels that takes, and in how many of the pictures the true error is then below the expected one, 90 % asked "
-        "for, or both are within a factor of two, 80 % asked for.",
+        known_error_met(known),
+        f"{len(known.shapes)} pictures of {scale.size}x{scale.size} pixels were traced in steps of 1 % until the "
+        "expected error fell below a limit. The expected error is `frame.error`, the mean of `uncertainty`, in gray "
+        f"from 0 to 1. The targets: in {100 * KNOWN_BELOW:g} % of the pictures the true error is below the expected "
+        f"one, and in {100 * KNOWN_CLOSE:g} % both are within a factor of two.",
         known.table(),
         *quality("Our own shapes", "own", own, ours),
         "## What it costs",
-        "The built-in scene from 5 % of its pixels, in the core; medians of runs in turn.",
+        "The built-in scene from 5 % of its pixels, in the core; medians of alternating runs.",
         cost_table(costs),
         "![milliseconds against SSIM](quality/costs.png)",
         *panels,
         "## Temporal stability",
         *(part for name, result in steady.items() for part in (f"### On {name}", *steadiness_of(result, ours))),
-        *(["## What was tried without success", tried.read_text("utf-8").strip()] if tried.exists() else []),
     ]
     (docs / "quality.md").write_text("\n\n".join(parts) + "\n", "utf-8")
     print(f"wrote {docs / 'quality.md'}")
@@ -382,13 +385,13 @@ def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[s
     orbits = [f"orbit at {percent(fraction)}" for fraction in steady.orbit_fractions]
     return [
         "## Targets",
-        f'Changes of errors in percent, on {on}. "yes": the whole interval meets the target; "maybe": only the '
-        f"mean does. {verdicts.count('yes')} of {len(verdicts)} are met.",
-        f"1 - SSIM, from {LINEAR} with order {UNIFORM}:",
-        table(["method, order", "traced", "asked for, %", "measured, %", "interval", "met"], rows),
-        f"From {report} with the same order, below 0 asked for:",
+        f"Changes of errors in percent, on {on}. {verdicts.count('yes')} of {len(verdicts)} are met.",
+        '"Yes" means that the whole interval meets the target, "maybe" that only the mean does.',
+        f"Change of 1 - SSIM from {LINEAR} with order {UNIFORM}:",
+        table(["method, order", "traced", "target, %", "measured, %", "interval", "met"], rows),
+        f"Change from {report} with the same order; the target is below 0:",
         table(["change of", *map(percent, stages)], beside_report),
-        "Flicker, below 0 asked for:",
+        "Change of flicker; the target is below 0:",
         table(["change of flicker", "converging", *orbits], beside_flicker),
     ]
 
@@ -396,10 +399,16 @@ def targets(result: Evaluation, on: str, steady: Stability, ours: str) -> list[s
 def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
     """All scores of a set of pictures."""
     compared = [(ours, order) for order in ORDERS]
+
+    def ssim_at(run: Run) -> str:
+        return f"{result.mean(run)[result.fractions.index(COST_AT)]:.4f}"
+
     return [
         f"## {title}",
-        f"{len(result.pictures)} pictures of {len(set(result.shapes))} shapes.",
-        f"![SSIM against the share of traced pixels, and 1 - SSIM beside {LINEAR}](quality/curves-{name}.png)",
+        f"{len(result.pictures)} pictures of {len(set(result.shapes))} shapes. At {percent(COST_AT)} of the pixels, "
+        f"{label(result.scores, (ours, ADAPTIVE))} has an SSIM of {ssim_at((ours, ADAPTIVE))}, and "
+        f"{label(result.scores, (LINEAR, UNIFORM))}, the usual method, {ssim_at((LINEAR, UNIFORM))}.",
+        f"![SSIM by the share of traced pixels, and 1 - SSIM relative to {LINEAR}](quality/curves-{name}.png)",
         *(part for metric in METRICS for part in (f"{METRICS[metric].label}:", result.table(metric))),
         *(
             part
@@ -407,7 +416,7 @@ def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
             for part in (
                 f"Gain of {label(result.scores, run)} in SSIM:",
                 result.gain_table(run),
-                f"Change of 1 - SSIM to that of {label(result.scores, run)}, in percent:",
+                f"1 - SSIM of {label(result.scores, run)}, change in percent:",
                 result.error_table(run),
             )
         ),
@@ -417,17 +426,19 @@ def quality(title: str, name: str, result: Evaluation, ours: str) -> list[str]:
 def placed_by_need(real: Evaluation, large: Evaluation, scale: Scale, ours: str) -> list[str]:
     """What placing rays by need gains: on all real shapes, on those with thin parts, in large pictures."""
     thin = [shape for shape in THIN if shape in real.shapes]
+    change = 100 * real.change_of_error((ours, ADAPTIVE), (ours, LATTICE))[real.fractions.index(COST_AT), 0]
     return [
-        "## Rays where they are needed",
-        f"Change of errors of {ours} from order {LATTICE} to order {ADAPTIVE}, in percent, what is asked for of "
-        f"1 - SSIM, and how many single pictures lose more than {WORSE:g} of SSIM.",
+        "## Adaptive pixels",
+        f"At {percent(COST_AT)} of the pixels, 1 - SSIM changes by {change:.1f} % from order {LATTICE} to {ADAPTIVE}.",
+        f"Each table has the change of errors of {ours} in percent, the target for 1 - SSIM, and the share of "
+        f"pictures that lose more than {WORSE:g} of SSIM.",
         f"All real shapes, {scale.size}x{scale.size}:",
         by_need(real, ours, scale.size),
         *([f"{len(thin)} shapes with thin parts:", by_need(real.of_shapes(thin), ours, scale.size)] if thin else []),
         f"{len(large.pictures)} real shapes, {scale.large}x{scale.large}:",
         by_need(large, ours, scale.large),
-        f"Pixels to trace for a mean SSIM of {' and '.join(map(str, GOOD))}, {scale.size}x{scale.size}, read off "
-        "between the shares measured:",
+        f"Pixels to trace for a mean SSIM of {' and '.join(map(str, GOOD))}, {scale.size}x{scale.size}, interpolated "
+        "between the measured shares:",
         table(
             ["method, order", *(f"{good:g}" for good in GOOD)],
             [
@@ -451,8 +462,8 @@ def by_need(result: Evaluation, ours: str, size: int) -> str:
     ssim = list(METRICS).index("ssim")
     lost = result.scores[lattice][..., ssim] - result.scores[adaptive][..., ssim]
     worse = [f"{100 * share:.1f} %" for share in (lost > WORSE).mean(0)[: len(stages)].tolist()]
-    asked_for = [["asked for", *asked]] if any(asked) else []
-    return table(["change of", *map(percent, stages)], [*rows, *asked_for, [f"worse by {WORSE:g}", *worse]])
+    targets = [["target", *asked]] if any(asked) else []
+    return table(["change of", *map(percent, stages)], [*rows, *targets, [f"worse by {WORSE:g}", *worse]])
 
 
 def in_perspective(by_fov: Mapping[float, Evaluation], scale: Scale, ours: str) -> list[str]:
@@ -469,9 +480,9 @@ def in_perspective(by_fov: Mapping[float, Evaluation], scale: Scale, ours: str) 
     ]
     return [
         "## Perspective",
-        f"Mean SSIM of {len(first.pictures)} real shapes, {scale.size}x{scale.size}, seen from the same sides with "
-        "each field of view. The network learned from both. The wider the view, the less of the "
-        "picture a shape fills, which is a part of why completing is easier.",
+        "The wider the field of view, the higher the SSIM, in part because a shape fills less of the picture.",
+        f"Mean SSIM of {len(first.pictures)} real shapes, {scale.size}x{scale.size}, from the same sides in each "
+        "field of view. The network was trained on orthographic and perspective pictures.",
         table(["method, order", "fov", *map(percent, first.fractions)], rows),
     ]
 
@@ -481,27 +492,35 @@ def in_colors(results: Mapping[str, Evaluation | Mapping[str, Any]], scale: Scal
     parts = [
         "## Colour",
         f"Pictures in colour, {scale.size}x{scale.size}: FLIP of sRGB, SSIM of the luminance and PSNR of the three "
-        f"components. {LINEAR} interpolates each component over the triangles of the same pixels, or of as many "
-        f"in order {UNIFORM}. Asked for is a FLIP lower by {-100 * IN_COLOR:g} % at every share.",
+        f"components. {LINEAR} interpolates each component over the triangles of the same pixels, or of the same "
+        f"number in order {UNIFORM}. The target is a FLIP lower by {-100 * IN_COLOR:g} % at every share.",
     ]
     for what, result in results.items():
         if not isinstance(result, Evaluation):  # without files there are none of these
             continue
-        rows = []
+        rows, verdicts = [], []
         for rival in ((LINEAR, UNIFORM), (LINEAR, ADAPTIVE)):
             changes = result.change_of_error((ours, ADAPTIVE), rival, "flip")
             met = [
                 "yes" if sum(change) <= IN_COLOR else "no" if change[0] > IN_COLOR else "maybe" for change in changes
             ]
+            verdicts += met
             cells = [f"{plus_minus(*(100 * change), 1)} {each}" for change, each in zip(changes, met, strict=True)]
             rows.append([f"from {label(result.scores, rival)}", *cells])
         parts += [f"{len(result.pictures)} pictures of {what}."]
         parts += [part for metric in METRICS for part in (f"{METRICS[metric].label}:", result.table(metric))]
         parts += [
-            f"Change of the FLIP of {label(result.scores, (ours, ADAPTIVE))}, in percent:",
+            f"FLIP of {label(result.scores, (ours, ADAPTIVE))}, change in percent; {verdicts.count('yes')} of "
+            f"{len(verdicts)} meet the target:",
             table(["", *map(percent, result.fractions)], rows),
         ]
     return parts
+
+
+def known_error_met(known: KnownError) -> str:
+    """How often both targets of the expected error are met."""
+    met = [below >= KNOWN_BELOW and close >= KNOWN_CLOSE for *_, (_, below, close) in known.shares()]
+    return f"Both targets are met in {sum(met)} of {len(met)} rows."
 
 
 def is_kept_or_filled(run: Run, ours: str) -> bool:
@@ -520,10 +539,13 @@ def rays_to(result: Evaluation, run: Run, good: float) -> str:
 
 def steadiness_of(result: Stability, ours: str) -> list[str]:
     """The flicker of everything, and the change of that of ours."""
-    parts = [result.caption(), result.table()]
+    share, best, usual = result.orbit_fractions[0], (ours, ADAPTIVE), (LINEAR, UNIFORM)
+    least, most = (f"{LEVELS * result.orbit[run].mean(0)[0]:.2f}" for run in (best, usual))
+    conclusion = f"On orbits at {percent(share)}, {label(result.frames, best)} flickers by {least} gray levels and "
+    parts = [f"{conclusion}{label(result.frames, usual)} by {most}.", result.caption(), result.table()]
     for order in ORDERS:
         parts += [
-            f"Change of flicker to that of {label(result.frames, (ours, order))}, in percent:",
+            f"Flicker of {label(result.frames, (ours, order))}, change in percent:",
             result.change_table((ours, order)),
         ]
     return parts
@@ -611,7 +633,7 @@ def picture_sections(draw: Callable[..., list[str]], size: int) -> list[str]:
 
 
 def order_sections(draw: Callable[..., list[str]], size: int) -> list[str]:
-    """Draw lattice and adaptive pixels beside each other, and return the section."""
+    """Draw lattice and adaptive pixels next to each other, and return the section."""
     links = draw(SUBJECTS, SHOWN_OF_ORDERS)
     at = ", ".join(map(percent, SHOWN_OF_ORDERS))
     what = (
