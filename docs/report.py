@@ -138,9 +138,9 @@ def draw(folder: Path, sources: Sources, captions_file: Path) -> dict[str, str]:
 def heading(scale: str, work: Work) -> list[str]:
     return [
         "# The report, reproduced",
-        "What *Accelerating rendering by partial inpainting: BobRossNet* (2019) reports, repeated with this "
-        "package: its data set, training, results and figures, with shapes that the package makes itself. "
-        f"`make report{' SCALE=small' * (scale == 'small')}` wrote this page.",
+        "This page repeats *Accelerating rendering by partial inpainting: BobRossNet* (2019) with this package: data "
+        "set, training, results and figures, on shapes that the package makes itself. "
+        f"`make report{' SCALE=small' * (scale == 'small')}` wrote it.",
         *work.circumstances(VERSIONS),
     ]
 
@@ -151,13 +151,14 @@ def data_set(dataset: Dataset, comparison: Comparison | None) -> list[str]:
     size = sum(file.stat().st_size for file in dataset.path.rglob("*") if file.is_file()) / 1e6
     parts = [
         "## The data set",
-        f"`bobrossnet dataset build DIR`: {plan.shapes} shapes, each seen from three directions at 128², 256² "
-        f"and 512² and cut into 21 patches, at 1, 25, 50, 75 and 100 % of the pixels: {plan.samples:,} samples, "
-        f"{counts}. {plan.test_shapes} shapes are for testing only. {size:.0f} MB on disk.",
+        f"`bobrossnet dataset build DIR` writes {plan.samples:,} samples, {counts}, in {size:.0f} MB.",
+        f"Each of the {plan.shapes} shapes is seen from three directions at 128², 256² and 512² and cut into 21 "
+        "patches. A patch is sampled at 1, 25, 50, 75 and 100 % of its pixels. "
+        f"{plan.test_shapes} shapes are for testing only.",
         "![samples](report/figure-5.2.png)",
     ]
     if comparison is not None:
-        parts += ["### Beside real shapes", str(comparison)]
+        parts += ["### Compared with real shapes", str(comparison)]
     return parts
 
 
@@ -169,10 +170,11 @@ def training(config: TrainConfig, run: Path) -> list[str]:
     done = len(rows) == config.epochs or len(rows) - best["epoch"] >= config.patience
     return [
         "## Training",
-        f"`bobrossnet train DIR RUN`: {config.loss.upper().replace('+', ' + ')} of the network's own output at every "
-        f"pixel, AdaDelta (rate 1, ρ 0.95, ε 1e-6), mini-batches of {config.batch}, float32. {len(rows)} epochs in "
-        f"{minutes:.0f} minutes, {minutes / len(rows):.1f} each; the best in validation is epoch {best['epoch']:.0f}."
+        f"`bobrossnet train DIR RUN` took {minutes:.0f} minutes for {len(rows)} epochs, {minutes / len(rows):.1f} "
+        f"each. The best in validation is epoch {best['epoch']:.0f}."
         + ("" if done else " **It was stopped there, while it was still improving.**"),
+        f"The loss is {config.loss.upper().replace('+', ' + ')} of the network's raw output at every pixel. AdaDelta "
+        f"(rate 1, ρ 0.95, ε 1e-6) minimises it over mini-batches of {config.batch} in float32.",
         table(
             ["epoch", "loss", "in validation", *(f"SSIM {100 * stage:g} %" for stage in STAGES)],
             [
@@ -194,20 +196,20 @@ def test_split(own: Evaluation, dataset: Dataset) -> list[str]:
         ["ours, traced pixels kept", *(f"{value:.4f}" for value in own.mean(kept(NAME))[at])],
     ]
     short = [f"{100 * s:g} %" for s, mean in zip(STAGES, ours, strict=True) if mean < reference.SSIM[s]]
-    verdict = f"Below the report at {', '.join(short)}." if short else "At no stage below the report."
+    verdict = f"Ours is below the report at {', '.join(short)}." if short else "Ours is at no stage below the report."
     return [
         "## Results on the test samples",
-        f"Mean SSIM over {len(own.pictures) * len(STAGES):,} samples of the test shapes, of the network's raw "
-        f"output, which repaints traced pixels too. {verdict}",
+        f"{verdict} Mean SSIM over {len(own.pictures) * len(STAGES):,} samples of the test shapes, of the network's "
+        "raw output, which repaints traced pixels too.",
         table(["pixels traced", *(f"{100 * stage:g} %" for stage in STAGES)], rows),
         *by_detail(own, dataset),
-        "All of them, at more shares of traced pixels, beside other ways of filling them in:",
+        "All test samples at more shares of traced pixels, with other fillings:",
         str(own),
     ]
 
 
 def by_detail(own: Evaluation, dataset: Dataset) -> list[str]:
-    """How the results depend on what is to be seen: thirds of the test's patches."""
+    """How the results depend on the detail of the patches: thirds of the test split."""
     test = dataset.plan.split("test").reshape(-1, PATCHES, len(STAGES))
     shapes = [dataset.plan.sample(int(numbers[0, 0])).shape for numbers in test]
     gray = np.concatenate([dataset.patches(shape)[:, 0] for shape in shapes]).astype(np.float64)
@@ -220,8 +222,8 @@ def by_detail(own: Evaluation, dataset: Dataset) -> list[str]:
             rows.append([f"{which}, {detail[third].mean():.4f}", method, *(f"{mean:.4f}" for mean in means)])
     rows.sort(key=lambda row: row[1], reverse=True)
     return [
-        "How much depends on the shapes: the same, with the patches in thirds by their detail, the mean squared "
-        "difference of gray between neighbours. Interpolation, with traced pixels kept, struggles with the same ones.",
+        "The scores depend on the shapes. Below, the patches are in thirds by detail, the mean squared difference of "
+        "gray between neighbours. Interpolation, with traced pixels kept, struggles with the same third.",
         table(["detail", "SSIM of", *(f"{100 * stage:g} %" for stage in STAGES)], rows),
     ]
 
@@ -240,7 +242,7 @@ def real_shapes(real: Evaluation | None, white: set[str]) -> list[str]:
         return []
     parts = [
         "## Results on real shapes",
-        f"Other people's shapes, which nothing was trained on; traced pixels kept. {verdict(real)}",
+        f"{verdict(real)} These are shapes by other people, never trained on; traced pixels are kept.",
     ]
     others = set(real.shapes) - white
     if white and others:
@@ -249,11 +251,11 @@ def real_shapes(real: Evaluation | None, white: set[str]) -> list[str]:
         rows = [[method, *(f"{mean:.4f}" for mean in colored.mean(method))] for method in methods]
         parts += [
             f"The report's shapes and ours are white, as are {len(white)} of these. {verdict(plain)}",
-            f"The other {len(others)} have colours, which the network has never seen: it takes dark ones for shade. "
-            + verdict(colored),
+            f"The other {len(others)} have colours, which the network was not trained on: it mistakes dark ones for "
+            f"shade. {verdict(colored)}",
             table(["SSIM, colours", *(f"{100 * fraction:g} %" for fraction in real.fractions)], rows, left=True),
         ]
-    return [*parts, "All of them:", str(real)]
+    return [*parts, "All real shapes:", str(real)]
 
 
 def verdict(real: Evaluation) -> str:
@@ -262,10 +264,8 @@ def verdict(real: Evaluation) -> str:
         pairs = zip(real.fractions, real.mean(kept(NAME)), real.mean(filling), strict=True)
         shares = [f"{100 * fraction:g}" for fraction, ours, theirs in pairs if fraction < 1 and ours < theirs]
         if shares:
-            lost.append(f"by {filling} filling at {', '.join(shares)} %")
-    if lost:
-        return f"It is beaten {'; '.join(lost)}."
-    return "It is above nearest and pull-push filling at every share below 100 %."
+            lost.append(f"{filling.capitalize()} filling beats the network at {', '.join(shares)} %.")
+    return " ".join(lost) or "The network is above nearest and pull-push filling at every share below 100 %."
 
 
 def losses(path: Path) -> list[str]:
